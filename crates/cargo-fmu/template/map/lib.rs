@@ -69,7 +69,7 @@ struct Output {
 
 /// A motor with the efficiency of a map, and one heat node
 #[derive(State)]
-#[fmu(parameters = Parameters, input = Input, output = Output, solver = "adaptive", experiment(0.0, 600.0, 1.0))]
+#[fmu(parameters = Parameters, input = Input, output = Output, model_exchange, solver = "adaptive", experiment(0.0, 600.0, 1.0))]
 struct Drive {
     /// Temperature
     #[fmu(unit = "K", display_unit = "degC", start = 293.15, nominal = 300.0)]

@@ -5,11 +5,11 @@
 
 use fmu_export::prelude::*;
 
-/// How many cells there are.
-const N: usize = 32;
-
 #[derive(Parameters)]
 struct Parameters {
+    /// Number of cells
+    #[fmu(structural, start = 50, min = 2, max = 100_000)]
+    n: i32,
     /// Length
     #[fmu(unit = "m", start = 0.5, min = 1e-3)]
     length: f64,
@@ -43,29 +43,31 @@ struct Output {
 
 /// Conduction of heat in a rod whose ends are held at two temperatures
 #[derive(State)]
-#[fmu(parameters = Parameters, input = Input, output = Output, solver = "stiff", experiment(0.0, 600.0, 10.0))]
+#[fmu(parameters = Parameters, input = Input, output = Output, model_exchange, solver = "stiff", experiment(0.0, 600.0, 10.0))]
 struct Rod {
     /// Temperatures in the middles of the cells
-    #[fmu(unit = "K", display_unit = "degC", start = [p.T_start; N], nominal = 300.0,
-        rate_depends_on("T[i-1]", T[i], "T[i+1]", T_end))]
-    T: [f64; N],
+    #[fmu(unit = "K", display_unit = "degC", len = p.n, start = p.T_start, nominal = 300.0,
+        rate_depends_on(T[i - 1], T[i], T[i + 1], T_end))]
+    T: Vec<f64>,
 }
 
 impl Ode for Rod {
     fn derivative(&self, p: &Parameters, u: &Input, _t: f64, dx: &mut Self) {
         // Between two middles; an end is half as far from the middle of its cell.
-        let conductance = p.conductivity * p.area * N as f64 / p.length;
+        let (n, T) = (self.T.len(), &self.T);
+        let (conductance, capacity) = (p.conductivity * p.area * n as f64 / p.length, p.capacity / n as f64);
         let [left, right] = self.outputs(p, u).Q;
-        for i in 0..N {
-            let from_left = if i > 0 { conductance * (self.T[i - 1] - self.T[i]) } else { left };
-            let from_right = if i + 1 < N { conductance * (self.T[i + 1] - self.T[i]) } else { right };
-            dx.T[i] = (from_left + from_right) * N as f64 / p.capacity;
+        for i in 0..n {
+            let from_left = if i > 0 { conductance * (T[i - 1] - T[i]) } else { left };
+            let from_right = if i + 1 < n { conductance * (T[i + 1] - T[i]) } else { right };
+            dx.T[i] = (from_left + from_right) / capacity;
         }
     }
 
     fn outputs(&self, p: &Parameters, u: &Input) -> Output {
-        let conductance = 2.0 * p.conductivity * p.area * N as f64 / p.length;
-        Output { Q: [conductance * (u.T_end[0] - self.T[0]), conductance * (u.T_end[1] - self.T[N - 1])] }
+        let n = self.T.len();
+        let conductance = 2.0 * p.conductivity * p.area * n as f64 / p.length;
+        Output { Q: [conductance * (u.T_end[0] - self.T[0]), conductance * (u.T_end[1] - self.T[n - 1])] }
     }
 }
 
@@ -91,12 +93,13 @@ mod tests {
         u.T_end = [393.15, 293.15];
         let mut rod = Rod::initialize(&p, &u, 0.0).unwrap();
         Model::step(&mut rod, &p, &InputPolynomial::held(u), &(), 0.0, 100.0).unwrap();
-        let (n, rate) = (N as f64, p.conductivity * p.area / p.length / p.capacity);
+        let cells = rod.T.len();
+        let (n, rate) = (cells as f64, p.conductivity * p.area / p.length / p.capacity);
         let line = |i: usize| 100.0 * (1.0 - (i as f64 + 0.5) / n);
         let wave = |k: usize, i: usize| (std::f64::consts::PI * k as f64 * (i as f64 + 0.5) / n).sin();
-        for i in 0..N {
-            let waves = (1..=N).map(|k| {
-                let part = (0..N).map(|j| wave(k, j) * line(j)).sum::<f64>() / if k < N { n / 2.0 } else { n };
+        for i in 0..cells {
+            let waves = (1..=cells).map(|k| {
+                let part = (0..cells).map(|j| wave(k, j) * line(j)).sum::<f64>() / if k < cells { n / 2.0 } else { n };
                 let decay = 4.0 * n * n * (std::f64::consts::FRAC_PI_2 * k as f64 / n).sin().powi(2) * rate;
                 part * wave(k, i) * (-100.0 * decay).exp()
             });
