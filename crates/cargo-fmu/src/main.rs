@@ -37,9 +37,11 @@ enum Command {
         /// from]
         #[arg(long, value_name = "PATH")]
         fmu_export: Option<PathBuf>,
-        /// A model with events within steps, messages and an enumeration, in place of a
-        /// differential equation
-        #[arg(long)]
+        /// A model to begin with, in place of a first-order lag
+        #[arg(long, value_name = "NAME")]
+        example: Option<new::Name>,
+        /// As it was called before
+        #[arg(long, hide = true, conflicts_with = "example")]
         events: bool,
     },
     /// Build libraries and pack them, with documentation, resources and licences, into FMUs
@@ -131,8 +133,12 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::New {
             path,
             fmu_export,
+            example,
             events,
-        } => new::new(&path, fmu_export.as_deref(), events)?,
+        } => {
+            let example = example.or(events.then_some(new::Name::Events));
+            new::new(&path, fmu_export.as_deref(), example)?;
+        }
         Command::Pack {
             packages,
             examples,
