@@ -32,7 +32,7 @@
 //! | `rate_depends_on(u, x[i])` | states | the inputs and states that act on the derivative, for Model Exchange. Without it: all |
 //! | `local` | outputs, states | is a local variable, not meant for wiring |
 //! | `calculated` | outputs | is a calculated parameter: a function of the parameters alone |
-//! | `skip` | parameters, states | is no variable; a parameter is then the `Default` of its type |
+//! | `skip` | parameters, states | is no variable; a parameter is then its `start`, or else the `Default` of its type |
 //!
 //! | `#[fmu(…)]` on a state | means |
 //! |---|---|
