@@ -233,7 +233,6 @@ impl Picture for Path3 {
 
 impl Figure {
     /// Write `folder/name.png` and `.svg`.
-    #[expect(clippy::cast_possible_truncation, reason = "a few panels")]
     pub fn save(&self, folder: &Path) -> Result<[PathBuf; 2]> {
         let [columns, rows] = [self.panels.len().min(2), self.panels.len().div_ceil(2)];
         let [width, height] = [columns as u32 * PANEL.0, rows as u32 * PANEL.1];
@@ -288,7 +287,6 @@ pub fn write(picture: &impl Picture, file: &Path, size: (u32, u32)) -> Result<()
 }
 
 /// The k-th of `count` colours that differ.
-#[expect(clippy::cast_precision_loss, reason = "a few colours")]
 pub fn wheel(k: usize, count: usize) -> RGBColor {
     let (r, g, b) = HSLColor(k as f64 / count.max(1) as f64, 0.65, 0.42).rgb();
     RGBColor(r, g, b)

@@ -83,11 +83,6 @@ impl Jitter {
 }
 
 /// Communication steps in a time, s; none where it is no multiple of the step.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "checked to be in range"
-)]
 pub fn steps_in(time: f64, step: f64) -> Option<u64> {
     let steps = time / step;
     let is_whole =

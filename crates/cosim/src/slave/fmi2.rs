@@ -228,7 +228,6 @@ impl Border for Component {
         Ok(())
     }
 
-    #[expect(clippy::cast_possible_truncation, reason = "it fits")]
     fn set(&self, batch: &Batch, values: &[f64]) -> Result<()> {
         let (api, c, vr) = (&self.api, self.component, &batch.references);
         assert_eq!(vr.len(), values.len());
@@ -344,7 +343,6 @@ impl Border for Component {
 }
 
 /// An `fmi2Integer` or `fmi2Boolean`, checked to fit before.
-#[expect(clippy::cast_possible_truncation, reason = "checked before")]
 fn int(value: &Value) -> i32 {
     value.bits().cast_signed() as i32
 }

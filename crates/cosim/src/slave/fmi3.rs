@@ -449,7 +449,6 @@ impl Border for Instance {
         assert_eq!(batch.len(), values.len());
         let access = batch.access;
         let is_float = matches!(access, Access::Real | Access::Float32);
-        #[expect(clippy::cast_possible_truncation, reason = "it was an integer")]
         if !is_float && values.iter().any(|value| !fits(access, *value as i128)) {
             return Answer::refuse(Answer::UNFIT, "fmi3Set");
         }
@@ -705,10 +704,6 @@ macro_rules! by_type {
 }
 
 /// Write a value of the memory to place `k` of an array of the type of `access`.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "the FMU's own value, or checked when it was read"
-)]
 fn store(access: Access, array: &mut [u64], k: usize, bits: u64) {
     assert!(k < array.len());
     let array = array.as_mut_ptr();
@@ -743,11 +738,7 @@ fn load(access: Access, array: &[u64], k: usize) -> u64 {
     }
 }
 
-/// What the memory has, as a number.
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "an integer beyond 2^53 is told to the nearest number"
-)]
+/// What the memory has, as a number: an integer beyond 2^53 as the nearest.
 fn number(access: Access, bits: u64) -> f64 {
     match access {
         Access::Real | Access::Float32 => f64::from_bits(bits),
@@ -757,11 +748,6 @@ fn number(access: Access, bits: u64) -> f64 {
 }
 
 /// A number as the memory has it.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "it was an integer"
-)]
 fn as_bits(access: Access, value: f64) -> u64 {
     match access {
         Access::Real | Access::Float32 => value.to_bits(),

@@ -276,11 +276,6 @@ fn bond(r: &Residual) -> Value {
 }
 
 /// Communication steps between samples.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a small positive number"
-)]
 pub fn stride(every: f64, step: f64) -> usize {
     ((every / step).round() as usize).max(1)
 }
