@@ -4,6 +4,7 @@
 use std::ffi::c_int;
 
 use anyhow::Result;
+use fmu_description::calls::ABSENT;
 
 /// Where in the run a call was made, for its error text.
 #[derive(Clone, Copy, Debug)]
@@ -35,9 +36,9 @@ pub struct Answer {
 
 impl Answer {
     /// In place of a status: the library does not export the function.
-    pub const MISSING: c_int = -1;
+    pub const MISSING: c_int = ABSENT;
     /// In place of a status: it was not called, because a value does not fit its type.
-    pub const UNFIT: c_int = -2;
+    pub const UNFIT: c_int = -1;
 
     /// Good where the status is OK or Warning.
     #[inline]
@@ -88,3 +89,11 @@ impl std::fmt::Display for Ended {
 }
 
 impl std::error::Error for Ended {}
+
+/// Calls a function of a library; an error where it is missing or does not do it.
+macro_rules! call {
+    ($api:expr, $function:ident($($argument:expr),* $(,)?)) => {
+        Answer::check(($api.$function)($($argument),*), stringify!($function))
+    };
+}
+pub(super) use call;

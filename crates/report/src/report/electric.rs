@@ -15,7 +15,7 @@ use super::samples::{SampleTimes, Samples};
 use studies::measures::energy;
 use studies::measures::run::RecordedRun;
 use studies::measures::supply::{self, Supply};
-use studies::studies::sizing::{self, Sizing};
+use studies::studies::sizing;
 
 /// Sampling of the page, s.
 const EVERY: f64 = 0.02;
