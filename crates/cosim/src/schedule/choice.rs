@@ -67,7 +67,6 @@ pub struct Jitter {
 impl Jitter {
     /// By what part of a step point `k` is late, or `None` where it is lost. A hash of seed and
     /// number (Steele, Lea, Flood 2014: SplitMix64) stands for the random numbers.
-    #[must_use]
     pub fn lateness(&self, k: u64) -> Option<f64> {
         let mut state = self.seed ^ k.wrapping_mul(0x9E37_79B9_7F4A_7C15);
         let mut uniform = || {
