@@ -1,8 +1,8 @@
 //! Curves in panels, and paths in space, drawn on PNG and SVG alike.
 #![forbid(unsafe_code)]
 
-mod png;
-
+use std::fs::File;
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, anyhow};
@@ -279,7 +279,11 @@ pub fn write(picture: &impl Picture, file: &Path, size: (u32, u32)) -> Result<()
         let drawn = picture.draw(&area).and_then(|()| area.present());
         drop(area);
         drawn.map_err(|e| failed(&e))?;
-        return std::fs::write(file, png::encoded(&pixels, size)?).map_err(|e| failed(&e));
+        let out = BufWriter::new(File::create(file).map_err(|e| failed(&e))?);
+        let mut encoder = png::Encoder::new(out, size.0, size.1);
+        encoder.set_color(png::ColorType::Rgb);
+        let written = (encoder.write_header()).and_then(|mut out| out.write_image_data(&pixels));
+        return written.map_err(|e| failed(&e));
     }
     let area = SVGBackend::new(file, size).into_drawing_area();
     let drawn = picture.draw(&area).and_then(|()| area.present());
