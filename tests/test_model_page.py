@@ -132,6 +132,7 @@ def test_files_that_cannot_run_are_refused_with_the_reason(page):
         "broken.fmu": (b"this is no archive", "no ZIP archive"),
         "empty.fmu": (archive(readme="x"), "neither an FMU nor an SSP"),
         "native.fmu": (archive(modelDescription_xml="<x/>", **{"binaries__x86_64-linux__m.so": "x"}), "has no WebAssembly"),
+        "two.fmu": (archive(modelDescription_xml='<fmiModelDescription fmiVersion="2.0"/>', **{"binaries__linux64__m.so": "x"}), "is of FMI 2.0"),
         "wrong.fmu": (archive(modelDescription_xml="<x/>", **{"binaries__wasm32-wasip2__m.wasm": "x"}), "fmiModelDescription"),
     }
     for name, (content, reason) in refused.items():
