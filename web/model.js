@@ -157,7 +157,7 @@ class ModelPage extends Page {
     };
     field.addEventListener("change", changed);
     row.firstChild.append(field);
-    if (isNumber && max - min < WIDEST_SLIDER) {
+    if (isNumber && [min, max].every(Number.isFinite) && max - min < WIDEST_SLIDER) {
       const slider = html`<input type="range" min="${min}" max="${max}" step="${(max - min) / 200}" value="${start}" aria-label="${text}">`;
       slider.addEventListener("input", () => {
         field.value = slider.value;

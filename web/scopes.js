@@ -62,7 +62,7 @@ function roundStep(span, count) {
 }
 
 /* The number with so many decimals. */
-export const fixed = (value, digits) => value.toFixed(digits).replace("-", "−");
+export const fixed = (value, digits) => value.toFixed(digits).replace(/^-(?=.*[1-9])/, "−").replace("-", "");
 
 /* The number with as many digits as one can use. */
 export function readable(value) {
@@ -230,7 +230,7 @@ export class Scope {
       context.fillText(`${t.toFixed(2)} s`, Math.min(Math.max(this.pointer, box.left + 18), box.right - 18), box.top + 8);
     }
     const now = performance.now();
-    if (!pointed && now - this.shown < 150) return;
+    if (!pointed && this.scrolls && now - this.shown < 150) return;
     this.shown = now;
     for (const trace of this.traces) {
       trace.text.style.setProperty("--color", this.palette[trace.color % this.palette.length]);

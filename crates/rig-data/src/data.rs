@@ -87,7 +87,9 @@ impl Row {
 /// profiles, or none.
 #[must_use]
 pub fn to_csv(rows: &[Row], profiles: &[u32], comment: &str) -> String {
-    let names = COLUMNS.iter().map(|(name, unit)| format!("{name} [{unit}]"));
+    let names = COLUMNS
+        .iter()
+        .map(|(name, unit)| format!("{name} [{unit}]"));
     let header = profiles.first().map(|_| PROFILE.to_string());
     let header: Vec<String> = header.into_iter().chain(names).collect();
     let mut text = format!("# {comment}\n{}\n", header.join(","));

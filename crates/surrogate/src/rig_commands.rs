@@ -215,7 +215,14 @@ fn in_loop(machines: u32) -> Result<()> {
     let own = env::current_exe().context("where this program lies")?;
     let program = own.with_file_name(format!("hdrm-fmu{EXE_SUFFIX}"));
     let mut command = process::Command::new(&program);
-    command.args(["table", "--world", "real", "--study", "surrogate", "--seeds"]);
+    command.args([
+        "table",
+        "--world",
+        "real",
+        "--study",
+        "surrogate",
+        "--seeds",
+    ]);
     let status = command.arg(machines.to_string()).status();
     let status = status.with_context(|| program.display().to_string())?;
     ensure!(status.success(), "{}: {status}", program.display());

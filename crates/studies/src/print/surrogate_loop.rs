@@ -8,12 +8,21 @@ pub fn text(rows: &[SurrogateRow]) -> String {
         "{:<22}{:<12}{:>34}{:>24}{:>24}\n",
         "load cells", "controller", "tip, mm (worst)", "current, A", "tip over physics"
     );
-    let cell =
-        |[mean, low, high]: [f64; 3], factor: f64| format!("{:.3} [{:.3}, {:.3}]", factor * mean, factor * low, factor * high);
+    let cell = |[mean, low, high]: [f64; 3], factor: f64| {
+        format!(
+            "{:.3} [{:.3}, {:.3}]",
+            factor * mean,
+            factor * low,
+            factor * high
+        )
+    };
     for r in rows {
         let tip = format!("{} ({:.3})", cell(r.tip, 1e3), 1e3 * r.worst);
         let (current, ratio) = (cell(r.current, 1.0), cell(r.ratio, 1.0));
-        text += &format!("{:<22}{:<12}{tip:>34}{current:>24}{ratio:>24}\n", r.sensors, r.model);
+        text += &format!(
+            "{:<22}{:<12}{tip:>34}{current:>24}{ratio:>24}\n",
+            r.sensors, r.model
+        );
     }
     text + "load cells: and encoders at the rods; tip: RMSE of the known error over the motion; current: required less true, root mean square; over physics: on the same \
             machine and path; all: geometric mean over machines and paths with its 95 % interval, bootstrap over machines\n"
