@@ -63,6 +63,10 @@ enum Command {
         /// Cargo profile; fmu-release optimises the whole program at once, release builds faster
         #[arg(long, value_name = "PROFILE", default_value = pack::FMU_PROFILE)]
         profile: String,
+        /// Value of a structural parameter, repeatable: a constant in FMI 2.0, the start value in
+        /// FMI 3.0
+        #[arg(long = "size", value_name = "NAME=VALUE")]
+        sizes: Vec<String>,
     },
     /// Add WebAssembly of packages to archives of FMI 3.0 in the same order
     #[command(hide = true)]
@@ -141,10 +145,12 @@ fn run(command: Command) -> Result<ExitCode> {
             targets,
             out,
             profile,
+            sizes,
         } => {
             let platforms = pack::Platforms::named(&targets)?;
             let folder = std::env::current_dir().context("the current folder")?;
-            let workspace = Workspace::of(&folder)?;
+            let mut workspace = Workspace::of(&folder)?;
+            workspace.sizes = sizes;
             let mut sources = Source::chosen(packages, examples);
             if sources.is_empty() {
                 sources = workspace.fmus(&folder);

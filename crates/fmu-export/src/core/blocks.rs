@@ -37,7 +37,8 @@ impl<M: Model> Instance<M> {
                 return too_few(len);
             }
             if T::input(&run.row.place).is_none() {
-                self.check_settable(block, value(from))?;
+                let element = self.layout.elements(block)?.start;
+                self.check_settable(element, value(from))?;
                 parameters = true;
             }
             for j in 0..n {

@@ -237,7 +237,7 @@ impl<M: Model> Instance<M> {
             return Ok(());
         }
         for number in (0..).map_while(number) {
-            let (i, row) = self.layout.find(number)?;
+            let (i, row) = self.layout.find_any(number)?;
             if !matches!(row.place, Place::RealIn(_)) || row.discrete {
                 let (name, kind) = (row.element_name(i), row.kind(self.names));
                 return refuse!(

@@ -341,6 +341,12 @@ impl<M: Model> Layout<M> {
         run.map_or(Err(Fault::Unknown(number)), |&(_, run)| Ok(run))
     }
 
+    /// The element with this number, or the first one of the block with it: for what is said of it.
+    pub(crate) fn find_any(&self, number: u32) -> Result<Element<M>, Fault> {
+        let block = self.block(number).map(|(run, first, _)| (first, run.row));
+        block.or_else(|_| self.find(number))
+    }
+
     /// The element with this number.
     #[inline]
     pub(crate) fn find(&self, number: u32) -> Result<Element<M>, Fault> {

@@ -193,7 +193,7 @@ impl<M: Model> Instance<M> {
 
     /// The text of an element.
     pub(crate) fn text(&mut self, element: u32) -> Result<&str, Fault> {
-        let (i, row) = self.layout.find(element)?;
+        let (i, row) = self.layout.find_any(element)?;
         match &row.place {
             Place::StringParameter(get, _) => Ok(get(&self.state.parameters)),
             Place::StringOut(get) => {

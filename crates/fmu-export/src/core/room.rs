@@ -22,6 +22,13 @@ pub struct Room<M> {
     scratch: Option<Box<Scratch<M>>>,
 }
 
+impl<M> Room<M> {
+    /// Makes the scratch anew, for vectors of another length.
+    pub(crate) fn forget(&mut self) {
+        self.scratch = None;
+    }
+}
+
 struct Scratch<M> {
     solver: Solver,
     /// The model on its way through the step.

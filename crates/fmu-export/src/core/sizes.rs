@@ -4,6 +4,7 @@
 //! a size is set, so that a model finds vectors of the right length.
 
 use super::copied::copied;
+use super::exchange::Exchange;
 use super::fault::Fault;
 use super::instance::Instance;
 use super::layout::{LONGEST, Layout};
@@ -215,6 +216,8 @@ impl<M: Model> Instance<M> {
         }
         fit::<M>(&mut start, &mut u, &mut self.output, None);
         self.start = start;
+        self.exchange = Exchange::default();
+        self.room.forget();
         self.layout = Layout::new(&self.state.parameters, &self.state.input.value);
     }
 }
@@ -226,9 +229,9 @@ pub(crate) fn start<M: Model>(given: &str) -> Result<Start<M>, String> {
         let (name, value) = word.split_once('=').unwrap_or((word, ""));
         let Some((row, place)) = size::<M>(name) else {
             let known: Vec<_> = sizes::<M>().map(|(row, _)| row.name).collect();
-            let model = M::INFO.model;
+            let (model, known) = (M::INFO.model, known.join(", "));
             return Err(format!(
-                "size `{word}`: `{model}` has no structural parameter `{name}`; it has {known:?}"
+                "size `{word}`: `{name}` must be a structural parameter of `{model}`, of which it has: {known}"
             ));
         };
         let value = value.parse::<i32>().ok();

@@ -3,7 +3,7 @@
 use super::shape::{SolverName, solver};
 use super::{Input, Name, Output, Parameters, Path};
 use crate::core::room::{Room, solve};
-use crate::core::sizes::fitted;
+use crate::core::sizes::{self, fitted};
 use crate::{
     Continuous, Event, Info, InputPolynomial, Model, ModelError, ModelExchange, StepEnd, Variable,
 };
@@ -196,6 +196,13 @@ pub trait Ode: State {
         }
         Self::Y::default()
     }
+
+    /// The same, written to where they are kept; for outputs that hold vectors, which are as long as
+    /// they must be there. Written in place of [`outputs`](Self::outputs).
+    #[inline]
+    fn outputs_into(&self, p: &Self::P, u: &Self::U, y: &mut Self::Y) {
+        *y = self.outputs(p, u);
+    }
 }
 
 /// What an importer sees of a model: its state and its outputs.
@@ -283,11 +290,10 @@ impl<S: Ode> Model for S {
         finite(S::start(p, u), "at the start")
     }
 
-    fn output(&self, p: &S::P, u: &S::U, _now: &()) -> Result<Seen<S>, ModelError> {
-        Ok(Seen {
-            state: self.clone(),
-            outputs: self.outputs(p, u),
-        })
+    fn output(&self, p: &S::P, u: &S::U, now: &()) -> Result<Seen<S>, ModelError> {
+        let mut y = sizes::output::<S>(p);
+        self.output_into(p, u, now, &mut y)?;
+        Ok(y)
     }
 
     fn output_into(
@@ -298,7 +304,7 @@ impl<S: Ode> Model for S {
         y: &mut Seen<S>,
     ) -> Result<(), ModelError> {
         y.state.clone_from(self);
-        y.outputs = self.outputs(p, u);
+        self.outputs_into(p, u, &mut y.outputs);
         Ok(())
     }
 
