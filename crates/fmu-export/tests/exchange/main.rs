@@ -5,6 +5,7 @@
 mod client;
 mod model;
 mod order;
+mod random;
 
 use client::*;
 use fmu_export::{Model, check, model_description, model_description3};
