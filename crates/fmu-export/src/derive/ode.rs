@@ -43,7 +43,7 @@ pub trait State: Vector + Clone + Default + Serialize + DeserializeOwned + Send 
     where
         Self: Model;
 
-    /// A row for the derivative of each continuous state.
+    /// A row for the derivative of each continuous state of a model for Model Exchange.
     fn derivatives() -> &'static [Variable<Self>]
     where
         Self: Model;
