@@ -203,10 +203,13 @@ class ModelPage extends Page {
     this.engine.watch(run.names);
     const steps = Math.round(stop / step);
     const piece = Math.ceil(steps / (this.moving(0).length ? MOVING_PIECES : PIECES));
-    for (let k = 0; k < steps && ticket === this.ticket; k += piece) {
+    for (let k = 0; k < steps; k += piece) {
       for (const [name, value] of this.moving(k * step)) await this.engine.set(name, value);
+      // A later run has begun: what goes on is that one.
+      if (ticket !== this.ticket) return;
       await this.engine.advance(Math.min(piece, steps - k) * step);
     }
+    if (ticket !== this.ticket) return;
     this.scopes.forEach((scope) => scope.draw(stop));
     const { bad, text } = await this.engine.verdict();
     Object.assign(element("verdict"), { textContent: bad ? "bad" : "good", className: bad ? "bad" : "good", title: text });
@@ -266,6 +269,10 @@ class ModelPage extends Page {
       select.dispatchEvent(new Event("change"));
     }
     return this.run();
+  }
+
+  engineOf() {
+    return this.engine;
   }
 
   start(settings) {
