@@ -198,6 +198,14 @@ fn whole(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
     });
     let exchange = model.model_exchange;
     let states = quote!(&[<#ident as __fmu::Rows<#ident, __fmu::SeenState<#ident>>>::ROWS]);
+    let derivatives = match exchange {
+        true => quote! {
+            const STATES: &[::fmu_export::Variable<#ident>] =
+                &__fmu::assemble::<#ident, { __fmu::count::<#ident>(#states) }>(#states);
+            const { &__fmu::derivatives::<#ident, { __fmu::count_states(STATES) }>(STATES) }
+        },
+        false => quote!(&[]),
+    };
     let structs = quote! {
         &[
             <#p as __fmu::Rows<#ident, __fmu::Root<#p>>>::ROWS,
@@ -227,9 +235,7 @@ fn whole(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
             }
 
             fn derivatives() -> &'static [::fmu_export::Variable<Self>] {
-                const STATES: &[::fmu_export::Variable<#ident>] =
-                    &__fmu::assemble::<#ident, { __fmu::count::<#ident>(#states) }>(#states);
-                const { &__fmu::derivatives::<#ident, { __fmu::count_states(STATES) }>(STATES) }
+                #derivatives
             }
         }
     }

@@ -43,13 +43,14 @@ pub trait State: Vector + Clone + Default + Serialize + DeserializeOwned + Send 
     where
         Self: Model;
 
-    /// A row for the derivative of each continuous state.
+    /// A row for the derivative of each continuous state of a model for Model Exchange.
     fn derivatives() -> &'static [Variable<Self>]
     where
         Self: Model;
 }
 
 /// Numbers that can be integrated.
+#[expect(clippy::len_without_is_empty, reason = "a state has at least one")]
 pub trait Vector: Sized {
     /// How many there are.
     fn len(&self) -> usize;
