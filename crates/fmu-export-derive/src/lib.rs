@@ -8,7 +8,10 @@
 //! | Field | Variable |
 //! |---|---|
 //! | `f64`, `i32`, `bool` | Real, Integer, Boolean |
-//! | `[f64; N]`, `[i32; N]`, `[bool; N]` | a vector: `x[1]`, `x[2]`, … |
+//! | `[f64; N]`, `[i32; N]`, `[bool; N]` | a vector: `x[1]`, `x[2]`, …; at most 64 kB |
+//! | `[[f64; N]; M]` and so on | a matrix: `x[1,1]`, `x[1,2]`, … |
+//! | `Vec<f64>`, `Vec<i32>`, `Vec<bool>` | a vector or matrix with the lengths of `len` |
+//! | `[S; 2]`, `S` a struct with the same derive | its variables twice: `motor[1].R`, `motor[2].R` |
 //! | `String` (a parameter), `&'static str` (an output) | String |
 //! | `Choice<E>`, `E` with `#[derive(Enumeration)]` | Enumeration |
 //! | a struct with the same derive | its variables, with the field's name before theirs: `motor.R` |
@@ -20,6 +23,8 @@
 //! | `start = 2.5` | parameters, inputs, states | start value; must be there for a parameter, except a String. `p.x_0` in a state: of the parameters `p` and inputs `u` |
 //! | `min = 0.0`, `max = 1.0` | Real, Integer | bounds; what is set outside is refused |
 //! | `nominal = 1e5` | Real | typical magnitude |
+//! | `len = 5000`, `len = p.n`, `len = (2, p.n)` | a `Vec` | its lengths, row by row: numbers, or structural parameters of the model's parameters `p`. `start` is then of the element with the index `i`, from 0 |
+//! | `structural` | Integer parameters | a size, with `min` and `max`: a structural parameter in FMI 3.0, a constant in FMI 2.0 |
 //! | `name = "R"` | all | name, where it is not the field's |
 //! | `at = 17` | all | value reference (of the first element), where it is not the next one |
 //! | `tunable` | parameters | may be set between steps |
@@ -27,7 +32,7 @@
 //! | `discrete` | Real inputs and outputs | changes at communication points only |
 //! | | states | is not integrated: `event` changes it; may be an i32, bool or `Choice` |
 //! | `set = read_file` | String parameters | `fn(&mut Self, &str, Option<&Path>) -> Result<(), String>` sets it, and whatever the text means |
-//! | `depends_on(u, w[2], v[i])` | outputs | the inputs that act on it at once; `depends_on()` none. Without it: all. With `model_exchange` states too; where none is named, and not `no_states`: all of them |
+//! | `depends_on(u, w[2], v[i], v[i - 1])` | outputs | the inputs that act on it at once; `depends_on()` none. Without it: all. With `model_exchange` states too; where none is named, and not `no_states`: all of them |
 //! | `initially_depends_on(u, gain)` | outputs | the inputs and parameters that act on it in Initialization Mode; `parameters` for all of them |
 //! | `rate_depends_on(u, x[i])` | states | the inputs and states that act on the derivative, for Model Exchange. Without it: all |
 //! | `local` | outputs, states | is a local variable, not meant for wiring |
@@ -45,7 +50,8 @@
 //! | `info = INFO` | names and files (a `const INFO: Info`), instead of the struct's name, doc comment and the package's version |
 //!
 //! Beside the rows each derive implements what a model's struct must have: `Clone` and serde's
-//! traits, and for all but parameters `Copy` and a `Default` of zeros (not serde's for outputs).
+//! traits, and for all but parameters a `Default` of zeros and `Copy`, which needs a struct without
+//! vectors (not serde's for outputs).
 //! `#[fmu(table_only)]` on the struct leaves them to you.
 //!
 //! On an enumeration, `#[derive(Enumeration)]` makes the items from the variants, in order and

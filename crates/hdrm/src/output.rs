@@ -54,13 +54,11 @@ pub struct Output {
 
 impl Hdrm {
     /// Outputs at a state under an input.
-    #[must_use]
     pub fn output(&self, state: &State, input: &Input) -> Output {
         self.output_at(&self.dynamics_with(state, input), input)
     }
 
     /// Outputs where the dynamics are known.
-    #[must_use]
     pub fn output_at(&self, dynamics: &Dynamics, input: &Input) -> Output {
         let Dynamics {
             strokes, holding, ..
@@ -94,7 +92,6 @@ impl Hdrm {
     }
 
     /// Exact time derivative of [`Hdrm::output`] while the input changes with `input_dot`.
-    #[must_use]
     pub fn output_derivative(&self, state: &State, input: &Input, input_dot: &Input) -> Output {
         let State { zeta, zeta_dot, .. } = state;
         let dynamics = self.dynamics_with(state, input);

@@ -15,19 +15,29 @@ use crate::Model;
 
 impl<M: Model> Instance<M> {
     /// Sets blocks: `number(k)` is that of the `k`-th, None at the end of the batch; `value(j)` is
-    /// the `j`-th of all `len` values.
+    /// the `j`-th of all `len` values, which `all` gives one after the other.
     #[inline]
-    pub(crate) fn set_blocks<T: Value>(
+    pub(crate) fn set_blocks<T: Value, I: Iterator<Item = T>>(
         &mut self,
         number: impl Fn(usize) -> Option<u32> + Copy,
         len: usize,
         value: impl Fn(usize) -> T + Copy,
+        all: impl Fn() -> I,
     ) -> Result<(), Fault> {
         if number(1).is_none()
-            && let Some(run) = number(0).and_then(|number| self.layout.whole(number, len))
-            && let Some(place) = T::input(&run.row.place)
+            && let Some(number) = number(0)
         {
-            return self.set_whole_input(run.row, run.bounds, place, len, value);
+            if let Some(run) = self.layout.whole(number, len) {
+                if let Some(place) = T::input(&run.row.place) {
+                    return self.set_whole_input(run.row, run.bounds, place, len, value);
+                }
+            } else if let Some(run) = self.layout.long(number, len)
+                && let Some(place) = T::input(&run.row.place)
+                && all().fold(true, |ok, value| ok & value.is_within(run.bounds))
+            {
+                self.set_long_input(run.row, place, all());
+                return Ok(());
+            }
         }
         let mut parameters = false;
         let (mut k, mut from) = (0, 0);
@@ -88,6 +98,31 @@ impl<M: Model> Instance<M> {
         }
         self.touch(!row.beside_evaluation);
         Ok(())
+    }
+
+    /// Sets all elements of a long input to what has been checked.
+    fn set_long_input<T: Value>(
+        &mut self,
+        row: &Variable<M>,
+        place: &Write<M::Input, T>,
+        all: impl Iterator<Item = T>,
+    ) {
+        let (mut changed, mut sets) = (row.counter.is_some(), 0);
+        for (input, value) in place
+            .slice_mut(&mut self.state.input.value)
+            .iter_mut()
+            .zip(all)
+        {
+            changed |= !input.is_same(value);
+            *input = value;
+            sets += 1;
+        }
+        if let Some(counter) = row.counter {
+            self.state.count_sets(counter, sets);
+        }
+        if changed {
+            self.touch(!row.beside_evaluation);
+        }
     }
 
     /// Writes what are inputs in a checked batch. They are held: where rows are arrays, nobody

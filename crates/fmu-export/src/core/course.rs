@@ -2,9 +2,9 @@
 //! them.
 
 use super::input::InputPolynomial;
+use super::layout::Layout;
 use super::model::{Model, real_inputs};
 use super::place::Write;
-use super::sizes::{zero, zeros};
 use super::state::{Reached, State};
 use super::value::Value;
 
@@ -126,17 +126,17 @@ impl<M: Model> State<M> {
     /// After a step of `h` s: derivatives have done their duty, the inputs are held where these
     /// have taken them.
     #[inline]
-    pub(crate) fn hold_inputs(&mut self, h: f64) {
+    pub(crate) fn hold_inputs(&mut self, h: f64, layout: &Layout<M>) {
         if self.input.order > 0 {
             let course = self.input_course();
-            let mut slope = zero::<M>(&course.value);
+            let mut slope = layout.zero(&course.value);
             taylor::<M>(&course, h, 1, &mut slope);
             let value = course.at::<M>(h);
             self.reached = Some(Reached { value, slope });
-            self.input.derivatives = zeros::<M>(&self.input.value);
+            self.input.derivatives = std::array::from_fn(|_| layout.zero(&self.input.value));
             self.input.order = 0;
         } else if let Some(reached) = &mut self.reached {
-            reached.slope = zero::<M>(&reached.value);
+            reached.slope = layout.zero(&reached.value);
         }
     }
 }

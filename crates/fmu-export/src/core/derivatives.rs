@@ -9,7 +9,7 @@ use super::message::Kind;
 use super::model::Variable;
 use super::phase::Phase;
 use super::place::{Place, Write};
-use super::sizes::zero;
+use super::sizes;
 use super::value::Value;
 use std::collections::BTreeMap;
 
@@ -184,10 +184,7 @@ impl<M: Model> Instance<M> {
         known: impl Fn(usize) -> u32,
         seed: impl Fn(usize) -> f64,
     ) -> Result<Direction<M>, Fault> {
-        let du = match self.layout.has_vectors() {
-            true => zero::<M>(self.state.input()),
-            false => M::Input::default(),
-        };
+        let du = self.layout.zero(self.state.input());
         let mut all = Direction {
             du,
             dx: None,
@@ -275,7 +272,7 @@ impl<M: Model> Instance<M> {
         let (mut seed, mut rate) = (model.clone(), model.clone());
         let mut dx = vec![0.0; self.layout.states];
         (equations.set_states)(&mut seed, direction.dx.as_ref().unwrap_or(&dx));
-        let mut dy = M::Output::default();
+        let mut dy = sizes::output::<M>(&self.state.parameters);
         let (p, u, t) = (&state.parameters, state.input(), state.time);
         directional(
             model,

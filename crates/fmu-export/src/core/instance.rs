@@ -137,9 +137,14 @@ impl<M: Model> Instance<M> {
 
     /// Puts another state in place of the present one.
     pub(crate) fn replace(&mut self, state: State<M>) {
-        self.room.first = state.first;
         self.state = state;
-        if self.layout.has_vectors() {
+        self.settle();
+    }
+
+    /// After another state has taken the place of the one before.
+    pub(crate) fn settle(&mut self) {
+        self.room.first = self.state.first;
+        if self.layout.has_vectors() && !self.has_sizes(&self.state.parameters) {
             self.follow_sizes();
         }
         self.forget();

@@ -9,7 +9,7 @@ use super::copied::copied;
 use super::fault::Fault;
 use super::model::{Model, Variable};
 use super::place::Place;
-use super::sizes::Resize;
+use super::sizes::{Resize, zero};
 use std::ops::Range;
 
 /// An element: the index within its row, from 0, and the row.
@@ -208,6 +208,15 @@ impl<M: Model> Layout<M> {
         (self.long.iter()).any(|(_, run)| run.row.resize.is_some())
     }
 
+    /// Inputs that are zero, with vectors as long as those of `like`.
+    #[inline]
+    pub(crate) fn zero(&self, like: &M::Input) -> M::Input {
+        match self.has_vectors() {
+            true => zero::<M>(like),
+            false => M::Input::default(),
+        }
+    }
+
     /// Whether parameters and inputs are as long as the rows.
     pub(crate) fn fits(&self, p: &M::Parameters, u: &M::Input) -> bool {
         self.long.iter().all(|(_, run)| match run.row.resize {
@@ -283,6 +292,14 @@ impl<M: Model> Layout<M> {
         let run = self.by_number.get(number as usize)?.as_ref()?;
         let is_whole = number == run.first && len == run.len() && (run.is_array || len == 1);
         is_whole.then_some(run)
+    }
+
+    /// The long row of this number, if it has `len` elements.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn long(&self, number: u32, len: usize) -> Option<Run<M>> {
+        let (run, _, n) = self.long_block(number).ok()?;
+        (n == len && run.is_array).then_some(run)
     }
 
     /// All blocks in the order of the table, with their numbers.

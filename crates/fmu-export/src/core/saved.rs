@@ -27,12 +27,23 @@ impl<M: Model> Instance<M> {
     /// A copy of the present state under a new handle, or in place of the one behind `old` (0:
     /// none).
     pub(crate) fn save(&mut self, old: usize) -> Result<usize, Fault> {
-        let mut state = Box::new(self.state.clone());
+        let (handle, state) = match self.saved.states.get_mut(&old) {
+            Some(state) => {
+                state.copy(&self.state);
+                (old, state)
+            }
+            None if old == 0 => {
+                let handle = NEXT.fetch_add(1, Ordering::Relaxed);
+                let state = Box::new(self.state.clone());
+                (handle, self.saved.states.entry(handle).or_insert(state))
+            }
+            None => return unknown(old),
+        };
         state.first = self.room.first;
         if state.phase == Phase::Initialization {
             state.model = None; // only kept from one get to the next: made again when needed
         }
-        self.keep(state, old)
+        Ok(handle)
     }
 
     fn keep(&mut self, state: Box<State<M>>, old: usize) -> Result<usize, Fault> {
@@ -58,12 +69,13 @@ impl<M: Model> Instance<M> {
 
     /// Goes back to a saved state.
     pub(crate) fn restore(&mut self, handle: usize) -> Result<(), Fault> {
-        let state = self.saved(handle)?.clone();
-        self.tell(
-            Kind::Event,
-            format!("state of t = {} s restored", state.time),
-        );
-        self.replace(state);
+        let Some(saved) = self.saved.states.get(&handle) else {
+            return unknown(handle);
+        };
+        self.state.copy(saved);
+        let text = format!("state of t = {} s restored", self.state.time);
+        self.tell(Kind::Event, text);
+        self.settle();
         Ok(())
     }
 

@@ -7,7 +7,7 @@ use super::copied::copied;
 use super::exchange::Exchange;
 use super::fault::Fault;
 use super::instance::Instance;
-use super::layout::{LONGEST, Layout};
+use super::layout::{LONGEST, Layout, MOST_COUNTED};
 use super::model::{Model, Variable};
 use super::phase::Phase;
 use super::place::{Place, Write};
@@ -85,6 +85,10 @@ impl<M: Model> Variable<M> {
                     "a structural parameter is an Integer that is not tunable, with min at least 1 and max at most {LONGEST}"
                 ));
             }
+        }
+        let is_long = self.resize.is_some() || self.each_unit.len() > MOST_COUNTED;
+        if is_long && (self.scalar || !self.each_unit.is_empty()) {
+            return Err("is a long row, which is a vector with one unit".to_owned());
         }
         let mut most = 1.0;
         for length in self.shape {

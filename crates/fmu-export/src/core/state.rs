@@ -56,6 +56,34 @@ impl<M: Model> State<M> {
         }
     }
 
+    /// Becomes a copy of another state; vectors stay where they are.
+    pub(crate) fn copy(&mut self, from: &Self) {
+        let Self {
+            phase,
+            start,
+            stop,
+            time,
+            event,
+            first,
+            tolerance,
+            parameters,
+            given,
+            input,
+            reached,
+            model,
+        } = from;
+        (self.phase, self.start, self.stop) = (*phase, *start, *stop);
+        (self.time, self.event) = (*time, *event);
+        (self.first, self.tolerance) = (*first, *tolerance);
+        self.parameters.clone_from(parameters);
+        self.given.clone_from(given);
+        self.input.value.clone_from(&input.value);
+        self.input.derivatives.clone_from(&input.derivatives);
+        self.input.order = input.order;
+        self.reached.clone_from(reached);
+        self.model.clone_from(model);
+    }
+
     pub(crate) fn instantiated(parameters: M::Parameters, input: M::Input, slots: usize) -> Self {
         Self {
             phase: Phase::Instantiated,

@@ -99,7 +99,7 @@ impl<M: Model> Instance<M> {
             Some(s) => self.state.time + s,
             None => t + h,
         };
-        self.state.hold_inputs(reached.unwrap_or(from_now));
+        (self.state).hold_inputs(reached.unwrap_or(from_now), &self.layout);
         self.state.time = time;
         self.forget();
         Ok(End {

@@ -86,7 +86,12 @@ fn set<M: Model, C: Copy, T: Value>(
     from_c: impl Fn(C) -> T + Copy,
 ) -> Result<(), Fault> {
     let (vr, all) = (&vr, &values);
-    (b.instance).set_blocks(move |k| vr.at(k), all.len(), move |k| from_c(all.get(k)))?;
+    (b.instance).set_blocks(
+        move |k| vr.at(k),
+        all.len(),
+        move |k| from_c(all.get(k)),
+        move || all.iter().map(from_c),
+    )?;
     b.note_set();
     Ok(())
 }

@@ -23,9 +23,13 @@ struct Parameters {
     /// Not a size
     #[fmu(structural, unit = "1", start = 5.0)]
     x: f64,
+    cells: [Cell; CELLS],
+}
+
+#[derive(Parameters)]
+struct Texts {
     /// Names
     names: Vec<String>,
-    cells: [Cell; CELLS],
 }
 
 #[derive(Input)]

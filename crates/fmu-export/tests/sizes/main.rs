@@ -150,6 +150,27 @@ fn a_wrong_value_in_an_array_is_named_and_nothing_is_set() {
     assert_eq!(fmu.set(vr::T, &[1.0; 1000]), Status::Error);
 }
 
+#[test]
+fn integers_booleans_and_outputs_are_arrays_too() {
+    let fmu = Rod3::new();
+    fmu.ok(unsafe { fmi3EnterConfigurationMode(fmu.c) });
+    fmu.ok(fmu.set_size(vr::M, 3));
+    fmu.ok(unsafe { fmi3ExitConfigurationMode(fmu.c) });
+    let (flags, counts) = ([0; 40], [4, -5, 6]);
+    fmu.ok(unsafe { fmi3SetBoolean(fmu.c, &vr::FLAGS, 1, flags.as_ptr(), 40) });
+    let (mut read_flags, mut read) = ([1; 40], [0; 3]);
+    fmu.ok(unsafe { fmi3GetBoolean(fmu.c, &vr::FLAGS, 1, read_flags.as_mut_ptr(), 40) });
+    fmu.ok(unsafe { fmi3GetInt32(fmu.c, &vr::COUNTS, 1, read.as_mut_ptr(), 3) });
+    assert_eq!((read_flags, read), (flags, [-3; 3]));
+    fmu.ok(unsafe { fmi3SetInt32(fmu.c, &vr::COUNTS, 1, counts.as_ptr(), 3) });
+    fmu.ok(unsafe { fmi3GetInt32(fmu.c, &vr::COUNTS, 1, read.as_mut_ptr(), 3) });
+    assert_eq!(read, counts);
+    fmu.start();
+    fmu.ok(fmu.set(vr::HEATING, &[1.0, 2.0, 4.0, 8.0, 16.0]));
+    fmu.step(0.0, 0.1); // what is set in Step Mode is read after a step
+    assert_eq!(fmu.get(vr::PAIRS, 5), [1.0, 3.0, 6.0, 12.0, 24.0]);
+}
+
 /// Oracle: the rate of a mode is its eigenvalue times it.
 #[test]
 fn importers_integrate_rods_of_any_length() {
@@ -272,4 +293,43 @@ fn descriptions_have_dimensions_and_names_of_elements() {
         let unknown = format!(r#"<Unknown index="{index}" dependencies="{dependencies}"/>"#);
         assert!(xml.contains(&unknown), "{unknown}");
     }
+}
+
+/// Times beside those of a memcpy of as many bytes, for a reader: `cargo test --profile fmu-release
+/// -p fmu-export --test sizes -- --ignored --nocapture`.
+#[test]
+#[ignore = "prints times, which depend on what else the machine does"]
+fn times_of_arrays() {
+    let n = 100_000;
+    let fmu = Rod3::sized(n as u64);
+    fmu.start();
+    let (mut from, mut to) = (vec![0.5; n], vec![0.0; n]);
+    let time = |f: &mut dyn FnMut()| {
+        let once = |f: &mut dyn FnMut()| {
+            let start = std::time::Instant::now();
+            f();
+            start.elapsed().as_secs_f64() * 1e6
+        };
+        (0..200).map(|_| once(f)).fold(f64::INFINITY, f64::min)
+    };
+    let copy = time(&mut || to.copy_from_slice(std::hint::black_box(&from)));
+    let mut say = |what: &str, f: &mut dyn FnMut()| {
+        println!("{what}: {:.1} µs, {:.1} of a copy", time(f), time(f) / copy);
+    };
+    say("set", &mut || {
+        from[7] += 1.0; // another array each time
+        fmu.ok(fmu.set(vr::HEATING, &from));
+    });
+    fmu.step(0.0, 0.1);
+    say("get", &mut || fmu.ok(fmu.try_get(vr::T, &mut to)));
+    let mut state = fmu.save();
+    say("save", &mut || {
+        fmu.ok(unsafe { fmi3GetFMUState(fmu.c, &mut state) })
+    });
+    say("restore", &mut || fmu.restore(state));
+    let bytes = fmu.bytes(state).len();
+    println!(
+        "a state has {bytes} bytes, {:.1} arrays",
+        bytes as f64 / (8 * n) as f64
+    );
 }

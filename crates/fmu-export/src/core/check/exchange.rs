@@ -9,6 +9,7 @@ use crate::core::derivatives::ROOT_OF_EPSILON;
 use crate::core::layout::{Element, Layout};
 use crate::core::model::{Variable, real_outputs};
 use crate::core::place::Place;
+use crate::core::sizes::{self, zero};
 use crate::core::value::Value;
 use crate::{Evaluation, Model, ModelError};
 
@@ -144,7 +145,7 @@ impl<M: Model> Trial<M> {
             };
             let (near, far, size) = (difference(1.0)?, difference(2.0)?, at(0.0)?);
             let (mut seed, mut rate) = (model.clone(), model.clone());
-            let (mut dx, mut dy) = (vec![0.0; n], M::Output::default());
+            let (mut dx, mut dy) = (vec![0.0; n], sizes::output::<M>(p));
             dx[k] = 1.0;
             (equations.set_states)(&mut seed, &dx);
             directional(
@@ -153,7 +154,7 @@ impl<M: Model> Trial<M> {
                 u,
                 &now,
                 0.0,
-                (&seed, &M::Input::default()),
+                (&seed, &zero::<M>(u)),
                 &mut rate,
                 &mut dy,
             )?;
