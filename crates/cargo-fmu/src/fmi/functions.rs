@@ -36,6 +36,15 @@ pub enum OwnFunctions {
 
 use OwnFunctions::{Fmi2, Fmi3};
 
+/// `fmi2EventInfo`.
+#[repr(C)]
+#[derive(Default)]
+struct EventInfo {
+    /// Again, end, nominals changed, states changed, next event known.
+    flags: [c_int; 5],
+    next: f64,
+}
+
 /// What is simulated, as the C functions take it: relative tolerance, first and last time in s.
 #[derive(Clone, Copy, Debug, Default)]
 #[allow(missing_docs)] // named and explained in the standard
@@ -181,6 +190,21 @@ impl Functions {
             (f.fmi3DeserializeFMUState)(c, bytes, size, state);
     }
 
+    both! { self, f:
+        fn enter_event_mode(c: Pointer) -> c_int = (f.fmi2EnterEventMode)(c), (f.fmi3EnterEventMode)(c);
+        fn set_time(c: Pointer, t: f64) -> c_int = (f.fmi2SetTime)(c, t), (f.fmi3SetTime)(c, t);
+        fn set_continuous_states(c: Pointer, x: *const f64, n: usize) -> c_int
+            = (f.fmi2SetContinuousStates)(c, x, n), (f.fmi3SetContinuousStates)(c, x, n);
+        fn get_continuous_states(c: Pointer, x: *mut f64, n: usize) -> c_int
+            = (f.fmi2GetContinuousStates)(c, x, n), (f.fmi3GetContinuousStates)(c, x, n);
+        fn get_derivatives(c: Pointer, x: *mut f64, n: usize) -> c_int
+            = (f.fmi2GetDerivatives)(c, x, n), (f.fmi3GetContinuousStateDerivatives)(c, x, n);
+        fn get_event_indicators(c: Pointer, x: *mut f64, n: usize) -> c_int
+            = (f.fmi2GetEventIndicators)(c, x, n), (f.fmi3GetEventIndicators)(c, x, n);
+        fn get_nominals(c: Pointer, x: *mut f64, n: usize) -> c_int
+            = (f.fmi2GetNominalsOfContinuousStates)(c, x, n), (f.fmi3GetNominalsOfContinuousStates)(c, x, n);
+    }
+
     /// With a `kind` other than 1 for model exchange. In FMI 3.0 with Event Mode; what is no
     /// argument there is not looked at.
     pub unsafe fn instantiate(
@@ -231,6 +255,70 @@ impl Functions {
                         ),
                     }
                 }
+            }
+        }
+    }
+
+    /// From Event Mode of Model Exchange: new discrete states until none is needed, at most a thousand
+    /// times; then into Continuous-Time Mode. What is told is the time of the next event, infinite
+    /// where none is known, and whether the simulation ends.
+    pub unsafe fn handle_events(&self, c: Pointer, next: &mut f64, ends: &mut bool) -> c_int {
+        for _ in 0..1000 {
+            let mut info = EventInfo::default();
+            let ([mut again, mut end, mut nominals, mut moved, mut defined], mut time) =
+                ([false; 5], 0.0);
+            // SAFETY: forwarded; places for the results.
+            let status = unsafe {
+                match &self.own {
+                    Fmi2(f) => (f.fmi2NewDiscreteStates)(c, ptr::from_mut(&mut info).cast()),
+                    Fmi3(f) => (f.fmi3UpdateDiscreteStates)(
+                        c,
+                        &mut again,
+                        &mut end,
+                        &mut nominals,
+                        &mut moved,
+                        &mut defined,
+                        &mut time,
+                    ),
+                }
+            };
+            if status > WARNING {
+                return status;
+            }
+            let [needed, _, _, _, is_known] = info.flags.map(|flag| flag != 0);
+            *ends = end || info.flags[1] != 0;
+            *next = match (is_known, defined) {
+                (true, _) => info.next,
+                (_, true) => time,
+                _ => f64::INFINITY,
+            };
+            if !(needed || again) {
+                break;
+            }
+        }
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2EnterContinuousTimeMode)(c),
+                Fmi3(f) => (f.fmi3EnterContinuousTimeMode)(c),
+            }
+        }
+    }
+
+    /// Whether an event must be handled, and whether the simulation ends.
+    pub unsafe fn completed_integrator_step(&self, c: Pointer, told: &mut [bool; 2]) -> c_int {
+        let [event, ends] = told;
+        let mut in_2: [c_int; 2] = [0; 2];
+        let [event_2, ends_2] = in_2.each_mut();
+        // SAFETY: forwarded; places for the results.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => {
+                    let status = (f.fmi2CompletedIntegratorStep)(c, 1, event_2, ends_2);
+                    *told = in_2.map(|flag| flag != 0);
+                    status
+                }
+                Fmi3(f) => (f.fmi3CompletedIntegratorStep)(c, true, event, ends),
             }
         }
     }
