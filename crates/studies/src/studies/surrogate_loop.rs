@@ -58,7 +58,6 @@ const FIRST_SEED: u64 = 7001;
 pub const MACHINES: u64 = 3;
 
 /// Runs that [`run`] makes on `machines`.
-#[must_use]
 pub fn runs(machines: usize) -> usize {
     SENSORS.len() * CONTROLLERS.len() * TRAJECTORIES.len() * machines
 }
@@ -218,7 +217,6 @@ pub struct SurrogateRow {
 }
 
 /// The runs in rows.
-#[must_use]
 pub fn rows(runs: &[SurrogateRun]) -> Vec<SurrogateRow> {
     let of = |sensors: &str, model: &str| -> Vec<&SurrogateRun> {
         let wanted = runs
