@@ -47,7 +47,7 @@ def write_zip(folder, name, path):
 def main(folder, version, out):
     folder, out, name = Path(folder), Path(out), f"hdrm-fmu-{version}"
     wheels = sorted(folder.glob("python/*.whl"))
-    single = [*sorted(folder.glob("*.fmu")), *sorted(folder.glob("*.ssp")), *sorted(folder.glob("*.html")), *wheels]
+    single = [*sorted(folder.glob("*.fmu")), *sorted(folder.glob("*.ssp")), *sorted(folder.glob("*.html")), *sorted(folder.glob("*.wasm")), *wheels]
     if not (single and wheels):
         raise SystemExit(f"{folder} must hold FMUs and a wheel: make it with `cargo xtask dist`")
     out.mkdir(parents=True, exist_ok=True)

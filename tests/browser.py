@@ -4,11 +4,13 @@ Needs Chromium and ChromeDriver of the system (Debian: chromium, chromium-driver
 REPORT_BROWSER=required in the environment, as in CI.
 """
 
+import base64
 import os
 import shutil
 
 import pytest
 from selenium import webdriver
+from selenium.webdriver.support.ui import WebDriverWait
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 # Advice of Chromium on speed (software renderer, a canvas of plotly.js that is read back) is no error.
@@ -44,8 +46,32 @@ def chromium(*flags):
         options.add_argument(f"--{flag}")
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     chrome = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
-    chrome.set_script_timeout(60)
+    chrome.set_script_timeout(600)
     return chrome
+
+
+def until(chrome, condition):
+    """Waits for it. How long is no measure: a page that never gets there ends the wait, a busy machine does not."""
+    return WebDriverWait(chrome, 300, 0.05).until(lambda _: condition())
+
+
+def shown(chrome, name):
+    """The text of the element of that id, also of one that fades away."""
+    return chrome.execute_script("return document.getElementById(arguments[0]).innerText", name)
+
+
+def drop(chrome, name, content):
+    """A file falls onto the page."""
+    chrome.execute_script(
+        """
+        const bytes = Uint8Array.from(atob(arguments[1]), (c) => c.charCodeAt(0));
+        const data = new DataTransfer();
+        data.items.add(new File([bytes], arguments[0]));
+        document.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+        """,
+        name,
+        base64.b64encode(content).decode(),
+    )
 
 
 def noise(chrome):

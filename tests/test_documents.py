@@ -73,7 +73,7 @@ def test_the_tests_page_names_every_file():
 def handed_out(tmp_path):
     """A folder like that of `cargo xtask dist`."""
     folder = tmp_path / "dist"
-    for name in ("Emla.fmu", "fmi3/Emla.fmu", "Manipulator.ssp", "machine.html", "linux64/cosim", "win64/cosim.exe", "aarch64-linux/cosim", "python/hdrm_fmu-0.1.0.whl", "README.md"):
+    for name in ("Emla.fmu", "fmi3/Emla.fmu", "Manipulator.ssp", "machine.html", "cosim_page.wasm", "linux64/cosim", "win64/cosim.exe", "aarch64-linux/cosim", "python/hdrm_fmu-0.1.0.whl", "README.md"):
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(name)
@@ -87,7 +87,7 @@ def test_a_release_has_archives_single_files_and_checksums(handed_out, tmp_path)
     main(handed_out, "0.1.0", tmp_path / "two")
     made = {path.name: path.read_bytes() for path in (tmp_path / "one").iterdir()}
     assert made == {path.name: path.read_bytes() for path in (tmp_path / "two").iterdir()}, "made twice, the same bytes"
-    assert {"Emla.fmu", "fmi3-Emla.fmu", "Manipulator.ssp", "machine.html", "hdrm_fmu-0.1.0.whl", "hdrm-fmu-0.1.0.tar.gz", "hdrm-fmu-0.1.0-win64.zip", "SHA256SUMS"} == set(made)
+    assert {"Emla.fmu", "fmi3-Emla.fmu", "Manipulator.ssp", "machine.html", "cosim_page.wasm", "hdrm_fmu-0.1.0.whl", "hdrm-fmu-0.1.0.tar.gz", "hdrm-fmu-0.1.0-win64.zip", "SHA256SUMS"} == set(made)
     sums = dict(reversed(line.split("  ")) for line in made.pop("SHA256SUMS").decode().splitlines())
     assert sums == {name: hashlib.sha256(data).hexdigest() for name, data in made.items()}
     with tarfile.open(tmp_path / "one/hdrm-fmu-0.1.0.tar.gz") as archive:

@@ -104,6 +104,8 @@ def test_derived_variables_say_what_the_structs_say(derived):
         ("speed", "output", "continuous", "rad/s", "deg/s", None, None, "Angular velocity"),
         ("energy", "output", "continuous", "J", None, None, None, "Kinetic and potential energy"),
         ("acceleration", "output", "continuous", "rad/s2", None, None, None, "Angular acceleration"),
+        ("der(angle)", "local", "continuous", "rad/s", None, None, None, "Time derivative"),
+        ("der(speed)", "local", "continuous", "rad/s2", None, None, None, "Time derivative"),
     ]
     assert description.description == "A pendulum with a torque on its pivot"
 

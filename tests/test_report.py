@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
-from selenium.webdriver.support.ui import Select, WebDriverWait
+from selenium.webdriver.support.ui import Select
 
-from browser import chromium, noise
+from browser import chromium, noise, until
 from native import hdrm_fmu
 
 # A cut-off motion: 2 s of it are enough to see things move, and the runs stay short.
@@ -38,7 +38,7 @@ def written(fmu_dir, tmp_path_factory):
 def browser(written):
     chrome = chromium()
     chrome.get((written / "report.html").as_uri())
-    WebDriverWait(chrome, 120).until(lambda b: b.execute_script("return document.readyState") == "complete")
+    until(chrome, lambda: chrome.execute_script("return document.readyState") == "complete")
     yield chrome
     chrome.quit()
 
@@ -95,7 +95,7 @@ def test_plots_hold_curves(browser):
 def test_paths_in_space_are_drawn(browser):
     browser.execute_script("document.getElementById('path-cubic').scrollIntoView()")
     drawn = "return document.querySelectorAll('#path-cubic canvas').length"
-    WebDriverWait(browser, 30).until(lambda b: b.execute_script(drawn) > 0)
+    until(browser, lambda: browser.execute_script(drawn) > 0)
 
 
 @pytest.mark.parametrize("trajectory", TRAJECTORIES)
@@ -146,15 +146,14 @@ def test_no_text_covers_other_text(browser, width):
         }
         return [found, document.documentElement.scrollWidth <= window.innerWidth];
         """
+    redrawn = """
+        const plots = [...document.querySelectorAll(".js-plotly-plot")].filter((plot) => plot.offsetParent);
+        return window.innerWidth <= arguments[0] && plots.every((plot) => Math.abs(plot._fullLayout.width - plot.clientWidth) < 2);
+        """
     try:
-        time.sleep(1.5)  # Plotly redraws after a resize; on a busy machine that takes longer.
-        for _ in range(20):
-            covered, fits = browser.execute_script(script)
-            if covered == [] and fits:
-                break
-            time.sleep(1.0)
-        assert covered == []
-        assert fits
+        # Plotly redraws some time after a resize.
+        until(browser, lambda: browser.execute_script(redrawn, width))
+        assert browser.execute_script(script) == [[], True]
     finally:
         browser.set_window_size(1400, height)
 
@@ -286,7 +285,7 @@ def test_play_and_pause(browser):
     move(browser, 0.0)
     button = browser.find_element(By.ID, "play")
     button.click()
-    WebDriverWait(browser, 30).until(lambda b: shown_time(b) > 0.3)
+    until(browser, lambda: shown_time(browser) > 0.3)
     button.click()
     stopped = shown_time(browser)
     time.sleep(0.5)

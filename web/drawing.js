@@ -41,15 +41,20 @@ class MachineDrawing {
     this.groups = this.machine(() => ({}));
     this.tip = new THREE.Mesh(
       new THREE.SphereGeometry(0.03, 24, 16),
-      new THREE.MeshStandardMaterial({ color: TIP_COLOR, emissive: TIP_COLOR, emissiveIntensity: 0.5, depthTest: false }));
+      this.surface({ color: TIP_COLOR, emissive: TIP_COLOR, emissiveIntensity: 0.5, depthTest: false }));
     this.tip.renderOrder = 3;
     this.base.add(this.tip);
     /* Middle of what is drawn of a body, in body axes. */
-    this.middles = this.groups.map((group) => {
-      const main = group.children[0].geometry;
+    this.middles = bodies.map((body) => {
+      const main = MachineDrawing.shape(body.shapes[0]);
       main.computeBoundingSphere();
-      return main.boundingSphere.center.clone();
+      return main.boundingSphere.center;
     });
+  }
+
+  /* A surface; a plain one has no highlights. */
+  surface({ metalness = 0, roughness = 1, ...look }) {
+    return this.plain ? new THREE.MeshLambertMaterial(look) : new THREE.MeshStandardMaterial({ metalness, roughness, ...look });
   }
 
   light() {
@@ -71,7 +76,7 @@ class MachineDrawing {
     this.scene.fog = new THREE.Fog(sky, 14, 32);
     if (this.ground) this.scene.remove(this.ground);
     this.ground = new THREE.Group();
-    const floor = new THREE.Mesh(new THREE.PlaneGeometry(80, 80), new THREE.MeshStandardMaterial({ color: ground, roughness: 1 }));
+    const floor = new THREE.Mesh(new THREE.PlaneGeometry(80, 80), this.surface({ color: ground }));
     floor.rotation.x = -Math.PI / 2;
     floor.receiveShadow = true;
     const lines = new THREE.GridHelper(40, 40, axes, grid);
@@ -80,44 +85,46 @@ class MachineDrawing {
     this.scene.add(this.ground);
   }
 
-  /* The bodies once more; `look` gives what a body's material has other than usual. */
+  /* The bodies once more, each a mesh, which is drawn by one call; `look` gives what a body's material has other than usual. */
   machine(look) {
     return this.bodies.map((body) => {
       const rod = body.name.startsWith("D") && body.name !== "D4";
-      const material = new THREE.MeshStandardMaterial({
+      const material = this.surface({
         color: METAL[body.name] ?? "#888888", metalness: rod ? 0.4 : 0.05, roughness: rod ? 0.3 : 0.55,
         transparent: body.name === "PL", opacity: body.name === "PL" ? 0.45 : 1, ...look(body) });
-      const group = new THREE.Group();
-      body.shapes.forEach((s) => group.add(MachineDrawing.shape(s, material)));
-      this.base.add(group);
-      return group;
+      const mesh = new THREE.Mesh(MachineDrawing.merged(body.shapes.map(MachineDrawing.shape)), material);
+      mesh.castShadow = mesh.receiveShadow = true;
+      this.base.add(mesh);
+      return mesh;
     });
   }
 
-  static shape(description, material) {
-    let geometry;
-    const { kind } = description;
+  static shape({ kind, ...its }) {
     if (kind === "plate") {
       const outline = new THREE.Shape();
-      description.outline.forEach(([x, y], k) => (k ? outline.lineTo(x, y) : outline.moveTo(x, y)));
-      const [z0, z1] = description.z;
+      its.outline.forEach(([x, y], k) => (k ? outline.lineTo(x, y) : outline.moveTo(x, y)));
+      const [z0, z1] = its.z;
       const bevel = Math.min(0.008, 0.2 * (z1 - z0));
-      geometry = new THREE.ExtrudeGeometry(outline, {
-        depth: z1 - z0 - 2 * bevel, bevelSize: bevel, bevelThickness: bevel, bevelOffset: -bevel, bevelSegments: 2 });
-      geometry.translate(0, 0, z0 + bevel);
-    } else if (kind === "bar") {
-      const [from, to] = [new THREE.Vector3(...description.from), new THREE.Vector3(...description.to)];
-      const axis = to.clone().sub(from);
-      geometry = new THREE.CylinderGeometry(description.radius, description.radius, axis.length(), 36);
-      geometry.applyQuaternion(new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 1, 0), axis.normalize()));
-      geometry.translate(...from.add(to).multiplyScalar(0.5).toArray());
-    } else {
-      geometry = new THREE.BoxGeometry(...description.size);
-      geometry.translate(...description.centre);
+      return new THREE.ExtrudeGeometry(outline, {
+        depth: z1 - z0 - 2 * bevel, bevelSize: bevel, bevelThickness: bevel, bevelOffset: -bevel, bevelSegments: 2,
+      }).translate(0, 0, z0 + bevel);
     }
-    const mesh = new THREE.Mesh(geometry, material);
-    mesh.castShadow = mesh.receiveShadow = true;
-    return mesh;
+    if (kind === "box") return new THREE.BoxGeometry(...its.size).translate(...its.centre);
+    const [from, to] = [new THREE.Vector3(...its.from), new THREE.Vector3(...its.to)];
+    const axis = to.clone().sub(from);
+    const turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 1, 0), axis.clone().normalize());
+    return new THREE.CylinderGeometry(its.radius, its.radius, axis.length(), 36).applyQuaternion(turn).translate(...from.add(to).multiplyScalar(0.5).toArray());
+  }
+
+  /* Geometries as one. */
+  static merged(geometries) {
+    const all = geometries.map((geometry) => (geometry.index ? geometry.toNonIndexed() : geometry));
+    const merged = new THREE.BufferGeometry();
+    for (const name of ["position", "normal"]) {
+      const values = all.flatMap((geometry) => [...geometry.attributes[name].array]);
+      merged.setAttribute(name, new THREE.BufferAttribute(new Float32Array(values), 3));
+    }
+    return merged;
   }
 
   /* A line through points [x, y, z]; drawn over everything. */

@@ -71,8 +71,10 @@ export class Ensemble {
     return this.each((engine) => engine.pause());
   }
 
-  advance(seconds) {
-    return this.each((engine) => engine.advance(seconds));
+  async advance(seconds) {
+    await this.each((engine) => engine.advance(seconds));
+    await this.tending;
+    await this.tend();
   }
 
   /* A ghost keeps its law. */
@@ -84,8 +86,9 @@ export class Ensemble {
 
   /* A state of all, as { time, ids }. */
   async state() {
-    const time = this.time;
-    return { time, ids: await this.each((engine) => engine.save()) };
+    // While it runs the time is known by the answer.
+    const saved = await this.each(async (engine) => ({ id: await engine.save(), time: engine.time }));
+    return { time: saved[0].time, ids: saved.map(({ id }) => id) };
   }
 
   async back({ ids }) {
@@ -104,7 +107,7 @@ export class Ensemble {
 
   /* While all run: a state is kept each second, and who is late on a busy machine makes up for it. Called for each frame. */
   tend() {
-    this.tending ??= this.look().finally(() => (this.tending = null));
+    return (this.tending ??= this.look().finally(() => (this.tending = null)));
   }
 
   async look() {

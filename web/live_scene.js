@@ -83,7 +83,7 @@ export class LiveScene {
   }
 
   mark(geometry, color) {
-    const made = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ color, emissive: color, emissiveIntensity: 0.35, transparent: true, opacity: 0.9 }));
+    const made = new THREE.Mesh(geometry, this.drawing.surface({ color, emissive: color, emissiveIntensity: 0.35, transparent: true, opacity: 0.9 }));
     this.drawing.base.add(made);
     return made;
   }
@@ -106,7 +106,7 @@ export class LiveScene {
     this.colors = colors;
     this.ghosts.flat().forEach((group) => this.drawing.base.remove(group));
     this.ghosts = colors.map((color) => this.drawing.machine(() => ({ color, transparent: true, opacity: 0.3, depthWrite: false, polygonOffset: true, polygonOffsetFactor: 4 })));
-    this.ghosts.flat().forEach((group) => group.children.forEach((mesh) => (mesh.castShadow = mesh.receiveShadow = false)));
+    this.ghosts.flat().forEach((mesh) => (mesh.castShadow = mesh.receiveShadow = false));
     this.dirty = true;
   }
 
@@ -155,7 +155,7 @@ export class LiveScene {
   setWaypoints(points) {
     this.waypoints.clear();
     points.forEach((point) => {
-      const ball = new THREE.Mesh(new THREE.SphereGeometry(0.025, 16, 12), new THREE.MeshStandardMaterial({ color: REFERENCE }));
+      const ball = new THREE.Mesh(new THREE.SphereGeometry(0.025, 16, 12), this.drawing.surface({ color: REFERENCE }));
       ball.position.set(...point);
       this.waypoints.add(ball);
     });

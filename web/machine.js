@@ -7,7 +7,7 @@ import { LiveScene } from "./live_scene.js";
 import { Recorder } from "./records.js";
 import { Page, element, html, scripted, tickBox } from "./page.js";
 import { Monitor } from "./monitor.js";
-import { readable } from "./scopes.js";
+import { fixed, readable } from "./scopes.js";
 import { ACTUATORS, SIGNALS } from "./signals.js";
 import { download, json, part } from "./parts.js";
 import { addressOf, elements, settingsOf } from "./variables.js";
@@ -58,10 +58,12 @@ class LivePage extends Page {
     return [...this.ensemble.ghosts.keys()];
   }
 
-  /* Starts with these settings, and says why where a reason is given; what is refused leaves the run as it is. */
-  async start(settings, ghosts = this.laws, why = "") {
+  /* Starts with these settings, at the joints' present angles where it is `there`, and says why where a reason is given; what is refused
+   * leaves the run as it is. */
+  async start(settings, ghosts = this.laws, why = "", there = false) {
     const playing = this.playing;
     if (this.settings) await this.pause();
+    if (there) SIGNALS.zeta.forEach((name, k) => (settings[name.replace("zeta", "zeta_start")] = this.monitor.now("zeta")[k]));
     try {
       const laws = ghosts.filter((law) => law in LAWS);
       if (laws.join() === this.laws.join()) await this.ensemble.restart(settings);
@@ -189,11 +191,11 @@ class LivePage extends Page {
     element("share").textContent = this.playing ? `${Math.round(100 * share)} %` : "–";
     const lines = ACTUATORS.map((name, k) => {
       const part = Math.abs(forces[k]) / this.data.rated[k];
-      return `<tr><td>${name}</td><td>${(forces[k] / 1000).toFixed(1).replace("-", "−")} kN</td><td><meter min="0" max="1.3" high="1" low="0.8" optimum="0" value="${part}"></meter></td><td>${currents[k].toFixed(1).replace("-", "−")} A</td></tr>`;
+      return `<tr><td>${name}</td><td>${fixed(forces[k] / 1000, 1)} kN</td><td><meter min="0" max="1.3" high="1" low="0.8" optimum="0" value="${part}"></meter></td><td>${fixed(currents[k], 1)} A</td></tr>`;
     });
     const beside = this.laws.map((law, k) => `<tr style="color:${this.monitor.ghostColor(k)}"><td>${law}</td><td colspan="3">${readable(1000 * ghostErrors[k])} mm</td></tr>`);
     element("readout").innerHTML = `<table>${lines.join("")}<tr><td><b>tip error</b></td><td colspan="3"><b>${readable(1000 * error)} mm</b></td></tr>${beside.join("")}</table>`;
-    this.scene.label(ACTUATORS.map((name, k) => `${name} ${(forces[k] / 1000).toFixed(1).replace("-", "−")} kN, ${currents[k].toFixed(0).replace("-", "−")} A`));
+    this.scene.label(ACTUATORS.map((name, k) => `${name} ${fixed(forces[k] / 1000, 1)} kN, ${fixed(currents[k], 0)} A`));
     if (this.levers.padName) element("gamepad").textContent = `Joystick: ${this.levers.padName}. Left stick: slew and lift; right stick: tilt and turn.`;
     element("csv").disabled = this.recorder.count === 0;
   }
@@ -215,6 +217,14 @@ class LivePage extends Page {
 
   get engine() {
     return this.ensemble?.main;
+  }
+
+  /* The machine's engine, or that of the ghost under this law. */
+  engineOf(law) {
+    if (law === undefined) return this.engine;
+    const ghost = this.ensemble.ghosts.get(law);
+    if (!ghost) throw new Error(`There is no ghost under the law ${law}.`);
+    return ghost;
   }
 
   play() {
@@ -274,11 +284,6 @@ class LivePage extends Page {
     this.commanding = false;
   }
 
-  /* Settings that start where the machine stands now. */
-  standing() {
-    return Object.fromEntries(SIGNALS.zeta.map((name, k) => [name.replace("zeta", "zeta_start"), this.monitor.now("zeta")[k]]));
-  }
-
   /* Who leads from now on: a value of the select `trajectory`. */
   async lead(choice) {
     const [trajectory, detail] = choice.split(" ");
@@ -290,8 +295,8 @@ class LivePage extends Page {
         await this.set("controller.rate.command", detail);
         return this.follow();
       }
-      Object.assign(settings, { "controller.rate.command": detail }, this.standing());
-      return this.start(settings, undefined, "You lead now: the levers, or the keys under them.");
+      settings["controller.rate.command"] = detail;
+      return this.start(settings, undefined, "You lead now: the levers, or the keys under them.", true);
     }
     if (trajectory === "path") settings["controller.path_file"] = detail;
     if (trajectory !== "waypoints") return this.start(settings, undefined, "The machine started again, on that path.");
@@ -303,8 +308,8 @@ class LivePage extends Page {
   /* Follows a path from where the machine stands: waypoints, or the text of a file. */
   follows(path) {
     const files = { [PATH]: typeof path === "string" ? path : JSON.stringify(path) };
-    const settings = { ...this.settings, ...this.standing(), trajectory: "path", "controller.path_file": PATH, files, "controller.settle_time": 0.3 };
-    return this.start(settings, undefined, "The machine follows your waypoints.");
+    const settings = { ...this.settings, trajectory: "path", "controller.path_file": PATH, files, "controller.settle_time": 0.3 };
+    return this.start(settings, undefined, "The machine follows your waypoints.", true);
   }
 
   addWaypoint(point) {

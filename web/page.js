@@ -52,7 +52,8 @@ export class Page {
   }
 }
 
-/* `window.machine`: a page for scripts. `its` has `engine`, `start(settings)`, `play()`, `pause()`, `advance(seconds)`, `set(name, value)`. */
+/* `window.machine`: a page for scripts. `its` has `engine`, `engineOf(ghost)`, `start(settings)`, `play()`, `pause()`, `advance(seconds)`,
+ * `set(name, value)`. */
 export function scripted(its, ready) {
   window.machine = {
     ready,
@@ -60,7 +61,7 @@ export function scripted(its, ready) {
     play: () => its.play(),
     pause: () => its.pause(),
     advance: (seconds) => its.advance(seconds),
-    get: (name) => its.engine.get(name),
+    get: async (name, ghost) => its.engineOf(ghost).get(name),
     set: (name, value) => its.set(name, value),
     get time() {
       return its.engine?.time ?? NaN;

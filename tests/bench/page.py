@@ -1,24 +1,35 @@
-"""How fast the page's engine is in Chromium beside `cosim`, on one core, in turn: coupled system, and the real world with one ghost.
+"""How fast the page is in Chromium, in lines of JSON.
 
-    MACHINE_PAGE=target/web/machine.html FMU_DIR=target/fmu python tests/bench/page.py [ROUNDS]
+    MACHINE_PAGE=target/web/machine.html FMU_DIR=target/fmu python tests/bench/page.py [--rounds 5] [--only engine|frames|steps]
 
-Prints a line of JSON for each: simulated time by the clock, and by processor time of all processes, which other programs disturb less;
-median and best of the rounds. All engines together make as many times real time; the ratio is that of the medians by processor time.
+`engine`: the engine beside `cosim`, on one core, in turn: coupled system, and the real world with one ghost. Simulated time by the clock, and
+by processor time of all processes, which other programs disturb less; median and best of the rounds. All engines together make as many times
+real time; the ratio is that of the medians by processor time.
+
+`frames`: the live machine as it opens, in software rendering, at real time with three scopes: when it moved first, frames a second by the
+clock, and what a frame takes of a processor, ms: in the page's process without the worker, in the process that draws, in the others; and what
+a second takes in the worker.
+
+`steps`: 10^6 steps of the coupled system in the page, and the memory of engine and FMUs after 10^4 steps and at the end.
 """
 
+import argparse
 import json
 import os
 import resource
 import statistics
 import sys
 import tempfile
+import time
+from collections import Counter
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from browser import chromium, run  # noqa: E402
 from conftest import FMU_DIR  # noqa: E402
 from native import call  # noqa: E402
-from test_page_engine import opened, told, unpack  # noqa: E402
+from test_page_engine import PAGE, opened, told, unpack  # noqa: E402
 
 SECONDS = 20
 # Each engine has a worker of its own; ghosts run at the same time.
@@ -34,6 +45,28 @@ RUN = """
   const begin = performance.now();
   await Promise.all(own.map((engine) => engine.advance(SECONDS)));
   return (SECONDS * 1000) / (performance.now() - begin);
+"""
+# Pictures of ten seconds, and how long these were, ms.
+COUNT_FRAMES = """
+  return new Promise((told) => {
+    const begin = performance.now();
+    let count = 0;
+    const tick = (now) => {
+      if (now - begin > 10000) return told([count, performance.now() - begin]);
+      count += 1;
+      requestAnimationFrame(tick);
+    };
+    requestAnimationFrame(tick);
+  });
+"""
+LONG = """
+  const engine = await open(archives["system.ssp"]);
+  await engine.restart({ structure: "SystemStructure.ssd" });
+  await engine.watch(["controller.tip_error_norm"]);
+  await engine.advance(10);
+  const early = await engine.memory();
+  await engine.advance(990);
+  return [early, await engine.memory(), engine.time];
 """
 SYSTEMS = (("Manipulator", "SystemStructure.ssd", 1), ("Real", "Real.ssd", 2))
 
@@ -52,29 +85,41 @@ def native(system):
 
 
 def processor_of(root):
-    """Processor time of a process and all that it has started, s."""
-    parents, times = {}, {}
+    """Processor time of a process and all that it has started, s, by what they do: `page`, `worker`, `drawing`, `other`."""
+    parents, kinds = {}, {}
     for entry in Path("/proc").glob("[0-9]*"):
         try:
-            fields = (entry / "stat").read_text().rpartition(")")[2].split()
+            parents[int(entry.name)] = int((entry / "stat").read_text().rpartition(")")[2].split()[1])
+            command = (entry / "cmdline").read_text()
         except OSError:
             continue
-        parents[int(entry.name)], times[int(entry.name)] = int(fields[1]), sum(map(int, fields[11:13]))
+        named = {"--type=renderer": "page", "--type=gpu-process": "drawing"}
+        kinds[int(entry.name)] = next((kind for flag, kind in named.items() if flag in command), "other")
     own = {root}
     while more := {pid for pid, parent in parents.items() if parent in own} - own:
         own |= more
-    return sum(times.get(pid, 0) for pid in own) / os.sysconf("SC_CLK_TCK")
+    times = Counter()
+    for pid in own & kinds.keys():
+        for stat in Path(f"/proc/{pid}/task").glob("*/stat"):
+            try:
+                name, _, fields = stat.read_text().rpartition(")")
+            except OSError:
+                continue
+            kind = "worker" if "DedicatedWorker" in name else kinds[pid]
+            times[kind] += sum(map(int, fields.split()[11:13])) / os.sysconf("SC_CLK_TCK")
+    return times
 
 
 def in_page(chrome, script, count):
     """The same of `count` engines in the page."""
     before = processor_of(chrome.service.process.pid)
     factor = told(chrome, script)
-    return count * factor, count * SECONDS / (processor_of(chrome.service.process.pid) - before)
+    took = processor_of(chrome.service.process.pid) - before
+    return count * factor, count * SECONDS / took.total()
 
 
-def main():
-    rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 5
+def engine(rounds):
+    """The engine beside `cosim`."""
     os.sched_setaffinity(0, {0})
     seen = {system: ([], []) for system, *_ in SYSTEMS}
     with tempfile.TemporaryDirectory() as name:
@@ -93,7 +138,55 @@ def main():
             for what, numbers in zip(("clock", "processor"), zip(*factors)):
                 row[f"{who} by {what}"] = {"median": round(statistics.median(numbers), 1), "best": round(max(numbers), 1)}
         row["ratio"] = round(row["page by processor"]["median"] / row["cosim by processor"]["median"], 2)
-        print(json.dumps(row), flush=True)
+        yield row
+
+
+def frames(rounds):
+    """The live machine as it opens."""
+    for _ in range(rounds):
+        chrome = chromium()
+        begin = time.monotonic()
+        chrome.get(PAGE.as_uri())
+        run(chrome, "return machine.ready.then(() => null)")
+        ready = time.monotonic() - begin
+        while not chrome.execute_script("return machine.time > 0"):
+            pass
+        first = {"ready after, s": round(ready, 2), "first motion after, s": round(time.monotonic() - begin, 2)}
+        # The scopes are full after their 12 s.
+        run(chrome, "await machine.pause(); await machine.advance(12); machine.play()")
+        root = chrome.service.process.pid
+        before = processor_of(root)
+        count, at = run(chrome, COUNT_FRAMES)
+        took = processor_of(root) - before
+        chrome.quit()
+        each = {f"{kind}, ms a frame": round(1000 * took[kind] / count, 1) for kind in ("page", "drawing", "other")}
+        row = {"frames a second": round(1000 * count / at, 1), **each, "worker, ms a second": round(1e6 * took["worker"] / at)}
+        yield first | row
+
+
+def steps(_):
+    """A long run."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        unpack(folder)
+        chrome = opened(folder)
+        chrome.set_script_timeout(3600)
+        before = processor_of(chrome.service.process.pid)
+        early, late, end = told(chrome, LONG)
+        took = processor_of(chrome.service.process.pid) - before
+        chrome.quit()
+    yield {"simulated, s": end, "processor time, s": round(took.total(), 1), "bytes after 10^4 steps": early, "bytes at the end": late}
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--rounds", type=int, default=5)
+    measures = {measure.__name__: measure for measure in (frames, engine, steps)}
+    parser.add_argument("--only", choices=measures, action="append")
+    options = parser.parse_args()
+    for name in options.only or measures:
+        for row in measures[name](options.rounds):
+            print(json.dumps({name: row}), flush=True)
 
 
 if __name__ == "__main__":

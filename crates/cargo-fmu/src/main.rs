@@ -37,9 +37,11 @@ enum Command {
         /// from]
         #[arg(long, value_name = "PATH")]
         fmu_export: Option<PathBuf>,
-        /// A model with events within steps, messages and an enumeration, in place of a
-        /// differential equation
-        #[arg(long)]
+        /// A model to begin with, in place of a first-order lag
+        #[arg(long, value_name = "NAME")]
+        example: Option<new::Name>,
+        /// As it was called before
+        #[arg(long, hide = true, conflicts_with = "example")]
         events: bool,
     },
     /// Build libraries and pack them, with documentation, resources and licences, into FMUs
@@ -61,6 +63,10 @@ enum Command {
         /// Cargo profile; fmu-release optimises the whole program at once, release builds faster
         #[arg(long, value_name = "PROFILE", default_value = pack::FMU_PROFILE)]
         profile: String,
+        /// Value of a structural parameter, repeatable: a constant in FMI 2.0, the start value in
+        /// FMI 3.0
+        #[arg(long = "size", value_name = "NAME=VALUE")]
+        sizes: Vec<String>,
     },
     /// Add WebAssembly of packages to archives of FMI 3.0 in the same order
     #[command(hide = true)]
@@ -127,18 +133,24 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::New {
             path,
             fmu_export,
+            example,
             events,
-        } => new::new(&path, fmu_export.as_deref(), events)?,
+        } => {
+            let example = example.or(events.then_some(new::Name::Events));
+            new::new(&path, fmu_export.as_deref(), example)?;
+        }
         Command::Pack {
             packages,
             examples,
             targets,
             out,
             profile,
+            sizes,
         } => {
             let platforms = pack::Platforms::named(&targets)?;
             let folder = std::env::current_dir().context("the current folder")?;
-            let workspace = Workspace::of(&folder)?;
+            let mut workspace = Workspace::of(&folder)?;
+            workspace.sizes = sizes;
             let mut sources = Source::chosen(packages, examples);
             if sources.is_empty() {
                 sources = workspace.fmus(&folder);

@@ -27,6 +27,21 @@ struct Example {
     about: &'static str,
     /// Its line among the dependencies.
     serde: &'static str,
+    /// What it has beside the source: path and text.
+    files: &'static [(&'static str, &'static str)],
+}
+
+/// The examples by what `--example` calls them.
+#[derive(Clone, Copy, clap::ValueEnum)]
+pub enum Name {
+    /// Conduction of heat: a stiff model, its solver, its sparse Jacobian
+    Rod,
+    /// A motor whose efficiency is a map from a file
+    Map,
+    /// Cells as an equivalent circuit with one heat node
+    Battery,
+    /// An oven with a thermostat: events within steps, messages, an enumeration
+    Events,
 }
 
 const LAG: Example = Example {
@@ -34,6 +49,32 @@ const LAG: Example = Example {
     name: "{{model}}",
     about: "A first-order lag: T dy/dt = u &minus; y.",
     serde: "",
+    files: &[],
+};
+
+const ROD: Example = Example {
+    source: include_str!("../template/rod/lib.rs"),
+    name: "Rod",
+    about: "Conduction of heat in a rod of cells whose ends are held at two temperatures.",
+    ..LAG
+};
+
+const DRIVE: Example = Example {
+    source: include_str!("../template/map/lib.rs"),
+    name: "Drive",
+    about: "A motor whose efficiency is a map from a file, and one heat node.",
+    files: &[(
+        "resources/efficiency.csv",
+        include_str!("../template/map/resources/efficiency.csv"),
+    )],
+    ..LAG
+};
+
+const BATTERY: Example = Example {
+    source: include_str!("../template/battery/lib.rs"),
+    name: "Battery",
+    about: "Cells in series as an equivalent circuit, with one RC pair and one heat node.",
+    ..LAG
 };
 
 /// It is compiled and tested where it is, as the crate `fmu-oven` of fmu-export.
@@ -42,6 +83,7 @@ const OVEN: Example = Example {
     name: "Oven",
     about: "An oven with a thermostat, which switches the heater within steps.",
     serde: "serde = { version = \"1\", features = [\"derive\"] }\n",
+    ..LAG
 };
 
 /// Words that cargo or the compiler keep for themselves.
@@ -95,10 +137,15 @@ const RESERVED: [&str; 46] = [
 ];
 
 /// Make the crate at `path`, whose last part is its name; `fmu_export` is the folder of that crate,
-/// if it is not where this program was built. With `events`, the model is one that something
-/// happens to within steps.
-pub fn new(path: &Path, fmu_export: Option<&Path>, events: bool) -> Result<()> {
-    let example = if events { OVEN } else { LAG };
+/// if it is not where this program was built. Without an example the model is a first-order lag.
+pub fn new(path: &Path, fmu_export: Option<&Path>, example: Option<Name>) -> Result<()> {
+    let example = match example {
+        None => LAG,
+        Some(Name::Rod) => ROD,
+        Some(Name::Map) => DRIVE,
+        Some(Name::Battery) => BATTERY,
+        Some(Name::Events) => OVEN,
+    };
     let name = path.file_name().and_then(|name| name.to_str());
     let name = name.with_context(|| format!("`{}` names no crate", path.display()))?;
     let model = model(name)?;
@@ -112,7 +159,7 @@ pub fn new(path: &Path, fmu_export: Option<&Path>, events: bool) -> Result<()> {
     let folder = tempfile::TempDir::with_prefix_in(".cargo-fmu-", parent)
         .with_context(|| parent.display().to_string())?;
     let content = folder.path().join("new");
-    for (file, text) in TEMPLATE {
+    for (file, text) in TEMPLATE.iter().chain(example.files) {
         let source = example.source.replace(example.name, &model);
         let text = (text.replace("{{source}}", &source))
             .replace("{{about}}", example.about)
@@ -218,16 +265,16 @@ mod tests {
     fn what_is_there_is_left_alone_and_nothing_half_made() {
         let folder = tempfile::TempDir::new().unwrap();
         let path = folder.path().join("lag");
-        new(&path, None, false).unwrap();
+        new(&path, None, None).unwrap();
         let manifest = fs::read_to_string(path.join("Cargo.toml")).unwrap();
         assert!(
             manifest.contains("name = \"lag\"") && !manifest.contains("{{"),
             "{manifest}"
         );
-        let again = new(&path, None, true).unwrap_err().to_string();
+        let again = new(&path, None, Some(Name::Rod)).unwrap_err().to_string();
         assert!(again.ends_with("lag is already there"), "{again}");
         let nowhere = Path::new("/nowhere");
-        let nowhere = new(&folder.path().join("other"), Some(nowhere), false).unwrap_err();
+        let nowhere = new(&folder.path().join("other"), Some(nowhere), None).unwrap_err();
         assert!(
             nowhere.to_string().contains("--fmu-export PATH"),
             "{nowhere}"
@@ -243,7 +290,7 @@ mod tests {
     fn a_model_with_events_has_the_name_of_the_crate() {
         let folder = tempfile::TempDir::new().unwrap();
         let path = folder.path().join("heat-store");
-        new(&path, None, true).unwrap();
+        new(&path, None, Some(Name::Events)).unwrap();
         let read = |file: &str| fs::read_to_string(path.join(file)).unwrap();
         let (source, manifest) = (read("src/lib.rs"), read("Cargo.toml"));
         assert!(source.contains("impl Model for HeatStore") && !source.contains("Oven"));

@@ -13,13 +13,14 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 
 use crate::archive::{self, Entries};
+use crate::library::{self, Version};
 use crate::target::{self, Tools};
 use crate::workspace::{Source, Workspace};
-use crate::{library, pack, wasm};
+use crate::{pack, wasm};
 
 macro_rules! sources {
     ($($name:literal)*) => {
-        [$(($name, include_str!(concat!("../../../web/", $name)))),*]
+        [$(($name, include_str!(concat!("../web/", $name)))),*]
     };
 }
 
@@ -166,7 +167,12 @@ fn binary(name: &str, bytes: &[u8]) -> Result<String> {
 /// The files of an FMU for a page: what describes it, and its plain module in the place of all
 /// libraries.
 fn fmu(mut entries: Entries) -> Result<Entries> {
-    let identifier = library::description(&entries)?.identifier;
+    let description = library::description(&entries)?;
+    let identifier = description.identifier;
+    ensure!(
+        description.fmi == Version::Fmi3,
+        "it is of FMI 2.0, for which there is no WebAssembly: take the FMU of FMI 3.0 in its place, which `cargo fmu pack --target wasm` puts into the folder fmi3/ for a model in Rust with fmu-export"
+    );
     let plain = format!("binaries/wasm32-unknown-unknown/{identifier}.wasm");
     let module = match (entries.get(&plain), entries.get(&wasm::path(&identifier))) {
         (Some(module), _) => module.clone(),
@@ -207,8 +213,9 @@ fn built_engine(profile: &str) -> Result<PathBuf> {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cosim-page");
     ensure!(
         source.join("Cargo.toml").is_file(),
-        "the source that this program was built from is not at {} any more; it holds the master of the page: build the package cosim-page there for wasm32-unknown-unknown, and say where the module is: --engine FILE",
-        source.display()
+        "the page needs its master, and its source is not at {}: download cosim_page.wasm of the release {} and say where it is: --engine cosim_page.wasm",
+        source.display(),
+        env!("CARGO_PKG_VERSION")
     );
     let workspace = Workspace::of(&source)?;
     let build = target::WASM.build(&workspace, &Tools::default())?;

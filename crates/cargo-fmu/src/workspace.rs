@@ -19,6 +19,9 @@ pub struct Workspace {
     pub target: PathBuf,
     /// The members.
     pub packages: Vec<Package>,
+    /// Structural parameters that FMUs are packed with, such as `n=200`.
+    #[serde(skip)]
+    pub sizes: Vec<String>,
 }
 
 /// A package of the workspace, or one that it depends on.
@@ -119,6 +122,11 @@ impl Workspace {
         profile: &[String],
     ) -> Result<Vec<(PathBuf, &Package)>> {
         command.args(profile);
+        // Read by `fmu_export::export_fmu!`: a library with other sizes is compiled anew.
+        match &self.sizes[..] {
+            [] => command.env_remove("FMU_SIZES"),
+            sizes => command.env("FMU_SIZES", sizes.join(" ")),
+        };
         for source in sources {
             match source {
                 Source::Package(name) => command.args(["--package", name]),

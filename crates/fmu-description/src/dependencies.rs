@@ -5,6 +5,17 @@ use crate::description::{Description, Unknown, Version};
 use crate::variable::{Causality, Initial};
 
 impl Description {
+    /// The continuous state of which a variable is the derivative.
+    pub fn state_of(&self, derivative: usize) -> Option<usize> {
+        let number = self.variables[derivative].derivative?;
+        match self.fmi {
+            Version::Fmi2 => (number as usize)
+                .checked_sub(1)
+                .filter(|k| *k < self.variables.len()),
+            Version::Fmi3 => self.variables.iter().position(|v| v.reference == number),
+        }
+    }
+
     /// Inputs on which the output with index `output` depends directly at a communication point
     /// (`initialization` = false) or in Initialization Mode; all of them where [nothing is
     /// declared](Self::declared_feedthrough).

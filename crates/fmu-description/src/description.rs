@@ -54,6 +54,12 @@ pub struct Description {
     pub variables: Vec<Variable>,
     /// Outputs with their dependencies at a communication point.
     pub outputs: Vec<Unknown>,
+    /// Whether it is for Model Exchange too.
+    pub model_exchange: bool,
+    /// Derivatives of the continuous states, in the order of the states, with their dependencies.
+    pub derivatives: Vec<Unknown>,
+    /// How many event indicators there are.
+    pub event_indicators: usize,
     /// Variables that are computed in Initialization Mode, with their dependencies there.
     pub initial_unknowns: Vec<Unknown>,
     /// What is wrong by the standard, but does no harm.

@@ -34,6 +34,7 @@ impl Description {
         };
         let mut by_element = Self {
             outputs: unknowns(&self.outputs),
+            derivatives: unknowns(&self.derivatives),
             initial_unknowns: unknowns(&self.initial_unknowns),
             variables,
             ..self.clone()

@@ -18,6 +18,7 @@ pub fn read(root: &Element, into: &mut Description) -> Result<(), DescriptionErr
         .map(|v| variable(v, &types, &into.model))
         .collect::<Result<_, _>>()?;
     into.outputs = unknowns(root, "Outputs", into)?;
+    into.derivatives = unknowns(root, "Derivatives", into)?;
     into.initial_unknowns = unknowns(root, "InitialUnknowns", into)?;
     Ok(())
 }

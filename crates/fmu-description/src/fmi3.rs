@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::description::Description;
+use crate::description::{Description, Unknown};
 use crate::error::DescriptionError;
 use crate::file::{Source, items, unknown};
 use crate::variable::{Access, Causality, ClockInterval, ClockTiming, Kind, Variability, Variable};
@@ -16,15 +16,25 @@ pub fn read(root: &Element, into: &mut Description) -> Result<(), DescriptionErr
     into.variables = variables(root, &into.model)?;
     let references = References::new(&into.variables, &into.model);
     let unknown = |listed| unknown(listed, "valueReference", |word| references.index(word));
-    let [mut outputs, mut initial_unknowns] = [(); 2].map(|()| Vec::new());
+    let [
+        mut outputs,
+        mut derivatives,
+        mut indicators,
+        mut initial_unknowns,
+    ] = [(); 4].map(|()| Vec::new());
     for listed in root.all_in("ModelStructure") {
         match listed.tag.as_str() {
             "Output" => outputs.push(unknown(listed)?),
+            "ContinuousStateDerivative" => derivatives.push(unknown(listed)?),
+            "EventIndicator" => indicators.push(unknown(listed)?),
             "InitialUnknown" => initial_unknowns.push(unknown(listed)?),
             _ => {}
         }
     }
     into.outputs = outputs;
+    into.derivatives = derivatives;
+    let size = |indicator: &Unknown| into.variables[indicator.variable].size();
+    into.event_indicators = indicators.iter().map(size).sum();
     into.initial_unknowns = initial_unknowns;
     Ok(())
 }

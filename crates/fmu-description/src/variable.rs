@@ -61,6 +61,9 @@ pub struct Variable {
     pub is_relative: bool,
     /// Value references of the clocks at whose ticks it may change (FMI 3.0).
     pub clocks: Vec<u32>,
+    /// Of what it is the derivative: the number of a variable from 1 in FMI 2.0, its value reference
+    /// in FMI 3.0.
+    pub derivative: Option<u32>,
     /// How a clock ticks (FMI 3.0).
     pub timing: Option<ClockTiming>,
     pub(crate) access: Access,

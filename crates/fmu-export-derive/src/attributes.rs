@@ -3,7 +3,8 @@
 use proc_macro2::Span;
 use syn::punctuated::Punctuated;
 use syn::{
-    Attribute, Error, Expr, ExprLit, Field, Index, Lit, LitStr, Member, Path, Result, Token,
+    Attribute, BinOp, Error, Expr, ExprBinary, ExprLit, Field, Index, Lit, LitStr, Member, Path,
+    Result, Token,
 };
 
 /// What is said of a field; each with the place where it is said.
@@ -17,9 +18,12 @@ pub(crate) struct Attributes {
     pub(crate) max: Option<Expr>,
     pub(crate) nominal: Option<Expr>,
     pub(crate) at: Option<Expr>,
+    /// The lengths of the dimensions of a `Vec`.
+    pub(crate) len: Vec<Expr>,
     pub(crate) set: Option<Path>,
     pub(crate) depends_on: Option<Vec<LitStr>>,
     pub(crate) initially_depends_on: Option<Vec<LitStr>>,
+    pub(crate) rate_depends_on: Option<Vec<LitStr>>,
     /// Words without a value.
     flags: Vec<(String, Span)>,
     /// Everything that is said, in order, and where.
@@ -27,11 +31,12 @@ pub(crate) struct Attributes {
 }
 
 /// Every key there is.
-const KEYS: &str = "unit, display_unit, start, min, max, nominal, name, at, tunable, constant, discrete, set, depends_on, \
-                    initially_depends_on, beside_evaluation, local, calculated or skip";
+const KEYS: &str = "unit, display_unit, start, min, max, nominal, len, name, at, structural, tunable, constant, discrete, set, depends_on, \
+                    initially_depends_on, rate_depends_on, beside_evaluation, local, calculated or skip";
 
 /// Keys without a value.
 const FLAGS: &[&str] = &[
+    "structural",
     "tunable",
     "constant",
     "discrete",
@@ -67,16 +72,22 @@ impl Attributes {
                 "max" => self.max = Some(meta.value()?.parse()?),
                 "nominal" => self.nominal = Some(meta.value()?.parse()?),
                 "at" => self.at = Some(meta.value()?.parse()?),
+                "len" => {
+                    self.len = match meta.value()?.parse()? {
+                        Expr::Tuple(lengths) => lengths.elems.into_iter().collect(),
+                        length => vec![length],
+                    }
+                }
                 "set" => self.set = Some(meta.value()?.parse()?),
-                "depends_on" | "initially_depends_on" => {
+                "depends_on" | "initially_depends_on" | "rate_depends_on" => {
                     let content;
                     syn::parenthesized!(content in meta.input);
                     let list = Punctuated::<Expr, Token![,]>::parse_terminated(&content)?;
                     let names = list.iter().map(variable).collect::<Result<_>>()?;
-                    if key == "depends_on" {
-                        self.depends_on = Some(names);
-                    } else {
-                        self.initially_depends_on = Some(names);
+                    match key.as_str() {
+                        "depends_on" => self.depends_on = Some(names),
+                        "rate_depends_on" => self.rate_depends_on = Some(names),
+                        _ => self.initially_depends_on = Some(names),
                     }
                 }
                 flag if FLAGS.contains(&flag) => {
@@ -119,7 +130,7 @@ fn variable(expr: &Expr) -> Result<LitStr> {
     text.map(|text| LitStr::new(&text, span)).ok_or_else(|| {
         Error::new(
             span,
-            "not a variable; write `u`, `u[2]`, `u[i]` or `motor.u`",
+            "not a variable; write `u`, `u[2]`, `u[i]`, `u[i-1]` or `motor.u`",
         )
     })
 }
@@ -141,6 +152,26 @@ fn written(expr: &Expr) -> Option<String> {
                     ..
                 }) => number.to_string(),
                 Expr::Path(path) if path.path.is_ident("i") => "i".to_owned(),
+                Expr::Binary(ExprBinary {
+                    left, op, right, ..
+                }) => {
+                    let sign = match op {
+                        BinOp::Add(_) => '+',
+                        BinOp::Sub(_) => '-',
+                        _ => return None,
+                    };
+                    match (&**left, &**right) {
+                        (
+                            Expr::Path(i),
+                            Expr::Lit(ExprLit {
+                                lit: Lit::Int(n), ..
+                            }),
+                        ) if i.path.is_ident("i") => {
+                            format!("i{sign}{n}")
+                        }
+                        _ => return None,
+                    }
+                }
                 _ => return None,
             };
             Some(format!("{}[{number}]", written(&index.expr)?))

@@ -1,6 +1,6 @@
 //! What must be said of a field, and what can be.
 
-use crate::field::{Field, Kind, Role};
+use crate::field::{Field, Kind, Role, Shape};
 use crate::structs::combined;
 use proc_macro2::Span;
 use syn::{Error, Expr, ExprLit, ExprUnary, Lit, Result, UnOp};
@@ -8,7 +8,8 @@ use syn::{Error, Expr, ExprLit, ExprUnary, Lit, Result, UnOp};
 /// Everything that is wrong with a field, each at its place.
 pub(crate) fn check(field: &Field, role: Role) -> Result<()> {
     let mut wrong: Vec<Error> = Vec::new();
-    if let Some(reason) = unfit(field.kind, role) {
+    let is_discrete = role == Role::State && field.said.has("discrete");
+    if let Some(reason) = unfit(field.kind, role).filter(|_| !is_discrete) {
         wrong.push(Error::new(syn::spanned::Spanned::span(&field.ty), reason));
     }
     for (key, span) in &field.said.said {
@@ -16,6 +17,7 @@ pub(crate) fn check(field: &Field, role: Role) -> Result<()> {
             wrong.push(Error::new(*span, format!("`{key}`: {reason}")));
         }
     }
+    wrong.extend(field.structs().err());
     if wrong.is_empty() {
         wrong.extend(missing(field, role).map(|text| Error::new(field.span(), text)));
         wrong.extend(bounds(field).err());
@@ -26,16 +28,14 @@ pub(crate) fn check(field: &Field, role: Role) -> Result<()> {
 /// Why a struct of this role cannot have a field of this type.
 fn unfit(kind: Kind, role: Role) -> Option<&'static str> {
     match (kind, role) {
-        (Kind::Text, Role::Output) => {
-            Some("an output is copied and cannot be a String; use `&'static str`")
-        }
+        (Kind::Text, Role::Output) => Some("a String can only be a parameter; use `&'static str`"),
         (Kind::Text, Role::Input | Role::State) => Some("a String can only be a parameter"),
         (Kind::StaticText, Role::Parameter) => Some("a text that can be set is a String"),
         (Kind::StaticText, Role::Input | Role::State) => {
             Some("`&'static str` can only be an output")
         }
         (Kind::Integer | Kind::Boolean | Kind::Choice, Role::State) => {
-            Some("a state that is integrated is an f64 or an array of f64")
+            Some("a state that is integrated is an f64, or an array or a Vec of f64")
         }
         _ => None,
     }
@@ -61,20 +61,38 @@ fn misplaced(key: &str, field: &Field, role: Role) -> Option<String> {
         "tunable" if role != Role::Parameter || kind == Kind::Text => {
             of("a parameter that is no text")
         }
+        "len" if !matches!(field.shape, Shape::Vector) => {
+            of("a Vec, since an array has its length in its type,")
+        }
+        "structural"
+            if role != Role::Parameter
+                || kind != Kind::Integer
+                || !matches!(field.shape, Shape::Scalar) =>
+        {
+            of("an i32 among the parameters")
+        }
+        "tunable" if said.has("structural") => {
+            Some("a structural parameter is set before initialization".to_owned())
+        }
+        "constant" if matches!(field.shape, Shape::Vector) => of("a number or an array"),
         "constant" if role != Role::Parameter || matches!(kind, Kind::Text | Kind::Choice) => {
             of("a number or a Boolean among the parameters")
         }
         "tunable" | "min" | "max" if said.has("constant") => {
             Some("a constant cannot be set".to_owned())
         }
+        "discrete" if role == Role::State => None,
         "discrete" if kind != Kind::Real || !matches!(role, Role::Input | Role::Output) => {
-            of("a Real (f64) that is an input or an output")
+            of("a state, or a Real (f64) that is an input or an output")
         }
         "beside_evaluation" if role != Role::Input => of("an input"),
         "set" if kind != Kind::Text => of("a String parameter"),
         "local" if !matches!(role, Role::Output | Role::State) => of("an output or a state"),
         "calculated" if role != Role::Output => of("a field of the outputs"),
         "calculated" if said.has("local") => Some("a variable is not local, too".to_owned()),
+        "rate_depends_on" if role != Role::State || said.has("discrete") => {
+            of("a state that is integrated")
+        }
         "depends_on" if role == Role::State => Some("a state follows no input at once".to_owned()),
         "depends_on" if role != Role::Output => of("an output"),
         "depends_on" if said.has("calculated") => {
@@ -97,6 +115,16 @@ fn missing(field: &Field, role: Role) -> Option<String> {
     if field.description.is_empty() {
         return Some(format!(
             "`{name}` has no description: write a doc comment above the field"
+        ));
+    }
+    if matches!(field.shape, Shape::Vector) && said.len.is_empty() {
+        return Some(format!(
+            "`{name}` has no length: write `#[fmu(len = 5000)]`, or `len = p.n` with `n` a parameter that is `structural`"
+        ));
+    }
+    if said.has("structural") && (said.min.is_none() || said.max.is_none()) {
+        return Some(format!(
+            "`{name}` is a size without bounds: write `min = 1, max = …`"
         ));
     }
     if field.kind == Kind::Real && said.unit.is_none() {

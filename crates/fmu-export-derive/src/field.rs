@@ -4,7 +4,10 @@ use crate::attributes::Attributes;
 use crate::names;
 use proc_macro2::Span;
 use syn::spanned::Spanned;
-use syn::{Error, Expr, Field as SynField, GenericArgument, Ident, PathArguments, Result, Type};
+use syn::{
+    Error, Expr, ExprLit, Field as SynField, GenericArgument, Ident, Lit, PathArguments, Result,
+    Type,
+};
 
 /// What the fields of a struct are.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -30,6 +33,22 @@ pub(crate) enum Kind {
     Struct,
 }
 
+impl Kind {
+    /// Whether there are arrays of it that are variables.
+    fn has_arrays(self) -> bool {
+        matches!(self, Kind::Real | Kind::Integer | Kind::Boolean)
+    }
+}
+
+/// How many elements a field has.
+pub(crate) enum Shape {
+    Scalar,
+    /// An array, or arrays in it: their lengths, the outermost first.
+    Array(Vec<Expr>),
+    /// A `Vec`, as long as `len` says.
+    Vector,
+}
+
 /// A field, and all that is known of it.
 pub(crate) struct Field {
     pub(crate) ident: Ident,
@@ -37,8 +56,7 @@ pub(crate) struct Field {
     pub(crate) name: String,
     pub(crate) ty: Type,
     pub(crate) kind: Kind,
-    /// Number of elements of an array.
-    pub(crate) len: Option<Expr>,
+    pub(crate) shape: Shape,
     pub(crate) description: String,
     /// A part of a state: its start value is said where the part is.
     pub(crate) starts_elsewhere: bool,
@@ -49,8 +67,8 @@ impl Field {
     pub(crate) fn new(field: &SynField) -> Result<Self> {
         let ident = field.ident.clone().expect("named fields only");
         let said = Attributes::of(field)?;
-        let (kind, len) = if said.has("skip") {
-            (Kind::Struct, None)
+        let (kind, shape) = if said.has("skip") {
+            (Kind::Struct, Shape::Scalar)
         } else {
             kind(&field.ty)?
         };
@@ -63,7 +81,7 @@ impl Field {
             ident,
             ty: field.ty.clone(),
             kind,
-            len,
+            shape,
             description: names::description(&field.attrs),
             starts_elsewhere: false,
             said,
@@ -74,20 +92,59 @@ impl Field {
         self.ident.span()
     }
 
+    /// The type of one element of an array.
+    pub(crate) fn element(&self) -> &Type {
+        match (&self.ty, &self.shape) {
+            (Type::Array(array), Shape::Array(_)) => &array.elem,
+            (ty, _) => ty,
+        }
+    }
+
+    /// How many structs an array of structs has.
+    pub(crate) fn structs(&self) -> Result<Option<usize>> {
+        let (Kind::Struct, Shape::Array(lengths)) = (self.kind, &self.shape) else {
+            return Ok(None);
+        };
+        let n = match &lengths[..] {
+            [
+                Expr::Lit(ExprLit {
+                    lit: Lit::Int(n), ..
+                }),
+            ] => n.base10_parse().ok(),
+            _ => None,
+        };
+        match n {
+            Some(n @ 1..=32) => Ok(Some(n)),
+            _ => Err(wrong(
+                &self.ty,
+                "an array of structs has a number of them that is written out, at most 32: each has rows of its own",
+            )),
+        }
+    }
+
     /// Whether it is a variable, or more of them.
     pub(crate) fn is_seen(&self) -> bool {
         !self.said.has("skip")
     }
 }
 
-fn kind(ty: &Type) -> Result<(Kind, Option<Expr>)> {
+fn kind(ty: &Type) -> Result<(Kind, Shape)> {
     match ty {
         Type::Array(array) => {
-            let kind = match kind(&array.elem)? {
-                (kind @ (Kind::Real | Kind::Integer | Kind::Boolean), None) => kind,
-                _ => return Err(wrong(ty, "an array must be of f64, i32 or bool")),
-            };
-            Ok((kind, Some(array.len.clone())))
+            let mut lengths = vec![array.len.clone()];
+            match kind(&array.elem)? {
+                (kind, Shape::Scalar) if kind.has_arrays() || kind == Kind::Struct => {
+                    Ok((kind, Shape::Array(lengths)))
+                }
+                (kind, Shape::Array(inner)) if kind.has_arrays() => {
+                    lengths.extend(inner);
+                    Ok((kind, Shape::Array(lengths)))
+                }
+                _ => Err(wrong(
+                    ty,
+                    "an array must be of f64, i32 or bool, of arrays of them, or of structs",
+                )),
+            }
         }
         Type::Group(group) => kind(&group.elem),
         Type::Paren(paren) => kind(&paren.elem),
@@ -95,7 +152,7 @@ fn kind(ty: &Type) -> Result<(Kind, Option<Expr>)> {
             let is_static = (reference.lifetime.as_ref()).is_some_and(|l| l.ident == "static");
             match &*reference.elem {
                 Type::Path(path) if is_static && path.path.is_ident("str") => {
-                    Ok((Kind::StaticText, None))
+                    Ok((Kind::StaticText, Shape::Scalar))
                 }
                 _ => Err(wrong(
                     ty,
@@ -105,13 +162,26 @@ fn kind(ty: &Type) -> Result<(Kind, Option<Expr>)> {
         }
         Type::Path(path) => {
             let Some(last) = path.path.segments.last() else {
-                return Ok((Kind::Struct, None));
+                return Ok((Kind::Struct, Shape::Scalar));
             };
-            Ok((named(ty, &last.ident.to_string(), &last.arguments)?, None))
+            if let ("Vec", PathArguments::AngleBracketed(list)) =
+                (last.ident.to_string().as_str(), &last.arguments)
+                && let Some(GenericArgument::Type(element)) = list.args.first()
+            {
+                return match kind(element)? {
+                    (kind, Shape::Scalar) if kind.has_arrays() => Ok((kind, Shape::Vector)),
+                    _ => Err(wrong(
+                        ty,
+                        "a Vec must be of f64, i32 or bool; a matrix is in one row by row, with `len = (2, 3)`",
+                    )),
+                };
+            }
+            let kind = named(ty, &last.ident.to_string(), &last.arguments)?;
+            Ok((kind, Shape::Scalar))
         }
         _ => Err(wrong(
             ty,
-            "this type cannot be a variable; it must be f64, i32, bool, an array of one of them, String, Choice<…> or a struct",
+            "this type cannot be a variable; it must be f64, i32, bool, an array or a Vec of one of them, String, Choice<…> or a struct",
         )),
     }
 }
@@ -130,11 +200,7 @@ fn named(ty: &Type, name: &str, arguments: &PathArguments) -> Result<Kind> {
         "f32" => Err(wrong(ty, "a Real of FMI is an f64")),
         "u8" | "u16" | "u32" | "u64" | "usize" | "i8" | "i16" | "i64" | "isize" => Err(wrong(
             ty,
-            "an Integer of FMI is an i32; use `min = 0` for one that is not negative",
-        )),
-        "Vec" => Err(wrong(
-            ty,
-            "the number of elements must be known: use an array such as [f64; 3]",
+            "an Integer of FMI is an i32; use `min = 0` for one that is not negative, `structural` for a size",
         )),
         "str" | "char" => Err(wrong(
             ty,

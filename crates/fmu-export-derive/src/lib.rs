@@ -8,7 +8,10 @@
 //! | Field | Variable |
 //! |---|---|
 //! | `f64`, `i32`, `bool` | Real, Integer, Boolean |
-//! | `[f64; N]`, `[i32; N]`, `[bool; N]` | a vector: `x[1]`, `x[2]`, … |
+//! | `[f64; N]`, `[i32; N]`, `[bool; N]` | a vector: `x[1]`, `x[2]`, …; at most 64 kB |
+//! | `[[f64; N]; M]` and so on | a matrix: `x[1,1]`, `x[1,2]`, … |
+//! | `Vec<f64>`, `Vec<i32>`, `Vec<bool>` | a vector or matrix with the lengths of `len` |
+//! | `[S; 2]`, `S` a struct with the same derive | its variables twice: `motor[1].R`, `motor[2].R` |
 //! | `String` (a parameter), `&'static str` (an output) | String |
 //! | `Choice<E>`, `E` with `#[derive(Enumeration)]` | Enumeration |
 //! | a struct with the same derive | its variables, with the field's name before theirs: `motor.R` |
@@ -20,27 +23,35 @@
 //! | `start = 2.5` | parameters, inputs, states | start value; must be there for a parameter, except a String. `p.x_0` in a state: of the parameters `p` and inputs `u` |
 //! | `min = 0.0`, `max = 1.0` | Real, Integer | bounds; what is set outside is refused |
 //! | `nominal = 1e5` | Real | typical magnitude |
+//! | `len = 5000`, `len = p.n`, `len = (2, p.n)` | a `Vec` | its lengths, row by row: numbers, or structural parameters of the model's parameters `p`. `start` is then of the element with the index `i`, from 0 |
+//! | `structural` | Integer parameters | a size, with `min` and `max`: a structural parameter in FMI 3.0, a constant in FMI 2.0 |
 //! | `name = "R"` | all | name, where it is not the field's |
 //! | `at = 17` | all | value reference (of the first element), where it is not the next one |
 //! | `tunable` | parameters | may be set between steps |
 //! | `constant` | parameters | cannot be set: always `start` |
 //! | `discrete` | Real inputs and outputs | changes at communication points only |
+//! | | states | is not integrated: `event` changes it; may be an i32, bool or `Choice` |
 //! | `set = read_file` | String parameters | `fn(&mut Self, &str, Option<&Path>) -> Result<(), String>` sets it, and whatever the text means |
-//! | `depends_on(u, w[2], v[i])` | outputs | the inputs that act on it at once; `depends_on()` none. Without it: all |
+//! | `depends_on(u, w[2], v[i], v[i - 1])` | outputs | the inputs that act on it at once; `depends_on()` none. Without it: all. With `model_exchange` states too; where none is named, and not `no_states`: all of them |
 //! | `initially_depends_on(u, gain)` | outputs | the inputs and parameters that act on it in Initialization Mode; `parameters` for all of them |
+//! | `rate_depends_on(u, x[i])` | states | the inputs and states that act on the derivative, for Model Exchange. Without it: all |
 //! | `local` | outputs, states | is a local variable, not meant for wiring |
 //! | `calculated` | outputs | is a calculated parameter: a function of the parameters alone |
-//! | `skip` | parameters, states | is no variable; a parameter is then the `Default` of its type |
+//! | `skip` | parameters, states | is no variable; a parameter is then its `start`, or else the `Default` of its type |
 //!
 //! | `#[fmu(…)]` on a state | means |
 //! |---|---|
 //! | `parameters = P`, `input = U`, `output = Y` | the model's other structs; makes the struct the state of a model, see `Ode` |
-//! | `max_step = 1e-4` | longest internal step, s; 1 ms without it |
+//! | `model_exchange` | the FMU is for Model Exchange too; `depends_on` then names states beside inputs |
+//! | `max_step = 1e-4` | longest internal step, s; without it 1 ms, and none with `solver` |
+//! | `solver = "adaptive"`, `"stiff"` | what integrates it in Co-Simulation: the method of Dormand and Prince, or Rodas5P for rates that differ by orders of magnitude, whose Jacobian follows `rate_depends_on`. Without it: Runge–Kutta in steps of `max_step` |
+//! | `tolerance = 1e-4` | error of an internal step of these, relative to states or their `nominal` values, if the importer gives none; 1e-6 without it |
 //! | `experiment(0.0, 5.0, 0.01)` | default experiment: start, stop, communication step, s |
 //! | `info = INFO` | names and files (a `const INFO: Info`), instead of the struct's name, doc comment and the package's version |
 //!
 //! Beside the rows each derive implements what a model's struct must have: `Clone` and serde's
-//! traits, and for all but parameters `Copy` and a `Default` of zeros (not serde's for outputs).
+//! traits, and for all but parameters a `Default` of zeros and `Copy`, which needs a struct without
+//! vectors (not serde's for outputs).
 //! `#[fmu(table_only)]` on the struct leaves them to you.
 //!
 //! On an enumeration, `#[derive(Enumeration)]` makes the items from the variants, in order and

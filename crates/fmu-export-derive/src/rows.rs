@@ -1,8 +1,8 @@
 //! The rows of a struct in the table of variables.
 
-use crate::field::{Field, Kind, Role};
-use crate::values::{real, start_value};
-use proc_macro2::{Span, TokenStream, TokenTree};
+use crate::field::{Field, Kind, Role, Shape};
+use crate::values::{length, real, start_value, vector};
+use proc_macro2::{Delimiter, Span, TokenStream, TokenTree};
 use quote::{format_ident, quote, quote_spanned};
 use syn::spanned::Spanned;
 use syn::{Expr, ExprLit, Ident, Lit, LitStr};
@@ -16,13 +16,16 @@ pub(crate) fn derive(ident: &Ident, fields: &[Field], role: Role) -> TokenStream
     };
     let fields: Vec<_> = fields.iter().filter(|field| field.is_seen()).collect();
     let names = fields.iter().map(|field| &field.name);
-    let parts = (fields.iter().enumerate()).map(|(k, field)| part(field, role, k));
+    let parts = (fields.iter().enumerate()).flat_map(|(k, field)| parts(field, role, k));
     let checks = fields.iter().map(|field| match (field.kind, role) {
         (Kind::Struct, Role::Output | Role::State) => {
-            let ty = &field.ty;
+            let ty = field.element();
             quote_spanned!(ty.span()=> const _: () = __fmu::is_output::<#ty>();)
         }
-        _ => units(field),
+        _ => {
+            let (units, size) = (units(field), size(field));
+            quote!(#units #size)
+        }
     });
     let paths = (fields.iter())
         .filter(|field| field.kind == Kind::Struct)
@@ -54,25 +57,29 @@ pub(crate) fn derive(ident: &Ident, fields: &[Field], role: Role) -> TokenStream
 
 /// The way to the struct in a field.
 fn path(ident: &Ident, field: &Field) -> TokenStream {
-    let (path, member, ty, name) = (to(field), &field.ident, &field.ty, &field.name);
+    let (path, member, ty, name) = (to(field), &field.ident, field.element(), &field.name);
+    let (index, name) = match field.shape {
+        Shape::Array(_) => (quote!([K]), quote!(At::NAME.join(#name).element(K))),
+        _ => (quote!(), quote!(At::NAME.join(#name))),
+    };
     quote! {
-        /// The way to a struct in the struct.
+        /// The way to a struct in the struct, or to the one of this index in an array of them.
         #[allow(non_camel_case_types)]
-        struct #path<At>(::core::marker::PhantomData<At>);
+        struct #path<At, const K: usize>(::core::marker::PhantomData<At>);
 
-        impl<At: __fmu::Path<To = #ident>> __fmu::Path for #path<At> {
+        impl<At: __fmu::Path<To = #ident>, const K: usize> __fmu::Path for #path<At, K> {
             type From = At::From;
             type To = #ty;
-            const NAME: __fmu::Name = At::NAME.join(#name);
+            const NAME: __fmu::Name = #name;
 
             #[inline]
             fn get(from: &At::From) -> &#ty {
-                &At::get(from).#member
+                &At::get(from).#member #index
             }
 
             #[inline]
             fn get_mut(from: &mut At::From) -> &mut #ty {
-                &mut At::get_mut(from).#member
+                &mut At::get_mut(from).#member #index
             }
         }
     }
@@ -82,12 +89,13 @@ fn to(field: &Field) -> Ident {
     format_ident!("To_{}", crate::names::plain(&field.ident))
 }
 
-/// One part of the table: a row, or the rows of a struct.
-fn part(field: &Field, role: Role, k: usize) -> TokenStream {
-    let ty = &field.ty;
+/// The parts of the table that a field is: a row, or the rows of a struct or more.
+fn parts(field: &Field, role: Role, k: usize) -> Vec<TokenStream> {
     if field.kind == Kind::Struct {
-        let path = to(field);
-        return quote!(__fmu::Part::Struct(__fmu::RowsOf::<#ty, M, #path<At>>::ROWS));
+        let (ty, path) = (field.element(), to(field));
+        let structs = field.structs().ok().flatten().unwrap_or(1);
+        let rows = |k| quote!(__fmu::Part::Struct(__fmu::RowsOf::<#ty, M, #path<At, #k>>::ROWS));
+        return (0..structs).map(rows).collect();
     }
     let constructor = constructor(field, role);
     let (description, accessors, more) = (
@@ -95,11 +103,11 @@ fn part(field: &Field, role: Role, k: usize) -> TokenStream {
         accessors(field, role),
         more(field, role),
     );
-    quote! {
+    vec![quote! {
         __fmu::Part::Row(
             ::fmu_export::Variable::<M>::#constructor(__Names::<At>::ALL[#k].text(), #description, #accessors) #more
         )
-    }
+    }]
 }
 
 /// Name of the function that makes the row.
@@ -119,7 +127,10 @@ fn constructor(field: &Field, role: Role) -> Ident {
         _ if field.said.has("local") => "local",
         Role::Output | Role::State => "output",
     };
-    let plural = if field.len.is_some() { "s" } else { "" };
+    let plural = match field.shape {
+        Shape::Scalar => "",
+        _ => "s",
+    };
     Ident::new(&format!("{ty}{causality}{plural}"), field.span())
 }
 
@@ -127,7 +138,8 @@ fn accessors(field: &Field, role: Role) -> TokenStream {
     let (member, ty) = (&field.ident, &field.ty);
     if field.said.has("constant") {
         let value = (field.said.start.as_ref()).map(|start| start_value(field, start));
-        return quote!(|_| &#value);
+        let flat = flattened(field, "as_flattened");
+        return quote!(|_| (&#value) #flat);
     }
     let is_written = matches!(role, Role::Parameter | Role::Input);
     match (field.kind, is_written) {
@@ -147,8 +159,60 @@ fn accessors(field: &Field, role: Role) -> TokenStream {
             |s| __fmu::Of::<#ty>::number_mut(&mut At::get_mut(s).#member)
         },
         (Kind::Choice, false) => quote!(|s| __fmu::Of::<#ty>::number(&At::get(s).#member)),
-        (_, true) => quote!(|s| &At::get(s).#member, |s| &mut At::get_mut(s).#member),
-        (_, false) => quote!(|s| &At::get(s).#member),
+        (_, true) => {
+            let [read, write] =
+                ["as_flattened", "as_flattened_mut"].map(|name| flattened(field, name));
+            quote!(|s| (&At::get(s).#member) #read, |s| (&mut At::get_mut(s).#member) #write)
+        }
+        (_, false) => {
+            let read = flattened(field, "as_flattened");
+            quote!(|s| (&At::get(s).#member) #read)
+        }
+    }
+}
+
+/// What makes one slice of arrays in an array.
+fn flattened(field: &Field, name: &str) -> TokenStream {
+    let (Shape::Array(lengths), name) = (&field.shape, Ident::new(name, Span::call_site())) else {
+        return TokenStream::new();
+    };
+    (1..lengths.len()).map(|_| quote!(.#name())).collect()
+}
+
+/// How many elements there are in each dimension, and what makes a vector as long.
+fn shape(field: &Field, role: Role) -> TokenStream {
+    match &field.shape {
+        Shape::Array(lengths) if lengths.len() > 1 => {
+            let lengths = lengths.iter().map(length);
+            quote!(.shape(&[#(#lengths),*]))
+        }
+        Shape::Vector => {
+            let owner = match role {
+                Role::Parameter => quote!(Parameter),
+                Role::Input => quote!(Input),
+                Role::Output | Role::State => quote!(Output),
+            };
+            let value = match role {
+                Role::State => quote!(::std::vec![0.0; n]), // `State::start` has the start values
+                _ => vector(field),
+            };
+            let (member, lengths) = (&field.ident, field.said.len.iter().map(length));
+            quote!(.vector(&[#(#lengths),*], ::fmu_export::Resize::#owner(|s, n| At::get_mut(s).#member = #value)))
+        }
+        _ => TokenStream::new(),
+    }
+}
+
+/// What the compiler checks: an array is not too large for the stack.
+fn size(field: &Field) -> TokenStream {
+    let (Shape::Array(_), ty, name) = (&field.shape, &field.ty, &field.name) else {
+        return TokenStream::new();
+    };
+    let text = format!(
+        "`{name}` is longer than 64 kB, which would go through the stack: write a Vec, and its length as `#[fmu(len = …)]`"
+    );
+    quote_spanned! { ty.span()=>
+        const _: () = ::core::assert!(::core::mem::size_of::<#ty>() <= 1 << 16, #text);
     }
 }
 
@@ -181,8 +245,9 @@ fn more(field: &Field, role: Role) -> TokenStream {
     if let Some(reference) = &said.at {
         calls.extend(quote!(.at(#reference)));
     }
-    for flag in ["tunable", "discrete", "beside_evaluation"] {
-        if said.has(flag) {
+    calls.extend(shape(field, role));
+    for flag in ["structural", "tunable", "discrete", "beside_evaluation"] {
+        if said.has(flag) && (flag != "discrete" || field.kind == Kind::Real) {
             let flag = Ident::new(flag, Span::call_site());
             calls.extend(quote!(.#flag()));
         }
@@ -196,9 +261,18 @@ fn dependencies(field: &Field, role: Role) -> TokenStream {
     let mut calls = TokenStream::new();
     let is_output = !said.has("local") && !said.has("calculated");
     match &said.depends_on {
-        Some(names) => calls.extend(quote!(.depends_on(&[#(#names),*]))),
+        Some(names) => {
+            let names = names.iter().map(known);
+            calls.extend(quote!(.depends_on(&[#(#names),*])));
+        }
+        None if role == Role::State && is_output && said.has("discrete") => {
+            calls.extend(quote!(.depends_on(&[::fmu_export::NO_STATES])));
+        }
         None if role == Role::State && is_output => calls.extend(quote!(.depends_on(&[]))),
         None => {}
+    }
+    if let Some(names) = &said.rate_depends_on {
+        calls.extend(quote!(.rate_depends_on(&[#(#names),*])));
     }
     let knowns = match &said.initially_depends_on {
         Some(names) => Some(names.iter().map(known).collect()),
@@ -212,10 +286,10 @@ fn dependencies(field: &Field, role: Role) -> TokenStream {
 }
 
 fn known(name: &LitStr) -> TokenStream {
-    if name.value() == "parameters" {
-        quote!(::fmu_export::ALL_PARAMETERS)
-    } else {
-        quote!(#name)
+    match name.value().as_str() {
+        "parameters" => quote!(::fmu_export::ALL_PARAMETERS),
+        "no_states" => quote!(::fmu_export::NO_STATES),
+        _ => quote!(#name),
     }
 }
 
@@ -228,23 +302,26 @@ fn start_dependencies(field: &Field) -> Option<Vec<TokenStream>> {
         return Some(Vec::new());
     };
     let mut names = Vec::new();
-    collect(quote!(#start), &mut names)?;
+    let is_vector = matches!(field.shape, Shape::Vector);
+    collect(quote!(#start), is_vector, &mut names)?;
     // A vector that starts as another one does so element by element.
-    if let ([name], true, Expr::Field(_)) = (&mut names[..], field.len.is_some(), start) {
+    if let ([name], Shape::Array(_), Expr::Field(_)) = (&mut names[..], &field.shape, start) {
         name.push_str("[i]");
     }
     Some(names.iter().map(|name| quote!(#name)).collect())
 }
 
 /// Finds `p.a.b` and `u.a`; None where `p` or `u` is used as a whole, or a method of it is called.
-fn collect(tokens: TokenStream, names: &mut Vec<String>) -> Option<()> {
+///
+/// In the start of each element of a vector, `p.a[i]` and `p.a[i-1]` are elements.
+fn collect(tokens: TokenStream, is_vector: bool, names: &mut Vec<String>) -> Option<()> {
     let tokens: Vec<_> = tokens.into_iter().collect();
     let is_dot =
         |k: usize| matches!(tokens.get(k), Some(TokenTree::Punct(p)) if p.as_char() == '.');
     let mut k = 0;
     while k < tokens.len() {
         match &tokens[k] {
-            TokenTree::Group(group) => collect(group.stream(), names)?,
+            TokenTree::Group(group) => collect(group.stream(), is_vector, names)?,
             TokenTree::Ident(ident)
                 if (ident == "p" || ident == "u") && (k == 0 || !is_dot(k - 1)) =>
             {
@@ -253,8 +330,10 @@ fn collect(tokens: TokenStream, names: &mut Vec<String>) -> Option<()> {
                     let Some(TokenTree::Ident(member)) = tokens.get(k + 2) else {
                         return None;
                     };
-                    if matches!(tokens.get(k + 3), Some(TokenTree::Group(_))) {
-                        break; // a method of a number, or an index
+                    let next = tokens.get(k + 3);
+                    if matches!(next, Some(TokenTree::Group(g)) if g.delimiter() != Delimiter::Bracket)
+                    {
+                        break; // a method of a number
                     }
                     name.push(crate::names::plain(member));
                     k += 2;
@@ -262,7 +341,16 @@ fn collect(tokens: TokenStream, names: &mut Vec<String>) -> Option<()> {
                 if name.is_empty() {
                     return None;
                 }
-                names.push(name.join("."));
+                let mut name = name.join(".");
+                if let Some(TokenTree::Group(index)) = tokens.get(k + 1)
+                    && is_vector
+                {
+                    let index = index.stream().to_string().replace(' ', "");
+                    if index == "i" || index.starts_with("i+") || index.starts_with("i-") {
+                        name = format!("{name}[{index}]");
+                    }
+                }
+                names.push(name);
             }
             _ => {}
         }

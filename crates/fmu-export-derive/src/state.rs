@@ -1,15 +1,15 @@
 //! The state of a model of ordinary differential equations.
 
 use crate::attributes::fmu;
-use crate::field::Field;
+use crate::field::{Field, Shape};
 use crate::names;
-use crate::values::{real, start_value, zero};
+use crate::values::{number, real, start_value, vector, zero};
 use proc_macro2::TokenStream;
 use quote::quote;
 use syn::punctuated::Punctuated;
-use syn::{DeriveInput, Error, Expr, Ident, Result, Token, Type};
+use syn::{DeriveInput, Error, Expr, Ident, LitStr, Result, Token, Type};
 
-const KEYS: &str = "parameters, input, output, max_step, experiment, info or table_only";
+const KEYS: &str = "parameters, input, output, max_step, solver, tolerance, model_exchange, experiment, info or table_only";
 
 /// What is said of the struct.
 #[derive(Default)]
@@ -18,9 +18,14 @@ pub(crate) struct Model {
     input: Option<Type>,
     output: Option<Type>,
     max_step: Option<Expr>,
+    /// What integrates it in Co-Simulation.
+    solver: Option<LitStr>,
+    tolerance: Option<Expr>,
     experiment: Vec<Expr>,
     info: Option<Expr>,
     description: String,
+    /// For Model Exchange too.
+    model_exchange: bool,
     pub(crate) table_only: bool,
 }
 
@@ -38,7 +43,10 @@ impl Model {
                     Some("input") => model.input = Some(meta.value()?.parse()?),
                     Some("output") => model.output = Some(meta.value()?.parse()?),
                     Some("max_step") => model.max_step = Some(meta.value()?.parse()?),
+                    Some("solver") => model.solver = Some(meta.value()?.parse()?),
+                    Some("tolerance") => model.tolerance = Some(meta.value()?.parse()?),
                     Some("info") => model.info = Some(meta.value()?.parse()?),
+                    Some("model_exchange") => model.model_exchange = true,
                     Some("table_only") => model.table_only = true,
                     Some("experiment") => {
                         let content;
@@ -69,11 +77,26 @@ impl Model {
 
     fn check(&self, input: &DeriveInput) -> Result<()> {
         let ident = &input.ident;
-        let has_more =
-            self.max_step.is_some() || !self.experiment.is_empty() || self.info.is_some();
+        let has_more = self.max_step.is_some()
+            || self.solver.is_some()
+            || !self.experiment.is_empty()
+            || self.info.is_some();
         if has_more && !self.is_whole() {
             let text = "a model names its structs: `#[fmu(parameters = …, input = …, output = …)]`, those that it has";
             return Err(Error::new_spanned(ident, text));
+        }
+        if let Some(solver) = self
+            .solver
+            .as_ref()
+            .filter(|s| !["adaptive", "stiff"].contains(&&*s.value()))
+        {
+            let text =
+                "must be \"adaptive\" or \"stiff\"; without it: fixed steps of at most `max_step`";
+            return Err(Error::new_spanned(solver, text));
+        }
+        if let (None, Some(tolerance)) = (&self.solver, &self.tolerance) {
+            let text = "a tolerance belongs to `solver = \"adaptive\"` or `\"stiff\"`";
+            return Err(Error::new_spanned(tolerance, text));
         }
         if self.info.is_some() && !self.experiment.is_empty() {
             let text = "`info` holds the experiment: `Info::experiment`";
@@ -93,7 +116,7 @@ pub(crate) fn derive(
     fields: &[Field],
     model: Option<&Model>,
 ) -> Result<TokenStream> {
-    let vector = vector(ident, fields);
+    let vector = numbers(ident, fields);
     match model.filter(|model| model.is_whole()) {
         Some(model) => {
             let whole = whole(ident, fields, model);
@@ -109,15 +132,30 @@ pub(crate) fn derive(
     }
 }
 
-fn vector(ident: &Ident, fields: &[Field]) -> TokenStream {
+fn numbers(ident: &Ident, fields: &[Field]) -> TokenStream {
+    let fields: Vec<_> = fields
+        .iter()
+        .filter(|field| !field.said.has("discrete"))
+        .collect();
     let members: Vec<_> = fields.iter().map(|field| &field.ident).collect();
     let types: Vec<_> = fields.iter().map(|field| &field.ty).collect();
     let names = fields.iter().map(|field| &field.name);
     quote! {
         impl __fmu::Vector for #ident {
+            fn len(&self) -> usize {
+                0 #(+ __fmu::Of::<#types>::len(&self.#members))*
+            }
+
             #[inline]
-            fn plus(&self, factor: f64, rate: &Self) -> Self {
-                Self { #(#members: __fmu::Of::<#types>::plus(&self.#members, factor, &rate.#members)),* }
+            fn read<'a>(&self, to: &'a mut [f64]) -> &'a mut [f64] {
+                #(let to = __fmu::Of::<#types>::read_states(&self.#members, to);)*
+                to
+            }
+
+            #[inline]
+            fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64] {
+                #(let from = __fmu::Of::<#types>::write_states(&mut self.#members, from);)*
+                from
             }
 
             fn not_finite(&self) -> ::core::option::Option<(&'static str, f64)> {
@@ -137,19 +175,37 @@ fn whole(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
     let p: Type = model.parameters.clone().unwrap_or_else(nothing);
     let u: Type = model.input.clone().unwrap_or_else(nothing);
     let y: Type = model.output.clone().unwrap_or_else(nothing);
-    let max_step = match &model.max_step {
-        Some(max_step) => real(max_step),
-        None => quote!(1e-3),
+    let (solver, usual_step) = match model.solver.as_ref().map(LitStr::value).as_deref() {
+        Some("adaptive") => (quote!(Adaptive), quote!(f64::INFINITY)),
+        Some(_) => (quote!(Stiff), quote!(f64::INFINITY)),
+        None => (quote!(Fixed), quote!(1e-3)),
     };
+    let max_step = model.max_step.as_ref().map_or(usual_step, real);
+    let tolerance =
+        (model.tolerance.as_ref()).map_or(quote!(::fmu_export::solver::TOLERANCE), real);
     let info = info(ident, model);
     let starts = fields.iter().map(|field| {
         let member = &field.ident;
         let value = match &field.said.start {
+            _ if matches!(field.shape, Shape::Vector) => {
+                let (n, vector) = (number(field), vector(field));
+                quote!({ let n = #n; #vector })
+            }
             Some(start) => start_value(field, start),
             None => zero(field),
         };
         quote!(#member: #value)
     });
+    let exchange = model.model_exchange;
+    let states = quote!(&[<#ident as __fmu::Rows<#ident, __fmu::SeenState<#ident>>>::ROWS]);
+    let derivatives = match exchange {
+        true => quote! {
+            const STATES: &[::fmu_export::Variable<#ident>] =
+                &__fmu::assemble::<#ident, { __fmu::count::<#ident>(#states) }>(#states);
+            const { &__fmu::derivatives::<#ident, { __fmu::count_states(STATES) }>(STATES) }
+        },
+        false => quote!(&[]),
+    };
     let structs = quote! {
         &[
             <#p as __fmu::Rows<#ident, __fmu::Root<#p>>>::ROWS,
@@ -165,6 +221,9 @@ fn whole(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
             type Y = #y;
             const INFO: ::fmu_export::Info = #info;
             const MAX_STEP: f64 = #max_step;
+            const SOLVER: __fmu::SolverName = __fmu::SolverName::#solver;
+            const TOLERANCE: f64 = #tolerance;
+            const MODEL_EXCHANGE: bool = #exchange;
 
             #[allow(unused_variables)]
             fn start(p: &#p, u: &#u) -> Self {
@@ -173,6 +232,10 @@ fn whole(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
 
             fn table() -> &'static [::fmu_export::Variable<Self>] {
                 const { &__fmu::assemble::<#ident, { __fmu::count::<#ident>(#structs) }>(#structs) }
+            }
+
+            fn derivatives() -> &'static [::fmu_export::Variable<Self>] {
+                #derivatives
             }
         }
     }

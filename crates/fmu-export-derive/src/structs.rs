@@ -2,10 +2,10 @@
 //! implement.
 
 use crate::attributes::fmu;
-use crate::field::{Field, Kind, Role};
+use crate::field::{Field, Kind, Role, Shape};
 use crate::values::{start_value, zero};
 use crate::{check, rows, state};
-use proc_macro2::TokenStream;
+use proc_macro2::{Span, TokenStream};
 use quote::{quote, quote_spanned};
 use syn::spanned::Spanned;
 use syn::{Attribute, Data, DeriveInput, Error, Fields, Ident, Result};
@@ -104,11 +104,17 @@ fn is_table_only(attributes: &[Attribute]) -> Result<bool> {
 /// Start values.
 fn start(ident: &Ident, fields: &[Field], kind: &TokenStream) -> TokenStream {
     let values = fields.iter().map(|field| {
-        let (member, ty) = (&field.ident, &field.ty);
+        let member = &field.ident;
+        let ty = field.element();
         let value = match (&field.said.start, field.kind) {
             (None, Kind::Struct) if field.is_seen() => {
-                quote_spanned!(ty.span()=> <#ty as __fmu::#kind>::start())
+                let start = quote_spanned!(ty.span()=> <#ty as __fmu::#kind>::start());
+                match field.shape {
+                    Shape::Scalar => start,
+                    _ => quote!(::core::array::from_fn(|_| #start)),
+                }
             }
+            _ if matches!(field.shape, Shape::Vector) => zero(field),
             (None, _) => zero(field),
             (Some(start), _) => start_value(field, start),
         };
@@ -123,45 +129,51 @@ fn start(ident: &Ident, fields: &[Field], kind: &TokenStream) -> TokenStream {
     }
 }
 
-/// Clone and serde's traits; Copy and Default for what is copied.
+/// Clone and serde's traits; a Default of zeros for all but parameters, and Copy for what can be.
 fn data(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
     let members: Vec<_> = fields.iter().map(|field| &field.ident).collect();
-    let copies = fields.iter().map(|field| {
-        let (member, ty) = (&field.ident, &field.ty);
-        match field.kind {
-            Kind::Struct => quote!(__fmu::Of::<#ty>::copied(&self.#member)),
-            _ => quote!(::core::clone::Clone::clone(&self.#member)),
-        }
+    let [copies, moves] = ["copied", "copied_to"].map(|function| {
+        let function = Ident::new(function, Span::call_site());
+        let types = fields.iter().map(|field| &field.ty);
+        types
+            .map(|ty| quote!(__fmu::Of::<#ty>::#function))
+            .collect::<Vec<_>>()
     });
-    let mut impls = match role {
-        Role::Parameter => quote! {
-            impl ::core::clone::Clone for #ident {
-                fn clone(&self) -> Self {
-                    Self { #(#members: #copies),* }
-                }
+    let mut impls = quote! {
+        impl ::core::clone::Clone for #ident {
+            #[inline]
+            fn clone(&self) -> Self {
+                Self { #(#members: #copies(&self.#members)),* }
             }
-        },
-        _ => {
-            let zeros = fields.iter().map(zero);
-            quote! {
-                impl ::core::marker::Copy for #ident {}
 
-                impl ::core::clone::Clone for #ident {
-                    #[inline]
-                    fn clone(&self) -> Self {
-                        *self
-                    }
-                }
-
-                impl ::core::default::Default for #ident {
-                    #[inline]
-                    fn default() -> Self {
-                        Self { #(#members: #zeros),* }
-                    }
-                }
+            #[inline]
+            fn clone_from(&mut self, from: &Self) {
+                #(#moves(&from.#members, &mut self.#members);)*
             }
         }
     };
+    if role != Role::Parameter {
+        let zeros = fields.iter().map(zero);
+        // With a lifetime, the compiler takes a bound that does not hold for one that may.
+        let structs = (fields.iter()).filter(|field| field.kind == Kind::Struct);
+        let structs = structs.map(|field| &field.ty);
+        if !fields
+            .iter()
+            .any(|field| matches!(field.shape, Shape::Vector))
+        {
+            impls.extend(quote! {
+                impl ::core::marker::Copy for #ident where #(for<'a> #structs: ::core::marker::Copy),* {}
+            });
+        }
+        impls.extend(quote! {
+            impl ::core::default::Default for #ident {
+                #[inline]
+                fn default() -> Self {
+                    Self { #(#members: #zeros),* }
+                }
+            }
+        });
+    }
     if role != Role::Output {
         impls.extend(serde(ident, fields));
     }
@@ -173,14 +185,21 @@ fn data(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
 fn serde(ident: &Ident, fields: &[Field]) -> TokenStream {
     let groups: Vec<_> = fields.chunks(16).collect();
     let read = groups.iter().map(|group| {
-        let members = group.iter().map(|field| &field.ident);
+        let members = group.iter().map(|field| {
+            let member = &field.ident;
+            match (field.kind, &field.shape) {
+                (Kind::Struct, _) | (_, Shape::Scalar | Shape::Vector) => quote!(#member),
+                (_, Shape::Array(_)) => quote!(__fmu::Read(#member)),
+            }
+        });
         quote!((#(#members,)*))
     });
     let written = groups.iter().map(|group| {
         let values = group.iter().map(|field| {
             let (member, ty) = (&field.ident, &field.ty);
-            match field.kind {
-                Kind::Struct => quote!(__fmu::Of::<#ty>::written(&self.#member)),
+            match (field.kind, &field.shape) {
+                (Kind::Struct, _) => quote!(__fmu::Of::<#ty>::written(&self.#member)),
+                (_, Shape::Array(_)) => quote!(__fmu::Written(&self.#member)),
                 _ => quote!(&self.#member),
             }
         });

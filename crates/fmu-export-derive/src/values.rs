@@ -1,9 +1,9 @@
 //! Values in the code that is written: numbers, start values, zeros.
 
-use crate::field::{Field, Kind};
+use crate::field::{Field, Kind, Shape};
 use proc_macro2::TokenStream;
 use quote::quote;
-use syn::{Expr, ExprLit, Lit, LitFloat};
+use syn::{Expr, ExprLit, Lit, LitFloat, Member};
 
 /// A number as an f64: `2` is written `2.0` for the compiler.
 pub(crate) fn real(value: &Expr) -> TokenStream {
@@ -37,27 +37,83 @@ pub(crate) fn start_value(field: &Field, start: &Expr) -> TokenStream {
         }
         _ => quote!(#start),
     };
-    match (&field.len, start) {
-        (Some(len), Expr::Lit(_) | Expr::Unary(_)) => quote!([#value; #len]),
+    match (&field.shape, start) {
+        (Shape::Array(lengths), Expr::Lit(_) | Expr::Unary(_)) => filled(value, lengths),
         _ => value,
+    }
+}
+
+/// Arrays with the same value everywhere.
+fn filled(value: TokenStream, lengths: &[Expr]) -> TokenStream {
+    let wrap = |value, len| quote!([#value; #len]);
+    lengths.iter().rev().fold(value, wrap)
+}
+
+/// The vector of a field that has `n` elements, of which each starts as `start` says of its index
+/// `i`.
+pub(crate) fn vector(field: &Field) -> TokenStream {
+    let value = match &field.said.start {
+        Some(start) => start_value(field, start),
+        None => element(field),
+    };
+    quote! {{
+        #[allow(unused_variables)]
+        let start = |i: usize| #value;
+        (0..n).map(start).collect::<::std::vec::Vec<_>>()
+    }}
+}
+
+/// How many elements a vector has, where `p` are the parameters.
+pub(crate) fn number(field: &Field) -> TokenStream {
+    let lengths = &field.said.len;
+    quote!(1 #(* ((#lengths) as usize))*)
+}
+
+/// A length in the table: of a parameter if it is one of `p`.
+pub(crate) fn length(length: &Expr) -> TokenStream {
+    match parameter(length) {
+        Some(name) => quote!(::fmu_export::Length::Parameter(#name)),
+        None => quote!(::fmu_export::Length::Fixed(#length)),
+    }
+}
+
+fn parameter(expr: &Expr) -> Option<String> {
+    let Expr::Field(field) = expr else {
+        return None;
+    };
+    let Member::Named(member) = &field.member else {
+        return None;
+    };
+    let member = crate::names::plain(member);
+    match &*field.base {
+        Expr::Path(path) if path.path.is_ident("p") => Some(member),
+        base => Some(format!("{}.{member}", parameter(base)?)),
     }
 }
 
 /// The zero of a field's type.
 pub(crate) fn zero(field: &Field) -> TokenStream {
-    let zero = match field.kind {
+    match &field.shape {
+        Shape::Scalar => element(field),
+        Shape::Array(_) if field.kind == Kind::Struct => {
+            let zero = element(field);
+            quote!(::core::array::from_fn(|_| #zero))
+        }
+        Shape::Array(lengths) => filled(element(field), lengths),
+        Shape::Vector => quote!(::std::vec::Vec::new()),
+    }
+}
+
+fn element(field: &Field) -> TokenStream {
+    match field.kind {
         Kind::Real => quote!(0.0),
         Kind::Integer => quote!(0),
         Kind::Boolean => quote!(false),
         Kind::StaticText => quote!(""),
         Kind::Text | Kind::Choice => quote!(::core::default::Default::default()),
         Kind::Struct => {
-            let ty = &field.ty;
+            let ty = field.element();
             quote!(__fmu::Of::<#ty>::zero())
         }
-    };
-    match &field.len {
-        Some(len) => quote!([#zero; #len]),
-        None => zero,
     }
 }

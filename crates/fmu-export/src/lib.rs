@@ -1,5 +1,5 @@
-//! Exports a Rust model as a co-simulation FMU of FMI 2.0 and of FMI 3.0, from one table of
-//! variables and in one library.
+//! Exports a Rust model as an FMU of FMI 2.0 and of FMI 3.0, for Co-Simulation and, if it says its
+//! differential equations, for Model Exchange, from one table of variables and in one library.
 //!
 //! With the feature `derive`, structs with derives are the table of variables:
 //!
@@ -23,7 +23,7 @@
 //!
 //! /// Two first-order lags: T dy/dt = u − y
 //! #[derive(State)]
-//! #[fmu(parameters = Parameters, input = Input)]
+//! #[fmu(parameters = Parameters, input = Input, model_exchange)]
 //! struct Lag {
 //!     /// Lagged u
 //!     #[fmu(unit = "m", start = u.u)]
@@ -31,8 +31,8 @@
 //! }
 //!
 //! impl Ode for Lag {
-//!     fn derivative(&self, p: &Parameters, u: &Input, _t: f64) -> Self {
-//!         Lag { y: std::array::from_fn(|i| (u.u[i] - self.y[i]) / p.time_constant) }
+//!     fn derivative(&self, p: &Parameters, u: &Input, _t: f64, dx: &mut Self) {
+//!         dx.y = std::array::from_fn(|i| (u.u[i] - self.y[i]) / p.time_constant);
 //!     }
 //! }
 //!
@@ -96,6 +96,9 @@
 //! `.enumeration(&DRIVE)`, items counted from 1, or with [`Items`] of any type. See [`Variable`] for
 //! everything a row can say and [`Info`] for default experiment, documentation, icon and resources.
 //! `type V = Variable<Lag>` is needed for type inference.
+//!
+//! A model that is to be exported for Model Exchange too implements [`Continuous`]; one with
+//! derives says `#[fmu(model_exchange)]`.
 
 mod border;
 mod core;
@@ -104,12 +107,15 @@ mod core;
 pub mod derive;
 mod fmi2;
 mod fmi3;
+pub mod solver;
+pub mod tables;
 #[cfg(target_arch = "wasm32")]
 mod wasm;
 
 pub use core::carried::{Carried, Counted};
-pub use core::causality::ALL_PARAMETERS;
+pub use core::causality::{ALL_PARAMETERS, NO_STATES};
 pub use core::check::check;
+pub use core::continuous::{Continuous, Event, ModelExchange};
 pub use core::enumeration::{Enumeration, Items};
 pub use core::error::ModelError;
 pub use core::info::{File, Info, MadeFile, Terminal};
@@ -120,6 +126,9 @@ pub use core::log::Log;
 pub use core::message::Level;
 pub use core::model::{Evaluation, Model, SetString, Variable};
 pub use core::parameter_file::{read_parameter_file, read_placed_file};
+#[doc(hidden)]
+pub use core::sizes::fitted;
+pub use core::sizes::{Length, Resize};
 pub use core::step_end::StepEnd;
 pub use core::unit::{DisplayUnit, Unit};
 pub use core::units::KNOWN_UNITS;
@@ -144,7 +153,7 @@ pub use {
 #[cfg(feature = "derive")]
 pub mod prelude {
     pub use crate::{
-        Choice, Enumeration, Info, Input, InputPolynomial, Model, ModelError, Ode, Output,
+        Choice, Enumeration, Event, Info, Input, InputPolynomial, Model, ModelError, Ode, Output,
         Parameters, State, StepEnd, Unit, Variable, derived, export_fmu,
     };
 }

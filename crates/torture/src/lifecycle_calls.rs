@@ -21,9 +21,12 @@ impl Session<'_> {
         let stop = if r.one_in(2) { real(r) } else { start + 1.0 };
         let is_3 = self.fmu.functions.fmi3().is_some();
         let name = self.fmu.functions.name("fmi2SetupExperiment");
-        // The tolerance is for FMUs that control their error; no stop time and an infinite one are
-        // the same.
-        let sound = start.is_finite() && (!has_stop || stop >= start);
+        // The tolerance is for FMUs that control their error, which declare one; no stop time and an
+        // infinite one are the same.
+        let declared = self.fmu.description.default_experiment.tolerance;
+        let is_used = has_tolerance && declared.is_some();
+        let is_kept = !is_used || (tolerance > 0.0 && tolerance < 1.0);
+        let sound = start.is_finite() && (!has_stop || stop >= start) && is_kept;
         let expect = self.in_order(i, name, Expect::done_if(sound));
         let experiment = Experiment {
             has_tolerance,
@@ -233,10 +236,10 @@ impl Session<'_> {
             format_args!("fmi2Instantiate({name:?}, {kind}, {guid:?}, {uri:?}, {missing:?})"),
         );
         let callbacks = Callbacks {
-            logger: None,
+            logger: ptr::null(),
             allocate_memory: None,
             free_memory: None,
-            step_finished: ptr::null_mut(),
+            step_finished: ptr::null(),
             environment: ptr::null_mut(),
         };
         let text = |s: Option<&CStr>| s.map_or(ptr::null(), CStr::as_ptr);

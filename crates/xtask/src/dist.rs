@@ -240,6 +240,8 @@ fn build(
     if !without_experiments {
         let page = new.join("machine.html");
         web::make(workspace, &of_fmi3(&fmus)?, FMU_PROFILE, &page)?;
+        let engine = web::engine(workspace, FMU_PROFILE);
+        fs::copy(&engine, new.join(web::ENGINE)).with_context(|| engine.display().to_string())?;
     }
     let mut dist = Dist {
         folder,

@@ -14,6 +14,9 @@ use clap::Args;
 use crate::workspace::{FMU_PROFILE, Workspace, profile};
 use crate::{pack, programs};
 
+/// File name of the master's module, which every page carries.
+pub const ENGINE: &str = "cosim_page.wasm";
+
 /// Options of `cargo xtask web`.
 #[derive(Args)]
 pub struct Options {
@@ -72,6 +75,12 @@ pub fn for_tests(workspace: &Workspace, fmus: &[PathBuf]) -> Result<()> {
     let copies: Vec<_> = fmus.iter().map(copy).collect::<Result<_>>()?;
     let page = workspace.target.join("web/machine.html");
     make(workspace, &copies, "fmu-fast", &page)
+}
+
+/// Where [`make`] has built the master's module.
+pub fn engine(workspace: &Workspace, profile: &str) -> PathBuf {
+    let folder = workspace.target.join(target::WASM.triple);
+    folder.join(profile).join(ENGINE)
 }
 
 /// Provide what WebAssembly needs.

@@ -6,11 +6,10 @@ use std::collections::HashMap;
 use std::ffi::c_int;
 use std::ptr;
 
+use fmu_description::calls::{Callbacks, Functions2, Functions3, Logger};
+use fmu_description::library::Library;
 use fmu_description::{Access, Causality, Description, Version};
-use libloading::Library;
 
-use super::fmi2::{self, Callbacks};
-use super::fmi3;
 use super::log::logger_3;
 use super::names::in_3;
 use super::symbols::{DISCARD, OK, Pointer, Text, WARNING};
@@ -30,12 +29,21 @@ pub struct Functions {
 #[allow(clippy::large_enum_variant)] // one for each FMU
 pub enum OwnFunctions {
     /// FMI 2.0.
-    Fmi2(fmi2::Functions),
+    Fmi2(Functions2),
     /// FMI 3.0.
-    Fmi3(fmi3::Functions),
+    Fmi3(Functions3),
 }
 
 use OwnFunctions::{Fmi2, Fmi3};
+
+/// `fmi2EventInfo`.
+#[repr(C)]
+#[derive(Default)]
+struct EventInfo {
+    /// Again, end, nominals changed, states changed, next event known.
+    flags: [c_int; 5],
+    next: f64,
+}
 
 /// What is simulated, as the C functions take it: relative tolerance, first and last time in s.
 #[derive(Clone, Copy, Debug, Default)]
@@ -86,8 +94,8 @@ impl Functions {
             .find(|v| v.causality == Causality::Independent);
         Self {
             own: match description.fmi {
-                Version::Fmi2 => Fmi2(fmi2::Functions::load(library)),
-                Version::Fmi3 => Fmi3(fmi3::Functions::load(library)),
+                Version::Fmi2 => Fmi2(Functions2::of(library)),
+                Version::Fmi3 => Fmi3(Functions3::of(library)),
             },
             sizes: arrays.map(|v| (v.reference, v.size())).collect(),
             accesses: accesses.collect(),
@@ -102,7 +110,7 @@ impl Functions {
     }
 
     /// Those of FMI 3.0.
-    pub fn fmi3(&self) -> Option<&fmi3::Functions> {
+    pub fn fmi3(&self) -> Option<&Functions3> {
         match &self.own {
             Fmi2(_) => None,
             Fmi3(f) => Some(f),
@@ -182,6 +190,21 @@ impl Functions {
             (f.fmi3DeserializeFMUState)(c, bytes, size, state);
     }
 
+    both! { self, f:
+        fn enter_event_mode(c: Pointer) -> c_int = (f.fmi2EnterEventMode)(c), (f.fmi3EnterEventMode)(c);
+        fn set_time(c: Pointer, t: f64) -> c_int = (f.fmi2SetTime)(c, t), (f.fmi3SetTime)(c, t);
+        fn set_continuous_states(c: Pointer, x: *const f64, n: usize) -> c_int
+            = (f.fmi2SetContinuousStates)(c, x, n), (f.fmi3SetContinuousStates)(c, x, n);
+        fn get_continuous_states(c: Pointer, x: *mut f64, n: usize) -> c_int
+            = (f.fmi2GetContinuousStates)(c, x, n), (f.fmi3GetContinuousStates)(c, x, n);
+        fn get_derivatives(c: Pointer, x: *mut f64, n: usize) -> c_int
+            = (f.fmi2GetDerivatives)(c, x, n), (f.fmi3GetContinuousStateDerivatives)(c, x, n);
+        fn get_event_indicators(c: Pointer, x: *mut f64, n: usize) -> c_int
+            = (f.fmi2GetEventIndicators)(c, x, n), (f.fmi3GetEventIndicators)(c, x, n);
+        fn get_nominals(c: Pointer, x: *mut f64, n: usize) -> c_int
+            = (f.fmi2GetNominalsOfContinuousStates)(c, x, n), (f.fmi3GetNominalsOfContinuousStates)(c, x, n);
+    }
+
     /// With a `kind` other than 1 for model exchange. In FMI 3.0 with Event Mode; what is no
     /// argument there is not looked at.
     pub unsafe fn instantiate(
@@ -204,9 +227,8 @@ impl Functions {
                     let (visible, logging) = (visible != 0, logging != 0);
                     let callbacks = callbacks.as_ref();
                     let environment = callbacks.map_or(ptr::null_mut(), |c| c.environment);
-                    let logger = callbacks
-                        .and_then(|c| c.logger)
-                        .map(|_| logger_3 as fmi3::Logger);
+                    let has_logger = callbacks.is_some_and(|c| !c.logger.is_null());
+                    let logger = has_logger.then_some(logger_3 as Logger);
                     match kind {
                         1 => (f.fmi3InstantiateCoSimulation)(
                             name,
@@ -233,6 +255,70 @@ impl Functions {
                         ),
                     }
                 }
+            }
+        }
+    }
+
+    /// From Event Mode of Model Exchange: new discrete states until none is needed, at most a thousand
+    /// times; then into Continuous-Time Mode. What is told is the time of the next event, infinite
+    /// where none is known, and whether the simulation ends.
+    pub unsafe fn handle_events(&self, c: Pointer, next: &mut f64, ends: &mut bool) -> c_int {
+        for _ in 0..1000 {
+            let mut info = EventInfo::default();
+            let ([mut again, mut end, mut nominals, mut moved, mut defined], mut time) =
+                ([false; 5], 0.0);
+            // SAFETY: forwarded; places for the results.
+            let status = unsafe {
+                match &self.own {
+                    Fmi2(f) => (f.fmi2NewDiscreteStates)(c, ptr::from_mut(&mut info).cast()),
+                    Fmi3(f) => (f.fmi3UpdateDiscreteStates)(
+                        c,
+                        &mut again,
+                        &mut end,
+                        &mut nominals,
+                        &mut moved,
+                        &mut defined,
+                        &mut time,
+                    ),
+                }
+            };
+            if status > WARNING {
+                return status;
+            }
+            let [needed, _, _, _, is_known] = info.flags.map(|flag| flag != 0);
+            *ends = end || info.flags[1] != 0;
+            *next = match (is_known, defined) {
+                (true, _) => info.next,
+                (_, true) => time,
+                _ => f64::INFINITY,
+            };
+            if !(needed || again) {
+                break;
+            }
+        }
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2EnterContinuousTimeMode)(c),
+                Fmi3(f) => (f.fmi3EnterContinuousTimeMode)(c),
+            }
+        }
+    }
+
+    /// Whether an event must be handled, and whether the simulation ends.
+    pub unsafe fn completed_integrator_step(&self, c: Pointer, told: &mut [bool; 2]) -> c_int {
+        let [event, ends] = told;
+        let mut in_2: [c_int; 2] = [0; 2];
+        let [event_2, ends_2] = in_2.each_mut();
+        // SAFETY: forwarded; places for the results.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => {
+                    let status = (f.fmi2CompletedIntegratorStep)(c, 1, event_2, ends_2);
+                    *told = in_2.map(|flag| flag != 0);
+                    status
+                }
+                Fmi3(f) => (f.fmi3CompletedIntegratorStep)(c, true, event, ends),
             }
         }
     }

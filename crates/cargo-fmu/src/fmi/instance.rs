@@ -5,9 +5,9 @@ use std::ffi::{CString, c_int};
 use std::ptr;
 
 use anyhow::{Result, anyhow, bail};
+use fmu_description::calls::Callbacks;
 use fmu_description::{Access, Variable};
 
-use super::fmi2::Callbacks;
 use super::fmu::Fmu;
 use super::functions::{Experiment, Functions};
 use super::log::{Log, Message};
@@ -20,6 +20,8 @@ use super::text;
 pub struct Manner<'a> {
     /// GUID or instantiation token; None for that of the description.
     pub token: Option<&'a str>,
+    /// fmi2Type: 0 for Model Exchange, 1 for Co-Simulation.
+    pub kind: c_int,
     /// loggingOn.
     pub is_logging: bool,
     /// It is given functions for memory (FMI 2.0).
@@ -32,6 +34,7 @@ impl Manner<'_> {
     /// As most importers do it.
     pub const USUAL: Self = Self {
         token: None,
+        kind: 1,
         is_logging: false,
         gives_memory: true,
         may_warn: true,
@@ -100,7 +103,7 @@ impl<'a> Instance<'a> {
         let c = unsafe {
             fmu.functions.instantiate(
                 c_name.as_ptr(),
-                1,
+                manner.kind,
                 token.as_ptr(),
                 resources,
                 &*callbacks,

@@ -18,7 +18,9 @@ pub fn text_in_3(text: &str) -> String {
 }
 
 /// Functions and statuses that differ by more than the number in their names.
-const OTHERS: [(&str, &str); 19] = [
+const OTHERS: [(&str, &str); 21] = [
+    ("fmi2GetDerivatives", "fmi3GetContinuousStateDerivatives"),
+    ("fmi2NewDiscreteStates", "fmi3UpdateDiscreteStates"),
     ("fmi2Instantiate", "fmi3InstantiateCoSimulation"),
     ("fmi2SetupExperiment", "fmi3EnterInitializationMode"),
     ("fmi2GetReal", "fmi3GetFloat64"),

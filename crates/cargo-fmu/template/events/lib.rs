@@ -2,10 +2,11 @@
 //! events of your own.
 //!
 //! Its variables are structs with derives, as in a model of differential equations. What happens in
-//! a step, though, is written out: `impl Model` in place of `impl Ode`.
+//! a step, though, is written out: `impl Model` in place of `impl Ode`. For importers that integrate
+//! the model themselves (Model Exchange), `impl Continuous` says its equations.
 
-use fmu_export::Log;
 use fmu_export::prelude::*;
+use fmu_export::{Continuous, Log, ModelExchange};
 use serde::{Deserialize, Serialize};
 
 /// Who switches the heater
@@ -55,7 +56,7 @@ struct Input {
 }
 
 // `depends_on` names the inputs that an output follows at once, while the state stays what it is.
-// These follow none.
+// These follow none, and the last two no continuous state either.
 #[derive(Output)]
 struct Output {
     /// Temperature of the oven
@@ -68,12 +69,12 @@ struct Output {
     temperature: f64,
     /// Whether the heater is on
     #[fmu(
-        depends_on(),
+        depends_on(no_states),
         initially_depends_on(mode, temperature_start, lower, upper)
     )]
     heating: bool,
     /// How often the heater was switched since the start
-    #[fmu(depends_on(), initially_depends_on())]
+    #[fmu(depends_on(no_states), initially_depends_on())]
     switchings: i32,
 }
 
@@ -93,8 +94,24 @@ impl Oven {
             Mode::Off => false,
             Mode::On => true,
             Mode::Thermostat if heating => temperature < p.upper,
-            Mode::Thermostat => temperature < p.lower,
+            Mode::Thermostat => temperature <= p.lower,
         }
+    }
+
+    /// Switches the heater at the time `t`, s, if it should be; whether it was.
+    fn switch(&mut self, p: &Parameters, u: &Input, t: f64) -> bool {
+        let heating = Oven::decided(p, u, self.temperature, self.heating);
+        if heating == self.heating {
+            return false;
+        }
+        self.heating = heating;
+        self.switchings += 1;
+        let (what, temperature) = (if heating { "on" } else { "off" }, self.temperature);
+        self.log.info(
+            "switch",
+            format_args!("t = {t} s: the heater is switched {what} at {temperature} K"),
+        );
+        true
     }
 
     /// Time until the thermostat switches, s; infinite if it does not. T(s) = T∞ + (T − T∞)
@@ -125,6 +142,7 @@ impl Model for Oven {
         .version(env!("CARGO_PKG_VERSION"))
         .experiment(0.0, 1000.0, 1.0)
         .log_categories(&[("switch", "When the heater is switched")]);
+    const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::of();
     derived!(Parameters, Input, Output);
 
     fn initialize(p: &Parameters, u: &Input, _t: f64) -> Result<Self, ModelError> {
@@ -163,46 +181,90 @@ impl Model for Oven {
         h: f64,
     ) -> Result<StepEnd, ModelError> {
         let u = u.value();
-        // What changes is changed in copies: if a step fails, the model is as it was.
-        let (mut temperature, mut heating, mut switchings) =
-            (self.temperature, self.heating, self.switchings);
+        // Nothing of this can fail. Where something can, change copies: after an error the model must
+        // be as it was.
+        let before = self.switchings;
         let mut now = 0.0; // s after t
         loop {
-            let wanted = Oven::decided(p, u, temperature, heating);
-            if wanted != heating {
-                heating = wanted;
-                switchings += 1;
-                let what = if heating { "on" } else { "off" };
-                let time = t + now;
-                self.log.info(
-                    "switch",
-                    format_args!("t = {time} s: the heater is switched {what} at {temperature} K"),
-                );
-            }
-            let until_switch = Oven::time_to_switch(p, u, temperature, heating);
-            let end = end_temperature(p, u, heating);
+            self.switch(p, u, t + now);
+            let until_switch = Oven::time_to_switch(p, u, self.temperature, self.heating);
+            let end = end_temperature(p, u, self.heating);
             if now + until_switch >= h {
                 let decay = (-(h - now) * p.conductance / p.capacity).exp();
-                temperature = end + (temperature - end) * decay;
+                self.temperature = end + (self.temperature - end) * decay;
                 break;
             }
             now += until_switch;
-            temperature = if heating {
-                p.upper
-            } else {
-                p.lower.next_down()
-            };
+            self.temperature = if self.heating { p.upper } else { p.lower };
         }
-        let event = switchings != self.switchings;
-        (self.temperature, self.heating, self.switchings) = (temperature, heating, switchings);
         // FMI 3.0 tells the importer of the event: eventHandlingNeeded.
         let mut end = StepEnd::WHOLE;
-        end.event = event;
+        end.event = self.switchings != before;
         Ok(end)
     }
 
     fn log(&mut self) -> Option<&mut Log> {
         Some(&mut self.log)
+    }
+}
+
+/// The same physics for Model Exchange: the temperature is integrated by the importer, which stops
+/// where the indicator passes zero.
+impl Continuous for Oven {
+    fn derivative_rows() -> &'static [Variable<Self>] {
+        const {
+            &[Variable::derivative_of("temperature")
+                .unit("K/s")
+                .depends_on(&["temperature", "ambient"])]
+        }
+    }
+    const INDICATORS: &'static [Variable<Self>] =
+        &[
+            Variable::indicator("until_switch", "Distance to the temperature that switches")
+                .unit("K"),
+        ];
+
+    fn states(&self, x: &mut [f64]) {
+        x[0] = self.temperature;
+    }
+
+    fn set_states(&mut self, x: &[f64]) {
+        self.temperature = x[0];
+    }
+
+    fn derivatives(
+        &self,
+        p: &Parameters,
+        u: &Input,
+        _now: &(),
+        _t: f64,
+        dx: &mut Self,
+    ) -> Result<(), ModelError> {
+        let end = end_temperature(p, u, self.heating);
+        dx.temperature = (end - self.temperature) * p.conductance / p.capacity;
+        Ok(())
+    }
+
+    /// Positive while nothing is to be switched.
+    fn indicators(
+        &self,
+        p: &Parameters,
+        u: &Input,
+        _now: &(),
+        _t: f64,
+        z: &mut [f64],
+    ) -> Result<(), ModelError> {
+        z[0] = match *u.mode {
+            Mode::Off | Mode::On => 1.0,
+            Mode::Thermostat if self.heating => p.upper - self.temperature,
+            Mode::Thermostat => self.temperature - p.lower,
+        };
+        Ok(())
+    }
+
+    fn event(&mut self, p: &Parameters, u: &Input, t: f64) -> Result<Event, ModelError> {
+        self.switch(p, u, t);
+        Ok(Event::NONE)
     }
 }
 

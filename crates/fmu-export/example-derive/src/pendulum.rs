@@ -7,16 +7,16 @@ use fmu_export::prelude::*;
 }
 #[derive(Input)] struct Input { /** Torque on the pivot */ #[fmu(unit = "N.m")] torque: f64 }
 #[derive(Output)] struct Output {
-    /** Kinetic and potential energy */ #[fmu(unit = "J", depends_on(), initially_depends_on(length, mass))] energy: f64,
-    /** Angular acceleration */         #[fmu(unit = "rad/s2", depends_on(torque))] acceleration: f64,
+    /** Kinetic and potential energy */ #[fmu(unit = "J", depends_on(angle, speed), initially_depends_on(length, mass))] energy: f64,
+    /** Angular acceleration */         #[fmu(unit = "rad/s2", depends_on(torque, angle, speed))] acceleration: f64,
 }
 /// A pendulum with a torque on its pivot
-#[derive(State)] #[fmu(parameters = Parameters, input = Input, output = Output, experiment(0, 10, 0.01))] struct Pendulum {
-    /** Angle from hanging down */ #[fmu(unit = "rad", display_unit = "deg", start = 0.01)] angle: f64,
+#[derive(State)] #[fmu(parameters = Parameters, input = Input, output = Output, model_exchange, experiment(0, 10, 0.01))] struct Pendulum {
+    /** Angle from hanging down */ #[fmu(unit = "rad", display_unit = "deg", start = 0.01, rate_depends_on(speed))] angle: f64,
     /** Angular velocity */        #[fmu(unit = "rad/s", display_unit = "deg/s")] speed: f64,
 }
 impl Ode for Pendulum {
-    fn derivative(&self, p: &Parameters, u: &Input, _t: f64) -> Self { Self { angle: self.speed, speed: self.outputs(p, u).acceleration } }
+    fn derivative(&self, p: &Parameters, u: &Input, _t: f64, dx: &mut Self) { *dx = Self { angle: self.speed, speed: self.outputs(p, u).acceleration }; }
     fn outputs(&self, &Parameters { length, mass, friction }: &Parameters, u: &Input) -> Output {
         let (inertia, weight) = (mass * length * length, 9.80665 * mass);
         let energy = 0.5 * inertia * self.speed * self.speed + weight * length * (1.0 - self.angle.cos());

@@ -3,7 +3,10 @@
 
 mod oscillator;
 
-use fmu_export::{Enumeration, File, Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
+use fmu_export::{
+    Continuous, Enumeration, File, Info, InputPolynomial, Model, ModelError, ModelExchange,
+    StepEnd, Variable,
+};
 use oscillator::{Parameters, State, advance};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -55,11 +58,18 @@ const VARIABLES: &[V] = &[
     V::inputs    ("F",         "Force on the mass along each axis",          |u| &u.force,   |u| &mut u.force).unit("N").nominal(10.0),
     V::outputs   ("x",         "Position",                                   |y| &y.x).unit("m").display_unit("mm").depends_on(NONE).initially_depends_on(START),
     V::outputs   ("v",         "Velocity",                                   |y| &y.v).unit("m/s").depends_on(NONE).initially_depends_on(NONE),
-    V::outputs   ("a",         "Acceleration",                               |y| &y.a).unit("m/s2").depends_on(&["F[i]"])
+    V::outputs   ("a",         "Acceleration",                               |y| &y.a).unit("m/s2").depends_on(&["F[i]", "x[i]", "v[i]"])
                  .initially_depends_on(&["F[i]", "x_start[i]", "m", "k", "x_h", "spring"]),
-    V::output    ("energy",    "Kinetic and potential energy",               |y| &y.energy).unit("J").depends_on(NONE)
+    V::output    ("energy",    "Kinetic and potential energy",               |y| &y.energy).unit("J").depends_on(&["x", "v"])
                  .initially_depends_on(&["x_start", "k", "x_h", "spring"]),
-    V::boolean_output("at_rest", "Whether the mass stands still",            |y| &y.at_rest).depends_on(NONE).initially_depends_on(NONE),
+    V::boolean_output("at_rest", "Whether the mass stands still",            |y| &y.at_rest).depends_on(&["v"]).initially_depends_on(NONE),
+];
+
+/// Behind the table, for Model Exchange.
+#[rustfmt::skip]
+const DERIVATIVES: &[V] = &[
+    V::derivatives_of("x").unit("m/s").depends_on(&["v[i]"]),
+    V::derivatives_of("v").unit("m/s2").depends_on(&["x[i]", "v[i]", "F[i]"]),
 ];
 
 /// Reads `name = value` lines; a relative path is looked for in the FMU's `resources` folder.
@@ -118,6 +128,8 @@ impl Model for Oscillator {
         .with_input_derivatives()
         .with_output_derivatives()
         .with_directional_derivatives();
+
+    const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::of();
 
     fn variables() -> &'static [V] {
         VARIABLES
@@ -210,6 +222,65 @@ impl Model for Oscillator {
             a: du.force.map(|f| f / p.m),
             ..Output::default()
         })
+    }
+}
+
+impl Continuous for Oscillator {
+    const HAS_DIRECTIONAL: bool = true;
+
+    fn derivative_rows() -> &'static [V] {
+        DERIVATIVES
+    }
+
+    fn states(&self, x: &mut [f64]) {
+        x[..2].copy_from_slice(&self.0.x);
+        x[2..].copy_from_slice(&self.0.v);
+    }
+
+    fn set_states(&mut self, x: &[f64]) {
+        self.0.x.copy_from_slice(&x[..2]);
+        self.0.v.copy_from_slice(&x[2..]);
+    }
+
+    fn derivatives(
+        &self,
+        p: &Parameters,
+        u: &Input,
+        _now: &(),
+        _t: f64,
+        dx: &mut Self,
+    ) -> Result<(), ModelError> {
+        let (x, v) = (self.0.v, self.accelerations(p, u.force));
+        dx.0 = State { x, v };
+        Ok(())
+    }
+
+    /// a = (F − d v − f(x))/m changes by (dF − d dv − f'(x) dx)/m, the energy by f(x) dx + m v dv.
+    fn directional(
+        &self,
+        p: &Parameters,
+        _u: &Input,
+        _now: &(),
+        _t: f64,
+        (Self(seed), du): (&Self, &Input),
+        dx: &mut Self,
+        y: &mut Output,
+    ) -> Result<(), ModelError> {
+        let State { x, v } = self.0;
+        let spring = [0, 1].map(|i| p.spring_force(x[i]));
+        let a = [0, 1].map(|i| (du.force[i] - p.d * seed.v[i] - spring[i].1 * seed.x[i]) / p.m);
+        dx.0 = State { x: seed.v, v: a };
+        let work = (0..2)
+            .map(|i| spring[i].0 * seed.x[i] + p.m * v[i] * seed.v[i])
+            .sum();
+        *y = Output {
+            x: seed.x,
+            v: seed.v,
+            a,
+            energy: work,
+            at_rest: false,
+        };
+        Ok(())
     }
 }
 

@@ -29,6 +29,13 @@ impl<T: Copy> Array<T> {
         self.1
     }
 
+    /// All elements, one after the other.
+    #[inline]
+    pub(crate) fn iter(self) -> impl Iterator<Item = T> {
+        // SAFETY: as in `at`.
+        (0..self.1).map(move |k| unsafe { self.0.add(k).read_unaligned() })
+    }
+
     /// The `k`-th element, which must exist.
     #[inline]
     pub(crate) fn get(self, k: usize) -> T {

@@ -2,10 +2,10 @@
 //! here knows what a function does.
 
 use super::answer::Answer;
-use super::call::{Call, L};
+use super::call::{COMMON_STATES, CS, Call, EXCHANGE_STATES, L, ME};
 use super::log::{Log, Logger};
 use crate::Model;
-use crate::core::fault::Fault;
+use crate::core::fault::{self, Fault};
 use crate::core::guard::{Entered, Guarded};
 use crate::core::instance::Instance;
 use crate::core::message::{Kind, Message};
@@ -25,14 +25,14 @@ pub(crate) trait Version: Sized + 'static {
     /// What it calls the types.
     const NAMES: Names;
     /// Names of the states, by their bits.
-    const STATES: &'static [(u8, &'static str)];
+    const STATES: &'static [(u16, &'static str)];
     /// What brings an instance back that was lost by a panic.
     const RECOVERY: &'static str;
     /// Value reference of time, where it is a variable.
     const TIME: Option<u32> = None;
 
     /// The bit of the state that an instance is in.
-    fn state<M: Model>(body: &Body<M, Self>) -> u8;
+    fn state<M: Model>(body: &Body<M, Self>) -> u16;
 
     /// The bits of the categories that are on after these were switched on or off.
     fn switched(log: &Log<Self::Logger>, on: bool, categories: &[&str]) -> Result<u32, Fault>;
@@ -44,6 +44,8 @@ pub(crate) struct Body<M: Model, V: Version> {
     pub(crate) log: Arc<Log<V::Logger>>,
     /// Texts that the importer was given by the last get.
     pub(crate) strings: Vec<CString>,
+    /// The interface it was made for, [`CS`] or [`ME`].
+    pub(crate) interface: u16,
     pub(crate) own: V,
 }
 
@@ -84,20 +86,46 @@ pub(crate) unsafe fn enter<M: Model, V: Version>(
 #[inline]
 fn check_order<M: Model, V: Version>(body: &Body<M, V>, call: Call) -> Result<(), Fault> {
     let state = V::state(body);
+    // Of a model for Co-Simulation alone, what is for Model Exchange is not even compiled.
+    let is_absent = M::MODEL_EXCHANGE.is_none() && call.allowed & ME != 0;
+    let is_of_one = call.allowed & (CS | ME) != 0;
+    if is_absent || is_of_one && call.allowed & body.interface == 0 {
+        return other_interface::<M>(call);
+    }
     if call.allowed & state != 0 {
         Ok(())
     } else {
-        out_of_order::<V>(call, state)
+        out_of_order::<V>(call, state, body.interface)
     }
 }
 
 #[cold]
-fn out_of_order<V: Version>(call: Call, state: u8) -> Result<(), Fault> {
-    let names = |mask: u8| -> Vec<&str> {
+fn other_interface<M: Model>(call: Call) -> Result<(), Fault> {
+    let [of, is] = match call.allowed & ME {
+        0 => ["Co-Simulation", "Model Exchange"],
+        _ => ["Model Exchange", "Co-Simulation"],
+    };
+    if M::MODEL_EXCHANGE.is_none() {
+        return fault::refuse!("this function is for {of}, and this FMU offers {is} only");
+    }
+    fault::refuse!("this function is for {of}, and the instance was made for {is}")
+}
+
+#[cold]
+fn out_of_order<V: Version>(call: Call, state: u16, interface: u16) -> Result<(), Fault> {
+    let names = |mask: u16| -> Vec<&str> {
         let named = V::STATES.iter().filter(|(bit, _)| mask & bit != 0);
         named.map(|(_, name)| *name).collect()
     };
-    let (now, allowed) = (names(state).join(""), names(call.allowed & !L).join(", "));
+    let others = if interface == ME {
+        !EXCHANGE_STATES & !COMMON_STATES
+    } else {
+        EXCHANGE_STATES
+    };
+    let (now, allowed) = (
+        names(state).join(""),
+        names(call.allowed & !L & !others).join(", "),
+    );
     Err(Fault::refused(format_args!(
         "not allowed in state {now}; allowed in {allowed}"
     )))

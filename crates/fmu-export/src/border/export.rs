@@ -57,7 +57,7 @@ macro_rules! export_fmi2 {
             use $crate::entry as e;
             use $crate::ffi::*;
 
-            static LIBRARY: e::Library = e::Library::new(cfg!(test));
+            static LIBRARY: e::Library = e::Library::new(cfg!(test), option_env!("FMU_SIZES"));
 
             #[unsafe(no_mangle)]
             extern "C-unwind" fn fmi2GetTypesPlatform() -> Str {
@@ -93,7 +93,7 @@ macro_rules! export_fmi3 {
             use $crate::entry3 as e;
             use $crate::ffi3::*;
 
-            static LIBRARY: e::Library = e::Library::new(cfg!(test));
+            static LIBRARY: e::Library = e::Library::new(cfg!(test), option_env!("FMU_SIZES"));
 
             #[unsafe(no_mangle)]
             extern "C-unwind" fn fmi3GetVersion() -> Str {
@@ -111,10 +111,11 @@ macro_rules! export_fmi3 {
                     required, n_required, environment, log_message, update
                 );
                 fmi3InstantiateModelExchange(
-                    _name: Str, _token: Str, _resources: Str, _visible: Boolean, logging_on: Boolean,
+                    name: Str, token: Str, resources: Str, _visible: Boolean, logging_on: Boolean,
                     environment: InstanceEnvironment, log_message: Option<LogMessage>
-                ) -> Instance
-                    = refuse_instantiation("fmi3InstantiateModelExchange", logging_on, environment, log_message);
+                ) -> Instance = instantiate_model_exchange(
+                    &LIBRARY, name, token, resources, logging_on, environment, log_message
+                );
                 fmi3InstantiateScheduledExecution(
                     _name: Str, _token: Str, _resources: Str, _visible: Boolean, logging_on: Boolean,
                     environment: InstanceEnvironment, log_message: Option<LogMessage>,

@@ -42,11 +42,11 @@ pub(crate) unsafe fn export(
     library: &Library,
     context: *mut c_void,
     receive: Option<ReceiveFile>,
-    files: fn() -> Result<Vec<Packed>, String>,
+    files: fn(&str) -> Result<Vec<Packed>, String>,
 ) -> c_int {
     let Some(receive) = receive else { return 1 };
     panic::silence(library.is_program);
-    let made = panic::catch(files).unwrap_or_else(|panic| Err(panic.describe()));
+    let made = panic::catch(|| files(library.sizes)).unwrap_or_else(|panic| Err(panic.describe()));
     match made {
         Ok(files) => {
             for (path, bytes) in files {

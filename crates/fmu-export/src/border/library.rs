@@ -2,7 +2,7 @@
 
 use super::answer::Answer;
 use super::body::{Body, Version};
-use super::call::U;
+use super::call::{ME, U};
 use super::description::hash;
 use super::log::Log;
 use crate::Model;
@@ -11,6 +11,7 @@ use crate::core::instance::Instance;
 use crate::core::layout::Layout;
 use crate::core::message::{Kind, Message};
 use crate::core::panic;
+use crate::core::sizes::{self, Start};
 use crate::core::state::Identity;
 use std::borrow::Cow;
 use std::ffi::{CStr, c_char, c_void};
@@ -23,14 +24,20 @@ use uuid::Uuid;
 pub struct Library {
     /// Hashes of the model descriptions, once they have been computed: of FMI 2.0 and 3.0.
     pub(crate) hashes: [OnceLock<Uuid>; 2],
+    /// The sizes that the FMU was packed with, such as `n=200 m=3`.
+    pub(crate) sizes: &'static str,
     /// It is part of a program (a test), where others than the model may panic.
     pub(crate) is_program: bool,
 }
 
 impl Library {
     /// For one model.
-    pub const fn new(is_program: bool) -> Self {
+    pub const fn new(is_program: bool, sizes: Option<&'static str>) -> Self {
         Self {
+            sizes: match sizes {
+                Some(sizes) => sizes,
+                None => "",
+            },
             hashes: [OnceLock::new(), OnceLock::new()],
             is_program,
         }
@@ -49,7 +56,10 @@ pub(crate) struct Request<'a, V: Version> {
     pub(crate) token: (&'static str, Option<&'a str>),
     /// Where the hash is kept.
     pub(crate) hash: &'a OnceLock<Uuid>,
+    pub(crate) sizes: &'static str,
     pub(crate) resources: Option<PathBuf>,
+    /// [`CS`] or [`ME`].
+    pub(crate) interface: u16,
     pub(crate) own: V,
 }
 
@@ -58,36 +68,41 @@ impl<V: Version> Request<'_, V> {
     /// what is wrong with the table: then no importer can know the hash.
     pub(crate) fn make<M: Model>(
         mut self,
-        check: impl FnOnce(&Layout<M>) -> Result<(), String>,
+        check: impl FnOnce(&Layout<M>, &Start<M>) -> Result<(), String>,
         prepare: impl FnOnce(&mut Body<M, V>) -> Result<(), String>,
     ) -> *mut c_void {
         let (function, log) = (self.function, Arc::new(self.log));
         let mut messages = std::mem::take(&mut self.messages);
         let made = panic::catch(|| {
-            let (parameters, input) = M::defaults();
-            let layout = Layout::new(&parameters, &input);
-            let known = || hash(&layout, (&parameters, &input), V::NAME);
+            let start = sizes::start::<M>(self.sizes)?;
+            let layout = Layout::new(&start.0, &start.1);
+            let known = || hash(&layout, &start, V::NAME);
             let hash = *self.hash.get_or_init(known);
             named(self.name)?;
-            agreed(self.token, hash).map_err(|reason| match check(&layout) {
+            agreed(self.token, hash).map_err(|reason| match check(&layout, &start) {
                 Ok(()) => reason,
                 Err(wrong) => wrong,
             })?;
             let identity = Identity {
-                version: V::NAME,
+                version: match self.interface {
+                    ME => [V::NAME[0], V::NAME[1], V::NAME[2], b'X'],
+                    _ => V::NAME,
+                },
                 model: hash.into_bytes(),
             };
             let instance = Instance::new(
                 layout,
-                (parameters, input),
+                start,
                 identity,
                 &V::NAMES,
                 self.resources,
+                self.sizes,
             );
             let mut body = Body {
                 instance,
                 log: Arc::clone(&log),
                 strings: Vec::new(),
+                interface: self.interface,
                 own: self.own,
             };
             body.instance.wanted = body.log.wanted_of_model();

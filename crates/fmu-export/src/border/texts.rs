@@ -31,7 +31,7 @@ impl<M: Model, V: Version> Body<M, V> {
     ) -> Result<(), Fault> {
         let mut strings = Vec::with_capacity(n);
         for number in (0..n).map(number) {
-            let (_, row) = self.instance.layout.find(number)?;
+            let (_, row) = self.instance.layout.find_any(number)?;
             let is_output = matches!(row.place, Place::StringOut(_));
             if is_output && self.instance.state.phase == Phase::Instantiated {
                 self.instance.start_output(row)?;

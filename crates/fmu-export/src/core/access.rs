@@ -7,6 +7,7 @@ use super::causality::Causality;
 use super::fault::Fault;
 use super::instance::Instance;
 use super::model::Variable;
+use super::phase::Phase;
 use super::place::Kind;
 use super::value::{Value, allowed};
 use crate::Model;
@@ -157,7 +158,10 @@ impl<M: Model> Instance<M> {
     #[cold]
     pub(crate) fn check_settable<T: Value>(&self, element: u32, value: T) -> Result<(), Fault> {
         let (i, row) = self.layout.find(element)?;
-        let is_open = row.tunable || !self.state.phase.is_running();
+        let is_open = match self.state.phase {
+            Phase::Configuration => row.structural,
+            phase => row.tunable || !(row.structural || phase.is_running()),
+        };
         if T::parameter(&row.place).is_some() && is_open {
             return Ok(());
         }
@@ -181,6 +185,10 @@ impl<M: Model> Instance<M> {
             _ if row.place.kind() != given => {
                 let (given, right) = (given.name(self.names), row.access(self.names));
                 format!("cannot be set as {given}; it must be set as {right}")
+            }
+            _ if row.structural => "can only be set in Configuration Mode".to_owned(),
+            _ if self.state.phase == Phase::Configuration => {
+                "cannot be set in Configuration Mode; only structural parameters can".to_owned()
             }
             _ => {
                 "cannot be set any more; it must be set before the end of initialization".to_owned()
@@ -217,10 +225,14 @@ impl<M: Model> Instance<M> {
                 place.slice(&self.state.input.value)
             } else if let Some(place) = T::parameter(&row.place) {
                 place.slice(&self.state.parameters)
+            } else if let Some(values) = self.behind(&run, |values| T::of_reals(values))? {
+                values
             } else {
                 return Err(self.not_gettable(row, run.index(first), T::KIND.name(self.names)));
             };
-            let values = &values[..run.len()];
+            let Some(values) = values.get(..run.len()) else {
+                return Err(not_as_long(row, values.len(), run.len()));
+            };
             while let Some(element) = element(k)
                 && let Some(&value) = values.get(run.index(element))
             {
@@ -239,6 +251,16 @@ impl<M: Model> Instance<M> {
 pub(crate) fn not_allowed<M: Model>(row: &Variable<M>, i: usize, value: impl Display) -> Fault {
     let (name, allowed) = (row.element_name(i), allowed(row));
     Fault::Discarded(format!("`{name}` = {value} must be {allowed}"))
+}
+
+/// The model has given a vector that is not as long as its row.
+#[cold]
+#[inline(never)]
+pub(crate) fn not_as_long<M: Model>(row: &Variable<M>, found: usize, needed: usize) -> Fault {
+    let name = row.name;
+    Fault::Refused(format!(
+        "`{name}` has {found} elements; it must have {needed}"
+    ))
 }
 
 #[cold]

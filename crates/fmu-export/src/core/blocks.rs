@@ -1,7 +1,7 @@
 //! Setting and getting numbers by block: a row as one array. A batch is checked completely before
 //! anything is written.
 
-use super::access::{not_allowed, not_finite};
+use super::access::{not_allowed, not_as_long, not_finite};
 use super::causality::Causality;
 use super::fault::{Fault, refuse};
 use super::instance::Instance;
@@ -9,24 +9,35 @@ use super::layout::TIME;
 use super::model::Variable;
 use super::phase::Phase;
 use super::place::Write;
+use super::sizes;
 use super::value::Value;
 use crate::Model;
 
 impl<M: Model> Instance<M> {
     /// Sets blocks: `number(k)` is that of the `k`-th, None at the end of the batch; `value(j)` is
-    /// the `j`-th of all `len` values.
+    /// the `j`-th of all `len` values, which `all` gives one after the other.
     #[inline]
-    pub(crate) fn set_blocks<T: Value>(
+    pub(crate) fn set_blocks<T: Value, I: Iterator<Item = T>>(
         &mut self,
         number: impl Fn(usize) -> Option<u32> + Copy,
         len: usize,
         value: impl Fn(usize) -> T + Copy,
+        all: impl Fn() -> I,
     ) -> Result<(), Fault> {
         if number(1).is_none()
-            && let Some(run) = number(0).and_then(|number| self.layout.whole(number, len))
-            && let Some(place) = T::input(&run.row.place)
+            && let Some(number) = number(0)
         {
-            return self.set_whole_input(run.row, run.bounds, place, len, value);
+            if let Some(run) = self.layout.whole(number, len) {
+                if let Some(place) = T::input(&run.row.place) {
+                    return self.set_whole_input(run.row, run.bounds, place, len, value);
+                }
+            } else if let Some(run) = self.layout.long(number, len)
+                && let Some(place) = T::input(&run.row.place)
+                && all().fold(true, |ok, value| ok & value.is_within(run.bounds))
+            {
+                self.set_long_input(run.row, place, all());
+                return Ok(());
+            }
         }
         let mut parameters = false;
         let (mut k, mut from) = (0, 0);
@@ -36,7 +47,8 @@ impl<M: Model> Instance<M> {
                 return too_few(len);
             }
             if T::input(&run.row.place).is_none() {
-                self.check_settable(block, value(from))?;
+                let element = self.layout.elements(block)?.start;
+                self.check_settable(element, value(from))?;
                 parameters = true;
             }
             for j in 0..n {
@@ -86,6 +98,31 @@ impl<M: Model> Instance<M> {
         }
         self.touch(!row.beside_evaluation);
         Ok(())
+    }
+
+    /// Sets all elements of a long input to what has been checked.
+    fn set_long_input<T: Value>(
+        &mut self,
+        row: &Variable<M>,
+        place: &Write<M::Input, T>,
+        all: impl Iterator<Item = T>,
+    ) {
+        let (mut changed, mut sets) = (row.counter.is_some(), 0);
+        for (input, value) in place
+            .slice_mut(&mut self.state.input.value)
+            .iter_mut()
+            .zip(all)
+        {
+            changed |= !input.is_same(value);
+            *input = value;
+            sets += 1;
+        }
+        if let Some(counter) = row.counter {
+            self.state.count_sets(counter, sets);
+        }
+        if changed {
+            self.touch(!row.beside_evaluation);
+        }
     }
 
     /// Writes what are inputs in a checked batch. They are held: where rows are arrays, nobody
@@ -186,6 +223,8 @@ impl<M: Model> Instance<M> {
                 place.slice(&self.state.input.value)
             } else if let Some(place) = T::parameter(&row.place) {
                 place.slice(&self.state.parameters)
+            } else if let Some(values) = self.behind(&run, |values| T::of_reals(values))? {
+                values
             } else {
                 return Err(self.not_gettable(row, first, T::KIND.name(self.names)));
             };
@@ -206,7 +245,7 @@ impl<M: Model> Instance<M> {
             let (name, kind) = (row.element_name(0), row.kind(self.names));
             return refuse!("`{name}` is {kind} and has no value before initialization");
         }
-        self.output = M::Output::default();
+        self.output = sizes::output::<M>(&self.state.parameters);
         self.fresh = false;
         Ok(())
     }
@@ -220,7 +259,9 @@ fn finite<'a, M: Model, T: Value>(
     first: usize,
     n: usize,
 ) -> Result<&'a [T], Fault> {
-    let values = &values[first..first + n];
+    let Some(values) = values.get(first..first + n) else {
+        return Err(not_as_long(row, values.len(), n));
+    };
     match T::are_finite(values) {
         true => Ok(values),
         false => Err(none_finite(row, values, first)),

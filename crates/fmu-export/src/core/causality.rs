@@ -3,6 +3,9 @@
 /// In a list of initial dependencies: every parameter of the model.
 pub const ALL_PARAMETERS: &str = "*parameters";
 
+/// In a list of dependencies of a model for Model Exchange: no state, where none is named.
+pub const NO_STATES: &str = "*no states";
+
 /// Causality of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Causality {

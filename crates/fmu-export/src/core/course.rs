@@ -2,32 +2,37 @@
 //! them.
 
 use super::input::InputPolynomial;
+use super::layout::Layout;
 use super::model::{Model, real_inputs};
 use super::place::Write;
 use super::state::{Reached, State};
 use super::value::Value;
 
-impl<I: Copy + Default> InputPolynomial<I> {
-    /// The inputs `s` seconds into the step. Free when they are held; else it walks the table of
-    /// `M`.
+impl<I: Clone + Default> InputPolynomial<I> {
+    /// The inputs `s` seconds into the step. A copy of the [`value`](Self::value) when they are
+    /// held; else it walks the table of `M`.
     #[inline]
     pub fn at<M: Model<Input = I>>(&self, s: f64) -> I {
-        if self.order == 0 {
-            self.value
-        } else {
-            taylor::<M>(self, s, 0)
+        let mut u = self.value.clone();
+        if self.order > 0 {
+            taylor::<M>(self, s, 0, &mut u);
+        }
+        u
+    }
+
+    /// The same, written to `to`, which must hold inputs of the same sizes: without allocation.
+    #[inline]
+    pub fn at_into<M: Model<Input = I>>(&self, s: f64, to: &mut I) {
+        to.clone_from(&self.value);
+        if self.order > 0 {
+            taylor::<M>(self, s, 0, to);
         }
     }
 }
 
-/// The `order`-th time derivative of all Real inputs, `s` seconds into the step; other inputs as
-/// they are.
-pub(crate) fn taylor<M: Model>(u: &InputPolynomial<M::Input>, s: f64, order: usize) -> M::Input {
-    let mut result = if order == 0 {
-        u.value
-    } else {
-        M::Input::default()
-    };
+/// The `order`-th time derivative of all Real inputs, `s` seconds into the step, is written to
+/// `to`; other inputs stay as they are there.
+fn taylor<M: Model>(u: &InputPolynomial<M::Input>, s: f64, order: usize, to: &mut M::Input) {
     for (i, place) in real_inputs::<M>(&u.value) {
         // Horner from the highest order down: a_k + s/(k − order + 1)·(…), a_k the k-th derivative
         // at the start.
@@ -40,9 +45,8 @@ pub(crate) fn taylor<M: Model>(u: &InputPolynomial<M::Input>, s: f64, order: usi
             };
             sum = place.get(a_k, i) + sum * s / (k - order + 1) as f64;
         }
-        *place.get_mut(&mut result, i) = sum;
+        *place.get_mut(to, i) = sum;
     }
-    result
 }
 
 impl<M: Model> State<M> {
@@ -50,15 +54,16 @@ impl<M: Model> State<M> {
     #[inline]
     pub(crate) fn input_course(&self) -> InputPolynomial<M::Input> {
         InputPolynomial {
-            value: *self.input(),
-            ..self.input
+            value: self.input().clone(),
+            derivatives: self.input.derivatives.clone(),
+            order: self.input.order,
         }
     }
 
     /// First derivative of the inputs: what was given for the step to come, else where the last one
     /// ended.
     pub(crate) fn input_slope(&self) -> M::Input {
-        let mut slope = self.input.derivative(1);
+        let mut slope = self.input.derivatives[0].clone(); // zero where none was given
         if let Some(reached) = &self.reached {
             for (i, place) in real_inputs::<M>(&self.input.value) {
                 *place.get_mut(&mut slope, i) += place.get(&reached.slope, i); // one of them is zero
@@ -121,16 +126,17 @@ impl<M: Model> State<M> {
     /// After a step of `h` s: derivatives have done their duty, the inputs are held where these
     /// have taken them.
     #[inline]
-    pub(crate) fn hold_inputs(&mut self, h: f64) {
+    pub(crate) fn hold_inputs(&mut self, h: f64, layout: &Layout<M>) {
         if self.input.order > 0 {
             let course = self.input_course();
-            self.reached = Some(Reached {
-                value: course.at::<M>(h),
-                slope: taylor::<M>(&course, h, 1),
-            });
-            self.input.clear_derivatives();
+            let mut slope = layout.zero(&course.value);
+            taylor::<M>(&course, h, 1, &mut slope);
+            let value = course.at::<M>(h);
+            self.reached = Some(Reached { value, slope });
+            self.input.derivatives = std::array::from_fn(|_| layout.zero(&self.input.value));
+            self.input.order = 0;
         } else if let Some(reached) = &mut self.reached {
-            reached.slope = M::Input::default();
+            reached.slope = layout.zero(&reached.value);
         }
     }
 }

@@ -1,10 +1,11 @@
 //! What outputs depend on: names of the table become positions among all elements.
 
-use super::causality::{ALL_PARAMETERS, Causality, Dependencies};
+use super::causality::{ALL_PARAMETERS, Causality, Dependencies, NO_STATES};
+use super::continuous::ModelExchange;
 use super::layout::Layout;
 use super::model::Variable;
 use crate::Model;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// Rows that others may depend on, by name.
@@ -12,29 +13,60 @@ pub(crate) struct Knowns {
     rows: BTreeMap<&'static str, Known>,
     /// Positions of all parameters, ascending.
     parameters: Vec<usize>,
+    /// Positions of all continuous states, in their order.
+    pub(crate) states: Vec<usize>,
 }
 
-/// An input or parameter.
+/// An input, a parameter or a continuous state.
 struct Known {
     /// Positions of its elements.
     elements: Range<usize>,
-    is_input: bool,
+    role: Role,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Role {
+    Input,
+    Parameter,
+    State,
+    /// A structural parameter, a constant by the time that anything is computed.
+    Size,
 }
 
 impl Knowns {
     pub(crate) fn new<M: Model>(layout: &Layout<M>) -> Self {
         let mut rows = BTreeMap::new();
         let mut parameters = Vec::new();
+        let mut states = Vec::new();
         for (elements, row) in layout.rows() {
-            let is_input = row.causality == Causality::Input;
-            if row.causality == Causality::Parameter {
+            let role = match row.causality {
+                Causality::Parameter if row.structural => Role::Size,
+                Causality::Parameter => Role::Parameter,
+                Causality::Input => Role::Input,
+                _ if row.is_state() => Role::State,
+                _ => continue,
+            };
+            let elements = match role {
+                Role::Size => elements.start..elements.start,
+                _ => elements,
+            };
+            if role == Role::Parameter {
                 parameters.extend(elements.clone());
-            } else if !is_input {
-                continue;
             }
-            rows.insert(row.name, Known { elements, is_input });
+            rows.insert(row.name, Known { elements, role });
         }
-        Self { rows, parameters }
+        for row in ModelExchange::<M>::rows().filter(|row| row.place.is_derivative()) {
+            states.extend(
+                rows.get(row.name)
+                    .into_iter()
+                    .flat_map(|k| k.elements.clone()),
+            );
+        }
+        Self {
+            rows,
+            parameters,
+            states,
+        }
     }
 
     /// Positions of what element `i` of a row depends on at communication points or initially,
@@ -45,11 +77,7 @@ impl Knowns {
         i: usize,
         initially: bool,
     ) -> Result<Option<Vec<usize>>, String> {
-        let declared = match initially {
-            true => row.initial_dependencies,
-            false => row.dependencies,
-        };
-        let lists = match declared {
+        let lists = match row.declared(initially) {
             Dependencies::Unknown => return Ok(None),
             Dependencies::Same(lists) => lists,
             Dependencies::Each(lists) => match lists.get(i) {
@@ -63,15 +91,25 @@ impl Knowns {
             },
         };
         let mut elements = Vec::new();
+        // An output that names no state is taken to depend on all.
+        let mut no_states = initially || row.place.is_behind() || row.is_state();
+        if !initially && row.is_state() {
+            elements.extend(self.find(row.name, i).and_then(|(_, mut own)| own.nth(i)));
+        }
         for name in lists.into_iter().flatten() {
             match self.find(name, i) {
                 _ if initially && *name == ALL_PARAMETERS => elements.extend(&self.parameters),
-                Some((known, range)) if known.is_input || initially => elements.extend(range),
+                _ if *name == NO_STATES => no_states = true,
+                Some((known, _)) if initially && known.role == Role::State => {}
+                Some((known, range)) if initially || known.role != Role::Parameter => {
+                    no_states |= known.role == Role::State;
+                    elements.extend(range);
+                }
                 _ => {
-                    let allowed = if initially {
-                        "an input or parameter"
-                    } else {
-                        "an input"
+                    let allowed = match (initially, self.states.is_empty()) {
+                        (true, _) => "an input or parameter",
+                        (false, true) => "an input",
+                        (false, false) => "an input or state",
                     };
                     return Err(format!(
                         "depends on `{name}`; it must be {allowed} of the table"
@@ -79,45 +117,108 @@ impl Knowns {
                 }
             }
         }
+        if !no_states {
+            elements.extend(&self.states);
+        }
         elements.sort_unstable();
         elements.dedup();
         Ok(Some(elements))
     }
 
-    /// Positions of all inputs, with `parameters` of the parameters too, ascending: what an element
-    /// depends on that does not say.
-    pub(crate) fn all(&self, parameters: bool) -> Vec<usize> {
-        let known = self.rows.values().filter(|k| parameters || k.is_input);
+    /// The numbers of the blocks that any of `n` elements of a row from `first` on depends on; None:
+    /// not said.
+    pub(crate) fn blocks<M: Model>(
+        &self,
+        layout: &Layout<M>,
+        row: &Variable<M>,
+        (first, n): (usize, usize),
+        initially: bool,
+    ) -> Result<Option<BTreeSet<u32>>, String> {
+        let mut blocks = BTreeSet::new();
+        // Rules say the same of each element but those at the ends.
+        let is_rule = !matches!(row.declared(initially), Dependencies::Each(_));
+        let tried = [0, 1, n / 2, n - 1];
+        for i in (first..first + n).filter(|i| !is_rule || n <= 8 || tried.contains(i)) {
+            let Some(positions) = self.resolve(row, i, initially)? else {
+                return Ok(None);
+            };
+            blocks.extend(positions.iter().map(|&p| layout.block_at(p).0));
+        }
+        Ok(Some(blocks))
+    }
+
+    /// Positions of all inputs and states, or initially of all inputs and parameters, ascending: what
+    /// an element depends on that does not say.
+    pub(crate) fn all(&self, initially: bool) -> Vec<usize> {
+        let other = if initially {
+            Role::Parameter
+        } else {
+            Role::State
+        };
+        let known = (self.rows.values()).filter(|k| k.role == Role::Input || k.role == other);
         let mut elements: Vec<_> = known.flat_map(|k| k.elements.clone()).collect();
         elements.sort_unstable();
         elements
     }
 
-    /// `x`: all of a row; `x[2]`: one element; `x[i]`: the element with index `i` (from 0).
     fn find(&self, name: &str, i: usize) -> Option<(&Known, Range<usize>)> {
-        let Some((row, index)) = name.strip_suffix(']').and_then(|name| name.split_once('['))
-        else {
-            let known = self.rows.get(name)?;
-            return Some((known, known.elements.clone()));
+        let row = |row: &str| {
+            self.rows
+                .get(row)
+                .map(|known| (known, known.elements.clone()))
         };
-        let known = self.rows.get(row)?;
-        let index = if index == "i" {
-            i
-        } else {
-            index.parse::<usize>().ok()?.checked_sub(1)?
-        };
-        let element = known.elements.start + index;
-        (element < known.elements.end).then_some((known, element..element + 1))
+        elements(name, i, row)
+    }
+}
+
+/// What a name in a list means for the element with index `i` (from 0): `x` all of a row, `x[2]` one
+/// element, `x[i]` that of the same index, `x[i-1]`, `x[i+2]` one beside it, nothing at the ends.
+/// `row` has the rows by name with the positions of their elements.
+pub(crate) fn elements<T>(
+    name: &str,
+    i: usize,
+    row: impl Fn(&str) -> Option<(T, Range<usize>)>,
+) -> Option<(T, Range<usize>)> {
+    let indexed = name
+        .strip_suffix(']')
+        .and_then(|name| name.rsplit_once('['));
+    let Some((name, index)) = indexed else {
+        return row(name);
+    };
+    let (known, all) = row(name)?;
+    let (index, is_beside) = match index.strip_prefix('i') {
+        Some("") => (Some(i), false),
+        Some(offset) => (i.checked_add_signed(offset.parse().ok()?), true),
+        None => (index.parse::<usize>().ok()?.checked_sub(1), false),
+    };
+    match index.map(|index| all.start + index) {
+        Some(element) if element < all.end => Some((known, element..element + 1)),
+        _ => is_beside.then_some((known, all.start..all.start)),
     }
 }
 
 impl<M: Model> Variable<M> {
+    /// What is said of its dependencies at communication points or initially.
+    fn declared(&self, initially: bool) -> Dependencies {
+        match initially {
+            true => self.initial_dependencies,
+            false => self.dependencies,
+        }
+    }
+
     /// Whether it is computed and may depend on something, at communication points or initially.
     pub(crate) fn is_unknown(&self, initially: bool) -> bool {
         match self.causality {
+            _ if self.place.is_behind() => self.place.is_derivative() || !initially,
             Causality::Output => true,
             Causality::CalculatedParameter => initially,
-            _ => false,
+            _ => initially && self.is_state(),
         }
+    }
+
+    /// Whether it is a continuous state of a model for Model Exchange.
+    pub(crate) fn is_state(&self) -> bool {
+        let is_it = |row: &Variable<M>| row.place.is_derivative() && row.name == self.name;
+        !self.place.is_behind() && ModelExchange::<M>::rows().any(is_it)
     }
 }

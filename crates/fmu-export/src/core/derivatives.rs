@@ -1,6 +1,7 @@
 //! Input, output and directional derivatives.
 
 use super::causality::Causality;
+use super::continuous::ModelExchange;
 use super::fault::{Fault, discard, refuse};
 use super::instance::Instance;
 use super::layout::Element;
@@ -8,6 +9,7 @@ use super::message::Kind;
 use super::model::Variable;
 use super::phase::Phase;
 use super::place::{Place, Write};
+use super::sizes;
 use super::value::Value;
 use std::collections::BTreeMap;
 
@@ -17,12 +19,26 @@ use crate::{Evaluation, MAX_INPUT_DERIVATIVE, Model};
 /// for it.
 pub(super) const ROOT_OF_EPSILON: f64 = 6.055_454_452_393_343e-6;
 
-/// A Real input: index in its row, row, place.
-type KnownInput<M> = (
+const DIRECTIONAL: &str = "directional derivative";
+
+/// A Real input or, for Model Exchange, a continuous state: index in its row, row, and place of an
+/// input.
+type Known<M> = (
     usize,
     &'static Variable<M>,
-    &'static Write<<M as Model>::Input, f64>,
+    Option<&'static Write<<M as Model>::Input, f64>>,
 );
+
+/// A direction: seeds of the inputs and, unless all are zero, of the states; and the largest seed in
+/// units of the nominal values.
+struct Direction<M: Model> {
+    du: M::Input,
+    dx: Option<Vec<f64>>,
+    largest: f64,
+}
+
+/// What a derivative is read from: outputs, and derivatives of the states.
+type Observed<M> = (<M as Model>::Output, Vec<f64>);
 
 impl<M: Model> Instance<M> {
     /// Derivatives of `n` Real inputs for the next step: the `order(k)`-th of `element(k)` is
@@ -122,24 +138,38 @@ impl<M: Model> Instance<M> {
         let (state, (model, now)) = (&self.state, self.evaluated());
         let (p, u, u_dot) = (&state.parameters, state.input(), state.input_slope());
         let y_dot = model.output_derivative(p, u, now, &u_dot)?;
-        self.read_outputs(n, element, &y_dot, put, "time derivative")
+        let found = (y_dot, Vec::new());
+        self.put_values(
+            n,
+            element,
+            |e| self.value(e, &found),
+            put,
+            "time derivative",
+        )
     }
 
-    /// A Real input: index in its row, row, place.
-    fn known(&self, number: u32) -> Result<KnownInput<M>, Fault> {
+    fn known(&self, number: u32) -> Result<Known<M>, Fault> {
         let (i, row) = self.layout.find(number)?;
-        let Place::RealIn(place) = &row.place else {
-            let (name, kind) = (row.element_name(i), row.kind(self.names));
-            let real = self.names.real;
-            return refuse!("known `{name}` is {kind}; it must be a {real} input");
-        };
-        Ok((i, row, place))
+        match &row.place {
+            Place::RealIn(place) => Ok((i, row, Some(place))),
+            _ if row.is_state() => Ok((i, row, None)),
+            _ => {
+                let (name, kind, real) =
+                    (row.element_name(i), row.kind(self.names), self.names.real);
+                let state = if M::MODEL_EXCHANGE.is_some() {
+                    " or a continuous state"
+                } else {
+                    ""
+                };
+                refuse!("known `{name}` is {kind}; it must be a {real} input{state}")
+            }
+        }
     }
 
-    /// A Real output or local variable.
+    /// A Real output or local variable, or the derivative of a state.
     fn unknown(&self, number: u32) -> Result<Element<M>, Fault> {
         let (i, row) = self.layout.find(number)?;
-        if !matches!(row.place, Place::RealOut(_)) {
+        if !matches!(row.place, Place::RealOut(_) | Place::Derivative) {
             let (name, kind) = (row.element_name(i), row.kind(self.names));
             let real = self.names.real;
             return refuse!("unknown `{name}` is {kind}; it must be a {real} output");
@@ -147,7 +177,39 @@ impl<M: Model> Instance<M> {
         Ok((i, row))
     }
 
-    /// ∂unknown/∂known · seed: at fixed state while stepping, through the initialization before.
+    /// The seeds of `n` knowns.
+    fn direction(
+        &self,
+        n: usize,
+        known: impl Fn(usize) -> u32,
+        seed: impl Fn(usize) -> f64,
+    ) -> Result<Direction<M>, Fault> {
+        let du = self.layout.zero(self.state.input());
+        let mut all = Direction {
+            du,
+            dx: None,
+            largest: 0.0,
+        };
+        for k in 0..n {
+            let (i, row, place) = self.known(known(k))?;
+            let seed = seed(k);
+            if !seed.is_finite() {
+                let name = row.element_name(i);
+                return discard!("known `{name}`: seed = {seed} must be finite");
+            }
+            match place {
+                Some(place) => *place.get_mut(&mut all.du, i) += seed,
+                None => {
+                    let dx = all.dx.get_or_insert_with(|| vec![0.0; self.layout.states]);
+                    dx[self.layout.derivative_of(row) + i] += seed;
+                }
+            }
+            all.largest = all.largest.max(seed.abs() / row.nominal.unwrap_or(1.0));
+        }
+        Ok(all)
+    }
+
+    /// ∂unknown/∂known · seed: at fixed state while running, through the initialization before.
     pub(crate) fn directional_derivative(
         &mut self,
         unknowns: usize,
@@ -157,32 +219,73 @@ impl<M: Model> Instance<M> {
         seed: impl Fn(usize) -> f64,
         put: impl FnMut(usize, f64),
     ) -> Result<(), Fault> {
-        let mut du = M::Input::default();
-        // Largest seed in units of the nominal values.
-        let mut largest: f64 = 0.0;
-        for k in 0..knowns {
-            let (i, row, place) = self.known(known(k))?;
-            let seed = seed(k);
-            if !seed.is_finite() {
-                let name = row.element_name(i);
-                return discard!("known `{name}`: seed = {seed} must be finite");
-            }
-            *place.get_mut(&mut du, i) += seed;
-            largest = largest.max(seed.abs() / row.nominal.unwrap_or(1.0));
-        }
+        let direction = self.direction(knowns, known, seed)?;
+        let mut has_derivatives = direction.dx.is_some();
         for k in 0..unknowns {
-            self.unknown(unknown(k))?;
+            has_derivatives |= self.unknown(unknown(k))?.1.place.is_derivative();
         }
         if unknowns == 0 {
             return Ok(());
         }
-        if self.state.phase == Phase::Initialization {
-            return self.initial_derivative(&du, largest, unknowns, unknown, put);
+        let is_initial = self.state.phase == Phase::Initialization;
+        if is_initial || has_derivatives || !M::INFO.directional_derivatives {
+            let found = match M::MODEL_EXCHANGE {
+                Some(equations) if !is_initial => self.analytic(equations, &direction)?,
+                _ => None,
+            };
+            return match found {
+                Some(found) => self.put_values(
+                    unknowns,
+                    unknown,
+                    |e| self.value(e, &found),
+                    put,
+                    DIRECTIONAL,
+                ),
+                None => self.difference(&direction, unknowns, unknown, put),
+            };
         }
         self.evaluate()?;
         let (state, (model, now)) = (&self.state, self.evaluated());
-        let dy = model.directional_derivative(&state.parameters, state.input(), now, &du)?;
-        self.read_outputs(unknowns, unknown, &dy, put, "directional derivative")
+        let dy =
+            model.directional_derivative(&state.parameters, state.input(), now, &direction.du)?;
+        let found = (dy, Vec::new());
+        self.put_values(
+            unknowns,
+            unknown,
+            |e| self.value(e, &found),
+            put,
+            DIRECTIONAL,
+        )
+    }
+
+    /// The derivative that the model gives itself, if it does.
+    fn analytic(
+        &mut self,
+        equations: ModelExchange<M>,
+        direction: &Direction<M>,
+    ) -> Result<Option<Observed<M>>, Fault> {
+        let Some(directional) = equations.directional else {
+            return Ok(None);
+        };
+        self.evaluate()?;
+        let (state, (model, now)) = (&self.state, self.evaluated());
+        let (mut seed, mut rate) = (model.clone(), model.clone());
+        let mut dx = vec![0.0; self.layout.states];
+        (equations.set_states)(&mut seed, direction.dx.as_ref().unwrap_or(&dx));
+        let mut dy = sizes::output::<M>(&self.state.parameters);
+        let (p, u, t) = (&state.parameters, state.input(), state.time);
+        directional(
+            model,
+            p,
+            u,
+            now,
+            t,
+            (&seed, &direction.du),
+            &mut rate,
+            &mut dy,
+        )?;
+        (equations.states)(&rate, &mut dx);
+        Ok(Some((dy, dx)))
     }
 
     /// seed · ∂unknown/∂known, the transpose of
@@ -193,22 +296,26 @@ impl<M: Model> Instance<M> {
         seed: &[f64],
         knowns: &[u32],
     ) -> Result<Vec<f64>, Fault> {
+        let mut has_derivatives = !M::INFO.directional_derivatives;
         for &number in knowns {
-            self.known(number)?;
+            has_derivatives |= self.known(number)?.2.is_none();
         }
         let weights = self.weights(unknowns, seed)?;
+        for &number in unknowns {
+            has_derivatives |= self.unknown(number)?.1.place.is_derivative();
+        }
         if unknowns.is_empty() {
             return Ok(vec![0.0; knowns.len()]);
         }
-        if self.state.phase == Phase::Initialization {
-            return self.initial_adjoint(unknowns, seed, knowns);
+        if self.state.phase == Phase::Initialization || has_derivatives {
+            return self.adjoint_by_columns(unknowns, seed, knowns);
         }
         self.evaluate()?;
         let (state, (model, now)) = (&self.state, self.evaluated());
         let adjoint = model.adjoint_derivative(&state.parameters, state.input(), now, &weights)?;
         let read = |&number: &u32| {
             let (i, row, place) = self.known(number)?;
-            let value = place.get(&adjoint, i);
+            let value = place.map_or(0.0, |place| place.get(&adjoint, i));
             if !value.is_finite() {
                 let name = row.element_name(i);
                 return refuse!("adjoint derivative by `{name}` became {value}; it must be finite");
@@ -233,13 +340,15 @@ impl<M: Model> Instance<M> {
                 let name = row.element_name(i);
                 return discard!("unknown `{name}`: seed = {seed} must be finite");
             }
-            weights[positions[&number]] += seed;
+            if let Some(&position) = positions.get(&number) {
+                weights[position] += seed;
+            }
         }
         Ok(weights)
     }
 
-    /// The adjoint before the state is settled: the columns of the difference one by one.
-    fn initial_adjoint(
+    /// The adjoint where the model has none: the columns of the derivative one by one.
+    fn adjoint_by_columns(
         &mut self,
         unknowns: &[u32],
         seed: &[f64],
@@ -260,43 +369,61 @@ impl<M: Model> Instance<M> {
         knowns.iter().map(column).collect()
     }
 
-    /// The same before the state is settled: outputs depend on inputs through [`Model::initialize`]
-    /// too, so it is a central difference of all of it, with a step of ∛ε of the nominal values;
-    /// its error is some ε^⅔ of them.
-    fn initial_derivative(
-        &self,
-        du: &M::Input,
-        largest: f64,
+    /// A central difference with a step of ∛ε of the nominal values; its error is some ε^⅔ of them.
+    /// In Initialization Mode, where outputs depend on inputs through [`Model::initialize`] too, it
+    /// is one of all of it.
+    fn difference(
+        &mut self,
+        direction: &Direction<M>,
         unknowns: usize,
         unknown: impl Fn(usize) -> u32,
-        mut put: impl FnMut(usize, f64),
+        put: impl FnMut(usize, f64),
     ) -> Result<(), Fault> {
-        let scale = if largest > 0.0 { largest } else { 1.0 };
-        let step = ROOT_OF_EPSILON / scale;
+        let largest = direction.largest;
+        let step = ROOT_OF_EPSILON / if largest > 0.0 { largest } else { 1.0 };
         // At a bound the difference is one-sided: the model sees no input beyond it.
-        let [less, more] = [-step, step].map(|step| match self.moved_inputs(du, step) {
+        let [less, more] = [-step, step].map(|step| match self.moved_inputs(&direction.du, step) {
             Some(u) => (step, u),
-            None => (0.0, *self.state.input()),
+            None => (0.0, self.state.input().clone()),
         });
-        let y_less = self.initial_output(&less.1)?;
-        let y_more = self.initial_output(&more.1)?;
-        for k in 0..unknowns {
-            let (i, row) = self.layout.find(unknown(k))?;
-            if let Place::RealOut(place) = &row.place {
-                let dy = (place.get(&y_more, i) - place.get(&y_less, i)) / (more.0 - less.0);
-                if !dy.is_finite() {
-                    let name = row.element_name(i);
-                    return refuse!("derivative of `{name}` became {dy}; it must be finite");
-                }
-                put(k, dy);
-            }
+        let y_less = self.observed(direction, less.0, &less.1)?;
+        let y_more = self.observed(direction, more.0, &more.1)?;
+        let slope = |e| (self.value(e, &y_more) - self.value(e, &y_less)) / (more.0 - less.0);
+        self.put_values(unknowns, unknown, slope, put, "derivative")
+    }
+
+    /// What is observed with the inputs `u` and the states moved by `step`; in Initialization Mode of
+    /// a model that is initialized with these inputs.
+    fn observed(
+        &self,
+        direction: &Direction<M>,
+        step: f64,
+        u: &M::Input,
+    ) -> Result<Observed<M>, Fault> {
+        let p = &self.state.parameters;
+        let mut model = match &self.state.model {
+            Some(model) if self.state.phase != Phase::Initialization => model.clone(),
+            _ => M::initialize(p, u, self.state.start)?,
+        };
+        let mut x = vec![0.0; self.layout.states];
+        if let (Some(equations), Some(dx)) = (M::MODEL_EXCHANGE, &direction.dx) {
+            (equations.states)(&model, &mut x);
+            x.iter_mut().zip(dx).for_each(|(x, dx)| *x += step * dx);
+            (equations.set_states)(&mut model, &x);
         }
-        Ok(())
+        let now = M::Evaluation::of(&model, p, u)?;
+        let y = model.output(p, u, &now)?;
+        if let Some(equations) = M::MODEL_EXCHANGE {
+            let mut rate = model.clone();
+            (equations.differentiate)(&model, p, u, &now, self.state.time, &mut rate)?;
+            (equations.states)(&rate, &mut x);
+        }
+        Ok((y, x))
     }
 
     /// The inputs `u + step·du`, if they are in their bounds.
     fn moved_inputs(&self, du: &M::Input, step: f64) -> Option<M::Input> {
-        let mut u = *self.state.input();
+        let mut u = self.state.input().clone();
         for (i, row) in self.layout.iter() {
             if let Place::RealIn(place) = &row.place {
                 let slot = place.get_mut(&mut u, i);
@@ -309,33 +436,31 @@ impl<M: Model> Instance<M> {
         Some(u)
     }
 
-    /// The outputs of a model that is initialized with the inputs `u`.
-    fn initial_output(&self, u: &M::Input) -> Result<M::Output, Fault> {
-        let p = &self.state.parameters;
-        let model = M::initialize(p, u, self.state.start)?;
-        let now = M::Evaluation::of(&model, p, u)?;
-        Ok(model.output(p, u, &now)?)
+    /// What an unknown is among all that was observed.
+    fn value(&self, (i, row): Element<M>, (y, dx): &Observed<M>) -> f64 {
+        match &row.place {
+            Place::RealOut(place) => place.get(y, i),
+            _ => dx[self.layout.derivative_of(row) + i],
+        }
     }
 
-    /// Reads Real outputs, already checked to be such, from `from`.
-    fn read_outputs(
+    /// Puts a number for each of `n` unknowns, already checked to be such.
+    fn put_values(
         &self,
         n: usize,
         element: impl Fn(usize) -> u32,
-        from: &M::Output,
+        value: impl Fn(Element<M>) -> f64,
         mut put: impl FnMut(usize, f64),
         what: &str,
     ) -> Result<(), Fault> {
         for k in 0..n {
             let (i, row) = self.layout.find(element(k))?;
-            if let Place::RealOut(place) = &row.place {
-                let value = place.get(from, i);
-                if !value.is_finite() {
-                    let name = row.element_name(i);
-                    return refuse!("{what} of `{name}` became {value}; it must be finite");
-                }
-                put(k, value);
+            let value = value((i, row));
+            if !value.is_finite() {
+                let name = row.element_name(i);
+                return refuse!("{what} of `{name}` became {value}; it must be finite");
             }
+            put(k, value);
         }
         Ok(())
     }

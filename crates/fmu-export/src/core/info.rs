@@ -26,6 +26,7 @@ pub struct Info {
     pub(crate) output_derivatives: bool,
     pub(crate) directional_derivatives: bool,
     pub(crate) early_return: bool,
+    pub(crate) tolerance: Option<f64>,
     pub(crate) terminals: &'static [Terminal],
 }
 
@@ -55,6 +56,7 @@ impl Info {
             output_derivatives: false,
             directional_derivatives: false,
             early_return: false,
+            tolerance: None,
             terminals: &[],
         }
     }
@@ -123,6 +125,9 @@ impl Info {
         /// Declare that [`Model::step`](crate::Model::step) may stop before the end of a step
         /// ([`StepEnd::reached`](crate::StepEnd::reached)).
         with_early_return() early_return = true;
+
+        /// Declare that a solver chooses its steps by a tolerance: that of the importer, or this one.
+        with_tolerance(tolerance: f64) tolerance = Some(tolerance);
 
         /// Groups of variables that are wired together, for FMI 3.0.
         terminals(terminals: &'static [Terminal]) terminals = terminals;

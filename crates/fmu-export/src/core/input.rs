@@ -9,19 +9,19 @@ pub const MAX_INPUT_DERIVATIVE: usize = 3;
 /// `u(t + s) = Σ_k u⁽ᵏ⁾ sᵏ/k!`: the inputs over one communication step, `s` in s from its start.
 ///
 /// Only Real inputs have derivatives; Integer and Boolean ones keep their value.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct InputPolynomial<I> {
     pub(crate) value: I,
     pub(crate) derivatives: [I; MAX_INPUT_DERIVATIVE],
     pub(crate) order: usize,
 }
 
-impl<I: Copy + Default> InputPolynomial<I> {
+impl<I: Clone + Default> InputPolynomial<I> {
     /// Inputs that are held.
     pub fn held(value: I) -> Self {
         Self {
             value,
-            derivatives: [I::default(); MAX_INPUT_DERIVATIVE],
+            derivatives: std::array::from_fn(|_| I::default()),
             order: 0,
         }
     }
@@ -31,7 +31,7 @@ impl<I: Copy + Default> InputPolynomial<I> {
     pub fn with_derivatives(value: I, derivatives: &[I]) -> Self {
         let mut polynomial = Self::held(value);
         for (to, from) in polynomial.derivatives.iter_mut().zip(derivatives) {
-            *to = *from;
+            *to = from.clone();
             polynomial.order += 1;
         }
         polynomial
@@ -49,29 +49,26 @@ impl<I: Copy + Default> InputPolynomial<I> {
         self.order
     }
 
-    /// The `k`-th time derivative (`k` = 0: the value), zero beyond [`order`](Self::order). Integer
-    /// and Boolean fields of it mean nothing.
+    /// The `k`-th time derivative (`k` = 0: the value), the `Default` beyond
+    /// [`order`](Self::order). Integer and Boolean fields of it mean nothing.
     #[inline]
     pub fn derivative(&self, k: usize) -> I {
-        match k {
-            0 => self.value,
-            k if k <= self.order => self.derivatives[k - 1],
-            _ => I::default(),
-        }
+        self.known(k).cloned().unwrap_or_default()
     }
 
-    /// Makes the inputs held again.
+    /// The `k`-th derivative, if the importer has given it.
     #[inline]
-    pub(crate) fn clear_derivatives(&mut self) {
-        if self.order > 0 {
-            self.derivatives = [I::default(); MAX_INPUT_DERIVATIVE];
-            self.order = 0;
+    fn known(&self, k: usize) -> Option<&I> {
+        match k {
+            0 => Some(&self.value),
+            k if k <= self.order => Some(&self.derivatives[k - 1]),
+            _ => None,
         }
     }
 
     /// Least and greatest value of one input within a step of `h` s.
     pub(crate) fn range(&self, place: &Write<I, f64>, i: usize, h: f64) -> [f64; 2] {
-        let [a, b, c, d] = [0, 1, 2, 3].map(|k| place.get(&self.derivative(k), i));
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k| self.known(k).map_or(0.0, |u| place.get(u, i)));
         let at = |s: f64| a + s * (b + s / 2.0 * (c + s / 3.0 * d));
         let inside = |&s: &f64| 0.0 < s && s < h;
         // The extrema inside are the roots of b + c s + d/2 s²; the second form of the formula

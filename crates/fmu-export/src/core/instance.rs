@@ -1,11 +1,14 @@
 //! One instance of a model: its state, and what is computed of it.
 
+use super::exchange::Exchange;
 use super::fault::{Fault, refuse};
 use super::layout::Layout;
 use super::log::Wanted;
 use super::message::{Kind, Message};
 use super::phase::Phase;
 use super::place::Names;
+use super::room::Room;
+use super::sizes;
 use super::state::{Identity, Saved, State};
 use crate::{Evaluation, Model, ModelError};
 use std::path::PathBuf;
@@ -23,11 +26,17 @@ pub(crate) struct Instance<M: Model> {
     pub(crate) state: State<M>,
     /// Start values of the parameters.
     pub(crate) start: M::Parameters,
+    /// The sizes that the FMU was packed with.
+    pub(crate) sizes: &'static str,
     /// Of `state` and the current inputs, once something has needed it.
     pub(crate) evaluation: Option<M::Evaluation>,
     /// Outputs of `state`, valid while `fresh`.
     pub(crate) output: M::Output,
     pub(crate) fresh: bool,
+    /// Room for a solver.
+    pub(crate) room: Room<M>,
+    /// What is for Model Exchange only.
+    pub(crate) exchange: Exchange<M>,
     pub(crate) saved: Saved<M>,
     /// Not sent yet.
     pub(crate) messages: Vec<Message>,
@@ -45,18 +54,22 @@ impl<M: Model> Instance<M> {
         identity: Identity,
         names: &'static Names,
         resources: Option<PathBuf>,
+        sizes: &'static str,
     ) -> Self {
         Self {
             identity,
             names,
             resources,
             lost: false,
-            state: State::instantiated(start.clone(), input, layout.len()),
+            state: State::instantiated(start.clone(), input, layout.slots()),
+            output: sizes::output::<M>(&start),
             start,
             layout,
+            sizes,
             evaluation: None,
-            output: M::Output::default(),
             fresh: false,
+            room: Room::default(),
+            exchange: Exchange::default(),
             saved: Saved::default(),
             messages: Vec::new(),
             wanted: Wanted::default(),
@@ -70,7 +83,18 @@ impl<M: Model> Instance<M> {
     }
 
     /// Times of the simulation, s. A stop time of +infinity is none.
-    pub(crate) fn set_times(&mut self, start: f64, stop: Option<f64>) -> Result<(), Fault> {
+    /// The tolerance is for solvers that choose their steps by it; without one it is not used,
+    /// whatever it is.
+    pub(crate) fn set_experiment(
+        &mut self,
+        tolerance: Option<f64>,
+        start: f64,
+        stop: Option<f64>,
+    ) -> Result<(), Fault> {
+        let tolerance = tolerance.filter(|_| M::INFO.tolerance.is_some());
+        if let Some(tolerance) = tolerance.filter(|&t| !(t > 0.0 && t < 1.0)) {
+            return refuse!("tolerance = {tolerance} must be above 0 and below 1");
+        }
         if !start.is_finite() {
             return refuse!("start time = {start} s must be finite");
         }
@@ -82,7 +106,9 @@ impl<M: Model> Instance<M> {
         }
         self.state.start = start;
         self.state.time = start;
+        self.state.event = start;
         self.state.stop = stop;
+        self.state.tolerance = tolerance;
         Ok(())
     }
 
@@ -103,18 +129,34 @@ impl<M: Model> Instance<M> {
     }
 
     pub(crate) fn reset(&mut self) {
-        let (_, input) = M::defaults();
-        let elements = self.layout.len();
-        self.replace(State::instantiated(self.start.clone(), input, elements));
+        let (start, input) = sizes::start::<M>(self.sizes).expect("as when it was made");
+        let slots = Layout::<M>::new(&start, &input).slots();
+        self.replace(State::instantiated(start, input, slots));
         self.tell(Kind::Event, "reset to the state after instantiation");
     }
 
     /// Puts another state in place of the present one.
     pub(crate) fn replace(&mut self, state: State<M>) {
         self.state = state;
+        self.settle();
+    }
+
+    /// After another state has taken the place of the one before.
+    pub(crate) fn settle(&mut self) {
+        self.room.first = self.state.first;
+        if self.layout.has_vectors() && !self.has_sizes(&self.state.parameters) {
+            self.follow_sizes();
+        }
+        self.forget();
+        self.lost = false;
+    }
+
+    /// Marks all that was computed of the state as out of date.
+    #[inline(always)]
+    pub(crate) fn forget(&mut self) {
         self.evaluation = None;
         self.fresh = false;
-        self.lost = false;
+        self.exchange.forget();
     }
 
     /// Marks what was computed from parameters and inputs as out of date: the outputs, and the
@@ -122,6 +164,7 @@ impl<M: Model> Instance<M> {
     #[inline]
     pub(crate) fn touch(&mut self, is_evaluated: bool) {
         self.fresh = false;
+        self.exchange.forget();
         let is_initializing = self.state.phase == Phase::Initialization;
         if is_evaluated || is_initializing {
             self.evaluation = None;
@@ -169,8 +212,11 @@ impl<M: Model> Instance<M> {
     pub(crate) fn refresh(&mut self) -> Result<(), ModelError> {
         if !self.fresh {
             self.evaluate()?;
-            let (model, now) = self.evaluated();
-            self.output = model.output(&self.state.parameters, self.state.input(), now)?;
+            let (Some(model), Some(now)) = (&self.state.model, &self.evaluation) else {
+                unreachable!("`evaluate` comes first");
+            };
+            let (p, u) = (&self.state.parameters, self.state.input());
+            model.output_into(p, u, now, &mut self.output)?;
             self.fresh = true;
         }
         Ok(())

@@ -1,6 +1,7 @@
 //! What a model implements, and what a row of its table of variables holds.
 
 use super::causality::{Causality, Dependencies};
+use super::continuous::ModelExchange;
 use super::copied::copied;
 use super::enumeration::Enumeration;
 use super::error::ModelError;
@@ -8,6 +9,8 @@ use super::info::Info;
 use super::input::InputPolynomial;
 use super::log::Log;
 use super::place::{Place, Write};
+use super::room::Room;
+use super::sizes::{Length, Resize, zero};
 use super::step_end::StepEnd;
 use super::unit::Unit;
 use serde::{Serialize, de::DeserializeOwned};
@@ -33,15 +36,19 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
     type Parameters: Clone + Serialize + DeserializeOwned + Send + 'static;
     /// FMI inputs. The same type carries their time derivatives and the seeds of directional
     /// derivatives, so `Default` must be zero.
-    type Input: Copy + Default + Serialize + DeserializeOwned + Send + 'static;
+    type Input: Clone + Default + Serialize + DeserializeOwned + Send + 'static;
     /// FMI outputs and locals.
-    type Output: Copy + Default + Send + 'static;
+    type Output: Clone + Default + Send + 'static;
     /// What outputs, derivatives and the step have in common, computed once for a state, parameters
     /// and inputs. `()` where there is nothing to share.
     type Evaluation: Evaluation<Self>;
 
     /// Names, default experiment, files.
     const INFO: Info;
+
+    /// The equations of a model that is exported for Model Exchange too:
+    /// [`ModelExchange::of`]`()`, which is those of [`Continuous`](super::continuous::Continuous).
+    const MODEL_EXCHANGE: Option<ModelExchange<Self>> = None;
 
     /// The table of variables: the single source of value references, get and set, and
     /// `modelDescription.xml`.
@@ -70,6 +77,20 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         now: &Self::Evaluation,
     ) -> Result<Self::Output, ModelError>;
 
+    /// Writes the outputs to where they are kept, [`output`](Self::output) if this is not written: for
+    /// outputs that hold vectors, so that these stay where they are.
+    #[inline]
+    fn output_into(
+        &self,
+        p: &Self::Parameters,
+        u: &Self::Input,
+        now: &Self::Evaluation,
+        y: &mut Self::Output,
+    ) -> Result<(), ModelError> {
+        *y = self.output(p, u, now)?;
+        Ok(())
+    }
+
     /// Advance from `t` by `h`, both s; `now` belongs to the state and `u.value()`. On `Err`,
     /// `self` must be as before: compute in locals, commit at the end; the importer may then try a
     /// smaller step. Nearly always the answer is [`StepEnd::WHOLE`].
@@ -81,6 +102,21 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         t: f64,
         h: f64,
     ) -> Result<StepEnd, ModelError>;
+
+    /// [`step`](Self::step) with room for a solver, which the layer keeps from step to step.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn step_in(
+        &mut self,
+        _room: &mut Room<Self>,
+        p: &Self::Parameters,
+        u: &InputPolynomial<Self::Input>,
+        now: &Self::Evaluation,
+        t: f64,
+        h: f64,
+    ) -> Result<StepEnd, ModelError> {
+        self.step(p, u, now, t, h)
+    }
 
     /// First time derivative of the outputs, with inputs `u` changing at `u_dot` (per s).
     /// Only called if [`Info::with_output_derivatives`] is declared.
@@ -163,6 +199,12 @@ pub struct Variable<M: Model> {
     pub(crate) place: Place<M::Parameters, M::Input, M::Output>,
     /// `x`, not `x[1]`.
     pub(crate) scalar: bool,
+    /// How many elements it has in each dimension; empty: one dimension, as long as the slice.
+    pub(crate) shape: &'static [Length],
+    /// Makes the vector that it is in longer or shorter.
+    pub(crate) resize: Option<Resize<M::Parameters, M::Input, M::Output>>,
+    /// A size, which other rows have as a length.
+    pub(crate) structural: bool,
     pub(crate) tunable: bool,
     pub(crate) discrete: bool,
     /// Not read by the model's [`Evaluation`](crate::Evaluation).
@@ -183,6 +225,8 @@ pub struct Variable<M: Model> {
     pub(crate) max: f64,
     pub(crate) nominal: Option<f64>,
     pub(crate) enumeration: Option<Enumeration>,
+    /// What the derivative depends on, where the row is a state.
+    pub(crate) rate_dependencies: Dependencies,
     pub(crate) dependencies: Dependencies,
     pub(crate) initial_dependencies: Dependencies,
 }
@@ -223,11 +267,11 @@ fn adjoint_by_columns<M: Model>(
     now: &M::Evaluation,
     weights: &[f64],
 ) -> Result<M::Input, ModelError> {
-    let mut adjoint = M::Input::default();
+    let (mut adjoint, mut du) = (zero::<M>(u), zero::<M>(u));
     for (i, place) in real_inputs::<M>(u) {
-        let mut du = M::Input::default();
         *place.get_mut(&mut du, i) = 1.0;
         let column = model.directional_derivative(p, u, now, &du)?;
+        *place.get_mut(&mut du, i) = 0.0;
         *place.get_mut(&mut adjoint, i) = (real_outputs::<M>(&column).zip(weights))
             .map(|(dy, weight)| weight * dy)
             .sum();

@@ -10,6 +10,7 @@ use super::fault::{Fault, discard, refuse};
 use super::instance::{Instance, hear, listen, warn};
 use super::layout::Layout;
 use super::message::Kind;
+use super::phase::Phase;
 use super::place::{self, Place};
 use super::state::Given;
 use super::value::{Value, allowed};
@@ -49,6 +50,9 @@ impl<M: Model> Instance<M> {
         &mut self,
         pair: impl Fn(usize) -> Option<(u32, T)>,
     ) -> Result<(), Fault> {
+        if self.state.phase == Phase::Configuration {
+            return self.configure(pair);
+        }
         let is_running = self.state.phase.is_running();
         let mut parameters = self.state.parameters.clone();
         let mut given = self.state.given.clone();
@@ -61,7 +65,7 @@ impl<M: Model> Instance<M> {
             *place.get_mut(&mut parameters, i) = value;
             texts_read |= row.read_by_texts;
             let is_start = !is_running && value.is_same(place.get(&self.start, i));
-            given[element as usize] = if is_start {
+            given[self.layout.slot(element)] = if is_start {
                 Given::Start
             } else {
                 Given::Explicit
@@ -96,7 +100,7 @@ impl<M: Model> Instance<M> {
             match &row.place {
                 Place::StringParameter(get, _) if !self.state.phase.is_running() => {
                     let is_start = value == get(&self.start);
-                    let element = element as usize;
+                    let element = self.layout.slot(element);
                     texts[element] = (!is_start).then(|| value.to_owned());
                     given[element] = if is_start {
                         Given::Start
@@ -125,9 +129,9 @@ impl<M: Model> Instance<M> {
         let mut texts = vec![None; given.len()];
         for (number, (_, row)) in self.layout.numbered() {
             if let Place::StringParameter(get, _) = &row.place
-                && given[number as usize] == Given::Explicit
+                && given[self.layout.slot(number)] == Given::Explicit
             {
-                texts[number as usize] = Some(get(p).to_owned());
+                texts[self.layout.slot(number)] = Some(get(p).to_owned());
             }
         }
         texts
@@ -143,7 +147,7 @@ impl<M: Model> Instance<M> {
     ) -> Result<M::Parameters, Fault> {
         let mut parameters = self.start.clone();
         for (number, (i, row)) in self.layout.numbered() {
-            if row.read_by_texts && given[number as usize] == Given::Explicit {
+            if row.read_by_texts && given[self.layout.slot(number)] == Given::Explicit {
                 number!(&row.place, |place| *place.get_mut(&mut parameters, i) =
                     place.get(numbers, i));
             }
@@ -151,11 +155,14 @@ impl<M: Model> Instance<M> {
         let mut sources = Vec::new();
         for (number, (_, row)) in self.layout.numbered() {
             if let (Place::StringParameter(_, set), Some(text)) =
-                (&row.place, &texts[number as usize])
+                (&row.place, &texts[self.layout.slot(number)])
             {
                 let source = format!("`{}` = \"{text}\"", row.name);
                 if let Err(reason) = set(&mut parameters, text, self.resources.as_deref()) {
                     return refuse!("{source}: {reason}");
+                }
+                if !self.has_sizes(&parameters) {
+                    return refuse!("{source}: changes how many elements vectors have");
                 }
                 if let Some(reason) = out_of_bounds(&self.layout, &parameters) {
                     return discard!("{source}: {reason}");
@@ -167,7 +174,7 @@ impl<M: Model> Instance<M> {
         for (number, (i, row)) in self.layout.numbered() {
             number!(&row.place, |place| {
                 let (start, value) = (place.get(&self.start, i), place.get(&parameters, i));
-                match given[number as usize] {
+                match given[self.layout.slot(number)] {
                     Given::Explicit => *place.get_mut(&mut parameters, i) = place.get(numbers, i),
                     Given::Start if !value.is_same(start) => overridden.push(format!(
                         "`{}` = {start}, its start value, was set; {value} from {} stays in force",
@@ -186,7 +193,7 @@ impl<M: Model> Instance<M> {
 
     /// The text of an element.
     pub(crate) fn text(&mut self, element: u32) -> Result<&str, Fault> {
-        let (i, row) = self.layout.find(element)?;
+        let (i, row) = self.layout.find_any(element)?;
         match &row.place {
             Place::StringParameter(get, _) => Ok(get(&self.state.parameters)),
             Place::StringOut(get) => {

@@ -15,12 +15,19 @@ pub(crate) enum Phase {
     Terminated,
     /// At a communication point, where values are exchanged until they agree; a step comes later.
     Exchange,
+    /// Event Mode of Model Exchange.
+    Event,
+    /// Between events, where an importer integrates the continuous states.
+    Continuous,
+    /// Not initialized yet; sizes are set.
+    Configuration,
 }
 
 impl Phase {
     /// Between initialization and the end.
     #[inline]
     pub(crate) fn is_running(self) -> bool {
-        matches!(self, Phase::Stepping | Phase::Exchange)
+        use Phase::{Continuous, Event, Exchange, Stepping};
+        matches!(self, Stepping | Exchange | Event | Continuous)
     }
 }

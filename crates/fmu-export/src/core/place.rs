@@ -19,6 +19,8 @@ pub(crate) struct Names {
     pub(crate) integer: &'static str,
     pub(crate) boolean: &'static str,
     pub(crate) string: &'static str,
+    /// An Integer that is a size.
+    pub(crate) size: &'static str,
     /// An Integer with an enumeration.
     pub(crate) enumeration: &'static str,
     /// As what it is set and read.
@@ -32,6 +34,7 @@ impl Names {
         integer: "Integer",
         boolean: "Boolean",
         string: "String",
+        size: "Integer",
         enumeration: "Integer",
         enumeration_access: "Integer",
     };
@@ -62,6 +65,10 @@ pub(crate) enum Place<P, U, Y> {
     IntegerParameter(Write<P, i32>),
     BooleanParameter(Write<P, bool>),
     StringParameter(fn(&P) -> &str, SetText<P>),
+    /// The derivative of the state that the row is named after, behind the table.
+    Derivative,
+    /// An event indicator, behind the table.
+    Indicator,
 }
 
 /// Setter of a String parameter: parameters, text, the FMU's resources folder if the importer gave
@@ -98,7 +105,8 @@ impl<P, U, Y> Place<P, U, Y> {
             Place::RealParameter(place) => place.len(p),
             Place::IntegerParameter(place) => place.len(p),
             Place::BooleanParameter(place) => place.len(p),
-            Place::StringParameter(..) | Place::StringOut(_) => 1,
+            Place::StringParameter(..) | Place::StringOut(_) | Place::Indicator => 1,
+            Place::Derivative => 0, // as many as the state has
         }
     }
 
@@ -106,6 +114,7 @@ impl<P, U, Y> Place<P, U, Y> {
     pub(crate) fn kind(&self) -> Kind {
         match self {
             Place::RealIn(_) | Place::RealOut(_) | Place::RealParameter(_) => Kind::Real,
+            Place::Derivative | Place::Indicator => Kind::Real,
             Place::IntegerIn(_) | Place::IntegerOut(_) | Place::IntegerParameter(_) => {
                 Kind::Integer
             }
@@ -114,6 +123,16 @@ impl<P, U, Y> Place<P, U, Y> {
             }
             Place::StringParameter(..) | Place::StringOut(_) => Kind::String,
         }
+    }
+
+    /// Whether the row is the derivative of a state.
+    pub(crate) fn is_derivative(&self) -> bool {
+        matches!(self, Place::Derivative)
+    }
+
+    /// Whether the row is behind the table, of what is for Model Exchange.
+    pub(crate) fn is_behind(&self) -> bool {
+        matches!(self, Place::Derivative | Place::Indicator)
     }
 
     pub(crate) fn is_real(&self) -> bool {

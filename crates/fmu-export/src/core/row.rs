@@ -6,9 +6,11 @@
 
 use super::causality::{Causality, Dependencies};
 use super::enumeration::{Enumeration, Items};
+use super::layout::state;
 use super::model::{Model, SetString, Variable};
 use super::place::{Names, Place, Read, Write};
 use super::setters::setters;
+use super::sizes::Length;
 use super::unit::Unit;
 use std::ops::RangeInclusive;
 
@@ -106,6 +108,35 @@ impl<M: Model> Variable<M> {
         Self::row(name, description, Causality::Parameter, place, true)
     }
 
+    /// The derivative of the scalar output or local variable `state`, for
+    /// [`Continuous::derivative_rows`](crate::Continuous::derivative_rows); its name is `der(state)`. What
+    /// it [depends on](Self::depends_on) are inputs and states; without it: all.
+    pub const fn derivative_of(state: &'static str) -> Self {
+        Self::row(
+            state,
+            "Time derivative",
+            Causality::Local,
+            Place::Derivative,
+            true,
+        )
+    }
+
+    /// The derivatives of the vector `state`.
+    pub const fn derivatives_of(state: &'static str) -> Self {
+        Self::row(
+            state,
+            "Time derivative",
+            Causality::Local,
+            Place::Derivative,
+            false,
+        )
+    }
+
+    /// An event indicator, for [`Continuous::INDICATORS`](crate::Continuous::INDICATORS).
+    pub const fn indicator(name: &'static str, description: &'static str) -> Self {
+        Self::row(name, description, Causality::Local, Place::Indicator, true)
+    }
+
     const fn row(
         name: &'static str,
         description: &'static str,
@@ -119,6 +150,9 @@ impl<M: Model> Variable<M> {
             causality,
             place,
             scalar,
+            shape: &[],
+            resize: None,
+            structural: false,
             tunable: false,
             discrete: false,
             beside_evaluation: false,
@@ -133,9 +167,26 @@ impl<M: Model> Variable<M> {
             max: f64::INFINITY,
             nominal: None,
             enumeration: None,
+            rate_dependencies: Dependencies::Unknown,
             dependencies: Dependencies::Unknown,
             initial_dependencies: Dependencies::Unknown,
         }
+    }
+
+    /// Whether it can be a continuous state.
+    #[cfg(feature = "derive")]
+    pub(crate) const fn is_continuous(&self) -> bool {
+        matches!(self.place, Place::RealOut(_)) && !self.discrete
+    }
+
+    /// The derivative of this row.
+    #[cfg(feature = "derive")]
+    pub(crate) const fn derivative(&self, unit: Option<&'static str>) -> Self {
+        let mut row = Self::derivative_of(self.name);
+        row.scalar = self.scalar;
+        row.unit = unit;
+        row.dependencies = self.rate_dependencies;
+        row
     }
 
     /// A row without elements, in place of which another one is put.
@@ -174,6 +225,14 @@ impl<M: Model> Variable<M> {
         /// calculated of one that is.
         tunable() tunable = true;
 
+        /// An Integer parameter that is a size: a structural parameter in FMI 3.0, a constant in FMI
+        /// 2.0, which is said when the FMU is packed. It has bounds, of which `min` is at least 1.
+        structural() structural = true;
+
+        /// The dimensions of a vector in an array, row by row: `&[Length::Fixed(2),
+        /// Length::Fixed(3)]` of a matrix. A row in a `Vec` has [`vector`](Self::vector) instead.
+        shape(shape: &'static [Length]) shape = shape;
+
         /// A Real input or output that changes at communication points only; without it a Real is
         /// continuous.
         discrete() discrete = true;
@@ -196,7 +255,13 @@ impl<M: Model> Variable<M> {
         /// The inputs an output depends on directly (at fixed state): `"u"` the scalar or the whole
         /// vector, `"u[2]"` one element, `"u[i]"` the element with the output's own index; `&[]`
         /// none. An output that does not say depends on all.
+        ///
+        /// A model for Model Exchange names the states too; an output that names none is taken to
+        /// depend on all of them, unless it says [`NO_STATES`](crate::NO_STATES).
         depends_on(inputs: &'static [&'static str]) dependencies = Dependencies::Same([inputs, &[]]);
+
+        /// What the derivative depends on, where the row is a state of a model with derives.
+        rate_depends_on(knowns: &'static [&'static str]) rate_dependencies = Dependencies::Same([knowns, &[]]);
 
         /// Like [`depends_on`](Self::depends_on), with a list for each element of a vector.
         each_depends_on(inputs: &'static [&'static [&'static str]]) dependencies = Dependencies::Each(inputs);
@@ -248,12 +313,47 @@ impl<M: Model> Variable<M> {
 }
 
 impl<M: Model> Variable<M> {
-    /// Name of an element: `x`, or `x[1]` for the first of a vector.
+    /// Name of an element: `x`, or `x[1]` for the first of a vector; where a matrix has its length
+    /// from a parameter, the number among all.
     pub(crate) fn element_name(&self, index: usize) -> String {
+        let fixed = |length: &Length| match *length {
+            Length::Fixed(n) => Some(n),
+            Length::Parameter(_) => None,
+        };
+        let dimensions: Option<Vec<_>> = self.lengths().iter().map(fixed).collect();
+        self.name_in(&dimensions.unwrap_or_default(), index)
+    }
+
+    /// The same with as many elements in each dimension: `A[1,2]`.
+    pub(crate) fn name_in(&self, dimensions: &[usize], index: usize) -> String {
         if self.scalar {
-            self.name.to_owned()
-        } else {
-            format!("{}[{}]", self.name, index + 1)
+            return self.full_name();
+        }
+        let (mut rest, mut indices) = (index, String::new());
+        for n in dimensions.iter().skip(1).rev() {
+            indices = format!(",{}{indices}", rest % n + 1);
+            rest /= n;
+        }
+        self.named(format!("{}[{}{indices}]", self.name, rest + 1))
+    }
+
+    /// Name of the whole row.
+    pub(crate) fn full_name(&self) -> String {
+        self.named(self.name.to_owned())
+    }
+
+    fn named(&self, name: String) -> String {
+        match self.place {
+            Place::Derivative => format!("der({name})"),
+            _ => name,
+        }
+    }
+
+    /// Its lengths: a derivative has those of its state.
+    pub(crate) fn lengths(&self) -> &'static [Length] {
+        match self.place {
+            Place::Derivative => state::<M>(self.name).map_or(&[], |state| state.shape),
+            _ => self.shape,
         }
     }
 
@@ -263,16 +363,14 @@ impl<M: Model> Variable<M> {
             Causality::Input => "input",
             Causality::Output => "output",
             Causality::Local => "local variable",
+            Causality::Parameter if self.structural => "structural parameter",
             Causality::Parameter if self.tunable => "tunable parameter",
             Causality::Parameter => "fixed parameter",
             Causality::CalculatedParameter => "calculated parameter",
             Causality::Constant => "constant",
         };
-        let name = match self.enumeration {
-            Some(_) => names.enumeration,
-            None => self.place.kind().name(names),
-        };
-        let article = if name.starts_with(['I', 'E']) {
+        let name = self.type_name(names);
+        let article = if name.starts_with(['I', 'E', 'U']) {
             "an"
         } else {
             "a"
@@ -280,10 +378,20 @@ impl<M: Model> Variable<M> {
         format!("{article} {name} {causality}")
     }
 
+    /// Name of its type.
+    pub(crate) fn type_name(&self, names: &Names) -> &'static str {
+        match self.enumeration {
+            Some(_) => names.enumeration,
+            None if self.structural => names.size,
+            None => self.place.kind().name(names),
+        }
+    }
+
     /// Name of the type by which it is set and read.
     pub(crate) fn access(&self, names: &Names) -> &'static str {
         match self.enumeration {
             Some(_) => names.enumeration_access,
+            None if self.structural => names.size,
             None => self.place.kind().name(names),
         }
     }

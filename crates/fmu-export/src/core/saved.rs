@@ -14,7 +14,7 @@ use crate::Model;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 const MAGIC: &[u8; 8] = b"fmu-exp\0";
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 const MODEL_AT: usize = 16;
 const LENGTH_AT: usize = 32;
 const CRC_AT: usize = 40;
@@ -27,11 +27,23 @@ impl<M: Model> Instance<M> {
     /// A copy of the present state under a new handle, or in place of the one behind `old` (0:
     /// none).
     pub(crate) fn save(&mut self, old: usize) -> Result<usize, Fault> {
-        let mut state = Box::new(self.state.clone());
+        let (handle, state) = match self.saved.states.get_mut(&old) {
+            Some(state) => {
+                state.copy(&self.state);
+                (old, state)
+            }
+            None if old == 0 => {
+                let handle = NEXT.fetch_add(1, Ordering::Relaxed);
+                let state = Box::new(self.state.clone());
+                (handle, self.saved.states.entry(handle).or_insert(state))
+            }
+            None => return unknown(old),
+        };
+        state.first = self.room.first;
         if state.phase == Phase::Initialization {
             state.model = None; // only kept from one get to the next: made again when needed
         }
-        self.keep(state, old)
+        Ok(handle)
     }
 
     fn keep(&mut self, state: Box<State<M>>, old: usize) -> Result<usize, Fault> {
@@ -57,12 +69,13 @@ impl<M: Model> Instance<M> {
 
     /// Goes back to a saved state.
     pub(crate) fn restore(&mut self, handle: usize) -> Result<(), Fault> {
-        let state = self.saved(handle)?.clone();
-        self.tell(
-            Kind::Event,
-            format!("state of t = {} s restored", state.time),
-        );
-        self.replace(state);
+        let Some(saved) = self.saved.states.get(&handle) else {
+            return unknown(handle);
+        };
+        self.state.copy(saved);
+        let text = format!("state of t = {} s restored", self.state.time);
+        self.tell(Kind::Event, text);
+        self.settle();
         Ok(())
     }
 
@@ -107,7 +120,12 @@ impl<M: Model> Instance<M> {
             return refuse!("serialized state has format version {version}; it must be {VERSION}");
         }
         if header[12..MODEL_AT] != self.identity.version {
-            let name = |v: &[u8]| String::from_utf8_lossy(v).replace('\0', "");
+            let name = |v: &[u8]| {
+                let version = String::from_utf8_lossy(v);
+                version
+                    .replace('\0', "")
+                    .replace('X', " for Model Exchange")
+            };
             return refuse!(
                 "serialized state is of an instance of FMI {}; it must be of FMI {}",
                 name(&header[12..MODEL_AT]),
@@ -136,9 +154,8 @@ impl<M: Model> Instance<M> {
                 "serialized state is damaged: checksum {found:08x}; it must be {crc:08x}"
             );
         }
-        let sound = |state: &State<M>| state.is_sound(self.layout.len());
         match postcard::from_bytes::<State<M>>(body) {
-            Ok(state) if sound(&state) => self.keep(Box::new(state), old),
+            Ok(state) if state.is_sound() => self.keep(Box::new(state), old),
             _ => refuse!("serialized state does not fit this version of the model"),
         }
     }

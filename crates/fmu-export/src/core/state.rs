@@ -1,8 +1,10 @@
 //! The state of an instance: all that is saved of it, and the states that are saved.
 
 use super::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
+use super::layout::Layout;
 use super::model::Model;
 use super::phase::Phase;
+use super::sizes::zeros;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -18,8 +20,14 @@ pub(crate) struct State<M: Model> {
     /// Time of the last communication point, s: the importer's own number plus one step, so that no
     /// rounding adds up.
     pub(crate) time: f64,
+    /// Time of the last event for Model Exchange, s.
+    pub(crate) event: f64,
+    /// The internal step that a solver tries first, s; 0: not known.
+    pub(crate) first: f64,
+    /// The tolerance that the importer has given.
+    pub(crate) tolerance: Option<f64>,
     pub(crate) parameters: M::Parameters,
-    /// By element: what the importer has set of the parameters.
+    /// By [`Layout::slot`]: what the importer has set of the parameters.
     pub(crate) given: Vec<Given>,
     /// Inputs as they were set, and their derivatives for the next step.
     pub(crate) input: InputPolynomial<M::Input>,
@@ -31,7 +39,7 @@ pub(crate) struct State<M: Model> {
 }
 
 /// The inputs at the end of a step with derivatives: held there until each is set again.
-#[derive(Clone, Copy, Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct Reached<I> {
     pub(crate) value: I,
     /// First derivative there; zero for what is held or was set since.
@@ -48,29 +56,71 @@ impl<M: Model> State<M> {
         }
     }
 
-    pub(crate) fn instantiated(
-        parameters: M::Parameters,
-        input: M::Input,
-        elements: usize,
-    ) -> Self {
+    /// Becomes a copy of another state; vectors stay where they are.
+    pub(crate) fn copy(&mut self, from: &Self) {
+        let Self {
+            phase,
+            start,
+            stop,
+            time,
+            event,
+            first,
+            tolerance,
+            parameters,
+            given,
+            input,
+            reached,
+            model,
+        } = from;
+        (self.phase, self.start, self.stop) = (*phase, *start, *stop);
+        (self.time, self.event) = (*time, *event);
+        (self.first, self.tolerance) = (*first, *tolerance);
+        self.parameters.clone_from(parameters);
+        self.given.clone_from(given);
+        self.input.value.clone_from(&input.value);
+        self.input.derivatives.clone_from(&input.derivatives);
+        self.input.order = input.order;
+        self.reached.clone_from(reached);
+        self.model.clone_from(model);
+    }
+
+    pub(crate) fn instantiated(parameters: M::Parameters, input: M::Input, slots: usize) -> Self {
         Self {
             phase: Phase::Instantiated,
             start: 0.0,
             stop: None,
             time: 0.0,
+            event: 0.0,
+            first: 0.0,
+            tolerance: None,
             parameters,
-            given: vec![Given::Nothing; elements],
-            input: InputPolynomial::held(input),
+            given: vec![Given::Nothing; slots],
+            input: InputPolynomial {
+                derivatives: zeros::<M>(&input),
+                value: input,
+                order: 0,
+            },
             reached: None,
             model: None,
         }
     }
 
     /// Whether a deserialized state could have come from this layer.
-    pub(crate) fn is_sound(&self, elements: usize) -> bool {
+    pub(crate) fn is_sound(&self) -> bool {
+        let layout = Layout::<M>::new(&self.parameters, &self.input.value);
         let initialized = self.phase.is_running() || self.phase == Phase::Terminated;
-        self.given.len() == elements
+        let reached = self.reached.iter().flat_map(|r| [&r.value, &r.slope]);
+        let inputs = self.input.derivatives.iter().chain([&self.input.value]);
+        inputs
+            .chain(reached)
+            .all(|u| layout.fits(&self.parameters, u))
+            && self.given.len() == layout.slots()
             && self.time.is_finite()
+            && self.event.is_finite()
+            && self.first.is_finite()
+            && self
+                .tolerance
+                .is_none_or(|tolerance| tolerance > 0.0 && tolerance < 1.0)
             && self.input.order <= MAX_INPUT_DERIVATIVE
             && (self.model.is_some() || !initialized)
     }

@@ -43,7 +43,7 @@ fn check_inputs<M: Model>(
 
 /// How far `t` may be from `limit` in a step of `h` and still count as equal, all s: importers add
 /// steps up, or keep time in nanoseconds.
-fn slack(t: f64, h: f64) -> f64 {
+pub(super) fn slack(t: f64, h: f64) -> f64 {
     (1e-3 * h).max(1e-9 * t.abs().max(1.0))
 }
 
@@ -99,10 +99,9 @@ impl<M: Model> Instance<M> {
             Some(s) => self.state.time + s,
             None => t + h,
         };
-        self.state.hold_inputs(reached.unwrap_or(from_now));
+        (self.state).hold_inputs(reached.unwrap_or(from_now), &self.layout);
         self.state.time = time;
-        self.evaluation = None;
-        self.fresh = false;
+        self.forget();
         Ok(End {
             time,
             is_whole: reached.is_none(),
@@ -132,10 +131,17 @@ impl<M: Model> Instance<M> {
         }
         let u = course.as_ref().unwrap_or(&state.input);
         listen(self.wanted, model);
-        let end = model.step(&state.parameters, u, now, state.time, h);
+        if let Some(usual) = M::INFO.tolerance {
+            self.room.tolerance = state.tolerance.unwrap_or(usual);
+            self.room.log.prepare(self.wanted, M::INFO.log_categories);
+        }
+        let end = model.step_in(&mut self.room, &state.parameters, u, now, state.time, h);
         match end {
             Ok(_) => warn(&mut self.messages, model),
             Err(_) => hear(&mut self.messages, model),
+        }
+        if M::INFO.tolerance.is_some() {
+            self.room.log.empty_into(&mut self.messages);
         }
         end
     }

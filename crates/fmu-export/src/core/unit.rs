@@ -49,6 +49,18 @@ impl Unit {
         }
     }
 
+    /// Whether it is this unit for a change per second.
+    #[cfg(feature = "derive")]
+    pub(crate) const fn is_rate_of(&self, unit: &Unit) -> bool {
+        let mut is_it = self.factor == unit.factor && self.offset == 0.0;
+        let mut k = 0;
+        while k < DIMENSIONS.len() {
+            is_it &= self.exponents[k] == unit.exponents[k] - (k == 2) as i8; // s
+            k += 1;
+        }
+        is_it
+    }
+
     exponents! { kg 0 m 1 s 2 A 3 K 4 mol 5 cd 6 rad 7 }
 
     setters! {

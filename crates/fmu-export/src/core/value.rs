@@ -30,6 +30,11 @@ pub(crate) trait Value: Copy + Default + Display + 'static {
         None
     }
 
+    /// These numbers, if they are of this type.
+    fn of_reals(_values: &[f64]) -> Option<&[Self]> {
+        None
+    }
+
     /// Whether the value may be given out: no NaN, no infinity.
     fn is_finite(self) -> bool {
         true
@@ -89,6 +94,10 @@ impl Value for f64 {
 
     fn of_time(time: f64) -> Option<f64> {
         Some(time)
+    }
+
+    fn of_reals(values: &[f64]) -> Option<&[f64]> {
+        Some(values)
     }
 
     #[inline]

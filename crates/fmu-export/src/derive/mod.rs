@@ -5,19 +5,25 @@
 //! and any [`Path`] that leads to it, so that structs can be nested. The rows of a model are a
 //! constant: nothing is made when a library is loaded.
 
+mod cells;
 mod choice;
 mod name;
 mod ode;
 mod path;
 mod rows;
+mod shape;
 mod spare;
 
+pub use cells::{Cells, Read, Written};
 pub use choice::{Choice, Enumerated, Item};
 pub use name::Name;
 pub use ode::{Ode, Seen, SeenOutputs, SeenState, State, Vector};
 pub use path::{Path, Root};
-pub use rows::{Part, Rows, assemble, count, is_display_unit, is_known_unit};
+pub use rows::{
+    Part, Rows, assemble, count, count_states, derivatives, is_display_unit, is_known_unit,
+};
 pub use serde;
+pub use shape::SolverName;
 pub use spare::{Of, RowsOf, Spare, SpareRows, is_output};
 
 use serde::{Serialize, de::DeserializeOwned};
@@ -26,7 +32,7 @@ use serde::{Serialize, de::DeserializeOwned};
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot be a parameter",
     label = "not a type of parameter",
-    note = "a parameter is an f64, an i32, a bool, an array of one of them, a String, a Choice<…>, or a struct with \
+    note = "a parameter is an f64, an i32, a bool, an array or a Vec of one of them, a String, a Choice<…>, or a struct with \
             #[derive(Parameters)]"
 )]
 pub trait Parameters: Clone + Serialize + DeserializeOwned {
@@ -38,9 +44,9 @@ pub trait Parameters: Clone + Serialize + DeserializeOwned {
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot be an input",
     label = "not a type of input",
-    note = "an input is an f64, an i32, a bool, an array of one of them, a Choice<…>, or a struct with #[derive(Input)]"
+    note = "an input is an f64, an i32, a bool, an array or a Vec of one of them, a Choice<…>, or a struct with #[derive(Input)]"
 )]
-pub trait Input: Copy + Default + Serialize + DeserializeOwned {
+pub trait Input: Clone + Default + Serialize + DeserializeOwned {
     /// The start values.
     fn start() -> Self;
 }
@@ -49,10 +55,10 @@ pub trait Input: Copy + Default + Serialize + DeserializeOwned {
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot be an output",
     label = "not a type of output",
-    note = "an output is an f64, an i32, a bool, an array of one of them, a &'static str, a Choice<…>, or a struct with \
+    note = "an output is an f64, an i32, a bool, an array or a Vec of one of them, a &'static str, a Choice<…>, or a struct with \
             #[derive(Output)]"
 )]
-pub trait Output: Copy + Default {}
+pub trait Output: Clone + Default {}
 
 impl Parameters for () {
     fn start() {}
@@ -93,10 +99,10 @@ macro_rules! derived {
         }
 
         fn defaults() -> (Self::Parameters, Self::Input) {
-            (
+            $crate::fitted::<Self>((
                 <$parameters as $crate::derive::Parameters>::start(),
                 <$input as $crate::derive::Input>::start(),
-            )
+            ))
         }
     };
 }

@@ -32,6 +32,17 @@ impl Name {
         self
     }
 
+    /// The name of the struct with this index, from 0, in an array of this name.
+    #[must_use]
+    pub const fn element(mut self, index: usize) -> Self {
+        let number = index + 1;
+        self = self.push(b'[');
+        if number > 9 {
+            self = self.push(b'0' + (number / 10) as u8); // at most 32
+        }
+        self.push(b'0' + (number % 10) as u8).push(b']')
+    }
+
     const fn push(mut self, byte: u8) -> Self {
         assert!(
             self.len < LONGEST,

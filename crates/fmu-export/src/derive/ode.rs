@@ -1,13 +1,14 @@
 //! Models that are ordinary differential equations.
 
+use super::shape::{SolverName, solver};
 use super::{Input, Name, Output, Parameters, Path};
-use crate::core::copied::copied;
-use crate::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
+use crate::core::room::{Room, solve};
+use crate::core::sizes::{self, fitted};
+use crate::{
+    Continuous, Event, Info, InputPolynomial, Model, ModelError, ModelExchange, StepEnd, Variable,
+};
 use serde::{Serialize, de::DeserializeOwned};
 use std::marker::PhantomData;
-
-/// Most internal steps within one communication step.
-const MOST_STEPS: f64 = 1e6;
 
 /// The state of a model of ordinary differential equations; `#[derive(State)]` writes it.
 #[diagnostic::on_unimplemented(
@@ -15,7 +16,7 @@ const MOST_STEPS: f64 = 1e6;
     note = "write `#[derive(State)] #[fmu(parameters = …, input = …, output = …)]` on it; what the model does not have is left out, but \
             one of the three must be there"
 )]
-pub trait State: Vector + Copy + Default + Serialize + DeserializeOwned + Send + 'static {
+pub trait State: Vector + Clone + Default + Serialize + DeserializeOwned + Send + 'static {
     /// The model's parameters.
     type P: Parameters + Send + 'static;
     /// The model's inputs.
@@ -27,6 +28,12 @@ pub trait State: Vector + Copy + Default + Serialize + DeserializeOwned + Send +
     const INFO: Info;
     /// Longest internal step, s.
     const MAX_STEP: f64;
+    /// What integrates it in Co-Simulation.
+    const SOLVER: SolverName;
+    /// The default tolerance of a solver that has one.
+    const TOLERANCE: f64;
+    /// Whether the model is for Model Exchange too.
+    const MODEL_EXCHANGE: bool;
 
     /// The state at the start.
     fn start(p: &Self::P, u: &Self::U) -> Self;
@@ -35,22 +42,71 @@ pub trait State: Vector + Copy + Default + Serialize + DeserializeOwned + Send +
     fn table() -> &'static [Variable<Self>]
     where
         Self: Model;
+
+    /// A row for the derivative of each continuous state of a model for Model Exchange.
+    fn derivatives() -> &'static [Variable<Self>]
+    where
+        Self: Model;
 }
 
 /// Numbers that can be integrated.
+#[expect(clippy::len_without_is_empty, reason = "a state has at least one")]
 pub trait Vector: Sized {
-    /// `self + factor · rate`.
-    #[must_use]
-    fn plus(&self, factor: f64, rate: &Self) -> Self;
+    /// How many there are.
+    fn len(&self) -> usize;
+
+    /// Reads them into the front of `to`, whose rest is the answer.
+    fn read<'a>(&self, to: &'a mut [f64]) -> &'a mut [f64];
+
+    /// Writes them from the front of `from`, whose rest is the answer.
+    fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64];
+
+    /// Reads those of all elements, one after the other.
+    #[inline]
+    fn read_all<'a>(all: &[Self], to: &'a mut [f64]) -> &'a mut [f64] {
+        all.iter().fold(to, |to, element| element.read(to))
+    }
+
+    /// The inverse of [`read_all`](Self::read_all).
+    #[inline]
+    fn write_all<'a>(all: &mut [Self], from: &'a [f64]) -> &'a [f64] {
+        all.iter_mut()
+            .fold(from, |from, element| element.write(from))
+    }
 
     /// The name of the first number that is not finite, and the number.
     fn not_finite(&self) -> Option<(&'static str, f64)>;
 }
 
 impl Vector for f64 {
+    fn len(&self) -> usize {
+        1
+    }
+
     #[inline]
-    fn plus(&self, factor: f64, rate: &f64) -> f64 {
-        self + factor * rate
+    fn read<'a>(&self, to: &'a mut [f64]) -> &'a mut [f64] {
+        to[0] = *self;
+        &mut to[1..]
+    }
+
+    #[inline]
+    fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64] {
+        *self = from[0];
+        &from[1..]
+    }
+
+    #[inline]
+    fn read_all<'a>(all: &[f64], to: &'a mut [f64]) -> &'a mut [f64] {
+        let (to, rest) = to.split_at_mut(all.len());
+        to.copy_from_slice(all);
+        rest
+    }
+
+    #[inline]
+    fn write_all<'a>(all: &mut [f64], from: &'a [f64]) -> &'a [f64] {
+        let (from, rest) = from.split_at(all.len());
+        all.copy_from_slice(from);
+        rest
     }
 
     fn not_finite(&self) -> Option<(&'static str, f64)> {
@@ -58,10 +114,39 @@ impl Vector for f64 {
     }
 }
 
-impl<const N: usize> Vector for [f64; N] {
+impl<T: Vector, const N: usize> Vector for [T; N] {
+    fn len(&self) -> usize {
+        self.iter().map(Vector::len).sum()
+    }
+
     #[inline]
-    fn plus(&self, factor: f64, rate: &Self) -> Self {
-        std::array::from_fn(|i| self[i] + factor * rate[i])
+    fn read<'a>(&self, to: &'a mut [f64]) -> &'a mut [f64] {
+        T::read_all(self, to)
+    }
+
+    #[inline]
+    fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64] {
+        T::write_all(self, from)
+    }
+
+    fn not_finite(&self) -> Option<(&'static str, f64)> {
+        self.iter().find_map(Vector::not_finite)
+    }
+}
+
+impl Vector for Vec<f64> {
+    fn len(&self) -> usize {
+        Vec::len(self)
+    }
+
+    #[inline]
+    fn read<'a>(&self, to: &'a mut [f64]) -> &'a mut [f64] {
+        f64::read_all(self, to)
+    }
+
+    #[inline]
+    fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64] {
+        f64::write_all(self, from)
     }
 
     fn not_finite(&self) -> Option<(&'static str, f64)> {
@@ -72,17 +157,34 @@ impl<const N: usize> Vector for [f64; N] {
 /// A model of ordinary differential equations: `x' = f(x, p, u, t)`, `y = g(x, p, u)`, x the state
 /// `Self`.
 ///
-/// It is solved by the Runge–Kutta method of order 4 in equal internal steps that end where the
-/// communication step ends, none longer than `#[fmu(max_step = …)]` says, 1 ms if it says nothing.
-/// Inputs follow their derivatives, if the importer gives them. A step that leaves a state that is
-/// not finite is discarded.
+/// In Co-Simulation it is solved by the Runge–Kutta method of order 4 in equal internal steps that
+/// end where the communication step ends, none longer than `#[fmu(max_step = …)]` says, 1 ms if it
+/// says nothing. With `#[fmu(solver = "adaptive")]` or `"stiff"` internal steps are as long as the
+/// importer's tolerance allows ([`solver`](crate::solver)). Events are found within them. Inputs
+/// follow their derivatives, if the importer gives them. A step that cannot be done is discarded.
+///
+/// With `#[fmu(model_exchange)]` on the state, importers can integrate it themselves: Model
+/// Exchange.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a model",
     note = "write `impl Ode for {Self}` with its equations, or `impl Model for {Self}`"
 )]
 pub trait Ode: State {
-    /// Time derivative of each state, per s.
-    fn derivative(&self, p: &Self::P, u: &Self::U, t: f64) -> Self;
+    /// Writes the time derivative of each state, per s, where the state is in `dx`: all of them;
+    /// what is not integrated means nothing there.
+    fn derivative(&self, p: &Self::P, u: &Self::U, t: f64, dx: &mut Self);
+
+    /// Event indicators: [`Variable::indicator`].
+    const INDICATORS: &'static [Variable<Self>] = &[];
+
+    /// As [`Continuous::indicators`].
+    fn indicators(&self, _p: &Self::P, _u: &Self::U, _t: f64, _z: &mut [f64]) {}
+
+    /// As [`Continuous::event`], also in Co-Simulation: where a step begins and at the events
+    /// within it.
+    fn event(&mut self, _p: &Self::P, _u: &Self::U, _t: f64) -> Event {
+        Event::NONE
+    }
 
     /// What the model puts out beside its state. Must be written where `#[fmu(output = …)]` names a
     /// struct.
@@ -95,15 +197,29 @@ pub trait Ode: State {
         }
         Self::Y::default()
     }
+
+    /// The same, written to where they are kept; for outputs that hold vectors, which are as long as
+    /// they must be there. Written in place of [`outputs`](Self::outputs).
+    #[inline]
+    fn outputs_into(&self, p: &Self::P, u: &Self::U, y: &mut Self::Y) {
+        *y = self.outputs(p, u);
+    }
 }
 
 /// What an importer sees of a model: its state and its outputs.
 pub struct Seen<S: State> {
-    state: S,
-    outputs: S::Y,
+    pub(super) state: S,
+    pub(super) outputs: S::Y,
 }
 
-copied! { [S: State] Seen<S>; }
+impl<S: State> Clone for Seen<S> {
+    fn clone(&self) -> Self {
+        Self {
+            state: self.state.clone(),
+            outputs: self.outputs.clone(),
+        }
+    }
+}
 
 impl<S: State> Default for Seen<S> {
     fn default() -> Self {
@@ -151,25 +267,46 @@ impl<S: Ode> Model for S {
     type Output = Seen<S>;
     type Evaluation = ();
 
-    const INFO: Info = S::INFO.with_input_derivatives();
+    const INFO: Info = match S::SOLVER {
+        SolverName::Fixed => S::INFO.with_input_derivatives(),
+        _ => S::INFO
+            .with_input_derivatives()
+            .with_tolerance(S::TOLERANCE),
+    };
+    const MODEL_EXCHANGE: Option<ModelExchange<S>> = if S::MODEL_EXCHANGE {
+        ModelExchange::of()
+    } else {
+        None
+    };
 
     fn variables() -> &'static [Variable<Self>] {
         S::table()
     }
 
     fn defaults() -> (S::P, S::U) {
-        (S::P::start(), S::U::start())
+        fitted::<S>((S::P::start(), S::U::start()))
     }
 
     fn initialize(p: &S::P, u: &S::U, _t: f64) -> Result<Self, ModelError> {
         finite(S::start(p, u), "at the start")
     }
 
-    fn output(&self, p: &S::P, u: &S::U, _now: &()) -> Result<Seen<S>, ModelError> {
-        Ok(Seen {
-            state: *self,
-            outputs: self.outputs(p, u),
-        })
+    fn output(&self, p: &S::P, u: &S::U, now: &()) -> Result<Seen<S>, ModelError> {
+        let mut y = sizes::output::<S>(p);
+        self.output_into(p, u, now, &mut y)?;
+        Ok(y)
+    }
+
+    fn output_into(
+        &self,
+        p: &S::P,
+        u: &S::U,
+        _now: &(),
+        y: &mut Seen<S>,
+    ) -> Result<(), ModelError> {
+        y.state.clone_from(self);
+        self.outputs_into(p, u, &mut y.outputs);
+        Ok(())
     }
 
     fn step(
@@ -180,35 +317,75 @@ impl<S: Ode> Model for S {
         t: f64,
         h: f64,
     ) -> Result<StepEnd, ModelError> {
-        let n = (h / S::MAX_STEP).ceil();
-        if n > MOST_STEPS {
-            let longest = S::MAX_STEP;
-            return Err(ModelError::new(format!(
-                "{n} internal steps of at most {longest} s would be needed; there must be at most {MOST_STEPS}"
-            )));
-        }
-        let dt = h / n; // internal steps divide h, so the last one ends at t + h
-        let mut x = *self;
-        for k in 0..n as u32 {
-            x = runge_kutta(x, p, u, t, f64::from(k) * dt, dt);
-        }
-        *self = finite(x, "at the end of the step")?;
-        Ok(StepEnd::WHOLE)
+        self.step_in(&mut Room::default(), p, u, &(), t, h)
+    }
+
+    fn step_in(
+        &mut self,
+        room: &mut Room<S>,
+        p: &S::P,
+        u: &InputPolynomial<S::U>,
+        _now: &(),
+        t: f64,
+        h: f64,
+    ) -> Result<StepEnd, ModelError> {
+        solve(self, room, solver, self.len(), name_of, (p, u), (t, h))
     }
 }
 
-/// One internal step of `dt` s from `s` s after `t`: the classical method of order 4.
-#[inline]
-fn runge_kutta<S: Ode>(x: S, p: &S::P, u: &InputPolynomial<S::U>, t: f64, s: f64, dt: f64) -> S {
-    let (half, end) = (s + 0.5 * dt, s + dt);
-    let (u_start, u_half, u_end) = (u.at::<S>(s), u.at::<S>(half), u.at::<S>(end));
-    let a = x.derivative(p, &u_start, t + s);
-    let b = x.plus(0.5 * dt, &a).derivative(p, &u_half, t + half);
-    let c = x.plus(0.5 * dt, &b).derivative(p, &u_half, t + half);
-    let d = x.plus(dt, &c).derivative(p, &u_end, t + end);
-    (x.plus(dt / 6.0, &a).plus(dt / 3.0, &b))
-        .plus(dt / 3.0, &c)
-        .plus(dt / 6.0, &d)
+/// The name of the state of this index; the value is no finite one.
+fn name_of<S: Ode>(x: &mut S, state: usize, value: f64) -> &'static str {
+    let mut states = vec![0.0; x.len()];
+    states[state] = value;
+    x.write(&states);
+    x.not_finite().map_or("", |(name, _)| name)
+}
+
+impl<S: Ode> Continuous for S {
+    fn derivative_rows() -> &'static [Variable<S>] {
+        S::derivatives()
+    }
+
+    const INDICATORS: &'static [Variable<S>] = <S as Ode>::INDICATORS;
+
+    #[inline]
+    fn states(&self, x: &mut [f64]) {
+        self.read(x);
+    }
+
+    #[inline]
+    fn set_states(&mut self, x: &[f64]) {
+        self.write(x);
+    }
+
+    #[inline]
+    fn derivatives(
+        &self,
+        p: &S::P,
+        u: &S::U,
+        _now: &(),
+        t: f64,
+        dx: &mut S,
+    ) -> Result<(), ModelError> {
+        self.derivative(p, u, t, dx);
+        Ok(())
+    }
+
+    fn indicators(
+        &self,
+        p: &S::P,
+        u: &S::U,
+        _now: &(),
+        t: f64,
+        z: &mut [f64],
+    ) -> Result<(), ModelError> {
+        Ode::indicators(self, p, u, t, z);
+        Ok(())
+    }
+
+    fn event(&mut self, p: &S::P, u: &S::U, t: f64) -> Result<Event, ModelError> {
+        Ok(Ode::event(self, p, u, t))
+    }
 }
 
 fn finite<S: State>(x: S, when: &str) -> Result<S, ModelError> {

@@ -74,6 +74,46 @@ const fn append<M: Model, const N: usize>(
     (table, n)
 }
 
+/// How many of the rows are continuous states.
+pub const fn count_states<M: Model>(table: &[Variable<M>]) -> usize {
+    let (mut n, mut k) = (0, 0);
+    while k < table.len() {
+        n += table[k].is_continuous() as usize;
+        k += 1;
+    }
+    n
+}
+
+/// Rows for the derivatives of the rows that are continuous states; there are `N`.
+pub const fn derivatives<M: Model, const N: usize>(table: &[Variable<M>]) -> [Variable<M>; N] {
+    let rows = [Variable::<M>::NOTHING; N];
+    let (mut rows, mut n, mut k) = (rows, 0, 0);
+    while k < table.len() {
+        if table[k].is_continuous() {
+            rows[n] = table[k].derivative(match table[k].unit {
+                Some(unit) => per_second(unit),
+                None => None,
+            });
+            n += 1;
+        }
+        k += 1;
+    }
+    rows
+}
+
+/// The known unit of the rate of what is in a known unit.
+const fn per_second(unit: &str) -> Option<&'static str> {
+    let Some(unit) = find(unit) else { return None };
+    let (mut rate, mut k) = (None, 0);
+    while k < KNOWN_UNITS.len() {
+        if KNOWN_UNITS[k].is_rate_of(unit) {
+            rate = Some(KNOWN_UNITS[k].name); // the last: `1/s`, not `Hz`
+        }
+        k += 1;
+    }
+    rate
+}
+
 /// Whether [`KNOWN_UNITS`] has a unit of this name.
 pub const fn is_known_unit(name: &str) -> bool {
     find(name).is_some()

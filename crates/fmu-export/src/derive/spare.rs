@@ -17,8 +17,14 @@ pub struct Of<T>(PhantomData<T>);
 pub struct RowsOf<T, M, At>(PhantomData<(T, M, At)>);
 
 impl<T: Clone> Of<T> {
+    #[inline]
     pub fn copied(value: &T) -> T {
         value.clone()
+    }
+
+    #[inline]
+    pub fn copied_to(from: &T, to: &mut T) {
+        to.clone_from(from);
     }
 }
 
@@ -42,9 +48,18 @@ impl<T: DeserializeOwned> Of<T> {
 }
 
 impl<T: Vector> Of<T> {
+    pub fn len(value: &T) -> usize {
+        value.len()
+    }
+
     #[inline]
-    pub fn plus(value: &T, factor: f64, rate: &T) -> T {
-        value.plus(factor, rate)
+    pub fn read_states<'a>(value: &T, to: &'a mut [f64]) -> &'a mut [f64] {
+        value.read(to)
+    }
+
+    #[inline]
+    pub fn write_states<'a>(value: &mut T, from: &'a [f64]) -> &'a [f64] {
+        value.write(from)
     }
 
     pub fn not_finite(value: &T) -> Option<(&'static str, f64)> {
@@ -78,6 +93,8 @@ pub trait Spare<T>: Sized {
         unreachable!()
     }
 
+    fn copied_to(_: &T, _: &mut T) {}
+
     fn zero() -> T {
         unreachable!()
     }
@@ -88,8 +105,16 @@ pub trait Spare<T>: Sized {
         unreachable!()
     }
 
-    fn plus(_: &T, _: f64, _: &T) -> T {
-        unreachable!()
+    fn len(_: &T) -> usize {
+        0
+    }
+
+    fn read_states<'a>(_: &T, to: &'a mut [f64]) -> &'a mut [f64] {
+        to
+    }
+
+    fn write_states<'a>(_: &mut T, from: &'a [f64]) -> &'a [f64] {
+        from
     }
 
     fn not_finite(_: &T) -> Option<(&'static str, f64)> {

@@ -5,7 +5,7 @@ use super::log::{self, Log, Logger};
 use crate::Model;
 use crate::border::answer::Answer;
 use crate::border::body::{self, Version};
-use crate::border::call::{self, I, L, N, S, T};
+use crate::border::call::{self, C, I, L, M, ME, N, S, T};
 use crate::core::fault::Fault;
 use crate::core::place::Names;
 use crate::core::step::End;
@@ -26,17 +26,19 @@ impl Version for Fmi2 {
     type Logger = Logger;
     const NAME: [u8; 4] = *b"2.0\0";
     const NAMES: Names = Names::PLAIN;
-    const STATES: &'static [(u8, &'static str)] = &[
+    const STATES: &'static [(u16, &'static str)] = &[
         (I, "Instantiated"),
         (N, "Initialization Mode"),
         (S, "Step Complete"),
+        (M, "Event Mode"),
+        (C, "Continuous-Time Mode"),
         (T, "Terminated"),
         (L, "lost by a panic"),
     ];
     const RECOVERY: &'static str = "fmi2Reset or fmi2SetFMUstate";
 
     #[inline]
-    fn state<M: Model>(body: &Body<M>) -> u8 {
+    fn state<M: Model>(body: &Body<M>) -> u16 {
         call::state(&body.instance)
     }
 
@@ -91,6 +93,15 @@ impl<M: Model> Body<M> {
                 Err(fault)
             }
         }
+    }
+
+    /// fmi2ExitInitializationMode.
+    pub(crate) fn exit_initialization(&mut self) -> Result<(), Fault> {
+        self.instance.exit_initialization()?;
+        if self.interface == ME {
+            self.instance.enter_events();
+        }
+        Ok(())
     }
 
     /// fmi2Reset.

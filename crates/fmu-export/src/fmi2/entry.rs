@@ -13,9 +13,10 @@ use super::component::{Body, Fmi2};
 use super::ffi::*;
 use crate::Model;
 use crate::border::arguments::{Array, ArrayMut, array, array_mut, place, texts};
-use crate::border::call::{I, L, N, S, T};
+use crate::border::call::{C, CS, I, L, M, ME, N, S, T};
 use crate::border::files;
 use crate::border::functions::functions;
+use crate::core::exchange::Happened;
 use crate::core::fault::{Fault, refuse};
 use crate::core::value::Value;
 
@@ -23,59 +24,62 @@ use crate::core::value::Value;
 // fmi2SetupExperiment may be left out (start time 0), and what is set at a communication point can
 // be read back there before the next step.
 functions! { ($) Fmi2 export_fmi2_functions;
-    fmi2SetDebugLogging [I | N | S | T | L] (on: Boolean, n: usize, categories: *const Str)
+    fmi2SetDebugLogging [ANY] (on: Boolean, n: usize, categories: *const Str)
         |b| b.set_logging(on != 0, n, categories);
-    /// The tolerance is for models that control their own error: not used, whatever it is.
+    /// The tolerance is for models that control their own error; the others do not use it.
     fmi2SetupExperiment [I] (tolerance_defined: Boolean, tolerance: Real, start: Real, stop_defined: Boolean, stop: Real)
-        |b| b.instance.set_times(start, (stop_defined != 0).then_some(stop));
+        |b| {
+            let tolerance = (tolerance_defined != 0).then_some(tolerance);
+            b.instance.set_experiment(tolerance, start, (stop_defined != 0).then_some(stop))
+        };
     fmi2EnterInitializationMode [I] ()
         |b| { b.instance.enter_initialization(); Ok(()) };
     fmi2ExitInitializationMode [N] ()
-        |b| b.instance.exit_initialization();
-    fmi2Terminate [S | L] ()
+        |b| b.exit_initialization();
+    fmi2Terminate [S | M | C | L] ()
         |b| { b.instance.terminate(); Ok(()) };
-    fmi2Reset [I | N | S | T | L] ()
+    fmi2Reset [ANY] ()
         |b| b.reset();
 
-    fmi2GetReal [N | S | T] (vr: *const ValueReference, n: usize, value: *mut Real)
+    fmi2GetReal [GET] (vr: *const ValueReference, n: usize, value: *mut Real)
         |b| get(b, array("vr", vr, n)?, array_mut("value", value, n)?, |x: f64| x);
-    fmi2GetInteger [N | S | T] (vr: *const ValueReference, n: usize, value: *mut Integer)
+    fmi2GetInteger [GET] (vr: *const ValueReference, n: usize, value: *mut Integer)
         |b| get(b, array("vr", vr, n)?, array_mut("value", value, n)?, |x: i32| x);
-    fmi2GetBoolean [N | S | T] (vr: *const ValueReference, n: usize, value: *mut Boolean)
+    fmi2GetBoolean [GET] (vr: *const ValueReference, n: usize, value: *mut Boolean)
         |b| get(b, array("vr", vr, n)?, array_mut("value", value, n)?, |x: bool| Boolean::from(x));
     /// The texts stay valid until the next call of it.
-    fmi2GetString [N | S | T] (vr: *const ValueReference, n: usize, value: *mut Str)
+    fmi2GetString [GET] (vr: *const ValueReference, n: usize, value: *mut Str)
         |b| {
             let (vr, value) = (array("vr", vr, n)?, array_mut("value", value, n)?);
             b.get_texts(n, |k| vr.get(k), value)
         };
-    fmi2SetReal [I | N | S] (vr: *const ValueReference, n: usize, value: *const Real)
-        |b| set(b, array("vr", vr, n)?, array("value", value, n)?, |x: Real| x);
-    fmi2SetInteger [I | N | S] (vr: *const ValueReference, n: usize, value: *const Integer)
+    fmi2SetReal [I | N | S | M | C] (vr: *const ValueReference, n: usize, value: *const Real)
+        |b| { let vr = array("vr", vr, n)?; check_between_events(b, vr)?; set(b, vr, array("value", value, n)?, |x: Real| x) };
+    fmi2SetInteger [I | N | S | M] (vr: *const ValueReference, n: usize, value: *const Integer)
         |b| set(b, array("vr", vr, n)?, array("value", value, n)?, |x: Integer| x);
-    fmi2SetBoolean [I | N | S] (vr: *const ValueReference, n: usize, value: *const Boolean)
+    fmi2SetBoolean [I | N | S | M] (vr: *const ValueReference, n: usize, value: *const Boolean)
         |b| set(b, array("vr", vr, n)?, array("value", value, n)?, |x: Boolean| x != 0);
-    fmi2SetString [I | N | S] (vr: *const ValueReference, n: usize, value: *const Str)
+    fmi2SetString [I | N | S | M] (vr: *const ValueReference, n: usize, value: *const Str)
         |b| {
             let (vr, value) = (array("vr", vr, n)?, texts("value", value, n)?);
             b.set_texts(|k| vr.get(k), &value)
         };
 
-    fmi2GetFMUstate [I | N | S | T] (state: *mut FmuState)
+    fmi2GetFMUstate [I | N | S | M | C | T] (state: *mut FmuState)
         |b| b.save("FMUstate", state);
-    fmi2SetFMUstate [I | N | S | T | L] (state: FmuState)
+    fmi2SetFMUstate [ANY] (state: FmuState)
         |b| b.restore(state.addr());
-    fmi2FreeFMUstate [I | N | S | T | L] (state: *mut FmuState)
+    fmi2FreeFMUstate [ANY] (state: *mut FmuState)
         |b| b.free("FMUstate", state);
-    fmi2SerializedFMUstateSize [I | N | S | T | L] (state: FmuState, size: *mut usize)
+    fmi2SerializedFMUstateSize [ANY] (state: FmuState, size: *mut usize)
         |b| b.serialized_size(state, size);
     /// Room beyond the end of the state is left alone.
-    fmi2SerializeFMUstate [I | N | S | T | L] (state: FmuState, bytes: *mut Byte, size: usize)
+    fmi2SerializeFMUstate [ANY] (state: FmuState, bytes: *mut Byte, size: usize)
         |b| b.serialize(state, bytes.cast::<u8>(), size);
-    fmi2DeSerializeFMUstate [I | N | S | T | L] (bytes: *const Byte, size: usize, state: *mut FmuState)
+    fmi2DeSerializeFMUstate [ANY] (bytes: *const Byte, size: usize, state: *mut FmuState)
         |b| b.deserialize(bytes.cast::<u8>(), size, "FMUstate", state);
 
-    fmi2GetDirectionalDerivative [N | S | T] (
+    fmi2GetDirectionalDerivative [GET] (
         unknown: *const ValueReference, n_unknown: usize, known: *const ValueReference, n_known: usize,
         seed: *const Real, result: *mut Real
     ) |b| {
@@ -91,12 +95,12 @@ functions! { ($) Fmi2 export_fmi2_functions;
             |k, value| result.put(k, value),
         )
     };
-    fmi2SetRealInputDerivatives [I | N | S] (vr: *const ValueReference, n: usize, order: *const Integer, value: *const Real)
+    fmi2SetRealInputDerivatives [CS | I | N | S] (vr: *const ValueReference, n: usize, order: *const Integer, value: *const Real)
         |b| {
             let (vr, order, value) = (array("vr", vr, n)?, array("order", order, n)?, array("value", value, n)?);
             b.instance.set_input_derivatives(n, |k| vr.get(k), |k| order.get(k), |k| value.get(k))
         };
-    fmi2GetRealOutputDerivatives [S | T] (vr: *const ValueReference, n: usize, order: *const Integer, value: *mut Real)
+    fmi2GetRealOutputDerivatives [CS | S | T] (vr: *const ValueReference, n: usize, order: *const Integer, value: *mut Real)
         |b| {
             let (vr, order, value) = (array("vr", vr, n)?, array("order", order, n)?, array_mut("value", value, n)?);
             b.instance.has_output_derivatives()?;
@@ -104,24 +108,76 @@ functions! { ($) Fmi2 export_fmi2_functions;
             b.instance.output_derivatives(n, |k| vr.get(k), |k, x| value.put(k, x))
         };
 
+    fmi2EnterEventMode [ME | M | C] ()
+        |b| { b.instance.enter_events(); Ok(()) };
+    fmi2NewDiscreteStates [ME | M] (info: *mut EventInfo)
+        |b| {
+            let to = place("eventInfo", info)?;
+            let Happened { event, is_moved } = b.instance.update_discrete_states()?;
+            to.put(0, EventInfo {
+                new_discrete_states_needed: event.again.into(),
+                terminate_simulation: event.terminate.into(),
+                nominals_of_continuous_states_changed: 0,
+                values_of_continuous_states_changed: is_moved.into(),
+                next_event_time_defined: event.next.is_some().into(),
+                next_event_time: event.next.unwrap_or_default(),
+            });
+            Ok(())
+        };
+    fmi2EnterContinuousTimeMode [ME | M] ()
+        |b| { b.instance.enter_continuous_time(); Ok(()) };
+    fmi2CompletedIntegratorStep [ME | C] (no_set_prior: Boolean, enter_event_mode: *mut Boolean, terminate: *mut Boolean)
+        |b| {
+            let (enter, terminate) = (place("enterEventMode", enter_event_mode)?, place("terminateSimulation", terminate)?);
+            enter.put(0, b.instance.completed_step()?.into());
+            terminate.put(0, 0);
+            Ok(())
+        };
+    fmi2SetTime [ME | M | C] (time: Real)
+        |b| b.instance.set_time(time);
+    fmi2SetContinuousStates [ME | C] (x: *const Real, n: usize)
+        |b| { let x = array("x", x, n)?; b.instance.set_continuous_states("nx", n, |k| x.get(k)) };
+    fmi2GetDerivatives [ME | M | C | T] (derivatives: *mut Real, n: usize)
+        |b| { let to = array_mut("derivatives", derivatives, n)?; to.put_all(0, b.instance.derivatives("nx", n)?, |x| x); Ok(()) };
+    fmi2GetEventIndicators [ME | N | M | C | T] (indicators: *mut Real, n: usize)
+        |b| { let to = array_mut("eventIndicators", indicators, n)?; to.put_all(0, b.instance.event_indicators("ni", n)?, |x| x); Ok(()) };
+    fmi2GetContinuousStates [ME | N | M | C | T] (x: *mut Real, n: usize)
+        |b| { let to = array_mut("x", x, n)?; to.put_all(0, b.instance.continuous_states("nx", n)?, |x| x); Ok(()) };
+    fmi2GetNominalsOfContinuousStates [ME | I | M | C | T] (x: *mut Real, n: usize)
+        |b| { let to = array_mut("x_nominal", x, n)?; to.put_all(0, &b.instance.nominals("nx", n)?, |x| x); Ok(()) };
+
     fmi2DoStep [S] (t: Real, h: Real, no_set_prior: Boolean)
         |b| b.do_step(t, h);
-    fmi2CancelStep [I | N | S | T] ()
+    fmi2CancelStep [CS | I | N | S | T] ()
         Body::cancel_step;
-    fmi2GetStatus [S | T | L] (kind: c_int, value: *mut Status)
+    fmi2GetStatus [CS | S | T | L] (kind: c_int, value: *mut Status)
         |b| { let to = place("value", value)?; to.put(0, b.status(kind)?); Ok(()) };
-    fmi2GetRealStatus [S | T | L] (kind: c_int, value: *mut Real)
+    fmi2GetRealStatus [CS | S | T | L] (kind: c_int, value: *mut Real)
         |b| { let to = place("value", value)?; to.put(0, b.real_status(kind)?); Ok(()) };
-    fmi2GetIntegerStatus [S | T | L] (kind: c_int, value: *mut Integer)
+    fmi2GetIntegerStatus [CS | S | T | L] (kind: c_int, value: *mut Integer)
         |b| { let to = place("value", value)?; to.put(0, b.integer_status(kind)?); Ok(()) };
-    fmi2GetBooleanStatus [S | T | L] (kind: c_int, value: *mut Boolean)
+    fmi2GetBooleanStatus [CS | S | T | L] (kind: c_int, value: *mut Boolean)
         |b| { let to = place("value", value)?; to.put(0, b.boolean_status(kind)?); Ok(()) };
-    fmi2GetStringStatus [S | T | L] (kind: c_int, value: *mut Str)
+    fmi2GetStringStatus [CS | S | T | L] (kind: c_int, value: *mut Str)
         |b| { let to = place("value", value)?; to.put(0, b.string_status(kind)?); Ok(()) };
 }
 
+/// The states of a living instance in which variables can be read.
+const GET: u16 = N | S | M | C | T;
+/// Every state.
+const ANY: u16 = I | GET | L;
+
+/// Between events, refuses what is not a continuous input.
+#[inline(always)]
+fn check_between_events<X: Model>(b: &Body<X>, vr: Array<ValueReference>) -> Result<(), Fault> {
+    match X::MODEL_EXCHANGE {
+        Some(_) => b.instance.check_between_events(|k| vr.at(k)),
+        None => Ok(()),
+    }
+}
+
 fn check_provided<M: Model>(_: &Body<M>) -> Result<(), Fault> {
-    if M::INFO.directional_derivatives {
+    if M::INFO.directional_derivatives || M::MODEL_EXCHANGE.is_some() {
         return Ok(());
     }
     refuse!("this FMU has no directional derivatives (providesDirectionalDerivative = false)")

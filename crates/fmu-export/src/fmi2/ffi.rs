@@ -48,6 +48,22 @@ pub enum Status {
 /// `fmi2Type`: `fmi2CoSimulation`.
 pub const CO_SIMULATION: c_int = 1;
 
+/// `fmi2Type`: `fmi2ModelExchange`.
+pub const MODEL_EXCHANGE: c_int = 0;
+
+/// `fmi2EventInfo`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[allow(missing_docs)] // named as in the standard
+pub struct EventInfo {
+    pub new_discrete_states_needed: Boolean,
+    pub terminate_simulation: Boolean,
+    pub nominals_of_continuous_states_changed: Boolean,
+    pub values_of_continuous_states_changed: Boolean,
+    pub next_event_time_defined: Boolean,
+    pub next_event_time: Real,
+}
+
 /// `fmi2StatusKind`: `fmi2DoStepStatus`.
 pub const DO_STEP_STATUS: c_int = 0;
 /// `fmi2StatusKind`: `fmi2PendingStatus`.

@@ -5,6 +5,7 @@ use super::ffi::*;
 use super::log;
 use super::uri;
 use crate::Model;
+use crate::border::call::{CS, ME};
 use crate::border::description::table;
 use crate::border::export::Exported;
 use crate::border::library::{self, Library, Request, text};
@@ -48,22 +49,29 @@ pub unsafe fn instantiate<X: Exported>(
         messages,
         name: name.as_deref(),
         token: ("fmuGUID", guid.as_deref()),
+        sizes: library.sizes,
         hash: &library.hashes[0],
         resources,
+        interface: if kind == MODEL_EXCHANGE { ME } else { CS },
         own: Fmi2 {
             last_step: Status::Ok,
             terminated: false,
         },
     };
-    request.make::<X::Model>(table::check, |_| check_kind(kind))
+    request.make::<X::Model>(table::check, |_| check_kind::<X::Model>(kind))
 }
 
-fn check_kind(kind: c_int) -> Result<(), String> {
-    if kind == CO_SIMULATION {
+fn check_kind<X: Model>(kind: c_int) -> Result<(), String> {
+    let is_known = kind == CO_SIMULATION || kind == MODEL_EXCHANGE && X::MODEL_EXCHANGE.is_some();
+    if is_known {
         return Ok(());
     }
+    let exchange = match X::MODEL_EXCHANGE {
+        Some(_) => format!(" or {MODEL_EXCHANGE} (fmi2ModelExchange)"),
+        None => String::new(),
+    };
     Err(format!(
-        "fmuType = {kind} must be {CO_SIMULATION} (fmi2CoSimulation)"
+        "fmuType = {kind} must be {CO_SIMULATION} (fmi2CoSimulation){exchange}"
     ))
 }
 

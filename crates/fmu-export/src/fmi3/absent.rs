@@ -1,23 +1,18 @@
-//! Functions of what this FMU declares not to have: variables of other types, clocks, structural
-//! parameters, Model Exchange, Scheduled Execution. Each is refused by name, and leaves the
+//! Functions of what this FMU declares not to have: variables of other types, clocks, Scheduled
+//! Execution. Each is refused by name, and leaves the
 //! instance as it is.
 
 use super::ffi::*;
 use super::instance::{Body, Fmi3};
-use super::order::{A, ANY, GET, SET};
+use super::order::{ANY, GET, SET};
 use super::values::{VR, not_settable_as};
 use crate::Model;
 use crate::border::arguments::{Array, array};
-use crate::border::call::{E, I, N, S};
+use crate::border::call::{E, M, N};
 use crate::border::functions::functions;
 use crate::core::fault::{Fault, refuse};
 
-const MODEL_EXCHANGE: &str =
-    "this function is for Model Exchange, and this FMU offers Co-Simulation only";
-const SCHEDULED: &str =
-    "this function is for Scheduled Execution, and this FMU offers Co-Simulation only";
-const STRUCTURAL: &str =
-    "this FMU has no structural parameters, so there is no Configuration Mode to enter or leave";
+const SCHEDULED: &str = "this function is for Scheduled Execution, which this FMU does not offer";
 
 functions! { ($) Fmi3 export_fmi3_absent;
     // Types that no variable has.
@@ -27,51 +22,36 @@ functions! { ($) Fmi3 export_fmi3_absent;
     fmi3GetInt16 [GET] (vr: *const ValueReference, n: usize, values: *mut i16, n_values: usize) |b| not_read(b, array(VR, vr, n)?, "Int16");
     fmi3GetUInt16 [GET] (vr: *const ValueReference, n: usize, values: *mut u16, n_values: usize) |b| not_read(b, array(VR, vr, n)?, "UInt16");
     fmi3GetUInt32 [GET] (vr: *const ValueReference, n: usize, values: *mut u32, n_values: usize) |b| not_read(b, array(VR, vr, n)?, "UInt32");
-    fmi3GetUInt64 [GET] (vr: *const ValueReference, n: usize, values: *mut u64, n_values: usize) |b| not_read(b, array(VR, vr, n)?, "UInt64");
     fmi3GetBinary [GET] (vr: *const ValueReference, n: usize, sizes: *mut usize, values: *mut Binary, n_values: usize)
         |b| not_read(b, array(VR, vr, n)?, "Binary");
-    fmi3GetClock [E] (vr: *const ValueReference, n: usize, values: *mut Boolean) |b| not_read(b, array(VR, vr, n)?, "Clock");
+    fmi3GetClock [E | M] (vr: *const ValueReference, n: usize, values: *mut Boolean) |b| not_read(b, array(VR, vr, n)?, "Clock");
     fmi3SetFloat32 [SET] (vr: *const ValueReference, n: usize, values: *const f32, n_values: usize) |b| not_set(b, array(VR, vr, n)?, "Float32");
     fmi3SetInt8 [SET] (vr: *const ValueReference, n: usize, values: *const i8, n_values: usize) |b| not_set(b, array(VR, vr, n)?, "Int8");
     fmi3SetUInt8 [SET] (vr: *const ValueReference, n: usize, values: *const u8, n_values: usize) |b| not_set(b, array(VR, vr, n)?, "UInt8");
     fmi3SetInt16 [SET] (vr: *const ValueReference, n: usize, values: *const i16, n_values: usize) |b| not_set(b, array(VR, vr, n)?, "Int16");
     fmi3SetUInt16 [SET] (vr: *const ValueReference, n: usize, values: *const u16, n_values: usize) |b| not_set(b, array(VR, vr, n)?, "UInt16");
     fmi3SetUInt32 [SET] (vr: *const ValueReference, n: usize, values: *const u32, n_values: usize) |b| not_set(b, array(VR, vr, n)?, "UInt32");
-    fmi3SetUInt64 [SET] (vr: *const ValueReference, n: usize, values: *const u64, n_values: usize) |b| not_set(b, array(VR, vr, n)?, "UInt64");
     fmi3SetBinary [SET] (vr: *const ValueReference, n: usize, sizes: *const usize, values: *const Binary, n_values: usize)
         |b| not_set(b, array(VR, vr, n)?, "Binary");
-    fmi3SetClock [E] (vr: *const ValueReference, n: usize, values: *const Boolean) |b| not_set(b, array(VR, vr, n)?, "Clock");
+    fmi3SetClock [E | M] (vr: *const ValueReference, n: usize, values: *const Boolean) |b| not_set(b, array(VR, vr, n)?, "Clock");
 
     // Clocks.
-    fmi3GetIntervalDecimal [N | E] (vr: *const ValueReference, n: usize, intervals: *mut f64, qualifiers: *mut c_int)
+    fmi3GetIntervalDecimal [N | E | M] (vr: *const ValueReference, n: usize, intervals: *mut f64, qualifiers: *mut c_int)
         |b| no_clock(b, array(VR, vr, n)?);
-    fmi3GetIntervalFraction [N | E] (
+    fmi3GetIntervalFraction [N | E | M] (
         vr: *const ValueReference, n: usize, counters: *mut u64, resolutions: *mut u64, qualifiers: *mut c_int
     ) |b| no_clock(b, array(VR, vr, n)?);
     fmi3GetShiftDecimal [N] (vr: *const ValueReference, n: usize, shifts: *mut f64) |b| no_clock(b, array(VR, vr, n)?);
     fmi3GetShiftFraction [N] (vr: *const ValueReference, n: usize, counters: *mut u64, resolutions: *mut u64)
         |b| no_clock(b, array(VR, vr, n)?);
-    fmi3SetIntervalDecimal [N | E] (vr: *const ValueReference, n: usize, intervals: *const f64) |b| no_clock(b, array(VR, vr, n)?);
-    fmi3SetIntervalFraction [N | E] (vr: *const ValueReference, n: usize, counters: *const u64, resolutions: *const u64)
+    fmi3SetIntervalDecimal [N | E | M] (vr: *const ValueReference, n: usize, intervals: *const f64) |b| no_clock(b, array(VR, vr, n)?);
+    fmi3SetIntervalFraction [N | E | M] (vr: *const ValueReference, n: usize, counters: *const u64, resolutions: *const u64)
         |b| no_clock(b, array(VR, vr, n)?);
-    fmi3SetShiftDecimal [N | E] (vr: *const ValueReference, n: usize, shifts: *const f64) |b| no_clock(b, array(VR, vr, n)?);
-    fmi3SetShiftFraction [N | E] (vr: *const ValueReference, n: usize, counters: *const u64, resolutions: *const u64)
+    fmi3SetShiftDecimal [N | E | M] (vr: *const ValueReference, n: usize, shifts: *const f64) |b| no_clock(b, array(VR, vr, n)?);
+    fmi3SetShiftFraction [N | E | M] (vr: *const ValueReference, n: usize, counters: *const u64, resolutions: *const u64)
         |b| no_clock(b, array(VR, vr, n)?);
 
-    // Structural parameters, Model Exchange, Scheduled Execution.
-    fmi3EnterConfigurationMode [I | S | A] () |_| refuse!("{STRUCTURAL}");
-    fmi3ExitConfigurationMode [ANY] () |_| refuse!("{STRUCTURAL}");
-    fmi3EnterContinuousTimeMode [ANY] () |_| refuse!("{MODEL_EXCHANGE}");
-    fmi3CompletedIntegratorStep [ANY] (no_set_prior: Boolean, enter_event_mode: *mut Boolean, terminate: *mut Boolean)
-        |_| refuse!("{MODEL_EXCHANGE}");
-    fmi3SetTime [ANY] (time: f64) |_| refuse!("{MODEL_EXCHANGE}");
-    fmi3SetContinuousStates [ANY] (states: *const f64, n: usize) |_| refuse!("{MODEL_EXCHANGE}");
-    fmi3GetContinuousStateDerivatives [ANY] (derivatives: *mut f64, n: usize) |_| refuse!("{MODEL_EXCHANGE}");
-    fmi3GetEventIndicators [ANY] (indicators: *mut f64, n: usize) |_| refuse!("{MODEL_EXCHANGE}");
-    fmi3GetContinuousStates [ANY] (states: *mut f64, n: usize) |_| refuse!("{MODEL_EXCHANGE}");
-    fmi3GetNominalsOfContinuousStates [ANY] (nominals: *mut f64, n: usize) |_| refuse!("{MODEL_EXCHANGE}");
-    fmi3GetNumberOfEventIndicators [ANY] (n: *mut usize) |_| refuse!("{MODEL_EXCHANGE}");
-    fmi3GetNumberOfContinuousStates [ANY] (n: *mut usize) |_| refuse!("{MODEL_EXCHANGE}");
+    // Scheduled Execution.
     fmi3ActivateModelPartition [ANY] (clock: ValueReference, time: f64) |_| refuse!("{SCHEDULED}");
 }
 

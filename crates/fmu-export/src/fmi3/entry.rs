@@ -2,12 +2,13 @@
 //! gives them their C names for one model. Those that get and set variables are in `values`, those
 //! of what these FMUs do not have in `absent`.
 //!
-//! All of them may be called with an instance that is NULL or of this library, made by
-//! fmi3InstantiateCoSimulation, and in use by no other thread, and with pointers that are NULL or
+//! All of them may be called with an instance that is NULL or of this library and in use by no other thread, and with pointers that are NULL or
 //! valid for the number of elements given beside them; that is what FMI asks of the importer.
 
 pub use super::absent::*;
-pub use super::instantiate::{free_instance, instantiate_co_simulation, refuse_instantiation};
+pub use super::instantiate::{
+    free_instance, instantiate_co_simulation, instantiate_model_exchange, refuse_instantiation,
+};
 pub use super::values::*;
 pub use crate::border::export::Exported;
 pub use crate::border::library::Library;
@@ -19,36 +20,41 @@ use super::values::VR;
 use crate::Model;
 use crate::border::arguments::{array, array_mut, place};
 use crate::border::body::enter;
-use crate::border::call::{Call, E, I, L, N, S, T, U};
+use crate::border::call::{C, CS, Call, E, G, I, L, M, ME, N, S, T, U};
 use crate::border::files;
 use crate::border::functions::functions;
+use crate::core::exchange::Happened;
 use crate::core::fault::{Fault, refuse};
 
-// Nothing in these FMUs happens in Event Mode but the exchange of values, so there are no discrete
-// states to evaluate.
+// Discrete states change in fmi3UpdateDiscreteStates only, so there are none to evaluate.
 functions! { ($) Fmi3 export_fmi3_functions;
     fmi3SetDebugLogging [ANY] (on: Boolean, n: usize, categories: *const Str)
         |b| b.set_logging(on != 0, n, categories);
-    /// The tolerance is for models that control their own error: not used, whatever it is.
+    /// The tolerance is for models that control their own error; the others do not use it.
     fmi3EnterInitializationMode [I] (tolerance_defined: Boolean, tolerance: f64, start: f64, stop_defined: Boolean, stop: f64)
         |b| {
-            b.instance.set_times(start, (stop_defined != 0).then_some(stop))?;
+            let tolerance = (tolerance_defined != 0).then_some(tolerance);
+            b.instance.set_experiment(tolerance, start, (stop_defined != 0).then_some(stop))?;
             b.instance.enter_initialization();
             Ok(())
         };
+    fmi3EnterConfigurationMode [I | S | A] ()
+        |b| b.enter_configuration();
+    fmi3ExitConfigurationMode [ANY] ()
+        |b| b.exit_configuration();
     fmi3ExitInitializationMode [N] ()
         |b| b.exit_initialization();
-    fmi3EnterEventMode [S | A] ()
+    fmi3EnterEventMode [S | A | C] ()
         |b| b.enter_event_mode();
-    fmi3EnterStepMode [E] ()
+    fmi3EnterStepMode [CS | E] ()
         |b| b.enter_step_mode();
-    fmi3EvaluateDiscreteStates [E] ()
+    fmi3EvaluateDiscreteStates [E | M] ()
         |_| Ok(());
-    /// The values are what they are, and no event is known in advance.
-    fmi3UpdateDiscreteStates [E] (
+    /// In Co-Simulation the values are what they are, and no event is known in advance.
+    fmi3UpdateDiscreteStates [E | M] (
         need_update: *mut Boolean, terminate: *mut Boolean, nominals_changed: *mut Boolean, values_changed: *mut Boolean,
         next_event_time_defined: *mut Boolean, next_event_time: *mut f64
-    ) |_| {
+    ) |b| {
         let flags = [
             place("discreteStatesNeedUpdate", need_update)?,
             place("terminateSimulation", terminate)?,
@@ -56,18 +62,52 @@ functions! { ($) Fmi3 export_fmi3_functions;
             place("valuesOfContinuousStatesChanged", values_changed)?,
             place("nextEventTimeDefined", next_event_time_defined)?,
         ];
-        place("nextEventTime", next_event_time)?;
-        for flag in flags {
-            flag.put(0, 0);
+        let next_event_time = place("nextEventTime", next_event_time)?;
+        let Happened { event, is_moved } = b.update_discrete_states()?;
+        let values = [event.again, event.terminate, false, is_moved, event.next.is_some()];
+        for (flag, value) in flags.into_iter().zip(values) {
+            flag.put(0, value.into());
+        }
+        if let Some(next) = event.next {
+            next_event_time.put(0, next);
         }
         Ok(())
     };
-    fmi3Terminate [E | S | A | L] ()
+    fmi3EnterContinuousTimeMode [ME | M] ()
+        |b| { b.instance.enter_continuous_time(); Ok(()) };
+    fmi3CompletedIntegratorStep [ME | C] (no_set_prior: Boolean, enter_event_mode: *mut Boolean, terminate: *mut Boolean)
+        |b| {
+            let (enter, terminate) = (place("enterEventMode", enter_event_mode)?, place("terminateSimulation", terminate)?);
+            enter.put(0, b.instance.completed_step()?.into());
+            terminate.put(0, 0);
+            Ok(())
+        };
+    fmi3SetTime [ME | M | C] (time: f64)
+        |b| b.instance.set_time(time);
+    fmi3SetContinuousStates [ME | C] (states: *const f64, n: usize)
+        |b| { let x = array("continuousStates", states, n)?; b.instance.set_continuous_states(STATES, n, |k| x.get(k)) };
+    fmi3GetContinuousStateDerivatives [ME | N | M | C | T] (derivatives: *mut f64, n: usize)
+        |b| { let to = array_mut("derivatives", derivatives, n)?; to.put_all(0, b.instance.derivatives(STATES, n)?, |x| x); Ok(()) };
+    fmi3GetEventIndicators [ME | N | M | C | T] (indicators: *mut f64, n: usize)
+        |b| {
+            let to = array_mut("eventIndicators", indicators, n)?;
+            to.put_all(0, b.instance.event_indicators("nEventIndicators", n)?, |x| x);
+            Ok(())
+        };
+    fmi3GetContinuousStates [ME | N | M | C | T] (states: *mut f64, n: usize)
+        |b| { let to = array_mut("continuousStates", states, n)?; to.put_all(0, b.instance.continuous_states(STATES, n)?, |x| x); Ok(()) };
+    fmi3GetNominalsOfContinuousStates [ME | N | M | C | T] (nominals: *mut f64, n: usize)
+        |b| { let to = array_mut("nominals", nominals, n)?; to.put_all(0, &b.instance.nominals(STATES, n)?, |x| x); Ok(()) };
+    fmi3GetNumberOfEventIndicators [ME | I | N | M | C | T] (n: *mut usize)
+        |b| { place("nEventIndicators", n)?.put(0, b.instance.layout.indicators); Ok(()) };
+    fmi3GetNumberOfContinuousStates [ME | I | N | M | C | T] (n: *mut usize)
+        |b| { place(STATES, n)?.put(0, b.instance.layout.states); Ok(()) };
+    fmi3Terminate [E | S | A | M | C | L] ()
         |b| { b.instance.terminate(); Ok(()) };
     fmi3Reset [ANY] ()
         |b| b.reset();
 
-    fmi3GetFMUState [I | N | E | S | A | T] (state: *mut FmuState)
+    fmi3GetFMUState [I | G | N | E | S | A | M | C | T] (state: *mut FmuState)
         |b| b.save("FMUState", state);
     fmi3SetFMUState [ANY] (state: FmuState)
         |b| b.restore(state.addr());
@@ -81,7 +121,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
     fmi3DeserializeFMUState [ANY] (bytes: *const Byte, size: usize, state: *mut FmuState)
         |b| b.deserialize(bytes, size, "FMUState", state);
 
-    fmi3GetDirectionalDerivative [N | E | S | A | T] (
+    fmi3GetDirectionalDerivative [N | E | S | A | M | C | T] (
         unknowns: *const ValueReference, n_unknowns: usize, knowns: *const ValueReference, n_knowns: usize,
         seed: *const f64, n_seed: usize, sensitivity: *mut f64, n_sensitivity: usize
     ) |b| {
@@ -101,7 +141,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
             |k, value| result.put(k, value),
         )
     };
-    fmi3GetAdjointDerivative [N | E | S | A | T] (
+    fmi3GetAdjointDerivative [N | E | S | A | M | C | T] (
         unknowns: *const ValueReference, n_unknowns: usize, knowns: *const ValueReference, n_knowns: usize,
         seed: *const f64, n_seed: usize, sensitivity: *mut f64, n_sensitivity: usize
     ) |b| {
@@ -117,7 +157,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
         result.put_all(0, &adjoint, |x| x);
         Ok(())
     };
-    fmi3GetOutputDerivatives [S | U | T] (
+    fmi3GetOutputDerivatives [CS | S | U | T] (
         vr: *const ValueReference, n: usize, orders: *const i32, values: *mut f64, n_values: usize
     ) |b| {
         let (vr, orders) = (array(VR, vr, n)?, array("orders", orders, n)?);
@@ -130,13 +170,13 @@ functions! { ($) Fmi3 export_fmi3_functions;
         b.instance.output_derivatives(n_values, |k| elements[k], |k, value| values.put(k, value))
     };
 
-    fmi3GetNumberOfVariableDependencies [I | N | E | S | A | T] (dependent: ValueReference, n: *mut usize)
+    fmi3GetNumberOfVariableDependencies [I | N | E | S | A | M | C | T] (dependent: ValueReference, n: *mut usize)
         |b| {
             let to = place("nDependencies", n)?;
             to.put(0, b.dependencies(dependent)?.len());
             Ok(())
         };
-    fmi3GetVariableDependencies [I | N | E | S | A | T] (
+    fmi3GetVariableDependencies [I | N | E | S | A | M | C | T] (
         dependent: ValueReference, elements: *mut usize, independents: *mut ValueReference, independent_elements: *mut usize,
         kinds: *mut c_int, n: usize
     ) |b| {
@@ -159,6 +199,9 @@ functions! { ($) Fmi3 export_fmi3_functions;
     };
 }
 
+/// What FMI calls the number of states.
+const STATES: &str = "nContinuousStates";
+
 /// Refuses a number of values that is not that of the elements of the variables.
 fn check_number(name: &str, given: usize, needed: usize) -> Result<(), Fault> {
     if given == needed {
@@ -168,7 +211,7 @@ fn check_number(name: &str, given: usize, needed: usize) -> Result<(), Fault> {
 }
 
 fn check_provided<M: Model>(_: &Body<M>, flag: &str) -> Result<(), Fault> {
-    if M::INFO.directional_derivatives {
+    if M::INFO.directional_derivatives || M::MODEL_EXCHANGE.is_some() {
         return Ok(());
     }
     refuse!("this FMU has no derivatives ({flag} = false)")

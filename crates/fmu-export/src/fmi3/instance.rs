@@ -3,15 +3,20 @@
 use super::ffi::*;
 use super::log::{self, Log, Logger};
 use super::order::{A, STATES};
-use crate::Model;
 use crate::border::answer::Answer;
 use crate::border::body::{self, Version};
-use crate::border::call::{self, S, U};
+use crate::border::call::{self, ME, S, U};
+use crate::core::exchange::Happened;
 use crate::core::fault::{Fault, refuse};
 use crate::core::layout::TIME;
 use crate::core::phase::Phase;
 use crate::core::place::Names;
+use crate::core::sizes;
 use crate::core::step::End;
+use crate::{Event, Model};
+
+const NOT_STRUCTURAL: &str =
+    "this FMU has no structural parameters, so there is no Configuration Mode to enter or leave";
 
 /// FMI 3.0.
 pub(crate) struct Fmi3 {
@@ -20,7 +25,7 @@ pub(crate) struct Fmi3 {
     /// A step may end before its end.
     pub(crate) may_return_early: bool,
     /// In Step Mode, the bit of the state.
-    pub(crate) stepping: u8,
+    pub(crate) stepping: u16,
     pub(crate) update: Option<Update>,
 }
 
@@ -46,6 +51,7 @@ pub(crate) const NAMES: Names = Names {
     integer: "Int32",
     boolean: "Boolean",
     string: "String",
+    size: "UInt64",
     enumeration: "Enumeration",
     enumeration_access: "Int64",
 };
@@ -55,12 +61,12 @@ impl Version for Fmi3 {
     type Logger = Logger;
     const NAME: [u8; 4] = *b"3.0\0";
     const NAMES: Names = NAMES;
-    const STATES: &'static [(u8, &'static str)] = &STATES;
+    const STATES: &'static [(u16, &'static str)] = &STATES;
     const RECOVERY: &'static str = "fmi3Reset or fmi3SetFMUState";
     const TIME: Option<u32> = Some(TIME);
 
     #[inline]
-    fn state<M: Model>(body: &Body<M>) -> u8 {
+    fn state<M: Model>(body: &Body<M>) -> u16 {
         match call::state(&body.instance) {
             S => body.own.stepping,
             state => state,
@@ -154,14 +160,57 @@ impl<M: Model> Body<M> {
     pub(crate) fn exit_initialization(&mut self) -> Result<(), Fault> {
         self.instance.exit_initialization()?;
         self.own.stepping = S;
-        if self.own.has_event_mode {
+        if self.interface == ME {
+            self.instance.enter_events();
+        } else if self.own.has_event_mode {
             self.instance.state.phase = Phase::Exchange;
         }
         Ok(())
     }
 
+    /// fmi3EnterConfigurationMode.
+    pub(crate) fn enter_configuration(&mut self) -> Result<(), Fault> {
+        if sizes::sizes::<M>().next().is_none() {
+            return refuse!("{NOT_STRUCTURAL}");
+        }
+        if self.instance.state.phase != Phase::Instantiated {
+            return refuse!(
+                "this FMU has no tunable structural parameters; sizes can only be set before initialization"
+            );
+        }
+        self.instance.state.phase = Phase::Configuration;
+        Ok(())
+    }
+
+    /// fmi3ExitConfigurationMode.
+    pub(crate) fn exit_configuration(&mut self) -> Result<(), Fault> {
+        if sizes::sizes::<M>().next().is_none() {
+            return refuse!("{NOT_STRUCTURAL}");
+        }
+        if self.instance.state.phase != Phase::Configuration {
+            return refuse!("fmi3EnterConfigurationMode must come before");
+        }
+        self.instance.state.phase = Phase::Instantiated;
+        Ok(())
+    }
+
+    /// fmi3UpdateDiscreteStates.
+    pub(crate) fn update_discrete_states(&mut self) -> Result<Happened, Fault> {
+        match self.interface {
+            ME => self.instance.update_discrete_states(),
+            _ => Ok(Happened {
+                event: Event::NONE,
+                is_moved: false,
+            }),
+        }
+    }
+
     /// fmi3EnterEventMode.
     pub(crate) fn enter_event_mode(&mut self) -> Result<(), Fault> {
+        if self.interface == ME {
+            self.instance.enter_events();
+            return Ok(());
+        }
         if !self.own.has_event_mode {
             return refuse!(
                 "eventModeUsed was false in fmi3InstantiateCoSimulation; it must be true to enter Event Mode"

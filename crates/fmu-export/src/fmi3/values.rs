@@ -1,13 +1,14 @@
 //! Getting and setting variables.
 //!
-//! Integers are of 32 bits. Enumerations, which the core keeps as integers, are set and read with
-//! 64 bits (FMI 3.0.2, section 2.2.6.2).
+//! Integers are of 32 bits. Enumerations and sizes, which the core keeps as integers, are set and
+//! read with 64 bits (FMI 3.0.2, section 2.2.6.2).
 
 use super::ffi::*;
 use super::instance::{Body, Fmi3};
 use super::order::{GET, SET};
 use crate::Model;
 use crate::border::arguments::{Array, ArrayMut, array, array_mut, texts};
+use crate::border::call::{C, G};
 use crate::border::functions::functions;
 use crate::core::access::not_allowed;
 use crate::core::fault::{Fault, refuse};
@@ -17,8 +18,12 @@ use crate::core::value::Value;
 functions! { ($) Fmi3 export_fmi3_values;
     fmi3GetFloat64 [GET] (vr: *const ValueReference, n: usize, values: *mut f64, n_values: usize)
         |b| get(b, array(VR, vr, n)?, array_mut("values", values, n_values)?, None, |x: f64| x);
-    fmi3SetFloat64 [SET] (vr: *const ValueReference, n: usize, values: *const f64, n_values: usize)
-        |b| set(b, array(VR, vr, n)?, array("values", values, n_values)?, |x: f64| x);
+    fmi3SetFloat64 [SET | C] (vr: *const ValueReference, n: usize, values: *const f64, n_values: usize)
+        |b| {
+            let vr = array(VR, vr, n)?;
+            check_between_events(b, vr)?;
+            set(b, vr, array("values", values, n_values)?, |x: f64| x)
+        };
     fmi3GetBoolean [GET] (vr: *const ValueReference, n: usize, values: *mut Boolean, n_values: usize)
         |b| get(b, array(VR, vr, n)?, array_mut("values", values, n_values)?, None, |x: bool| Boolean::from(x));
     fmi3SetBoolean [SET] (vr: *const ValueReference, n: usize, values: *const Boolean, n_values: usize)
@@ -31,6 +36,10 @@ functions! { ($) Fmi3 export_fmi3_values;
         |b| get(b, array(VR, vr, n)?, array_mut("values", values, n_values)?, Some(&INT64), |x: i32| i64::from(x));
     fmi3SetInt64 [SET] (vr: *const ValueReference, n: usize, values: *const i64, n_values: usize)
         |b| set_integers(b, array(VR, vr, n)?, array("values", values, n_values)?, &INT64);
+    fmi3GetUInt64 [GET | G] (vr: *const ValueReference, n: usize, values: *mut u64, n_values: usize)
+        |b| get(b, array(VR, vr, n)?, array_mut("values", values, n_values)?, Some(&UINT64), |x: i32| x.unsigned_abs().into());
+    fmi3SetUInt64 [SET | G] (vr: *const ValueReference, n: usize, values: *const u64, n_values: usize)
+        |b| set_integers(b, array(VR, vr, n)?, array("values", values, n_values)?, &UINT64);
     /// The texts stay valid until the next call of it.
     fmi3GetString [GET] (vr: *const ValueReference, n: usize, values: *mut Str, n_values: usize)
         |b| {
@@ -49,24 +58,24 @@ functions! { ($) Fmi3 export_fmi3_values;
         };
 }
 
+/// Between events, refuses what is not a continuous input.
+#[inline(always)]
+fn check_between_events<X: Model>(b: &Body<X>, vr: Array<ValueReference>) -> Result<(), Fault> {
+    match X::MODEL_EXCHANGE {
+        Some(_) => b.instance.check_between_events(|k| vr.at(k)),
+        None => Ok(()),
+    }
+}
+
 /// What FMI calls the value references.
 pub(super) const VR: &str = "valueReferences";
 
-/// A type of integers.
-struct Integers {
-    name: &'static str,
-    /// It is that of enumerations.
-    has_items: bool,
-}
+/// A type of integers, by its name, which is that of [`Variable::access`].
+struct Integers(&'static str);
 
-const INT32: Integers = Integers {
-    name: "Int32",
-    has_items: false,
-};
-const INT64: Integers = Integers {
-    name: "Int64",
-    has_items: true,
-};
+const INT32: Integers = Integers("Int32");
+const INT64: Integers = Integers("Int64");
+const UINT64: Integers = Integers("UInt64");
 
 /// Sets variables.
 #[inline(always)]
@@ -77,13 +86,18 @@ fn set<M: Model, C: Copy, T: Value>(
     from_c: impl Fn(C) -> T + Copy,
 ) -> Result<(), Fault> {
     let (vr, all) = (&vr, &values);
-    (b.instance).set_blocks(move |k| vr.at(k), all.len(), move |k| from_c(all.get(k)))?;
+    (b.instance).set_blocks(
+        move |k| vr.at(k),
+        all.len(),
+        move |k| from_c(all.get(k)),
+        move || all.iter().map(from_c),
+    )?;
     b.note_set();
     Ok(())
 }
 
 /// Sets integers, or the numbers of items.
-fn set_integers<M: Model, C: Copy + Into<i64>>(
+fn set_integers<M: Model, C: Copy + Into<i128>>(
     b: &mut Body<M>,
     vr: Array<ValueReference>,
     values: Array<C>,
@@ -105,7 +119,7 @@ fn get<M: Model, C: Copy, T: Value>(
 ) -> Result<(), Fault> {
     b.check_update(|k| vr.at(k))?;
     if let Some(integers) = integers {
-        check_integers(b, vr, values.len(), None::<fn(usize) -> i64>, integers)?;
+        check_integers(b, vr, values.len(), None::<fn(usize) -> i128>, integers)?;
     }
     // Closures of a word each, so that they are handed on in registers.
     let (vr, to) = (&vr, &values);
@@ -121,14 +135,14 @@ fn check_integers<M: Model>(
     b: &Body<M>,
     vr: Array<ValueReference>,
     len: usize,
-    value: Option<impl Fn(usize) -> i64>,
-    &Integers { name, has_items }: &Integers,
+    value: Option<impl Fn(usize) -> i128>,
+    &Integers(name): &Integers,
 ) -> Result<(), Fault> {
     let mut from = 0;
     for number in (0..vr.len()).map(|k| vr.get(k)) {
         let (run, first, n) = b.instance.layout.block(number)?;
         let is_integer = run.row.place.kind() == Kind::Integer;
-        if is_integer && run.row.enumeration.is_some() != has_items {
+        if is_integer && run.row.access(b.instance.names) != name {
             return match &value {
                 Some(_) => not_settable_as(b, number, name),
                 None => Err(b.instance.not_gettable(run.row, first, name)),

@@ -184,7 +184,7 @@ pub unsafe fn get<X: Exported, T: Clone + Default + 'static>(
 /// refuses it.
 unsafe fn count<X: Exported>(this: This, (vr, n): (*const ValueReference, usize)) -> usize {
     let (mut count, name) = (n, "the number of elements");
-    let allowed = u8::MAX;
+    let allowed = u16::MAX;
     // SAFETY: forwarded.
     unsafe {
         enter::<X::Model, Fmi3>(instance(this), Call { name, allowed }, |b| {
@@ -422,7 +422,7 @@ functions! { ($) export_component_methods "fmi:fmi3/co-simulation@3.0.0#[method]
     ) -> Status {
         let _ = (requests, n, values, n_values);
         let name = "set-input-derivatives";
-        enter::<X::Model, Fmi3>(instance(this), Call { name, allowed: u8::MAX }, |_| {
+        enter::<X::Model, Fmi3>(instance(this), Call { name, allowed: u16::MAX }, |_| {
             refuse!("FMI 3.0 has no function that sets derivatives of inputs")
         })
     }

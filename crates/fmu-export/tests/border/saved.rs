@@ -179,7 +179,7 @@ fn whole_bytes_of_an_impossible_state_are_refused() {
     let fmu = Fmu::instantiated();
     let bytes = fmu.serialize(fmu.save());
     let end = bytes.len();
-    assert_eq!((bytes[44], u32::from(bytes[91])), (0, vr::COUNT));
+    assert_eq!((bytes[44], u32::from(bytes[108])), (0, vr::COUNT));
     assert_eq!(bytes[end - 3..], [0, 0, 0]);
     let changed = |change: fn(&mut Vec<u8>)| {
         let mut copy = bytes.clone();
@@ -204,8 +204,8 @@ fn whole_bytes_of_an_impossible_state_are_refused() {
         |b| b[44] = 3,                              // terminated, without a model
         |b| *b.iter_mut().nth_back(2).unwrap() = 4, // an order that there is not
         |b| {
-            b[91] -= 1;
-            b.remove(92); // an element too few
+            b[108] -= 1;
+            b.remove(109); // an element too few
         },
     ];
     for (i, change) in impossible.into_iter().enumerate() {

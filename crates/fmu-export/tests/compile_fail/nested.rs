@@ -35,9 +35,9 @@ struct Motor {
 }
 
 impl Ode for Motor {
-    fn derivative(&self, p: &Parameters, u: &Input, _t: f64) -> Self {
+    fn derivative(&self, p: &Parameters, u: &Input, _t: f64, dx: &mut Self) {
         let voltage = u.supply.voltage - p.winding.resistance * self.current;
-        Motor { current: voltage }
+        dx.current = voltage;
     }
 }
 

@@ -49,15 +49,15 @@ struct Growth {
 }
 
 impl Ode for Growth {
-    fn derivative(&self, p: &Parameters, u: &Input, t: f64) -> Self {
-        Self {
+    fn derivative(&self, p: &Parameters, u: &Input, t: f64, dx: &mut Self) {
+        *dx = Self {
             size: p.rate * self.size,
             chain: Chain {
                 x: [u.v, 3.0 * t * t],
                 hidden: -self.chain.hidden,
             },
             ..Self::default()
-        }
+        };
     }
 }
 

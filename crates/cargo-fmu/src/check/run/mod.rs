@@ -4,6 +4,7 @@
 
 mod calls;
 mod derivatives;
+mod exchange;
 mod fmi3_only;
 mod instances;
 mod misuse;

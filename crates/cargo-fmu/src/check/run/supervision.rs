@@ -9,7 +9,9 @@ use anyhow::{Context, Result};
 use fmu_description::Version;
 
 use super::trial::Trial;
-use super::{calls, derivatives, fmi3_only, instances, misuse, simulation, states, values};
+use super::{
+    calls, derivatives, exchange, fmi3_only, instances, misuse, simulation, states, values,
+};
 use crate::check::checker::Checker;
 use crate::check::outcome::{Outcome, Promise, Report};
 use crate::fmi::{Fmu, names};
@@ -39,12 +41,13 @@ const SILENCE: Promise = Promise {
 
 /// All trials of both versions, in the order of the table.
 fn trials() -> impl Iterator<Item = &'static Trial> {
-    let groups: [&[Trial]; 8] = [
+    let groups: [&[Trial]; 9] = [
         simulation::TRIALS,
         values::TRIALS,
         instances::TRIALS,
         states::TRIALS,
         derivatives::TRIALS,
+        exchange::TRIALS,
         misuse::TRIALS,
         fmi3_only::TRIALS,
         calls::TRIALS,

@@ -10,6 +10,7 @@ use crate::core::info::{Experiment, Info};
 use crate::core::layout::Layout;
 use crate::core::model::Variable;
 use crate::core::place::Place;
+use crate::core::sizes::{self, Length, Start};
 use crate::core::unit::{DisplayUnit, Unit};
 use crate::{Model, border::log::CATEGORIES};
 use uuid::Uuid;
@@ -18,7 +19,7 @@ use uuid::Uuid;
 /// this crate: what is written of the same table may change with it.
 pub(crate) fn hash<M: Model>(
     layout: &Layout<M>,
-    (parameters, input): (&M::Parameters, &M::Input),
+    (parameters, input): &Start<M>,
     version: [u8; 4],
 ) -> Uuid {
     let mut all = Bytes(Vec::with_capacity(1 << 14));
@@ -27,7 +28,7 @@ pub(crate) fn hash<M: Model>(
     all.info(&M::INFO);
     all.each(&units_in_use(layout), |all, unit| all.unit(unit));
     all.each(&enumerations(layout), |all, e| all.enumeration(e));
-    let output = M::Output::default();
+    let output = sizes::output::<M>(parameters);
     for (elements, row) in layout.rows() {
         all.number(elements.len());
         all.row(row);
@@ -93,10 +94,14 @@ impl Bytes {
             output_derivatives,
             directional_derivatives,
             early_return,
+            tolerance,
             terminals: _, // in a file of their own
         } = info;
         self.texts(&[model, description, version, author, copyright, license]);
         self.reals(&[start, stop, step]);
+        if let Some(tolerance) = tolerance {
+            self.reals(&[tolerance]);
+        }
         self.pairs(&CATEGORIES.map(|(name, _, description)| (name, description)));
         self.pairs(log_categories);
         self.flags([
@@ -146,6 +151,9 @@ impl Bytes {
             causality,
             ref place,
             scalar,
+            shape,
+            resize: _,
+            structural,
             tunable,
             discrete,
             beside_evaluation: _,
@@ -160,6 +168,7 @@ impl Bytes {
             max,
             nominal,
             enumeration,
+            rate_dependencies: _, // those of another row
             dependencies,
             initial_dependencies,
         } = row;
@@ -175,6 +184,13 @@ impl Bytes {
         self.each(enumeration.as_slice(), |all, e| all.text(e.name));
         self.dependencies(dependencies);
         self.dependencies(initial_dependencies);
+        if structural || !shape.is_empty() {
+            self.flags([structural]);
+            self.each(shape, |all, length| match length {
+                Length::Fixed(n) => all.number(*n),
+                Length::Parameter(name) => all.text(name),
+            });
+        }
     }
 
     fn dependencies(&mut self, dependencies: Dependencies) {
@@ -214,7 +230,9 @@ impl Bytes {
             Place::RealOut(_)
             | Place::IntegerOut(_)
             | Place::BooleanOut(_)
-            | Place::StringOut(_) => {}
+            | Place::StringOut(_)
+            | Place::Derivative
+            | Place::Indicator => {}
         }
     }
 

@@ -138,12 +138,16 @@ pub(super) fn categories<M: Model>() -> Element {
 
 pub(super) fn experiment<M: Model>() -> Element {
     let e = M::INFO.experiment;
-    let times = [
-        ("startTime", e.start),
-        ("stopTime", e.stop),
-        ("stepSize", e.step),
+    let numbers = [
+        ("startTime", Some(e.start)),
+        ("stopTime", Some(e.stop)),
+        ("tolerance", M::INFO.tolerance),
+        ("stepSize", Some(e.step)),
     ];
-    Element::new("DefaultExperiment").with(times.map(|(name, time)| (name, real(time))))
+    let said = numbers
+        .into_iter()
+        .filter_map(|(name, number)| Some((name, real(number?))));
+    Element::new("DefaultExperiment").with(said)
 }
 
 /// The element of a variable, named `name`, with what every version says first.
@@ -212,6 +216,7 @@ impl<M: Model> Variable<M> {
             Causality::Input => ("input", None),
             Causality::Output => ("output", Some("calculated")),
             Causality::Local => ("local", Some("calculated")),
+            Causality::Parameter if self.structural => ("structuralParameter", Some("exact")),
             Causality::Parameter => ("parameter", Some("exact")),
             Causality::CalculatedParameter => ("calculatedParameter", Some("calculated")),
             Causality::Constant => ("local", Some("exact")),
@@ -238,7 +243,7 @@ impl<M: Model> Variable<M> {
             Place::RealOut(place) => is_constant.then(|| real(place.get(y, i))),
             Place::IntegerOut(place) => is_constant.then(|| place.get(y, i).to_string()),
             Place::BooleanOut(place) => is_constant.then(|| place.get(y, i).to_string()),
-            Place::StringOut(_) => None,
+            Place::StringOut(_) | Place::Derivative | Place::Indicator => None,
         }
     }
 }

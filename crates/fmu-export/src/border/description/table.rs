@@ -4,29 +4,34 @@ use super::parts::unit;
 use crate::border::log::CATEGORIES;
 use crate::core::causality::Causality;
 use crate::core::dependencies::Knowns;
-use crate::core::layout::{LARGEST_NUMBER, Layout};
+use crate::core::layout::{Layout, state};
 use crate::core::model::Variable;
 use crate::core::place::{Kind, Place};
+use crate::core::sizes::{self, Start};
 use crate::core::value::Value;
-use crate::{Enumeration, Model, Unit};
+use crate::{Enumeration, Model, ModelExchange, Unit};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The first thing that is wrong with the table, with the name of the row.
-pub(crate) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
+pub(crate) fn check<M: Model>(layout: &Layout<M>, start: &Start<M>) -> Result<(), String> {
     let identifier = M::INFO.model;
     if !is_identifier(identifier) {
         return Err(format!("model name `{identifier}` is not a C identifier"));
     }
     categories::<M>()?;
     experiment::<M>()?;
-    no_row_is_empty::<M>()?;
-    let (parameters, input) = M::defaults();
+    for row in ModelExchange::<M>::rows() {
+        state_of::<M>(row).map_err(|reason| format!("variable `{}`: {reason}", row.full_name()))?;
+    }
+    lengths(layout, start)?;
+    let (parameters, input) = start;
     let knowns = Knowns::new(layout);
     let mut names = BTreeSet::new();
     let mut numbers = BTreeMap::new();
     let mut units = BTreeMap::new();
     let mut enumerations = BTreeMap::new();
-    for (number, (i, row)) in layout.numbered() {
+    for (number, (run, i, n)) in layout.entries() {
+        let row = run.row;
         let name = row.element_name(i);
         let wrong = |reason: &str| Err(format!("variable `{name}`: {reason}"));
         if !is_structured(row.name) {
@@ -37,9 +42,10 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
         if !names.insert(name.clone()) {
             return wrong("is in the table twice");
         }
-        if number > LARGEST_NUMBER {
+        let largest = run.largest_number();
+        if number > largest {
             return wrong(&format!(
-                "value reference {number} must be at most {LARGEST_NUMBER}"
+                "value reference {number} must be at most {largest}"
             ));
         }
         if let Some(first) = numbers.insert(number, name.clone()) {
@@ -52,7 +58,7 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
             same_unit::<M>(&mut units, row, i, &name),
             enumeration(&mut enumerations, row, &name),
             bounds(row),
-            start(row, &parameters, &input, i),
+            self::start(row, parameters, input, (i, n)),
         ];
         if let Some(reason) = checks.into_iter().find_map(Result::err) {
             return wrong(&reason);
@@ -61,6 +67,7 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
         let initially = knowns.resolve(row, i, true);
         match (while_stepping, initially, row.causality) {
             (Err(reason), _, _) | (_, Err(reason), _) => return wrong(&reason),
+            _ if row.place.is_behind() => {}
             (_, _, Causality::Output) | (Ok(None), _, Causality::CalculatedParameter) => {}
             (Ok(None), Ok(None), _) => {}
             _ => return wrong("only outputs have dependencies"),
@@ -81,16 +88,24 @@ fn experiment<M: Model>() -> Result<(), String> {
     ))
 }
 
-/// A row without elements would be left out without a word.
-fn no_row_is_empty<M: Model>() -> Result<(), String> {
-    let ((p, u), y) = (M::defaults(), M::Output::default());
-    match M::variables()
-        .iter()
-        .find(|row| row.place.len(&p, &u, &y) == 0)
-    {
-        Some(row) => Err(format!("variable `{}`: has no elements", row.name)),
-        None => Ok(()),
+/// Rows are as long as they say, and none is without elements: it would be left out without a word.
+fn lengths<M: Model>(layout: &Layout<M>, (p, u): &Start<M>) -> Result<(), String> {
+    let y = sizes::output::<M>(p);
+    for (elements, row) in layout.rows() {
+        let wrong = |reason: &str| Err(format!("variable `{}`: {reason}", row.name));
+        if let Err(reason) = row.check_lengths() {
+            return wrong(&reason);
+        }
+        match (elements.len(), row.place.len(p, u, &y)) {
+            (0, _) => return wrong("has no elements"),
+            _ if row.place.is_behind() => {}
+            (n, found) if n != found => {
+                return wrong(&format!("has {found} elements, but says that it has {n}"));
+            }
+            _ => {}
+        }
     }
+    Ok(())
 }
 
 /// The model's categories of messages have names of their own.
@@ -117,8 +132,36 @@ fn is_identifier(name: &str) -> bool {
         && chars.all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
+/// A name such as `motor[2].winding.R`; the last part has its index from the layer.
 fn is_structured(name: &str) -> bool {
-    name.split('.').all(is_identifier)
+    let part = |part: &str| match part.strip_suffix(']').and_then(|part| part.split_once('[')) {
+        Some((name, index)) => is_identifier(name) && index.parse::<u32>().is_ok(),
+        None => is_identifier(part),
+    };
+    match name.rsplit_once('.') {
+        Some((before, last)) => before.split('.').all(part) && is_identifier(last),
+        None => is_identifier(name),
+    }
+}
+
+/// A derivative is of a continuous Real that is computed, and of as many elements.
+fn state_of<M: Model>(row: &Variable<M>) -> Result<(), String> {
+    if !row.place.is_derivative() {
+        return Ok(());
+    }
+    let is_fit = |state: &&Variable<M>| {
+        let is_shown = matches!(state.causality, Causality::Output | Causality::Local);
+        let is_real = matches!(state.place, Place::RealOut(_));
+        is_real && is_shown && !state.discrete && state.scalar == row.scalar
+    };
+    if state::<M>(row.name).filter(is_fit).is_some() {
+        return Ok(());
+    }
+    let kind = if row.scalar { "scalar" } else { "vector" };
+    Err(format!(
+        "`{}` must be a continuous Real output or local variable of the table, a {kind}",
+        row.name
+    ))
 }
 
 /// What makes sense for the row's type and causality only.
@@ -241,26 +284,27 @@ fn bounds<M: Model>(row: &Variable<M>) -> Result<(), String> {
     }
 }
 
+/// Start values of an input or parameter, of a long row all, are allowed.
 fn start<M: Model>(
     row: &Variable<M>,
     p: &M::Parameters,
     u: &M::Input,
-    i: usize,
+    (i, n): (usize, usize),
 ) -> Result<(), String> {
-    fn check<M: Model, T: Value>(row: &Variable<M>, start: T) -> Result<(), String> {
-        if start.is_allowed(row) {
-            return Ok(());
+    fn check<M: Model, T: Value>(row: &Variable<M>, starts: &[T]) -> Result<(), String> {
+        match starts.iter().find(|start| !start.is_allowed(row)) {
+            None => Ok(()),
+            Some(start) => {
+                let allowed = crate::core::value::allowed(row);
+                Err(format!("start value {start} must be {allowed}"))
+            }
         }
-        Err(format!(
-            "start value {start} must be {}",
-            crate::core::value::allowed(row)
-        ))
     }
     match &row.place {
-        Place::RealIn(place) => check(row, place.get(u, i)),
-        Place::IntegerIn(place) => check(row, place.get(u, i)),
-        Place::RealParameter(place) => check(row, place.get(p, i)),
-        Place::IntegerParameter(place) => check(row, place.get(p, i)),
+        Place::RealIn(place) => check(row, &place.slice(u)[i..i + n]),
+        Place::IntegerIn(place) => check(row, &place.slice(u)[i..i + n]),
+        Place::RealParameter(place) => check(row, &place.slice(p)[i..i + n]),
+        Place::IntegerParameter(place) => check(row, &place.slice(p)[i..i + n]),
         _ => Ok(()),
     }
 }

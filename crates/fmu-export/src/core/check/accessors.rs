@@ -5,6 +5,7 @@ use super::trial::Trial;
 use crate::Model;
 use crate::core::causality::Causality;
 use crate::core::place::Place;
+use crate::core::sizes;
 use std::collections::BTreeMap;
 
 impl<M: Model> Trial<M> {
@@ -18,7 +19,7 @@ impl<M: Model> Trial<M> {
                 .collect()
         };
         let before = read(&mut self.start.clone());
-        for (k, &element) in elements.iter().enumerate() {
+        for (k, element) in self.layout.samples() {
             let mut point = self.start.clone();
             let lengths = known!(element.1, point, |place, owner| {
                 (place.slice(owner).len(), place.slice_mut(owner).len())
@@ -42,7 +43,7 @@ impl<M: Model> Trial<M> {
 
     /// Looks where the outputs are.
     pub(super) fn outputs(&mut self) {
-        let y = M::Output::default();
+        let y = sizes::output::<M>(&self.start.0);
         let mut places = BTreeMap::new();
         for (k, (i, row)) in self.layout.iter().enumerate().collect::<Vec<_>>() {
             if row.causality == Causality::Constant {

@@ -19,6 +19,7 @@ impl<M: Model> Trial<M> {
         let first = output(&self.layout, &model, &point);
         for k in 0..4 {
             self.compare_inputs(&model, &point);
+            self.compare_states(&model, &point);
             self.derivatives(&model, &point);
             if let (Ok(first), Ok(now)) = (&first, output(&self.layout, &model, &point)) {
                 self.compare_fixed(first, &now);
@@ -27,8 +28,7 @@ impl<M: Model> Trial<M> {
                 return;
             }
             // Some other inputs next time, as far as the model takes them.
-            let elements: Vec<_> = self.layout.iter().collect();
-            for (n, &element) in elements.iter().enumerate() {
+            for (n, element) in self.layout.samples() {
                 let mut moved = point.clone();
                 let part = 0.01 * (1.0 + ((7 * n + 3) % 11) as f64);
                 if element.1.causality == Causality::Input
@@ -45,7 +45,7 @@ impl<M: Model> Trial<M> {
         let Ok(expected) = output(&self.layout, model, point) else {
             return;
         };
-        for (known, element) in self.layout.iter().enumerate().collect::<Vec<_>>() {
+        for (known, element) in self.layout.samples() {
             for part in [1e-3, 0.2] {
                 let mut moved = point.clone();
                 if element.1.causality != Causality::Input || !moved.perturb(element, part) {
@@ -78,7 +78,7 @@ impl<M: Model> Trial<M> {
         let Ok(expected) = initial(&self.start) else {
             return;
         };
-        for (known, element) in self.layout.iter().enumerate().collect::<Vec<_>>() {
+        for (known, element) in self.layout.samples() {
             for part in [1e-3, 0.2] {
                 let mut moved = self.start.clone();
                 if !moved.perturb(element, part) {
@@ -103,12 +103,18 @@ impl<M: Model> Trial<M> {
     }
 
     /// Reports the outputs that follow element `known` without saying so.
-    fn compare(&mut self, known: usize, expected: &[String], found: &[String], initially: bool) {
+    pub(super) fn compare(
+        &mut self,
+        known: usize,
+        expected: &[String],
+        found: &[String],
+        initially: bool,
+    ) {
         for (k, (i, row)) in self.layout.iter().enumerate().collect::<Vec<_>>() {
             let is_declared = matches!(
                 row.causality,
                 Causality::Output | Causality::CalculatedParameter | Causality::Constant
-            );
+            ) || row.place.is_behind();
             if !is_declared || expected[k] == found[k] {
                 continue;
             }
@@ -154,7 +160,7 @@ fn advance<M: Model>(
     h: f64,
 ) -> Result<StepEnd, ModelError> {
     let now = M::Evaluation::of(model, p, u)?;
-    model.step(p, &InputPolynomial::held(*u), &now, t, h)
+    model.step(p, &InputPolynomial::held(u.clone()), &now, t, h)
 }
 
 /// Whether an evaluation of one point serves for another one: in outputs now, and after a step.
@@ -169,7 +175,7 @@ fn keeps_evaluation<M: Model>(
         let (now, mut model) = (now?, model.clone());
         let before = texts(layout, &model.output(p, u, &now)?);
         let step = M::INFO.experiment.step;
-        model.step(p, &InputPolynomial::held(*u), &now, 0.0, step)?;
+        model.step(p, &InputPolynomial::held(u.clone()), &now, 0.0, step)?;
         Ok((before, output(layout, &model, new)?))
     };
     let kept = with(M::Evaluation::of(model, &old.0, &old.1));

@@ -7,6 +7,7 @@ use crate::core::derivatives::ROOT_OF_EPSILON;
 use crate::core::layout::Element;
 use crate::core::model::{real_inputs, real_outputs};
 use crate::core::place::Place;
+use crate::core::sizes::zero;
 use crate::core::value::Value;
 use crate::{Evaluation, Model, ModelError};
 
@@ -21,12 +22,19 @@ fn weight(k: usize) -> f64 {
     if k.is_multiple_of(3) { -size } else { size }
 }
 
+/// Whether a derivative misses a difference, of which one with twice the step is `far`.
+pub(super) fn is_far(said: f64, found: f64, far: f64, rounding: f64) -> bool {
+    let scale = said.abs().max(found.abs());
+    let error = TOLERANCE * scale + 4.0 * (found - far).abs() + rounding;
+    (said - found).is_nan() || (said - found).abs() > error
+}
+
 /// The inputs with one of them moved, if it may be there.
 fn moved<M: Model>(u: &M::Input, (i, row): Element<M>, by: f64) -> Option<M::Input> {
     let Place::RealIn(place) = &row.place else {
         return None;
     };
-    let mut u = *u;
+    let mut u = u.clone();
     let value = place.get_mut(&mut u, i);
     *value += by;
     value.is_allowed(row).then_some(u)
@@ -78,14 +86,14 @@ impl<M: Model> Trial<M> {
                 real_outputs::<M>(&model.output(&point.0, &u, &now)?).collect(),
             )
         };
-        let y = at(point.1)?;
+        let y = at(point.1.clone())?;
         let mut columns = Vec::new();
         for (known, element) in elements {
             let (i, row) = element;
             let Place::RealIn(place) = &row.place else {
                 continue;
             };
-            let mut du = M::Input::default();
+            let mut du = zero::<M>(&point.1);
             *place.get_mut(&mut du, i) = 1.0;
             let column = directional(&du)?;
             let size = row.nominal.unwrap_or(1.0).max(place.get(&point.1, i).abs());
@@ -99,10 +107,8 @@ impl<M: Model> Trial<M> {
             if let (Some(near), Some(far)) = (difference(step), difference(2.0 * step)) {
                 for k in 0..column.len() {
                     let (said, found) = (column[k], near[k]);
-                    let scale = said.abs().max(found.abs());
                     let rounding = 1e3 * f64::EPSILON * y[k].abs() / step;
-                    let error = TOLERANCE * scale + 4.0 * (found - far[k]).abs() + rounding;
-                    if (said - found).is_nan() || (said - found).abs() > error {
+                    if is_far(said, found, far[k], rounding) {
                         let (output, input) = (self.name(outputs[k]), self.name(known));
                         self.problems.insert(format!(
                             "the directional derivative of `{output}` by `{input}` is {said:.4e}, differences of the output give {found:.4e}"
@@ -124,7 +130,7 @@ impl<M: Model> Trial<M> {
         columns: &[Vec<f64>],
         directional: &impl Fn(&M::Input) -> Result<Vec<f64>, ModelError>,
     ) -> Result<(), ModelError> {
-        let mut v = M::Input::default();
+        let mut v = zero::<M>(&point.1);
         for (n, (i, place)) in real_inputs::<M>(&point.1).enumerate() {
             *place.get_mut(&mut v, i) = weight(n);
         }

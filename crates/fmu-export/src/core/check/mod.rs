@@ -3,6 +3,7 @@
 mod accessors;
 mod dependencies;
 mod derivatives;
+mod exchange;
 mod point;
 mod start;
 mod trial;
@@ -19,6 +20,9 @@ use trial::Trial;
 ///   accessors of one row are of one field, and no two rows share a field. No two outputs do.
 /// - Outputs follow no input and no parameter but those that they declare, while stepping and
 ///   initially.
+/// - The states of a model for Model Exchange are those that the table shows, all derivatives are
+///   written, and outputs, derivatives and event indicators follow no state but those that they
+///   declare.
 /// - Directional derivatives, if the model has them, are those that differences of the outputs
 ///   give, and adjoint derivatives are their transpose.
 /// - Calculated parameters follow the parameters they declare and nothing else; constants nothing
@@ -46,6 +50,7 @@ pub fn check<M: Model>() -> Vec<String> {
     trial.texts();
     trial.outputs();
     trial.start();
+    trial.exchange();
     if trial.problems.is_empty() {
         trial.dependencies();
         trial.initial_dependencies();

@@ -47,7 +47,7 @@ pub(super) struct Point<M: Model>(pub(super) M::Parameters, pub(super) M::Input)
 
 impl<M: Model> Clone for Point<M> {
     fn clone(&self) -> Self {
-        Self(self.0.clone(), self.1)
+        Self(self.0.clone(), self.1.clone())
     }
 }
 
@@ -76,6 +76,9 @@ impl<M: Model> Point<M> {
     /// Moves an element by a part of its size, to another value that is allowed; false if there is
     /// none.
     pub(super) fn perturb(&mut self, (i, row): Element<M>, part: f64) -> bool {
+        if row.structural {
+            return false; // the table would be another one
+        }
         known!(row, self, |place, owner| {
             let value = place.get(owner, i);
             let moved = value.moved(part, row);

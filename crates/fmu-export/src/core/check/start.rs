@@ -4,6 +4,7 @@ use super::point::Point;
 use super::trial::Trial;
 use crate::core::layout::Element;
 use crate::core::place::Place;
+use crate::core::sizes::zero;
 use crate::core::value::{Value, allowed};
 use crate::{Evaluation, InputPolynomial, Model, ModelError};
 
@@ -75,11 +76,11 @@ impl<M: Model> Trial<M> {
             }
         }
         if info.output_derivatives {
-            let zero = M::Input::default();
+            let zero = zero::<M>(u);
             (model.output_derivative(p, u, &now, &zero)).map_err(what("output_derivative"))?;
         }
         let (t, h) = (info.experiment.start, info.experiment.step);
-        (model.step(p, &InputPolynomial::held(*u), &now, t, h)).map_err(what("step"))?;
+        (model.step(p, &InputPolynomial::held(u.clone()), &now, t, h)).map_err(what("step"))?;
         Ok(())
     }
 }

@@ -1,10 +1,12 @@
 //! A model that is tried: its table, the point at which it starts, and the problems that were
 //! found.
 
+use super::exchange::behind;
 use super::point::Point;
 use crate::core::dependencies::Knowns;
 use crate::core::layout::{Element, Layout};
 use crate::core::place::Place;
+use crate::core::sizes::fitted;
 use crate::{Evaluation, Model, ModelError};
 use std::collections::BTreeSet;
 
@@ -19,6 +21,7 @@ pub(super) struct Trial<M: Model> {
 impl<M: Model> Trial<M> {
     pub(super) fn new() -> Self {
         let (p, u) = M::defaults();
+        let (p, u) = fitted::<M>((p, u));
         let layout = Layout::new(&p, &u);
         Self {
             knowns: Knowns::new(&layout),
@@ -54,7 +57,9 @@ pub(super) fn output<M: Model>(
     point: &Point<M>,
 ) -> Result<Vec<String>, ModelError> {
     let now = M::Evaluation::of(model, &point.0, &point.1)?;
-    Ok(texts(layout, &model.output(&point.0, &point.1, &now)?))
+    let mut texts = texts(layout, &model.output(&point.0, &point.1, &now)?);
+    behind(layout, model, point, &now, &mut texts)?;
+    Ok(texts)
 }
 
 pub(super) fn texts<M: Model>(layout: &Layout<M>, y: &M::Output) -> Vec<String> {

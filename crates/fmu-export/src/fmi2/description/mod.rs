@@ -13,12 +13,29 @@ use crate::border::description::{Dialect, flag, table};
 /// The GUID is a hash of the table and of what [`Info`](crate::Info) says of the model: it is the
 /// same on every platform and says when the interface changed.
 pub fn model_description<M: Model>() -> Result<String, String> {
+    described::<M>("")
+}
+
+/// The same with sizes that are said when the FMU is packed.
+pub(crate) fn described<M: Model>(sizes: &str) -> Result<String, String> {
     let info = &M::INFO;
+    let derivatives = flag(info.directional_derivatives || M::MODEL_EXCHANGE.is_some());
     let order = if info.output_derivatives { "1" } else { "0" };
     let dialect = Dialect {
         name: Fmi2::NAME,
         version: "2.0",
         hash: "guid",
+        indicators: Some("numberOfEventIndicators"),
+        model_exchange: vec![
+            ("modelIdentifier", info.model),
+            ("needsExecutionTool", "false"),
+            ("completedIntegratorStepNotNeeded", "false"),
+            ("canBeInstantiatedOnlyOncePerProcess", "false"),
+            ("canNotUseMemoryManagementFunctions", "true"),
+            ("canGetAndSetFMUstate", "true"),
+            ("canSerializeFMUstate", "true"),
+            ("providesDirectionalDerivative", "true"),
+        ],
         co_simulation: vec![
             ("modelIdentifier", info.model),
             ("needsExecutionTool", "false"),
@@ -30,14 +47,11 @@ pub fn model_description<M: Model>() -> Result<String, String> {
             ("canNotUseMemoryManagementFunctions", "true"),
             ("canGetAndSetFMUstate", "true"),
             ("canSerializeFMUstate", "true"),
-            (
-                "providesDirectionalDerivative",
-                flag(info.directional_derivatives),
-            ),
+            ("providesDirectionalDerivative", derivatives),
         ],
         enumeration: ("SimpleType", Some("Enumeration")),
         variables: variables::of,
         structure: structure::of,
     };
-    dialect.describe(table::check::<M>)
+    dialect.describe(sizes, table::check::<M>)
 }

@@ -1,26 +1,39 @@
-//! `<ModelStructure>`: what the outputs depend on, while stepping and in Initialization Mode.
+//! `<ModelStructure>`: what outputs and derivatives depend on, while stepping and in Initialization Mode.
 
 use crate::Model;
 use crate::border::description::{Element, listed};
 use crate::core::dependencies::Knowns;
-use crate::core::layout::Layout;
+use crate::core::layout::{Layout, MOST_COUNTED};
+use crate::core::model::Variable;
 
 pub(super) fn of<M: Model>(layout: &Layout<M>) -> Result<Element, String> {
     let knowns = Knowns::new(layout);
     let unknowns = |element, initially| {
-        let unknowns = (1_usize..).zip(layout.iter());
-        let unknowns = unknowns.filter(|(_, (_, row))| row.is_unknown(initially));
-        let unknowns = unknowns.map(|(index, (i, row))| {
-            let knowns = knowns.resolve(row, i, initially)?;
-            let knowns = knowns.map(|knowns| listed(knowns.iter().map(|k| k + 1)));
-            Ok(Element::new("Unknown")
-                .with([("index", index.to_string())])
-                .with(knowns.map(|knowns| ("dependencies", knowns))))
-        });
-        let unknowns = unknowns.collect::<Result<Vec<_>, String>>()?;
+        let mut unknowns = Vec::new();
+        let is_unknown = |row: &Variable<M>| match element {
+            "Derivatives" => row.place.is_derivative(),
+            _ => row.is_unknown(initially) && (initially || !row.place.is_behind()),
+        };
+        for (elements, row) in layout.rows().filter(|(_, row)| is_unknown(row)) {
+            // Of a long row that depends on much nothing is listed, which stands for all: the list
+            // would be there for each of its elements.
+            let (n, is_short) = (elements.len(), |list: Vec<_>| list.len() <= MOST_COUNTED);
+            let is_listed =
+                n <= MOST_COUNTED || (knowns.resolve(row, n / 2, initially)?).is_none_or(is_short);
+            for (i, position) in elements.enumerate() {
+                let knowns = match is_listed {
+                    true => knowns.resolve(row, i, initially)?,
+                    false => None,
+                };
+                let knowns = knowns.map(|knowns| listed(knowns.iter().map(|k| k + 1)));
+                let unknown = Element::new("Unknown").with([("index", (position + 1).to_string())]);
+                unknowns.push(unknown.with(knowns.map(|knowns| ("dependencies", knowns))));
+            }
+        }
         Ok::<_, String>(Element::new(element).holding(unknowns).if_any())
     };
     Ok(Element::new("ModelStructure")
         .holding(unknowns("Outputs", false)?)
+        .holding(unknowns("Derivatives", false)?)
         .holding(unknowns("InitialUnknowns", true)?))
 }

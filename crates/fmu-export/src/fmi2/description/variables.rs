@@ -2,23 +2,35 @@
 
 use crate::Model;
 use crate::border::description::{Element, type_attributes, variable};
+use crate::core::causality::Causality;
 use crate::core::layout::Layout;
+use crate::core::model::Variable;
 use crate::core::place::Names;
+use crate::core::sizes::{self, Start};
 
-pub(super) fn of<M: Model>(layout: &Layout<M>) -> Element {
-    let (parameters, input) = M::defaults();
-    let output = M::Output::default();
+pub(super) fn of<M: Model>(layout: &Layout<M>, (parameters, input): &Start<M>) -> Element {
+    let output = sizes::output::<M>(parameters);
     Element::new("ModelVariables").holding(layout.numbered().map(|(number, (i, row))| {
+        // A size that was said when the FMU was packed.
+        let causality = if row.structural {
+            Causality::Constant
+        } else {
+            row.causality
+        };
+        let row = &Variable { causality, ..*row };
         let element = match row.enumeration {
             Some(_) => "Enumeration",
             None => row.place.kind().name(&Names::PLAIN),
         };
-        let start = row.start(&parameters, &input, &output, i);
+        let state = layout.state_of(row, i);
+        let start = row.start(parameters, input, &output, i);
         let (_, initial) = row.causality_and_initial();
-        variable("ScalarVariable", row.element_name(i), number, row)
+        let dimensions: Vec<_> = row.dimensions(parameters).collect();
+        variable("ScalarVariable", row.name_in(&dimensions, i), number, row)
             .with(initial.map(|initial| ("initial", initial)))
             .holding([Element::new(element)
                 .with(type_attributes(row, i))
+                .with(state.map(|state| ("derivative", (state + 1).to_string())))
                 .with(start.map(|start| ("start", start)))])
     }))
 }

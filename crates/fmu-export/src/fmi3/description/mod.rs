@@ -9,18 +9,37 @@ use crate::Model;
 use crate::border::body::Version;
 use crate::border::description::{Dialect, flag, table};
 use crate::core::layout::Layout;
+use crate::core::sizes::Start;
 
 /// The text of `modelDescription.xml` of FMI 3.0, or what is wrong with the table of variables.
 ///
 /// The instantiation token is a hash as the GUID of FMI 2.0 is, another one.
 pub fn model_description3<M: Model>() -> Result<String, String> {
+    described::<M>("")
+}
+
+/// The same with sizes that are said when the FMU is packed.
+pub(crate) fn described<M: Model>(sizes: &str) -> Result<String, String> {
     let info = &M::INFO;
-    let derivatives = flag(info.directional_derivatives);
+    let derivatives = flag(info.directional_derivatives || M::MODEL_EXCHANGE.is_some());
     let order = if info.output_derivatives { "1" } else { "0" };
     let dialect = Dialect {
         name: Fmi3::NAME,
         version: "3.0",
         hash: "instantiationToken",
+        indicators: None,
+        model_exchange: vec![
+            ("modelIdentifier", info.model),
+            ("needsExecutionTool", "false"),
+            ("canBeInstantiatedOnlyOncePerProcess", "false"),
+            ("canGetAndSetFMUState", "true"),
+            ("canSerializeFMUState", "true"),
+            ("providesDirectionalDerivatives", "true"),
+            ("providesAdjointDerivatives", "true"),
+            ("providesPerElementDependencies", "true"),
+            ("needsCompletedIntegratorStep", "true"),
+            ("providesEvaluateDiscreteStates", "false"),
+        ],
         co_simulation: vec![
             ("modelIdentifier", info.model),
             ("needsExecutionTool", "false"),
@@ -42,11 +61,11 @@ pub fn model_description3<M: Model>() -> Result<String, String> {
         variables: variables::of,
         structure: structure::of,
     };
-    dialect.describe(check::<M>)
+    dialect.describe(sizes, check::<M>)
 }
 
 /// The first thing that is wrong with the table or the terminals.
-pub(crate) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
+pub(crate) fn check<M: Model>(layout: &Layout<M>, start: &Start<M>) -> Result<(), String> {
     terminals::check(layout)?;
-    table::check(layout)
+    table::check(layout, start)
 }

@@ -6,19 +6,11 @@ use crate::Model;
 use crate::border::description::{Element, listed};
 use crate::core::dependencies::Knowns;
 use crate::core::layout::{Block, Layout};
-use std::collections::BTreeSet;
 
 pub(super) fn of<M: Model>(layout: &Layout<M>) -> Result<Element, String> {
     let knowns = Knowns::new(layout);
     let unknown = |element, initially, (number, (run, first, n)): (u32, Block<M>)| {
-        let mut blocks = Some(BTreeSet::new());
-        for i in first..first + n {
-            let positions = knowns.resolve(run.row, i, initially)?;
-            blocks = blocks.zip(positions).map(|(mut blocks, positions)| {
-                blocks.extend(positions.iter().map(|&p| layout.block_at(p).0));
-                blocks
-            });
-        }
+        let blocks = knowns.blocks(layout, run.row, (first, n), initially)?;
         let dependencies = blocks.map(|blocks| {
             let kinds = vec!["dependent"; blocks.len()].join(" ");
             [
@@ -33,11 +25,17 @@ pub(super) fn of<M: Model>(layout: &Layout<M>) -> Result<Element, String> {
     let unknowns = |element, initially| {
         let blocks = layout.blocks();
         blocks
-            .filter(|(_, (run, ..))| run.row.is_unknown(initially))
+            .filter(|(_, (run, ..))| match element {
+                "ContinuousStateDerivative" => run.row.place.is_derivative(),
+                "EventIndicator" => run.row.place.is_behind() && !run.row.place.is_derivative(),
+                _ => run.row.is_unknown(initially) && (initially || !run.row.place.is_behind()),
+            })
             .map(|block| unknown(element, initially, block))
             .collect::<Result<Vec<_>, String>>()
     };
     Ok(Element::new("ModelStructure")
         .holding(unknowns("Output", false)?)
-        .holding(unknowns("InitialUnknown", true)?))
+        .holding(unknowns("ContinuousStateDerivative", false)?)
+        .holding(unknowns("InitialUnknown", true)?)
+        .holding(unknowns("EventIndicator", false)?))
 }

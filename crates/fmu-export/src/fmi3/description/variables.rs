@@ -5,13 +5,13 @@ use super::super::instance::NAMES;
 use crate::Model;
 use crate::border::description::{Element, type_attributes, variable};
 use crate::core::causality::Causality;
-use crate::core::layout::{Block, Layout, TIME};
+use crate::core::layout::{Block, Layout, Run, TIME};
 use crate::core::model::Variable;
 use crate::core::place::Kind;
+use crate::core::sizes::{self, Length, Start};
 
-pub(super) fn of<M: Model>(layout: &Layout<M>) -> Element {
-    let (parameters, input) = M::defaults();
-    let output = M::Output::default();
+pub(super) fn of<M: Model>(layout: &Layout<M>, (parameters, input): &Start<M>) -> Element {
+    let output = sizes::output::<M>(parameters);
     let time = Element::new("Float64").with([
         ("name", "time".to_owned()),
         ("valueReference", TIME.to_string()),
@@ -21,8 +21,11 @@ pub(super) fn of<M: Model>(layout: &Layout<M>) -> Element {
     ]);
     let variables = layout.blocks().map(|(number, block)| {
         let (run, first, n) = block;
-        let start = |i| run.row.start(&parameters, &input, &output, i);
-        of_block(number, block, (first..first + n).map(start).collect())
+        let start = |i| run.row.start(parameters, input, &output, i);
+        let state = layout.state_of(run.row, first);
+        let state = state.map(|state| ("derivative", layout.block_at(state).0.to_string()));
+        let starts = (first..first + n).map(start).collect();
+        of_block(number, block, starts, dimensions(layout, &run)).with(state)
     });
     Element::new("ModelVariables")
         .holding([time])
@@ -32,18 +35,16 @@ pub(super) fn of<M: Model>(layout: &Layout<M>) -> Element {
 /// A variable, with its start values if it has any.
 fn of_block<M: Model>(
     number: u32,
-    (run, first, n): Block<M>,
+    (run, first, _): Block<M>,
     starts: Option<Vec<String>>,
+    dimensions: Vec<(&'static str, String)>,
 ) -> Element {
     let row = run.row;
     let name = match run.is_array() {
-        true => row.name.to_owned(),
+        true => row.full_name(),
         false => row.element_name(first),
     };
-    let element = match row.enumeration {
-        Some(_) => NAMES.enumeration,
-        None => row.place.kind().name(&NAMES),
-    };
+    let element = row.type_name(&NAMES);
     let update = row.has_intermediate_update().then_some("true");
     let (_, initial) = row.causality_and_initial();
     let is_text = row.place.kind() == Kind::String;
@@ -52,18 +53,36 @@ fn of_block<M: Model>(
         starts => [Vec::new(), starts.unwrap_or_default()],
     };
     let start = (!numbers.is_empty()).then(|| ("start", numbers.join(" ")));
-    let dimension = run.is_array().then_some(("start", n.to_string()));
     variable(element, name, number, row)
         .with(update.map(|update| ("intermediateUpdate", update)))
         .with(initial.map(|initial| ("initial", initial)))
         .with(type_attributes(row, first))
         .with(start)
-        .holding(dimension.map(|start| Element::new("Dimension").with([start])))
+        .holding((dimensions.into_iter()).map(|length| Element::new("Dimension").with([length])))
         .holding(
             texts
                 .into_iter()
                 .map(|text| Element::new("Start").with([("value", text)])),
         )
+}
+
+/// The dimensions of an array: how long they are, or which parameter says it.
+fn dimensions<M: Model>(layout: &Layout<M>, run: &Run<M>) -> Vec<(&'static str, String)> {
+    let length = |length: &Length| match *length {
+        Length::Fixed(n) => ("start", n.to_string()),
+        Length::Parameter(name) => {
+            let number = layout.blocks().find(|(_, (run, ..))| run.row.name == name);
+            (
+                "valueReference",
+                number.map_or(0, |(number, _)| number).to_string(),
+            )
+        }
+    };
+    match run.row.lengths() {
+        _ if !run.is_array() => Vec::new(),
+        [] => vec![("start", run.len().to_string())],
+        shape => shape.iter().map(length).collect(),
+    }
 }
 
 impl<M: Model> Variable<M> {

@@ -140,6 +140,7 @@ fn each_function_is_allowed_in_its_states_only() {
                     "any more",
                     "no value before",
                     "offers Co-Simulation",
+                    "does not offer",
                     "no structural"
                 ]
                 .iter()

@@ -49,41 +49,41 @@ struct Input {
 #[derive(Output)]
 struct Output {
     /// Voltage at the terminals
-    #[fmu(unit = "V", depends_on(i), initially_depends_on(i, R_0, cells))]
+    #[fmu(unit = "V", depends_on(i, soc, v_1, i_filter), initially_depends_on(i, R_0, cells))]
     v: f64,
     /// Heat made inside
-    #[fmu(unit = "W", depends_on(i), initially_depends_on(i, R_0, R_1, cells))]
+    #[fmu(unit = "W", depends_on(i, v_1, i_filter), initially_depends_on(i, R_0, R_1, cells))]
     P_loss: f64,
 }
 
 /// Lithium-ion cells in series: open-circuit voltage, series resistance, one RC pair, one heat node
 #[derive(State)]
-#[fmu(parameters = Parameters, input = Input, output = Output, max_step = 0.1, experiment(0.0, 1800.0, 1.0))]
+#[fmu(parameters = Parameters, input = Input, output = Output, model_exchange, max_step = 0.1, experiment(0.0, 1800.0, 1.0))]
 struct Battery {
     /// State of charge
-    #[fmu(unit = "1", start = 0.9)]
+    #[fmu(unit = "1", start = 0.9, rate_depends_on(i, i_filter))]
     soc: f64,
     /// Voltage of the RC pair of a cell
-    #[fmu(unit = "V")]
+    #[fmu(unit = "V", rate_depends_on(i, i_filter, v_1))]
     v_1: f64,
     /// Current that the filter lets through
-    #[fmu(unit = "A")]
+    #[fmu(unit = "A", rate_depends_on(i_load, i_filter))]
     i_filter: f64,
     /// Temperature of the cells
-    #[fmu(unit = "K", display_unit = "degC", start = 298.15)]
+    #[fmu(unit = "K", display_unit = "degC", start = 298.15, rate_depends_on(i, T_ambient, i_filter, v_1, T))]
     T: f64,
 }
 
 impl Ode for Battery {
-    fn derivative(&self, p: &Parameters, u: &Input, _t: f64) -> Self {
+    fn derivative(&self, p: &Parameters, u: &Input, _t: f64, dx: &mut Self) {
         let heat = self.outputs(p, u).P_loss / p.cells + p.cooling * (u.T_ambient - self.T);
         let i = u.i + self.i_filter;
-        Self {
+        *dx = Self {
             soc: -i / (3600.0 * p.capacity),
             v_1: (i - self.v_1 / p.R_1) / p.C_1,
             i_filter: (u.i_load.iter().sum::<f64>() - self.i_filter) / p.T_filter,
             T: heat / p.heat_capacity,
-        }
+        };
     }
 
     fn outputs(&self, p: &Parameters, u: &Input) -> Output {

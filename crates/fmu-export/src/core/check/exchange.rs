@@ -1,0 +1,203 @@
+//! Derivatives and event indicators: that they are all written, of the states that the table shows,
+//! and follow what they declare.
+
+use super::derivatives::is_far;
+use super::point::Point;
+use super::trial::{Trial, output};
+use crate::core::continuous::ModelExchange;
+use crate::core::derivatives::ROOT_OF_EPSILON;
+use crate::core::layout::{Element, Layout};
+use crate::core::model::{Variable, real_outputs};
+use crate::core::place::Place;
+use crate::core::sizes::{self, zero};
+use crate::core::value::Value;
+use crate::{Evaluation, Model, ModelError};
+
+/// Writes derivatives and indicators as texts where their elements are among all.
+pub(super) fn behind<M: Model>(
+    layout: &Layout<M>,
+    model: &M,
+    Point(p, u): &Point<M>,
+    now: &M::Evaluation,
+    texts: &mut [String],
+) -> Result<(), ModelError> {
+    let Some(equations) = M::MODEL_EXCHANGE else {
+        return Ok(());
+    };
+    let mut rate = model.clone();
+    let mut numbers = vec![f64::NAN; layout.states + layout.indicators];
+    let (dx, z) = numbers.split_at_mut(layout.states);
+    (equations.set_states)(&mut rate, dx);
+    (equations.differentiate)(model, p, u, now, 0.0, &mut rate)?;
+    (equations.states)(&rate, dx);
+    (equations.indicate)(model, p, u, now, 0.0, z)?;
+    let places = layout
+        .iter()
+        .zip(texts)
+        .filter(|((_, row), _)| row.place.is_behind());
+    for ((_, text), number) in places.zip(&numbers) {
+        *text = format!("{:x}", number.to_bits());
+    }
+    Ok(())
+}
+
+impl<M: Model> Trial<M> {
+    /// States are what the table shows, and derivatives are all written.
+    pub(super) fn exchange(&mut self) {
+        if let Some(equations) = M::MODEL_EXCHANGE
+            && let Err(problem) = self.exchanged(equations)
+        {
+            self.problems.insert(problem);
+        }
+    }
+
+    fn exchanged(&self, equations: ModelExchange<M>) -> Result<(), String> {
+        let (Point(p, u), n) = (&self.start, self.layout.states);
+        let what = |error: ModelError| format!("equations with the start values: {error}");
+        let mut model = M::initialize(p, u, M::INFO.experiment.start).map_err(what)?;
+        let (mut x, mut moved) = (vec![0.0; n], vec![0.0; n]);
+        (equations.states)(&model, &mut x);
+        for (k, x) in x.iter_mut().enumerate() {
+            *x += 1e-3 * x.abs().max(1e-3) * (k + 1) as f64;
+        }
+        (equations.set_states)(&mut model, &x);
+        (equations.states)(&model, &mut moved);
+        let now = M::Evaluation::of(&model, p, u).map_err(what)?;
+        let y = model.output(p, u, &now).map_err(what)?;
+        let texts = output(&self.layout, &model, &self.start).map_err(what)?;
+        let states = self.knowns.states.iter().zip(
+            self.layout
+                .iter()
+                .zip(&texts)
+                .filter(|((_, row), _)| row.place.is_derivative()),
+        );
+        for (k, (&state, ((i, row), text))) in states.enumerate() {
+            let name = self.name(state);
+            let (_, shown) = self.layout.iter().nth(state).expect("counted");
+            if let Place::RealOut(place) = &shown.place
+                && !(moved[k].is_same(x[k]) && place.get(&y, i).is_same(x[k]))
+            {
+                return Err(format!(
+                    "state {k} was set to {}, but `states` gives {}, and `{name}` is {}",
+                    x[k],
+                    moved[k],
+                    place.get(&y, i)
+                ));
+            }
+            if *text == format!("{:x}", f64::NAN.to_bits()) {
+                return Err(format!("`{}` is not written", row.element_name(i)));
+            }
+        }
+        Ok(())
+    }
+
+    /// States to try something with: index, position and row.
+    fn sampled_states(&self) -> Vec<(usize, usize, &'static Variable<M>)> {
+        let state = |(position, (_, row)): (usize, Element<M>)| {
+            let k = self
+                .knowns
+                .states
+                .iter()
+                .position(|&state| state == position)?;
+            Some((k, position, row))
+        };
+        self.layout
+            .samples()
+            .into_iter()
+            .filter_map(state)
+            .collect()
+    }
+
+    /// The model's own directional derivatives by each state against central differences.
+    fn compare_directional(&mut self, model: &M, point: &Point<M>) -> Result<(), ModelError> {
+        let (Some(equations), Point(p, u)) = (M::MODEL_EXCHANGE, point) else {
+            return Ok(());
+        };
+        let Some(directional) = equations.directional else {
+            return Ok(());
+        };
+        let n = self.layout.states;
+        let look = |x: &[f64]| {
+            let (mut at, mut dx) = (model.clone(), vec![0.0; n]);
+            (equations.set_states)(&mut at, x);
+            let (now, mut rate) = (M::Evaluation::of(&at, p, u)?, at.clone());
+            (equations.differentiate)(&at, p, u, &now, 0.0, &mut rate)?;
+            (equations.states)(&rate, &mut dx);
+            dx.extend(real_outputs::<M>(&at.output(p, u, &now)?));
+            Ok::<_, ModelError>(dx)
+        };
+        let (mut x, now) = (vec![0.0; n], M::Evaluation::of(model, p, u)?);
+        (equations.states)(model, &mut x);
+        for (k, known, row) in self.sampled_states() {
+            let step = ROOT_OF_EPSILON * row.nominal.unwrap_or(1.0).max(x[k].abs());
+            let at = |factor: f64| {
+                let mut moved = x.clone();
+                moved[k] += factor * step;
+                look(&moved)
+            };
+            let difference = |factor: f64| {
+                let (less, more) = (at(-factor)?, at(factor)?);
+                let slopes = more
+                    .iter()
+                    .zip(&less)
+                    .map(|(more, less)| (more - less) / (2.0 * factor * step));
+                Ok::<Vec<f64>, ModelError>(slopes.collect())
+            };
+            let (near, far, size) = (difference(1.0)?, difference(2.0)?, at(0.0)?);
+            let (mut seed, mut rate) = (model.clone(), model.clone());
+            let (mut dx, mut dy) = (vec![0.0; n], sizes::output::<M>(p));
+            dx[k] = 1.0;
+            (equations.set_states)(&mut seed, &dx);
+            directional(
+                model,
+                p,
+                u,
+                &now,
+                0.0,
+                (&seed, &zero::<M>(u)),
+                &mut rate,
+                &mut dy,
+            )?;
+            (equations.states)(&rate, &mut dx);
+            dx.extend(real_outputs::<M>(&dy));
+            for (i, said) in dx.into_iter().enumerate() {
+                if is_far(
+                    said,
+                    near[i],
+                    far[i],
+                    1e3 * f64::EPSILON * size[i].abs() / step,
+                ) {
+                    let (known, found) = (self.name(known), near[i]);
+                    self.problems.insert(format!(
+                        "`directional`: number {i} of derivatives and Real outputs by `{known}` is {said:.4e}, differences give {found:.4e}"
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Outputs, derivatives and indicators against each state, at one point.
+    pub(super) fn compare_states(&mut self, model: &M, point: &Point<M>) {
+        let (Some(equations), Ok(expected)) =
+            (M::MODEL_EXCHANGE, output(&self.layout, model, point))
+        else {
+            return;
+        };
+        if let Err(error) = self.compare_directional(model, point) {
+            self.problems.insert(format!("directional: {error}"));
+        }
+        let mut x = vec![0.0; self.layout.states];
+        (equations.states)(model, &mut x);
+        for (k, known, row) in self.sampled_states() {
+            for part in [1e-3, 0.2] {
+                let (mut model, mut moved) = (model.clone(), x.clone());
+                moved[k] += part * row.nominal.unwrap_or(1.0).max(x[k].abs());
+                (equations.set_states)(&mut model, &moved);
+                if let Ok(found) = output(&self.layout, &model, point) {
+                    self.compare(known, &expected, &found, false);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,245 @@
+//! Models that are differential equations with events: what Model Exchange, and a solver of the
+//! layer, need of them beside [`Model`].
+
+use super::copied::copied;
+use super::error::ModelError;
+use super::model::{Model, Variable};
+
+/// A model whose equations an importer can integrate: states that its derivatives move
+/// continuously, and events that change anything else.
+///
+/// Each state is a Real output or local variable of the table. Its derivative, and each event
+/// indicator, is a variable behind the table. A model that is also to be exported for Model
+/// Exchange says so in its `impl Model`:
+///
+/// ```
+/// # use fmu_export::*; use serde::{Deserialize, Serialize};
+/// # #[derive(Clone, Copy, Default, Serialize, Deserialize)] struct Nothing;
+/// # #[derive(Clone, Copy, Default)] struct Output { height: f64, speed: f64 }
+/// #[derive(Clone, Serialize, Deserialize)]
+/// struct Ball { height: f64, speed: f64 }
+///
+/// impl Model for Ball {
+///     const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::of();
+/// #   type Parameters = Nothing; type Input = Nothing; type Output = Output; type Evaluation = ();
+/// #   const INFO: Info = Info::new("Ball", "ball");
+/// #   fn variables() -> &'static [Variable<Self>] { &[row!(Variable<Ball>, output height, "Height").unit("m").depends_on(&[]).initially_depends_on(&[]),
+/// #       row!(Variable<Ball>, output speed, "Speed").unit("m/s").depends_on(&[]).initially_depends_on(&[])] }
+/// #   fn defaults() -> (Nothing, Nothing) { (Nothing, Nothing) }
+/// #   fn initialize(_: &Nothing, _: &Nothing, _: f64) -> Result<Self, ModelError> { Ok(Ball { height: 1.0, speed: 0.0 }) }
+/// #   fn output(&self, _: &Nothing, _: &Nothing, _: &()) -> Result<Output, ModelError> { Ok(Output { height: self.height, speed: self.speed }) }
+/// #   fn step(&mut self, _: &Nothing, _: &InputPolynomial<Nothing>, _: &(), _: f64, h: f64) -> Result<StepEnd, ModelError> { self.height += h * self.speed; Ok(StepEnd::WHOLE) }
+///     // …
+/// }
+///
+/// impl Continuous for Ball {
+///     fn derivative_rows() -> &'static [Variable<Self>] {
+///         const {
+///             &[
+///                 Variable::derivative_of("height").unit("m/s").depends_on(&["speed"]),
+///                 Variable::derivative_of("speed").unit("m/s2").depends_on(&[]),
+///             ]
+///         }
+///     }
+///     const INDICATORS: &'static [Variable<Self>] =
+///         &[Variable::indicator("impact", "Height above the ground").unit("m")];
+///
+///     fn states(&self, x: &mut [f64]) { x.copy_from_slice(&[self.height, self.speed]); }
+///     fn set_states(&mut self, x: &[f64]) { (self.height, self.speed) = (x[0], x[1]); }
+///     fn derivatives(&self, _p: &Nothing, _u: &Nothing, _now: &(), _t: f64, dx: &mut Self) -> Result<(), ModelError> {
+///         (dx.height, dx.speed) = (self.speed, -9.81);
+///         Ok(())
+///     }
+///     fn indicators(&self, _p: &Nothing, _u: &Nothing, _now: &(), _t: f64, z: &mut [f64]) -> Result<(), ModelError> {
+///         z[0] = self.height;
+///         Ok(())
+///     }
+///     fn event(&mut self, _p: &Nothing, _u: &Nothing, _t: f64) -> Result<Event, ModelError> {
+///         if self.height <= 0.0 && self.speed < 0.0 { self.speed *= -0.7; }
+///         Ok(Event::NONE)
+///     }
+/// }
+/// # assert_eq!(check::<Ball>(), [""; 0]);
+/// ```
+///
+/// All methods are called with parameters and inputs inside their declared bounds and finite, and
+/// with finite states.
+pub trait Continuous: Model {
+    /// A row for the derivative of each state, [`Variable::derivative_of`] a scalar or
+    /// [`Variable::derivatives_of`] a vector of the table, in the order of the states. What they
+    /// depend on are inputs and states, by name.
+    fn derivative_rows() -> &'static [Variable<Self>];
+    /// A row for each event indicator, [`Variable::indicator`].
+    const INDICATORS: &'static [Variable<Self>] = &[];
+    /// Whether [`directional`](Self::directional) is written; differences take its place.
+    const HAS_DIRECTIONAL: bool = false;
+
+    /// Reads the states, in their units, into `x`.
+    fn states(&self, x: &mut [f64]);
+
+    /// The inverse of [`states`](Self::states).
+    fn set_states(&mut self, x: &[f64]);
+
+    /// Writes the time derivative of each state, per s, where the state is in `dx`. That is a copy
+    /// of some state of the model, of which nothing else is looked at.
+    fn derivatives(
+        &self,
+        p: &Self::Parameters,
+        u: &Self::Input,
+        now: &Self::Evaluation,
+        t: f64,
+        dx: &mut Self,
+    ) -> Result<(), ModelError>;
+
+    /// Writes the event indicators into `z`. Something happens where one of them passes from
+    /// positive to not positive or back: whoever integrates stops just behind that place and calls
+    /// [`event`](Self::event).
+    fn indicators(
+        &self,
+        _p: &Self::Parameters,
+        _u: &Self::Input,
+        _now: &Self::Evaluation,
+        _t: f64,
+        _z: &mut [f64],
+    ) -> Result<(), ModelError> {
+        Ok(())
+    }
+
+    /// Does what happens at the time `t`, s, if anything: changes of discrete states, jumps of
+    /// continuous ones. It is called after the initialization, at events, and where inputs have
+    /// jumped. On `Err`, `self` must be as before.
+    fn event(
+        &mut self,
+        _p: &Self::Parameters,
+        _u: &Self::Input,
+        _t: f64,
+    ) -> Result<Event, ModelError> {
+        Ok(Event::NONE)
+    }
+
+    /// Called when an integrator has accepted a step to `t`, s; whether [`event`](Self::event) must
+    /// be called there.
+    fn completed_step(
+        &mut self,
+        _p: &Self::Parameters,
+        _u: &Self::Input,
+        _t: f64,
+    ) -> Result<bool, ModelError> {
+        Ok(false)
+    }
+
+    /// How derivatives (into `dx`) and outputs (into `y`) change along a change of the states (in
+    /// `seed.0`) and of the inputs (`seed.1`). Only called if
+    /// [`HAS_DIRECTIONAL`](Self::HAS_DIRECTIONAL).
+    #[expect(clippy::too_many_arguments, reason = "what it is a derivative of")]
+    fn directional(
+        &self,
+        _p: &Self::Parameters,
+        _u: &Self::Input,
+        _now: &Self::Evaluation,
+        _t: f64,
+        _seed: (&Self, &Self::Input),
+        _dx: &mut Self,
+        _y: &mut Self::Output,
+    ) -> Result<(), ModelError> {
+        Err(ModelError::new("directional is not implemented"))
+    }
+}
+
+/// What an event leads to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Event {
+    /// It must be looked at once more before time goes on.
+    pub again: bool,
+    /// The next time event, s; None: none is known.
+    pub next: Option<f64>,
+    /// The model wants the simulation to end.
+    pub terminate: bool,
+}
+
+impl Event {
+    /// Nothing follows.
+    pub const NONE: Self = Self {
+        again: false,
+        next: None,
+        terminate: false,
+    };
+
+    /// The next time event is at `t`, s.
+    pub const fn at(t: f64) -> Self {
+        Self {
+            next: Some(t),
+            ..Self::NONE
+        }
+    }
+}
+
+/// The equations of a model for Model Exchange: those of [`Continuous`].
+pub struct ModelExchange<M: Model> {
+    pub(crate) derivatives: fn() -> &'static [Variable<M>],
+    pub(crate) indicators: &'static [Variable<M>],
+    pub(crate) states: fn(&M, &mut [f64]),
+    pub(crate) set_states: fn(&mut M, &[f64]),
+    pub(crate) differentiate: Equations<M, M>,
+    pub(crate) indicate: Equations<M, [f64]>,
+    pub(crate) event: Change<M, Event>,
+    pub(crate) completed_step: Change<M, bool>,
+    pub(crate) directional: Option<Directional<M>>,
+}
+
+/// Parameters, inputs, evaluation and time, and where the result goes.
+type Equations<M, X> = fn(
+    &M,
+    &<M as Model>::Parameters,
+    &<M as Model>::Input,
+    &<M as Model>::Evaluation,
+    f64,
+    &mut X,
+) -> Result<(), ModelError>;
+
+/// Parameters, inputs and time.
+type Change<M, T> =
+    fn(&mut M, &<M as Model>::Parameters, &<M as Model>::Input, f64) -> Result<T, ModelError>;
+
+/// [`Continuous::directional`].
+type Directional<M> = fn(
+    &M,
+    &<M as Model>::Parameters,
+    &<M as Model>::Input,
+    &<M as Model>::Evaluation,
+    f64,
+    (&M, &<M as Model>::Input),
+    &mut M,
+    &mut <M as Model>::Output,
+) -> Result<(), ModelError>;
+
+copied! { [M: Model] ModelExchange<M>; }
+
+impl<M: Continuous> ModelExchange<M> {
+    /// What `impl Continuous` says, for [`Model::MODEL_EXCHANGE`].
+    pub const fn of() -> Option<Self> {
+        Some(Self {
+            derivatives: M::derivative_rows,
+            indicators: M::INDICATORS,
+            states: M::states,
+            set_states: M::set_states,
+            differentiate: M::derivatives,
+            indicate: M::indicators,
+            event: M::event,
+            completed_step: M::completed_step,
+            directional: if M::HAS_DIRECTIONAL {
+                Some(M::directional)
+            } else {
+                None
+            },
+        })
+    }
+}
+
+impl<M: Model> ModelExchange<M> {
+    /// The rows behind the table.
+    pub(crate) fn rows() -> impl Iterator<Item = &'static Variable<M>> {
+        (M::MODEL_EXCHANGE.into_iter()).flat_map(|x| (x.derivatives)().iter().chain(x.indicators))
+    }
+}

@@ -1,0 +1,324 @@
+//! Model Exchange: the importer integrates, and asks for derivatives, indicators and events.
+
+use super::continuous::{Event, ModelExchange};
+use super::fault::{Fault, discard, refuse};
+use super::instance::{Instance, hear, listen, warn};
+use super::layout::{Run, state};
+use super::message::Kind;
+use super::phase::Phase;
+use super::place::Place;
+use super::step::slack;
+use super::value::Value;
+use crate::{Model, ModelError};
+
+/// What an instance computes for Model Exchange.
+pub(crate) struct Exchange<M> {
+    /// A copy of the model whose states are derivatives.
+    rate: Option<M>,
+    /// Derivatives, and behind them the event indicators.
+    pub(super) numbers: Vec<f64>,
+    /// Which of the two agree with state, inputs and time.
+    fresh: [bool; 2],
+    /// States that are read or set.
+    states: Vec<f64>,
+}
+
+impl<M> Default for Exchange<M> {
+    fn default() -> Self {
+        Self {
+            rate: None,
+            numbers: Vec::new(),
+            fresh: [false; 2],
+            states: Vec::new(),
+        }
+    }
+}
+
+impl<M: Model> Exchange<M> {
+    /// Marks what was computed as out of date.
+    #[inline(always)]
+    pub(super) fn forget(&mut self) {
+        if M::MODEL_EXCHANGE.is_some() {
+            self.fresh = [false; 2];
+        }
+    }
+}
+
+/// What the importer hears of events.
+pub(crate) struct Happened {
+    pub(crate) event: Event,
+    /// The event has moved continuous states.
+    pub(crate) is_moved: bool,
+}
+
+/// The equations, without which no instance is made for Model Exchange.
+pub(super) fn equations<M: Model>() -> Result<ModelExchange<M>, Fault> {
+    match M::MODEL_EXCHANGE {
+        Some(equations) => Ok(equations),
+        None => refuse!("this FMU offers Co-Simulation only"),
+    }
+}
+
+/// Refuses a number of values that is not the one there is.
+fn check_number(name: &str, given: usize, needed: usize, what: &str) -> Result<(), Fault> {
+    if given == needed {
+        return Ok(());
+    }
+    refuse!("{name} = {given} must be {needed}, the number of {what}")
+}
+
+/// What could not be computed here; an integrator may try a smaller step.
+fn failed(t: f64, error: &ModelError) -> Fault {
+    Fault::discarded(format_args!("t = {t} s: {error}"))
+}
+
+impl<M: Model> Instance<M> {
+    /// Makes derivatives (`which` = 0) or indicators (1) agree with state, inputs and time.
+    fn compute(&mut self, which: usize) -> Result<&[f64], Fault> {
+        let equations = equations::<M>()?;
+        let (n, all) = (
+            self.layout.states,
+            self.layout.states + self.layout.indicators,
+        );
+        let range = if which == 0 { 0..n } else { n..all };
+        if self.exchange.fresh[which] {
+            return Ok(&self.exchange.numbers[range]);
+        }
+        let t = self.state.time;
+        self.evaluate().map_err(|error| failed(t, &error))?;
+        let Self {
+            exchange,
+            state,
+            evaluation,
+            ..
+        } = self;
+        let (Some(model), Some(now)) = (&state.model, &*evaluation) else {
+            unreachable!("`evaluate` comes first");
+        };
+        exchange.numbers.resize(all, 0.0);
+        let (p, u, numbers) = (
+            &state.parameters,
+            state.input(),
+            &mut exchange.numbers[range.clone()],
+        );
+        let computed = if which == 0 {
+            let rate = exchange.rate.get_or_insert_with(|| model.clone());
+            (equations.differentiate)(model, p, u, now, t, rate)
+                .map(|()| (equations.states)(rate, numbers))
+        } else {
+            (equations.indicate)(model, p, u, now, t, numbers)
+        };
+        computed.map_err(|error| failed(t, &error))?;
+        if let Some(k) = numbers.iter().position(|x| !x.is_finite()) {
+            return self.not_finite_behind(range.start + k);
+        }
+        self.exchange.fresh[which] = true;
+        Ok(&self.exchange.numbers[range])
+    }
+
+    #[cold]
+    fn not_finite_behind<T>(&self, at: usize) -> Result<T, Fault> {
+        let (name, value) = (self.name_behind(at), self.exchange.numbers[at]);
+        discard!(
+            "t = {} s: `{name}` became {value}; it must be finite",
+            self.state.time
+        )
+    }
+
+    /// The name of a derivative or indicator.
+    fn name_behind(&self, at: usize) -> String {
+        let behind = self.layout.iter().filter(|(_, row)| row.place.is_behind());
+        let (i, row) = behind.into_iter().nth(at).expect("counted");
+        row.element_name(i)
+    }
+
+    /// The numbers of a row behind the table; None of other rows.
+    pub(super) fn behind<T>(
+        &mut self,
+        run: &Run<M>,
+        read: impl Fn(&[f64]) -> Option<&[T]>,
+    ) -> Result<Option<&[T]>, Fault> {
+        if M::MODEL_EXCHANGE.is_none() || !run.row.place.is_behind() {
+            return Ok(None);
+        }
+        let is_indicator = !run.row.place.is_derivative();
+        self.compute(usize::from(is_indicator))?;
+        Ok(read(&self.exchange.numbers[run.offset as usize..]))
+    }
+
+    /// The derivatives of all states, of which there must be `n`.
+    pub(crate) fn derivatives(&mut self, name: &str, n: usize) -> Result<&[f64], Fault> {
+        check_number(name, n, self.layout.states, "continuous states")?;
+        self.compute(0)
+    }
+
+    /// All event indicators, of which there must be `n`.
+    pub(crate) fn event_indicators(&mut self, name: &str, n: usize) -> Result<&[f64], Fault> {
+        check_number(name, n, self.layout.indicators, "event indicators")?;
+        self.compute(1)
+    }
+
+    /// All states, of which there must be `n`.
+    pub(crate) fn continuous_states(&mut self, name: &str, n: usize) -> Result<&[f64], Fault> {
+        check_number(name, n, self.layout.states, "continuous states")?;
+        self.model()?;
+        let states = &mut self.exchange.states;
+        states.resize(n, 0.0);
+        if let Some(model) = &self.state.model {
+            (equations::<M>()?.states)(model, states);
+        }
+        Ok(states)
+    }
+
+    /// Sets all states: `value(k)` is the `k`-th of `n`.
+    pub(crate) fn set_continuous_states(
+        &mut self,
+        name: &str,
+        n: usize,
+        value: impl Fn(usize) -> f64,
+    ) -> Result<(), Fault> {
+        check_number(name, n, self.layout.states, "continuous states")?;
+        let states = &mut self.exchange.states;
+        states.clear();
+        states.extend((0..n).map(value));
+        if let Some(k) = states.iter().position(|x| !x.is_finite()) {
+            let value = states[k];
+            let name = self.name_behind(k);
+            let name = name.trim_start_matches("der(").trim_end_matches(')');
+            return discard!("state `{name}` = {value} must be finite");
+        }
+        if let Some(model) = &mut self.state.model {
+            (equations::<M>()?.set_states)(model, states);
+        }
+        self.forget();
+        Ok(())
+    }
+
+    /// Nominal values of all states, of which there must be `n`: those of their rows, else 1.
+    pub(crate) fn nominals(&self, name: &str, n: usize) -> Result<Vec<f64>, Fault> {
+        check_number(name, n, self.layout.states, "continuous states")?;
+        let derivatives = self
+            .layout
+            .iter()
+            .filter(|(_, row)| row.place.is_derivative());
+        let nominal = |name| state::<M>(name).and_then(|row| row.nominal);
+        Ok(derivatives
+            .map(|(_, row)| nominal(row.name).unwrap_or(1.0))
+            .collect())
+    }
+
+    /// The time at which the equations are looked at, s: not before the last event.
+    pub(crate) fn set_time(&mut self, t: f64) -> Result<(), Fault> {
+        let earliest = self.state.event;
+        if !(t.is_finite() && t >= earliest) {
+            return refuse!(
+                "time = {t} s must be finite and at least {earliest} s, the time of the last event"
+            );
+        }
+        self.state.time = t;
+        self.exchange.forget();
+        Ok(())
+    }
+
+    pub(crate) fn enter_events(&mut self) {
+        self.state.phase = Phase::Event;
+    }
+
+    pub(crate) fn enter_continuous_time(&mut self) {
+        self.state.phase = Phase::Continuous;
+    }
+
+    /// Between events, refuses elements that are not continuous inputs.
+    pub(crate) fn check_between_events(
+        &self,
+        number: impl Fn(usize) -> Option<u32>,
+    ) -> Result<(), Fault> {
+        if self.state.phase != Phase::Continuous {
+            return Ok(());
+        }
+        for number in (0..).map_while(number) {
+            let (i, row) = self.layout.find_any(number)?;
+            if !matches!(row.place, Place::RealIn(_)) || row.discrete {
+                let (name, kind) = (row.element_name(i), row.kind(self.names));
+                return refuse!(
+                    "`{name}` is {kind}; in Continuous-Time Mode only continuous inputs can be set"
+                );
+            }
+        }
+        Ok(())
+    }
+
+    /// Does what happens now.
+    pub(crate) fn update_discrete_states(&mut self) -> Result<Happened, Fault> {
+        let (equations, t) = (equations::<M>()?, self.state.time);
+        let mut before = vec![0.0; self.layout.states];
+        let mut after = before.clone();
+        self.check_stop()?;
+        let backup = self.state.model.clone();
+        let event = self.change(|model, p, u| {
+            (equations.states)(model, &mut before);
+            let event = (equations.event)(model, p, u, t)?;
+            (equations.states)(model, &mut after);
+            match event.next {
+                Some(next) if !(next.is_finite() && next > t) => Err(ModelError::new(format!(
+                    "the model's next time event, at {next} s, must be finite and after {t} s"
+                ))),
+                _ => Ok(event),
+            }
+        });
+        self.forget();
+        let event = match event {
+            Ok(event) => event,
+            Err(fault) => {
+                self.state.model = backup;
+                return Err(fault);
+            }
+        };
+        self.state.event = t;
+        let is_moved = before.iter().zip(&after).any(|(a, b)| !a.is_same(*b));
+        self.tell(Kind::Event, format!("t = {t} s: events handled"));
+        Ok(Happened { event, is_moved })
+    }
+
+    /// Tells the model that the integrator goes on from here; whether an event must be handled.
+    pub(crate) fn completed_step(&mut self) -> Result<bool, Fault> {
+        let (equations, t) = (equations::<M>()?, self.state.time);
+        self.check_stop()?;
+        let needs_event = self.change(|model, p, u| (equations.completed_step)(model, p, u, t))?;
+        self.forget();
+        Ok(needs_event)
+    }
+
+    /// Integrators may look beyond the stop time, but not go there.
+    fn check_stop(&self) -> Result<(), Fault> {
+        let t = self.state.time;
+        match self.state.stop {
+            Some(stop) if t > stop + slack(stop, 0.0) => {
+                refuse!("time = {t} s must be at most the stop time = {stop} s")
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Lets the model change; on error it is as it was, or was not changed.
+    fn change<T>(
+        &mut self,
+        f: impl FnOnce(&mut M, &M::Parameters, &M::Input) -> Result<T, ModelError>,
+    ) -> Result<T, Fault> {
+        let state = &mut self.state;
+        let u = match &state.reached {
+            Some(reached) => &reached.value,
+            None => &state.input.value,
+        };
+        let Some(model) = &mut state.model else {
+            unreachable!("made at the end of initialization");
+        };
+        listen(self.wanted, model);
+        let done = f(model, &state.parameters, u);
+        match done {
+            Ok(_) => warn(&mut self.messages, model),
+            Err(_) => hear(&mut self.messages, model),
+        }
+        Ok(done?)
+    }
+}

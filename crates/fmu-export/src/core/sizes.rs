@@ -1,0 +1,276 @@
+//! Rows whose length is not that of an array in Rust: a parameter of the table says it, or the row.
+//!
+//! Such a row is in a vector, which is made as long as it must be wherever start values are made or
+//! a size is set, so that a model finds vectors of the right length.
+
+use super::copied::copied;
+use super::exchange::Exchange;
+use super::fault::Fault;
+use super::instance::Instance;
+use super::layout::{LONGEST, Layout, MOST_COUNTED};
+use super::model::{Model, Variable};
+use super::phase::Phase;
+use super::place::{Place, Write};
+use super::state::State;
+use super::value::Value;
+
+/// Start values of parameters and inputs.
+pub(crate) type Start<M> = (<M as Model>::Parameters, <M as Model>::Input);
+
+/// How many elements a row has in a dimension.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Length {
+    /// Always as many.
+    Fixed(usize),
+    /// As many as the structural parameter of this name says.
+    Parameter(&'static str),
+}
+
+/// Makes the vector that a row is in of a length, with start values.
+pub enum Resize<P, U, Y> {
+    /// A vector in the parameters.
+    Parameter(fn(&mut P, usize)),
+    /// A vector in the inputs.
+    Input(fn(&mut U, usize)),
+    /// A vector in the outputs.
+    Output(fn(&mut Y, usize)),
+}
+
+copied! { [P, U, Y] Resize<P, U, Y>; }
+
+impl<M: Model> Variable<M> {
+    /// A row in a vector, `Vec<f64>` or another one: how many elements it has in each dimension, row
+    /// by row, and what makes it as long with start values in it. It is a model that finds it so; the
+    /// start values of [`Model::defaults`] may leave it empty.
+    ///
+    /// ```ignore
+    /// V::inputs("heat", "heat of each cell", |u| &u.heat, |u| &mut u.heat)
+    ///     .vector(&[Length::Parameter("n")], Resize::Input(|u, n| u.heat = vec![0.0; n]))
+    /// ```
+    pub const fn vector(
+        mut self,
+        shape: &'static [Length],
+        resize: Resize<M::Parameters, M::Input, M::Output>,
+    ) -> Self {
+        self.shape = shape;
+        self.resize = Some(resize);
+        self
+    }
+
+    /// The number of elements in each dimension, if the row says it; 0 by what is no size.
+    pub(crate) fn dimensions(&self, p: &M::Parameters) -> impl Iterator<Item = usize> {
+        self.lengths().iter().map(move |length| match *length {
+            Length::Fixed(n) => n,
+            Length::Parameter(name) => size::<M>(name).map_or(0, |(_, place)| {
+                usize::try_from(place.get(p, 0)).unwrap_or(0)
+            }),
+        })
+    }
+
+    /// How many elements it has.
+    pub(crate) fn len(&self, p: &M::Parameters, u: &M::Input, y: &M::Output) -> usize {
+        match self.shape {
+            [] => self.place.len(p, u, y),
+            _ => (self.dimensions(p)).fold(1, usize::saturating_mul),
+        }
+    }
+
+    /// What is wrong with its lengths, and with those that it gives others.
+    pub(crate) fn check_lengths(&self) -> Result<(), String> {
+        if self.structural {
+            let is_integer = matches!(self.place, Place::IntegerParameter(Write::Scalar(..)));
+            let has_bounds = self.min >= 1.0 && self.max <= LONGEST as f64;
+            if !is_integer || self.tunable || self.enumeration.is_some() || !has_bounds {
+                return Err(format!(
+                    "a structural parameter is an Integer that is not tunable, with min at least 1 and max at most {LONGEST}"
+                ));
+            }
+        }
+        let is_long = self.resize.is_some() || self.each_unit.len() > MOST_COUNTED;
+        if is_long && (self.scalar || !self.each_unit.is_empty()) {
+            return Err("is a long row, which is a vector with one unit".to_owned());
+        }
+        let mut most = 1.0;
+        for length in self.shape {
+            most *= match *length {
+                Length::Fixed(n) => n as f64,
+                Length::Parameter(name) => match size::<M>(name) {
+                    Some((row, _)) => row.max,
+                    None => {
+                        return Err(format!(
+                            "length `{name}` must be a structural parameter of the table"
+                        ));
+                    }
+                },
+            };
+        }
+        if most > LONGEST as f64 {
+            return Err(format!(
+                "may have {most} elements; it must have at most {LONGEST}"
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// The size of this name.
+pub(crate) fn size<M: Model>(
+    name: &str,
+) -> Option<(&'static Variable<M>, &'static Write<M::Parameters, i32>)> {
+    sizes::<M>().find(|(row, _)| row.name == name)
+}
+
+/// All rows that are sizes.
+pub(crate) fn sizes<M: Model>()
+-> impl Iterator<Item = (&'static Variable<M>, &'static Write<M::Parameters, i32>)> {
+    (M::variables().iter().filter(|row| row.structural)).filter_map(|row| match &row.place {
+        Place::IntegerParameter(place) => Some((row, place)),
+        _ => None,
+    })
+}
+
+/// Makes every vector as long as the parameters say, with start values; those that were as long with
+/// the parameters before keep what is in them.
+pub(crate) fn fit<M: Model>(
+    p: &mut M::Parameters,
+    u: &mut M::Input,
+    y: &mut M::Output,
+    before: Option<&M::Parameters>,
+) {
+    for row in M::variables() {
+        let Some(resize) = row.resize else { continue };
+        let is_same = |before| row.dimensions(before).eq(row.dimensions(p));
+        if before.is_some_and(is_same) {
+            continue;
+        }
+        let n = row.dimensions(p).product();
+        match resize {
+            Resize::Parameter(resize) => resize(p, n),
+            Resize::Input(resize) => resize(u, n),
+            Resize::Output(resize) => resize(y, n),
+        }
+    }
+}
+
+/// Parameters and inputs with every vector as long as the parameters say: the start values of a
+/// model.
+#[doc(hidden)]
+pub fn fitted<M: Model>((mut p, mut u): (M::Parameters, M::Input)) -> (M::Parameters, M::Input) {
+    fit::<M>(&mut p, &mut u, &mut M::Output::default(), None);
+    (p, u)
+}
+
+/// Outputs that nobody has computed, with vectors as long as the parameters say.
+pub(crate) fn output<M: Model>(p: &M::Parameters) -> M::Output {
+    let mut y = M::Output::default();
+    for row in M::variables() {
+        if let Some(Resize::Output(resize)) = row.resize {
+            resize(&mut y, row.dimensions(p).product());
+        }
+    }
+    y
+}
+
+impl<M: Model> Instance<M> {
+    /// Sets sizes: vectors that become longer or shorter get their start values.
+    pub(super) fn configure<T: Value>(
+        &mut self,
+        pair: impl Fn(usize) -> Option<(u32, T)>,
+    ) -> Result<(), Fault> {
+        let (mut p, mut u) = (
+            self.state.parameters.clone(),
+            self.state.input.value.clone(),
+        );
+        for (element, value) in (0..).map_while(pair) {
+            let (i, row) = self.layout.find(element)?;
+            if let Some(place) = T::parameter(&row.place) {
+                *place.get_mut(&mut p, i) = value;
+            }
+        }
+        fit::<M>(
+            &mut p,
+            &mut u,
+            &mut self.output,
+            Some(&self.state.parameters),
+        );
+        let (old, before) = (&self.layout, &self.state);
+        let layout = Layout::<M>::new(&p, &u);
+        let mut state = State::instantiated(p, u, layout.slots());
+        for (number, (_, row)) in layout.numbered() {
+            if (row.dimensions(&before.parameters)).eq(row.dimensions(&state.parameters)) {
+                state.given[layout.slot(number)] = before.given[old.slot(number)];
+            }
+        }
+        state.phase = Phase::Configuration;
+        self.replace(state);
+        Ok(())
+    }
+
+    /// Whether parameters that a text has set are of the sizes that there are.
+    pub(super) fn has_sizes(&self, p: &M::Parameters) -> bool {
+        self.layout.fits(p, &self.state.input.value)
+            && sizes::<M>().all(|(_, size)| size.get(p, 0) == size.get(&self.start, 0))
+    }
+
+    /// After the parameters were changed: the start values and the table are of their sizes.
+    pub(super) fn follow_sizes(&mut self) {
+        let (mut start, mut u) = M::defaults();
+        for (_, place) in sizes::<M>() {
+            *place.get_mut(&mut start, 0) = place.get(&self.state.parameters, 0);
+        }
+        fit::<M>(&mut start, &mut u, &mut self.output, None);
+        self.start = start;
+        self.exchange = Exchange::default();
+        self.room.forget();
+        self.layout = Layout::new(&self.state.parameters, &self.state.input.value);
+    }
+}
+
+/// The start values of a model with these sizes, such as `n=200 m=3`.
+pub(crate) fn start<M: Model>(given: &str) -> Result<Start<M>, String> {
+    let (mut p, u) = M::defaults();
+    for word in given.split_whitespace() {
+        let (name, value) = word.split_once('=').unwrap_or((word, ""));
+        let Some((row, place)) = size::<M>(name) else {
+            let known: Vec<_> = sizes::<M>().map(|(row, _)| row.name).collect();
+            let (model, known) = (M::INFO.model, known.join(", "));
+            return Err(format!(
+                "size `{word}`: `{name}` must be a structural parameter of `{model}`, of which it has: {known}"
+            ));
+        };
+        let value = value.parse::<i32>().ok();
+        let Some(value) = value.filter(|n| (row.min..=row.max).contains(&f64::from(*n))) else {
+            let (min, max) = (row.min, row.max);
+            return Err(format!(
+                "size `{word}`: `{name}` must be a whole number from {min} to {max}"
+            ));
+        };
+        *place.get_mut(&mut p, 0) = value;
+    }
+    Ok(fitted::<M>((p, u)))
+}
+
+/// Inputs that are zero, with vectors as long as those of `like`.
+pub(crate) fn zero<M: Model>(like: &M::Input) -> M::Input {
+    let mut zero = M::Input::default();
+    for row in M::variables() {
+        let Some(Resize::Input(resize)) = row.resize else {
+            continue;
+        };
+        match &row.place {
+            Place::RealIn(place) => {
+                resize(&mut zero, place.len(like));
+                place.slice_mut(&mut zero).fill(0.0);
+            }
+            Place::IntegerIn(place) => resize(&mut zero, place.len(like)),
+            Place::BooleanIn(place) => resize(&mut zero, place.len(like)),
+            _ => {}
+        }
+    }
+    zero
+}
+
+/// As many of them as there are derivatives.
+pub(crate) fn zeros<M: Model>(like: &M::Input) -> [M::Input; crate::MAX_INPUT_DERIVATIVE] {
+    std::array::from_fn(|_| zero::<M>(like))
+}

@@ -1,0 +1,97 @@
+//! Arrays of any length as serde has them: the elements one after the other, without their number.
+
+use serde::de::{Error, SeqAccess, Visitor};
+use serde::ser::SerializeTuple;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+use std::marker::PhantomData;
+
+/// Numbers, and arrays of them, and so on.
+pub trait Cells: Sized {
+    /// All of them are zero.
+    const ZERO: Self;
+    /// How many numbers there are.
+    const LEN: usize;
+
+    /// Writes the numbers.
+    ///
+    /// # Errors
+    /// Those of the serializer.
+    fn write<S: SerializeTuple>(&self, to: &mut S) -> Result<(), S::Error>;
+
+    /// Reads the numbers.
+    ///
+    /// # Errors
+    /// Those of the deserializer.
+    fn read<'de, A: SeqAccess<'de>>(&mut self, from: &mut A) -> Result<(), A::Error>;
+}
+
+macro_rules! cells {
+    ($($type:ty: $zero:literal)*) => {$(
+        impl Cells for $type {
+            const ZERO: Self = $zero;
+            const LEN: usize = 1;
+
+            fn write<S: SerializeTuple>(&self, to: &mut S) -> Result<(), S::Error> {
+                to.serialize_element(self)
+            }
+
+            fn read<'de, A: SeqAccess<'de>>(&mut self, from: &mut A) -> Result<(), A::Error> {
+                let next = from.next_element()?;
+                *self = next.ok_or_else(|| A::Error::custom("an array is too short"))?;
+                Ok(())
+            }
+        }
+    )*};
+}
+
+cells! { f64: 0.0 i32: 0 bool: false }
+
+impl<T: Cells, const N: usize> Cells for [T; N] {
+    const ZERO: Self = [T::ZERO; N];
+    const LEN: usize = N * T::LEN;
+
+    fn write<S: SerializeTuple>(&self, to: &mut S) -> Result<(), S::Error> {
+        self.iter().try_for_each(|cell| cell.write(to))
+    }
+
+    fn read<'de, A: SeqAccess<'de>>(&mut self, from: &mut A) -> Result<(), A::Error> {
+        self.iter_mut().try_for_each(|cell| cell.read(from))
+    }
+}
+
+/// An array to serialize.
+pub struct Written<'a, T>(pub &'a T);
+
+impl<T: Cells> Serialize for Written<'_, T> {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let mut tuple = to.serialize_tuple(T::LEN)?;
+        self.0.write(&mut tuple)?;
+        tuple.end()
+    }
+}
+
+/// An array that was read.
+pub struct Read<T>(pub T);
+
+impl<'de, T: Cells> Deserialize<'de> for Read<T> {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        struct Elements<T>(PhantomData<T>);
+
+        impl<'de, T: Cells> Visitor<'de> for Elements<T> {
+            type Value = Read<T>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "{} numbers", T::LEN)
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut from: A) -> Result<Read<T>, A::Error> {
+                let mut read = Read(T::ZERO);
+                read.0.read(&mut from)?;
+                Ok(read)
+            }
+        }
+
+        from.deserialize_tuple(T::LEN, Elements(PhantomData))
+    }
+}

@@ -1,0 +1,113 @@
+//! Internal steps as long as a tolerance allows.
+
+use super::algorithm::Algorithm;
+use super::system::System;
+use super::{Failure, MOST_STEPS, Room};
+
+/// How much shorter than the error allows steps are, so that few are rejected.
+const SAFETY: f64 = 0.9;
+/// By what the length of a step changes at least and at most.
+const FACTORS: [f64; 2] = [0.2, 6.0];
+
+impl Room {
+    /// The root of the mean square of `values` over what errors may be where the sizes of the states
+    /// are at least `|x|`.
+    fn norm(&self, x: impl Iterator<Item = f64>, values: impl Iterator<Item = f64>) -> f64 {
+        let sum: f64 = (self.nominal.iter().zip(x).zip(values))
+            .map(|((nominal, x), value)| value / (self.tolerance * x.abs().max(*nominal)))
+            .map(|ratio| ratio * ratio)
+            .sum();
+        (sum / self.nominal.len() as f64).sqrt()
+    }
+
+    /// A first step, s, in which the states change by one per cent of their sizes, and at most `h`.
+    fn first_step(&self, x: &[f64], rate: &[f64], h: f64) -> f64 {
+        let sizes = || (self.nominal.iter().zip(x)).map(|(nominal, x)| nominal.max(x.abs()));
+        let size = self.norm(sizes(), sizes());
+        let change = self.norm(sizes(), rate.iter().copied());
+        (0.01 * size / change).min(h) // infinite if nothing changes
+    }
+
+    /// To the end of the step or the first event. The answer is when that was, and the internal step
+    /// to try next, s.
+    pub(super) fn adapt<A: Algorithm, S: System>(
+        &mut self,
+        method: &mut A,
+        system: &mut S,
+        (t, h): (f64, f64),
+        first: f64,
+    ) -> Result<(Option<f64>, f64), Failure<S::Error>> {
+        let (mut s, mut dt, mut most, mut is_new) = (0.0, first, FACTORS[1], true);
+        for _ in 0..MOST_STEPS as u64 {
+            if is_new {
+                let about = if dt > 0.0 { dt.min(h) } else { h };
+                let rate = method.begin(system, (t, s, about), &self.x, &self.nominal)?;
+                if dt <= 0.0 {
+                    dt = self.first_step(&self.x, rate, h);
+                }
+                self.counts.jacobians += u64::from(A::HAS_JACOBIAN);
+            }
+            dt = dt.min(self.longest);
+            let rest = h - s;
+            // Two steps of half the rest rather than one whole and a short one.
+            let trial = if dt >= rest { rest } else { dt.min(0.5 * rest) };
+            let done = method.step(system, (s, trial), &self.x, &mut self.end, &mut self.error);
+            let ends = self.x.iter().zip(&self.end);
+            let sizes = ends.map(|(a, b)| a.abs().max(b.abs()));
+            let norm = match done {
+                Ok(true) => self.norm(sizes, self.error.iter().copied()),
+                _ => f64::INFINITY,
+            };
+            let factor = SAFETY / fifth_root(norm.clamp(1e-30, 1e30));
+            is_new = norm <= 1.0;
+            if !is_new {
+                self.counts.rejected += 1;
+                dt = trial * factor.max(FACTORS[0]);
+                most = 1.0;
+                if dt < 16.0 * f64::EPSILON * (t + s).abs().max(h) {
+                    return Err(done
+                        .err()
+                        .map_or(Failure::TooShort(s, trial), Failure::System));
+                }
+                continue;
+            }
+            let next = trial * factor.clamp(FACTORS[0], most);
+            dt = if trial < dt { dt.max(next) } else { next };
+            most = FACTORS[1];
+            if let Some(event) = self.arrive(method, system, t, (s, trial))? {
+                return Ok((Some(event), 0.0)); // what follows may be quite another course
+            }
+            if trial == rest {
+                return Ok((None, dt));
+            }
+            s += trial;
+        }
+        Err(Failure::TooManySteps(MOST_STEPS, dt))
+    }
+}
+
+/// The fifth root of a number from 10⁻³⁰ to 10³⁰, by Newton's method from a fifth of its exponent.
+/// That of the standard library has other last bits on other machines.
+fn fifth_root(x: f64) -> f64 {
+    let mut root = f64::from_bits(x.to_bits() / 5 + 1.0_f64.to_bits() / 5 * 4);
+    for _ in 0..4 {
+        let square = root * root;
+        root -= 0.2 * (root - x / (square * square));
+    }
+    root
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Oracle: the fifth power. Newton's method squares the relative error, below 0.1 at the start.
+    #[test]
+    fn the_fifth_root_is_one() {
+        for k in -300..=300 {
+            let root = 10_f64.powf(f64::from(k) / 50.0 + 1e-3);
+            let found = fifth_root(root * root * root * root * root);
+            assert!((found / root - 1.0).abs() < 1e-13, "{root} {found}");
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! The explicit method of Dormand and Prince (1980): order 5, with an error estimate of order 4 and
+//! states between of order 4.
+
+use super::algorithm::{Algorithm, add, vectors};
+use super::course::Course;
+use super::system::System;
+
+/// Coefficients as in Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, table
+/// II.5.2 and (II.6.12).
+#[rustfmt::skip]
+const A: [&[f64]; 6] = [
+    &[1.0 / 5.0],
+    &[3.0 / 40.0, 9.0 / 40.0],
+    &[44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0],
+    &[19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0],
+    &[9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0],
+    &[35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
+];
+const C: [f64; 6] = [1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
+/// Of the error: order 5 less order 4.
+#[rustfmt::skip]
+const E: [f64; 7] = [
+    71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0,
+];
+/// Of the states between.
+#[rustfmt::skip]
+const D: [f64; 7] = [
+    -12715105075.0 / 11282082432.0, 0.0, 87487479700.0 / 32700410799.0, -10690763975.0 / 1880347072.0,
+    701980252875.0 / 199316789632.0, -1453857185.0 / 822651844.0, 69997945.0 / 29380423.0,
+];
+
+/// Rates of the seven stages; the last is that at the end of the step.
+pub(crate) struct DormandPrince([Vec<f64>; 7]);
+
+impl DormandPrince {
+    pub(crate) fn new(n: usize) -> Self {
+        Self(vectors(n))
+    }
+}
+
+impl Algorithm for DormandPrince {
+    fn begin<S: System>(
+        &mut self,
+        system: &mut S,
+        (_t, s, _dt): (f64, f64, f64),
+        x: &[f64],
+        _nominal: &[f64],
+    ) -> Result<&[f64], S::Error> {
+        if s > 0.0 {
+            self.0.swap(0, 6); // the last stage of the step before
+        } else {
+            system.derivative(s, x, &mut self.0[0])?;
+        }
+        Ok(&self.0[0])
+    }
+
+    fn step<S: System>(
+        &mut self,
+        system: &mut S,
+        (s, dt): (f64, f64),
+        x: &[f64],
+        end: &mut [f64],
+        error: &mut [f64],
+    ) -> Result<bool, S::Error> {
+        for (k, (row, c)) in A.iter().zip(C).enumerate() {
+            end.copy_from_slice(x);
+            add(end, row.iter().map(|a| dt * a), &self.0);
+            system.derivative(s + c * dt, end, &mut self.0[k + 1])?;
+        }
+        error.fill(0.0);
+        add(error, E.map(|e| dt * e), &self.0);
+        Ok(true)
+    }
+
+    fn course<S: System>(
+        &mut self,
+        _system: &mut S,
+        (_s, dt): (f64, f64),
+        [x, end]: [&[f64]; 2],
+        Course([a, b, c]): &mut Course,
+    ) -> Result<(), S::Error> {
+        c.fill(0.0);
+        add(c, D.map(|d| -dt * d), &self.0);
+        for i in 0..x.len() {
+            let change = end[i] - x[i];
+            a[i] = dt * self.0[0][i] - change;
+            b[i] = change - dt * self.0[6][i] - a[i] - c[i];
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,162 @@
+//! Events by closed forms.
+
+use crate::problem::{Answer, Problem, solver};
+use fmu_export::solver::{Method, Pattern};
+
+/// With the longest internal steps that the tests take.
+fn methods() -> [(Method, f64); 3] {
+    [
+        (Method::Fixed, 1e-3),
+        (Method::Adaptive, f64::INFINITY),
+        (Method::Stiff(Pattern::full(2)), f64::INFINITY),
+    ]
+}
+
+/// An oscillation x = cos(t), x' = −sin(t).
+fn oscillation(_: f64, x: &[f64], dx: &mut [f64]) -> Answer {
+    (dx[0], dx[1]) = (x[1], -x[0]);
+    Ok(())
+}
+
+/// A ball falls from 1 m and is thrown back with a share e of its speed: it lands at √(2/g) (1 + 2 e
+/// + 2 e² + …). A parabola is integrated exactly by all methods, and their states between are exact
+/// too, so only rounding is left: the time is some ε of the sum of all, and the speed at each landing
+/// by ε of itself.
+#[test]
+fn a_ball_lands_when_it_should() {
+    const G: f64 = 9.81;
+    for (method, longest) in methods() {
+        let e: f64 = 0.75;
+        let mut solver = solver(&method, 2, 1, longest, 1e-9);
+        let (mut x, mut first, mut now) = ([1.0, 0.0], 0.0, 100.0);
+        let fall = |_: f64, x: &[f64], dx: &mut [f64]| {
+            (dx[0], dx[1]) = (x[1], -G);
+            Ok(())
+        };
+        let z = |_: f64, x: &[f64], z: &mut [f64]| z[0] = x[0];
+        let mut problem = Problem {
+            f: fall,
+            z,
+            evaluations: 0.into(),
+        };
+        let mut landings = Vec::new();
+        while landings.len() < 5 {
+            let event = solver
+                .advance(&mut problem, (now, 103.0 - now), &mut x, &mut first)
+                .unwrap();
+            now += event.expect("it lands five times in 3 s");
+            if x[1] < 0.0 {
+                landings.push(now);
+                x[1] *= -e;
+            }
+        }
+        let fall_time = (2.0 / G).sqrt();
+        for (k, landing) in landings.iter().enumerate() {
+            let exact = fall_time * (1.0 + 2.0 * (1..=k as i32).map(|k| e.powi(k)).sum::<f64>());
+            let error = landing - 100.0 - exact;
+            assert!(error.abs() < 2e-12, "{method:?} {k}: {landing} {error:e}");
+        }
+    }
+}
+
+/// Of two indicators the first to change stops the step, whatever their order; the other one
+/// afterwards. Tolerance: that of the integration (1e-10 a step, some tens of them), the slope of both
+/// is above 0.5.
+#[test]
+fn the_first_of_several_events_comes_first() {
+    let times = [
+        (2.0 * std::f64::consts::FRAC_PI_6),
+        std::f64::consts::FRAC_PI_2,
+    ];
+    for (method, longest) in methods() {
+        for swap in [0, 1] {
+            let z = |_: f64, x: &[f64], z: &mut [f64]| {
+                z[swap] = x[0] - 0.5;
+                z[1 - swap] = -x[0];
+            };
+            let mut problem = Problem {
+                f: oscillation,
+                z,
+                evaluations: 0.into(),
+            };
+            let mut solver = solver(&method, 2, 2, longest, 1e-10);
+            let (mut x, mut first, mut now) = ([1.0, 0.0], 0.0, 0.0);
+            for time in times {
+                let event = solver
+                    .advance(&mut problem, (now, 2.0 - now), &mut x, &mut first)
+                    .unwrap();
+                now += event.unwrap();
+                assert!((now - time).abs() < 1e-9, "{method:?}: {now} {time}");
+                let behind = [x[0] <= 0.5, x[0] < 0.0][usize::from(time > 1.5)];
+                assert!(behind, "{x:?}");
+            }
+            let rest = solver
+                .advance(&mut problem, (now, 2.0 - now), &mut x, &mut first)
+                .unwrap();
+            assert_eq!(rest, None);
+            assert!((x[0] - 2.0_f64.cos()).abs() < 1e-8, "{x:?}");
+        }
+    }
+}
+
+/// States between are of order 4 (error in time h⁵), of the fixed method of order 3 (h⁴): within one
+/// step of h the error falls accordingly, to within half an order. The event is at a fixed share of
+/// the step.
+#[test]
+fn states_between_have_their_order() {
+    for (method, order) in [
+        (Method::Fixed, 4.0),
+        (Method::Adaptive, 5.0),
+        (Method::Stiff(Pattern::full(2)), 5.0),
+    ] {
+        let errors = [0.1, 0.05].map(|h: f64| {
+            let start: f64 = 0.6;
+            let limit = (start + 0.37 * h).cos();
+            let z = |_: f64, x: &[f64], z: &mut [f64]| z[0] = x[0] - limit;
+            let mut problem = Problem {
+                f: oscillation,
+                z,
+                evaluations: 0.into(),
+            };
+            let mut solver = solver(&method, 2, 1, 1.0, 1e9);
+            let mut x = [start.cos(), -start.sin()];
+            let event = solver
+                .advance(&mut problem, (0.0, h), &mut x, &mut { h })
+                .unwrap()
+                .unwrap();
+            (event - 0.37 * h).abs()
+        });
+        let found = (errors[0] / errors[1]).log2();
+        assert!(
+            (found - order).abs() < 0.5,
+            "{method:?}: {found} {errors:?}"
+        );
+    }
+}
+
+/// An indicator that jumps, and one as flat as a fifth power: found as well, in few evaluations.
+#[test]
+fn indicators_of_any_shape_are_located() {
+    for shape in [
+        (|d: f64| d.signum()) as fn(f64) -> f64,
+        |d| d.powi(5),
+        |d| (50.0 * d).exp() - 1.0,
+    ] {
+        let count = std::cell::Cell::new(0);
+        let z = |s: f64, _: &[f64], z: &mut [f64]| {
+            count.set(count.get() + 1);
+            z[0] = shape(0.3 - s);
+        };
+        let mut problem = Problem {
+            f: oscillation,
+            z,
+            evaluations: 0.into(),
+        };
+        let mut solver = solver(&Method::Adaptive, 2, 1, 1.0, 1e-3);
+        let event = solver
+            .advance(&mut problem, (0.0, 1.0), &mut [1.0, 0.0], &mut 1.0)
+            .unwrap();
+        assert!((event.unwrap() - 0.3).abs() < 1e-14, "{event:?}");
+        assert!(count.get() < 230, "{}", count.get());
+    }
+}
