@@ -9,7 +9,9 @@ impl Description {
     pub fn state_of(&self, derivative: usize) -> Option<usize> {
         let number = self.variables[derivative].derivative?;
         match self.fmi {
-            Version::Fmi2 => (number as usize).checked_sub(1).filter(|k| *k < self.variables.len()),
+            Version::Fmi2 => (number as usize)
+                .checked_sub(1)
+                .filter(|k| *k < self.variables.len()),
             Version::Fmi3 => self.variables.iter().position(|v| v.reference == number),
         }
     }

@@ -16,8 +16,12 @@ pub fn read(root: &Element, into: &mut Description) -> Result<(), DescriptionErr
     into.variables = variables(root, &into.model)?;
     let references = References::new(&into.variables, &into.model);
     let unknown = |listed| unknown(listed, "valueReference", |word| references.index(word));
-    let [mut outputs, mut derivatives, mut indicators, mut initial_unknowns] =
-        [(); 4].map(|()| Vec::new());
+    let [
+        mut outputs,
+        mut derivatives,
+        mut indicators,
+        mut initial_unknowns,
+    ] = [(); 4].map(|()| Vec::new());
     for listed in root.all_in("ModelStructure") {
         match listed.tag.as_str() {
             "Output" => outputs.push(unknown(listed)?),

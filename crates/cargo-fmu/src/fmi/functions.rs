@@ -267,13 +267,20 @@ impl Functions {
     pub unsafe fn handle_events(&self, c: Pointer, next: &mut f64, ends: &mut bool) -> c_int {
         for _ in 0..1000 {
             let mut info = EventInfo::default();
-            let ([mut again, mut end, mut nominals, mut moved, mut defined], mut time) = ([false; 5], 0.0);
+            let ([mut again, mut end, mut nominals, mut moved, mut defined], mut time) =
+                ([false; 5], 0.0);
             // SAFETY: forwarded; places for the results.
             let status = unsafe {
                 match &self.own {
                     Fmi2(f) => (f.fmi2NewDiscreteStates)(c, ptr::from_mut(&mut info).cast()),
                     Fmi3(f) => (f.fmi3UpdateDiscreteStates)(
-                        c, &mut again, &mut end, &mut nominals, &mut moved, &mut defined, &mut time,
+                        c,
+                        &mut again,
+                        &mut end,
+                        &mut nominals,
+                        &mut moved,
+                        &mut defined,
+                        &mut time,
                     ),
                 }
             };

@@ -23,14 +23,32 @@ impl Random {
     }
 
     fn real(&mut self) -> f64 {
-        self.of(&[0.0, 1.0, -1.0, 0.25, 0.625, 1e-320, 1e300, f64::NAN, f64::INFINITY])
+        self.of(&[
+            0.0,
+            1.0,
+            -1.0,
+            0.25,
+            0.625,
+            1e-320,
+            1e300,
+            f64::NAN,
+            f64::INFINITY,
+        ])
     }
 
     /// Numbers of the right length, most of the time, and sound ones.
     fn reals(&mut self) -> Vec<f64> {
         let n = self.of(&[4, 4, 4, 4, 0, 1, 3, 5]);
         let is_sound = self.below(3) > 0;
-        (0..n).map(|k| if is_sound { 0.5 + k as f64 } else { self.real() }).collect()
+        (0..n)
+            .map(|k| {
+                if is_sound {
+                    0.5 + k as f64
+                } else {
+                    self.real()
+                }
+            })
+            .collect()
     }
 }
 
@@ -39,13 +57,31 @@ fn call(fmu: &Fmu, r: &mut Random, states: &mut Vec<*mut c_void>) -> c_int {
     let (c, x, any) = (fmu.c, r.reals(), r.real());
     let (n, mut out, mut out_of_one) = (x.len(), vec![0.0; x.len()], 0.0);
     let null = r.below(16) == 0;
-    let to = if null { ptr::null_mut() } else { out.as_mut_ptr() };
-    let one = if null { ptr::null_mut() } else { &raw mut out_of_one };
+    let to = if null {
+        ptr::null_mut()
+    } else {
+        out.as_mut_ptr()
+    };
+    let one = if null {
+        ptr::null_mut()
+    } else {
+        &raw mut out_of_one
+    };
     let (mut flags, mut flags2) = ([false; 5], [0; 2]);
     let [a, b, d, e, g] = flags.each_mut();
-    let vr = r.of(&[vr::WIND, vr::KICK, vr::POSITION, vr::ENERGY, vr::DER_VELOCITY, vr::FLOOR, vr::RESTITUTION, 40]);
+    let vr = r.of(&[
+        vr::WIND,
+        vr::KICK,
+        vr::POSITION,
+        vr::ENERGY,
+        vr::DER_VELOCITY,
+        vr::FLOOR,
+        vr::RESTITUTION,
+        40,
+    ]);
     let is_2 = fmu.version == 2;
-    let either = |two: unsafe extern "C-unwind" fn(*mut c_void, *mut f64, usize) -> c_int, three| {
+    let either = |two: unsafe extern "C-unwind" fn(*mut c_void, *mut f64, usize) -> c_int,
+                  three| {
         let f = if is_2 { two } else { three };
         unsafe { f(c, to, n) }
     };
@@ -57,17 +93,44 @@ fn call(fmu: &Fmu, r: &mut Random, states: &mut Vec<*mut c_void>) -> c_int {
             2 if r.below(6) == 0 => fmu.call([fmi2Terminate, fmi3Terminate]),
             3 if r.below(6) == 0 => fmu.call([fmi2Reset, fmi3Reset]),
             4 => fmu.call([fmi2EnterEventMode, fmi3EnterEventMode]),
-            5 if is_2 => fmi2NewDiscreteStates(c, if null { ptr::null_mut() } else { &mut EventInfo::default() }),
-            5 => fmi3UpdateDiscreteStates(c, a, b, d, if null { ptr::null_mut() } else { e }, g, &mut 0.0),
+            5 if is_2 => fmi2NewDiscreteStates(
+                c,
+                if null {
+                    ptr::null_mut()
+                } else {
+                    &mut EventInfo::default()
+                },
+            ),
+            5 => fmi3UpdateDiscreteStates(
+                c,
+                a,
+                b,
+                d,
+                if null { ptr::null_mut() } else { e },
+                g,
+                &mut 0.0,
+            ),
             6 | 7 => fmu.call([fmi2EnterContinuousTimeMode, fmi3EnterContinuousTimeMode]),
-            8 if is_2 => fmi2CompletedIntegratorStep(c, 1, &mut flags2[0], if null { ptr::null_mut() } else { &mut flags2[1] }),
+            8 if is_2 => fmi2CompletedIntegratorStep(
+                c,
+                1,
+                &mut flags2[0],
+                if null {
+                    ptr::null_mut()
+                } else {
+                    &mut flags2[1]
+                },
+            ),
             8 => fmi3CompletedIntegratorStep(c, true, a, if null { ptr::null_mut() } else { b }),
             9 => fmu.set_time(any),
             10 => fmu.set_states(&x),
             11 => either(fmi2GetDerivatives, fmi3GetContinuousStateDerivatives),
             12 => either(fmi2GetEventIndicators, fmi3GetEventIndicators),
             13 => either(fmi2GetContinuousStates, fmi3GetContinuousStates),
-            14 => either(fmi2GetNominalsOfContinuousStates, fmi3GetNominalsOfContinuousStates),
+            14 => either(
+                fmi2GetNominalsOfContinuousStates,
+                fmi3GetNominalsOfContinuousStates,
+            ),
             15 => fmu.set(vr, &x[..n.min(2)]),
             16 if is_2 => fmi2GetDirectionalDerivative(c, &vr, 1, &8, 1, &any, one),
             16 => fmi3GetDirectionalDerivative(c, &vr, 1, &8, 1, x.as_ptr(), n.min(2), one, 1),
@@ -103,6 +166,9 @@ fn a_refused_call_changes_nothing() {
             }
         }
         // Most states are visited: a third and more of the calls succeed.
-        assert!(refused > 5_000 && counts[0] > 5_000 && counts[2] > 50 && counts[1] == 0, "{counts:?}");
+        assert!(
+            refused > 5_000 && counts[0] > 5_000 && counts[2] > 50 && counts[1] == 0,
+            "{counts:?}"
+        );
     }
 }

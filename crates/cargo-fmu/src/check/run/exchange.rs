@@ -6,11 +6,11 @@ use anyhow::{Result, bail, ensure};
 
 use super::trial::trials;
 use crate::check::outcome::Outcome;
+use crate::fmi::Fmu;
 use crate::fmi::functions::Functions;
 use crate::fmi::instance::{Instance, Manner};
 use crate::fmi::order::Mode;
 use crate::fmi::symbols::Pointer;
-use crate::fmi::Fmu;
 
 /// Steps of the integrator.
 const STEPS: usize = 200;
@@ -42,19 +42,39 @@ type Read = unsafe fn(&Functions, Pointer, *mut f64, usize) -> c_int;
 
 impl<'a> Integrated<'a> {
     fn started(fmu: &'a Fmu, name: &str) -> Result<Self> {
-        let manner = Manner { kind: 0, ..Manner::USUAL };
+        let manner = Manner {
+            kind: 0,
+            ..Manner::USUAL
+        };
         let mut instance = Instance::with(fmu, name, manner)?;
-        instance.setup(fmu.description.default_experiment.start.unwrap_or(0.0), None)?;
+        instance.setup(
+            fmu.description.default_experiment.start.unwrap_or(0.0),
+            None,
+        )?;
         instance.enter(Mode::Initialization)?;
         // SAFETY: a live instance.
         let status = unsafe { fmu.functions.exit_initialization_mode(instance.c) };
         instance.must("fmi2ExitInitializationMode", status)?;
         let derivatives = fmu.description.derivatives.iter();
-        let n = derivatives.map(|u| fmu.description.variables[u.variable].size()).sum();
-        let mut new = Self { instance, x: vec![0.0; n], next: f64::INFINITY, events: 0 };
+        let n = derivatives
+            .map(|u| fmu.description.variables[u.variable].size())
+            .sum();
+        let mut new = Self {
+            instance,
+            x: vec![0.0; n],
+            next: f64::INFINITY,
+            events: 0,
+        };
         new.handle_events()?;
-        let nominals = new.read("fmi2GetNominalsOfContinuousStates", Functions::get_nominals, n)?;
-        ensure!(nominals.iter().all(|x| *x > 0.0), "nominal values {nominals:?} must be positive");
+        let nominals = new.read(
+            "fmi2GetNominalsOfContinuousStates",
+            Functions::get_nominals,
+            n,
+        )?;
+        ensure!(
+            nominals.iter().all(|x| *x > 0.0),
+            "nominal values {nominals:?} must be positive"
+        );
         Ok(new)
     }
 
@@ -63,18 +83,38 @@ impl<'a> Integrated<'a> {
         // SAFETY: a live instance.
         let status = unsafe { f.handle_events(self.instance.c, &mut self.next, &mut ends) };
         self.instance.must("events", status)?;
-        ensure!(!ends, "the model ends the simulation at {} s", self.instance.time);
-        self.x = self.read("fmi2GetContinuousStates", Functions::get_continuous_states, self.x.len())?;
+        ensure!(
+            !ends,
+            "the model ends the simulation at {} s",
+            self.instance.time
+        );
+        self.x = self.read(
+            "fmi2GetContinuousStates",
+            Functions::get_continuous_states,
+            self.x.len(),
+        )?;
         Ok(())
     }
 
     fn read(&self, name: &str, read: Read, n: usize) -> Result<Vec<f64>> {
         let mut values = vec![f64::NAN; n];
         // SAFETY: a live instance, room for `n` numbers.
-        let status = unsafe { read(&self.instance.fmu.functions, self.instance.c, values.as_mut_ptr(), n) };
-        self.instance.must(&format!("{name} at t = {} s", self.instance.time), status)?;
+        let status = unsafe {
+            read(
+                &self.instance.fmu.functions,
+                self.instance.c,
+                values.as_mut_ptr(),
+                n,
+            )
+        };
+        self.instance
+            .must(&format!("{name} at t = {} s", self.instance.time), status)?;
         match values.iter().position(|x| !x.is_finite()) {
-            Some(k) => bail!("{name} at t = {} s: number {k} is {}", self.instance.time, values[k]),
+            Some(k) => bail!(
+                "{name} at t = {} s: number {k} is {}",
+                self.instance.time,
+                values[k]
+            ),
             None => Ok(values),
         }
     }
@@ -84,7 +124,12 @@ impl<'a> Integrated<'a> {
         let (f, c) = (&self.instance.fmu.functions, self.instance.c);
         self.instance.time = t;
         // SAFETY: a live instance; the numbers live during the call.
-        let [time, states] = unsafe { [f.set_time(c, t), f.set_continuous_states(c, x.as_ptr(), x.len())] };
+        let [time, states] = unsafe {
+            [
+                f.set_time(c, t),
+                f.set_continuous_states(c, x.as_ptr(), x.len()),
+            ]
+        };
         self.instance.must("fmi2SetTime", time)?;
         self.instance.must("fmi2SetContinuousStates", states)?;
         self.read("fmi2GetDerivatives", Functions::get_derivatives, x.len())
@@ -99,21 +144,40 @@ impl<'a> Integrated<'a> {
     fn step(&mut self, h: f64) -> Result<()> {
         let (t, x, before) = (self.instance.time, self.x.clone(), self.indicators()?);
         let h = h.min(self.next - t);
-        let along = |h: f64, dx: &[f64]| -> Vec<f64> { x.iter().zip(dx).map(|(x, dx)| x + h * dx).collect() };
+        let along = |h: f64, dx: &[f64]| -> Vec<f64> {
+            x.iter().zip(dx).map(|(x, dx)| x + h * dx).collect()
+        };
         let a = self.derivatives(t, &x)?;
         let b = self.derivatives(t + h, &along(h, &a))?;
-        self.x = along(0.5 * h, &a).iter().zip(&b).map(|(x, b)| x + 0.5 * h * b).collect();
+        self.x = along(0.5 * h, &a)
+            .iter()
+            .zip(&b)
+            .map(|(x, b)| x + 0.5 * h * b)
+            .collect();
         let end = self.x.clone();
         self.derivatives(t + h, &end)?;
         let mut told = [false; 2];
         // SAFETY: a live instance.
-        let status = unsafe { self.instance.fmu.functions.completed_integrator_step(self.instance.c, &mut told) };
+        let status = unsafe {
+            self.instance
+                .fmu
+                .functions
+                .completed_integrator_step(self.instance.c, &mut told)
+        };
         self.instance.must("fmi2CompletedIntegratorStep", status)?;
         let after = self.indicators()?;
-        let passed = before.iter().zip(&after).any(|(a, b)| (*a > 0.0) != (*b > 0.0));
+        let passed = before
+            .iter()
+            .zip(&after)
+            .any(|(a, b)| (*a > 0.0) != (*b > 0.0));
         if passed || told[0] || t + h >= self.next {
             // SAFETY: a live instance.
-            let status = unsafe { self.instance.fmu.functions.enter_event_mode(self.instance.c) };
+            let status = unsafe {
+                self.instance
+                    .fmu
+                    .functions
+                    .enter_event_mode(self.instance.c)
+            };
             self.instance.must("fmi2EnterEventMode", status)?;
             self.events += 1;
             self.handle_events()?;
@@ -127,7 +191,10 @@ fn length(fmu: &Fmu) -> f64 {
     let experiment = &fmu.description.default_experiment;
     let whole = experiment.stop.unwrap_or(1.0) - experiment.start.unwrap_or(0.0);
     let usual = whole / STEPS as f64;
-    experiment.step.map_or(usual, |step| step.min(usual)).min(1e-3)
+    experiment
+        .step
+        .map_or(usual, |step| step.min(usual))
+        .min(1e-3)
 }
 
 fn integrate(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
@@ -150,13 +217,22 @@ fn integrate(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
             for (variable, numbers) in [(state, &x), (derivative, &rates)] {
                 let read = model.instance.read(variable)?;
                 if read != numbers[from..from + n] {
-                    outcome.fail(format!("`{}` is {read:?}, and {:?} among all", variable.name, &numbers[from..from + n]));
+                    outcome.fail(format!(
+                        "`{}` is {read:?}, and {:?} among all",
+                        variable.name,
+                        &numbers[from..from + n]
+                    ));
                 }
             }
             from += n;
         }
     }
-    outcome.note(format!("{} states, {} indicators, {} events", model.x.len(), fmu.description.event_indicators, model.events));
+    outcome.note(format!(
+        "{} states, {} indicators, {} events",
+        model.x.len(),
+        fmu.description.event_indicators,
+        model.events
+    ));
     Ok(())
 }
 
@@ -168,7 +244,12 @@ fn repeat(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let mut model = Integrated::started(fmu, "repeated")?;
     let h = length(fmu);
     model.step(h)?;
-    let (saved, time, x, next) = (model.instance.save()?, model.instance.time, model.x.clone(), model.next);
+    let (saved, time, x, next) = (
+        model.instance.save()?,
+        model.instance.time,
+        model.x.clone(),
+        model.next,
+    );
     let mut futures = Vec::new();
     for _ in 0..2 {
         for _ in 0..20 {
@@ -179,7 +260,9 @@ fn repeat(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
         model.next = next;
     }
     if futures[0] != futures[1] {
-        outcome.fail(format!("back at t = {time} s, the steps that follow give other numbers than before"));
+        outcome.fail(format!(
+            "back at t = {time} s, the steps that follow give other numbers than before"
+        ));
     }
     model.instance.free(saved)
 }

@@ -9,7 +9,9 @@ use anyhow::{Context, Result};
 use fmu_description::Version;
 
 use super::trial::Trial;
-use super::{calls, derivatives, exchange, fmi3_only, instances, misuse, simulation, states, values};
+use super::{
+    calls, derivatives, exchange, fmi3_only, instances, misuse, simulation, states, values,
+};
 use crate::check::checker::Checker;
 use crate::check::outcome::{Outcome, Promise, Report};
 use crate::fmi::{Fmu, names};
