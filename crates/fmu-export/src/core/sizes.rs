@@ -85,16 +85,19 @@ impl<M: Model> Variable<M> {
     }
 }
 
+/// A row that is a size, and its place.
+type Size<M> = (
+    &'static Variable<M>,
+    &'static Write<<M as Model>::Parameters, i32>,
+);
+
 /// The size of this name.
-pub(crate) fn size<M: Model>(
-    name: &str,
-) -> Option<(&'static Variable<M>, &'static Write<M::Parameters, i32>)> {
+pub(crate) fn size<M: Model>(name: &str) -> Option<Size<M>> {
     sizes::<M>().find(|(row, _)| row.name == name)
 }
 
 /// All rows that are sizes.
-pub(crate) fn sizes<M: Model>()
--> impl Iterator<Item = (&'static Variable<M>, &'static Write<M::Parameters, i32>)> {
+pub(crate) fn sizes<M: Model>() -> impl Iterator<Item = Size<M>> {
     (M::variables().iter().filter(|row| row.structural)).filter_map(|row| match &row.place {
         Place::IntegerParameter(place) => Some((row, place)),
         _ => None,
