@@ -69,6 +69,7 @@ class Suite:
         """What CI does."""
         for is_slow, calls in ((False, CI_CALLS), (True, CI_CALLS_SLOW)):
             self.torture("calls", "--calls", calls, fmus=self.chosen(is_slow))
+        self.torture("exchange")
         self.torture("threads")
         self.torture("long", "--steps", CI_STEPS)
         self.endurance(CI_STEPS)

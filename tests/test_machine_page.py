@@ -48,6 +48,12 @@ def restart(chrome, **settings):
     run(chrome, "await machine.pause(); await machine.restart(given[0])", {k.replace("__", "."): v for k, v in settings.items()})
 
 
+def reopen(chrome, address):
+    chrome.get("about:blank")
+    chrome.get(address)
+    run(chrome, "await machine.ready")
+
+
 def advance(chrome, seconds):
     run(chrome, "await machine.advance(given[0])", seconds)
 
@@ -170,9 +176,8 @@ def test_an_address_reproduces_a_run(page):
     advance(page, 0.5)
     names = ["hdrm.tip.position[1]", "hdrm.tip.position[2]", "emla_2.F", "controller.tip_error_norm"]
     first = [get(page, name) for name in names]
-    page.get("about:blank")
-    page.get(address)
-    run(page, "await machine.ready; await machine.pause()")
+    reopen(page, address)
+    run(page, "await machine.pause()")
     run(page, "document.getElementById('restart').click()")
     until(page, lambda: page.execute_script("return machine.time") == 0)
     advance(page, 0.5)
@@ -316,6 +321,20 @@ def test_nothing_is_wider_than_the_window(page, width):
         assert stage["width"] > 0.6 * min(width, 1000) and stage["height"] > 250
     finally:
         page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_it_waits_where_motion_is_reduced_and_is_dark_where_that_is_wanted(page):
+    wanted = {"prefers-reduced-motion": "reduce", "prefers-color-scheme": "dark"}
+    try:
+        page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": name, "value": value} for name, value in wanted.items()]})
+        reopen(page, PAGE.as_uri())
+        assert "Run" in shown(page, "play") and page.execute_script("return machine.time") == 0
+        ground = page.execute_script("return getComputedStyle(document.body).backgroundColor.match(/\\d+/g).map(Number)")
+        assert max(ground) < 60
+        page.find_element(By.ID, "play").click()
+        until(page, lambda: page.execute_script("return machine.time") > 0.1)
+    finally:
+        page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": name, "value": ""} for name in wanted]})
 
 
 def test_the_verdict_and_the_end(page):

@@ -46,7 +46,7 @@ def test_rules_of_the_standard(packed, name, version):
 def test_the_importer_finds_the_events(packed, version):
     """Heated from 293.15 K towards 593.15 K with tau = 400 s, the oven passes 463.15 K after tau ln(300/130); then it cools to 453.15 K in
     tau ln(170/160) and is heated again in tau ln(140/130). CVode's root is as good as its states, 1e-10 of 300 K over the slope of
-    0.4 K/s: 1e-7 s, and each of the eight times adds its own error."""
+    0.4 K/s: 1e-7 s, and each of the eighteen times adds its own error."""
     result = simulate(packed["Oven", version], stop_time=800.0, output_interval=10.0, output=["temperature", "heating", "switchings"], record_events=True)
     rises = np.flatnonzero(np.diff(result["switchings"]) == 1)
     tau = 400.0
@@ -55,7 +55,7 @@ def test_the_importer_finds_the_events(packed, version):
         expected.append(t)
         t += tau * math.log(170 / 160 if len(expected) % 2 else 140 / 130)
     found = result["time"][rises]
-    assert len(expected) == 17
+    assert len(expected) == 18
     np.testing.assert_allclose(found, expected, rtol=0, atol=2e-5)
     np.testing.assert_allclose(result["time"][rises + 1], found, rtol=0, atol=0, err_msg="an event takes no time")
 

@@ -75,10 +75,15 @@ def archive(**files):
 def test_it_shows_what_the_fmu_has(page):
     assert shown(page, "title") == "Battery"
     assert field(page, "i").get_attribute("type") == "number"
+    # Nothing of it has two bounds, between which a slider could move.
+    assert page.find_elements(By.CSS_SELECTOR, "#panel input[type=range]") == []
     page.execute_script("document.querySelectorAll('details').forEach((part) => (part.open = true))")
     table = shown(page, "variables")
     for name in ("soc", "v", "T"):
-        assert f"Battery.{name}" in table or f".{name} " in table
+        assert f"\nBattery.{name}\t" in table
+        # One FMU by itself needs no name of its component.
+        values = run(page, "return Promise.all(given[0].map((name) => machine.get(name)))", [f"Battery.{name}", name, f"fmu.{name}"])
+        assert values[0] > 0 and len(set(values)) == 1
     document = page.find_element(By.CSS_SELECTOR, "#documentation iframe").get_attribute("srcdoc")
     assert document == (BATTERY / "documentation/index.html").read_text()
 
@@ -124,6 +129,8 @@ def test_runs_lie_over_one_another(page):
         run_to(page, 20)
     legends = [scope.text for scope in page.find_elements(By.CSS_SELECTOR, ".scope h3")]
     assert legends and all(legend.count("run ") == 2 for legend in legends)
+    colors = page.execute_script("return [...document.querySelectorAll('.scope h3 span')].map((run) => run.style.getPropertyValue('--color'))")
+    assert all(colors) and len(set(colors)) == 2
 
 
 def test_files_that_cannot_run_are_refused_with_the_reason(page):
@@ -132,6 +139,7 @@ def test_files_that_cannot_run_are_refused_with_the_reason(page):
         "broken.fmu": (b"this is no archive", "no ZIP archive"),
         "empty.fmu": (archive(readme="x"), "neither an FMU nor an SSP"),
         "native.fmu": (archive(modelDescription_xml="<x/>", **{"binaries__x86_64-linux__m.so": "x"}), "has no WebAssembly"),
+        "two.fmu": (archive(modelDescription_xml='<fmiModelDescription fmiVersion="2.0"/>', **{"binaries__linux64__m.so": "x"}), "is of FMI 2.0"),
         "wrong.fmu": (archive(modelDescription_xml="<x/>", **{"binaries__wasm32-wasip2__m.wasm": "x"}), "fmiModelDescription"),
     }
     for name, (content, reason) in refused.items():

@@ -7,7 +7,7 @@ import { LiveScene } from "./live_scene.js";
 import { Recorder } from "./records.js";
 import { Page, element, html, scripted, tickBox } from "./page.js";
 import { Monitor } from "./monitor.js";
-import { readable } from "./scopes.js";
+import { fixed, readable } from "./scopes.js";
 import { ACTUATORS, SIGNALS } from "./signals.js";
 import { download, json, part } from "./parts.js";
 import { addressOf, elements, settingsOf } from "./variables.js";
@@ -191,11 +191,11 @@ class LivePage extends Page {
     element("share").textContent = this.playing ? `${Math.round(100 * share)} %` : "–";
     const lines = ACTUATORS.map((name, k) => {
       const part = Math.abs(forces[k]) / this.data.rated[k];
-      return `<tr><td>${name}</td><td>${(forces[k] / 1000).toFixed(1).replace("-", "−")} kN</td><td><meter min="0" max="1.3" high="1" low="0.8" optimum="0" value="${part}"></meter></td><td>${currents[k].toFixed(1).replace("-", "−")} A</td></tr>`;
+      return `<tr><td>${name}</td><td>${fixed(forces[k] / 1000, 1)} kN</td><td><meter min="0" max="1.3" high="1" low="0.8" optimum="0" value="${part}"></meter></td><td>${fixed(currents[k], 1)} A</td></tr>`;
     });
     const beside = this.laws.map((law, k) => `<tr style="color:${this.monitor.ghostColor(k)}"><td>${law}</td><td colspan="3">${readable(1000 * ghostErrors[k])} mm</td></tr>`);
     element("readout").innerHTML = `<table>${lines.join("")}<tr><td><b>tip error</b></td><td colspan="3"><b>${readable(1000 * error)} mm</b></td></tr>${beside.join("")}</table>`;
-    this.scene.label(ACTUATORS.map((name, k) => `${name} ${(forces[k] / 1000).toFixed(1).replace("-", "−")} kN, ${currents[k].toFixed(0).replace("-", "−")} A`));
+    this.scene.label(ACTUATORS.map((name, k) => `${name} ${fixed(forces[k] / 1000, 1)} kN, ${fixed(currents[k], 0)} A`));
     if (this.levers.padName) element("gamepad").textContent = `Joystick: ${this.levers.padName}. Left stick: slew and lift; right stick: tilt and turn.`;
     element("csv").disabled = this.recorder.count === 0;
   }

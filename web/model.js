@@ -54,6 +54,10 @@ async function fmusOf(name, bytes) {
   for (const [fmu, inside] of fmus) {
     const paths = [...inside.keys()];
     if (paths.some((path) => WASM.test(path))) continue;
+    if (/fmiVersion\s*=\s*["']2/.test(await textOf(inside, "modelDescription.xml"))) {
+      throw new Error(`${fmu} is of FMI 2.0, for which there is no WebAssembly: take the FMU of FMI 3.0 in its place. ` +
+        "For a model in Rust with fmu-export, `cargo fmu pack --target wasm` puts it into the folder fmi3/.");
+    }
     const platforms = [...new Set(paths.filter((path) => /^binaries\/[^/]+\/./.test(path)).map((path) => path.split("/")[1]))];
     throw new Error(`${fmu} has no WebAssembly, so no page can run it: it holds ${platforms.length ? `libraries for ${platforms.join(", ")}` : "no libraries at all"}. ` +
       "Whoever has its sources in Rust adds it with `cargo fmu pack --target wasm`.");
@@ -153,7 +157,7 @@ class ModelPage extends Page {
     };
     field.addEventListener("change", changed);
     row.firstChild.append(field);
-    if (isNumber && max - min < WIDEST_SLIDER) {
+    if (isNumber && [min, max].every(Number.isFinite) && max - min < WIDEST_SLIDER) {
       const slider = html`<input type="range" min="${min}" max="${max}" step="${(max - min) / 200}" value="${start}" aria-label="${text}">`;
       slider.addEventListener("input", () => {
         field.value = slider.value;
@@ -187,12 +191,17 @@ class ModelPage extends Page {
     return [...this.signals].filter(([, { select }]) => select.value !== "constant").map(([name, { at }]) => [name, at(t)]);
   }
 
-  async run() {
-    const [stop, step] = [Number(element("stop").value), Number(element("step").value)];
-    if (!(stop > 0 && step > 0)) throw new Error("Stop time and step must be greater than 0.");
-    this.say("");
-    const ticket = (this.ticket = {});
-    await this.engine.restart({ ...this.values, ...Object.fromEntries(this.moving(0)), step });
+  /* Starts a run, whose curves are kept; what tells it from later ones. */
+  async start(settings) {
+    const [before, ticket] = [this.ticket, {}];
+    this.ticket = ticket;
+    try {
+      await this.engine.restart(settings);
+    } catch (error) {
+      this.ticket = before;
+      throw error;
+    }
+    if (ticket !== this.ticket) return ticket;
     const number = (this.runs.at(-1)?.number ?? 0) + 1;
     if (!element("over").checked) this.runs = [];
     const run = Object.assign(new Recorder(), { on: true, number });
@@ -200,7 +209,15 @@ class ModelPage extends Page {
     this.runs.push(run);
     this.plots();
     this.engine.onframe = (frame) => ticket === this.ticket && this.frame(run, frame);
-    this.engine.watch(run.names);
+    await this.engine.watch(run.names);
+    return ticket;
+  }
+
+  async run() {
+    const [stop, step] = [Number(element("stop").value), Number(element("step").value)];
+    if (!(stop > 0 && step > 0)) throw new Error("Stop time and step must be greater than 0.");
+    this.say("");
+    const ticket = await this.start({ ...this.values, ...Object.fromEntries(this.moving(0)), step });
     const steps = Math.round(stop / step);
     const piece = Math.ceil(steps / (this.moving(0).length ? MOVING_PIECES : PIECES));
     for (let k = 0; k < steps; k += piece) {
@@ -216,7 +233,8 @@ class ModelPage extends Page {
     element("csv").disabled = false;
   }
 
-  frame(run, { time, history, factor }) {
+  frame(run, { time, history, factor, error }) {
+    if (error) this.say(error);
     run.add(history, 1 + run.names.length);
     this.draw(run, history);
     element("clock").textContent = `${Number(time.toPrecision(6))} s`;
@@ -273,10 +291,6 @@ class ModelPage extends Page {
 
   engineOf() {
     return this.engine;
-  }
-
-  start(settings) {
-    return this.engine.restart(settings);
   }
 
   play() {

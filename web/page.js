@@ -61,7 +61,7 @@ export function scripted(its, ready) {
     play: () => its.play(),
     pause: () => its.pause(),
     advance: (seconds) => its.advance(seconds),
-    get: (name, ghost) => its.engineOf(ghost).get(name),
+    get: async (name, ghost) => its.engineOf(ghost).get(name),
     set: (name, value) => its.set(name, value),
     get time() {
       return its.engine?.time ?? NaN;

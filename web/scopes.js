@@ -61,12 +61,15 @@ function roundStep(span, count) {
   return ten * [1, 2, 5, 10].find((m) => m * ten >= raw * 0.999);
 }
 
+/* The number with so many decimals. */
+export const fixed = (value, digits) => value.toFixed(digits).replace(/^-(?=.*[1-9])/, "−").replace("-", "");
+
 /* The number with as many digits as one can use. */
 export function readable(value) {
   if (!Number.isFinite(value)) return "–";
   const size = Math.abs(value);
-  if (size !== 0 && (size < 1e-4 || size >= 1e6)) return value.toExponential(2).replace("-", "−");
-  return value.toFixed(size >= 1000 ? 0 : size >= 100 ? 1 : size >= 1 ? 2 : 4).replace("-", "−");
+  if (size !== 0 && (size < 1e-4 || size >= 1e6)) return value.toExponential(2).replaceAll("-", "−");
+  return fixed(value, size >= 1000 ? 0 : size >= 100 ? 1 : size >= 1 ? 2 : 4);
 }
 
 const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -227,7 +230,7 @@ export class Scope {
       context.fillText(`${t.toFixed(2)} s`, Math.min(Math.max(this.pointer, box.left + 18), box.right - 18), box.top + 8);
     }
     const now = performance.now();
-    if (!pointed && now - this.shown < 150) return;
+    if (!pointed && this.scrolls && now - this.shown < 150) return;
     this.shown = now;
     for (const trace of this.traces) {
       trace.text.style.setProperty("--color", this.palette[trace.color % this.palette.length]);

@@ -521,7 +521,7 @@
 
     pause() {
       this.playing = false;
-      this.report(0, 0);
+      if (this.step !== undefined) this.report(0, 0);
       return null;
     }
 

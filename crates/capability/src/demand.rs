@@ -19,7 +19,6 @@ pub struct Payload {
 
 impl Payload {
     /// Of the machine file.
-    #[must_use]
     pub fn of(machine: &Machine) -> Self {
         let body = &machine.bodies.PL;
         Self {
@@ -42,7 +41,6 @@ pub struct Motion {
 
 impl Motion {
     /// Rest in the pose `zeta`, rad.
-    #[must_use]
     pub fn rest(zeta: [f64; DOF]) -> Self {
         Self {
             zeta,
@@ -77,7 +75,6 @@ pub struct Demand {
 
 impl Demand {
     /// Value of a quantity, SI unit.
-    #[must_use]
     pub fn value(&self, quantity: Quantity) -> f64 {
         match quantity {
             Quantity::Joint(k) => self.zeta[k],
@@ -138,7 +135,6 @@ impl Capability {
     }
 
     /// The manipulator without its drives.
-    #[must_use]
     pub fn plant(&self) -> &Hdrm {
         &self.plant
     }
@@ -147,7 +143,6 @@ impl Capability {
     ///
     /// The motors follow the rods rigidly: `w_m = ẋ/travel`, `ẇ_m = ẍ/travel` with `ẍ = x'·ζ̈ +
     /// x''·ζ̇²`.
-    #[must_use]
     pub fn demand(&self, motion: &Motion) -> Demand {
         let Motion {
             zeta,

@@ -65,7 +65,6 @@ impl Kinematics {
     }
 
     /// Pose of the tip at the joint angles `zeta`, rad.
-    #[must_use]
     pub fn pose(&self, zeta: &[f64; DOF]) -> Pose {
         Pose {
             position: self.tip(zeta).position,
@@ -114,7 +113,6 @@ impl Kinematics {
     /// ```text
     /// ζ̇ = J⁻¹ V,   ζ̈ = J⁻¹ (V̇ − J̇ ζ̇)
     /// ```
-    #[must_use]
     pub fn motion(&self, tip: &TipMotion, zeta: &[f64; DOF]) -> Option<Motion> {
         let now = self.tip(zeta);
         let inverse = now.jacobian().lu();

@@ -29,7 +29,6 @@ pub struct Margin {
 
 impl Limits {
     /// Of a machine.
-    #[must_use]
     pub fn of(machine: &Machine) -> Self {
         let (zeta, strokes) = (machine.limits.zeta(), machine.limits.strokes());
         let (ratings, emla) = (machine.ratings.in_order(), machine.emla.in_order());
@@ -52,13 +51,11 @@ impl Limits {
     }
 
     /// Allowed range of a quantity, SI unit.
-    #[must_use]
     pub fn range(&self, quantity: Quantity) -> [f64; 2] {
         self.ranges[quantity.index()]
     }
 
     /// All that a motion demands beside its limits, in the order of [`Quantity::all`].
-    #[must_use]
     pub fn margins(&self, demand: &Demand) -> [Margin; Quantity::COUNT] {
         Quantity::all().map(|quantity| Margin {
             quantity,
@@ -71,7 +68,6 @@ impl Limits {
 impl Margin {
     /// Distance to the nearer end of the range as a part of half the range: 1 in its middle (at no
     /// force), 0 at the limit, negative beyond it. NaN for a value that is not a number.
-    #[must_use]
     pub fn part(&self) -> f64 {
         let [min, max] = self.range;
         let nearer = (self.value - min).min(max - self.value);
@@ -80,7 +76,6 @@ impl Margin {
     }
 
     /// Whether the value is allowed; one that is no number is not.
-    #[must_use]
     pub fn holds(&self) -> bool {
         let [min, max] = self.range;
         min <= self.value && self.value <= max

@@ -32,7 +32,6 @@ impl Quantity {
     pub const COUNT: usize = 27;
 
     /// All quantities, in the order of [`Quantity::index`].
-    #[must_use]
     pub fn all() -> [Self; Self::COUNT] {
         std::array::from_fn(|k| match k {
             0..6 => Self::Joint(k),

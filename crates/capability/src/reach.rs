@@ -14,7 +14,6 @@ pub struct Reach {
 
 impl Reach {
     /// Of a machine's dimensions.
-    #[must_use]
     pub fn of(geometry: &Geometry) -> Self {
         let size = |v: &[f64; 3]| libm::hypot(libm::hypot(v[0], v[1]), v[2]);
         let links = [
@@ -34,13 +33,11 @@ impl Reach {
     }
 
     /// Length of the stretched arm from the lift joint to the tip, m.
-    #[must_use]
     pub fn length(&self) -> f64 {
         self.length
     }
 
     /// Least distance of a position from the lift joint, whatever the slew angle, m.
-    #[must_use]
     pub fn distance(&self, [x, y, z]: [f64; 3]) -> f64 {
         let (ahead, above) = ((x * x + z * z).sqrt() - self.radius, y - self.height);
         (ahead * ahead + above * above).sqrt()

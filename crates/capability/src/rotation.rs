@@ -4,7 +4,6 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// The turn about an axis by the length of the vector, rad.
 #[inline]
-#[must_use]
 pub fn turn(rotation: Vector3<f64>) -> UnitQuaternion<f64> {
     let angle = rotation.norm();
     let (sine, cosine) = libm::sincos(0.5 * angle);
@@ -14,7 +13,6 @@ pub fn turn(rotation: Vector3<f64>) -> UnitQuaternion<f64> {
 
 /// Rotation vector of at most half a turn, rad.
 #[inline]
-#[must_use]
 pub fn rotation_vector(q: &UnitQuaternion<f64>) -> Vector3<f64> {
     let sine = q.imag().norm();
     if sine == 0.0 {

@@ -9,6 +9,8 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use fmu_description::Description;
 pub use fmu_description::Version;
+use fmu_description::calls::Exports as _;
+use fmu_description::library::Library;
 
 use crate::archive::Entries;
 
@@ -35,17 +37,14 @@ pub fn files_of(library: &Path, version: Version) -> Result<Entries> {
         Version::Fmi3 => "fmi3ExportFiles",
     };
     let name = library.display();
-    // SAFETY: a library that was built to be loaded as an FMU; loading it runs no code of the
-    // model.
-    let loaded = unsafe { libloading::Library::new(library) }
-        .with_context(|| format!("{name} cannot be loaded"))?;
+    let loaded = Library::open(library).with_context(|| format!("{name} cannot be loaded"))?;
     // SAFETY: `fmu_export::export_fmu!` gives the symbol this signature.
-    let export = unsafe { loaded.get::<ExportFiles>(function.as_bytes()) };
+    let export = unsafe { loaded.function::<ExportFiles>(function) };
     let export = export.with_context(|| {
         format!("{name} exports no {function}; does the crate use fmu_export::export_fmu!?")
     })?;
     // SAFETY: the function of a library that stays loaded until it has returned.
-    unsafe { received(*export) }.with_context(|| name.to_string())
+    unsafe { received(export) }.with_context(|| name.to_string())
 }
 
 /// The files that the function hands out.

@@ -1,8 +1,8 @@
 //! Curves in panels, and paths in space, drawn on PNG and SVG alike.
 #![forbid(unsafe_code)]
 
-mod png;
-
+use std::fs::File;
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, anyhow};
@@ -233,7 +233,6 @@ impl Picture for Path3 {
 
 impl Figure {
     /// Write `folder/name.png` and `.svg`.
-    #[expect(clippy::cast_possible_truncation, reason = "a few panels")]
     pub fn save(&self, folder: &Path) -> Result<[PathBuf; 2]> {
         let [columns, rows] = [self.panels.len().min(2), self.panels.len().div_ceil(2)];
         let [width, height] = [columns as u32 * PANEL.0, rows as u32 * PANEL.1];
@@ -280,7 +279,11 @@ pub fn write(picture: &impl Picture, file: &Path, size: (u32, u32)) -> Result<()
         let drawn = picture.draw(&area).and_then(|()| area.present());
         drop(area);
         drawn.map_err(|e| failed(&e))?;
-        return std::fs::write(file, png::encoded(&pixels, size)?).map_err(|e| failed(&e));
+        let out = BufWriter::new(File::create(file).map_err(|e| failed(&e))?);
+        let mut encoder = png::Encoder::new(out, size.0, size.1);
+        encoder.set_color(png::ColorType::Rgb);
+        let written = (encoder.write_header()).and_then(|mut out| out.write_image_data(&pixels));
+        return written.map_err(|e| failed(&e));
     }
     let area = SVGBackend::new(file, size).into_drawing_area();
     let drawn = picture.draw(&area).and_then(|()| area.present());
@@ -288,7 +291,6 @@ pub fn write(picture: &impl Picture, file: &Path, size: (u32, u32)) -> Result<()
 }
 
 /// The k-th of `count` colours that differ.
-#[expect(clippy::cast_precision_loss, reason = "a few colours")]
 pub fn wheel(k: usize, count: usize) -> RGBColor {
     let (r, g, b) = HSLColor(k as f64 / count.max(1) as f64, 0.65, 0.42).rgb();
     RGBColor(r, g, b)

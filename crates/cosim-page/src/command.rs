@@ -18,7 +18,7 @@ pub fn answer(engine: &mut Engine, text: &str) -> Result<Value> {
 }
 
 fn obey(engine: &mut Engine, name: &str, command: &Map<String, Value>) -> Result<Value> {
-    let variable = || command.get("name").map(text).unwrap_or_default();
+    let variable = engine.full(command.get("name").map(text).unwrap_or_default());
     let id = || {
         command
             .get("id")
@@ -37,11 +37,11 @@ fn obey(engine: &mut Engine, name: &str, command: &Map<String, Value>) -> Result
             engine.watch(names.iter().map(text).collect())?;
             Ok(Value::Null)
         }
-        "get" => engine.run()?.get(&variable()),
+        "get" => engine.run()?.get(&variable),
         "set" => {
             let value = command.get("value").map(text);
             let value = value.context("`value` is missing")?;
-            engine.run()?.set(&variable(), &value)?;
+            engine.run()?.set(&variable, &value)?;
             Ok(Value::Null)
         }
         "save" => Ok(engine.run()?.save()?.into()),

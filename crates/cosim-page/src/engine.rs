@@ -17,6 +17,8 @@ use crate::run::Run;
 
 /// Name of the package in messages.
 const NAME: &str = "the package";
+/// Name of an FMU by itself, which it may be called by.
+const ALONE: &str = "fmu";
 const NO_RUN: &str = "nothing runs yet: start it with `restart`";
 
 /// Settings that are no start values of variables.
@@ -54,10 +56,10 @@ impl Engine {
     pub fn open(bytes: Vec<u8>) -> Result<Self> {
         let package = Package::of_bytes(NAME, bytes.clone())?;
         let source = if package.holds("modelDescription.xml") {
-            Source::Fmu(System::of_archives(
-                vec![(PathBuf::from("fmu"), bytes)],
-                &[],
-            )?)
+            let mut system = System::of_archives(vec![(PathBuf::from(ALONE), bytes)], &[])?;
+            // As `cosim run` calls it, whose files are named so.
+            system.structure.components[0].name = system.fmus[0].description.identifier.clone();
+            Source::Fmu(system)
         } else {
             ensure!(
                 package.names().any(|name| name.ends_with(".ssd")),
@@ -85,6 +87,20 @@ impl Engine {
             }
             Source::Fmu(_) => Vec::new(),
         }
+    }
+
+    /// A variable's name with its component, which an FMU by itself does without.
+    pub fn full(&self, name: String) -> String {
+        let Source::Fmu(system) = &self.source else {
+            return name;
+        };
+        let own = name
+            .strip_prefix(ALONE)
+            .and_then(|own| own.strip_prefix('.'));
+        let own = own.unwrap_or(&name);
+        let full = format!("{}.{own}", system.structure.components[0].name);
+        let needs_it = system.port(&name).is_err() && system.port(&full).is_ok();
+        if needs_it { full } else { name }
     }
 
     /// The run.
@@ -143,7 +159,8 @@ impl Engine {
         let mut start_values = Vec::new();
         for (name, value) in settings {
             if ![STRUCTURE, PARAMETERS, SCHEDULE, STEP_SIZE].contains(&name.as_str()) {
-                start_values.extend(system.parse_settings(&format!("{name}={}", text(value)))?);
+                let setting = format!("{}={}", self.full(name.clone()), text(value));
+                start_values.extend(system.parse_settings(&setting)?);
             }
         }
         let preferred = || system.preferred_step().map_or(STEP, |(step, _)| step);
@@ -186,6 +203,7 @@ impl Engine {
     /// # Errors
     /// A name that is not known.
     pub fn watch(&mut self, names: Vec<String>) -> Result<()> {
+        let names: Vec<String> = names.into_iter().map(|name| self.full(name)).collect();
         self.run()?.watch(&names)?;
         self.names = names;
         self.look()

@@ -386,7 +386,6 @@ impl Alteration {
 }
 
 /// A number from 0 to 1, 1 excluded.
-#[expect(clippy::cast_precision_loss, reason = "53 bits fit")]
 fn uniform(generator: &mut ChaCha8Rng) -> f64 {
     (generator.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }

@@ -1,6 +1,5 @@
 //! An FMU with its library loaded once, shared by all its instances.
 
-pub(crate) mod functions;
 #[cfg_attr(not(feature = "native"), path = "fmu/module.rs")]
 mod library;
 
@@ -8,11 +7,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Context, Result, bail};
+use fmu_description::calls::{Functions2, Functions3};
 use fmu_description::{Archive, Description, Version};
 
 use crate::batch::{Batch, Layout};
 use crate::slave::clocks::{self, Plan};
-use functions::{Functions2, Functions3};
 use library::Library;
 
 /// A loaded FMU. The library and the files that it needs live as long as any instance.

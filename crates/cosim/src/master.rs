@@ -185,7 +185,6 @@ impl Master {
 
     /// One communication step: all components, then the exchange at the new time. Does not allocate
     /// unless it fails.
-    #[expect(clippy::cast_precision_loss, reason = "2^53 steps are never reached")]
     pub fn step(&mut self) -> Result<()> {
         let Stepping { start, step, .. } = self.stepping;
         self.advance(step, start + (self.steps + 1) as f64 * step)

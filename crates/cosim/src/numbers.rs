@@ -24,7 +24,6 @@ pub fn number(v: &Variable, text: &str) -> Result<f64> {
 }
 
 /// Whether a variable can take a number.
-#[expect(clippy::cast_possible_truncation, reason = "whole numbers up to 2^53")]
 pub fn fits(v: &Variable, number: f64) -> bool {
     let is_whole = number.fract() == 0.0 && number.abs() <= WHOLE;
     let [least, greatest] = v.bounds();
@@ -54,10 +53,6 @@ pub fn allowed(v: &Variable) -> String {
     }
 }
 
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "whole numbers beyond 2^53 are refused"
-)]
 fn whole(value: i128) -> f64 {
     value as f64
 }

@@ -94,7 +94,6 @@ fn at_point(system: &System, k: usize, inputs: &[usize], is_moved: bool) -> Resu
         let v = &variables[*input];
         let start = slave.number(*input, At::Initialization)?;
         // No two inputs are moved alike.
-        #[expect(clippy::cast_precision_loss, reason = "few inputs")]
         let share = 0.1 + 0.05 * (place as f64).sin();
         let moved = start + share * scale(v, start);
         if v.kind == Kind::Real && fits(v, moved) && set(&slave, *input, moved).is_err() {

@@ -10,6 +10,7 @@ mod fmi3;
 #[cfg_attr(not(feature = "native"), path = "slave/instance_of_module.rs")]
 mod instance;
 pub mod messages;
+mod owner;
 
 use std::any::Any;
 use std::ffi::CString;

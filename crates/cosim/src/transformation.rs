@@ -66,7 +66,6 @@ impl Transformation {
         let Self::Map(entries) = self else {
             return value;
         };
-        #[expect(clippy::cast_possible_truncation, reason = "entries are whole numbers")]
         let mut whole = entries.iter().map(|(s, t)| (*s as i128, *t as i128));
         let found = whole.find(|(source, _)| *source == value);
         found.map_or(value, |(_, target)| target)
@@ -193,7 +192,6 @@ fn own(
     use system_structure::Transformation as Of;
     let number = |on: bool| f64::from(u8::from(on));
     let whole = |k: i64| {
-        #[expect(clippy::cast_precision_loss, reason = "checked")]
         let number = k as f64;
         if k.unsigned_abs() > 1 << f64::MANTISSA_DIGITS {
             bail!("a mapping names {k}; it must lie between -2^53 and 2^53");

@@ -82,11 +82,6 @@ impl Value {
 
     /// A number as a memory of 64 bits has it: the bits of a floating-point number, else of an
     /// integer of 64 bits; 0 for texts and bytes.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "integers that fit their type have at most 64 bits"
-    )]
     pub fn bits(&self) -> u64 {
         match self {
             Self::Real(number) => number.to_bits(),

@@ -97,19 +97,16 @@ impl Emla {
     }
 
     /// Parameters.
-    #[must_use]
     pub fn params(&self) -> &machine::Emla {
         &self.p
     }
 
     /// Options of its electrical side.
-    #[must_use]
     pub fn electric(&self) -> &Electric {
         &self.electric
     }
 
     /// Drive mode.
-    #[must_use]
     pub fn drive(&self) -> Drive {
         self.drive
     }

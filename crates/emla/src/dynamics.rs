@@ -57,7 +57,6 @@ impl Emla {
     /// The energy that the spring gives or takes in the jump crosses the border between two steps;
     /// it is the shift in `energy.in = energy.out + shift + energy.loss + Δenergy.stored`. Over a
     /// motion from rest to rest it nearly cancels, unless a brake stops the shaft.
-    #[must_use]
     pub fn work_of_shift(&self, s: &State, from: f64, to: f64) -> f64 {
         let nut = maps::travel_per_radian(&self.p) * s.theta_m;
         let elastic = |x: f64| 0.5 * maps::stiffness(&self.p, x) * (nut - x) * (nut - x);

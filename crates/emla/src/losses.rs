@@ -40,13 +40,11 @@ pub struct Losses {
 
 impl Losses {
     /// Copper, core and inverter together, W.
-    #[must_use]
     pub fn electrical(&self) -> f64 {
         self.copper + self.core + self.inverter
     }
 
     /// All but the electrical ones, W.
-    #[must_use]
     pub fn mechanical(&self) -> f64 {
         self.motor_friction
             + self.gear
@@ -59,7 +57,6 @@ impl Losses {
     }
 
     /// All of them, W.
-    #[must_use]
     pub fn total(&self) -> f64 {
         self.electrical() + self.mechanical()
     }

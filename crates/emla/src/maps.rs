@@ -10,13 +10,11 @@ use crate::tanh::tanh;
 use machine::{Dq, Emla};
 
 /// Nut travel per radian of the screw, `ρ/2π`, m/rad. Source: `[paper]` Eq. (eq:linear_velocity).
-#[must_use]
 pub fn lead(p: &Emla) -> f64 {
     p.rho / std::f64::consts::TAU
 }
 
 /// Nut travel per radian of the motor, `ρ/(2πN)`, m/rad. Source: `[paper]` Eq. (eq:gear_velocity).
-#[must_use]
 pub fn travel_per_radian(p: &Emla) -> f64 {
     lead(p) / p.N_gear
 }
@@ -25,14 +23,12 @@ pub fn travel_per_radian(p: &Emla) -> f64 {
 /// ```text
 /// τ_e = 3/2·p·(λ_d i_q − λ_q i_d)
 /// ```
-#[must_use]
 pub fn torque(p: &Emla, i_d: f64, i_q: f64) -> f64 {
     let lambda = motor::flux(p, Dq { d: i_d, q: i_q });
     1.5 * f64::from(p.p) * (lambda.d * i_q - lambda.q * i_d)
 }
 
 /// Energy of the currents' field, J: `3/4·(L_d i_d² + L_q i_q²)`.
-#[must_use]
 pub fn magnetic_energy(p: &Emla, i_d: f64, i_q: f64) -> f64 {
     0.75 * (p.L_d * i_d * i_d + p.L_q * i_q * i_q)
 }
@@ -47,13 +43,11 @@ pub fn magnetic_energy(p: &Emla, i_d: f64, i_q: f64) -> f64 {
 /// 1/K_b = ℓ_s/EA + 1/(2 K_br) + 1/K_n + 1/K_r + ρ² x/(4π² GJ)
 /// ```
 /// Outside the screw, x ∉ [0, L_s], the value at the nearer end holds.
-#[must_use]
 pub fn stiffness(p: &Emla, x: f64) -> f64 {
     stiffness_and_slope(p, x).0
 }
 
 /// [`stiffness`] and its derivative with respect to x, N/m²: `K_b' = −K_b²·(1/K_b)'`.
-#[must_use]
 #[inline(always)]
 pub fn stiffness_and_slope(p: &Emla, x: f64) -> (f64, f64) {
     // Not `clamp`, which panics for a senseless L_s: a saved state that was damaged may hold one.
@@ -93,7 +87,6 @@ pub(crate) fn stiffness_curvature(p: &Emla, x: f64) -> f64 {
 /// k = (1/η + η)/2 > 1, so below |w_m| = w_η·artanh((1−η)/(1+η)) a back-driven gear still gains
 /// `(k − 1)` of the load's power: at most (m−1)²/(4d)·w_η·|τ_load|/N with m = (1/η + η)/2 and
 /// d = (1/η − η)/2, 0.25 mW for the reference actuator at 70 kN.
-#[must_use]
 pub fn gear_factor(p: &Emla, tau_load: f64, w_m: f64) -> f64 {
     let (mean, half) = gear_factor_parts(p);
     mean + half * sign(tau_load) * tanh(1.0 / p.w_eta * w_m)
@@ -122,7 +115,6 @@ pub(crate) fn sech2(z: f64) -> f64 {
 
 /// Friction of the motor, N·m: `C_m w_m + τ_C tanh(w_m/w_C)`. Source: `[paper]` Eq.
 /// (eq:rotor_dynamics), with the Coulomb friction opposing the motion and zero at rest.
-#[must_use]
 pub fn motor_friction(p: &Emla, w_m: f64) -> f64 {
     p.C_m * w_m + p.tau_C * tanh(1.0 / p.w_C * w_m)
 }
@@ -133,7 +125,6 @@ pub(crate) fn motor_friction_slope(p: &Emla, w_m: f64) -> f64 {
 }
 
 /// Torque on the screw by its friction and by the nut, N·m: `C_s w_m/N + lead·F_nut`.
-#[must_use]
 pub fn screw_load(p: &Emla, F_nut: f64, w_m: f64) -> f64 {
     p.C_s / p.N_gear * w_m + lead(p) * F_nut
 }
@@ -143,7 +134,6 @@ pub fn screw_load(p: &Emla, F_nut: f64, w_m: f64) -> f64 {
 /// Rotor, gear and screw equations of the paper over-determine the rigid gear; this is their single
 /// inertia. It replaces the dimensionally wrong `J_m + M_act/(N + η_f)` of Eq.
 /// (eq:current_q_required).
-#[must_use]
 pub fn inertia(p: &Emla, k: f64) -> f64 {
     p.J_m + p.J_s / (p.N_gear * p.N_gear) * k
 }
@@ -154,7 +144,6 @@ pub fn inertia(p: &Emla, k: f64) -> f64 {
 /// τ_e = (J_m + k J_s/N²) ẇ_m + C_m w_m + τ_C tanh(w_m/w_C) + k (C_s w_m/N + lead·F_nut)/N
 /// ```
 /// The rod's own mass is not included: coupled to a mechanism it belongs to that mechanism.
-#[must_use]
 pub fn required_torque(p: &Emla, F: f64, w_m: f64, w_m_dot: f64) -> f64 {
     let F_nut = F + p.C_act * travel_per_radian(p) * w_m;
     let tau_load = screw_load(p, F_nut, w_m);
@@ -167,7 +156,6 @@ pub fn required_torque(p: &Emla, F: f64, w_m: f64, w_m_dot: f64) -> f64 {
 /// `ẇ_m = 0`.
 ///
 /// k > 0, so the load's sign is that of the torque left over after the motor's friction.
-#[must_use]
 pub fn quasi_static_force(p: &Emla, tau_e: f64, w_m: f64) -> f64 {
     let tau = tau_e - motor_friction(p, w_m);
     let tau_load = p.N_gear * tau / gear_factor(p, tau, w_m);
@@ -189,13 +177,11 @@ pub(crate) fn quasi_static_slopes(p: &Emla, tau_e: f64, w_m: f64) -> (f64, f64) 
 
 /// β₁ of Eq. (eq:Error_Force_EMLA) at α = 0, N/A: lossless force per quadrature current,
 /// `(2πN/ρ)·(3/2)·p·λ_d` (the paper's second line repeats the factor 3/2·p).
-#[must_use]
 pub fn beta_1(p: &Emla, i_d: f64) -> f64 {
     1.5 * f64::from(p.p) * (p.L_d * i_d + p.lambda_m) / travel_per_radian(p)
 }
 
 /// β₂ of Eq. (eq:Error_Force_EMLA) at α = 0, N/A: `(2πN/ρ)·(3/2)·p·λ_q`.
-#[must_use]
 pub fn beta_2(p: &Emla, i_q: f64) -> f64 {
     1.5 * f64::from(p.p) * p.L_q * i_q / travel_per_radian(p)
 }

@@ -25,7 +25,6 @@ pub struct Untrained {
 impl Emla {
     /// Where the network counts but was not trained, in state `s`. Speeds below the trained ones
     /// are left out: every motion begins and ends there.
-    #[must_use]
     pub fn untrained(&self, s: &State) -> Option<Untrained> {
         let surrogate = self.surrogate.as_ref().filter(|_| self.alpha > 0.0)?;
         let (ranges, w_m) = (surrogate.ranges(), s.w_m);
@@ -42,7 +41,6 @@ impl Emla {
 
     /// Force that the network's guards hold back at torque `tau_e`, N·m, and motor speed `w_m`,
     /// rad/s, as the physics has it, N: none inside the trained box.
-    #[must_use]
     pub fn held_back(&self, surrogate: &Surrogate, tau_e: f64, w_m: f64) -> f64 {
         let physics = |tau, w| maps::quasi_static_force(&self.p, tau, w);
         if surrogate.in_trained_range(tau_e, w_m) {
@@ -52,7 +50,6 @@ impl Emla {
     }
 
     /// The residual at torque `tau_e`, N·m, and motor speed `w_m`, rad/s. One network evaluation.
-    #[must_use]
     pub fn residual(&self, tau_e: f64, w_m: f64) -> Residual {
         let Some(surrogate) = &self.surrogate else {
             return Residual::default();
@@ -63,7 +60,6 @@ impl Emla {
     /// The residuals of three actuators at the points `[tau_e, w_m]`, N·m and rad/s. The controller
     /// calls it with its own nominal actuators, which share a network: it is then evaluated for all
     /// of them at once, with the same bits.
-    #[must_use]
     pub fn residuals(actuators: &[Self; 3], points: [[f64; 2]; 3]) -> [Residual; 3] {
         if let [Some(a), Some(b), Some(c)] = actuators.each_ref().map(|a| a.surrogate.as_ref())
             && a.is_shared_with(b)

@@ -68,7 +68,6 @@ impl Emla {
     }
 
     /// In how many substeps a step of `h`, s, is taken, unless the motor is too fast for them.
-    #[must_use]
     pub fn substeps(&self, h: f64) -> f64 {
         limits::substeps(h, self.dt_max)
     }

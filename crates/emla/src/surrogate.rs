@@ -69,7 +69,6 @@ struct Read {
 impl Surrogate {
     /// The shipped network, `parameters/surrogate.json` as it was when this was compiled. Costs
     /// nothing.
-    #[must_use]
     pub fn reference() -> Self {
         Self(Source::Shipped)
     }
@@ -85,7 +84,6 @@ impl Surrogate {
     ///
     /// # Panics
     /// Never: texts and finite numbers can be written as JSON.
-    #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_string(self).expect("texts and numbers")
     }
@@ -115,7 +113,6 @@ impl Surrogate {
     }
 
     /// The file's contents.
-    #[must_use]
     pub fn file(&self) -> SurrogateFile {
         let n = self.network();
         SurrogateFile {
@@ -134,7 +131,6 @@ impl Surrogate {
     }
 
     /// Bound on the error of its efficiency, where it was calibrated.
-    #[must_use]
     pub fn efficiency_bound(&self) -> Option<EfficiencyBound> {
         match &self.0 {
             Source::Shipped => shipped::BOUND,
@@ -144,7 +140,6 @@ impl Surrogate {
 
     /// Scaling and trained box.
     #[inline]
-    #[must_use]
     pub fn ranges(&self) -> &Ranges {
         match &self.0 {
             Source::Shipped => &shipped::RANGES,
@@ -153,7 +148,6 @@ impl Surrogate {
     }
 
     /// Where the weights come from.
-    #[must_use]
     pub fn training(&self) -> TrainingRecord {
         match &self.0 {
             Source::Shipped => shipped::training(),
@@ -171,7 +165,6 @@ impl Surrogate {
 
     /// Force and rod speed at an air-gap torque `tau_e`, N·m, and a motor speed `w_m`, rad/s, of
     /// either sign. NaN gives NaN. Does not allocate.
-    #[must_use]
     pub fn evaluate(&self, tau_e: f64, w_m: f64) -> SurrogateOutput {
         let fold = Fold::of(w_m);
         // Away from standstill the other direction has no weight at all: one evaluation is enough.
@@ -204,7 +197,6 @@ impl Surrogate {
 
     /// [`evaluate`](Self::evaluate) at three points `[tau_e, w_m]`, bit by bit the same. Up to
     /// three directions of motion are evaluated together, for which the weights are loaded once.
-    #[must_use]
     pub fn evaluate_three(&self, points: [[f64; 2]; 3]) -> [SurrogateOutput; 3] {
         let folds = points.map(|[_, w_m]| Fold::of(w_m));
         let (mut directions, mut n) = ([[0.0; 2]; 6], 0);
@@ -254,7 +246,6 @@ impl Surrogate {
 
     /// Pass a map of (tau_e, w_m) that holds for positive speed through the network's guards:
     /// clamp to the trained box, fold by odd symmetry. `evaluate` is this for the network.
-    #[must_use]
     pub fn guard(&self, tau_e: f64, w_m: f64, map: impl Fn(f64, f64) -> f64) -> f64 {
         let ranges = self.ranges();
         let w = ranges.w_m.clamp(w_m.abs());
@@ -267,7 +258,6 @@ impl Surrogate {
     }
 
     /// Does the point, mirrored to positive speed, lie in the trained box?
-    #[must_use]
     pub fn in_trained_range(&self, tau_e: f64, w_m: f64) -> bool {
         let ranges = self.ranges();
         let tau = if w_m < 0.0 { -tau_e } else { tau_e };

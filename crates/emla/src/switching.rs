@@ -9,7 +9,6 @@ use machine::{ActuatorInput as Input, DEAD_LINK, Holding};
 
 impl Emla {
     /// Voltage of the DC link, V: the input's, or the machine's.
-    #[must_use]
     pub fn link_voltage(&self, u: &Input) -> f64 {
         u.v_dc.unwrap_or(self.v_dc)
     }

@@ -2,10 +2,9 @@
 //! may call them, and C type. Enumerations are plain integers here: what a broken FMU returns must
 //! not be undefined behaviour in the one who calls it.
 //!
-//! The types are for whoever loads a library: [`fmi2_functions`](crate::fmi2_functions) and
-//! [`fmi3_functions`](crate::fmi3_functions) hand the rows to another macro. Where they are used,
-//! `c_int`, `Pointer`, `Text`, `Callbacks` (`fmi2CallbackFunctions`) and `Logger`
-//! (`fmi3LogMessageCallback`) must be in scope.
+//! [`fmi2_functions`](crate::fmi2_functions) and [`fmi3_functions`](crate::fmi3_functions) hand the
+//! rows to another macro. Where they are used, `c_int`, `Pointer`, `Text`, and `Callbacks` and
+//! `Logger` of [`calls`](crate::calls) must be in scope.
 
 use std::ffi::{c_char, c_void};
 

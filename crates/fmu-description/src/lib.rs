@@ -3,7 +3,8 @@
 //! Where a notion is the same in both versions, so is its type here. [`Archive`] opens the FMU
 //! itself.
 //!
-//! Which C functions an FMU exports, of which type and when they may be called: [`functions`].
+//! Which C functions an FMU exports, of which type and when they may be called: [`functions`]; as
+//! pointers that can be called: [`calls`]. With the feature `library` it loads shared libraries.
 //!
 //! Other tools' FMUs are read as they are: in any encoding that is usual, with whatever their
 //! vendors add. What is wrong by the standard but harmless becomes a [`Remark`].
@@ -23,9 +24,10 @@
 //! let u = description.variable("u").unwrap();
 //! assert_eq!((u.unit.as_deref(), u.start_number()), (Some("m"), Some(1.0)));
 //! ```
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)] // but where functions of libraries are found
 
 mod archive;
+pub mod calls;
 mod dependencies;
 mod description;
 mod elements;
@@ -35,6 +37,8 @@ mod file;
 mod fmi2;
 mod fmi3;
 pub mod functions;
+#[cfg(feature = "library")]
+pub mod library;
 mod parse;
 pub mod platform;
 mod remark;

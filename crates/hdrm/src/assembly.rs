@@ -51,7 +51,6 @@ impl Hdrm {
     }
 
     /// The state at the start, in which drives of the wrist as built hold the pose.
-    #[must_use]
     pub fn started(&self, state: State) -> State {
         let Some(drive) = &self.wrist else {
             return state;

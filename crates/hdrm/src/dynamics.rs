@@ -15,13 +15,11 @@ use nalgebra::{Matrix6, Vector6};
 
 impl Hdrm {
     /// Loops, mass matrix and bias forces at a state, on a base at rest.
-    #[must_use]
     pub fn dynamics(&self, state: &State) -> Dynamics {
         self.dynamics_under(state, self.gravity)
     }
 
     /// The same on a base that moves as `input` says.
-    #[must_use]
     pub fn dynamics_with(&self, state: &State, input: &Input) -> Dynamics {
         let mut dynamics = self.dynamics_under(state, self.felt_gravity(input));
         if let Some(turning) = self.turning_forces(state, input) {
@@ -55,14 +53,12 @@ impl Hdrm {
     }
 
     /// Mass matrix `M` and bias `h` with gravity, without friction and stops.
-    #[must_use]
     pub fn equations_of_motion(&self, state: &State) -> (Matrix6<f64>, Vector6<f64>) {
         let Dynamics { M, h, .. } = self.dynamics(state);
         (M, h)
     }
 
     /// Joint accelerations, rad/s².
-    #[must_use]
     pub fn forward_dynamics(&self, state: &State, input: &Input) -> [f64; DOF] {
         self.acceleration(&self.dynamics_with(state, input), input)
             .into()
@@ -116,7 +112,6 @@ impl Hdrm {
     /// Drive forces and torques for which the machine moves with `zeta_ddot`, rad/s², in free
     /// range (end stops left out) under the wrench `wrench_env` on its tip. Independent of the path
     /// that [`Hdrm::forward_dynamics`] takes. Wrist torques are not limited.
-    #[must_use]
     pub fn inverse_dynamics(
         &self,
         state: &State,
@@ -143,14 +138,12 @@ impl Hdrm {
 
     /// Forces of the actuators, N, and torques of the wrist, N·m, that hold the machine still in
     /// the pose `zeta` against gravity alone.
-    #[must_use]
     pub fn holding(&self, zeta: &[f64; DOF]) -> ([f64; 3], [f64; 3]) {
         self.inverse_dynamics(&State::at_rest(*zeta), &[0.0; DOF], &[0.0; 6])
     }
 
     /// Kinetic and potential energy, J; the latter is zero with all masses at the height of the
     /// world's origin.
-    #[must_use]
     pub fn energies(&self, state: &State) -> (f64, f64) {
         self.energies_of(&self.dynamics(state))
     }

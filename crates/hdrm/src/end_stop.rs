@@ -65,15 +65,18 @@ impl EndStop {
         }
     }
 
+    /// Distance from the nearer end, negative inside the stop.
+    pub(crate) fn distance(&self, y: f64) -> f64 {
+        -self.contact(y, 0.0).d
+    }
+
     /// Force on the coordinate, positive towards larger `y`.
-    #[must_use]
     pub fn force(&self, y: f64, y_dot: f64) -> f64 {
         let Contact { sign, d, d_dot } = self.contact(y, y_dot);
         sign * self.stiffness * d.max(0.0) * (1.0 + self.dissipation * d_dot).max(0.0)
     }
 
     /// Time derivative of [`EndStop::force`]; `k·(d_dot·(1 + c·d_dot) + d·c·d_ddot)` in contact.
-    #[must_use]
     pub fn force_rate(&self, y: f64, y_dot: f64, y_ddot: f64) -> f64 {
         let Contact { sign, d, d_dot } = self.contact(y, y_dot);
         let pressure = 1.0 + self.dissipation * d_dot;

@@ -43,7 +43,6 @@ impl Gravity {
 /// ```
 /// g is in the ground's axes; a and g_felt are in those of the machine's world, which stands on the
 /// base.
-#[must_use]
 pub fn felt_gravity(g: [f64; 3], [roll, pitch]: [f64; 2], acceleration: [f64; 3]) -> [f64; 3] {
     let ([x, y, z], [a_x, a_y, a_z]) = (g, acceleration);
     let ((s_r, c_r), (s_p, c_p)) = (libm::sincos(roll), libm::sincos(pitch));

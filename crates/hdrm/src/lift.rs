@@ -37,7 +37,6 @@ impl Lift {
 
     /// The actuator vector foot → rod pin in T1's axes, from the unit vector of A2's x axis
     /// (O → rod pin, elevation `zeta_2 − beta2`).
-    #[must_use]
     pub fn actuator(&self, e_A2: Vector2<f64>) -> Polar {
         let pin = e_A2 * self.L1;
         Polar::new(pin - self.foot, turning(pin))

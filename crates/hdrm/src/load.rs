@@ -25,7 +25,6 @@ pub struct Load {
 
 impl Load {
     /// The payload as the machine's file has it, and no load.
-    #[must_use]
     pub fn of(machine: &Machine) -> Self {
         Self {
             payload_mass: machine.bodies.PL.mass,

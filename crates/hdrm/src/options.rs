@@ -31,7 +31,6 @@ pub struct Options {
 
 impl Options {
     /// The machine as its file has it.
-    #[must_use]
     pub fn of(machine: &Machine) -> Self {
         Self {
             inertia_scale: 1.0,

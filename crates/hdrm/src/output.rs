@@ -44,17 +44,21 @@ pub struct Output {
     pub energy_contact_loss: f64,
     /// Energy that changes of the load have brought, J.
     pub energy_load: f64,
+    /// Torques of the wrist's motors as built, N·m.
+    pub wrist_torque: [f64; 3],
+    /// Their angles as the joints feel them, rad.
+    pub wrist_angle: [f64; 3],
+    /// Rates of these, rad/s.
+    pub wrist_rate: [f64; 3],
 }
 
 impl Hdrm {
     /// Outputs at a state under an input.
-    #[must_use]
     pub fn output(&self, state: &State, input: &Input) -> Output {
         self.output_at(&self.dynamics_with(state, input), input)
     }
 
     /// Outputs where the dynamics are known.
-    #[must_use]
     pub fn output_at(&self, dynamics: &Dynamics, input: &Input) -> Output {
         let Dynamics {
             strokes, holding, ..
@@ -81,11 +85,13 @@ impl Hdrm {
             energy_contact: touch.energy,
             energy_contact_loss: dynamics.state.contact_loss,
             energy_load: dynamics.state.load_energy,
+            wrist_torque: dynamics.state.wrist.map(|drive| drive.motor),
+            wrist_angle: dynamics.state.wrist.map(|drive| drive.angle),
+            wrist_rate: dynamics.state.wrist.map(|drive| drive.rate),
         }
     }
 
     /// Exact time derivative of [`Hdrm::output`] while the input changes with `input_dot`.
-    #[must_use]
     pub fn output_derivative(&self, state: &State, input: &Input, input_dot: &Input) -> Output {
         let State { zeta, zeta_dot, .. } = state;
         let dynamics = self.dynamics_with(state, input);
@@ -140,7 +146,7 @@ impl Hdrm {
             contact_penetration: depth_rate,
             energy_contact: -contact_power - touch.dissipation,
             energy_contact_loss: touch.dissipation,
-            energy_load: 0.0,
+            ..Output::default()
         }
     }
 }

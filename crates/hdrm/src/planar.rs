@@ -27,7 +27,6 @@ impl Polar {
     /// p‴ = (c‴ − 3c′ψ′² − 3cψ′ψ″) e + (cψ‴ + 3c″ψ′ + 3c′ψ″ − cψ′³) n
     /// ```
     /// solved for the derivatives of c and ψ. Valid for `c > 0`.
-    #[must_use]
     pub fn new(p: Vector2<f64>, [p1, p2, p3]: Derivatives<Vector2<f64>>) -> Self {
         let c = p.norm();
         let inv_c = c.recip();

@@ -64,19 +64,16 @@ pub struct Dynamics {
 
 impl Hdrm {
     /// The plant's geometry.
-    #[must_use]
     pub fn tree(&self) -> &Tree {
         &self.tree
     }
 
     /// Inertias in the order of [`crate::BODIES`], in body axes about body origins.
-    #[must_use]
     pub fn inertias(&self) -> &[Inertia; Body::COUNT] {
         &self.bodies
     }
 
     /// End stops on the strokes of slew, lift and tilt (m), then on the wrist angles (rad).
-    #[must_use]
     pub fn end_stops(&self) -> &[EndStop; DOF] {
         &self.stops
     }

@@ -16,7 +16,6 @@ use spatial::{Inertia, Twist, Wrench};
 
 impl Hdrm {
     /// What the end-effector carries.
-    #[must_use]
     pub fn load(&self) -> &Load {
         &self.load
     }

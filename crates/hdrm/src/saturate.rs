@@ -3,7 +3,6 @@
 /// `x` saturated to ±`limit`. Unlike [`f64::clamp`] it does not panic where the limit is senseless,
 /// as it may be in a saved state that was damaged. NaN stays NaN.
 #[inline(always)]
-#[must_use]
 pub fn saturate(x: f64, limit: f64) -> f64 {
     if x.abs() > limit {
         limit.copysign(x)

@@ -11,7 +11,6 @@ impl Hdrm {
     /// move, `δzeta_ddot = M⁻¹·(Jxᵀ·δf + δtau + J_T4ᵀ·δW − δQ_hold − δQ_turning)`, and with the
     /// base the holding forces and the potential energy. A wrist drive in saturation does not
     /// follow.
-    #[must_use]
     pub fn directional_derivative(&self, state: &State, input: &Input, seed: &Input) -> Output {
         let dynamics = self.dynamics_with(state, input);
         let mut Q = self.drive_forces(&dynamics, input, seed);

@@ -73,7 +73,6 @@ impl Tilt {
     /// D is the intersection of the circles about A and C. With a, b the angles of rocker and
     /// coupler the loop is `d4 e(a) − d5 e(b) = C − A`; its derivatives are linear in those of a
     /// and b with the same matrix each time.
-    #[must_use]
     pub fn four_bar(&self, e_tilt: Vector2<f64>) -> FourBar {
         let &Self { A, E, d4, d5, .. } = self;
         let C = turned(self.C, e_tilt);

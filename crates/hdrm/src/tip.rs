@@ -19,7 +19,6 @@ pub struct Tip {
 
 impl Tip {
     /// Tip and joint axes at a configuration.
-    #[must_use]
     pub fn new(tree: &Tree, configuration: &Configuration) -> Self {
         let mut pose = spatial::Pose::identity();
         let mut axes = [Vector3::zeros(); DOF];
@@ -37,7 +36,6 @@ impl Tip {
     }
 
     /// Geometric Jacobian, world axes, rows `[v; w]`: column i is `[a_i × (p − o_i); a_i]`.
-    #[must_use]
     pub fn jacobian(&self) -> Matrix6<f64> {
         let mut J = Matrix6::zeros();
         for (i, (a, o)) in self.axes.iter().zip(&self.origins).enumerate() {
@@ -50,7 +48,6 @@ impl Tip {
 
     /// Time derivative of [`Tip::jacobian`] at the joint rates `zeta_dot`, rad/s. The tip's
     /// acceleration is `J·zeta_ddot + J_dot·zeta_dot`.
-    #[must_use]
     pub fn jacobian_dot(&self, zeta_dot: &[f64; DOF]) -> Matrix6<f64> {
         let mut w = Vector3::zeros();
         // Angular velocity and velocity of the joint's origin, up the chain.
@@ -77,7 +74,6 @@ impl Tip {
 
     /// Orientation of T4 in the world, unit quaternion: the product of the joints' half-angle
     /// quaternions. It is smooth in `zeta` (the sign never jumps), and w > 0 near `zeta = 0`.
-    #[must_use]
     pub fn orientation(zeta: &[f64; DOF]) -> Quaternion<f64> {
         let turn = |angle: f64, axis: Vector3<f64>| {
             let (s, c) = libm::sincos(0.5 * angle);

@@ -175,7 +175,6 @@ impl Tree {
     }
 
     /// Solves both loops at `zeta`, rad.
-    #[must_use]
     pub(crate) fn solve(&self, zeta: &[f64; DOF]) -> Solved {
         let e: [Vector2<f64>; DOF] = std::array::from_fn(|i| unit(zeta[i]));
         let e_A2 = relative(e[1], self.e_boom);
@@ -188,7 +187,6 @@ impl Tree {
     }
 
     /// Poses, gears and strokes at `zeta`, rad.
-    #[must_use]
     pub fn configuration(&self, zeta: &[f64; DOF]) -> Configuration {
         let solved = self.solve(zeta);
         Configuration {
@@ -276,13 +274,11 @@ pub(crate) struct Solved {
 
 impl Configuration {
     /// Joint of one body.
-    #[must_use]
     pub fn link(&self, body: Body) -> &Link {
         &self.links[body as usize]
     }
 
     /// Poses of all bodies in the world frame.
-    #[must_use]
     pub fn world_poses(&self) -> [Pose; Body::COUNT] {
         let mut poses = [Pose::identity(); Body::COUNT];
         for body in crate::BODIES {

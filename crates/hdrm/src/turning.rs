@@ -139,7 +139,6 @@ impl Hdrm {
     /// Force (N) and moment (N·m) `[f; m]` that the base exerts on the machine, at the world's
     /// origin in the world's axes, which stand on the base: what carries its weight, reacts on its
     /// drives' motion and moves it along with the base.
-    #[must_use]
     pub fn base_wrench(&self, state: &State, input: &Input) -> [f64; 6] {
         let dynamics = self.dynamics_with(state, input);
         let zeta_ddot = self.acceleration(&dynamics, input).into();

@@ -48,7 +48,6 @@ pub enum StepError {
 
 /// In how many substeps of at most `dt_max`, s, a step of `h`, s, is taken. They are of one length,
 /// so that the last ends where the step does.
-#[must_use]
 #[inline]
 pub fn substeps(h: f64, dt_max: f64) -> f64 {
     (h * (1.0 - TIME_SLACK) / dt_max).ceil().max(1.0)

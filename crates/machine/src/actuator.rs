@@ -193,7 +193,6 @@ impl Emla {
     /// what [`largest_voltage`] needs for `v_max`.
     ///
     /// [`largest_voltage`]: Emla::largest_voltage
-    #[must_use]
     pub fn link_voltage(&self) -> f64 {
         let given = self.inverter.map_or(0.0, |inverter| inverter.v_dc);
         if given > 0.0 {
@@ -205,7 +204,6 @@ impl Emla {
 
     /// Largest phase voltage (peak) that the inverter can give with `v_dc` in its DC link, V:
     /// `v_max`, and `v_dc/√3`, to which space-vector modulation reaches.
-    #[must_use]
     pub fn largest_voltage(&self, v_dc: f64) -> f64 {
         (v_dc / 3.0_f64.sqrt()).min(self.v_max)
     }

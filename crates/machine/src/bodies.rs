@@ -32,7 +32,6 @@ pub struct InertiaTensor {
 
 impl InertiaTensor {
     /// Rows of the full 3×3 tensor.
-    #[must_use]
     pub fn rows(&self) -> [[f64; 3]; 3] {
         let i = self;
         [[i.xx, i.xy, i.xz], [i.xy, i.yy, i.yz], [i.xz, i.yz, i.zz]]
@@ -94,7 +93,6 @@ impl Bodies {
     ];
 
     /// The bodies in parent-before-child order.
-    #[must_use]
     pub fn in_order(&self) -> [&Body; 13] {
         [
             &self.T1, &self.A2, &self.C2, &self.D2, &self.A3, &self.C3, &self.D3, &self.RK,
@@ -103,7 +101,6 @@ impl Bodies {
     }
 
     /// The same to be changed.
-    #[must_use]
     pub fn in_order_mut(&mut self) -> [&mut Body; 13] {
         let b = self;
         [
@@ -150,13 +147,11 @@ pub struct Limits {
 
 impl Limits {
     /// Stroke ranges of the three actuators, m.
-    #[must_use]
     pub fn strokes(&self) -> [[f64; 2]; 3] {
         [self.stroke_1, self.stroke_2, self.stroke_3]
     }
 
     /// Joint ranges, rad.
-    #[must_use]
     pub fn zeta(&self) -> [[f64; 2]; 6] {
         std::array::from_fn(|i| [self.zeta_min_deg[i], self.zeta_max_deg[i]].map(f64::to_radians))
     }

@@ -42,7 +42,6 @@ fn joined(findings: &[Finding]) -> String {
 
 impl MachineError {
     /// All that is wrong, one line each.
-    #[must_use]
     pub fn lines(&self) -> Vec<String> {
         match self {
             Self::Findings(findings) => findings.iter().map(Finding::to_string).collect(),

@@ -167,7 +167,6 @@ pub struct TriangularPath {
 
 impl CubicPath {
     /// Vertices in the world frame relative to the start, m.
-    #[must_use]
     pub fn world_vertices(&self) -> Vec<[f64; 3]> {
         let [first, second, third] = self.axes.rows();
         let along = |v: &[f64; 3], j: usize| {

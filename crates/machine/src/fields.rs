@@ -35,7 +35,6 @@ const NO_INVERTER: InverterLosses = InverterLosses {
 
 impl EmlaFields {
     /// The fields of a section.
-    #[must_use]
     pub fn new(emla: Emla) -> Self {
         Self {
             pole_pairs: i32::try_from(emla.p).unwrap_or(i32::MAX),

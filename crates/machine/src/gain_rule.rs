@@ -52,7 +52,6 @@ pub struct RuledGain {
 /// ```
 /// because the law `L̂' = L̂ S L̂/γ` gives each body's moment of gravity the rate `(m g x)²/γ` per
 /// velocity error: a spring of that stiffness on the inertia M.
-#[must_use]
 pub fn gains(machine: &Machine, bounds: &Bounds) -> Vec<RuledGain> {
     let gain = |name, value, unit, why| RuledGain {
         name,

@@ -7,14 +7,12 @@ pub const DEAD_LINK: f64 = 1.0;
 
 /// Current that carries the power `P`, W, from a DC link of `v_dc`, V, in A: `P/v_dc`; none from a
 /// dead link.
-#[must_use]
 pub fn link_current(P: f64, v_dc: f64) -> f64 {
     if v_dc >= DEAD_LINK { P / v_dc } else { 0.0 }
 }
 
 /// Whether a drive is tripped as a step begins. Undervoltage trips an enabled drive; the trip stays
 /// until the drive is disabled with the voltage back. A disabled drive does not trip.
-#[must_use]
 pub fn is_tripped(before: bool, is_enabled: bool, is_low: bool) -> bool {
     if is_enabled {
         before || is_low
@@ -24,7 +22,6 @@ pub fn is_tripped(before: bool, is_enabled: bool, is_low: bool) -> bool {
 }
 
 /// What to tell when a drive trips at time `t`, s, with `v_dc`, V, below its `undervoltage`, V.
-#[must_use]
 pub fn trip_message(t: f64, v_dc: f64, undervoltage: f64) -> String {
     format!(
         "t = {t} s: `v_dc` = {v_dc} V is below `undervoltage` = {undervoltage} V: the drive has tripped, its gates are off and its brake is \
@@ -47,7 +44,6 @@ impl Brake {
     /// What the applied brake does to a shaft at speed `w_m`, rad/s: it holds one at rest as long
     /// as all other torques, N·m, stay within its own, and slips against the motion, or against the
     /// torque that tears it off.
-    #[must_use]
     pub fn applied(&self, w_m: f64, others: impl FnOnce() -> f64) -> Holding {
         if w_m != 0.0 {
             return Holding::Slips(self.torque.copysign(w_m));

@@ -66,7 +66,6 @@ impl Default for ActuatorInput {
 impl ActuatorInput {
     /// Commanded voltages, V.
     #[inline]
-    #[must_use]
     pub fn voltage(&self) -> Dq {
         Dq {
             d: self.v_d,
@@ -78,7 +77,6 @@ impl ActuatorInput {
     /// velocity.
     ///
     /// Holding x while x_dot ≠ 0 would cost K_b·x_dot·h of force, some 20 kN at 1 ms.
-    #[must_use]
     pub fn moved(&self, s: f64) -> Self {
         Self {
             x: self.x + s * self.x_dot,

@@ -55,7 +55,6 @@ pub const SCHEMA_JSON: &str = include_str!("../../../parameters/machine.schema.j
 
 impl Machine {
     /// The reference machine, [`REFERENCE_JSON`] compiled in: nothing is parsed.
-    #[must_use]
     pub fn reference() -> Self {
         include!(concat!(env!("OUT_DIR"), "/reference.rs"))
     }

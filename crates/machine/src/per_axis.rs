@@ -21,7 +21,6 @@ pub struct PerAxis<T> {
 
 impl<T> PerAxis<T> {
     /// In the order of [`AXES`].
-    #[must_use]
     pub fn in_order(&self) -> [&T; 3] {
         [&self.slew, &self.lift, &self.tilt]
     }
@@ -29,7 +28,6 @@ impl<T> PerAxis<T> {
 
 impl<T: Copy + PartialEq> PerAxis<T> {
     /// The same for all.
-    #[must_use]
     pub fn all(value: T) -> Self {
         Self {
             slew: value,
@@ -39,7 +37,6 @@ impl<T: Copy + PartialEq> PerAxis<T> {
     }
 
     /// Whether all are the same.
-    #[must_use]
     pub fn is_common(&self) -> bool {
         self.slew == self.lift && self.lift == self.tilt
     }

@@ -35,7 +35,6 @@ fn check(value: &mut Value, found: &mut Findings, is_complete: bool) {
 }
 
 /// The name among `known` that `name` probably stands for.
-#[must_use]
 pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let name = name.to_lowercase();
     let likeness = |other: &str| strsim::jaro_winkler(&name, &other.to_lowercase());

@@ -18,7 +18,6 @@ pub const PRESETS: [(&str, &str); 3] = [
 ];
 
 /// The file of the shipped machine `name`.
-#[must_use]
 pub fn preset(name: &str) -> Option<&'static str> {
     let found = PRESETS.iter().find(|(known, _)| *known == name);
     found.map(|(_, text)| *text)
@@ -55,7 +54,6 @@ impl Source {
 
     /// Name of the shipped machine that this one is, or that it extends, through other files too;
     /// of several the nearest.
-    #[must_use]
     pub fn shipped(&self) -> Option<&'static str> {
         let name = |text: &String| PRESETS.iter().find(|(_, shipped)| shipped == text);
         self.texts.iter().find_map(name).map(|(name, _)| *name)
@@ -97,7 +95,6 @@ impl Machine {
     }
 
     /// The shipped machine of that name; without a name, the reference machine.
-    #[must_use]
     pub fn preset(name: &str) -> Option<Self> {
         match name {
             "" | "reference" => Some(Self::reference()),
@@ -216,7 +213,6 @@ fn put(base: &mut Value, own: Value, is_whole: bool) {
 
 /// The object of a file that extends `name`, whose machine is `base`, and says only how `machine`
 /// differs.
-#[must_use]
 pub fn extending(name: &str, base: &Machine, machine: &Machine) -> Value {
     let [mut base, mut machine] =
         [base, machine].map(|m| serde_json::to_value(m).expect("numbers and names"));

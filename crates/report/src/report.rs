@@ -12,9 +12,7 @@
 //! The page is plain HTML with plotly.js and three.js (both in `assets/`) inside.
 
 mod conditions;
-mod efficiency_map;
 mod electric;
-mod energy;
 mod errors;
 pub mod figures;
 mod own_path;
@@ -35,14 +33,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
+use serde_json::{Value, json};
 
-use conditions::Conditions;
-use efficiency_map::EfficiencyMap;
-use energy::Energy;
-use errors::{ErrorStudy, Plan};
+use conditions::conditions;
+use errors::Plan;
 pub use request::Request;
 use request::kept;
 use runs::{Run, Shown};
+use samples::Samples;
 use scene::Scene;
 use stability::Stability;
 use studies::grid;
@@ -55,21 +53,21 @@ use testbed::Testbed;
 /// All that the page shows.
 #[derive(Serialize)]
 pub struct Report {
-    conditions: Conditions,
+    conditions: Value,
     pub(crate) table: Vec<Row>,
-    worlds: Vec<worlds::WorldComparison>,
-    errors: Vec<ErrorStudy>,
+    worlds: Vec<Value>,
+    errors: Vec<Value>,
     runs: Vec<Run>,
     /// Runs that failed, with the reason.
     failures: Vec<String>,
-    energy: Vec<Energy>,
-    electric: Vec<electric::Electric>,
-    path: Option<own_path::OwnPath>,
+    energy: Vec<Value>,
+    electric: Vec<Value>,
+    path: Option<Value>,
     stability: Stability,
     testbed: Option<Testbed>,
     scene: Scene,
-    efficiency_map: Option<EfficiencyMap>,
-    surrogate: Option<surrogate::RigComparison>,
+    efficiency_map: Option<Value>,
+    surrogate: Option<Value>,
 }
 
 impl Report {
@@ -106,9 +104,9 @@ impl Report {
         let stability = stability::stability(request, count, &mut failures)?;
         let testbed = testbed::replayed(request, machines, &mut failures);
         let surrogate = surrogate::on_rig(request, &mut failures);
-        let map = efficiency::map(system, base).map(EfficiencyMap::from);
+        let map = efficiency::map(system, base).map(surfaces);
         Ok(Self {
-            conditions: Conditions::of(request, &machine),
+            conditions: conditions(request, &machine),
             table: cells.chunks(MODES.len()).map(table::row).collect(),
             worlds,
             errors,
@@ -145,4 +143,21 @@ impl Report {
         }
         text
     }
+}
+
+/// The actuator's efficiency over load, N, and rod speed, m/s, both ascending: row by row of load,
+/// NaN where it is not defined.
+fn surfaces(map: efficiency::Map) -> Value {
+    let surface = |k: usize| {
+        let points = map.points.iter();
+        Samples::new(points.map(|point| point.map_or(f64::NAN, |values| values[k])))
+    };
+    json!({
+        "actuator": map.actuator,
+        "loads": map.loads,
+        "speeds": map.speeds,
+        "physics": surface(0),
+        "network": surface(1),
+        "hybrid": surface(2),
+    })
 }

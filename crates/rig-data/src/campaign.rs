@@ -89,11 +89,11 @@ pub fn compliance(p: &Emla, campaign: &[Vec<Window>]) -> f64 {
     moved / all().map(|w| w.F_dot * w.F_dot).sum::<f64>()
 }
 
-/// Rows of a campaign with the number of their profile. Their torque is that of the magnets of `p`.
+/// Rows of a campaign, and the number of each one's profile. Their torque is that of the magnets of `p`.
 /// The rod's speed is that of the nut: what the change of the force bends on the way is added, so
 /// that rows of changing and of steady loads lie on one map.
 #[must_use]
-pub fn rows(p: &Emla, campaign: &[Vec<Window>]) -> Vec<(u32, Row)> {
+pub fn rows(p: &Emla, campaign: &[Vec<Window>]) -> (Vec<Row>, Vec<u32>) {
     let compliance = compliance(p, campaign);
     let row = |w: &Window| Row {
         x_dot: w.row.x_dot + compliance * w.F_dot,
@@ -102,8 +102,8 @@ pub fn rows(p: &Emla, campaign: &[Vec<Window>]) -> Vec<(u32, Row)> {
     };
     let numbered = (0_u32..).zip(campaign);
     numbered
-        .flat_map(|(k, windows)| windows.iter().map(move |w| (k, row(w))))
-        .collect()
+        .flat_map(|(k, windows)| windows.iter().map(move |w| (row(w), k)))
+        .unzip()
 }
 
 /// Force errors of rows, N, root mean square: what the sensors alone leave even where a map is

@@ -7,7 +7,7 @@ use anyhow::{Context as _, Result, bail};
 use emla::maps;
 use machine::Emla;
 
-use crate::windows::{SAMPLES, SLOWEST, Truth};
+use crate::windows::{SAMPLES, SLOWEST, Truth, mean};
 
 /// Signals of the controller.
 const TIP_ERROR: &str = "controller.tip_error_norm";
@@ -195,10 +195,7 @@ impl Axis {
         if !(moves(1.0) || moves(-1.0)) {
             return None;
         }
-        let mean = |v: &[f64]| {
-            let ends = 0.5 * (v[first] + v[last]);
-            (ends + v[first + 1..last].iter().sum::<f64>()) / SAMPLES as f64
-        };
+        let mean = |v: &[f64]| mean(first, |k| v[k]);
         let rise = |v: &[f64]| (v[last] - v[first]) / (SAMPLES as f64 * h);
         let F = self.F[first + 1..=last].iter().sum::<f64>() / SAMPLES as f64;
         let w_m = rise(&self.theta_m);

@@ -83,33 +83,23 @@ impl Row {
     }
 }
 
-/// CSV text of `rows` under a comment that says what they are.
+/// CSV text of `rows` under a comment that says what they are; `profiles` are the numbers of their
+/// profiles, or none.
 #[must_use]
-pub fn to_csv(rows: &[Row], comment: &str) -> String {
-    let header: Vec<String> = COLUMNS
+pub fn to_csv(rows: &[Row], profiles: &[u32], comment: &str) -> String {
+    let names = COLUMNS
         .iter()
-        .map(|(name, unit)| format!("{name} [{unit}]"))
-        .collect();
+        .map(|(name, unit)| format!("{name} [{unit}]"));
+    let header = profiles.first().map(|_| PROFILE.to_string());
+    let header: Vec<String> = header.into_iter().chain(names).collect();
     let mut text = format!("# {comment}\n{}\n", header.join(","));
-    for row in rows {
-        let cells = row.values().map(|x| x.to_string());
+    for (k, row) in rows.iter().enumerate() {
+        let number = profiles.get(k).map(ToString::to_string);
+        let values = row.values().map(|x| x.to_string());
+        let cells: Vec<String> = number.into_iter().chain(values).collect();
         writeln!(text, "{}", cells.join(",")).expect("writing to a string cannot fail");
     }
     text
-}
-
-/// [`to_csv`] with the number of each row's profile in a column before the others.
-#[must_use]
-pub fn to_csv_by_profile(rows: &[(u32, Row)], comment: &str) -> String {
-    let plain: Vec<Row> = rows.iter().map(|row| row.1).collect();
-    let text = to_csv(&plain, comment);
-    let (comment, table) = text.split_once('\n').expect("a comment");
-    let (header, table) = table.split_once('\n').expect("a header");
-    let mut numbered = format!("{comment}\n{PROFILE},{header}\n");
-    for (line, (profile, _)) in table.lines().zip(rows) {
-        writeln!(numbered, "{profile},{line}").expect("writing to a string cannot fail");
-    }
-    numbered
 }
 
 /// What training sees of a file: rows of (tau_e, w_m) and of (F_ext, x_dot), and where they are

@@ -11,7 +11,7 @@ use crate::prediction::{EFFICIENCY_SPEED, Model, Motion};
 use crate::profile::{Desired, Profile, SAMPLE};
 use crate::resampling::bootstrap;
 use crate::rig_run::run;
-use crate::windows::{SAMPLES, Window, data_sheet, steady_torque, windows};
+use crate::windows::{SAMPLES, Window, data_sheet, mean, steady_torque, windows};
 
 /// Samples on either side over which the desired speed is taken to change: what happens within a
 /// window is left out.
@@ -157,11 +157,7 @@ impl Errors {
             counts[k] += 1.0;
         };
         for w in &driven.windows {
-            let samples = &course[w.first..=w.first + SAMPLES];
-            let mean = |of: fn(&Sample) -> f64| {
-                let ends = 0.5 * (of(&samples[0]) + of(&samples[SAMPLES]));
-                (ends + samples[1..SAMPLES].iter().map(of).sum::<f64>()) / SAMPLES as f64
-            };
+            let mean = |of: fn(&Sample) -> f64| mean(w.first, |k| of(&course[k]));
             add(0, mean(|s| s.i_q) - w.truth.i_q);
             let i = [w.row.i_d, w.row.i_q];
             let tau = steady_torque(p, i, mean(|s| s.T_housing), w.w_m_dot);

@@ -3,6 +3,8 @@
 
 use std::ops::Range;
 
+use nalgebra::{Cholesky, Const, SMatrix, SVector};
+
 /// Steps at most; well-posed fits need fewer than ten.
 const STEPS: u32 = 100;
 /// Half the width of a 95 % interval over the standard error.
@@ -37,10 +39,12 @@ impl<const N: usize> Fit<N> {
         profiles: &[Range<usize>],
         of: impl Fn(&[f64; N], usize) -> f64,
     ) -> Self {
-        let rows = || profiles.iter().cloned().flatten();
-        let square = |at: &[f64; N]| rows().map(|row| of(at, row).powi(2)).sum::<f64>();
-        let slopes = |at: &[f64; N], row: usize| -> [f64; N] {
-            std::array::from_fn(|k| {
+        let square = |at: &[f64; N]| {
+            let rows = profiles.iter().cloned().flatten();
+            rows.map(|row| of(at, row).powi(2)).sum::<f64>()
+        };
+        let slopes = |at: &[f64; N], row: usize| {
+            SVector::<f64, N>::from_fn(|k, _| {
                 let moved = |by: f64| {
                     let mut other = *at;
                     other[k] += by * 1e-4 * sizes[k];
@@ -49,24 +53,28 @@ impl<const N: usize> Fit<N> {
                 (moved(1.0) - moved(-1.0)) / 2e-4
             })
         };
+        // A, and J_gᵀ e_g of each profile.
+        let normal = |at: &[f64; N]| {
+            let (mut A, mut scores) = (SMatrix::<f64, N, N>::zeros(), Vec::new());
+            for profile in profiles {
+                let mut score = SVector::<f64, N>::zeros();
+                for row in profile.clone() {
+                    let j = slopes(at, row);
+                    score += j * of(at, row);
+                    A += j * j.transpose();
+                }
+                scores.push(score);
+            }
+            (A, scores)
+        };
         let (mut values, mut mu) = (first, 1e-3);
         let mut least = square(&values);
         for _ in 0..STEPS {
-            let (mut A, mut g) = ([[0.0; N]; N], [0.0; N]);
-            for row in rows() {
-                let (j, e) = (slopes(&values, row), of(&values, row));
-                for a in 0..N {
-                    g[a] += j[a] * e;
-                    for b in 0..N {
-                        A[a][b] += j[a] * j[b];
-                    }
-                }
+            let (mut damped, scores) = normal(&values);
+            for k in 0..N {
+                damped[(k, k)] *= 1.0 + mu;
             }
-            let mut damped = A;
-            for (k, row) in damped.iter_mut().enumerate() {
-                row[k] *= 1.0 + mu;
-            }
-            let step = solve(damped, g);
+            let step = factored(damped).solve(&scores.iter().sum());
             let trial = std::array::from_fn(|k| values[k] - sizes[k] * step[k]);
             let tried = square(&trial);
             // Scaled steps far below the intervals end the search, better or not.
@@ -80,61 +88,20 @@ impl<const N: usize> Fit<N> {
                 break;
             }
         }
-        let (mut A, mut middle, mut count) = ([[0.0; N]; N], [[0.0; N]; N], 0.0);
-        for profile in profiles {
-            let mut score = [0.0; N];
-            for row in profile.clone() {
-                let (j, e) = (slopes(&values, row), of(&values, row));
-                count += 1.0;
-                for a in 0..N {
-                    score[a] += j[a] * e;
-                    for b in 0..N {
-                        A[a][b] += j[a] * j[b];
-                    }
-                }
-            }
-            for a in 0..N {
-                for b in 0..N {
-                    middle[a][b] += score[a] * score[b];
-                }
-            }
-        }
+        let (A, scores) = normal(&values);
+        let inverse = factored(A).inverse();
+        let middle: SMatrix<f64, N, N> = scores.iter().map(|s| s * s.transpose()).sum();
         let groups = profiles.len() as f64;
-        let half = std::array::from_fn(|k| {
-            let unit = std::array::from_fn(|j| f64::from(u8::from(j == k)));
-            let column = solve(A, unit);
-            let all = (0..N).flat_map(|a| (0..N).map(move |b| (a, b)));
-            let variance: f64 = all.map(|(a, b)| column[a] * middle[a][b] * column[b]).sum();
-            NORMAL_95 * sizes[k] * (variance * groups / (groups - 1.0)).sqrt()
-        });
+        let variance = inverse * middle * inverse * (groups / (groups - 1.0));
+        let count: usize = profiles.iter().map(ExactSizeIterator::len).sum();
         Self {
             values,
-            half,
-            rms: (least / count).sqrt(),
+            half: std::array::from_fn(|k| NORMAL_95 * sizes[k] * variance[(k, k)].sqrt()),
+            rms: (least / count as f64).sqrt(),
         }
     }
 }
 
-/// Gauss's elimination with the largest pivot of each column.
-fn solve<const N: usize>(mut A: [[f64; N]; N], mut b: [f64; N]) -> [f64; N] {
-    for k in 0..N {
-        let by_size = |&i: &usize, &j: &usize| A[i][k].abs().total_cmp(&A[j][k].abs());
-        let pivot = (k..N).max_by(by_size).expect("at least one row");
-        A.swap(k, pivot);
-        b.swap(k, pivot);
-        assert!(A[k][k] != 0.0, "the rows determine the parameters");
-        for i in k + 1..N {
-            let share = A[i][k] / A[k][k];
-            let above = A[k];
-            for (cell, from) in A[i].iter_mut().zip(above) {
-                *cell -= share * from;
-            }
-            b[i] -= share * b[k];
-        }
-    }
-    for k in (0..N).rev() {
-        let known: f64 = (k + 1..N).map(|j| A[k][j] * b[j]).sum();
-        b[k] = (b[k] - known) / A[k][k];
-    }
-    b
+fn factored<const N: usize>(A: SMatrix<f64, N, N>) -> Cholesky<f64, Const<N>> {
+    A.cholesky().expect("the rows determine the parameters")
 }

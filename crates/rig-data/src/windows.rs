@@ -152,16 +152,21 @@ pub fn windows(p: &Emla, run: &[Instant]) -> Vec<Window> {
         .collect()
 }
 
+/// Mean over the window between sample `first` and the one [`SAMPLES`] later of what is straight
+/// between samples.
+pub fn mean(first: usize, at: impl Fn(usize) -> f64) -> f64 {
+    let last = first + SAMPLES;
+    let ends = 0.5 * (at(first) + at(last));
+    (ends + (first + 1..last).map(at).sum::<f64>()) / SAMPLES as f64
+}
+
 /// The window between sample `first` and the one [`SAMPLES`] later.
 ///
 /// Speeds are differences of encoder readings over the window, the acceleration that of speeds over
 /// the two milliseconds around its ends: what is evaluated afterwards needs no filter that lags.
 fn window(p: &Emla, run: &[Instant], first: usize) -> Window {
     let last = first + SAMPLES;
-    let mean = |of: &dyn Fn(&Instant) -> f64| {
-        let ends = 0.5 * (of(&run[first]) + of(&run[last]));
-        (ends + run[first + 1..last].iter().map(of).sum::<f64>()) / SAMPLES as f64
-    };
+    let mean = |of: &dyn Fn(&Instant) -> f64| mean(first, |k| of(&run[k]));
     let rise = |of: &dyn Fn(&Instant) -> f64| (of(&run[last]) - of(&run[first])) / LENGTH;
     let speed =
         |k: usize| (run[k + 1].measured.theta_m - run[k - 1].measured.theta_m) / (2.0 * SAMPLE);

@@ -173,7 +173,6 @@ impl Rig {
 
     /// Work on the load, J, when the rod of [`Drive::Motion`] is set from position `from` to `to`,
     /// both m, between two steps in state `s`: what the springs give thereby.
-    #[must_use]
     pub fn work_of_shift(&self, s: &State, from: f64, to: f64) -> f64 {
         let nut = self.travel() * s.theta_m;
         let elastic = |x: f64| self.link(nut - x, 0.0, x, 0.0).energy;

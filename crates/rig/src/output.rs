@@ -85,7 +85,6 @@ pub struct Output {
 
 impl Rig {
     /// Outputs of state `s` under the inputs `u`.
-    #[must_use]
     pub fn output(&self, s: &State, u: &Input) -> Output {
         let now = self.instant(s, u, &self.held(s, u));
         let P_in = now.supplied(s.current());
@@ -144,7 +143,6 @@ impl Rig {
 /// quadrant I:   η = P_out/(P_out + P_loss)
 /// quadrant IV:  η = (|P_out| − P_loss)/|P_out|
 /// ```
-#[must_use]
 pub fn efficiency(delivered: f64, lost: f64, w_m: f64) -> f64 {
     let out = delivered * w_m.signum();
     let (gained, spent) = if w_m > 0.0 {

@@ -72,31 +72,26 @@ impl Rig {
     }
 
     /// Voltage of the DC link below which the drive trips, V; 0: never.
-    #[must_use]
     pub fn undervoltage(&self) -> f64 {
         self.undervoltage
     }
 
     /// Voltage of the DC link, V: the input's, or the machine's.
-    #[must_use]
     pub fn link_voltage(&self, u: &ActuatorInput) -> f64 {
         u.v_dc.unwrap_or_else(|| self.p.link_voltage())
     }
 
     /// Drive mode.
-    #[must_use]
     pub fn drive(&self) -> Drive {
         self.drive
     }
 
     /// Parameters that it shares with its idealised model.
-    #[must_use]
     pub fn params(&self) -> &machine::Emla {
         &self.p
     }
 
     /// What it knows beyond them.
-    #[must_use]
     pub fn extras(&self) -> &Extras {
         &self.extra
     }

@@ -64,7 +64,6 @@ pub struct State {
 impl Sensors {
     /// The state at the start: the readings of these inputs have always been there, and nothing
     /// moves but what passes as it is.
-    #[must_use]
     pub fn start(&self, u: &Signals) -> State {
         let mut source = Source::new(self.p.seed);
         let noise = self.noise(&mut source);
@@ -90,7 +89,6 @@ impl Sensors {
     }
 
     /// The sample that these inputs give.
-    #[must_use]
     pub fn measure(&self, s: &State, u: &Signals) -> Sample {
         let mut now = Sample {
             output: Signals::default(),
@@ -155,7 +153,6 @@ impl Sensors {
     }
 
     /// What is read at an instant whose sample is `now`.
-    #[must_use]
     pub fn read<'a>(&self, s: &'a State, now: &'a Sample) -> &'a Signals {
         match self.p.delay {
             0 => &now.output,
@@ -164,7 +161,6 @@ impl Sensors {
     }
 
     /// What is read after a step, before the inputs of the new instant are known: one sample older.
-    #[must_use]
     pub fn held<'a>(&self, s: &'a State) -> &'a Signals {
         &s.past[self.p.delay as usize]
     }
@@ -181,7 +177,6 @@ impl Sensors {
 
 impl Sample {
     /// Whether all readings and all that is remembered are finite.
-    #[must_use]
     pub fn is_finite(&self) -> bool {
         let Signals {
             zeta,

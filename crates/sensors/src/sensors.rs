@@ -13,7 +13,6 @@ pub struct Sensors {
 
 impl Sensors {
     /// Sensors with these parameters; `delay` beyond [`DELAY_MAX`] counts as that.
-    #[must_use]
     pub fn new(p: Params) -> Self {
         Self {
             drawn: FixedErrors::of(p.seed),

@@ -19,7 +19,6 @@ pub struct Inertia {
 impl Inertia {
     /// From mass, centre of mass and the inertia `I_com` about the centre of mass:
     /// `I = I_com + m·(|r|²·1 − r rᵀ)`.
-    #[must_use]
     pub fn from_com(m: f64, com: Vector3<f64>, I_com: Matrix3<f64>) -> Self {
         Self {
             m,
@@ -30,7 +29,6 @@ impl Inertia {
     }
 
     /// The same body in axes turned by `R` (to the new axes), same origin.
-    #[must_use]
     pub fn rotated(&self, R: &Matrix3<f64>) -> Self {
         Self {
             m: self.m,
@@ -41,7 +39,6 @@ impl Inertia {
 
     /// The same body about an origin from which the old one is at `r`:
     /// `h' = h + m·r`, `I' = I + (2 r·h + m|r|²)·1 − (r hᵀ + h rᵀ + m r rᵀ)`.
-    #[must_use]
     pub fn shifted(&self, r: &Vector3<f64>) -> Self {
         let Self { m, h, I } = *self;
         let half = h + r * (0.5 * m);
@@ -56,7 +53,6 @@ impl Inertia {
 
     /// Momentum `M·V` of the body moving with `V`, also its inertial wrench for an acceleration:
     /// `[m v + w×h; I w + h×v]`.
-    #[must_use]
     pub fn apply(&self, V: &Twist) -> Wrench {
         Wrench {
             f: V.v * self.m + V.w.cross(&self.h),
@@ -66,13 +62,11 @@ impl Inertia {
 
     /// Net wrench `F* = M·A + crf(V)·M·V` (`[paper] Eq. (Eq:Net_Force)`); gravity enters as the
     /// acceleration `−a_g` of the base inside `A`.
-    #[must_use]
     pub fn net_wrench(&self, V: &Twist, A: &Twist) -> Wrench {
         self.apply(A) + V.crf(&self.apply(V))
     }
 
     /// The 6×6 matrix `M` with `M·V = apply(V)`, `[v; w]` order.
-    #[must_use]
     pub fn to_matrix(&self) -> Matrix6<f64> {
         let h_cross = self.h.cross_matrix();
         let mut M = Matrix6::from_diagonal_element(self.m);

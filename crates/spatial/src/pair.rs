@@ -5,26 +5,22 @@ macro_rules! pair_of_vectors {
     ($pair:ident: $linear:ident $angular:ident, zero: $zero:literal) => {
         impl $pair {
             #[doc = $zero]
-            #[must_use]
             pub fn zero() -> Self {
                 Self::default()
             }
 
             /// From the linear and the angular part.
-            #[must_use]
             pub const fn new($linear: Vector3<f64>, $angular: Vector3<f64>) -> Self {
                 Self { $linear, $angular }
             }
 
             /// Both parts as one column, the linear one first.
-            #[must_use]
             pub fn to_vector(&self) -> Vector6<f64> {
                 let (a, b) = (self.$linear, self.$angular);
                 Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
             }
 
             /// From such a column.
-            #[must_use]
             pub fn from_vector(c: &Vector6<f64>) -> Self {
                 Self::new(c.fixed_rows::<3>(0).into(), c.fixed_rows::<3>(3).into())
             }

@@ -34,41 +34,35 @@ impl Mul for Pose {
 
 impl Pose {
     /// A and B coincide.
-    #[must_use]
     pub fn identity() -> Self {
         Self::translation(Vector3::zeros())
     }
 
     /// B is A shifted by `r`.
-    #[must_use]
     pub fn translation(r: Vector3<f64>) -> Self {
         let R = Matrix3::identity();
         Self { R, r }
     }
 
     /// Shifted by `r`, then turned about x by the angle with cosine `c` and sine `s`.
-    #[must_use]
     pub fn turn_x(r: Vector3<f64>, c: f64, s: f64) -> Self {
         let R = Matrix3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c);
         Self { R, r }
     }
 
     /// Shifted by `r`, then turned about y by the angle with cosine `c` and sine `s`.
-    #[must_use]
     pub fn turn_y(r: Vector3<f64>, c: f64, s: f64) -> Self {
         let R = Matrix3::new(c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c);
         Self { R, r }
     }
 
     /// Shifted by `r`, then turned about z by the angle with cosine `c` and sine `s`.
-    #[must_use]
     pub fn turn_z(r: Vector3<f64>, c: f64, s: f64) -> Self {
         let R = Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
         Self { R, r }
     }
 
     /// `X_BA`.
-    #[must_use]
     pub fn inverse(&self) -> Self {
         let R = self.R.transpose();
         Self {
@@ -78,7 +72,6 @@ impl Pose {
     }
 
     /// `ᴮV = ᴬU_Bᵀ ᴬV` for a frame B rigidly attached to A (`[paper] Eq. (Eq:Transformation)`).
-    #[must_use]
     pub fn twist_to_B(&self, V_A: &Twist) -> Twist {
         Twist {
             v: self.R.tr_mul(&(V_A.v + V_A.w.cross(&self.r))),
@@ -87,7 +80,6 @@ impl Pose {
     }
 
     /// The same twist seen from A, the inverse of [`Pose::twist_to_B`].
-    #[must_use]
     pub fn twist_to_A(&self, V_B: &Twist) -> Twist {
         let w = self.R * V_B.w;
         Twist {
@@ -97,7 +89,6 @@ impl Pose {
     }
 
     /// `ᴬF = ᴬU_B ᴮF` (`[paper] Eq. (Eq:Transformation)`).
-    #[must_use]
     pub fn wrench_to_A(&self, F_B: &Wrench) -> Wrench {
         let f = self.R * F_B.f;
         Wrench {
@@ -107,7 +98,6 @@ impl Pose {
     }
 
     /// The inertia of a body given in B, seen from A.
-    #[must_use]
     pub fn inertia_to_A(&self, I_B: &Inertia) -> Inertia {
         I_B.rotated(&self.R).shifted(&self.r)
     }

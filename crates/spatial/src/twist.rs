@@ -17,14 +17,12 @@ pub struct Twist {
 
 impl Twist {
     /// Power of a wrench on this twist, `fᵀv + mᵀw`, W.
-    #[must_use]
     pub fn power(&self, F: &Wrench) -> f64 {
         self.v.dot(&F.f) + self.w.dot(&F.m)
     }
 
     /// Motion cross product: `crm(V)·T = [w×T.v + v×T.w; w×T.w]`, the rate of a twist `T` that is
     /// carried along by a frame moving with `self`.
-    #[must_use]
     pub fn crm(&self, T: &Twist) -> Twist {
         Twist {
             v: self.w.cross(&T.v) + self.v.cross(&T.w),
@@ -34,7 +32,6 @@ impl Twist {
 
     /// Force cross product: `crf(V)·F = [w×f; w×m + v×f] = −crm(V)ᵀ·F`, the rate of a wrench `F`
     /// that is carried along by a frame moving with `self`.
-    #[must_use]
     pub fn crf(&self, F: &Wrench) -> Wrench {
         Wrench {
             f: self.w.cross(&F.f),

@@ -13,7 +13,6 @@ use tip_path::{PathFile, Points};
 const LOAD: [&str; 4] = ["load.mass", "load.com[1]", "load.com[2]", "load.com[3]"];
 
 /// Whether anything is picked up or set down on the path.
-#[must_use]
 pub fn are_on(path: &PathFile) -> bool {
     match &path.points {
         Points::Waypoints(points) => points.iter().any(|point| point.load.is_some()),

@@ -9,6 +9,7 @@ use anyhow::Result;
 use clap::{Parser, Subcommand};
 use cosim::cli::exit;
 use cosim::verdict::Verdict;
+use studies::bench::MachineArgs;
 use studies::commands::program::{OtherArguments, Sibling};
 use studies::commands::{
     compare, draws, endurance, energy, evaluate, machine, margins, path, program, run, sizing,
@@ -86,7 +87,8 @@ fn main() -> ExitCode {
             .take_over(&arguments[1..])
             .unwrap_or_else(|error| exit(Err(error), false));
     }
-    program::run(command.needs_python(), command.check(), || command.run())
+    let check = command.machine().is_some_and(MachineArgs::check);
+    program::run(command.needs_python(), check, || command.run())
 }
 
 /// The arguments, `help` in front of them as `--help` after them: so another program's command is
@@ -149,9 +151,9 @@ impl Command {
         }
     }
 
-    /// Whether a bad verdict ends the program with a code of its own.
-    fn check(&self) -> bool {
-        let machine = match self {
+    /// The machine that it runs.
+    fn machine(&self) -> Option<&MachineArgs> {
+        Some(match self {
             Self::Run(args) => &args.machine,
             Self::Compare(args) => &args.machine,
             Self::Table(args) => &args.machine,
@@ -164,16 +166,8 @@ impl Command {
             Self::Tournament(args) => &args.machine,
             Self::Margins(args) => &args.machine,
             Self::Evaluate(args) => &args.machine,
-            Self::Report(_)
-            | Self::Plot(_)
-            | Self::Machine(_)
-            | Self::Path(_)
-            | Self::Train(_)
-            | Self::Surrogate(_) => {
-                return false;
-            }
-        };
-        machine.check()
+            _ => return None,
+        })
     }
 }
 

@@ -64,7 +64,6 @@ impl PathMargins {
     }
 
     /// What the path is, and when the tip is where.
-    #[must_use]
     pub fn description(&self) -> String {
         let (count, what) = match &self.file.points {
             Points::Waypoints(list) => (list.len(), "waypoints"),
@@ -90,7 +89,6 @@ impl PathMargins {
     }
 
     /// Arrival and departure of each waypoint, and the loads.
-    #[must_use]
     pub fn stops(&self) -> String {
         let mut text = String::new();
         if !self.path.stops().is_empty() {
@@ -118,7 +116,6 @@ impl PathMargins {
     }
 
     /// Least margin of each quantity with its value, limit, time and place.
-    #[must_use]
     pub fn table(&self) -> String {
         let mut text = format!(
             "{:<24}{:>12}{:>24}{:>10}{:>10}  where\n",
@@ -151,7 +148,6 @@ impl PathMargins {
     }
 
     /// The same numbers for programs.
-    #[must_use]
     pub fn json(&self) -> Value {
         let least = self.checked.least.iter().map(|(t, margin)| {
             json!({

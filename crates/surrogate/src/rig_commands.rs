@@ -1,9 +1,11 @@
 //! Commands on the rig: its data, and what the models predict on profiles that they have not seen.
 
+use std::env::{self, consts::EXE_SUFFIX};
 use std::io::{Write as _, stdout};
 use std::path::PathBuf;
+use std::process;
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, ensure};
 use clap::Args;
 use emla::Surrogate;
 
@@ -56,12 +58,12 @@ impl RigDataArgs {
         let repeated = &profiles[..profiles.len().min(4)];
         let again = measure(&p, repeated, |profile| !profile.seed)?;
         let identified = Identified::of(&p, &Campaign::new(&campaign));
-        let rows = rows(&identified.electrical, &campaign);
+        let (rows, numbers) = rows(&identified.electrical, &campaign);
         let comment = format!(
             "rig: a simulation, not measurements; {} profiles of {} s at 1 kHz, means of 20 ms, seed {}",
             self.profiles, self.seconds, self.seed
         );
-        write(&self.out, &data::to_csv_by_profile(&rows, &comment))?;
+        write(&self.out, &data::to_csv(&rows, &numbers, &comment))?;
         let trust = Trust::of(&p, &campaign, &again);
         writeln!(
             stdout(),
@@ -99,6 +101,10 @@ pub struct RigCompareArgs {
     /// Number of held-out profiles on which the interval of the efficiency is tried.
     #[arg(long, default_value_t = 600)]
     covered: u32,
+    /// Also print the table of the loop, as `hdrm-fmu table --world real --study surrogate` on this
+    /// many machines.
+    #[arg(long)]
+    machines: Option<u32>,
     /// Folder for efficiency maps and time responses, as PNG and SVG; none without it.
     #[arg(long)]
     out: Option<PathBuf>,
@@ -189,6 +195,9 @@ impl RigCompareArgs {
         )?;
         let networks = [("network", &network), ("shipped network", &shipped)];
         write!(stdout(), "{}", coverage(&p, &networks, self.covered)?)?;
+        if let Some(machines) = self.machines {
+            in_loop(machines)?;
+        }
         if let Some(folder) = &self.out {
             let work = held_out_profiles(5, self.seconds, self.seed);
             let work = measure(&p, &work[4..], |profile| profile.seed)?;
@@ -199,4 +208,23 @@ impl RigCompareArgs {
         }
         Ok(())
     }
+}
+
+/// The table of the loop, by the program beside this one that runs coupled systems.
+fn in_loop(machines: u32) -> Result<()> {
+    let own = env::current_exe().context("where this program lies")?;
+    let program = own.with_file_name(format!("hdrm-fmu{EXE_SUFFIX}"));
+    let mut command = process::Command::new(&program);
+    command.args([
+        "table",
+        "--world",
+        "real",
+        "--study",
+        "surrogate",
+        "--seeds",
+    ]);
+    let status = command.arg(machines.to_string()).status();
+    let status = status.with_context(|| program.display().to_string())?;
+    ensure!(status.success(), "{}: {status}", program.display());
+    Ok(())
 }

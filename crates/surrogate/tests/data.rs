@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use rig_data::data::{FEWEST_ROWS, Row, parse_csv, to_csv, to_csv_by_profile};
+use rig_data::data::{FEWEST_ROWS, Row, parse_csv, to_csv};
 use surrogate::lm::Samples;
 use surrogate::training::TrainingData;
 
@@ -21,7 +21,7 @@ fn rows(count: usize) -> Vec<Row> {
 }
 
 fn csv() -> String {
-    to_csv(&rows(FEWEST_ROWS), "made up")
+    to_csv(&rows(FEWEST_ROWS), &[], "made up")
 }
 
 fn refusal(text: &str) -> String {
@@ -90,13 +90,13 @@ fn refusals_name_file_line_and_column() {
 #[test]
 fn too_few_rows_and_constant_columns_are_refused() {
     assert_eq!(
-        refusal(&to_csv(&rows(FEWEST_ROWS - 1), "short")),
+        refusal(&to_csv(&rows(FEWEST_ROWS - 1), &[], "short")),
         "rig.csv, after line 2: 49 rows, at least 50 are needed"
     );
     let mut held = rows(FEWEST_ROWS);
     held.iter_mut().for_each(|row| row.x_dot = 0.02);
     assert_eq!(
-        refusal(&to_csv(&held, "held")),
+        refusal(&to_csv(&held, &[], "held")),
         "rig.csv, after line 2, column x_dot: constant (0.02 in every row), nothing can be learnt \
          from it"
     );
@@ -122,8 +122,8 @@ fn motion_backwards_is_mirrored() {
 /// Force 100·k tells a row's profile.
 #[test]
 fn profiles_are_held_out_whole() {
-    let rows: Vec<(u32, Row)> = (0..).zip(rows(100)).map(|(k, row)| (k / 5, row)).collect();
-    let data = parse_csv("rig.csv", &to_csv_by_profile(&rows, "made up")).expect("valid");
+    let numbers: Vec<u32> = (0..100).map(|k| k / 5).collect();
+    let data = parse_csv("rig.csv", &to_csv(&rows(100), &numbers, "made up")).expect("valid");
     assert_eq!(data.profiles[7], 1);
     let range = TrainingData::new(data.clone(), 3).ranges.f_ext;
     let samples = TrainingData::new(data, 3).samples;

@@ -23,7 +23,7 @@ fn prepared(seed: u64) -> TrainingData {
     };
     let rows: Vec<Row> = (0..200).map(row).collect();
     TrainingData::new(
-        parse_csv("made.csv", &to_csv(&rows, "made up")).expect("valid"),
+        parse_csv("made.csv", &to_csv(&rows, &[], "made up")).expect("valid"),
         seed,
     )
 }

@@ -278,7 +278,6 @@ const TOLD: usize = 5;
 
 impl PathCheck {
     /// Why the machine cannot do the path, for people; None if it can.
-    #[must_use]
     pub fn refusal(&self) -> Option<String> {
         if self.findings.is_empty() {
             return None;

@@ -64,7 +64,6 @@ impl Iso9283 {
     }
 
     /// Its points in the order of a cycle, relative to the start, m.
-    #[must_use]
     pub fn points(&self) -> Vec<Vector3<f64>> {
         let along = Vector3::new(1.0, -1.0, 0.0) * (0.5 * PART * EDGE);
         let across = Vector3::z() * (0.5 * PART * EDGE);

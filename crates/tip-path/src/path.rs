@@ -107,13 +107,11 @@ impl TipPath {
     }
 
     /// Time to the end of the last rest, s.
-    #[must_use]
     pub fn duration(&self) -> f64 {
         self.duration
     }
 
     /// Motion of the tip at `t`, s; at rest before the beginning and after the end.
-    #[must_use]
     pub fn at(&self, t: f64) -> TipMotion {
         match &self.spline {
             Some((_, spline)) if t >= self.duration => rest(spline.at(self.duration).pose),
@@ -124,7 +122,6 @@ impl TipPath {
 
     /// What is carried at `t`, s, besides the machine's own payload; None until the first pick-up
     /// or set-down. Over its time a load comes or goes smoothly, as 3 p² − 2 p³.
-    #[must_use]
     pub fn load(&self, t: f64) -> Option<Load> {
         let next = self.loads.partition_point(|change| change.from <= t);
         let last = next.checked_sub(1)?;
@@ -138,19 +135,16 @@ impl TipPath {
     }
 
     /// When the tip is at the waypoints, in their order; of a sampled path none.
-    #[must_use]
     pub fn stops(&self) -> &[Stop] {
         &self.stops
     }
 
     /// The test of ISO 9283 that it is.
-    #[must_use]
     pub fn test(&self) -> Option<Iso9283> {
         self.test
     }
 
     /// Where the tip is at `t`, s.
-    #[must_use]
     pub fn place(&self, t: f64) -> Place {
         if let Some((begins, spline)) = &self.spline {
             return if t < *begins {

@@ -20,7 +20,6 @@ pub struct Profile {
 
 impl Profile {
     /// The fastest with at most these rates, 1/s, 1/s² and 1/s³, all greater than 0.
-    #[must_use]
     pub fn fastest(v: f64, a: f64, j: f64) -> Self {
         // Where the acceleration is not reached: t_a = 2 t_j.
         let to_speed = |v: f64| {
@@ -58,7 +57,6 @@ impl Profile {
     }
 
     /// The same in the longer time `duration`, s: all rates fall.
-    #[must_use]
     pub fn stretched(&self, duration: f64) -> Self {
         let k = duration / self.duration;
         Self {
@@ -70,14 +68,12 @@ impl Profile {
     }
 
     /// From rest to rest, s.
-    #[must_use]
     pub fn duration(&self) -> f64 {
         self.duration
     }
 
     /// Part of the way and its first two derivatives at `t`, s; before the beginning and after the
     /// end at rest.
-    #[must_use]
     pub fn at(&self, t: f64) -> [f64; 3] {
         if t <= 0.0 {
             return [0.0; 3];
@@ -114,7 +110,6 @@ impl Profile {
     }
 
     /// Time from rest to the part `s` ≤ 1/2 of the way, s; the same from 1 − s to rest.
-    #[must_use]
     pub fn time_to(&self, s: f64) -> f64 {
         let (mut early, mut late) = (0.0, 0.5 * self.duration);
         for _ in 0..60 {

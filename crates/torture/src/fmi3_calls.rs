@@ -6,7 +6,7 @@ use crate::derivative_calls::{is_known, is_unknown};
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use anyhow::{Result, bail};
-use cargo_fmu::fmi::fmi3::Functions;
+use cargo_fmu::fmi::Functions3;
 use cargo_fmu::fmi::order::Mode;
 use cargo_fmu::fmi::symbols::*;
 use std::ptr;
@@ -15,7 +15,7 @@ use std::ptr;
 const COLUMNS: usize = 8;
 
 impl<'a> Session<'a> {
-    fn fmi3(&self) -> &'a Functions {
+    fn fmi3(&self) -> &'a Functions3 {
         self.fmu.functions.fmi3().expect("called for FMI 3.0 only")
     }
 

@@ -236,10 +236,10 @@ impl Session<'_> {
             format_args!("fmi2Instantiate({name:?}, {kind}, {guid:?}, {uri:?}, {missing:?})"),
         );
         let callbacks = Callbacks {
-            logger: None,
+            logger: ptr::null(),
             allocate_memory: None,
             free_memory: None,
-            step_finished: ptr::null_mut(),
+            step_finished: ptr::null(),
             environment: ptr::null_mut(),
         };
         let text = |s: Option<&CStr>| s.map_or(ptr::null(), CStr::as_ptr);

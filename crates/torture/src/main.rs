@@ -16,6 +16,7 @@ mod arguments;
 mod batches;
 mod derivative_calls;
 mod endurance;
+mod exchange;
 mod fmi3_calls;
 mod life;
 mod lifecycle_calls;
@@ -79,6 +80,17 @@ enum Command {
         /// Repeat this batch only, printing every call before it is made
         #[arg(long, value_name = "SEED")]
         replay: Option<u64>,
+    },
+    /// Random calls of instances for Model Exchange
+    Exchange {
+        #[command(flatten)]
+        fmus: Fmus,
+        /// Calls of each FMU
+        #[arg(long, default_value_t = 200_000)]
+        calls: usize,
+        /// Seed
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
     },
     /// One batch, in this process
     #[command(hide = true)]
@@ -168,6 +180,9 @@ fn run(command: Command) -> Result<()> {
             seed,
             trace,
         } => batches::one(&fmus.fmus, calls, seed, trace),
+        Command::Exchange { fmus, calls, seed } => {
+            fmus.each(|path| exchange::run(path, calls, seed))
+        }
         Command::Life {
             fmus,
             instances,

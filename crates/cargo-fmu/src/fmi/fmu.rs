@@ -3,22 +3,12 @@
 use super::functions::Functions;
 use crate::{library, platform};
 use anyhow::{Context, Result};
-use fmu_description::{Archive, Description, Variable, Version, library_among};
-use libloading::Library;
-use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
+use fmu_description::library::{Library, resources};
+use fmu_description::{Archive, Description, Variable, library_among};
 use std::ffi::CString;
 use std::fs;
-use std::path::{MAIN_SEPARATOR, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use tempfile::TempDir;
-
-/// What a path inside a URI need not encode.
-const PLAIN: &AsciiSet = &NON_ALPHANUMERIC
-    .remove(b'/')
-    .remove(b':')
-    .remove(b'-')
-    .remove(b'.')
-    .remove(b'_')
-    .remove(b'~');
 
 /// A loaded FMU. The unpacked files go with it.
 pub struct Fmu {
@@ -46,11 +36,7 @@ impl Fmu {
     pub fn unpacked(folder: &Path) -> Result<Self> {
         let description = Description::read(&fs::read(folder.join("modelDescription.xml"))?)?;
         let library = library_path(folder, &description)?;
-        let resources = folder.join("resources");
-        let resources = match description.fmi {
-            Version::Fmi2 => uri(&resources),
-            Version::Fmi3 => format!("{}{MAIN_SEPARATOR}", resources.display()),
-        };
+        let resources = resources(folder, description.fmi);
         Ok(Self {
             functions: Functions::load(load(&library)?, &description),
             description,
@@ -104,27 +90,6 @@ fn library_path(folder: &Path, description: &Description) -> Result<PathBuf> {
     Ok(folder.join(library))
 }
 
-/// A path as a URI (RFC 8089): `file:///home/me/fmu`, `file:///C:/fmu`.
-fn uri(path: &Path) -> String {
-    let path = path.to_string_lossy().replace('\\', "/");
-    let path = path.trim_start_matches("//?/").trim_start_matches('/');
-    format!("file:///{}", utf8_percent_encode(path, PLAIN))
-}
-
 fn load(path: &Path) -> Result<Library> {
-    // SAFETY: the FMU under test; loading it runs no code of its own.
-    unsafe { Library::new(path) }.context("the library cannot be loaded")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::uri;
-    use std::path::Path;
-
-    #[test]
-    fn paths_become_uris() {
-        assert_eq!(uri(Path::new("/a b/ü.x")), "file:///a%20b/%C3%BC.x");
-        assert_eq!(uri(Path::new(r"C:\a\b")), "file:///C:/a/b");
-        assert_eq!(uri(Path::new(r"\\?\C:\a")), "file:///C:/a");
-    }
+    Library::open(path).context("the library cannot be loaded")
 }

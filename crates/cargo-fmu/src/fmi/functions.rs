@@ -6,11 +6,10 @@ use std::collections::HashMap;
 use std::ffi::c_int;
 use std::ptr;
 
+use fmu_description::calls::{Callbacks, Functions2, Functions3, Logger};
+use fmu_description::library::Library;
 use fmu_description::{Access, Causality, Description, Version};
-use libloading::Library;
 
-use super::fmi2::{self, Callbacks};
-use super::fmi3;
 use super::log::logger_3;
 use super::names::in_3;
 use super::symbols::{DISCARD, OK, Pointer, Text, WARNING};
@@ -30,9 +29,9 @@ pub struct Functions {
 #[allow(clippy::large_enum_variant)] // one for each FMU
 pub enum OwnFunctions {
     /// FMI 2.0.
-    Fmi2(fmi2::Functions),
+    Fmi2(Functions2),
     /// FMI 3.0.
-    Fmi3(fmi3::Functions),
+    Fmi3(Functions3),
 }
 
 use OwnFunctions::{Fmi2, Fmi3};
@@ -95,8 +94,8 @@ impl Functions {
             .find(|v| v.causality == Causality::Independent);
         Self {
             own: match description.fmi {
-                Version::Fmi2 => Fmi2(fmi2::Functions::load(library)),
-                Version::Fmi3 => Fmi3(fmi3::Functions::load(library)),
+                Version::Fmi2 => Fmi2(Functions2::of(library)),
+                Version::Fmi3 => Fmi3(Functions3::of(library)),
             },
             sizes: arrays.map(|v| (v.reference, v.size())).collect(),
             accesses: accesses.collect(),
@@ -111,7 +110,7 @@ impl Functions {
     }
 
     /// Those of FMI 3.0.
-    pub fn fmi3(&self) -> Option<&fmi3::Functions> {
+    pub fn fmi3(&self) -> Option<&Functions3> {
         match &self.own {
             Fmi2(_) => None,
             Fmi3(f) => Some(f),
@@ -228,9 +227,8 @@ impl Functions {
                     let (visible, logging) = (visible != 0, logging != 0);
                     let callbacks = callbacks.as_ref();
                     let environment = callbacks.map_or(ptr::null_mut(), |c| c.environment);
-                    let logger = callbacks
-                        .and_then(|c| c.logger)
-                        .map(|_| logger_3 as fmi3::Logger);
+                    let has_logger = callbacks.is_some_and(|c| !c.logger.is_null());
+                    let logger = has_logger.then_some(logger_3 as Logger);
                     match kind {
                         1 => (f.fmi3InstantiateCoSimulation)(
                             name,

@@ -5,9 +5,9 @@ use std::ffi::{CString, c_int};
 use std::ptr;
 
 use anyhow::{Result, anyhow, bail};
+use fmu_description::calls::Callbacks;
 use fmu_description::{Access, Variable};
 
-use super::fmi2::Callbacks;
 use super::fmu::Fmu;
 use super::functions::{Experiment, Functions};
 use super::log::{Log, Message};

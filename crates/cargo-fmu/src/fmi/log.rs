@@ -2,12 +2,13 @@
 //! is that of a live log: some FMUs call the logger with another one.
 
 use std::collections::BTreeMap;
-use std::ffi::c_int;
+use std::ffi::{c_int, c_void};
 use std::ptr;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::fmi2::Callbacks;
+use fmu_description::calls::Callbacks;
+
 use super::symbols::{Pointer, Text};
 use super::text::shown;
 
@@ -80,10 +81,10 @@ impl Log {
     /// Callbacks whose logger writes here, without memory functions.
     pub fn callbacks(&self) -> Callbacks {
         Callbacks {
-            logger: Some(logger),
+            logger: logger as *const c_void,
             allocate_memory: None,
             free_memory: None,
-            step_finished: ptr::null_mut(),
+            step_finished: ptr::null(),
             environment: ptr::without_provenance_mut(self.environment),
         }
     }
@@ -150,6 +151,9 @@ pub(super) unsafe extern "C" fn logger_3(
     note(environment, message);
 }
 
+/// FMI declares it variadic; this one does not look at the arguments of the format, and a variadic
+/// call with pointers and integers equals a plain one on Linux (x86-64, aarch64) and Windows; not
+/// on Apple silicon.
 unsafe extern "C" fn logger(
     environment: Pointer,
     name: Text,

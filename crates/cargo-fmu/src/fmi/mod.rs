@@ -3,8 +3,6 @@
 //! judge them stands on this.
 #![allow(unsafe_code)] // loads a library, and calls it
 
-mod fmi2;
-pub mod fmi3;
 mod fmu;
 pub mod functions;
 pub mod instance;
@@ -15,7 +13,7 @@ pub mod symbols;
 pub mod text;
 mod values;
 
-pub use fmi2::Callbacks;
 pub use fmu::Fmu;
+pub use fmu_description::calls::{Callbacks, Functions3};
 pub use instance::Instance;
 pub use log::{Log, Message};

@@ -5,12 +5,10 @@
 use std::ffi::{c_int, c_void};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use fmu_description::{
-    Archive, Description, Remark, Version, fmi3_functions,
-    functions::{Pointer, Text},
-};
+use fmu_description::calls::{Exports, Logger};
+use fmu_description::functions::{Pointer, Text};
+use fmu_description::{Archive, Description, Remark, Version, fmi3_functions};
 
-use super::functions::Logger;
 use crate::slave::messages;
 
 /// Where an archive has a module by itself, and where in a component.
@@ -85,12 +83,10 @@ impl Library {
         };
         Ok((Self(module), format!("/{module}/"), None))
     }
+}
 
-    /// The exported function `name`.
-    ///
-    /// # Safety
-    /// `F` is the type of a pointer to that function.
-    pub unsafe fn function<F: Copy>(&self, name: &str) -> Option<F> {
+impl Exports for Library {
+    unsafe fn function<F: Copy>(&self, name: &str) -> Option<F> {
         let function = imported(name).filter(|_| exports(self.0, name.as_ptr(), name.len()))?;
         // SAFETY: a pointer to the imported function of this name, as the caller promises.
         Some(unsafe { std::mem::transmute_copy(&function) })

@@ -67,7 +67,6 @@ pub struct Jitter {
 impl Jitter {
     /// By what part of a step point `k` is late, or `None` where it is lost. A hash of seed and
     /// number (Steele, Lea, Flood 2014: SplitMix64) stands for the random numbers.
-    #[must_use]
     pub fn lateness(&self, k: u64) -> Option<f64> {
         let mut state = self.seed ^ k.wrapping_mul(0x9E37_79B9_7F4A_7C15);
         let mut uniform = || {
@@ -83,11 +82,6 @@ impl Jitter {
 }
 
 /// Communication steps in a time, s; none where it is no multiple of the step.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "checked to be in range"
-)]
 pub fn steps_in(time: f64, step: f64) -> Option<u64> {
     let steps = time / step;
     let is_whole =

@@ -4,6 +4,8 @@
 use std::ffi::c_int;
 
 use anyhow::Result;
+use fmu_description::calls::ABSENT;
+use thiserror::Error;
 
 /// Where in the run a call was made, for its error text.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +27,8 @@ impl std::fmt::Display for At {
 
 /// A C function that did not do what it was asked for: both versions of FMI number their statuses
 /// alike.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Error)]
+#[error("{call} answered {status}")]
 pub struct Answer {
     /// Status, or [`Answer::MISSING`] or [`Answer::UNFIT`].
     pub status: c_int,
@@ -35,9 +38,9 @@ pub struct Answer {
 
 impl Answer {
     /// In place of a status: the library does not export the function.
-    pub const MISSING: c_int = -1;
+    pub const MISSING: c_int = ABSENT;
     /// In place of a status: it was not called, because a value does not fit its type.
-    pub const UNFIT: c_int = -2;
+    pub const UNFIT: c_int = -1;
 
     /// Good where the status is OK or Warning.
     #[inline]
@@ -60,16 +63,9 @@ impl Answer {
     }
 }
 
-impl std::fmt::Display for Answer {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} answered {}", self.call, self.status)
-    }
-}
-
-impl std::error::Error for Answer {}
-
 /// An FMU asks to end the simulation: the end of a run, not a failure.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{call} asks to end the simulation at t = {time} s")]
 pub struct Ended {
     /// C name of the function that said so.
     pub call: &'static str,
@@ -77,14 +73,10 @@ pub struct Ended {
     pub time: f64,
 }
 
-impl std::fmt::Display for Ended {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "{} asks to end the simulation at t = {} s",
-            self.call, self.time
-        )
-    }
+/// Calls a function of a library; an error where it is missing or does not do it.
+macro_rules! call {
+    ($api:expr, $function:ident($($argument:expr),* $(,)?)) => {
+        Answer::check(($api.$function)($($argument),*), stringify!($function))
+    };
 }
-
-impl std::error::Error for Ended {}
+pub(super) use call;

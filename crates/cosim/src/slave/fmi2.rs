@@ -8,15 +8,17 @@ use std::ptr;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use fmu_description::Access;
+use fmu_description::calls::{Callbacks, Functions2};
+use fmu_description::functions::Pointer;
 
-use super::answer::{Answer, Ended};
+use super::answer::{Answer, Ended, call};
 use super::border::{Arguments, Border};
 use super::fmi3::owned;
 use super::messages::{Speaker, receive};
+use super::owner::{Owner, State};
 use crate::batch::Batch;
-use crate::fmu::functions::{Callbacks, Functions2, Handle, call};
 use crate::value::{Value, fits};
 
 /// `fmi2CoSimulation`.
@@ -55,26 +57,10 @@ unsafe extern "C" fn cosim_receive(
     receive(environment.addr(), status, &text.to_string_lossy());
 }
 
-/// What frees the component, after all states that it saved.
-struct Owner {
-    api: Arc<Functions2>,
-    component: Handle,
-    /// FMI: must outlive the component.
-    _callbacks: Box<Callbacks>,
-    _speaker: Speaker,
-}
-
-/// A saved state.
-struct State {
-    owner: Rc<Owner>,
-    state: Handle,
-    start: f64,
-}
-
 /// A component; freed when dropped.
 pub struct Component {
     api: Arc<Functions2>,
-    component: Handle,
+    component: Pointer,
     /// Start of the run that it was set up for, s; NaN: for none.
     start: Cell<f64>,
     owner: Rc<Owner>,
@@ -89,51 +75,32 @@ impl Component {
             resources,
             ..
         } = arguments;
-        let (Some(instantiate), Some(_)) = (api.fmi2Instantiate, api.fmi2FreeInstance) else {
+        if !api.exports("fmi2Instantiate") || !api.exports("fmi2FreeInstance") {
             bail!("its library does not export fmi2Instantiate and fmi2FreeInstance");
-        };
+        }
         let speaker = Speaker::new(name);
         let callbacks = Box::new(Callbacks {
-            logger: cosim_logger,
-            allocate_memory: libc::calloc,
-            free_memory: libc::free,
+            logger: cosim_logger as *const c_void,
+            allocate_memory: Some(libc::calloc),
+            free_memory: Some(libc::free),
             step_finished: ptr::null(),
             environment: speaker.environment(),
         });
         // SAFETY: valid C strings; the callbacks outlive the component.
         let component = unsafe {
             let (name, guid, resources) = (name.as_ptr(), token.as_ptr(), resources.as_ptr());
-            instantiate(name, CO_SIMULATION, guid, resources, &*callbacks, 0, 1)
+            (api.fmi2Instantiate)(name, CO_SIMULATION, guid, resources, &*callbacks, 0, 1)
         };
+        let (free, free_state) = (api.fmi2FreeInstance, api.fmi2FreeFMUstate);
+        // FMI: the callbacks must outlive the component.
+        let kept = (api.clone(), callbacks, speaker);
         Ok((!component.is_null()).then(|| Self {
             api: api.clone(),
             component,
             start: Cell::new(f64::NAN),
-            owner: Rc::new(Owner {
-                api: api.clone(),
-                component,
-                _callbacks: callbacks,
-                _speaker: speaker,
-            }),
+            // SAFETY: the component and the functions of its library.
+            owner: unsafe { Owner::new(component, free, free_state, kept) },
         }))
-    }
-}
-
-impl Drop for Owner {
-    fn drop(&mut self) {
-        if let Some(free) = self.api.fmi2FreeInstance {
-            // SAFETY: freed once; the library is still loaded.
-            unsafe { free(self.component) };
-        }
-    }
-}
-
-impl Drop for State {
-    fn drop(&mut self) {
-        if let Some(free) = self.owner.api.fmi2FreeFMUstate {
-            // SAFETY: a state of this component, which is still alive, freed once.
-            unsafe { free(self.owner.component, &mut self.state) };
-        }
     }
 }
 
@@ -228,7 +195,6 @@ impl Border for Component {
         Ok(())
     }
 
-    #[expect(clippy::cast_possible_truncation, reason = "it fits")]
     fn set(&self, batch: &Batch, values: &[f64]) -> Result<()> {
         let (api, c, vr) = (&self.api, self.component, &batch.references);
         assert_eq!(vr.len(), values.len());
@@ -315,25 +281,17 @@ impl Border for Component {
     }
 
     fn save(&self) -> Result<Box<dyn Any>> {
-        let mut state = ptr::null_mut();
         // SAFETY: room for one state, which is new.
-        unsafe { call!(self.api, fmi2GetFMUstate(self.component, &mut state))? };
-        let (owner, start) = (self.owner.clone(), self.start.get());
-        Ok(Box::new(State {
-            owner,
-            state,
-            start,
-        }))
+        State::new(&self.owner, self.start.get(), |state| unsafe {
+            call!(self.api, fmi2GetFMUstate(self.component, state))
+        })
     }
 
     fn restore(&self, state: &dyn Any) -> Result<()> {
-        let own = state
-            .downcast_ref()
-            .filter(|s: &&State| Rc::ptr_eq(&s.owner, &self.owner));
-        let State { state, start, .. } = own.context("a state of another instance")?;
-        self.start.set(*start);
+        let (saved, state) = State::<f64>::of(&self.owner, state)?;
+        self.start.set(saved.known);
         // SAFETY: a state of this component.
-        unsafe { call!(self.api, fmi2SetFMUstate(self.component, *state)) }
+        unsafe { call!(self.api, fmi2SetFMUstate(self.component, state)) }
     }
 
     fn reset(&self) -> bool {
@@ -344,7 +302,6 @@ impl Border for Component {
 }
 
 /// An `fmi2Integer` or `fmi2Boolean`, checked to fit before.
-#[expect(clippy::cast_possible_truncation, reason = "checked before")]
 fn int(value: &Value) -> i32 {
     value.bits().cast_signed() as i32
 }

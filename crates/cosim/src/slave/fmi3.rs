@@ -10,15 +10,17 @@ use std::ptr;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use fmu_description::Access;
+use fmu_description::calls::Functions3;
+use fmu_description::functions::Pointer;
 
-use super::answer::{Answer, Ended};
+use super::answer::{Answer, Ended, call};
 use super::border::{Arguments, Border};
 use super::clocks::{Clock, Interval, Plan};
 use super::messages::{Speaker, receive_3};
+use super::owner::{Owner, State};
 use crate::batch::{Batch, Layout};
-use crate::fmu::functions::{Functions3, Handle, call};
 use crate::value::{Value, fits};
 
 /// Updates of discrete states, or early returns, at one time after which that is a failure.
@@ -44,17 +46,8 @@ macro_rules! by_function {
     (call $api:expr, $function:ident ($($argument:expr),*)) => { call!($api, $function($($argument),*)) };
 }
 
-/// What frees the instance, after all states that it saved.
-struct Owner {
-    api: Arc<Functions3>,
-    instance: Handle,
-    _speaker: Speaker,
-}
-
-/// A saved state, and what is known of the instance besides.
-struct State {
-    owner: Rc<Owner>,
-    state: Handle,
+/// What is known of an instance beside a saved state of it.
+struct Known {
     mode: Mode,
     time: f64,
     memory: Vec<u64>,
@@ -67,7 +60,7 @@ struct State {
 /// An instance; freed when dropped.
 pub struct Instance {
     api: Arc<Functions3>,
-    instance: Handle,
+    instance: Pointer,
     has_events: bool,
     returns_early: bool,
     mode: Cell<Mode>,
@@ -96,14 +89,14 @@ impl Instance {
         plan: &Arc<Plan>,
         arguments: &Arguments,
     ) -> Result<Option<Self>> {
-        let (Some(instantiate), Some(_)) = (api.fmi3InstantiateCoSimulation, api.fmi3FreeInstance)
-        else {
-            bail!("its library does not export fmi3InstantiateCoSimulation and fmi3FreeInstance");
-        };
+        let names = ["fmi3InstantiateCoSimulation", "fmi3FreeInstance"];
+        if !names.iter().all(|name| api.exports(name)) {
+            bail!("its library does not export {} and {}", names[0], names[1]);
+        }
         let speaker = Speaker::new(arguments.name);
         // SAFETY: valid C strings; the logger looks the environment up before it trusts it.
         let instance = unsafe {
-            instantiate(
+            (api.fmi3InstantiateCoSimulation)(
                 arguments.name.as_ptr(),
                 arguments.token.as_ptr(),
                 arguments.resources.as_ptr(),
@@ -118,6 +111,8 @@ impl Instance {
                 ptr::null_mut(),
             )
         };
+        let (free, free_state) = (api.fmi3FreeInstance, api.fmi3FreeFMUState);
+        let kept = (api.clone(), speaker);
         Ok((!instance.is_null()).then(|| Self {
             api: api.clone(),
             instance,
@@ -132,11 +127,8 @@ impl Instance {
             clocks: RefCell::new(plan.clocks.iter().map(Clock::new).collect()),
             active: RefCell::new(Vec::with_capacity(plan.clocks.len())),
             announced: Cell::new(f64::INFINITY),
-            owner: Rc::new(Owner {
-                api: api.clone(),
-                instance,
-                _speaker: speaker,
-            }),
+            // SAFETY: the instance and the functions of its library.
+            owner: unsafe { Owner::new(instance, free, free_state, kept) },
         }))
     }
 
@@ -323,24 +315,6 @@ impl Instance {
     }
 }
 
-impl Drop for Owner {
-    fn drop(&mut self) {
-        if let Some(free) = self.api.fmi3FreeInstance {
-            // SAFETY: freed once; the library is still loaded.
-            unsafe { free(self.instance) };
-        }
-    }
-}
-
-impl Drop for State {
-    fn drop(&mut self) {
-        if let Some(free) = self.owner.api.fmi3FreeFMUState {
-            // SAFETY: a state of this instance, which is still alive, freed once.
-            unsafe { free(self.owner.instance, &mut self.state) };
-        }
-    }
-}
-
 impl Border for Instance {
     fn log_only(&self, categories: &[CString]) -> Result<()> {
         let pointers: Vec<_> = categories.iter().map(|c| c.as_ptr()).collect();
@@ -449,7 +423,6 @@ impl Border for Instance {
         assert_eq!(batch.len(), values.len());
         let access = batch.access;
         let is_float = matches!(access, Access::Real | Access::Float32);
-        #[expect(clippy::cast_possible_truncation, reason = "it was an integer")]
         if !is_float && values.iter().any(|value| !fits(access, *value as i128)) {
             return Answer::refuse(Answer::UNFIT, "fmi3Set");
         }
@@ -633,12 +606,7 @@ impl Border for Instance {
     }
 
     fn save(&self) -> Result<Box<dyn Any>> {
-        let mut state = ptr::null_mut();
-        // SAFETY: room for one state, which is new.
-        unsafe { call!(self.api, fmi3GetFMUState(self.instance, &mut state))? };
-        Ok(Box::new(State {
-            owner: self.owner.clone(),
-            state,
+        let known = Known {
             mode: self.mode.get(),
             time: self.time.get(),
             memory: self.memory.borrow().clone(),
@@ -646,16 +614,18 @@ impl Border for Instance {
             clocks: self.clocks.borrow().clone(),
             active: self.active.borrow().clone(),
             announced: self.announced.get(),
-        }))
+        };
+        // SAFETY: room for one state, which is new.
+        State::new(&self.owner, known, |state| unsafe {
+            call!(self.api, fmi3GetFMUState(self.instance, state))
+        })
     }
 
     fn restore(&self, state: &dyn Any) -> Result<()> {
-        let own = state
-            .downcast_ref()
-            .filter(|s: &&State| Rc::ptr_eq(&s.owner, &self.owner));
-        let saved = own.context("a state of another instance")?;
+        let (saved, state) = State::<Known>::of(&self.owner, state)?;
         // SAFETY: a state of this instance.
-        unsafe { call!(self.api, fmi3SetFMUState(self.instance, saved.state))? };
+        unsafe { call!(self.api, fmi3SetFMUState(self.instance, state))? };
+        let saved = &saved.known;
         self.mode.set(saved.mode);
         self.time.set(saved.time);
         self.memory.borrow_mut().clone_from(&saved.memory);
@@ -705,10 +675,6 @@ macro_rules! by_type {
 }
 
 /// Write a value of the memory to place `k` of an array of the type of `access`.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "the FMU's own value, or checked when it was read"
-)]
 fn store(access: Access, array: &mut [u64], k: usize, bits: u64) {
     assert!(k < array.len());
     let array = array.as_mut_ptr();
@@ -743,11 +709,7 @@ fn load(access: Access, array: &[u64], k: usize) -> u64 {
     }
 }
 
-/// What the memory has, as a number.
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "an integer beyond 2^53 is told to the nearest number"
-)]
+/// What the memory has, as a number: an integer beyond 2^53 as the nearest.
 fn number(access: Access, bits: u64) -> f64 {
     match access {
         Access::Real | Access::Float32 => f64::from_bits(bits),
@@ -757,11 +719,6 @@ fn number(access: Access, bits: u64) -> f64 {
 }
 
 /// A number as the memory has it.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "it was an integer"
-)]
 fn as_bits(access: Access, value: f64) -> u64 {
     match access {
         Access::Real | Access::Float32 => value.to_bits(),

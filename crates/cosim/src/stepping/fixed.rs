@@ -23,11 +23,6 @@ impl FixedSteps {
     ///
     /// # Errors
     /// A stop time before the start, or not finite.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "checked to be in range"
-    )]
     pub fn new(stepping: Stepping, stop: f64) -> Result<Self> {
         let Stepping { start, step, .. } = stepping;
         let steps = (stop - start) / step;

@@ -193,13 +193,11 @@ impl EfficiencyBound {
     /// ```text
     /// (factor (P_0 + floor·P_out) + cut)/(P_0 + P_out)
     /// ```
-    #[must_use]
     pub fn half(&self, out: f64, cut: f64) -> f64 {
         (self.factor * (self.power + self.floor * out) + cut) / (self.power + out)
     }
 
     /// The smallest factor whose bound holds an error of the efficiency.
-    #[must_use]
     pub fn needed(&self, error: f64, out: f64, cut: f64) -> f64 {
         let beyond = error.abs() * (self.power + out) - cut;
         beyond.max(0.0) / (self.power + self.floor * out)

@@ -183,9 +183,8 @@ pub struct ModelExchange<M: Model> {
     pub(crate) set_states: fn(&mut M, &[f64]),
     pub(crate) differentiate: Equations<M, M>,
     pub(crate) indicate: Equations<M, [f64]>,
-    pub(crate) event: fn(&mut M, &M::Parameters, &M::Input, f64) -> Result<Event, ModelError>,
-    pub(crate) completed_step:
-        fn(&mut M, &M::Parameters, &M::Input, f64) -> Result<bool, ModelError>,
+    pub(crate) event: Change<M, Event>,
+    pub(crate) completed_step: Change<M, bool>,
     pub(crate) directional: Option<Directional<M>>,
 }
 
@@ -198,6 +197,10 @@ type Equations<M, X> = fn(
     f64,
     &mut X,
 ) -> Result<(), ModelError>;
+
+/// Parameters, inputs and time.
+type Change<M, T> =
+    fn(&mut M, &<M as Model>::Parameters, &<M as Model>::Input, f64) -> Result<T, ModelError>;
 
 /// [`Continuous::directional`].
 type Directional<M> = fn(

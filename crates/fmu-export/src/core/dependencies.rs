@@ -161,25 +161,39 @@ impl Knowns {
         elements
     }
 
-    /// `x`: all of a row; `x[2]`: one element; `x[i]`: the element with index `i` (from 0);
-    /// `x[i-1]`, `x[i+2]`: one beside it, nothing at the ends.
     fn find(&self, name: &str, i: usize) -> Option<(&Known, Range<usize>)> {
-        let Some((row, index)) = name.strip_suffix(']').and_then(|name| name.split_once('['))
-        else {
-            let known = self.rows.get(name)?;
-            return Some((known, known.elements.clone()));
+        let row = |row: &str| {
+            self.rows
+                .get(row)
+                .map(|known| (known, known.elements.clone()))
         };
-        let known = self.rows.get(row)?;
-        let elements = known.elements.clone();
-        let (index, is_beside) = match index.strip_prefix('i') {
-            Some("") => (Some(i), false),
-            Some(offset) => (i.checked_add_signed(offset.parse().ok()?), true),
-            None => (index.parse::<usize>().ok()?.checked_sub(1), false),
-        };
-        match index.map(|index| elements.start + index) {
-            Some(element) if element < elements.end => Some((known, element..element + 1)),
-            _ => is_beside.then_some((known, elements.start..elements.start)),
-        }
+        elements(name, i, row)
+    }
+}
+
+/// What a name in a list means for the element with index `i` (from 0): `x` all of a row, `x[2]` one
+/// element, `x[i]` that of the same index, `x[i-1]`, `x[i+2]` one beside it, nothing at the ends.
+/// `row` has the rows by name with the positions of their elements.
+pub(crate) fn elements<T>(
+    name: &str,
+    i: usize,
+    row: impl Fn(&str) -> Option<(T, Range<usize>)>,
+) -> Option<(T, Range<usize>)> {
+    let indexed = name
+        .strip_suffix(']')
+        .and_then(|name| name.rsplit_once('['));
+    let Some((name, index)) = indexed else {
+        return row(name);
+    };
+    let (known, all) = row(name)?;
+    let (index, is_beside) = match index.strip_prefix('i') {
+        Some("") => (Some(i), false),
+        Some(offset) => (i.checked_add_signed(offset.parse().ok()?), true),
+        None => (index.parse::<usize>().ok()?.checked_sub(1), false),
+    };
+    match index.map(|index| all.start + index) {
+        Some(element) if element < all.end => Some((known, element..element + 1)),
+        _ => is_beside.then_some((known, all.start..all.start)),
     }
 }
 

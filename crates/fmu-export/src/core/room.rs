@@ -225,7 +225,7 @@ fn described<M>(
 ) -> ModelError {
     match failure {
         Failure::System(error) => error,
-        Failure::NotFinite { state, value } => {
+        Failure::NotFinite(state, value) => {
             let name = name(rate, state, value);
             ModelError::new(format!(
                 "`{name}` became {value} at the end of the step; it must be finite"

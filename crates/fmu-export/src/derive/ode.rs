@@ -50,6 +50,7 @@ pub trait State: Vector + Clone + Default + Serialize + DeserializeOwned + Send 
 }
 
 /// Numbers that can be integrated.
+#[expect(clippy::len_without_is_empty, reason = "a state has at least one")]
 pub trait Vector: Sized {
     /// How many there are.
     fn len(&self) -> usize;

@@ -2,11 +2,11 @@
 
 use super::ode::{Ode, Seen};
 use crate::ModelError;
-use crate::core::causality::Dependencies;
+use crate::core::causality::{Causality, Dependencies};
+use crate::core::dependencies::elements;
 use crate::core::model::Variable;
 use crate::core::place::Place;
 use crate::solver::{Method, Pattern, Solver};
-use std::ops::Range;
 
 /// What `#[fmu(solver = …)]` says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,49 +85,34 @@ fn pattern<S: Ode>(n: usize, rows: &[Row<S>]) -> Result<Pattern, ModelError> {
         }
         return Ok(Pattern::full(n));
     }
+    let find = |name: &str| {
+        let state = rows.iter().find(|row| row.row.name == name);
+        let is_input = |row: &&Variable<S>| row.name == name && row.causality == Causality::Input;
+        match state {
+            Some(state) => Some((&state.places[..], 0..state.places.len())),
+            None => S::table()
+                .iter()
+                .find(is_input)
+                .map(|_| (&[][..], 0..usize::MAX)),
+        }
+    };
     let mut pairs = Vec::new();
     for row in rows {
         let Dependencies::Same(lists) = row.rate.dependencies else {
             continue;
         };
         for (i, place) in row.places.iter().enumerate() {
-            for name in lists.iter().copied().flatten() {
-                let (name, index) = name.split_once('[').unwrap_or((name, ""));
-                let read = rows
-                    .iter()
-                    .find(|row| row.row.name == name)
-                    .map(|row| &row.places);
-                // The others are inputs.
-                for state in read
-                    .into_iter()
-                    .flat_map(|places| &places[elements(index, i, places.len())])
-                {
-                    pairs.push((*place, *state));
-                }
+            for name in lists.into_iter().flatten() {
+                let Some((places, range)) = elements(name, i, find) else {
+                    let state = row.row.name;
+                    return Err(ModelError::new(format!(
+                        "the rate of `{state}` depends on `{name}`; it must be an input or state of the table"
+                    )));
+                };
+                let states = places.get(range).unwrap_or_default(); // none of an input
+                pairs.extend(states.iter().map(|state| (*place, *state)));
             }
         }
     }
     Ok(Pattern::new(n, pairs))
-}
-
-/// The elements of a row of `len` that `2]` (counted from 1), `i]`, `i-1]` or nothing (all) means for
-/// element `i`; none where they are beyond an end.
-fn elements(index: &str, i: usize, len: usize) -> Range<usize> {
-    let Some(index) = index.strip_suffix(']') else {
-        return 0..len;
-    };
-    let element = match index.strip_prefix('i') {
-        Some("") => Some(i),
-        Some(offset) => offset
-            .parse()
-            .ok()
-            .and_then(|offset| i.checked_add_signed(offset)),
-        None => index
-            .parse::<usize>()
-            .ok()
-            .and_then(|number| number.checked_sub(1)),
-    };
-    element
-        .filter(|element| *element < len)
-        .map_or(0..0, |element| element..element + 1)
 }

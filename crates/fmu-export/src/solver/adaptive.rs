@@ -41,9 +41,7 @@ impl Room {
         for _ in 0..MOST_STEPS as u64 {
             if is_new {
                 let about = if dt > 0.0 { dt.min(h) } else { h };
-                let rate = method
-                    .begin(system, (t, s, about), &self.x, &self.nominal)
-                    .map_err(Failure::System)?;
+                let rate = method.begin(system, (t, s, about), &self.x, &self.nominal)?;
                 if dt <= 0.0 {
                     dt = self.first_step(&self.x, rate, h);
                 }
@@ -54,11 +52,8 @@ impl Room {
             // Two steps of half the rest rather than one whole and a short one.
             let trial = if dt >= rest { rest } else { dt.min(0.5 * rest) };
             let done = method.step(system, (s, trial), &self.x, &mut self.end, &mut self.error);
-            let sizes = self
-                .x
-                .iter()
-                .zip(&self.end)
-                .map(|(a, b)| a.abs().max(b.abs()));
+            let ends = self.x.iter().zip(&self.end);
+            let sizes = ends.map(|(a, b)| a.abs().max(b.abs()));
             let norm = match done {
                 Ok(true) => self.norm(sizes, self.error.iter().copied()),
                 _ => f64::INFINITY,
@@ -70,8 +65,9 @@ impl Room {
                 dt = trial * factor.max(FACTORS[0]);
                 most = 1.0;
                 if dt < 16.0 * f64::EPSILON * (t + s).abs().max(h) {
-                    let short = Failure::TooShort { s, dt: trial };
-                    return Err(done.err().map_or(short, Failure::System));
+                    return Err(done
+                        .err()
+                        .map_or(Failure::TooShort(s, trial), Failure::System));
                 }
                 continue;
             }
@@ -86,10 +82,7 @@ impl Room {
             }
             s += trial;
         }
-        Err(Failure::TooManySteps {
-            steps: MOST_STEPS,
-            longest: dt,
-        })
+        Err(Failure::TooManySteps(MOST_STEPS, dt))
     }
 }
 

@@ -54,48 +54,37 @@ pub enum Method {
 pub enum Failure<E> {
     /// What the system says.
     System(E),
-    /// So many internal steps of at most `longest` s would be needed.
-    TooManySteps {
-        /// How many.
-        steps: f64,
-        /// What one may at most be, s.
-        longest: f64,
-    },
-    /// An internal step of `dt` s, `s` s after the start of the communication step, is still too long
-    /// for the tolerance.
-    TooShort {
-        /// Where, s.
-        s: f64,
-        /// How long, s.
-        dt: f64,
-    },
-    /// A state has become infinite or no number.
-    NotFinite {
-        /// Its index.
-        state: usize,
-        /// What it has become.
-        value: f64,
-    },
+    /// So many internal steps would be needed, each of at most so many s.
+    TooManySteps(f64, f64),
+    /// So many s after the start of the communication step, an internal step of so many s is still
+    /// too long for the tolerance.
+    TooShort(f64, f64),
+    /// The state of this index has become infinite or no number: this value.
+    NotFinite(usize, f64),
+}
+
+impl<E> From<E> for Failure<E> {
+    fn from(error: E) -> Self {
+        Self::System(error)
+    }
 }
 
 impl<E: fmt::Display> fmt::Display for Failure<E> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::System(error) => error.fmt(f),
-            Self::TooManySteps { steps, longest } => write!(
+            Self::TooManySteps(steps, longest) => write!(
                 f,
                 "{steps} internal steps of at most {longest} s would be needed; there must be at most {MOST_STEPS}"
             ),
-            Self::TooShort { s, dt } => write!(
+            Self::TooShort(s, dt) => write!(
                 f,
                 "the error of an internal step of {dt} s is above the tolerance, {s} s after the start of the step"
             ),
-            Self::NotFinite { state, value } => {
-                write!(
-                    f,
-                    "state {state} became {value} at the end of the step; it must be finite"
-                )
-            }
+            Self::NotFinite(state, value) => write!(
+                f,
+                "state {state} became {value} at the end of the step; it must be finite"
+            ),
         }
     }
 }
@@ -198,9 +187,7 @@ impl Solver {
         let room = &mut self.room;
         room.x.copy_from_slice(x);
         if !room.indicators.is_empty() {
-            system
-                .indicators(0.0, x, &mut room.indicators.0[0])
-                .map_err(Failure::System)?;
+            system.indicators(0.0, x, &mut room.indicators.0[0])?;
         }
         let (event, next) = match &mut self.algorithm {
             Choice::Fixed(method) => (room.walk(method, system, (t, h))?, *first),
@@ -208,10 +195,7 @@ impl Solver {
             Choice::Stiff(method) => room.adapt(&mut **method, system, (t, h), *first)?,
         };
         if let Some((state, value)) = room.x.iter().enumerate().find(|(_, x)| !x.is_finite()) {
-            return Err(Failure::NotFinite {
-                state,
-                value: *value,
-            });
+            return Err(Failure::NotFinite(state, *value));
         }
         x.copy_from_slice(&room.x);
         *first = next;
@@ -227,19 +211,15 @@ impl Room {
         system: &mut S,
         (t, h): (f64, f64),
     ) -> Result<Option<f64>, Failure<S::Error>> {
-        let longest = self.longest;
-        let steps = (h / longest).ceil();
+        let steps = (h / self.longest).ceil();
         if steps > MOST_STEPS {
-            return Err(Failure::TooManySteps { steps, longest });
+            return Err(Failure::TooManySteps(steps, self.longest));
         }
         let dt = h / steps;
         for k in 0..steps as u32 {
             let s = f64::from(k) * dt;
-            method
-                .begin(system, (t, s, dt), &self.x, &self.nominal)
-                .map_err(Failure::System)?;
-            let done = method.step(system, (s, dt), &self.x, &mut self.end, &mut self.error);
-            done.map_err(Failure::System)?;
+            method.begin(system, (t, s, dt), &self.x, &self.nominal)?;
+            method.step(system, (s, dt), &self.x, &mut self.end, &mut self.error)?;
             if let Some(event) = self.arrive(method, system, t, (s, dt))? {
                 return Ok(Some(event));
             }
@@ -256,33 +236,22 @@ impl Room {
         (s, dt): (f64, f64),
     ) -> Result<Option<f64>, Failure<S::Error>> {
         self.counts.steps += 1;
-        let Self {
-            x,
-            end,
-            error,
-            course,
-            indicators,
-            ..
-        } = self;
+        let (step, indicators, course) = ((s, dt), &mut self.indicators, &mut self.course);
         if !indicators.is_empty() {
-            system
-                .indicators(s + dt, end, &mut indicators.0[1])
-                .map_err(Failure::System)?;
+            system.indicators(s + dt, &self.end, &mut indicators.0[1])?;
             if indicators.has_event() {
-                let ends = [&x[..], &end[..]];
-                method
-                    .course(system, (s, dt), ends, course)
-                    .map_err(Failure::System)?;
+                let ends = [&self.x[..], &self.end[..]];
+                method.course(system, step, ends, course)?;
                 // As finely as times can be told apart.
-                let resolution = 4.0 * f64::EPSILON * (t.abs() + s + dt) / dt;
-                let theta = indicators.locate(system, (s, dt), resolution, (course, ends), error);
-                let theta = theta.map_err(Failure::System)?;
-                std::mem::swap(x, error);
-                return Ok(Some(s + theta * dt));
+                let finest = 4.0 * f64::EPSILON * (t.abs() + s + dt) / dt;
+                let at =
+                    indicators.locate(system, step, finest, (course, ends), &mut self.error)?;
+                std::mem::swap(&mut self.x, &mut self.error);
+                return Ok(Some(s + at * dt));
             }
             indicators.0.swap(0, 1);
         }
-        std::mem::swap(x, end);
+        std::mem::swap(&mut self.x, &mut self.end);
         Ok(None)
     }
 }

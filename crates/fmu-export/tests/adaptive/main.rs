@@ -179,3 +179,13 @@ fn the_jacobian_is_as_sparse_as_is_said() {
         "{sparse} {full}"
     );
 }
+
+/// A rate names what is no variable: the first step says so.
+#[test]
+fn a_rate_of_an_unknown_name_is_refused() {
+    let mut rod = rod::Misnamed::initialize(&(), &Default::default(), 0.0).unwrap();
+    let u = InputPolynomial::held(rod::Input::default());
+    let error = Model::step(&mut rod, &(), &u, &(), 0.0, 0.1).unwrap_err();
+    let text = "the rate of `T` depends on `t[i]`; it must be an input or state of the table";
+    assert_eq!(error.to_string(), text);
+}

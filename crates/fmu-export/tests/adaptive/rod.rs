@@ -47,7 +47,7 @@ pub struct Input {
 #[fmu(input = Input, solver = "stiff", tolerance = 1e-4)]
 pub struct Rod {
     /// Cells
-    #[fmu(unit = "1", start = exact(0.0), rate_depends_on("T[i-1]", T[i], "T[i+1]", heat))]
+    #[fmu(unit = "1", start = exact(0.0), rate_depends_on(T[i - 1], T[i], T[i + 1], heat))]
     T: [f64; CELLS],
 }
 
@@ -67,6 +67,21 @@ pub struct Full {
 }
 
 impl Ode for Full {
+    fn derivative(&self, _p: &(), u: &Input, _t: f64, dx: &mut Self) {
+        dx.T = rate(&self.T, u.heat);
+    }
+}
+
+/// Rod whose rate names no variable
+#[derive(State)]
+#[fmu(input = Input, solver = "stiff")]
+pub struct Misnamed {
+    /// Cells
+    #[fmu(unit = "1", start = exact(0.0), rate_depends_on(t[i], heat))]
+    T: [f64; CELLS],
+}
+
+impl Ode for Misnamed {
     fn derivative(&self, _p: &(), u: &Input, _t: f64, dx: &mut Self) {
         dx.T = rate(&self.T, u.heat);
     }

@@ -119,7 +119,6 @@ impl LoadChart {
 }
 
 /// The `k`-th of [`POSES`] angles over a range.
-#[expect(clippy::cast_precision_loss, reason = "some tens")]
 fn along([min, max]: [f64; 2], k: usize) -> f64 {
     min + (max - min) * k as f64 / (POSES - 1) as f64
 }

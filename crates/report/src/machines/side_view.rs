@@ -24,7 +24,6 @@ pub struct SideView {
 
 impl SideView {
     /// Of the pose `zeta`, rad, turned so that the boom plane is that of the picture.
-    #[must_use]
     pub fn new(tree: &Tree, zeta: &[f64; DOF]) -> Self {
         let zeta = [0.0, zeta[1], zeta[2], zeta[3], zeta[4], zeta[5]];
         let poses = tree.configuration(&zeta).world_poses();
@@ -68,7 +67,6 @@ impl SideView {
     ///
     /// # Panics
     /// There is none of that name.
-    #[must_use]
     pub fn at(&self, name: &str) -> [f64; 2] {
         let point = self.points.iter().find(|point| point.name == name);
         point.expect("a named point").place

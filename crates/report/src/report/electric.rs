@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use cosim::run::Experiment;
 use cosim::system::System;
 use cosim::wiring::Port;
-use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::request::{Request, kept, kept_as};
 use super::runs::stride;
@@ -15,7 +15,7 @@ use super::samples::{SampleTimes, Samples};
 use studies::measures::energy;
 use studies::measures::run::RecordedRun;
 use studies::measures::supply::{self, Supply};
-use studies::studies::sizing::{self, Sizing};
+use studies::studies::sizing;
 
 /// Sampling of the page, s.
 const EVERY: f64 = 0.02;
@@ -23,41 +23,8 @@ const EVERY: f64 = 0.02;
 const OF_SUPPLY: [&str; 5] = ["v_dc", "i_battery", "soc", "T_battery", "P_brake"];
 const OF_ACTUATOR: [&str; 3] = ["i_dc_mean", "T_winding", "T_housing"];
 
-/// One trajectory.
-#[derive(Serialize)]
-pub struct Electric {
-    trajectory: String,
-    supply: Option<Supply>,
-    /// Energy left open, J.
-    open: Option<f64>,
-    #[serde(flatten)]
-    times: SampleTimes,
-    curves: Vec<Signal>,
-    sizing: Sizing,
-    motors: Vec<Motor>,
-}
-
-/// A signal over time.
-#[derive(Serialize)]
-struct Signal {
-    name: String,
-    samples: Samples,
-}
-
-/// Torque over speed, rev/min, of one actuator and its envelopes.
-#[derive(Serialize)]
-struct Motor {
-    actuator: String,
-    /// Points of the motion.
-    count: usize,
-    motion: [Samples; 2],
-    speeds: Samples,
-    peak: Samples,
-    continuous: Samples,
-}
-
 /// Both trajectories; what failed of them goes to `failures`.
-pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<Electric> {
+pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<Value> {
     let Some(system) = request.electric else {
         return Vec::new();
     };
@@ -69,7 +36,7 @@ pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<Electric> {
     kept(cases.into_iter().map(of).collect(), failures)
 }
 
-fn one(system: &System, case: &str, experiment: &Experiment) -> Result<Electric> {
+fn one(system: &System, case: &str, experiment: &Experiment) -> Result<Value> {
     let mut ports: Vec<Port> = Vec::new();
     let mut of = |k: usize, names: &[&str]| {
         ports.extend(names.iter().filter_map(|name| system.port_of(k, name).ok()));
@@ -88,38 +55,35 @@ fn one(system: &System, case: &str, experiment: &Experiment) -> Result<Electric>
     let stride = stride(EVERY, step);
     let mut curves = Vec::new();
     for port in ports {
-        let column = recorded.recording.column(port)?;
-        curves.push(Signal {
-            name: system.name(port),
-            samples: Samples::thinned(column, stride),
-        });
+        let samples = Samples::thinned(recorded.recording.column(port)?, stride);
+        curves.push(json!({"name": system.name(port), "samples": samples}));
     }
     let supply = energy::evaluate(system, &recorded)?.supply;
     let sizing = sizing::evaluate(system, experiment, &recorded)?;
-    Ok(Electric {
-        trajectory: case.into(),
-        open: supply.as_ref().map(Supply::open),
-        supply,
-        times: SampleTimes::thinned(start, step, times.len(), stride),
-        curves,
-        motors: sizing.axes.iter().map(motor).collect(),
-        sizing,
-    })
+    let mut shown = json!(SampleTimes::thinned(start, step, times.len(), stride));
+    shown["trajectory"] = case.into();
+    shown["open"] = json!(supply.as_ref().map(Supply::open));
+    shown["supply"] = json!(supply);
+    shown["curves"] = curves.into();
+    shown["motors"] = sizing.axes.iter().map(motor).collect();
+    shown["sizing"] = json!(sizing);
+    Ok(shown)
 }
 
-fn motor(axis: &sizing::Axis) -> Motor {
+/// Torque over speed, rev/min, of one actuator: points of the motion, and its envelopes.
+fn motor(axis: &sizing::Axis) -> Value {
     let rpm = 60.0 / TAU;
     let fastest = (axis.ratings.motor_speed_rpm / rpm).max(axis.speed.peak);
     let speeds = || (0..=100).map(|k| f64::from(k) * fastest / 100.0);
-    Motor {
-        actuator: axis.actuator.clone(),
-        count: axis.points.len(),
-        motion: [
+    json!({
+        "actuator": axis.actuator,
+        "count": axis.points.len(),
+        "motion": [
             Samples::new(axis.points.iter().map(|(w, _)| rpm * w)),
             Samples::new(axis.points.iter().map(|(_, tau)| *tau)),
         ],
-        speeds: Samples::new(speeds().map(|w| rpm * w)),
-        peak: Samples::new(speeds().map(|w| axis.motor.peak(w))),
-        continuous: Samples::new(speeds().map(|w| axis.motor.continuous(w, &axis.ratings))),
-    }
+        "speeds": Samples::new(speeds().map(|w| rpm * w)),
+        "peak": Samples::new(speeds().map(|w| axis.motor.peak(w))),
+        "continuous": Samples::new(speeds().map(|w| axis.motor.continuous(w, &axis.ratings))),
+    })
 }

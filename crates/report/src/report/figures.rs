@@ -196,9 +196,9 @@ fn testbed(axis: &Axis) -> Figure {
         name: format!("testbed_{name}_{trajectory}"),
         title: format!("Testbed (simulated), {name} actuator, {trajectory} trajectory"),
         panels: vec![
-            panel("force, kN", &axis.curves.force, 1e-3),
-            panel("velocity, mm/s", &axis.curves.velocity, 1e3),
-            panel("position, mm", &axis.curves.position, 1e3),
+            panel("force, kN", &axis.curves["force"], 1e-3),
+            panel("velocity, mm/s", &axis.curves["velocity"], 1e3),
+            panel("position, mm", &axis.curves["position"], 1e3),
         ],
     }
 }
@@ -246,7 +246,7 @@ fn stability(report: &Report, trajectory: &str) -> Figure {
             Curve::new(
                 &label,
                 CONTROLLERS[k % 3],
-                run.times.points(&run.curves.excess_max, 1.0),
+                run.times.points(&run.curves["excess_max"], 1.0),
             )
         };
         let curves = own.iter().enumerate().map(curve).collect();

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use anyhow::{Context, Result};
 use cosim::recording::Recording;
 use cosim::run::Experiment;
-use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::request::{Request, kept_as};
 use crate::margins_figure;
@@ -21,22 +21,13 @@ use studies::studies::inertia::MODES;
 /// The controller whose energy is shown.
 const ADAPTIVE: &str = MODES[0];
 
-/// What is shown of it.
-#[derive(Serialize)]
-pub struct OwnPath {
-    name: String,
-    /// Tables as the command line prints them.
-    text: String,
-    /// Margins along the path, SVG.
-    figure: String,
-}
-
-/// The path, run with the three controllers; what failed goes to `failures`.
+/// The path, run with the three controllers: tables as the command line prints them, and the margins
+/// along it as SVG; what failed goes to `failures`.
 pub fn shown(
     request: &Request,
     machine: &MachineFile,
     failures: &mut Vec<String>,
-) -> Option<OwnPath> {
+) -> Option<Value> {
     let (name, experiment) = request.path.as_ref()?;
     let made = of(request, machine, name, experiment);
     kept_as(format_args!("path {name}"), made, failures)
@@ -47,7 +38,7 @@ fn of(
     machine: &MachineFile,
     name: &str,
     experiment: &Experiment,
-) -> Result<OwnPath> {
+) -> Result<Value> {
     let margins = PathMargins::of(name, &machine.machine)?;
     let mut text = margins.description() + &margins.table() + "\n";
     let mut balances = String::new();
@@ -79,9 +70,6 @@ fn of(
     write!(text, "\n{balances}")?;
     let folder = tempfile::tempdir()?;
     let [_, svg] = margins_figure::draw(&margins, folder.path())?;
-    Ok(OwnPath {
-        name: name.to_owned(),
-        text,
-        figure: std::fs::read_to_string(svg)?,
-    })
+    let figure = std::fs::read_to_string(svg)?;
+    Ok(json!({"name": name, "text": text, "figure": figure}))
 }

@@ -12,7 +12,6 @@ use cosim::wiring::Port;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::energy::Energy;
 use super::request::{Request, UNCERTAIN};
 use super::samples::Samples;
 use super::scene::Scene;
@@ -20,6 +19,7 @@ use studies::grid::{Cell, Plan};
 use studies::measures::energy;
 use studies::measures::run::RecordedRun;
 use studies::measures::tip::TipError;
+use studies::print::energy::balance_json;
 use studies::start_values::vary;
 use studies::studies::inertia::MODES;
 use studies::studies::testbed::{self, MachineRun};
@@ -121,7 +121,7 @@ pub struct Measured {
     /// Of the runs that are shown.
     run: Option<Run>,
     /// Of the adaptive controller with nominal inertias.
-    energy: Option<Result<Energy>>,
+    energy: Option<Result<Value>>,
     /// The same for the testbed, where there is one.
     machine: Option<Result<MachineRun>>,
 }
@@ -133,7 +133,7 @@ pub struct Shown {
     pub cells: Vec<Cell<TipError>>,
     /// Both trajectories with all controllers, and with wrong inertias the adaptive one.
     pub runs: Vec<Run>,
-    pub energies: Vec<Result<Energy>>,
+    pub energies: Vec<Result<Value>>,
     pub machines: Vec<Result<MachineRun>>,
 }
 
@@ -190,7 +190,7 @@ pub fn measure(request: &Request<'_>, scene: &Scene, plan: &Plan) -> Result<(Mea
     }
     let recorded = RecordedRun::of(system, &experiment, &ports)?;
     let energy = (is_adaptive && is_nominal).then(|| {
-        Energy::of(system, case.trajectory, &recorded)
+        energies(system, case.trajectory, &recorded)
             .with_context(|| format!("energy, {}", case.trajectory))
     });
     let machine = (is_adaptive && is_nominal && request.testbed.is_some()).then(|| {
@@ -205,6 +205,13 @@ pub fn measure(request: &Request<'_>, scene: &Scene, plan: &Plan) -> Result<(Mea
         machine,
     };
     Ok((measured, recorded.outcome.verdict()))
+}
+
+/// Energy balances of a run of which [`energy::ports`] were recorded.
+fn energies(system: &System, trajectory: &str, recorded: &RecordedRun) -> Result<Value> {
+    let balances = energy::evaluate(system, recorded)?.balances;
+    let balances: Vec<_> = balances.iter().map(balance_json).collect::<Result<_>>()?;
+    Ok(json!({"trajectory": trajectory, "balances": balances}))
 }
 
 impl Run {
@@ -276,11 +283,6 @@ fn bond(r: &Residual) -> Value {
 }
 
 /// Communication steps between samples.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a small positive number"
-)]
 pub fn stride(every: f64, step: f64) -> usize {
     ((every / step).round() as usize).max(1)
 }

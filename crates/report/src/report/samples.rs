@@ -9,7 +9,6 @@ use serde::{Serialize, Serializer};
 pub struct Samples(Vec<f32>);
 
 impl Samples {
-    #[expect(clippy::cast_possible_truncation, reason = "precision of a screen")]
     pub fn new(values: impl IntoIterator<Item = f64>) -> Self {
         Self(values.into_iter().map(|v| v as f32).collect())
     }

@@ -1,7 +1,10 @@
 //! The stability proof in numbers: what `hdrm-fmu stability` prints, with its course over time.
 
+use std::collections::BTreeMap;
+
 use anyhow::Result;
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::request::{Request, UNCERTAIN, kept};
 use super::samples::{SampleTimes, Samples};
@@ -17,14 +20,7 @@ pub struct Stability {
     inertia_scale: f64,
     pub runs: Vec<Run>,
     gains: Option<Gains>,
-    conditions: Vec<Verdict>,
-}
-
-#[derive(Serialize)]
-struct Verdict {
-    #[serde(flatten)]
-    condition: Condition,
-    holds: bool,
+    conditions: Vec<Value>,
 }
 
 /// One run: numbers and curves.
@@ -39,18 +35,7 @@ pub struct Run {
 
 /// Accompanying functions, J, and powers, W. Powers are means over the time between samples, except
 /// `excess_max`, the largest value.
-#[derive(Serialize)]
-pub struct Curves {
-    nu_velocity: Samples,
-    nu_adaptation: Samples,
-    nu_actuators: Samples,
-    nu_dot: Samples,
-    dissipation: Samples,
-    bodies: Samples,
-    actuators: Samples,
-    cuts: Samples,
-    pub excess_max: Samples,
-}
+type Curves = BTreeMap<&'static str, Samples>;
 
 /// The runs that succeed; what failed goes to `failures`.
 pub fn stability(
@@ -61,9 +46,10 @@ pub fn stability(
     let (results, _) = stability::run(request.system, request.base, UNCERTAIN, done)?;
     let runs = kept(results, failures);
     let gains = runs.first().map(|run| run.gains);
-    let verdict = |condition: Condition| Verdict {
-        holds: condition.holds(),
-        condition,
+    let verdict = |condition: Condition| {
+        let mut shown = json!(condition);
+        shown["holds"] = condition.holds().into();
+        shown
     };
     Ok(Stability {
         inertia_scale: UNCERTAIN,
@@ -88,34 +74,34 @@ impl Run {
                 every: stride as f64 * numbers.step,
                 count,
             },
-            curves: Curves::new(course, stride, count),
+            curves: curves(course, stride, count),
             numbers,
         }
     }
 }
 
-impl Curves {
-    fn new(course: &Powers, stride: usize, count: usize) -> Self {
-        let point =
-            |values: &[f64]| Samples::new(values.iter().step_by(stride).take(count).copied());
-        let mean = |values: &[f64]| {
-            let parts = values.chunks_exact(stride);
-            Samples::new(parts.map(|part| part.iter().sum::<f64>() / stride as f64))
-        };
-        let excess: Vec<f64> = course.excess().collect();
-        let largest = |part: &[f64]| part.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        Self {
-            nu_velocity: point(&course.nu_velocity),
-            nu_adaptation: point(&course.nu_adaptation),
-            nu_actuators: point(&course.nu_actuators),
-            nu_dot: mean(&course.nu_dot),
-            dissipation: mean(&course.dissipation),
-            bodies: mean(&course.bodies),
-            actuators: mean(&course.actuators),
-            cuts: mean(&course.cuts),
-            excess_max: Samples::new(excess.chunks_exact(stride).map(largest)),
-        }
-    }
+fn curves(course: &Powers, stride: usize, count: usize) -> Curves {
+    let point = |values: &[f64]| Samples::new(values.iter().step_by(stride).take(count).copied());
+    let mean = |values: &[f64]| {
+        let parts = values.chunks_exact(stride);
+        Samples::new(parts.map(|part| part.iter().sum::<f64>() / stride as f64))
+    };
+    let excess: Vec<f64> = course.excess().collect();
+    let largest = |part: &[f64]| part.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    Curves::from([
+        ("nu_velocity", point(&course.nu_velocity)),
+        ("nu_adaptation", point(&course.nu_adaptation)),
+        ("nu_actuators", point(&course.nu_actuators)),
+        ("nu_dot", mean(&course.nu_dot)),
+        ("dissipation", mean(&course.dissipation)),
+        ("bodies", mean(&course.bodies)),
+        ("actuators", mean(&course.actuators)),
+        ("cuts", mean(&course.cuts)),
+        (
+            "excess_max",
+            Samples::new(excess.chunks_exact(stride).map(largest)),
+        ),
+    ])
 }
 
 #[cfg(test)]
@@ -134,11 +120,11 @@ mod tests {
             nu_dot: vec![3.0, 5.0, 0.0, 0.0],
             ..Powers::default()
         };
-        let curves = Curves::new(&course, 2, 2);
-        let values = |samples: &Samples| samples.values().collect::<Vec<_>>();
-        assert_eq!(values(&curves.excess_max), [7.0, 1.0]);
-        assert_eq!(values(&curves.bodies), [3.5, -3.0]);
-        assert_eq!(values(&curves.nu_dot), [4.0, 0.0]);
-        assert_eq!(values(&curves.nu_velocity), [1.0, 3.0]);
+        let curves = curves(&course, 2, 2);
+        let values = |name: &str| curves[name].values().collect::<Vec<_>>();
+        assert_eq!(values("excess_max"), [7.0, 1.0]);
+        assert_eq!(values("bodies"), [3.5, -3.0]);
+        assert_eq!(values("nu_dot"), [4.0, 0.0]);
+        assert_eq!(values("nu_velocity"), [1.0, 3.0]);
     }
 }

@@ -1,5 +1,7 @@
 //! The one-axis experiment as the page takes it.
 
+use std::collections::BTreeMap;
+
 use anyhow::Result;
 use serde::Serialize;
 
@@ -28,15 +30,8 @@ pub struct Axis {
     pub numbers: testbed::Axis,
     #[serde(flatten)]
     pub times: SampleTimes,
-    pub curves: Curves,
-}
-
-/// Desired and actual course.
-#[derive(Serialize)]
-pub struct Curves {
-    pub position: [Samples; 2],
-    pub velocity: [Samples; 2],
-    pub force: [Samples; 2],
+    /// Desired and actual position, velocity and force.
+    pub curves: BTreeMap<&'static str, [Samples; 2]>,
 }
 
 /// The one-axis experiment, where there is a testbed, of these runs of the machine; what failed of
@@ -71,11 +66,11 @@ impl Axis {
         let thinned = |pair: &[Vec<f64>; 2]| pair.each_ref().map(|c| Samples::thinned(c, stride));
         Self {
             times: SampleTimes::thinned(start, step, course.time.len(), stride),
-            curves: Curves {
-                position: thinned(&course.position),
-                velocity: thinned(&course.velocity),
-                force: thinned(&course.force),
-            },
+            curves: BTreeMap::from([
+                ("position", thinned(&course.position)),
+                ("velocity", thinned(&course.velocity)),
+                ("force", thinned(&course.force)),
+            ]),
             numbers,
         }
     }

@@ -4,7 +4,7 @@
 use anyhow::Result;
 use cosim::run::Experiment;
 use cosim::system::System;
-use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::request::{Request, kept_as};
 use studies::laws;
@@ -21,22 +21,9 @@ const MODES: [&str; 4] = [
 /// Machines drawn for a world: one, because the page is made often; `table --world` takes more.
 const SEEDS: u64 = 1;
 
-/// A world on the page.
-#[derive(Serialize)]
-pub struct WorldComparison {
-    name: &'static str,
-    /// What is in it.
-    sentence: &'static str,
-    /// Machines; none where it was not run.
-    cases: usize,
-    /// Command that runs it on more machines.
-    command: &'static str,
-    laws: Vec<Summary>,
-}
-
-/// The worlds, those whose system is at hand with what the laws do in them; those that fail are
-/// named.
-pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<WorldComparison> {
+/// The worlds with a sentence on what is in each and a command that runs it on more machines; those
+/// whose system is at hand with what the laws do in them; those that fail are named.
+pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<Value> {
     let worlds = [
         (World::Ideal, Some(request.system)),
         (World::Real, request.real),
@@ -52,13 +39,13 @@ pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<WorldComparis
         let run = run.and_then(|run| kept_as(format_args!("{world:?} world"), run, failures));
         let (cases, laws) = run.unwrap_or_default();
         let (name, sentence, command) = words(world);
-        found.push(WorldComparison {
-            name,
-            sentence,
-            command,
-            cases,
-            laws,
-        });
+        found.push(json!({
+            "name": name,
+            "sentence": sentence,
+            "command": command,
+            "cases": cases,
+            "laws": laws,
+        }));
     }
     found
 }

@@ -151,7 +151,6 @@ impl Excitation {
     }
 
     /// Joint motion at `t`, s from its beginning.
-    #[must_use]
     pub fn at(&self, t: f64) -> Motion {
         let values = self.series.map(|series| series.at(t));
         Motion {

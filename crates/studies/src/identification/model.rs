@@ -99,14 +99,12 @@ impl Model {
     }
 
     /// The nominal machine.
-    #[must_use]
     pub fn machine(&self) -> &Machine {
         &self.machine
     }
 
     /// The machine whose bodies have these `1 + Z`, and whose viscous friction is the nominal one
     /// times these factors.
-    #[must_use]
     pub fn with(&self, bodies: &[Matrix4<f64>], viscous: &[f64]) -> Machine {
         let mut machine = self.machine.clone();
         let each = self.roots.iter().zip(bodies);
@@ -120,7 +118,6 @@ impl Model {
     }
 
     /// Forces at a motion.
-    #[must_use]
     pub fn row(&self, motion: &Motion) -> Row {
         let Motion {
             zeta,
@@ -167,7 +164,6 @@ impl Model {
 
     /// How well `motions` tell the bodies' parameters apart, rod forces and wrist torques in parts
     /// of what the machine may have.
-    #[must_use]
     pub fn condition(&self, motions: impl Iterator<Item = Motion>) -> Condition {
         let rods = self.machine.ratings.in_order().map(|r| r.force_max);
         let wrist = self.machine.limits.tau_wrist_max;

@@ -97,7 +97,6 @@ impl Commissioning {
     }
 
     /// How well the excitation tells the parameters.
-    #[must_use]
     pub fn condition(&self) -> Condition {
         self.excitation.condition
     }

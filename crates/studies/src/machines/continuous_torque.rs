@@ -39,7 +39,6 @@ impl fmt::Display for TorqueLimit {
 
 impl ContinuousTorque {
     /// Of slew, lift and tilt.
-    #[must_use]
     pub fn of(machine: &Machine) -> [Self; 3] {
         let (emla, ratings) = (machine.emla.in_order(), machine.ratings.in_order());
         std::array::from_fn(|i| Self::of_motor(emla[i], ratings[i]))

@@ -86,7 +86,6 @@ pub fn too_fast(machine: &Machine, gamma: f64) -> Result<Option<String>> {
 }
 
 /// The parameter set of these gains for the system `Real.ssp`, called `name`.
-#[must_use]
 pub fn parameter_set(name: &str, machine: &str, gains: &[RuledGain]) -> String {
     let mut text = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- Parameters of the system Real.ssd with the machine {machine}, by the rule of `hdrm-fmu machine gains {machine}`:\n"

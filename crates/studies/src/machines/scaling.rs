@@ -14,7 +14,6 @@ use machine::{Body, Machine};
 /// Booms are both booms with their cylinders, rods, rocker and coupler; also the length of the
 /// screws of lift and tilt, and the mass that moves with them. What stays: column and slew, wrist
 /// and tool, payload, joint ranges, motors, ratings, friction and gains.
-#[must_use]
 pub fn booms(nominal: &Machine, s: f64) -> Machine {
     let mut machine = nominal.clone();
     let g = &mut machine.geometry;

@@ -195,7 +195,6 @@ impl Accuracy {
 
 impl Measures {
     /// The largest accuracy and repeatability over all points: AT and RT of lines.
-    #[must_use]
     pub fn largest(&self) -> Accuracy {
         let accuracy = self.points.iter().map(|p| p.accuracy).fold(0.0, f64::max);
         let repeatability = self.points.iter().map(|p| p.repeatability);

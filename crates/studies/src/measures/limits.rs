@@ -221,7 +221,6 @@ impl Limit {
         }
     }
 
-    #[expect(clippy::cast_precision_loss, reason = "2^53 steps are never reached")]
     fn judge(&self, samples: u64, verdict: &mut Verdict) {
         let Self {
             name, unit, worst, ..

@@ -14,6 +14,7 @@
 //! Zero errors are the mean difference of measured and true angles over the rest before the motion.
 
 use anyhow::{Context, Result};
+use cosim::master::start_value;
 use cosim::recording::Recording;
 use cosim::run::Experiment;
 use cosim::system::System;
@@ -110,9 +111,17 @@ impl Tracking {
 
 /// What is needed to evaluate a run of an experiment, found before it.
 pub struct Evaluation {
-    ports: Ports,
+    /// Desired position and orientation.
+    desired: Vec<Port>,
+    /// Joint angles as they are and as the controller has them.
+    zeta: [Vec<Port>; 2],
+    /// Position, orientation and velocity of the plant's tip.
+    tip: Vec<Port>,
+    /// Where the tip of a plant that bends were if nothing bent; empty of another plant.
+    rigid: Vec<Port>,
     /// The controller's kinematics.
     tree: Tree,
+    /// Communication points by which the desired pose is ahead of the point at which it is read.
     late: usize,
 }
 
@@ -122,19 +131,47 @@ impl Evaluation {
     /// # Errors
     /// The system lacks one of the variables, or there is no machine in the controller's file.
     pub fn new(system: &System, experiment: &Experiment) -> Result<Self> {
-        let ports = Ports::of(system)?;
-        let file = system.port_of(ports.controller, "machine_file")?;
+        let controller = system.port("desired.position[1]")?.component;
+        let plant = system.port("tip.position[1]")?.component;
+        let arrays = |component, names: &[(&str, usize)]| -> Result<Vec<Port>> {
+            let all = names
+                .iter()
+                .map(|(n, count)| system.elements(component, n, *count));
+            Ok(all.collect::<Result<Vec<_>>>()?.concat())
+        };
+        let wiring = system.wiring()?;
+        let mut measured = Vec::new();
+        for port in system.elements(controller, "zeta", JOINTS)? {
+            let link = wiring.driver(port).context("nothing measures the joints")?;
+            measured.push(wiring.links[link].from);
+        }
+        let file = system.port_of(controller, "machine_file")?;
         let believed = MachineFile::at(system, &experiment.settings, file)?;
+        let delay = system.port_of(controller, "delay")?;
+        let delay = start_value(system, &experiment.settings, delay)?;
+        let desired = [("desired.position", 3), ("desired.orientation", 4)];
+        let tip = [
+            ("tip.position", 3),
+            ("tip.orientation", 4),
+            ("tip.velocity", 3),
+        ];
         Ok(Self {
+            desired: arrays(controller, &desired)?,
+            zeta: [system.elements(plant, "zeta", JOINTS)?, measured],
+            tip: arrays(plant, &tip)?,
+            rigid: (system.elements(plant, "tip.rigid_position", 3)).unwrap_or_default(),
             tree: Tree::new(&believed.machine)?,
-            late: ports.late(system, experiment)?,
-            ports,
+            // With a delay of one the outputs, predicted over it, belong to the point at which they
+            // are read.
+            late: (delay - 1.0).max(0.0) as usize,
         })
     }
 
     /// What must be recorded at every communication point.
     pub fn ports(&self) -> Vec<Port> {
-        self.ports.all()
+        let mut ports = [&self.desired[..], &self.zeta[0], &self.tip, &self.rigid].concat();
+        ports.extend(self.zeta[1].iter().filter(|p| !self.zeta[0].contains(p)));
+        ports
     }
 
     /// The run in numbers, over the motion, which begins at `motion_start`, s.
@@ -142,87 +179,7 @@ impl Evaluation {
     /// # Errors
     /// One of [`Evaluation::ports`] was not recorded.
     pub fn evaluate(&self, recording: &Recording, motion_start: f64) -> Result<Tracking> {
-        let first = recording.first_from(motion_start);
-        self.ports.evaluate(recording, first, &self.tree, self.late)
-    }
-}
-
-/// What is recorded.
-struct Ports {
-    /// Component of the controller.
-    controller: usize,
-    /// Desired position and orientation.
-    desired: Vec<Port>,
-    /// Joint angles as they are and as the controller has them.
-    zeta: [Vec<Port>; 2],
-    /// Position, orientation and velocity of the plant's tip.
-    tip: Vec<Port>,
-    /// Where the tip of a plant that bends were if nothing bent; empty of another plant.
-    rigid: Vec<Port>,
-}
-
-impl Ports {
-    fn of(system: &System) -> Result<Self> {
-        let controller = system.port("desired.position[1]")?.component;
-        let plant = system.port("tip.position[1]")?.component;
-        let arrays = |component, names: &[(&str, usize)]| -> Result<Vec<Port>> {
-            let mut ports = Vec::new();
-            for (name, count) in names {
-                ports.extend(system.elements(component, name, *count)?);
-            }
-            Ok(ports)
-        };
-        let measured = arrays(controller, &[("zeta", JOINTS)])?;
-        let wiring = system.wiring()?;
-        let mut drivers = Vec::new();
-        for port in &measured {
-            let link = wiring
-                .driver(*port)
-                .context("nothing measures the joints")?;
-            drivers.push(wiring.links[link].from);
-        }
-        let rigid = system.elements(plant, "tip.rigid_position", 3);
-        Ok(Self {
-            controller,
-            rigid: rigid.unwrap_or_default(),
-            desired: arrays(
-                controller,
-                &[("desired.position", 3), ("desired.orientation", 4)],
-            )?,
-            zeta: [arrays(plant, &[("zeta", JOINTS)])?, drivers],
-            tip: arrays(
-                plant,
-                &[
-                    ("tip.position", 3),
-                    ("tip.orientation", 4),
-                    ("tip.velocity", 3),
-                ],
-            )?,
-        })
-    }
-
-    fn all(&self) -> Vec<Port> {
-        let mut ports = [&self.desired[..], &self.zeta[0], &self.tip, &self.rigid].concat();
-        ports.extend(self.zeta[1].iter().filter(|p| !self.zeta[0].contains(p)));
-        ports
-    }
-
-    /// Communication points by which the desired pose is ahead of the point at which it is read.
-    fn late(&self, system: &System, experiment: &Experiment) -> Result<usize> {
-        let port = system.port_of(self.controller, "delay")?;
-        let delay = cosim::master::start_value(system, &experiment.settings, port)?;
-        // With a delay of one the outputs, predicted over it, belong to the point at which they are
-        // read.
-        Ok((delay - 1.0).max(0.0) as usize)
-    }
-
-    fn evaluate(
-        &self,
-        recording: &Recording,
-        first: usize,
-        tree: &Tree,
-        late: usize,
-    ) -> Result<Tracking> {
+        let (first, tree) = (recording.first_from(motion_start), &self.tree);
         let columns = |ports: &[Port]| -> Result<Vec<&[f64]>> {
             ports.iter().map(|p| recording.column(*p)).collect()
         };
@@ -240,7 +197,7 @@ impl Ports {
         let (mut to_rigid, mut sagging) = (Sum::default(), Distance::default());
         let points = first..recording.times.len();
         for k in points {
-            let seen = k.saturating_sub(late);
+            let seen = k.saturating_sub(self.late);
             let reference = vector(&desired, seen);
             let own = |share: f64| {
                 let zeta = std::array::from_fn(|j| true_zeta[j][k] + share * zero[j]);

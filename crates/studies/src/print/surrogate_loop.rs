@@ -5,18 +5,25 @@ use crate::studies::surrogate_loop::SurrogateRow;
 /// The rows as a table for people.
 pub fn text(rows: &[SurrogateRow]) -> String {
     let mut text = format!(
-        "{:<22}{:<12}{:>20}{:>16}{:>32}\n",
-        "load cells", "controller", "tip, mm (worst)", "current, A", "tip over physics [95 %]"
+        "{:<22}{:<12}{:>34}{:>24}{:>24}\n",
+        "load cells", "controller", "tip, mm (worst)", "current, A", "tip over physics"
     );
+    let cell = |[mean, low, high]: [f64; 3], factor: f64| {
+        format!(
+            "{:.3} [{:.3}, {:.3}]",
+            factor * mean,
+            factor * low,
+            factor * high
+        )
+    };
     for r in rows {
-        let tip = format!("{:.3} ({:.3})", 1e3 * r.tip.median, 1e3 * r.tip.worst);
-        let [ratio, low, high] = r.ratio;
-        let ratio = format!("{ratio:.3} [{low:.3}, {high:.3}]");
+        let tip = format!("{} ({:.3})", cell(r.tip, 1e3), 1e3 * r.worst);
+        let (current, ratio) = (cell(r.current, 1.0), cell(r.ratio, 1.0));
         text += &format!(
-            "{:<22}{:<12}{tip:>20}{:>16.3}{ratio:>32}\n",
-            r.sensors, r.model, r.current.median
+            "{:<22}{:<12}{tip:>34}{current:>24}{ratio:>24}\n",
+            r.sensors, r.model
         );
     }
-    text + "load cells: and encoders at the rods; tip: RMSE of the known error over the motion, median of machines and paths; current: required less true, root mean square; \
-            over physics: geometric mean over the same machines and paths, bootstrap\n"
+    text + "load cells: and encoders at the rods; tip: RMSE of the known error over the motion; current: required less true, root mean square; over physics: on the same \
+            machine and path; all: geometric mean over machines and paths with its 95 % interval, bootstrap over machines\n"
 }

@@ -3,6 +3,7 @@
 //! tracks, what current it requires beside what the motors take, and what each model predicts of
 //! current and efficiency along the way.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
 
@@ -20,7 +21,7 @@ use rig_data::resampling::bootstrap;
 use serde::Serialize;
 use tempfile::TempDir;
 
-use crate::grid::{self, Case, Grid, Plan, Spread, TRAJECTORIES};
+use crate::grid::{self, Case, Grid, Plan, TRAJECTORIES};
 use crate::laws::{Law, SHIPPED};
 use crate::measures::tracking::Tracking;
 use crate::worlds::{Bounds, DrawnMachines};
@@ -57,7 +58,6 @@ const FIRST_SEED: u64 = 7001;
 pub const MACHINES: u64 = 3;
 
 /// Runs that [`run`] makes on `machines`.
-#[must_use]
 pub fn runs(machines: usize) -> usize {
     SENSORS.len() * CONTROLLERS.len() * TRAJECTORIES.len() * machines
 }
@@ -205,17 +205,18 @@ pub struct SurrogateRow {
     pub sensors: &'static str,
     /// Model that the controller reckons with.
     pub model: &'static str,
-    /// Known error of the tip, root mean square over the motion, m.
-    pub tip: Spread,
-    /// Required less true current, A.
-    pub current: Spread,
-    /// Tip's error over that with the physics on the same machine and path, geometric mean with its
-    /// 95 % interval (bootstrap over machines and paths).
+    /// Known error of the tip, root mean square over the motion, m: geometric mean over machines
+    /// and paths with its 95 % interval (bootstrap over machines, the paths of one drawn together).
+    pub tip: [f64; 3],
+    /// The largest of them, m.
+    pub worst: f64,
+    /// Required less true current, A, likewise.
+    pub current: [f64; 3],
+    /// Tip's error over that with the physics on the same machine and path, likewise.
     pub ratio: [f64; 3],
 }
 
 /// The runs in rows.
-#[must_use]
 pub fn rows(runs: &[SurrogateRun]) -> Vec<SurrogateRow> {
     let of = |sensors: &str, model: &str| -> Vec<&SurrogateRun> {
         let wanted = runs
@@ -226,17 +227,26 @@ pub fn rows(runs: &[SurrogateRun]) -> Vec<SurrogateRow> {
     let row = |sensors: &'static str, model: &'static str| {
         // Runs come in the same order of paths and machines for each controller.
         let (own, physics) = (of(sensors, model), of(sensors, CONTROLLERS[0].0));
-        let logs: Vec<f64> = (own.iter().zip(&physics))
-            .map(|(own, physics)| (own.tip / physics.tip).ln())
-            .collect();
-        let mean =
-            |places: &[usize]| places.iter().map(|&k| logs[k]).sum::<f64>() / places.len() as f64;
+        let mut machines: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+        for (k, run) in own.iter().enumerate() {
+            machines.entry(&run.machine).or_default().push(k);
+        }
+        let machines: Vec<Vec<usize>> = machines.into_values().collect();
+        let mean = |value: &dyn Fn(usize) -> f64| {
+            let of = |drawn: &[usize]| {
+                let logs = drawn.iter().flat_map(|&m| &machines[m]);
+                let (sum, n) = logs.fold((0.0, 0.0), |(sum, n), &k| (sum + value(k).ln(), n + 1.0));
+                f64::exp(sum / n)
+            };
+            bootstrap(machines.len(), of)
+        };
         SurrogateRow {
             sensors,
             model,
-            tip: Spread::of(own.iter().map(|r| r.tip)),
-            current: Spread::of(own.iter().map(|r| r.current)),
-            ratio: bootstrap(logs.len(), mean).map(f64::exp),
+            tip: mean(&|k| own[k].tip),
+            worst: own.iter().map(|r| r.tip).fold(0.0, f64::max),
+            current: mean(&|k| own[k].current),
+            ratio: mean(&|k| own[k].tip / physics[k].tip),
         }
     };
     let all = SENSORS.iter().flat_map(|(sensors, _)| {

@@ -27,7 +27,6 @@ pub const SEEDS: u64 = 20;
 
 /// The parameter set of the machine `name`, or of one that extends it; of any other machine that of
 /// the reference machine.
-#[must_use]
 pub fn parameters_of(name: Option<&str>) -> &'static str {
     let own = PARAMETERS_OF.iter().find(|(of, _)| name == Some(*of));
     own.map_or(PARAMETERS, |(_, file)| file)

@@ -38,7 +38,6 @@ pub struct Timing {
 
 impl Timing {
     /// Time of sample `k` where the first is at `t_start`, s.
-    #[expect(clippy::cast_precision_loss, reason = "2^53 samples are never reached")]
     pub(crate) fn sample(&self, t_start: f64, k: u64) -> f64 {
         t_start + k as f64 * self.sample_time
     }

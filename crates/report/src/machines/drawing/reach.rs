@@ -82,12 +82,6 @@ impl Sheet {
         series_names(&mut chart, SeriesLabelPosition::LowerLeft)
     }
 
-    #[expect(
-        clippy::cast_precision_loss,
-        clippy::cast_sign_loss,
-        clippy::cast_possible_truncation,
-        reason = "some tens"
-    )]
     fn classes(&self) -> Vec<Class> {
         let last = self.chart.places().map(|p| p.reach).fold(0.0, f64::max);
         let mut classes: Vec<Option<Class>> = vec![None; CLASSES + 1];

@@ -133,68 +133,40 @@ impl Powers {
 
 /// Run and evaluate the motion.
 pub fn measure(system: &System, plan: &Plan) -> Result<(Run, Verdict)> {
-    let outputs = Outputs::of(system)?;
-    let recorded = RecordedRun::of(system, &plan.experiment, &outputs.all())?;
+    let controller = system.port(SCALARS[0])?.component;
+    let arm = system.port("tip.position[1]")?.component;
+    let of_controller = |names: &[&str]| -> Result<Vec<Port>> {
+        let ports = names.iter().map(|name| system.port_of(controller, name));
+        ports.collect()
+    };
+    let (scalars, gains) = (of_controller(&SCALARS)?, of_controller(&GAINS)?);
+    let per_rod = PER_ROD.map(|name| system.elements(controller, name, RODS));
+    let mut per_rod = per_rod.into_iter().collect::<Result<Vec<_>>>()?;
+    per_rod.push(system.elements(arm, "x_dot", RODS)?);
+    let ports = [&scalars[..], &gains, &per_rod.concat()].concat();
+    let recorded = RecordedRun::of(system, &plan.experiment, &ports)?;
     let step = plan.experiment.stepping.step;
-    let mut run = Course::of(&recorded, &outputs)?.evaluate(step)?;
+    let mut run = Course::of(&recorded, &scalars, &per_rod)?.evaluate(step)?;
     (run.trajectory, run.law) = (plan.trajectory, plan.law.into());
-    let start = recorded.motion_start();
-    run.course.start = recorded.recording.times[start];
-    run.gains = outputs.gains_of(&recorded)?;
+    run.course.start = recorded.recording.times[recorded.motion_start()];
+    // The gains' constants do not change over a run.
+    let gains = gains
+        .iter()
+        .map(|port| Ok(recorded.recording.column(*port)?[0]));
+    let [beta_1, beta_2, printed_margin, epsilon_max, K_1, K_2] =
+        gains.collect::<Result<Vec<_>>>()?[..]
+    else {
+        unreachable!("as many as GAINS");
+    };
+    run.gains = Gains {
+        beta_1,
+        beta_2,
+        printed_margin,
+        epsilon_max,
+        K_1,
+        K_2,
+    };
     Ok((run, recorded.outcome.verdict()))
-}
-
-/// What is recorded.
-struct Outputs {
-    /// [`SCALARS`].
-    scalars: Vec<Port>,
-    /// [`PER_ROD`], the rods of each.
-    per_rod: Vec<Vec<Port>>,
-    /// [`GAINS`].
-    gains: Vec<Port>,
-    /// The rods' velocities.
-    x_dot: Vec<Port>,
-}
-
-impl Outputs {
-    fn of(system: &System) -> Result<Self> {
-        let controller = system.port(SCALARS[0])?.component;
-        let arm = system.port("tip.position[1]")?.component;
-        let of_controller = |names: &[&str]| -> Result<Vec<Port>> {
-            let ports = names.iter().map(|name| system.port_of(controller, name));
-            ports.collect()
-        };
-        let rods = PER_ROD.map(|name| system.elements(controller, name, RODS));
-        Ok(Self {
-            scalars: of_controller(&SCALARS)?,
-            per_rod: rods.into_iter().collect::<Result<_>>()?,
-            gains: of_controller(&GAINS)?,
-            x_dot: system.elements(arm, "x_dot", RODS)?,
-        })
-    }
-
-    fn all(&self) -> Vec<Port> {
-        let per_rod = self.per_rod.iter().flatten();
-        let rest = [&self.scalars, &self.gains, &self.x_dot];
-        per_rod.chain(rest.into_iter().flatten()).copied().collect()
-    }
-
-    /// The gains' constants do not change over a run.
-    fn gains_of(&self, recorded: &RecordedRun) -> Result<Gains> {
-        let mut values = [0.0; GAINS.len()];
-        for (value, port) in values.iter_mut().zip(&self.gains) {
-            *value = recorded.recording.column(*port)?[0];
-        }
-        let [beta_1, beta_2, printed_margin, epsilon_max, K_1, K_2] = values;
-        Ok(Gains {
-            beta_1,
-            beta_2,
-            printed_margin,
-            epsilon_max,
-            K_1,
-            K_2,
-        })
-    }
 }
 
 /// What the proof speaks of, at the communication points of the motion; sums over the actuators.
@@ -214,7 +186,8 @@ struct Course {
 }
 
 impl Course {
-    fn of(recorded: &RecordedRun, outputs: &Outputs) -> Result<Self> {
+    /// Of the recorded [`SCALARS`], and [`PER_ROD`] with the rods' velocities.
+    fn of(recorded: &RecordedRun, scalars: &[Port], per_rod: &[Vec<Port>]) -> Result<Self> {
         let columns = |ports: &[Port]| -> Result<Vec<&[f64]>> {
             ports.iter().map(|port| recorded.motion(*port)).collect()
         };
@@ -223,13 +196,14 @@ impl Course {
                 .map(|k| columns.iter().map(|c| c[k]).sum())
                 .collect()
         };
-        let scalars = columns(&outputs.scalars)?;
-        let per_rod: Vec<_> = outputs.per_rod.iter().map(|rods| columns(rods)).collect();
-        let per_rod = per_rod.into_iter().collect::<Result<Vec<_>>>()?;
-        let [nu, dissipation, flow, error, required] = &per_rod[..] else {
-            unreachable!("as many as PER_ROD");
+        let scalars = columns(scalars)?;
+        let per_rod: Vec<_> = per_rod
+            .iter()
+            .map(|rods| columns(rods))
+            .collect::<Result<_>>()?;
+        let [nu, dissipation, flow, error, required, actual] = &per_rod[..] else {
+            unreachable!("as many as PER_ROD, and the velocities");
         };
-        let actual = columns(&outputs.x_dot)?;
         let proof = |k: usize| {
             (0..RODS)
                 .map(|i| (required[i][k] - actual[i][k]) * error[i][k])

@@ -32,11 +32,6 @@ pub(super) struct Bed<'a> {
 
 impl Bed<'_> {
     /// Communication steps from one recorded point to the next.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a small positive number"
-    )]
     fn parts(&self) -> usize {
         match self.load {
             Load::Emulator => 1,

@@ -1,0 +1,106 @@
+//! The C functions of an FMU, by their names. A function that is missing is missed when it is
+//! called, not when the library is loaded: many libraries lack some that they never need. What is
+//! called in its place answers [`ABSENT`].
+#![allow(unsafe_code, non_snake_case, missing_docs)] // named as in the standard
+
+use std::any::Any;
+use std::ffi::{c_int, c_void};
+use std::ptr;
+
+use crate::functions::{Pointer, Text};
+use crate::{fmi2_functions, fmi3_functions};
+
+/// No status: the library does not export the function.
+pub const ABSENT: c_int = 1000;
+
+/// What exports functions for as long as it lives.
+pub trait Exports: Any + Send + Sync {
+    /// The exported function `name`.
+    ///
+    /// # Safety
+    /// `F` is the type of a pointer to that function.
+    unsafe fn function<F: Copy>(&self, name: &str) -> Option<F>;
+}
+
+/// `fmi2CallbackFunctions`.
+#[repr(C)]
+pub struct Callbacks {
+    /// `fmi2CallbackLogger`, which is variadic.
+    pub logger: *const c_void,
+    /// As `calloc`; NULL where an FMU declares canNotUseMemoryManagementFunctions.
+    pub allocate_memory: Option<unsafe extern "C" fn(usize, usize) -> Pointer>,
+    /// As `free`.
+    pub free_memory: Option<unsafe extern "C" fn(Pointer)>,
+    /// NULL: steps are synchronous.
+    pub step_finished: *const c_void,
+    /// Handed to the logger.
+    pub environment: Pointer,
+}
+
+/// `fmi3LogMessageCallback`: environment, status, category, message.
+pub type Logger = unsafe extern "C" fn(Pointer, c_int, Text, Text);
+
+/// What is answered in the place of a function that is missing.
+trait Absent {
+    fn absent() -> Self;
+}
+
+impl Absent for () {
+    fn absent() {}
+}
+
+impl Absent for c_int {
+    fn absent() -> Self {
+        ABSENT
+    }
+}
+
+impl Absent for Pointer {
+    fn absent() -> Self {
+        ptr::null_mut()
+    }
+}
+
+impl Absent for Text {
+    fn absent() -> Self {
+        ptr::null()
+    }
+}
+
+macro_rules! functions {
+    ($api:ident $($name:ident $interface:ident [$($states:tt)*] ($($type:ty),*) $(-> $result:ty)?;)*) => {
+        /// One pointer for each function of this version.
+        pub struct $api {
+            $(pub $name: unsafe extern "C" fn($($type),*) $(-> $result)?,)*
+            absent: Vec<&'static str>,
+            _library: Box<dyn Any + Send + Sync>,
+        }
+
+        impl $api {
+            /// The functions that `library` exports.
+            pub fn of(library: impl Exports) -> Self {
+                let mut absent = Vec::new();
+                $(
+                    unsafe extern "C" fn $name($(_: $type),*) $(-> $result)? {
+                        Absent::absent()
+                    }
+                    // SAFETY: the type is that of the function in the standard's headers.
+                    let found = unsafe { library.function(stringify!($name)) };
+                    let $name = found.unwrap_or_else(|| {
+                        absent.push(stringify!($name));
+                        $name as unsafe extern "C" fn($($type),*) $(-> $result)?
+                    });
+                )*
+                Self { $($name,)* absent, _library: Box::new(library) }
+            }
+
+            /// Whether the library exports the function of this name.
+            pub fn exports(&self, name: &str) -> bool {
+                !self.absent.contains(&name)
+            }
+        }
+    };
+}
+
+fmi2_functions!(functions! Functions2);
+fmi3_functions!(functions! Functions3);

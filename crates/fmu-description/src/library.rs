@@ -1,0 +1,119 @@
+//! The shared library of an FMU, with the libraries beside it that it needs.
+#![allow(unsafe_code)]
+
+use std::fs;
+use std::path::{MAIN_SEPARATOR, Path, PathBuf};
+
+use libloading::Error;
+
+use crate::calls::Exports;
+use crate::description::Version;
+
+/// A library, and those that were loaded for it. It is closed first.
+pub struct Library {
+    own: libloading::Library,
+    _others: Vec<libloading::Library>,
+}
+
+impl Library {
+    /// Load a library of an unpacked FMU. Where it needs others that lie beside it, these are loaded
+    /// before.
+    ///
+    /// # Errors
+    /// What the system said of it at first.
+    pub fn open(file: &Path) -> Result<Self, Error> {
+        let mut others = Vec::new();
+        let first = match open(file) {
+            Err(error) => error,
+            Ok(own) => return Ok(Self::with(own, others)),
+        };
+        let beside = fs::read_dir(file.parent().unwrap_or(Path::new(".")));
+        let beside = beside.into_iter().flatten().flatten();
+        let mut waiting: Vec<PathBuf> = beside.map(|entry| entry.path()).collect();
+        waiting.retain(|path| path != file && is_library(path));
+        // Each may need another one: once more while one was loaded.
+        loop {
+            let before = waiting.len();
+            waiting.retain(|path| open(path).map(|library| others.push(library)).is_err());
+            if waiting.is_empty() || waiting.len() == before {
+                break;
+            }
+        }
+        match open(file) {
+            Ok(own) => Ok(Self::with(own, others)),
+            Err(_) => Err(first),
+        }
+    }
+
+    fn with(own: libloading::Library, others: Vec<libloading::Library>) -> Self {
+        let _others = others;
+        Self { own, _others }
+    }
+}
+
+impl Exports for Library {
+    unsafe fn function<F: Copy>(&self, name: &str) -> Option<F> {
+        // SAFETY: as the caller promises.
+        unsafe { self.own.get(name.as_bytes()) }.ok().map(|f| *f)
+    }
+}
+
+/// `libx.so`, `x.so.3`, `x.dll`, `x.dylib`.
+fn is_library(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let suffix = std::env::consts::DLL_SUFFIX;
+    name.ends_with(suffix) || name.contains(&format!("{suffix}."))
+}
+
+#[cfg(not(windows))]
+fn open(file: &Path) -> Result<libloading::Library, Error> {
+    // SAFETY: the FMU's library or one that came with it, which the caller asked to run.
+    unsafe { libloading::Library::new(file) }
+}
+
+/// Windows looks for further libraries in the folder of the file, not of the program, where it is
+/// asked to.
+#[cfg(windows)]
+fn open(file: &Path) -> Result<libloading::Library, Error> {
+    use libloading::os::windows::{LOAD_WITH_ALTERED_SEARCH_PATH, Library};
+    // SAFETY: the FMU's library or one that came with it, which the caller asked to run.
+    unsafe { Library::load_with_flags(file, LOAD_WITH_ALTERED_SEARCH_PATH) }.map(Into::into)
+}
+
+/// Where the resources of an FMU are that lies in a folder, as its version wants it: a URI, or a
+/// path with a separator at its end (FMI 3.0, section 2.3.1).
+pub fn resources(folder: &Path, version: Version) -> String {
+    let path = folder.join("resources");
+    let path = std::path::absolute(&path).unwrap_or(path);
+    match version {
+        Version::Fmi2 => uri(&path.to_string_lossy()),
+        Version::Fmi3 => format!("{}{MAIN_SEPARATOR}", path.display()),
+    }
+}
+
+/// A path as a URI (RFC 8089): `file:///home/me/fmu`, `file:///C:/fmu`.
+fn uri(path: &str) -> String {
+    let path = path.replace('\\', "/");
+    let path = path.trim_start_matches("//?/").trim_start_matches('/');
+    let mut uri = String::from("file:///");
+    for byte in path.bytes() {
+        match byte {
+            b'/' | b':' | b'-' | b'_' | b'.' | b'~' => uri.push(byte.into()),
+            byte if byte.is_ascii_alphanumeric() => uri.push(byte.into()),
+            byte => uri += &format!("%{byte:02X}"),
+        }
+    }
+    uri
+}
+
+#[cfg(test)]
+mod tests {
+    use super::uri;
+
+    #[test]
+    fn paths_become_uris() {
+        assert_eq!(uri("/a b/ü.x"), "file:///a%20b/%C3%BC.x");
+        assert_eq!(uri(r"C:\a\b"), "file:///C:/a/b");
+        assert_eq!(uri(r"\\?\C:\a"), "file:///C:/a");
+    }
+}
