@@ -2,8 +2,9 @@
 
 use super::shape::{SolverName, solver};
 use super::{Input, Name, Output, Parameters, Path};
-use crate::core::room::{Room, solve};
+use crate::core::room::Room;
 use crate::core::sizes::{self, fitted};
+use crate::core::solving::solve;
 use crate::{
     Continuous, Event, Info, InputPolynomial, Model, ModelError, ModelExchange, StepEnd, Variable,
 };
