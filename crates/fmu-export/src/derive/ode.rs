@@ -44,7 +44,8 @@ pub trait State: Vector + Clone + Default + Serialize + DeserializeOwned + Send 
     where
         Self: Model;
 
-    /// A row for the derivative of each continuous state of a model for Model Exchange.
+    /// A row for the derivative of each continuous state of a model for Model Exchange or with a
+    /// solver of its own.
     fn derivatives() -> &'static [Variable<Self>]
     where
         Self: Model;
