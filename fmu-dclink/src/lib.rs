@@ -1,4 +1,4 @@
-//! FMU `DcLink` for co-simulation in FMI 2.0 and 3.0: battery pack, capacitor, precharge and brake
+//! FMU `DcLink` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: battery pack, capacitor, precharge and brake
 //! chopper.
 //!
 //! `table` is the single source of names, units, bounds and dependencies; this file connects it to
@@ -8,8 +8,11 @@
 mod model;
 mod table;
 
-use dclink::{DcLink, Input, Output, Params};
-use fmu_export::{Info, InputPolynomial, Log, Model, ModelError, StepEnd, Variable};
+use dclink::{DcLink, Energies, Input, Output, Params};
+use fmu_export::{
+    Continuous, Event, Info, InputPolynomial, Log, Model, ModelError, ModelExchange, StepEnd,
+    Variable,
+};
 use model::DcLinkFmu;
 
 impl Model for DcLinkFmu {
@@ -18,6 +21,7 @@ impl Model for DcLinkFmu {
     type Output = Output;
     type Evaluation = ();
     const INFO: Info = table::INFO;
+    const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::of();
 
     fn variables() -> &'static [Variable<Self>] {
         table::VARIABLES
@@ -37,6 +41,7 @@ impl Model for DcLinkFmu {
             state: link.start(u),
             link,
             log: Log::default(),
+            seen: None,
         })
     }
 
@@ -52,14 +57,82 @@ impl Model for DcLinkFmu {
         t: f64,
         h: f64,
     ) -> Result<StepEnd, ModelError> {
-        let after = self.link.step(&self.state, u.value(), t, h)?;
-        self.warn(u.value(), &after, t + h);
+        let before = self.state;
+        let after = self.link.step(&before, u.value(), t, h)?;
+        self.warn(u.value(), &before, &after, t + h);
         self.state = after;
         Ok(StepEnd::WHOLE)
     }
 
     fn log(&mut self) -> Option<&mut Log> {
         Some(&mut self.log)
+    }
+}
+
+impl Continuous for DcLinkFmu {
+    const INDICATORS: &'static [Variable<Self>] = table::INDICATORS;
+
+    fn derivative_rows() -> &'static [Variable<Self>] {
+        table::DERIVATIVES
+    }
+
+    fn states(&self, x: &mut [f64]) {
+        let (s, e) = (&self.state, &self.state.energy);
+        let [v_1, v_2] = s.v;
+        x.copy_from_slice(&[
+            s.soc, v_1, v_2, s.v_c, s.T, e.battery, e.load, e.brake, e.loss,
+        ]);
+    }
+
+    fn set_states(&mut self, x: &[f64]) {
+        let s = &mut self.state;
+        (s.soc, s.v, s.v_c, s.T) = (x[0], [x[1], x[2]], x[3], x[4]);
+        let [battery, load, brake, loss] = [x[5], x[6], x[7], x[8]];
+        s.energy = Energies {
+            battery,
+            load,
+            brake,
+            loss,
+        };
+    }
+
+    fn derivatives(
+        &self,
+        _p: &Params,
+        u: &Input,
+        _now: &(),
+        _t: f64,
+        dx: &mut Self,
+    ) -> Result<(), ModelError> {
+        dx.state = self.link.derivative(&self.state, u);
+        Ok(())
+    }
+
+    fn indicators(
+        &self,
+        _p: &Params,
+        u: &Input,
+        _now: &(),
+        _t: f64,
+        z: &mut [f64],
+    ) -> Result<(), ModelError> {
+        z.copy_from_slice(&self.link.ends(&self.state, u));
+        Ok(())
+    }
+
+    fn event(&mut self, p: &Params, u: &Input, t: f64) -> Result<Event, ModelError> {
+        self.state = self.link.switched(&self.state, u);
+        self.completed_step(p, u, t)?;
+        Ok(Event::NONE)
+    }
+
+    fn completed_step(&mut self, _p: &Params, u: &Input, t: f64) -> Result<bool, ModelError> {
+        self.state.v_mean = self.state.v_c; // there is no communication step
+        let after = self.state;
+        if let Some(before) = self.seen.replace(after) {
+            self.warn(u, &before, &after, t);
+        }
+        Ok(false)
     }
 }
 

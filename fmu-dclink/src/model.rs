@@ -10,12 +10,15 @@ pub struct DcLinkFmu {
     pub(crate) link: DcLink,
     pub(crate) state: State,
     pub(crate) log: Log,
+    /// What Model Exchange has last warned of: the state of that time.
+    #[serde(skip)]
+    pub(crate) seen: Option<State>,
 }
 
 impl DcLinkFmu {
-    /// Warns of what the step has brought.
-    pub(crate) fn warn(&mut self, u: &Input, after: &State, t: f64) {
-        let (before, Params { v_min, v_max, .. }) = (&self.state, *self.link.params());
+    /// Warns of what has come since the state was `before`.
+    pub(crate) fn warn(&mut self, u: &Input, before: &State, after: &State, t: f64) {
+        let Params { v_min, v_max, .. } = *self.link.params();
         let now = self.link.output(after);
         let (v, i, soc) = (now.v_dc, now.i_battery, now.soc);
         let load = u.load();

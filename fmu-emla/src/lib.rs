@@ -1,4 +1,4 @@
-//! FMU `Emla` for co-simulation in FMI 2.0 and 3.0: an electromechanical linear actuator.
+//! FMU `Emla` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: an electromechanical linear actuator.
 //!
 //! `table` is the single source of names, units, bounds and dependencies; this file connects it to
 //! the `emla` library.
@@ -11,11 +11,14 @@ mod table;
 use actuator_table::Input;
 use course::Course;
 use emla::Output;
-use fmu_export::{Carried, Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
+use fmu_export::{
+    Carried, Continuous, Event, Info, InputPolynomial, Model, ModelError, ModelExchange, StepEnd,
+    Variable,
+};
 use machine::Drive;
 pub use model::EmlaFmu;
 use model::{Parameters, trip};
-use table::{INFO, VARIABLES};
+use table::{DERIVATIVES, INDICATORS, INFO, VARIABLES};
 
 impl Model for EmlaFmu {
     type Parameters = Parameters;
@@ -23,6 +26,7 @@ impl Model for EmlaFmu {
     type Output = Output;
     type Evaluation = ();
     const INFO: Info = INFO;
+    const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::of();
 
     fn variables() -> &'static [Variable<Self>] {
         VARIABLES
@@ -44,6 +48,7 @@ impl Model for EmlaFmu {
             emla,
             state,
             rod,
+            slip: 0.0,
             told: false,
             warning,
         })
@@ -69,19 +74,11 @@ impl Model for EmlaFmu {
         let course = Course::new(&self.rod, u);
         let mut state = self.emla.step(&self.state, |s| course.at(s), t, h)?;
         state.shift += course.work_of_shift(&self.emla, &self.state);
-        if state.tripped && !self.state.tripped {
-            let u = u.value().now(&self.rod);
-            self.warning = Some(trip(&self.emla, &u, t));
-        }
+        let begun = u.value().now(&self.rod);
         if self.emla.drive() == Drive::Motion {
             self.rod = course.end(h)?; // with a free rod `x` counts at the start only
         }
-        self.state = state;
-        let untrained = self.emla.untrained(&self.state);
-        if let Some(point) = untrained.filter(|_| !self.told) {
-            self.warning = Some(format!("t = {} s: {point}", t + h));
-        }
-        self.told = untrained.is_some();
+        self.become_state(state, t + h, |emla| trip(emla, &begun, t));
         Ok(StepEnd::WHOLE)
     }
 
@@ -107,6 +104,83 @@ impl Model for EmlaFmu {
 
     fn take_warning(&mut self) -> Option<String> {
         self.warning.take()
+    }
+}
+
+impl Continuous for EmlaFmu {
+    const INDICATORS: &'static [Variable<Self>] = INDICATORS;
+    const HAS_DIRECTIONAL: bool = true;
+
+    fn derivative_rows() -> &'static [Variable<Self>] {
+        DERIVATIVES
+    }
+
+    fn states(&self, x: &mut [f64]) {
+        x.copy_from_slice(&self.state.moving());
+    }
+
+    fn set_states(&mut self, x: &[f64]) {
+        self.state.set_moving(x);
+    }
+
+    fn derivatives(
+        &self,
+        _p: &Parameters,
+        u: &Input,
+        _now: &(),
+        _t: f64,
+        dx: &mut Self,
+    ) -> Result<(), ModelError> {
+        dx.state = (self.emla).derivative(&self.state, &u.now(&self.rod), self.slip);
+        Ok(())
+    }
+
+    fn indicators(
+        &self,
+        _p: &Parameters,
+        u: &Input,
+        _now: &(),
+        _t: f64,
+        z: &mut [f64],
+    ) -> Result<(), ModelError> {
+        let indicators = (self.emla).indicators(&self.state, &u.now(&self.rod), self.slip);
+        z.copy_from_slice(&indicators);
+        Ok(())
+    }
+
+    fn event(&mut self, p: &Parameters, u: &Input, t: f64) -> Result<Event, ModelError> {
+        let now = u.now(&self.rod);
+        let shift = (self.emla).work_of_shift(&self.state, self.rod.value(), now.x);
+        let (mut state, slip) = self.emla.switched_to(&self.state, &now, self.slip);
+        state.shift += shift;
+        self.slip = slip;
+        self.become_state(state, t, |emla| trip(emla, &now, t));
+        self.completed_step(p, u, t)?;
+        Ok(Event::NONE)
+    }
+
+    fn directional(
+        &self,
+        _p: &Parameters,
+        u: &Input,
+        _now: &(),
+        _t: f64,
+        (seed, du): (&Self, &Input),
+        dx: &mut Self,
+        y: &mut Output,
+    ) -> Result<(), ModelError> {
+        let (u, du) = (u.now(&self.rod), du.direction());
+        *y = self.emla.output_tangent(&self.state, &u, &seed.state, &du);
+        dx.state = (self.emla).derivative_along(&self.state, &u, self.slip, (&seed.state, &du));
+        Ok(())
+    }
+
+    fn completed_step(&mut self, _p: &Parameters, u: &Input, t: f64) -> Result<bool, ModelError> {
+        let now = u.now(&self.rod);
+        let state = self.emla.observed(&self.state, &now);
+        self.become_state(state, t, |emla| trip(emla, &now, t));
+        self.rod = Carried::at(&u.x);
+        Ok(false)
     }
 }
 

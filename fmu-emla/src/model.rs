@@ -13,6 +13,8 @@ pub struct EmlaFmu {
     pub(crate) state: State,
     /// Where the rod is until the input `x` is set again, m.
     pub(crate) rod: Carried<f64>,
+    /// Which way an applied brake slips in Model Exchange, 1 or −1; 0: it holds.
+    pub(crate) slip: f64,
     /// Whether the importer was told that the network is used where it was not trained.
     #[serde(skip)]
     pub(crate) told: bool,
@@ -75,6 +77,27 @@ impl Parameters {
             return Ok(emla.with_interval()?);
         }
         Ok(emla)
+    }
+}
+
+impl EmlaFmu {
+    /// Goes on with the state `after`, and says what has come with it: `trips` is told of a drive
+    /// that has tripped, and once, at the time `t`, s, that the network was not trained here.
+    pub(crate) fn become_state(
+        &mut self,
+        after: State,
+        t: f64,
+        trips: impl FnOnce(&Emla) -> String,
+    ) {
+        if after.tripped && !self.state.tripped {
+            self.warning = Some(trips(&self.emla));
+        }
+        self.state = after;
+        let untrained = self.emla.untrained(&self.state);
+        if let Some(point) = untrained.filter(|_| !self.told) {
+            self.warning = Some(format!("t = {t} s: {point}"));
+        }
+        self.told = untrained.is_some();
     }
 }
 

@@ -8,7 +8,8 @@ use actuator_table::{
 };
 use emla::Surrogate;
 use fmu_export::{
-    ALL_PARAMETERS, File, Info, MadeFile, Variable, joined, read_parameter_file, row,
+    ALL_PARAMETERS, File, Info, MadeFile, NO_STATES, Unit, Variable, joined, read_parameter_file,
+    row,
 };
 use std::path::Path;
 
@@ -41,6 +42,18 @@ const START: &[&str] = joined!(DRIVE_ON, HELD);
 const ELECTRICAL_START: &[&str] = joined!(&["v_d", "v_q"], START);
 /// What the stored energy follows from at the start.
 const STORED_START: &[&str] = joined!(DRIVE_ON, &["x"], HELD);
+/// What depends on no state: it is held, or changes at events and completed steps only.
+const HELD_YET: &[&str] = &[NO_STATES];
+/// Torque and speed, by the flux with its temperature.
+const TORQUE: &[&str] = &["i_d", "i_q", "w_m", "T_housing"];
+/// Position and velocity of nut and rod.
+const FORCE: &[&str] = &["x", "x_dot", "theta_m", "w_m", "x_free", "x_free_dot"];
+const VOLTAGE: &[&str] = &["v_d", "v_q", "v_dc", "enable"];
+const POWER: &[&str] = joined!(VOLTAGE, TORQUE);
+const EFFICIENCY: &[&str] = joined!(DRIVE_ON, TORQUE, &["T_winding"]);
+const STORED: &[&str] = joined!(FORCE, &["i_d", "i_q"]);
+const MECHANICAL: &[&str] = joined!(&["brake", "i_d", "i_q", "T_housing"], FORCE);
+const LOSSES: &[&str] = joined!(DRIVE_ON, MECHANICAL, &["T_winding"]);
 /// What losses follow from at the start.
 const LOSS_START: &[&str] = joined!(DRIVE_ON, &["brake", "x"], HELD);
 
@@ -67,7 +80,8 @@ pub(crate) const VARIABLES: &[V] = joined!(
     OF_MACHINE,
     INVERTER,
     BRAKE_AND_HEAT,
-    INTERVAL
+    INTERVAL,
+    FREE_ROD
 );
 
 const INPUTS: &[V] = actuator_inputs!(
@@ -81,23 +95,23 @@ const INPUTS: &[V] = actuator_inputs!(
 const OUTPUTS: &[V] = &[
     // Forces and motion
     row!(V, output F, "force on the load (drive = force: on the rod's mass), positive when pushing")
-        .unit("N").display_unit("kN").nominal(1e4).depends_on(&["x", "x_dot"]).initially_depends_on(&["x", "x_dot", "F_hold", ALL_PARAMETERS]),
+        .unit("N").display_unit("kN").nominal(1e4).depends_on(FORCE).initially_depends_on(&["x", "x_dot", "F_hold", ALL_PARAMETERS]),
     row!(V, output F_mean, "mean of F over the last step")
-        .unit("N").display_unit("kN").nominal(1e4).depends_on(&[]).initially_depends_on(&["F_hold"]),
+        .unit("N").display_unit("kN").nominal(1e4).depends_on(HELD_YET).initially_depends_on(&["F_hold"]),
     row!(V, output F_phys, "quasi-static force of the physics at this torque and speed")
-        .unit("N").display_unit("kN").nominal(1e4).depends_on(&[]).initially_depends_on(START),
+        .unit("N").display_unit("kN").nominal(1e4).depends_on(TORQUE).initially_depends_on(START),
     row!(V, output F_hyb, "quasi-static force of the hybrid model, F_phys + alpha*(F_net - F_phys); its network part once a communication step")
-        .unit("N").display_unit("kN").nominal(1e4).discrete().depends_on(&[]).initially_depends_on(START),
+        .unit("N").display_unit("kN").nominal(1e4).discrete().depends_on(TORQUE).initially_depends_on(START),
     row!(V, output F_net, "force of the surrogate network at this torque and speed, evaluated once a communication step")
-        .unit("N").display_unit("kN").nominal(1e4).discrete().depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
+        .unit("N").display_unit("kN").nominal(1e4).discrete().depends_on(HELD_YET).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     row!(V, output x_rod, "rod position")
-        .unit("m").display_unit("mm").nominal(0.1).depends_on(&["x"]).initially_depends_on(&["x"]),
+        .unit("m").display_unit("mm").nominal(0.1).depends_on(&["x", "x_free"]).initially_depends_on(&["x"]),
     row!(V, output x_rod_dot, "rod velocity")
-        .unit("m/s").display_unit("mm/s").nominal(0.05).depends_on(&["x_dot"]).initially_depends_on(&["x_dot"]),
+        .unit("m/s").display_unit("mm/s").nominal(0.05).depends_on(&["x_dot", "x_free_dot"]).initially_depends_on(&["x_dot"]),
     row!(V, output x_dot_net, "rod velocity of the surrogate network, evaluated once a communication step")
-        .unit("m/s").display_unit("mm/s").nominal(0.05).discrete().depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
+        .unit("m/s").display_unit("mm/s").nominal(0.05).discrete().depends_on(HELD_YET).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     row!(V, output x_dot_hyb, "quasi-static rod velocity of the hybrid model; its network part once a communication step")
-        .unit("m/s").display_unit("mm/s").nominal(0.05).discrete().depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
+        .unit("m/s").display_unit("mm/s").nominal(0.05).discrete().depends_on(&["w_m"]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     // Motor
     row!(V, output i_d, "direct-axis current (peak)")
         .unit("A").nominal(10.0).depends_on(&[]).initially_depends_on(&[]),
@@ -108,59 +122,59 @@ const OUTPUTS: &[V] = &[
     row!(V, output w_m, "motor speed")
         .unit("rad/s").display_unit("rpm").nominal(100.0).depends_on(&[]).initially_depends_on(&["x_dot", ALL_PARAMETERS]),
     row!(V, output tau_e, "electromagnetic torque")
-        .unit("N.m").nominal(10.0).depends_on(&[]).initially_depends_on(START),
+        .unit("N.m").nominal(10.0).depends_on(&["i_d", "i_q", "T_housing"]).initially_depends_on(START),
     row!(V, boolean_output tripped, "whether undervoltage has tripped the drive: gates off, brake applied, until enable is false with the voltage back")
-        .depends_on(&[]).initially_depends_on(&["v_dc", "enable", ALL_PARAMETERS]),
+        .depends_on(HELD_YET).initially_depends_on(&["v_dc", "enable", ALL_PARAMETERS]),
     row!(V, output T_winding, "temperature of the winding")
-        .unit("K").display_unit("degC").nominal(300.0).discrete().depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]),
+        .unit("K").display_unit("degC").nominal(300.0).depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]),
     row!(V, output T_housing, "temperature of the housing, which the magnets follow")
-        .unit("K").display_unit("degC").nominal(300.0).discrete().depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]),
+        .unit("K").display_unit("degC").nominal(300.0).depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]),
     // Powers and energies
     row!(V, output P_in, "electrical power from the DC side, core and inverter losses included")
-        .unit("W").display_unit("kW").nominal(1e3).depends_on(&["v_d", "v_q", "v_dc", "enable"]).initially_depends_on(ELECTRICAL_START),
+        .unit("W").display_unit("kW").nominal(1e3).depends_on(POWER).initially_depends_on(ELECTRICAL_START),
     row!(V, output P_in_mean, "mean of P_in over the last step")
-        .unit("W").display_unit("kW").nominal(1e3).depends_on(&[]).initially_depends_on(ELECTRICAL_START),
+        .unit("W").display_unit("kW").nominal(1e3).depends_on(HELD_YET).initially_depends_on(ELECTRICAL_START),
     row!(V, output i_dc, "current from the DC side: v_dc*i_dc = P_in; 0 while v_dc is below 1 V")
-        .unit("A").nominal(10.0).depends_on(&["v_d", "v_q", "v_dc", "enable"]).initially_depends_on(ELECTRICAL_START),
+        .unit("A").nominal(10.0).depends_on(POWER).initially_depends_on(ELECTRICAL_START),
     row!(V, output i_dc_mean, "mean of i_dc over the last step")
-        .unit("A").nominal(10.0).depends_on(&[]).initially_depends_on(ELECTRICAL_START),
+        .unit("A").nominal(10.0).depends_on(HELD_YET).initially_depends_on(ELECTRICAL_START),
     row!(V, output P_out, "mechanical power to the load")
-        .unit("W").display_unit("kW").nominal(1e3).depends_on(&["x", "x_dot", "F_ext"]).initially_depends_on(&["x", "x_dot", "F_ext", "F_hold", ALL_PARAMETERS]),
+        .unit("W").display_unit("kW").nominal(1e3).depends_on(joined!(FORCE, &["F_ext"])).initially_depends_on(&["x", "x_dot", "F_ext", "F_hold", ALL_PARAMETERS]),
     row!(V, output P_loss, "all losses; P_in = P_out + P_loss + d(energy.stored)/dt; its network part once a communication step")
-        .unit("W").display_unit("kW").nominal(1e2).depends_on(&["v_dc", "enable", "brake", "x", "x_dot"]).initially_depends_on(LOSS_START),
+        .unit("W").display_unit("kW").nominal(1e2).depends_on(LOSSES).initially_depends_on(LOSS_START),
     row!(V, output loss.copper = P_copper, "copper losses")
-        .unit("W").display_unit("kW").nominal(1e2).depends_on(&[]).initially_depends_on(START),
+        .unit("W").display_unit("kW").nominal(1e2).depends_on(&["i_d", "i_q", "T_winding"]).initially_depends_on(START),
     row!(V, output loss.core = P_core, "iron losses")
-        .unit("W").display_unit("kW").nominal(1e2).depends_on(&["enable"]).initially_depends_on(START),
+        .unit("W").display_unit("kW").nominal(1e2).depends_on(joined!(&["enable"], TORQUE)).initially_depends_on(START),
     row!(V, output loss.inverter = P_inverter, "conduction and switching losses of the inverter")
-        .unit("W").display_unit("kW").nominal(1e2).depends_on(&["v_dc"]).initially_depends_on(START),
+        .unit("W").display_unit("kW").nominal(1e2).depends_on(&["v_dc", "i_d", "i_q"]).initially_depends_on(START),
     row!(V, output loss.mechanical = P_mech, "friction of motor, gear, screw, nut and rod, a brake that slips, and the power of the network's residual, taken once a communication step")
-        .unit("W").display_unit("kW").nominal(1e2).depends_on(&["brake", "x", "x_dot"]).initially_depends_on(LOSS_START),
+        .unit("W").display_unit("kW").nominal(1e2).depends_on(MECHANICAL).initially_depends_on(LOSS_START),
     energy(row!(V, output energy.in = E_in, "energy taken from the DC side since the start")),
     energy(row!(V, output energy.out = E_out, "energy given to the load since the start")),
     row!(V, output energy.shift = E_shift, "work on the load since the start by setting x elsewhere than the velocity had taken the rod; energy.in = energy.out + energy.shift + energy.loss + change of energy.stored")
-        .unit("J").display_unit("kJ").nominal(1.0).depends_on(&[]).initially_depends_on(&[]),
+        .unit("J").display_unit("kJ").nominal(1.0).depends_on(HELD_YET).initially_depends_on(&[]),
     energy(row!(V, output energy.loss = E_loss, "energy lost since the start")),
     row!(V, output P_heat, "heat given to the air; 0 while heat is off")
-        .unit("W").display_unit("kW").nominal(1e2).discrete().depends_on(&["T_ambient"]).initially_depends_on(&["T_ambient", ALL_PARAMETERS]),
+        .unit("W").display_unit("kW").nominal(1e2).depends_on(&["T_ambient", "T_housing"]).initially_depends_on(&["T_ambient", ALL_PARAMETERS]),
     row!(V, output energy.loss_inverter = E_inverter, "part of energy.loss that was lost in the inverter, whose heat does not reach the motor; counted while heat is on")
-        .unit("J").display_unit("kJ").nominal(1e3).discrete().depends_on(&[]).initially_depends_on(&[]),
+        .unit("J").display_unit("kJ").nominal(1e3).depends_on(&[]).initially_depends_on(&[]),
     row!(V, output energy.heat = E_heat, "heat given to the air since the start")
-        .unit("J").display_unit("kJ").nominal(1e3).discrete().depends_on(&[]).initially_depends_on(&[]),
+        .unit("J").display_unit("kJ").nominal(1e3).depends_on(&[]).initially_depends_on(&[]),
     row!(V, output energy.thermal = E_thermal, "heat held in winding and housing; with heat on, energy.loss - energy.loss_inverter = energy.heat + change of energy.thermal")
-        .unit("J").display_unit("kJ").nominal(1e4).discrete().depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]),
+        .unit("J").display_unit("kJ").nominal(1e4).depends_on(&["T_winding", "T_housing"]).initially_depends_on(&[ALL_PARAMETERS]),
     row!(V, output energy.stored = E_stored, "energy in magnetic field, rotor and screw, spring and (drive = force) rod")
-        .unit("J").display_unit("kJ").nominal(10.0).depends_on(&["x"]).initially_depends_on(STORED_START),
+        .unit("J").display_unit("kJ").nominal(10.0).depends_on(STORED).initially_depends_on(STORED_START),
     row!(V, output efficiency, "efficiency of the hybrid model on the quasi-static maps; 0 where it is not defined, its network part once a communication step")
-        .unit("1").display_unit("%").discrete().depends_on(&["v_dc", "enable"]).initially_depends_on(START),
+        .unit("1").display_unit("%").discrete().depends_on(EFFICIENCY).initially_depends_on(START),
     row!(V, output efficiency_phys, "efficiency of the physics; 0 where it is not defined")
-        .unit("1").display_unit("%").depends_on(&["v_dc", "enable"]).initially_depends_on(START),
+        .unit("1").display_unit("%").depends_on(EFFICIENCY).initially_depends_on(START),
     row!(V, output efficiency_net, "efficiency of the surrogate network; 0 where it is not defined, evaluated once a communication step")
-        .unit("1").display_unit("%").discrete().depends_on(&["v_dc", "enable"]).initially_depends_on(START),
+        .unit("1").display_unit("%").discrete().depends_on(EFFICIENCY).initially_depends_on(START),
     row!(V, boolean_output efficiency_valid, "whether the efficiency is defined: tau_e > 0 and w_m not 0 (quadrants I and IV)")
-        .depends_on(&[]).initially_depends_on(START),
+        .depends_on(TORQUE).initially_depends_on(START),
     row!(V, boolean_output in_trained_range, "whether torque and speed lie where the network was trained")
-        .depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
+        .depends_on(HELD_YET).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
 ];
 
 #[rustfmt::skip]
@@ -208,5 +222,47 @@ const BRAKE_AND_HEAT: &[V] = &[
 const INTERVAL: &[V] = &[
     row!(V, boolean_parameter interval, "whether efficiency_interval is given; the network's file must have an efficiency_bound"),
     row!(V, outputs efficiency_interval, "lower and upper end of the interval in which the efficiency of the actuator as built lies with the probability that the network's file says (90 %), pointwise; 0 and 1 while interval is false and where efficiency_valid is false; its network part once a communication step")
-        .unit("1").display_unit("%").discrete().depends_on(&["v_dc", "enable"]).initially_depends_on(START),
+        .unit("1").display_unit("%").discrete().depends_on(EFFICIENCY).initially_depends_on(START),
+];
+
+#[rustfmt::skip]
+const FREE_ROD: &[V] = &[
+    row!(V, local x_free, "position of the rod with drive = force; with drive = motion that of the start").unit("m").display_unit("mm").nominal(0.1),
+    row!(V, local x_free_dot, "velocity of the rod with drive = force; with drive = motion that of the start").unit("m/s").display_unit("mm/s").nominal(0.05),
+];
+
+static CURRENT_RATE: Unit = Unit::new("A/s").A(1).s(-1);
+static WARMING: Unit = Unit::new("K/s").K(1).s(-1);
+
+/// In the order of `emla::State::moving`.
+#[rustfmt::skip]
+pub(crate) const DERIVATIVES: &[V] = &[
+    V::derivative_of("i_d").own_unit(&CURRENT_RATE).depends_on(joined!(VOLTAGE, &["i_d", "i_q", "w_m", "T_winding"])),
+    V::derivative_of("i_q").own_unit(&CURRENT_RATE).depends_on(joined!(VOLTAGE, TORQUE, &["T_winding"])),
+    V::derivative_of("theta_m").unit("rad/s").depends_on(&["w_m"]),
+    V::derivative_of("w_m").unit("rad/s2").depends_on(MECHANICAL),
+    V::derivative_of("x_free").unit("m/s").depends_on(&["x_free_dot"]),
+    V::derivative_of("x_free_dot").unit("m/s2").depends_on(&["F_ext", "theta_m", "w_m", "x_free", "x_free_dot"]),
+    V::derivative_of("energy.in").unit("W").depends_on(POWER),
+    V::derivative_of("energy.out").unit("W").depends_on(joined!(FORCE, &["F_ext"])),
+    V::derivative_of("energy.loss").unit("W").depends_on(LOSSES),
+    V::derivative_of("T_winding").own_unit(&WARMING).depends_on(&["i_d", "i_q", "T_winding", "T_housing"]),
+    V::derivative_of("T_housing").own_unit(&WARMING).depends_on(joined!(LOSSES, &["T_ambient"])),
+    V::derivative_of("energy.heat").unit("W").depends_on(&["T_ambient", "T_housing"]),
+    V::derivative_of("energy.loss_inverter").unit("W").depends_on(&["v_dc", "i_d", "i_q"]),
+];
+
+pub(crate) const INDICATORS: &[V] = &[
+    V::indicator("event.speed", "motor speed").unit("rad/s"),
+    V::indicator(
+        "event.load",
+        "torque on the screw, at whose sign the gear factor jumps",
+    )
+    .unit("N.m"),
+    V::indicator("event.torque", "electromagnetic torque").unit("N.m"),
+    V::indicator("event.undervoltage", "v_dc above undervoltage").unit("V"),
+    V::indicator(
+        "event.brake",
+        "torque in N.m that an applied brake has in hand while it holds, or the speed in rad/s at which it slips",
+    ),
 ];

@@ -1,4 +1,4 @@
-//! FMU `Hdrm` for co-simulation in FMI 2.0 and 3.0: the heavy-duty manipulator, both closed loops
+//! FMU `Hdrm` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: the heavy-duty manipulator, both closed loops
 //! included.
 //!
 //! `table` is the single source of names, units, bounds and dependencies; this file connects it
@@ -8,13 +8,27 @@
 mod model;
 mod table;
 
-use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
-use hdrm::{Dynamics, Hdrm, Output, State};
+use fmu_export::{
+    Continuous, Event, Info, InputPolynomial, Model, ModelError, ModelExchange, StepEnd, Variable,
+};
+use hdrm::{Dynamics, Hdrm, Output, Slips, State};
 use machine::Machine;
 pub use model::HdrmFmu;
 use model::{Input, Parameters};
 
 impl HdrmFmu {
+    /// Plant and state with the load of the inputs.
+    fn reloaded(
+        &self,
+        p: &Parameters,
+        u: &Input,
+        now: &Dynamics,
+        input: &hdrm::Input,
+    ) -> Result<(Hdrm, State), ModelError> {
+        let own = (!p.load_moves_with_tip).then_some(p.load_velocity);
+        Ok((self.plant).reloaded(now, &p.load(u), own, input)?)
+    }
+
     /// A step that begins with another load.
     #[cold]
     #[inline(never)]
@@ -26,11 +40,11 @@ impl HdrmFmu {
         t: f64,
         h: f64,
     ) -> Result<(), ModelError> {
-        let input = p.push.on(u.value().u, t);
-        let own = (!p.load_moves_with_tip).then_some(p.load_velocity);
-        let (plant, state) = (self.plant).reloaded(now, &p.load(u.value()), own, &input)?;
+        let acts = p.push.acts(t);
+        let input = p.push.on(u.value().u, acts);
+        let (plant, state) = self.reloaded(p, u.value(), now, &input)?;
         let start = plant.dynamics_with(&state, &input);
-        self.state = plant.step_from(&start, |s| p.push.on(u.at::<Self>(s).u, t), t, h)?;
+        self.state = plant.step_from(&start, |s| p.push.on(u.at::<Self>(s).u, acts), t, h)?;
         self.plant = plant;
         Ok(())
     }
@@ -42,6 +56,7 @@ impl Model for HdrmFmu {
     type Output = Output;
     type Evaluation = Dynamics;
     const INFO: Info = table::INFO;
+    const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::of();
 
     fn variables() -> &'static [Variable<Self>] {
         table::VARIABLES
@@ -65,12 +80,13 @@ impl Model for HdrmFmu {
         Ok(Self {
             state: plant.started(state),
             plant,
-            t,
+            is_pushed: p.push.acts(t),
+            slips: Slips::default(),
         })
     }
 
     fn output(&self, p: &Parameters, u: &Input, now: &Dynamics) -> Result<Output, ModelError> {
-        Ok(self.plant.output_at(now, &p.push.on(u.u, self.t)))
+        Ok(self.plant.output_at(now, &p.push.on(u.u, self.is_pushed)))
     }
 
     fn step(
@@ -84,10 +100,11 @@ impl Model for HdrmFmu {
         if p.load(u.value()) != *self.plant.load() {
             self.step_reloaded(p, u, now, t, h)?;
         } else {
-            let input = |s| p.push.on(u.at::<Self>(s).u, t);
+            let acts = p.push.acts(t);
+            let input = |s| p.push.on(u.at::<Self>(s).u, acts);
             self.state = (self.plant).step_from(now, input, t, h)?;
         }
-        self.t = t + h;
+        self.is_pushed = p.push.acts(t + h);
         Ok(StepEnd::WHOLE)
     }
 
@@ -98,7 +115,7 @@ impl Model for HdrmFmu {
         _now: &Dynamics,
         u_dot: &Input,
     ) -> Result<Output, ModelError> {
-        let input = p.push.on(u.u, self.t);
+        let input = p.push.on(u.u, self.is_pushed);
         Ok(self.plant.output_derivative(&self.state, &input, &u_dot.u))
     }
 
@@ -110,6 +127,72 @@ impl Model for HdrmFmu {
         du: &Input,
     ) -> Result<Output, ModelError> {
         Ok(self.plant.directional_derivative(&self.state, &u.u, &du.u))
+    }
+}
+
+impl Continuous for HdrmFmu {
+    const INDICATORS: &'static [Variable<Self>] = table::INDICATORS;
+
+    fn derivative_rows() -> &'static [Variable<Self>] {
+        table::DERIVATIVES
+    }
+
+    fn states(&self, x: &mut [f64]) {
+        let s = &self.state;
+        x[..6].copy_from_slice(&s.zeta);
+        x[6..12].copy_from_slice(&s.zeta_dot);
+        x[12] = s.contact_loss;
+        for (i, drive) in s.wrist.iter().enumerate() {
+            [x[13 + i], x[16 + i], x[19 + i]] = drive.moving();
+        }
+    }
+
+    fn set_states(&mut self, x: &[f64]) {
+        let s = &mut self.state;
+        s.zeta.copy_from_slice(&x[..6]);
+        s.zeta_dot.copy_from_slice(&x[6..12]);
+        s.contact_loss = x[12];
+        for (i, drive) in s.wrist.iter_mut().enumerate() {
+            drive.set_moving([x[13 + i], x[16 + i], x[19 + i]]);
+        }
+        self.state = self.plant.geared(self.state);
+    }
+
+    fn derivatives(
+        &self,
+        p: &Parameters,
+        u: &Input,
+        now: &Dynamics,
+        _t: f64,
+        dx: &mut Self,
+    ) -> Result<(), ModelError> {
+        let input = p.push.on(u.u, self.is_pushed);
+        dx.state = self.plant.derivative(now, &input, &self.slips);
+        Ok(())
+    }
+
+    fn indicators(
+        &self,
+        _p: &Parameters,
+        u: &Input,
+        now: &Dynamics,
+        _t: f64,
+        z: &mut [f64],
+    ) -> Result<(), ModelError> {
+        z.copy_from_slice(&self.plant.indicators(now, &u.u, &self.slips));
+        Ok(())
+    }
+
+    fn event(&mut self, p: &Parameters, u: &Input, t: f64) -> Result<Event, ModelError> {
+        let acts = p.push.acts(t);
+        if p.load(u) != *self.plant.load() {
+            let input = p.push.on(u.u, acts);
+            let now = self.plant.dynamics_with(&self.state, &input);
+            (self.plant, self.state) = self.reloaded(p, u, &now, &input)?;
+        }
+        (self.state, self.slips) = self.plant.gripped(self.state, &u.u, &self.slips);
+        self.is_pushed = acts;
+        Ok(p.push.next(t).map_or(Event::NONE, Event::at))
     }
 }
 

@@ -1,7 +1,7 @@
 //! State, inputs and parameters of the FMU.
 
 use fmu_export::{Evaluation, ModelError};
-use hdrm::{DOF, Dynamics, Hdrm, Load, Options, State};
+use hdrm::{DOF, Dynamics, Hdrm, Load, Options, Slips, State};
 use machine::Machine;
 use serde::{Deserialize, Serialize};
 
@@ -10,8 +10,10 @@ use serde::{Deserialize, Serialize};
 pub struct HdrmFmu {
     pub(crate) plant: Hdrm,
     pub(crate) state: State,
-    /// Present time, s.
-    pub(crate) t: f64,
+    /// Whether the push acts now.
+    pub(crate) is_pushed: bool,
+    /// Motors of the wrist that slip, in Model Exchange.
+    pub(crate) slips: Slips,
 }
 
 /// Inputs as the importer sees them.
@@ -61,12 +63,25 @@ pub struct Push {
 }
 
 impl Push {
-    /// `u` with the push, where it acts at the time `t`, s.
-    pub(crate) fn on(&self, mut u: hdrm::Input, t: f64) -> hdrm::Input {
+    /// Whether it acts at the time `t`, s.
+    pub(crate) fn acts(&self, t: f64) -> bool {
         // Rounding of a sum of steps does not decide whether it acts.
         const SLACK: f64 = 1e-9;
         let since = t - self.start + SLACK;
-        if since >= 0.0 && since < self.duration {
+        since >= 0.0 && since < self.duration
+    }
+
+    /// When that changes next after the time `t`, both s.
+    pub(crate) fn next(&self, t: f64) -> Option<f64> {
+        match self.acts(t) {
+            true => Some(self.start + self.duration),
+            false => Some(self.start).filter(|start| t < *start && self.duration > 0.0),
+        }
+    }
+
+    /// `u` with the push, if it acts.
+    pub(crate) fn on(&self, mut u: hdrm::Input, acts: bool) -> hdrm::Input {
+        if acts {
             for (sum, force) in u.wrench_env.iter_mut().zip(self.force) {
                 *sum += force;
             }

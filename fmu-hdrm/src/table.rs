@@ -3,7 +3,7 @@
 
 use super::model::{HdrmFmu, Parameters};
 use fmu_export::{
-    ALL_PARAMETERS, File, Info, Terminal, Unit, Variable, joined, read_placed_file, row,
+    ALL_PARAMETERS, File, Info, NO_STATES, Terminal, Unit, Variable, joined, read_placed_file, row,
 };
 use machine::Machine;
 use std::path::Path;
@@ -36,6 +36,7 @@ pub(crate) const INFO: Info = Info::new(
 .with_directional_derivatives();
 
 static PER_SPEED: Unit = Unit::new("s/m").m(-1).s(1);
+static TORQUE_RATE: Unit = Unit::new("N.m/s").kg(1).m(2).s(-3);
 
 type V = Variable<HdrmFmu>;
 
@@ -45,8 +46,12 @@ const START: &[&str] = &[ALL_PARAMETERS];
 /// The same with what the end-effector carries.
 const LOADED_START: &[&str] = &["load.mass", "load.com", ALL_PARAMETERS];
 
+/// What the machine's motion is.
+const MOTION: &[&str] = &["zeta", "zeta_dot"];
+
 /// What holds the machine depends on how its base stands and moves.
 const BASE: &[&str] = &["base.acceleration", "base.tilt"];
+const HOLDING: &[&str] = joined!(BASE, &["zeta"]);
 const BASE_START: &[&str] = joined!(BASE, LOADED_START);
 
 /// What the joints accelerate with.
@@ -54,6 +59,8 @@ const FORCES: &[&str] = joined!(
     &["f", "tau_wrist", "wrench_env"],
     BASE,
     &["base.angular_velocity", "base.angular_acceleration"],
+    MOTION,
+    &["wrist.angle", "wrist.rate"],
 );
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
@@ -87,9 +94,9 @@ pub(crate) const VARIABLES: &[V] = &[
 
     // Strokes and joints
     row!(V, outputs x, "strokes of slew, lift and tilt actuator")
-        .unit("m").display_unit("mm").depends_on(&[]).initially_depends_on(START),
+        .unit("m").display_unit("mm").depends_on(&["zeta[i]"]).initially_depends_on(START),
     row!(V, outputs x_dot, "rod velocities")
-        .unit("m/s").display_unit("mm/s").depends_on(&[]).initially_depends_on(START),
+        .unit("m/s").display_unit("mm/s").depends_on(&["zeta[i]", "zeta_dot[i]"]).initially_depends_on(START),
     row!(V, outputs zeta, "joint angles: slew, lift, tilt, wrist")
         .unit("rad").display_unit("deg").depends_on(&[]).initially_depends_on(START),
     row!(V, outputs zeta_dot, "joint rates")
@@ -98,31 +105,31 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("rad/s2").display_unit("deg/s2")
         .depends_on(FORCES).initially_depends_on(joined!(FORCES, LOADED_START)),
     row!(V, outputs f_hold, "actuator forces that hold the present pose against gravity")
-        .unit("N").display_unit("kN").depends_on(BASE).initially_depends_on(BASE_START),
+        .unit("N").display_unit("kN").depends_on(HOLDING).initially_depends_on(BASE_START),
     row!(V, outputs tau_hold, "wrist torques that hold the present pose against gravity")
-        .unit("N.m").depends_on(BASE).initially_depends_on(BASE_START),
+        .unit("N.m").depends_on(HOLDING).initially_depends_on(BASE_START),
 
     // Tip and energy
     row!(V, outputs tip.position = tip_position, "tip T4 in the world: x forward, y up, z = x cross y")
-        .unit("m").depends_on(&[]).initially_depends_on(START),
+        .unit("m").depends_on(&["zeta"]).initially_depends_on(START),
     row!(V, outputs tip.orientation = tip_orientation, "orientation of T4 in the world, unit quaternion w, x, y, z")
-        .unit("1").depends_on(&[]).initially_depends_on(START),
+        .unit("1").depends_on(&["zeta"]).initially_depends_on(START),
     row!(V, outputs tip.velocity = tip_velocity, "velocity (1 to 3) and angular velocity (4 to 6) of T4 in world axes")
-        .each_unit(&["m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"]).depends_on(&[]).initially_depends_on(START),
+        .each_unit(&["m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"]).depends_on(MOTION).initially_depends_on(START),
     row!(V, output energy.kinetic = energy_kinetic, "kinetic energy of the motion relative to the base")
-        .unit("J").depends_on(&[]).initially_depends_on(LOADED_START),
+        .unit("J").depends_on(MOTION).initially_depends_on(LOADED_START),
     row!(V, output energy.potential = energy_potential, "potential energy, zero at the height of the world's origin")
-        .unit("J").depends_on(BASE).initially_depends_on(BASE_START),
+        .unit("J").depends_on(HOLDING).initially_depends_on(BASE_START),
     row!(V, output energy.load = energy_load, "energy that changes of the load have brought since the start: its own, and less what an impact took")
-        .unit("J").depends_on(&[]).initially_depends_on(START),
+        .unit("J").depends_on(&[NO_STATES]).initially_depends_on(START),
 
     // Contact
     row!(V, outputs contact.force = contact_force, "force of the plane on the tip, in the world")
-        .unit("N").display_unit("kN").depends_on(&[]).initially_depends_on(START),
+        .unit("N").display_unit("kN").depends_on(MOTION).initially_depends_on(START),
     row!(V, output contact.penetration = contact_penetration, "depth of the tip below the plane, 0 above it")
-        .unit("m").display_unit("mm").depends_on(&[]).initially_depends_on(START),
+        .unit("m").display_unit("mm").depends_on(&["zeta"]).initially_depends_on(START),
     row!(V, output energy.contact = energy_contact, "elastic energy of the contact")
-        .unit("J").depends_on(&[]).initially_depends_on(START),
+        .unit("J").depends_on(&["zeta"]).initially_depends_on(START),
     row!(V, output energy.contact_loss = energy_contact_loss, "energy that the contact has turned into heat since the start")
         .unit("J").depends_on(&[]).initially_depends_on(START),
 
@@ -160,4 +167,40 @@ pub(crate) const VARIABLES: &[V] = &[
     row!(V, parameters push.force, "push on the tip in T4's axes, beside wrench_env").unit("N").range(-1e6..=1e6),
     row!(V, parameter push.start, "time at which it begins; held over a step").unit("s").range(-1e9..=1e9),
     row!(V, parameter push.duration, "how long it acts").unit("s").range(0.0..=1e9),
+
+    // States that nobody asked for before Model Exchange
+    row!(V, locals wrist.torque = wrist_torque, "wrist as built: torques of the motors").unit("N.m").nominal(100.0),
+    row!(V, locals wrist.angle = wrist_angle, "wrist as built: angles of the motors as the joints feel them").unit("rad").display_unit("deg").nominal(1.0),
+    row!(V, locals wrist.rate = wrist_rate, "wrist as built: rates of these angles").unit("rad/s").display_unit("deg/s").nominal(1.0),
+];
+
+#[rustfmt::skip]
+pub(crate) const DERIVATIVES: &[V] = &[
+    V::derivatives_of("zeta").unit("rad/s").depends_on(&["zeta_dot[i]"]),
+    V::derivatives_of("zeta_dot").unit("rad/s2").depends_on(FORCES),
+    V::derivative_of("energy.contact_loss").unit("W").depends_on(MOTION),
+    V::derivatives_of("wrist.torque").own_unit(&TORQUE_RATE).depends_on(&["tau_wrist[i]", "wrist.torque[i]"]),
+    V::derivatives_of("wrist.angle").unit("rad/s").depends_on(&["wrist.rate[i]"]),
+    V::derivatives_of("wrist.rate").unit("rad/s2").each_depends_on(&[
+        &["tau_wrist[1]", "zeta[4]", "zeta_dot[4]", "wrist.torque[1]", "wrist.angle[1]", "wrist.rate[1]"],
+        &["tau_wrist[2]", "zeta[5]", "zeta_dot[5]", "wrist.torque[2]", "wrist.angle[2]", "wrist.rate[2]"],
+        &["tau_wrist[3]", "zeta[6]", "zeta_dot[6]", "wrist.torque[3]", "wrist.angle[3]", "wrist.rate[3]"],
+    ]),
+];
+
+#[rustfmt::skip]
+pub(crate) const INDICATORS: &[V] = &[
+    V::indicator("event.stop_slew", "distance of the slew actuator from its nearer end stop").unit("m"),
+    V::indicator("event.stop_lift", "distance of the lift actuator from its nearer end stop").unit("m"),
+    V::indicator("event.stop_tilt", "distance of the tilt actuator from its nearer end stop").unit("m"),
+    V::indicator("event.stop_wrist_1", "distance of the first wrist joint from its nearer end stop").unit("rad"),
+    V::indicator("event.stop_wrist_2", "distance of the second wrist joint from its nearer end stop").unit("rad"),
+    V::indicator("event.stop_wrist_3", "distance of the third wrist joint from its nearer end stop").unit("rad"),
+    V::indicator("event.contact", "height of the tip above the plane").unit("m"),
+    V::indicator("event.play_1", "first wrist joint: by how much its gear is out of its play").unit("rad"),
+    V::indicator("event.play_2", "second wrist joint: by how much its gear is out of its play").unit("rad"),
+    V::indicator("event.play_3", "third wrist joint: by how much its gear is out of its play").unit("rad"),
+    V::indicator("event.friction_1", "first wrist joint: torque in N.m by which dry friction holds the motor, or its rate in rad/s while it slips"),
+    V::indicator("event.friction_2", "second wrist joint: torque in N.m by which dry friction holds the motor, or its rate in rad/s while it slips"),
+    V::indicator("event.friction_3", "third wrist joint: torque in N.m by which dry friction holds the motor, or its rate in rad/s while it slips"),
 ];

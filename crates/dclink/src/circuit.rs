@@ -144,30 +144,48 @@ impl DcLink {
     /// Positive where the mode has ended: a limit reached or left, a threshold of the chopper or of
     /// precharge passed, the capacitor empty or no longer so. Continuous along a solution.
     pub(crate) fn guard(&self, x: &Point, mode: Mode, i_load: f64) -> f64 {
+        let mut ended = f64::NEG_INFINITY;
+        self.guards(x, mode, i_load, |_, value| ended = ended.max(value));
+        ended
+    }
+
+    /// The parts of [`DcLink::guard`] that this mode has, each with its number: limits, chopper,
+    /// precharge, capacitor.
+    #[inline(always)]
+    pub(crate) fn guards(
+        &self,
+        x: &Point,
+        mode: Mode,
+        i_load: f64,
+        mut each: impl FnMut(usize, f64),
+    ) {
         let b = &self.pack;
         let source = b.open_circuit(x.soc) - x.v[0] - x.v[1];
         let free = (source - x.v_c) * self.conductance[usize::from(mode.ready)];
         let (give, take) = b.limits(x.soc);
-        let mut ended = match mode.regime {
+        let limits = match mode.regime {
             Regime::Free => (free - give).max(-take - free),
             Regime::Discharging => give - free,
             Regime::Charging => free + take,
         };
+        each(0, limits);
         if self.p.brake.fitted {
-            ended = ended.max(if mode.braking {
+            let chopper = if mode.braking {
                 self.p.brake.v_off - x.v_c
             } else {
                 x.v_c - self.p.brake.v_on
-            });
+            };
+            each(1, chopper);
         }
         if !mode.ready {
-            ended = ended.max(x.v_c - self.p.precharge.share * source);
+            each(2, x.v_c - self.p.precharge.share * source);
         }
-        ended.max(if mode.empty {
+        let capacitor = if mode.empty {
             self.flow(x, mode, &b.line(x.soc)).i - i_load
         } else {
             -x.v_c
-        })
+        };
+        each(3, capacitor);
     }
 
     /// The mode at this point, from the one before it.

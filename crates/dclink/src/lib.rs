@@ -21,6 +21,7 @@
 #![allow(non_snake_case)] // symbols of the books
 
 mod circuit;
+mod continuous;
 mod input;
 mod link;
 mod output;
@@ -29,6 +30,7 @@ mod params;
 mod state;
 mod step;
 
+pub use continuous::ENDS;
 pub use input::{Input, LOADS};
 pub use limits::{ParamError, StepError};
 pub use link::DcLink;

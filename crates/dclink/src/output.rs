@@ -28,6 +28,8 @@ pub struct Output {
     pub energy: Energies,
     /// Energy in the capacitor and the RC pairs, J.
     pub stored: f64,
+    /// Voltages of the RC pairs, V.
+    pub v_pairs: [f64; 2],
     /// Whether precharge is over.
     pub ready: bool,
     /// Whether it is not.
@@ -87,6 +89,7 @@ impl DcLink {
             T_battery: s.T,
             energy: s.energy,
             stored,
+            v_pairs: s.v,
             ready: s.mode.ready,
             precharging: !s.mode.ready,
             braking: s.mode.braking,

@@ -104,6 +104,12 @@ impl Pack {
         };
         T + share * per_capacity * (E - G * h * (T - T_ambient))
     }
+
+    /// Rate of the temperature `T` with the heat `P`, W, made inside, K/s: `(P − G·(T − T_a))/C`.
+    pub fn warming(&self, T: f64, T_ambient: f64, P: f64) -> f64 {
+        let [per_capacity, G] = self.heat;
+        per_capacity * (P - G * (T - T_ambient))
+    }
 }
 
 /// A piece of the open-circuit voltage.

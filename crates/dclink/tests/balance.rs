@@ -119,3 +119,38 @@ fn parameters_are_checked() {
     );
     assert!(refused(|p| (p.battery.R_0, p.link.R) = (0.0, 0.0)).contains("`link.R` = 0"));
 }
+
+/// The rates of Model Exchange, against what moves in a very short step while the chopper works
+/// and the pack takes all that it may. The step errs by half of its length times the second
+/// derivative: 1e-6 over time constants of 0.1 s and more; rounding of 1e3 over 1e-6 is 1e-7.
+#[test]
+fn a_short_step_follows_the_rates() {
+    let link = link(|p| (p.battery.R[1], p.battery.T_start) = (0.05, 310.0));
+    let u = Input {
+        i_load: [-40.0, -10.0, 0.0],
+        T_ambient: 290.0,
+    };
+    let mut s = link.start(&u);
+    for k in 0..200 {
+        s = link.step(&s, &u, f64::from(k) * H, H).expect("finite");
+    }
+    assert!(s.mode.braking && s.mode.regime == Regime::Charging);
+    let (h, rate) = (1e-6, link.derivative(&s, &u));
+    let next = link.step(&s, &u, 0.0, h).expect("finite");
+    let numbers = |s: &dclink::State| {
+        let e = s.energy;
+        [
+            s.soc, s.v[0], s.v[1], s.v_c, s.T, e.battery, e.load, e.brake, e.loss,
+        ]
+    };
+    let (after, before, rates) = (numbers(&next), numbers(&s), numbers(&rate));
+    for k in 0..9 {
+        let found = (after[k] - before[k]) / h;
+        let tol = 1e-4 * rates[k].abs() + 1e-6;
+        assert!(
+            rates[k] != 0.0 && (found - rates[k]).abs() < tol,
+            "{k}: {found} {}",
+            rates[k]
+        );
+    }
+}

@@ -36,12 +36,28 @@ impl Emla {
         })
     }
 
+    /// Change of resistance and flux along a change of the temperatures.
+    pub(crate) fn warmed_tangent(&self, change: &Thermal) -> (f64, f64) {
+        if !self.electric.temperature {
+            return (0.0, 0.0);
+        }
+        let t = self.temperature();
+        let copper = self.p.R_s * t.copper * change.T_winding;
+        (copper, self.p.lambda_m * t.magnet * change.T_housing)
+    }
+
     /// Rates of the temperatures, K/s, and the heat given to the air, W:
     /// ```text
     /// C_w Ṫ_w = P_copper − (T_w − T_h)/R_wh
     /// C_h Ṫ_h = P_core + P_mech + (T_w − T_h)/R_wh − (T_h − T_a)/R_ha
     /// ```
-    fn warming(&self, now: &Thermal, T_ambient: f64, copper: f64, other: f64) -> Thermal {
+    pub(crate) fn warming(
+        &self,
+        now: &Thermal,
+        T_ambient: f64,
+        copper: f64,
+        other: f64,
+    ) -> Thermal {
         let h = self.heat();
         let inner = (now.T_winding - now.T_housing) / h.R_wh;
         let given = (now.T_housing - T_ambient) / h.R_ha;
@@ -61,15 +77,16 @@ impl Emla {
         }
     }
 
-    /// Derivative of [`Emla::heat_flow`] by the air's temperature, times `dT_ambient`.
-    pub(crate) fn heat_flow_tangent(&self, dT_ambient: f64) -> f64 {
-        self.heat_flow(&Thermal::default(), dT_ambient)
-    }
-
     /// Heat held in winding and housing, J, from the reference temperature on.
     pub(crate) fn heat_held(&self, now: &Thermal) -> f64 {
-        let (h, zero) = (self.heat(), self.temperature().reference);
-        h.C_w * (now.T_winding - zero) + h.C_h * (now.T_housing - zero)
+        let zero = self.temperature().reference;
+        self.heat_rise(now.T_winding - zero, now.T_housing - zero)
+    }
+
+    /// Heat that warms winding and housing by so many K, J.
+    pub(crate) fn heat_rise(&self, winding: f64, housing: f64) -> f64 {
+        let h = self.heat();
+        h.C_w * winding + h.C_h * housing
     }
 
     /// The temperatures after a step of `h` s from `start` to `end` with its mean losses; None

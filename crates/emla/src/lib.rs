@@ -17,6 +17,7 @@
 
 mod actuator;
 mod conditions;
+mod continuous;
 mod dynamics;
 mod efficiency;
 mod heat;
@@ -37,6 +38,7 @@ mod tangent;
 mod tanh;
 
 pub use actuator::{Emla, Unbounded};
+pub use continuous::INDICATORS;
 pub use limits::StepError;
 pub use losses::Losses;
 pub use machine::{ActuatorInput as Input, Dq, Drive};

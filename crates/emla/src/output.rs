@@ -26,6 +26,10 @@ pub struct Output {
     pub x_rod: f64,
     /// Rod velocity, m/s.
     pub x_rod_dot: f64,
+    /// Position of the free rod, m; in [`crate::Drive::Motion`] that of the start.
+    pub x_free: f64,
+    /// Velocity of the free rod, m/s; in [`crate::Drive::Motion`] that of the start.
+    pub x_free_dot: f64,
     /// Rod velocity of the network, m/s; 0 without one.
     pub x_dot_net: f64,
     /// Quasi-static rod velocity of the hybrid model, `x_dot + α·(x_dot_net − x_dot)`, m/s.
@@ -131,6 +135,8 @@ impl Emla {
             F_net: net.F_net,
             x_rod: now.x,
             x_rod_dot: now.x_dot,
+            x_free: s.x,
+            x_free_dot: s.x_dot,
             x_dot_net: net.x_dot_net,
             x_dot_hyb: self.blended(now.x_n_dot, net.x_dot_net),
             i_d: s.i_d,

@@ -136,6 +136,55 @@ pub(crate) struct Rates {
 }
 
 impl State {
+    /// How many numbers [`State::moving`] gives.
+    pub const MOVING: usize = 13;
+
+    /// What moves continuously: currents, motor, free rod, energies, heat.
+    #[must_use]
+    pub fn moving(&self) -> [f64; Self::MOVING] {
+        let Self {
+            energy, thermal, ..
+        } = self;
+        [
+            self.i_d,
+            self.i_q,
+            self.theta_m,
+            self.w_m,
+            self.x,
+            self.x_dot,
+            energy.supplied,
+            energy.delivered,
+            energy.lost,
+            thermal.T_winding,
+            thermal.T_housing,
+            thermal.given,
+            self.kinds.inverter,
+        ]
+    }
+
+    /// The inverse of [`State::moving`].
+    pub fn set_moving(&mut self, moving: &[f64]) {
+        let (energy, thermal) = (&mut self.energy, &mut self.thermal);
+        let places = [
+            &mut self.i_d,
+            &mut self.i_q,
+            &mut self.theta_m,
+            &mut self.w_m,
+            &mut self.x,
+            &mut self.x_dot,
+            &mut energy.supplied,
+            &mut energy.delivered,
+            &mut energy.lost,
+            &mut thermal.T_winding,
+            &mut thermal.T_housing,
+            &mut thermal.given,
+            &mut self.kinds.inverter,
+        ];
+        for (place, value) in places.into_iter().zip(moving) {
+            *place = *value;
+        }
+    }
+
     pub(crate) fn point(&self) -> Point {
         Point {
             i_d: self.i_d,

@@ -1,4 +1,4 @@
-//! Derivatives of the outputs: along time, and along a direction of the inputs.
+//! Derivatives of outputs and rates: along time, and along a direction of state and inputs.
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
@@ -9,13 +9,15 @@ use crate::losses::{Losses, core_loss, inverter_loss};
 use crate::maps;
 use crate::motor;
 use crate::output::Output;
-use crate::state::{Point, Rates, State};
+use crate::state::{Balance, LossKinds, State};
 use machine::{ActuatorInput as Input, Dq, Drive, Holding, link_current};
 
 /// Derivatives of the members of [`Instant`] that the outputs need.
 struct InstantTangent {
     v: Dq,
     v_dc: f64,
+    R_s: f64,
+    residual: f64,
     i: Dq,
     lambda: Dq,
     w_m: f64,
@@ -42,29 +44,111 @@ impl Emla {
         };
         let p = self.at_temperature(&s.thermal);
         let held = self.held(&p, s, u);
-        self.output_tangent(s, u, &self.rates(&s.point(), u, &held), &u_dot)
+        self.output_tangent(s, u, &self.derivative_with(s, u, &held), &u_dot)
     }
 
     /// Derivative of the outputs along the direction `du` of the inputs, at fixed state.
     #[must_use]
     pub fn output_along(&self, s: &State, u: &Input, du: &Input) -> Output {
-        self.output_tangent(s, u, &Rates::default(), du)
+        self.output_tangent(s, u, &State::default(), du)
     }
 
-    fn output_tangent(&self, s: &State, u: &Input, ds: &Rates, du: &Input) -> Output {
+    /// Derivative of [`Emla::derivative`] along the directions `ds` of the state and `du` of the
+    /// inputs; that of the network's residual from differences.
+    #[must_use]
+    pub fn derivative_along(
+        &self,
+        s: &State,
+        u: &Input,
+        slip: f64,
+        (ds, du): (&State, &Input),
+    ) -> State {
+        let p = &*self.at_temperature(&s.thermal);
+        let held = &self.present(p, s, u, slip);
+        let now = self.instant(&s.point(), u, held);
+        let by = self.residual_slopes(now.tau_e, now.w_m);
+        let d = self.instant_tangent(s, u, (&now, held), ds, du, by);
+        let dl = losses_tangent(&now, held, &d);
+        let force = d.F - du.F_ext;
+        let free = self.drive == Drive::Force;
+        let (x, x_dot) = if free {
+            (ds.x_dot, force / p.M_act)
+        } else {
+            (0.0, 0.0)
+        };
+        let w_e = f64::from(p.p) * d.w_m;
+        let i = Dq {
+            d: d.v.d - p.R_s * d.i.d - d.R_s * now.i.d + w_e * now.lambda.q + now.w_e * d.lambda.q,
+            q: d.v.q - p.R_s * d.i.q - d.R_s * now.i.q - w_e * now.lambda.d - now.w_e * d.lambda.d,
+        };
+        let gates = if held.gates { 1.0 } else { 0.0 };
+        let kinds = LossKinds {
+            copper: dl.copper,
+            inverter: dl.inverter,
+        };
+        let is_counted = self.electric.heat || !held.is_plain();
+        let heated = State {
+            thermal: ds.thermal,
+            ..*s
+        };
+        let thermal = self.thermal_rates(&heated, du, dl.total(), &kinds);
+        State {
+            i_d: gates * i.d / p.L_d,
+            i_q: gates * i.q / p.L_q,
+            theta_m: ds.w_m,
+            w_m: d.w_m_dot,
+            x,
+            x_dot,
+            energy: Balance {
+                supplied: power_in_tangent(&now, &d, &dl),
+                delivered: self.power_out_tangent(&now, &d, u, du),
+                lost: dl.total(),
+            },
+            kinds: if is_counted {
+                kinds
+            } else {
+                LossKinds::default()
+            },
+            thermal,
+            ..State::default()
+        }
+    }
+
+    fn power_out_tangent(&self, now: &Instant, d: &InstantTangent, u: &Input, du: &Input) -> f64 {
+        match self.drive {
+            Drive::Motion => d.F * now.x_dot + now.F * d.x_dot,
+            Drive::Force => du.F_ext * now.x_dot + u.F_ext * d.x_dot,
+        }
+    }
+
+    /// Derivatives of `α·dF` by torque, 1/m, and motor speed, N·s/rad.
+    fn residual_slopes(&self, tau_e: f64, w_m: f64) -> [f64; 2] {
+        if self.alpha == 0.0 {
+            return [0.0; 2];
+        }
+        // The network is smooth over some N·m and rad/s; half of ε's digits are left.
+        const H: f64 = 1e-4;
+        let dF = |tau, w| self.alpha * self.residual(tau, w).dF;
+        [
+            (dF(tau_e + H, w_m) - dF(tau_e - H, w_m)) / (2.0 * H),
+            (dF(tau_e, w_m + H) - dF(tau_e, w_m - H)) / (2.0 * H),
+        ]
+    }
+
+    /// Derivatives of the outputs along `ds` and `du`. What an output shows of the residual is
+    /// held.
+    #[must_use]
+    pub fn output_tangent(&self, s: &State, u: &Input, ds: &State, du: &Input) -> Output {
         let p = &*self.at_temperature(&s.thermal);
         let held = self.held(p, s, u);
         let now = self.instant(&s.point(), u, &held);
         let losses = self.losses(&now, &held);
-        let d = self.instant_tangent(&s.point(), u, &now, &held, ds, du);
+        let d = self.instant_tangent(s, u, (&now, &held), ds, du, [0.0; 2]);
         let dl = losses_tangent(&now, &held, &d);
         let (by_tau, by_w) = maps::quasi_static_slopes(p, now.tau_e, now.w_m);
         let F_phys = by_tau * d.tau_e + by_w * d.w_m;
-        let P_in = 1.5 * (d.v.dot(now.i) + now.v.dot(d.i)) + dl.core + dl.inverter;
-        let P_out = match self.drive {
-            Drive::Motion => d.F * now.x_dot + now.F * d.x_dot,
-            Drive::Force => du.F_ext * now.x_dot + u.F_ext * d.x_dot,
-        };
+        let P_in = power_in_tangent(&now, &d, &dl);
+        let P_out = self.power_out_tangent(&now, &d, u, du);
         let electrical = (losses.electrical(), dl.electrical());
         let (force, speed) = (maps::quasi_static_force(p, now.tau_e, now.w_m), now.x_n_dot);
         let out = (
@@ -80,6 +164,8 @@ impl Emla {
             F_hyb: F_phys,
             x_rod: d.x,
             x_rod_dot: d.x_dot,
+            x_free: ds.x,
+            x_free_dot: ds.x_dot,
             x_dot_hyb: self.blended(maps::travel_per_radian(p) * d.w_m, 0.0),
             i_d: d.i.d,
             i_q: d.i.q,
@@ -98,7 +184,12 @@ impl Emla {
             E_out: ds.energy.delivered,
             E_loss: ds.energy.lost,
             E_stored: self.stored_tangent(&now, &d),
-            P_heat: self.heat_flow_tangent(du.T_ambient),
+            P_heat: self.heat_flow(&ds.thermal, du.T_ambient),
+            E_inverter: ds.kinds.inverter,
+            E_heat: ds.thermal.given,
+            E_thermal: self.heat_rise(ds.thermal.T_winding, ds.thermal.T_housing),
+            T_winding: ds.thermal.T_winding,
+            T_housing: ds.thermal.T_housing,
             efficiency: self.blended(efficiency_phys, efficiency_net),
             efficiency_phys,
             efficiency_net,
@@ -106,38 +197,46 @@ impl Emla {
                 Some(_) => [efficiency_net; 2],
                 None => [0.0; 2],
             },
-            // Means, temperatures and what was counted up to the last step do not move.
+            // Means and what was counted up to the last step do not move.
             ..Output::default()
         }
     }
 
     fn instant_tangent(
         &self,
-        s: &Point,
+        s: &State,
         u: &Input,
-        now: &Instant,
-        held: &Conditions,
-        ds: &Rates,
+        (now, held): (&Instant, &Conditions),
+        ds: &State,
         du: &Input,
+        residual_by: [f64; 2],
     ) -> InstantTangent {
         let p = held.p;
+        let (R_s, lambda_m) = self.warmed_tangent(&ds.thermal);
         let (x, x_dot) = match self.drive {
             Drive::Motion => (du.x, du.x_dot),
             Drive::Force => (ds.x, ds.x_dot),
         };
         let travel = maps::travel_per_radian(p);
-        let (i, w_m) = (ds.i, ds.w_m);
+        let (i, w_m) = (
+            Dq {
+                d: ds.i_d,
+                q: ds.i_q,
+            },
+            ds.w_m,
+        );
         let (stretch, stretch_dot) = (travel * ds.theta_m - x, travel * w_m - x_dot);
         let F_spring = p.C_b * stretch_dot + now.K_b * stretch + now.K_b_slope * x * now.stretch;
-        let tau_load = maps::screw_load(p, F_spring, w_m);
         let k = maps::gear_factor_slope(p, now.tau_load, s.w_m) * w_m;
         let lambda = Dq {
-            d: p.L_d * i.d,
+            d: p.L_d * i.d + lambda_m,
             q: p.L_q * i.q,
         };
         let tau_e = 1.5
             * f64::from(p.p)
             * (lambda.d * now.i.q + now.lambda.d * i.q - lambda.q * now.i.d - now.lambda.q * i.d);
+        let residual = residual_by[0] * tau_e + residual_by[1] * w_m;
+        let tau_load = maps::screw_load(p, F_spring - residual, w_m);
         let torque_left = tau_e
             - maps::motor_friction_slope(p, s.w_m) * w_m
             - (k * now.tau_load + now.k * tau_load) / p.N_gear;
@@ -156,6 +255,8 @@ impl Emla {
                 Dq::default()
             },
             v_dc,
+            R_s,
+            residual,
             i,
             lambda,
             w_m,
@@ -188,6 +289,11 @@ impl Emla {
     }
 }
 
+/// Derivative of [`power_in`].
+fn power_in_tangent(now: &Instant, d: &InstantTangent, dl: &Losses) -> f64 {
+    1.5 * (d.v.dot(now.i) + now.v.dot(d.i)) + dl.core + dl.inverter
+}
+
 fn losses_tangent(now: &Instant, held: &Conditions, d: &InstantTangent) -> Losses {
     let p = held.p;
     let N = p.N_gear;
@@ -204,7 +310,7 @@ fn losses_tangent(now: &Instant, held: &Conditions, d: &InstantTangent) -> Losse
     let curvature = maps::stiffness_curvature(p, now.x);
     let (stretch, slope) = (now.stretch, now.K_b_slope);
     Losses {
-        copper: 3.0 * p.R_s * now.i.dot(d.i),
+        copper: 3.0 * p.R_s * now.i.dot(d.i) + 1.5 * d.R_s * now.i.dot(now.i),
         core: if held.gates {
             core_slope * f64::from(p.p) * d.w_m * now.lambda.dot(now.lambda)
                 + 2.0 * core * now.lambda.dot(d.lambda)
@@ -221,7 +327,7 @@ fn losses_tangent(now: &Instant, held: &Conditions, d: &InstantTangent) -> Losse
         nut: 2.0 * p.C_b * now.stretch_dot * d.stretch_dot,
         rod: 2.0 * p.C_act * now.x_dot * d.x_dot,
         brake: held.brake.torque() * d.w_m,
-        residual: -held.residual * maps::travel_per_radian(p) * d.w_m,
+        residual: -held.residual * maps::travel_per_radian(p) * d.w_m - d.residual * now.x_n_dot,
         stiffness: -0.5
             * stretch
             * (curvature * d.x * now.x_dot * stretch

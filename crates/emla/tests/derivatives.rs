@@ -1,5 +1,5 @@
 //! Analytic derivatives of the outputs against finite differences, at seeded random points.
-use emla::{Drive, Emla, Input, Output, Residual, State};
+use emla::{Drive, Electric, Emla, Input, Output, Residual, State, Surrogate};
 use machine::Machine;
 
 use crate::random::Random;
@@ -172,6 +172,71 @@ fn time_derivatives_match_differences() {
                 (analytic - numeric).abs() < tol,
                 "{drive:?} {k}: d{output}/dt = {analytic:e}, numerically {numeric:e}, at {s:?} {u:?}"
             );
+        }
+    }
+}
+
+/// The tangent of the rates for Model Exchange, in each state and input, with the network in them
+/// and resistance and flux that follow the temperatures; every fourth point with a brake that
+/// slips. Central differences; the network's slopes are differences too, over 1e-4.
+#[test]
+fn rates_have_their_tangents() {
+    let mut random = Random::new(11);
+    for (k, drive) in (0..60).flat_map(|k| [(k, Drive::Motion), (k, Drive::Force)]) {
+        let (emla, mut s, mut u) = point(&mut random, k, drive);
+        let alpha = [0.0, 0.5][k % 2];
+        let emla = emla
+            .with_surrogate(Surrogate::reference(), alpha)
+            .with_electric(Electric {
+                heat: true,
+                temperature: true,
+                ..Electric::default()
+            });
+        (s.thermal.T_winding, s.thermal.T_housing) = (350.0, 320.0);
+        u.brake = k.is_multiple_of(4);
+        let slip = if u.brake { s.w_m.signum() } else { 0.0 };
+        let x = s.moving();
+        let sizes = [
+            1.0, 1.0, 0.01, 1.0, 1e-4, 1e-2, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
+        ];
+        let rates = |s: &State, u: &Input| emla.derivative(s, u, slip).moving();
+        let scales = [
+            1e3, 1e3, 1e2, 1e3, 0.1, 10.0, 1e3, 1e3, 1e3, 1.0, 1.0, 1e2, 10.0,
+        ];
+        let check = |what: &str, up: &[f64], down: &[f64], along: &State| {
+            for (j, found) in along.moving().into_iter().enumerate() {
+                let numeric = (up[j] - down[j]) / 2.0;
+                let tol = 2e-6 * numeric.abs() + 2e-9 * scales[j];
+                assert!(
+                    (found - numeric).abs() < tol,
+                    "{drive:?} {k}: rate {j} by {what} = {found:e}, numerically {numeric:e}"
+                );
+            }
+        };
+        for (i, size) in sizes.into_iter().enumerate() {
+            let step = 1e-4 * size;
+            let at = |by: f64| {
+                let (mut x, mut moved) = (x, s);
+                x[i] += by;
+                moved.set_moving(&x);
+                rates(&moved, &u)
+            };
+            let (mut seed, mut ds) = ([0.0; State::MOVING], State::default());
+            seed[i] = step;
+            ds.set_moving(&seed);
+            let along = emla.derivative_along(&s, &u, slip, (&ds, &Input::default()));
+            check(&format!("state {i}"), &at(step), &at(-step), &along);
+        }
+        for &(input, field, step) in DIRECTIONS {
+            let at = |by: f64| {
+                let mut u = u;
+                *field(&mut u) += by;
+                rates(&s, &u)
+            };
+            let mut du = Input::default();
+            *field(&mut du) = step;
+            let along = emla.derivative_along(&s, &u, slip, (&State::default(), &du));
+            check(input, &at(step), &at(-step), &along);
         }
     }
 }

@@ -110,6 +110,11 @@ pub(crate) struct Penetration {
 }
 
 impl Plane {
+    /// Distance of the tip at `p`, m, from the plane, negative below it.
+    pub(crate) fn height(&self, p: &Vector3<f64>) -> f64 {
+        self.n.dot(p) - self.contact.offset
+    }
+
     pub(crate) fn penetration(&self, p: &Vector3<f64>, v: &Vector3<f64>) -> Option<Penetration> {
         let Self { n, contact } = self;
         let d = contact.offset - n.dot(p);

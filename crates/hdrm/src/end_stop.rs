@@ -65,6 +65,11 @@ impl EndStop {
         }
     }
 
+    /// Distance from the nearer end, negative inside the stop.
+    pub(crate) fn distance(&self, y: f64) -> f64 {
+        -self.contact(y, 0.0).d
+    }
+
     /// Force on the coordinate, positive towards larger `y`.
     pub fn force(&self, y: f64, y_dot: f64) -> f64 {
         let Contact { sign, d, d_dot } = self.contact(y, y_dot);

@@ -16,6 +16,7 @@ mod body;
 mod boom_frame;
 mod contact;
 mod contact_force;
+mod continuous;
 mod dry_friction;
 mod dynamics;
 mod end_stop;
@@ -44,6 +45,7 @@ mod wrist_drive;
 
 pub use body::{BODIES, Body};
 pub use contact::Contact;
+pub use continuous::INDICATORS;
 pub use dry_friction::DryFriction;
 pub use end_stop::EndStop;
 pub use error::HdrmError;
@@ -61,7 +63,7 @@ pub use step::StepError;
 pub use tilt::{FourBar, Tilt};
 pub use tip::Tip;
 pub use tree::{Configuration, GeometryError, Link, Stroke, Tree};
-pub use wrist_drive::{WristDrive, WristState};
+pub use wrist_drive::{Slips, WristDrive, WristState};
 
 /// The six joint coordinates, rad.
 pub const DOF: usize = 6;

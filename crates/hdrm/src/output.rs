@@ -44,6 +44,12 @@ pub struct Output {
     pub energy_contact_loss: f64,
     /// Energy that changes of the load have brought, J.
     pub energy_load: f64,
+    /// Torques of the wrist's motors as built, N·m.
+    pub wrist_torque: [f64; 3],
+    /// Their angles as the joints feel them, rad.
+    pub wrist_angle: [f64; 3],
+    /// Rates of these, rad/s.
+    pub wrist_rate: [f64; 3],
 }
 
 impl Hdrm {
@@ -79,6 +85,9 @@ impl Hdrm {
             energy_contact: touch.energy,
             energy_contact_loss: dynamics.state.contact_loss,
             energy_load: dynamics.state.load_energy,
+            wrist_torque: dynamics.state.wrist.map(|drive| drive.motor),
+            wrist_angle: dynamics.state.wrist.map(|drive| drive.angle),
+            wrist_rate: dynamics.state.wrist.map(|drive| drive.rate),
         }
     }
 
@@ -137,7 +146,7 @@ impl Hdrm {
             contact_penetration: depth_rate,
             energy_contact: -contact_power - touch.dissipation,
             energy_contact_loss: touch.dissipation,
-            energy_load: 0.0,
+            ..Output::default()
         }
     }
 }

@@ -13,8 +13,14 @@ use serde::{Deserialize, Serialize};
 const JOINTS: usize = 3;
 /// Longest part of a substep, s: a twentieth of the fastest usual mode's period.
 const PART: f64 = 5e-5;
+/// Rate up to which a motor that has just been let go does not count as brought to rest, rad/s.
+const AT_REST: f64 = 1e-11;
 /// Damping ratio of motor against gear.
 const DAMPING_RATIO: f64 = 0.1;
+
+/// Which way each motor slips, 1 or −1; 0 while its dry friction holds it. Time stepping
+/// ([`Hdrm::step`](crate::Hdrm::step)) finds it anew in each of its parts.
+pub type Slips = [f64; JOINTS];
 
 /// The drives of the wrist, as the joints feel them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,6 +50,19 @@ pub struct WristState {
     pub(crate) rate: f64,
     /// Mean torque on the joint over the last substep, N·m.
     pub(crate) transmitted: f64,
+}
+
+impl WristState {
+    /// What moves continuously: torque of the motor (N·m), its angle (rad) and rate (rad/s).
+    #[must_use]
+    pub fn moving(&self) -> [f64; 3] {
+        [self.motor, self.angle, self.rate]
+    }
+
+    /// The inverse of [`moving`](Self::moving).
+    pub fn set_moving(&mut self, moving: [f64; 3]) {
+        [self.motor, self.angle, self.rate] = moving;
+    }
 }
 
 impl WristDrive {
@@ -95,6 +114,65 @@ impl WristDrive {
             return 0.0;
         }
         torque
+    }
+
+    /// Torque of gear `i` on its joint at the angle and rate `joint`, rad and rad/s.
+    pub(crate) fn transmitted(&self, i: usize, now: &WristState, joint: [f64; 2]) -> f64 {
+        self.gear(i, now.angle - joint[0], now.rate - joint[1])
+    }
+
+    /// Torque of the motor under a command that is within its limit, N·m; without lag it follows
+    /// at once.
+    fn torque(&self, now: &WristState, command: f64) -> f64 {
+        if self.lag > 0.0 { now.motor } else { command }
+    }
+
+    /// The rates of drive `i`, of whose differential equations [`WristDrive::after`] takes steps.
+    /// A motor that dry friction holds rests.
+    pub(crate) fn rates(&self, i: usize, now: &WristState, command: f64, slip: f64) -> WristState {
+        let left = self.torque(now, command) - now.transmitted - slip * self.friction[i];
+        let rests = slip == 0.0 && self.friction[i] > 0.0;
+        let lags = self.lag > 0.0;
+        WristState {
+            motor: if lags {
+                (command - now.motor) / self.lag
+            } else {
+                0.0
+            },
+            angle: now.rate,
+            rate: if rests { 0.0 } else { left / self.inertia[i] },
+            transmitted: 0.0,
+        }
+    }
+
+    /// How far the motor's lead is out of the play, rad; None where there is none.
+    pub(crate) fn beyond_play(&self, now: &WristState, joint: f64) -> Option<f64> {
+        (self.play > 0.0).then(|| (now.angle - joint).abs() - 0.5 * self.play)
+    }
+
+    /// What dry friction has in hand while it holds motor `i`, N·m, or how fast the motor slips its
+    /// way, rad/s; None without friction.
+    pub(crate) fn grip(&self, i: usize, now: &WristState, command: f64, slip: f64) -> Option<f64> {
+        let net = self.torque(now, command) - now.transmitted;
+        (self.friction[i] > 0.0).then(|| match slip {
+            0.0 => self.friction[i] - net.abs(),
+            _ => slip * now.rate + AT_REST,
+        })
+    }
+
+    /// Which way motor `i` slips from here on: as it did, until it comes to rest; from rest, where
+    /// more pulls at it than its dry friction holds.
+    pub(crate) fn grips(&self, i: usize, now: &mut WristState, command: f64, slip: f64) -> f64 {
+        if self.friction[i] == 0.0 || slip * now.rate > 0.0 {
+            return slip;
+        }
+        now.rate = 0.0;
+        let net = self.torque(now, command) - now.transmitted;
+        if net.abs() >= self.friction[i] {
+            net.signum()
+        } else {
+            0.0
+        }
     }
 
     /// Drive `i` a time `dt`, s, after `from`, commanded `command`, N·m, which saturates at

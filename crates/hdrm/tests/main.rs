@@ -11,4 +11,5 @@ mod oracle;
 mod overflow;
 mod paper_angles;
 mod printed_forces;
+mod rates;
 mod seeded;

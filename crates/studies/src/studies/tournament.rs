@@ -2,10 +2,10 @@
 //! machines, and one report on others.
 //!
 //! The gains of a law are tuned as factors on what is shipped, each from an eighth to eight times:
-//! first what is shipped, then evenly spread points, then points around the best so far. The cost of
-//! gains is the median plus the worst known error over the tuning machines and paths. A run that is
-//! not kept makes it infinite, and the rest of them is left out; so it is of gains that are found to
-//! be behind the best so far.
+//! what is shipped and evenly spread points by successive halving, then points around the best so
+//! far. The cost of gains is the median plus the worst known error over the tuning machines and
+//! paths. A run that is not kept makes it infinite, and the rest of them is left out; so it is of
+//! gains that are found to be behind the best so far.
 
 use anyhow::{Context, Result};
 use cosim::master::start_value;
@@ -35,11 +35,13 @@ const SPREAD: f64 = 0.5;
 /// by what it shrinks over the rest of the budget.
 const STEP: f64 = 0.3;
 const SHRINKS: f64 = 0.2;
-/// Tuning runs that are made at once; a candidate ends after so many, from the third time on, where
-/// its cost is by this factor larger than that of the best one on the same runs.
-const CHUNK: usize = 2;
-const LEAD: usize = 3 * CHUNK;
-const BEHIND: f64 = 1.1;
+/// Machines on which the spread candidates are compared before all of them; from each of these
+/// rounds one of so many goes on.
+const ROUNDS: [usize; 2] = [1, 3];
+const ONE_OF: usize = 3;
+/// A candidate around the best one ends after a machine up to which its cost is by this factor
+/// larger than that of the best one.
+const BEHIND: f64 = 1.2;
 
 const TIP: &[&str] = &["Lambda_position"];
 const TURN: &[&str] = &["Lambda_orientation"];
@@ -138,6 +140,15 @@ struct Player<'a> {
     is_identified: bool,
 }
 
+/// Gains that are tried.
+struct Candidate {
+    k: u64,
+    /// Factor of each gain, as [`candidate`] gives it.
+    logs: Vec<f64>,
+    /// Errors on the runs so far, m.
+    errors: Vec<f64>,
+}
+
 impl Arena<'_> {
     fn experiment(&self, law: &[Setting], case: &Case, path: &str) -> Result<Experiment> {
         let path = following(self.system, path)?;
@@ -193,32 +204,28 @@ impl Arena<'_> {
         Ok((gains, settings))
     }
 
-    /// Known errors over cases and paths, m, and whether all that were run were kept; without the
-    /// rest as soon as a run is not kept, or as the errors of `best` are found to be less.
+    /// Known errors over cases and paths, m: none where a run is not kept, fewer where the errors of
+    /// `best` are found to be less, each without the rest.
     fn errors(
         &self,
         name: &str,
         player: Player,
         cases: &[Case],
         best: &[f64],
-    ) -> Result<(Option<Vec<f64>>, bool)> {
+    ) -> Result<Option<Vec<f64>>> {
         let mut errors = Vec::new();
-        // As many at once as there are cores, so that little is run in vain.
-        let runs: Vec<(&Case, &str)> = (cases.iter())
-            .flat_map(|case| TUNING_PATHS.map(|path| (case, path)))
-            .collect();
-        for chunk in runs.chunks(CHUNK) {
-            let one = |(case, path): &(&Case, &str)| self.trial(name, player, case, path);
-            let trials: Vec<Trial> = chunk.par_iter().map(one).collect::<Result<_>>()?;
+        for case in cases {
+            let one = |path: &&str| self.trial(name, player, case, path);
+            let trials: Vec<Trial> = TUNING_PATHS.par_iter().map(one).collect::<Result<_>>()?;
             if trials.iter().any(|trial| trial.fate != Fate::Kept) {
-                return Ok((None, false));
+                return Ok(None);
             }
             errors.extend(trials.iter().map(Trial::cost));
             if is_behind(&errors, best) {
-                return Ok((None, true));
+                break;
             }
         }
-        Ok((Some(errors), true))
+        Ok(Some(errors))
     }
 
     /// Tunes `contestant` with `budget` candidates on `cases`; `done` is called after each.
@@ -232,40 +239,61 @@ impl Arena<'_> {
         budget: u64,
         done: impl Fn(),
     ) -> Result<Tuned> {
-        let mut best: Option<(Vec<f64>, Vec<f64>)> = None;
-        let (mut kept, all) = (0, usize::try_from(budget)?);
-        for k in 0..budget {
-            let logs = candidate(
-                contestant.gains.len(),
-                k,
-                budget,
-                best.as_ref().map(|b| &b.1[..]),
-            );
-            let (_, law) = self.gains(contestant, &logs)?;
-            let name = format!("tune {} {k}", contestant.name);
+        let candidate = |k: u64, best: Option<&[f64]>| Candidate {
+            k,
+            logs: candidate(contestant.gains.len(), k, budget, best),
+            errors: Vec::new(),
+        };
+        let mut kept = usize::try_from(budget)?;
+        let mut judged = |of: Candidate, cases: &[Case], best: &[f64]| {
+            let (_, law) = self.gains(contestant, &of.logs)?;
+            let name = format!("tune {} {}", contestant.name, of.k);
             let player = Player {
                 settings: &law,
                 is_identified: contestant.is_identified,
             };
-            let of_best = best.as_ref().map_or(&[][..], |(errors, _)| errors);
-            let (errors, is_kept) = self.errors(&name, player, cases, of_best)?;
-            kept += usize::from(is_kept);
-            if let Some(errors) = errors
-                && (of_best.is_empty() || cost(&errors) < cost(of_best))
+            let errors = self.errors(&name, player, cases, best)?;
+            kept -= usize::from(errors.is_none());
+            anyhow::Ok(errors.map(|errors| Candidate { errors, ..of }))
+        };
+        let mut field: Vec<_> = (0..spread(budget)).map(|k| candidate(k, None)).collect();
+        let mut wanted = field.len();
+        for machines in [ROUNDS[0], ROUNDS[1], cases.len()] {
+            let mut ranked = Vec::new();
+            for of in field {
+                let is_new = of.errors.is_empty();
+                if ranked.len() < wanted {
+                    ranked.extend(judged(of, &cases[..machines.min(cases.len())], &[])?);
+                }
+                if is_new {
+                    done();
+                }
+            }
+            ranked.sort_by(|a, b| cost(&a.errors).total_cmp(&cost(&b.errors)));
+            wanted = ranked.len().div_ceil(ONE_OF);
+            field = ranked;
+        }
+        let mut best = field.into_iter().next();
+        for k in spread(budget)..budget {
+            let next = candidate(k, best.as_ref().map(|best| &best.logs[..]));
+            let of_best = best.as_ref().map_or(&[][..], |best| &best.errors);
+            let found = judged(next, cases, of_best)?;
+            if let Some(found) = found.filter(|found| found.errors.len() >= of_best.len())
+                && (of_best.is_empty() || cost(&found.errors) < cost(of_best))
             {
-                best = Some((errors, logs));
+                best = Some(found);
             }
             done();
         }
-        let cost = best.as_ref().map(|(errors, _)| cost(errors));
-        let logs = best.map_or(vec![0.0; contestant.gains.len()], |(_, logs)| logs);
+        let cost = best.as_ref().map(|best| cost(&best.errors));
+        let logs = best.map_or(vec![0.0; contestant.gains.len()], |best| best.logs);
         let (gains, law_settings) = self.gains(contestant, &logs)?;
         Ok(Tuned {
             law: contestant.name.into(),
             gains,
             cost,
             kept,
-            tried: all,
+            tried: usize::try_from(budget)?,
             law_settings,
             is_identified: contestant.is_identified,
         })
@@ -308,7 +336,12 @@ fn cost(errors: &[f64]) -> f64 {
 /// Whether errors are clearly worse than those of the best on the same runs.
 fn is_behind(errors: &[f64], best: &[f64]) -> bool {
     let of_best = best.get(..errors.len());
-    errors.len() >= LEAD && of_best.is_some_and(|best| cost(errors) > BEHIND * cost(best))
+    of_best.is_some_and(|best| cost(errors) > BEHIND * cost(best))
+}
+
+/// How many candidates of `budget` are spread evenly.
+fn spread(budget: u64) -> u64 {
+    (SPREAD * budget as f64).ceil() as u64
 }
 
 /// Candidate `k` of `budget`: a logarithm between −1 and 1 for each gain. The first is what is
@@ -318,8 +351,7 @@ fn candidate(gains: usize, k: u64, budget: u64, best: Option<&[f64]>) -> Vec<f64
     if k == 0 {
         return vec![0.0; gains];
     }
-    let spread = (SPREAD * budget as f64).ceil();
-    let number = k as f64;
+    let (spread, number) = (spread(budget) as f64, k as f64);
     if let (Some(best), true) = (best, number >= spread) {
         let rest = (number - spread) / (budget as f64 - spread).max(1.0);
         let step = STEP * SHRINKS.powf(rest);
@@ -400,15 +432,15 @@ mod tests {
         }
     }
 
-    /// Behind is who has more than 1.1 times the cost of the best on the same runs, from the sixth
-    /// on; nobody is behind where nothing is known of a best one.
+    /// Behind is who has more than 1.2 times the cost of the best on the same runs; nobody is behind
+    /// where nothing is known of a best one.
     #[test]
     fn a_candidate_that_is_behind_ends_early() {
         let best = [1.0, 3.0, 2.0, 1.0, 1.0, 1.0, 9.0, 9.0];
         assert!((cost(&best[..4]) - 4.5).abs() < 1e-12);
-        let worse = best.map(|error| 1.11 * error);
-        assert!(is_behind(&worse[..6], &best) && !is_behind(&worse[..5], &best));
-        assert!(!is_behind(&worse, &[]) && !is_behind(&best, &best));
+        let [near, far] = [1.19, 1.21].map(|factor| best.map(|error| factor * error));
+        assert!(is_behind(&far[..2], &best) && !is_behind(&near[..2], &best));
+        assert!(!is_behind(&far, &[]) && !is_behind(&best, &best));
     }
 
     /// What is shipped comes first; a fifth of the evenly spread points, 10 of 50, lies in each fifth

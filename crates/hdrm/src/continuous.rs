@@ -1,0 +1,94 @@
+//! The equations for an integrator that is not ours: rates of the state, where something begins or
+//! ends, and the modes that follow.
+
+use crate::DOF;
+use crate::input::Input;
+use crate::plant::{Dynamics, Hdrm};
+use crate::saturate::saturate;
+use crate::state::State;
+use crate::wrist_drive::Slips;
+
+/// End stops, the plane, gears and dry friction of the wrist's drives.
+pub const INDICATORS: usize = DOF + 1 + 2 * 3;
+
+/// Of an event that cannot happen.
+const NEVER: f64 = 1.0;
+
+impl Hdrm {
+    /// The time derivative of the state, per s, under the input, where `slips` tells which motors
+    /// of the wrist slip. The energy of the load changes with loads only.
+    #[must_use]
+    pub fn derivative(&self, now: &Dynamics, input: &Input, slips: &Slips) -> State {
+        let mut rates = State {
+            zeta: now.state.zeta_dot,
+            zeta_dot: self.acceleration(now, input).into(),
+            contact_loss: self.contact_force(now).dissipation,
+            ..State::default()
+        };
+        if let Some(drive) = &self.wrist {
+            for (i, rate) in rates.wrist.iter_mut().enumerate() {
+                *rate = drive.rates(
+                    i,
+                    &now.state.wrist[i],
+                    self.wrist_command(input, i),
+                    slips[i],
+                );
+            }
+        }
+        rates
+    }
+
+    /// Where something happens: at each number that changes sign. Distances of slew, lift and tilt
+    /// (m) and of the wrist (rad) from their nearer end stop, and of the tip from the plane (m),
+    /// all positive in free motion; of each gear of the wrist how far it is out of its play (rad);
+    /// and of each of its motors by how much torque it sticks (N·m), or how fast it slips (rad/s).
+    #[must_use]
+    pub fn indicators(&self, now: &Dynamics, input: &Input, slips: &Slips) -> [f64; INDICATORS] {
+        let mut z = [NEVER; INDICATORS];
+        let State { zeta, wrist, .. } = &now.state;
+        for (i, z) in z[..DOF].iter_mut().enumerate() {
+            *z = self.stops[i].distance(now.strokes.get(i).map_or(zeta[i], |stroke| stroke.x));
+        }
+        if let Some(plane) = &self.plane {
+            z[DOF] = plane.height(&now.frame.tip_motion(&now.state.zeta_dot).0);
+        }
+        if let Some(drive) = &self.wrist {
+            for i in 0..3 {
+                let (state, joint) = (&wrist[i], zeta[3 + i]);
+                z[DOF + 1 + i] = drive.beyond_play(state, joint).unwrap_or(NEVER);
+                let command = self.wrist_command(input, i);
+                z[DOF + 4 + i] = drive.grip(i, state, command, slips[i]).unwrap_or(NEVER);
+            }
+        }
+        z
+    }
+
+    /// What the gears of the wrist transmit in this state.
+    #[must_use]
+    pub fn geared(&self, mut state: State) -> State {
+        if let Some(drive) = &self.wrist {
+            for i in 0..3 {
+                let joint = [state.zeta[3 + i], state.zeta_dot[3 + i]];
+                state.wrist[i].transmitted = drive.transmitted(i, &state.wrist[i], joint);
+            }
+        }
+        state
+    }
+
+    /// Which motors of the wrist slip from here on, and the state, in which the others rest.
+    #[must_use]
+    pub fn gripped(&self, state: State, input: &Input, slips: &Slips) -> (State, Slips) {
+        let (mut state, mut slips) = (self.geared(state), *slips);
+        if let Some(drive) = &self.wrist {
+            for i in 0..3 {
+                let command = self.wrist_command(input, i);
+                slips[i] = drive.grips(i, &mut state.wrist[i], command, slips[i]);
+            }
+        }
+        (self.geared(state), slips)
+    }
+
+    fn wrist_command(&self, input: &Input, i: usize) -> f64 {
+        saturate(input.tau_wrist[i], self.tau_wrist_max[i])
+    }
+}
