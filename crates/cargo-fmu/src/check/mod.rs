@@ -125,7 +125,10 @@ fn described(
         wasm::check(entries, &structure::identifiers(root), report);
     }
     match runnable(text, root, entries) {
-        Ok(version) => runs(entries, checker, version, report)?,
+        Ok(version) => {
+            let has_exchange = root.child("ModelExchange").is_some();
+            runs(entries, checker, (version, has_exchange), report)?;
+        }
         Err(reason) => report.push("simulation", RUNS, Outcome::not_checked(reason)),
     }
     Ok(())
@@ -175,13 +178,19 @@ fn runnable(text: &str, root: Element, entries: &Entries) -> Result<Version, Str
     Ok(version)
 }
 
-fn runs(entries: &Entries, checker: Checker, version: Version, report: &mut Report) -> Result<()> {
+/// `kind` is the version, and whether there is Model Exchange.
+fn runs(
+    entries: &Entries,
+    checker: Checker,
+    kind: (Version, bool),
+    report: &mut Report,
+) -> Result<()> {
     let scratch = TempDir::with_prefix("cargo-fmu-")?;
     let [plain, odd] = ["fmu", "an ü in it"].map(|name| scratch.path().join(name));
     for folder in [&plain, &odd] {
         unpack(entries, folder)?;
     }
-    run::all(checker, version, [&plain, &odd], scratch.path(), report)
+    run::all(checker, kind, [&plain, &odd], scratch.path(), report)
 }
 
 fn unpack(entries: &Entries, folder: &Path) -> Result<()> {

@@ -7,10 +7,10 @@ use super::enumeration::Enumeration;
 use super::error::ModelError;
 use super::info::Info;
 use super::input::InputPolynomial;
+use super::length::{Length, Resize};
 use super::log::Log;
 use super::place::{Place, Write};
 use super::room::Room;
-use super::sizes::{Length, Resize, zero};
 use super::step_end::StepEnd;
 use super::unit::Unit;
 use serde::{Serialize, de::DeserializeOwned};
@@ -277,4 +277,29 @@ fn adjoint_by_columns<M: Model>(
             .sum();
     }
     Ok(adjoint)
+}
+
+/// Inputs that are zero, with vectors as long as those of `like`.
+pub(crate) fn zero<M: Model>(like: &M::Input) -> M::Input {
+    let mut zero = M::Input::default();
+    for row in M::variables() {
+        let Some(Resize::Input(resize)) = row.resize else {
+            continue;
+        };
+        match &row.place {
+            Place::RealIn(place) => {
+                resize(&mut zero, place.len(like));
+                place.slice_mut(&mut zero).fill(0.0);
+            }
+            Place::IntegerIn(place) => resize(&mut zero, place.len(like)),
+            Place::BooleanIn(place) => resize(&mut zero, place.len(like)),
+            _ => {}
+        }
+    }
+    zero
+}
+
+/// As many of them as there are derivatives.
+pub(crate) fn zeros<M: Model>(like: &M::Input) -> [M::Input; crate::MAX_INPUT_DERIVATIVE] {
+    std::array::from_fn(|_| zero::<M>(like))
 }

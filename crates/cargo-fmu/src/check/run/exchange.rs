@@ -12,22 +12,20 @@ use crate::fmi::instance::{Instance, Manner};
 use crate::fmi::order::Mode;
 use crate::fmi::symbols::Pointer;
 
+/// Heading of what is for Model Exchange.
+pub(super) const AREA: &str = "model exchange";
 /// Steps of the integrator.
 const STEPS: usize = 200;
 
 trials! {
     "model exchange" {
-        opened integrate.unless(only_stepped):
+        opened integrate:
             "an importer integrates it, handles its events, and finds derivatives and states as variables too",
             "tools with a solver of their own take this interface";
-        opened repeat.unless(only_stepped):
+        opened repeat.if_claimed(|c| c.saves_state):
             "a state that is set again leads to the same future in Model Exchange, bit for bit",
             "solvers go back, and do not expect memory in the equations";
     }
-}
-
-fn only_stepped(fmu: &Fmu) -> Option<&'static str> {
-    (!fmu.description.model_exchange).then_some("the FMU does not offer Model Exchange")
 }
 
 /// An instance that is integrated.
@@ -237,10 +235,6 @@ fn integrate(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
 }
 
 fn repeat(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
-    if !fmu.description.capabilities.saves_state {
-        outcome.not_checked = Some("the FMU does not claim to save states".into());
-        return Ok(());
-    }
     let mut model = Integrated::started(fmu, "repeated")?;
     let h = length(fmu);
     model.step(h)?;

@@ -64,11 +64,11 @@ struct Answer {
     printed: Option<String>,
 }
 
-/// Try the promises of its version on the FMU whose files lie in these folders: all of them, or
+/// Try the promises of its version and interfaces on the FMU whose files lie in these folders: all of them, or
 /// those that are wanted.
 pub fn all(
     checker: Checker,
-    version: Version,
+    (version, has_exchange): (Version, bool),
     [plain, odd]: [&Path; 2],
     scratch: &Path,
     report: &mut Report,
@@ -79,7 +79,10 @@ pub fn all(
     let mut longest = LONGEST;
     // What the first steps failed of: the rest fails of it, too.
     let mut known: Vec<String> = Vec::new();
-    for trial in trials().filter(|t| t.version.is_none_or(|v| v == version)) {
+    let is_of_it = |t: &&Trial| {
+        t.version.is_none_or(|v| v == version) && (has_exchange || t.area != exchange::AREA)
+    };
+    for trial in trials().filter(is_of_it) {
         let is_wanted = trial.promise.text.contains(checker.only);
         if !is_wanted && !listens {
             continue;

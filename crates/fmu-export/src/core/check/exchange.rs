@@ -7,9 +7,9 @@ use super::trial::{Trial, output};
 use crate::core::continuous::ModelExchange;
 use crate::core::derivatives::ROOT_OF_EPSILON;
 use crate::core::layout::{Element, Layout};
-use crate::core::model::{Variable, real_outputs};
+use crate::core::model::{Variable, real_outputs, zero};
 use crate::core::place::Place;
-use crate::core::sizes::{self, zero};
+use crate::core::sizes;
 use crate::core::value::Value;
 use crate::{Evaluation, Model, ModelError};
 
