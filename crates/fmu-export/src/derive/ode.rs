@@ -4,6 +4,7 @@ use super::shape::{SolverName, solver};
 use super::{Input, Name, Output, Parameters, Path};
 use crate::core::room::{Room, solve};
 use crate::core::sizes::{self, fitted};
+use crate::solver::Solver;
 use crate::{
     Continuous, Event, Info, InputPolynomial, Model, ModelError, ModelExchange, StepEnd, Variable,
 };
