@@ -107,8 +107,8 @@ mod tests {
     use super::*;
 
     /// Oracle: the product of the matrix and a known solution. Numbers of a fixed sequence, some
-    /// diagonals zero so that rows must be swapped. Backward stable: the residual of the solution is
-    /// some n ε of the largest product of |A| |x|.
+    /// diagonals zero so that rows must be swapped. Backward stable: the residual of the solution
+    /// is some n ε of the largest product of |A| |x|.
     #[test]
     fn the_solution_gives_back_the_right_side() {
         for (n, lower, upper) in [
