@@ -1,10 +1,10 @@
 //! Sizes of an instance: they are set before initialization, and a saved state may bring others.
 
-use super::exchange::Exchange;
 use super::fault::Fault;
 use super::instance::Instance;
 use super::layout::Layout;
 use super::phase::Phase;
+use super::rates::Rates;
 use super::sizes::{fit, sizes};
 use super::state::State;
 use super::value::Value;
@@ -59,7 +59,7 @@ impl<M: Model> Instance<M> {
         }
         fit::<M>(&mut start, &mut u, &mut self.output, None);
         self.start = start;
-        self.exchange = Exchange::default();
+        self.exchange = Rates::default();
         self.room.forget();
         self.layout = Layout::new(&self.state.parameters, &self.state.input.value);
     }

@@ -4,10 +4,10 @@
 //! A long row, and one in a vector, counts as one: its number is `r` whatever its length is, and its
 //! elements have numbers far above all others, `(r + 1) << 20` and on.
 
-use super::continuous::ModelExchange;
 use super::copied::copied;
 use super::fault::Fault;
 use super::length::{LONGEST, MOST_COUNTED, Resize, SHIFT};
+use super::model::ModelExchange;
 use super::model::{Model, Variable, zero};
 use super::place::Place;
 use std::ops::Range;

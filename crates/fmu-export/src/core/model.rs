@@ -1,10 +1,10 @@
 //! What a model implements, and what a row of its table of variables holds.
 
 use super::causality::{Causality, Dependencies};
-use super::continuous::ModelExchange;
 use super::copied::copied;
 use super::enumeration::Enumeration;
 use super::error::ModelError;
+use super::event::Event;
 use super::info::Info;
 use super::input::InputPolynomial;
 use super::length::{Length, Resize};
@@ -47,7 +47,7 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
     const INFO: Info;
 
     /// The equations of a model that is exported for Model Exchange too:
-    /// [`ModelExchange::of`]`()`, which is those of [`Continuous`](super::continuous::Continuous).
+    /// [`ModelExchange::of`]`()`, which is those of [`Continuous`](crate::Continuous).
     const MODEL_EXCHANGE: Option<ModelExchange<Self>> = None;
 
     /// The table of variables: the single source of value references, get and set, and
@@ -232,6 +232,54 @@ pub struct Variable<M: Model> {
 }
 
 copied! { [M: Model] Variable<M>; }
+
+/// The equations of a model for Model Exchange: those of [`Continuous`](crate::Continuous).
+pub struct ModelExchange<M: Model> {
+    pub(crate) derivatives: fn() -> &'static [Variable<M>],
+    pub(crate) indicators: &'static [Variable<M>],
+    pub(crate) states: fn(&M, &mut [f64]),
+    pub(crate) set_states: fn(&mut M, &[f64]),
+    pub(crate) differentiate: Equations<M, M>,
+    pub(crate) indicate: Equations<M, [f64]>,
+    pub(crate) event: Change<M, Event>,
+    pub(crate) completed_step: Change<M, bool>,
+    pub(crate) directional: Option<Directional<M>>,
+}
+
+/// Parameters, inputs, evaluation and time, and where the result goes.
+type Equations<M, X> = fn(
+    &M,
+    &<M as Model>::Parameters,
+    &<M as Model>::Input,
+    &<M as Model>::Evaluation,
+    f64,
+    &mut X,
+) -> Result<(), ModelError>;
+
+/// Parameters, inputs and time.
+type Change<M, T> =
+    fn(&mut M, &<M as Model>::Parameters, &<M as Model>::Input, f64) -> Result<T, ModelError>;
+
+/// [`Continuous::directional`](crate::Continuous::directional).
+type Directional<M> = fn(
+    &M,
+    &<M as Model>::Parameters,
+    &<M as Model>::Input,
+    &<M as Model>::Evaluation,
+    f64,
+    (&M, &<M as Model>::Input),
+    &mut M,
+    &mut <M as Model>::Output,
+) -> Result<(), ModelError>;
+
+copied! { [M: Model] ModelExchange<M>; }
+
+impl<M: Model> ModelExchange<M> {
+    /// The rows behind the table.
+    pub(crate) fn rows() -> impl Iterator<Item = &'static Variable<M>> {
+        (M::MODEL_EXCHANGE.into_iter()).flat_map(|x| (x.derivatives)().iter().chain(x.indicators))
+    }
+}
 
 /// Every element of the Real outputs and local variables, in order.
 pub(crate) fn real_outputs<M: Model>(y: &M::Output) -> impl Iterator<Item = f64> {

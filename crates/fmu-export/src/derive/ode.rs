@@ -2,8 +2,9 @@
 
 use super::shape::{SolverName, solver};
 use super::{Input, Name, Output, Parameters, Path};
-use crate::core::room::{Room, solve};
+use crate::core::room::Room;
 use crate::core::sizes::{self, fitted};
+use crate::core::solving::solve;
 use crate::solver::Solver;
 use crate::{
     Continuous, Event, Info, InputPolynomial, Model, ModelError, ModelExchange, StepEnd, Variable,
@@ -44,7 +45,8 @@ pub trait State: Vector + Clone + Default + Serialize + DeserializeOwned + Send 
     where
         Self: Model;
 
-    /// A row for the derivative of each continuous state of a model for Model Exchange.
+    /// A row for the derivative of each continuous state of a model for Model Exchange or with a
+    /// solver of its own.
     fn derivatives() -> &'static [Variable<Self>]
     where
         Self: Model;
