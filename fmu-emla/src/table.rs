@@ -51,7 +51,7 @@ const FORCE: &[&str] = &["x", "x_dot", "theta_m", "w_m", "x_free", "x_free_dot"]
 const VOLTAGE: &[&str] = &["v_d", "v_q", "v_dc", "enable"];
 const POWER: &[&str] = joined!(VOLTAGE, TORQUE);
 const EFFICIENCY: &[&str] = joined!(DRIVE_ON, TORQUE, &["T_winding"]);
-const STORED: &[&str] = joined!(FORCE, &["i_d", "i_q"]);
+const STORED: &[&str] = &["x", "i_d", "i_q", "theta_m", "w_m", "x_free", "x_free_dot"];
 const MECHANICAL: &[&str] = joined!(&["brake", "i_d", "i_q", "T_housing"], FORCE);
 const LOSSES: &[&str] = joined!(DRIVE_ON, MECHANICAL, &["T_winding"]);
 /// What losses follow from at the start.

@@ -3,6 +3,7 @@
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
 use crate::instant::Instant;
+use crate::maps;
 use std::f64::consts::FRAC_2_PI;
 
 /// Losses by kind, W. Their [`Losses::total`] closes the balance
@@ -63,7 +64,7 @@ impl Losses {
 }
 
 /// Iron loss per squared flux linkage at electrical speed `w_e`, W/Wb², and its derivative by
-/// `w_e`.
+/// `w_e`; at rest, where it has a kink, the mean of both sides.
 pub(crate) fn core_loss(p: &machine::Emla, w_e: f64) -> (f64, f64) {
     let Some(machine::CoreLosses { k_h, k_e }) = p.core else {
         return (0.0, 0.0);
@@ -71,7 +72,7 @@ pub(crate) fn core_loss(p: &machine::Emla, w_e: f64) -> (f64, f64) {
     let size = w_e.abs();
     (
         (k_h + k_e * size) * size,
-        (k_h + 2.0 * k_e * size) * w_e.signum(),
+        (k_h + 2.0 * k_e * size) * maps::sign(w_e),
     )
 }
 

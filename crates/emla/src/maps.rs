@@ -103,7 +103,7 @@ fn gear_factor_parts(p: &Emla) -> (f64, f64) {
 }
 
 /// Sign with sign(0) = 0 (`f64::signum` gives 1 there).
-fn sign(value: f64) -> f64 {
+pub(crate) fn sign(value: f64) -> f64 {
     if value == 0.0 { 0.0 } else { value.signum() }
 }
 
