@@ -91,7 +91,7 @@ def test_a_release_has_archives_single_files_and_checksums(handed_out, tmp_path)
     sums = dict(reversed(line.split("  ")) for line in made.pop("SHA256SUMS").decode().splitlines())
     assert sums == {name: hashlib.sha256(data).hexdigest() for name, data in made.items()}
     with tarfile.open(tmp_path / "one/hdrm-fmu-0.1.0.tar.gz") as archive:
-        assert archive.getmember("hdrm-fmu-0.1.0/linux64/cosim").mode == 0o755 and len(archive.getnames()) == 9
+        assert archive.getmember("hdrm-fmu-0.1.0/linux64/cosim").mode == 0o755 and len(archive.getnames()) == 10
     with zipfile.ZipFile(tmp_path / "one/hdrm-fmu-0.1.0-win64.zip") as archive:
         assert not any(name.split("/")[1] in ("linux64", "aarch64-linux", "python") for name in archive.namelist())
 

@@ -282,6 +282,7 @@ pub fn write(picture: &impl Picture, file: &Path, size: (u32, u32)) -> Result<()
         let out = BufWriter::new(File::create(file).map_err(|e| failed(&e))?);
         let mut encoder = png::Encoder::new(out, size.0, size.1);
         encoder.set_color(png::ColorType::Rgb);
+        encoder.set_filter(png::Filter::NoFilter); // smaller, of drawings
         let written = (encoder.write_header()).and_then(|mut out| out.write_image_data(&pixels));
         return written.map_err(|e| failed(&e));
     }

@@ -62,7 +62,7 @@ fn misplaced(key: &str, field: &Field, role: Role) -> Option<String> {
             of("a parameter that is no text")
         }
         "len" if !matches!(field.shape, Shape::Vector) => {
-            of("a Vec, since an array has its length in its type,")
+            Some("only a Vec has it; an array has its length in its type".to_owned())
         }
         "structural"
             if role != Role::Parameter

@@ -198,7 +198,8 @@ fn whole(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
     });
     let exchange = model.model_exchange;
     let states = quote!(&[<#ident as __fmu::Rows<#ident, __fmu::SeenState<#ident>>>::ROWS]);
-    let derivatives = match exchange {
+    // Solvers with a tolerance read them, too.
+    let derivatives = match exchange || model.solver.is_some() {
         true => quote! {
             const STATES: &[::fmu_export::Variable<#ident>] =
                 &__fmu::assemble::<#ident, { __fmu::count::<#ident>(#states) }>(#states);

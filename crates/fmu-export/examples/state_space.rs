@@ -1,5 +1,7 @@
 //! A linear system of any size, as the Reference-FMUs have it: sizes are structural parameters.
 
+#![allow(non_snake_case)] // matrices
+
 use fmu_export::prelude::*;
 
 #[derive(Parameters)]
@@ -14,7 +16,7 @@ struct Parameters {
     #[fmu(structural, start = 3, min = 1, max = 1000)]
     r: i32,
     /// State matrix
-    #[fmu(unit = "1/s", start = if i % (n.isqrt() + 1) == 0 { 1.0 } else { 0.0 }, len = (p.n, p.n))]
+    #[fmu(unit = "1/s", start = if i.is_multiple_of(n.isqrt() + 1) { 1.0 } else { 0.0 }, len = (p.n, p.n))]
     A: Vec<f64>,
     /// Input matrix
     #[fmu(unit = "1/s", len = (p.n, p.m), start = 0.0)]

@@ -115,20 +115,21 @@ mod wasm;
 pub use core::carried::{Carried, Counted};
 pub use core::causality::{ALL_PARAMETERS, NO_STATES};
 pub use core::check::check;
-pub use core::continuous::{Continuous, Event, ModelExchange};
+pub use core::continuous::Continuous;
 pub use core::enumeration::{Enumeration, Items};
 pub use core::error::ModelError;
+pub use core::event::Event;
 pub use core::info::{File, Info, MadeFile, Terminal};
 pub use core::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
 #[doc(hidden)]
 pub use core::joined::{join, total};
+pub use core::length::{Length, Resize};
 pub use core::log::Log;
 pub use core::message::Level;
-pub use core::model::{Evaluation, Model, SetString, Variable};
+pub use core::model::{Evaluation, Model, ModelExchange, SetString, Variable};
 pub use core::parameter_file::{read_parameter_file, read_placed_file};
 #[doc(hidden)]
 pub use core::sizes::fitted;
-pub use core::sizes::{Length, Resize};
 pub use core::step_end::StepEnd;
 pub use core::unit::{DisplayUnit, Unit};
 pub use core::units::KNOWN_UNITS;

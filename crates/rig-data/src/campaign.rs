@@ -39,14 +39,12 @@ const TRAINED_AT: [f64; 4] = [278.0, 298.0, 328.0, 358.0];
 const HELD_OUT_AT: [f64; 5] = [288.0, 313.0, 343.0, 303.0, 328.0];
 
 /// The profiles to train on.
-#[must_use]
 pub fn training_profiles(count: u32, seconds: f64, seed: u64) -> Vec<Profile> {
     profiles(&TRAINING, &TRAINED_AT, count, seconds, seed)
 }
 
 /// Profiles that nothing was trained on, of each kind in turn; their seeds lie beyond those of any
 /// campaign.
-#[must_use]
 pub fn held_out_profiles(count: u32, seconds: f64, seed: u64) -> Vec<Profile> {
     profiles(&HELD_OUT, &HELD_OUT_AT, count, seconds, seed ^ (1 << 40))
 }
@@ -79,7 +77,6 @@ pub fn measure(
 
 /// Compliance between nut and rod by a campaign's own data, m/N: the least squares of `travel·w_m −
 /// ẋ = c Ḟ`.
-#[must_use]
 pub fn compliance(p: &Emla, campaign: &[Vec<Window>]) -> f64 {
     let travel = maps::travel_per_radian(p);
     let all = || campaign.iter().flatten();
@@ -92,7 +89,6 @@ pub fn compliance(p: &Emla, campaign: &[Vec<Window>]) -> f64 {
 /// Rows of a campaign, and the number of each one's profile. Their torque is that of the magnets of `p`.
 /// The rod's speed is that of the nut: what the change of the force bends on the way is added, so
 /// that rows of changing and of steady loads lie on one map.
-#[must_use]
 pub fn rows(p: &Emla, campaign: &[Vec<Window>]) -> (Vec<Row>, Vec<u32>) {
     let compliance = compliance(p, campaign);
     let row = |w: &Window| Row {
@@ -119,7 +115,6 @@ pub struct Trust {
 
 impl Trust {
     /// Of a campaign; `again` are its first profiles run once more.
-    #[must_use]
     pub fn of(p: &Emla, campaign: &[Vec<Window>], again: &[Vec<Window>]) -> Self {
         let per_torque = 1.0 / maps::travel_per_radian(p);
         let inertia = maps::inertia(p, 1.0);

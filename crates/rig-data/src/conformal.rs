@@ -92,7 +92,6 @@ pub fn points(p: machine::Emla, network: &Surrogate, driven: &[Driven]) -> Resul
 /// mean over the K profiles of their shares of scores below it, with one more profile whose scores
 /// are infinite, reaches [`SHARE`]: Dunn, Wasserman and Ramdas (2023, *Distribution-free prediction
 /// sets for two-layer hierarchical models*), pooling CDFs.
-#[must_use]
 pub fn calibrate(profiles: &[Vec<Point>]) -> EfficiencyBound {
     let profiles: Vec<&[Point]> = profiles
         .iter()
@@ -166,7 +165,6 @@ pub struct Coverage {
 
 impl Coverage {
     /// Of a bound; the windows are drawn with the seed.
-    #[must_use]
     pub fn of(bound: &EfficiencyBound, profiles: &[Vec<Point>], seed: u64) -> Self {
         let profiles: Vec<&[Point]> = profiles
             .iter()
@@ -189,7 +187,6 @@ impl Coverage {
     }
 
     /// The 95 % binomial interval of the share of drawn windows.
-    #[must_use]
     pub fn interval(&self) -> [f64; 2] {
         binomial(self.inside, self.profiles)
     }

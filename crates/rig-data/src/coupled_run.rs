@@ -120,7 +120,6 @@ impl CoupledRun {
     }
 
     /// Names of the signals that it is made of.
-    #[must_use]
     pub fn signals() -> Vec<String> {
         let of_axis = |k: u32| {
             let own = OF_ACTUATOR.map(|signal| format!("emla_{k}.{signal}"));
@@ -133,7 +132,6 @@ impl CoupledRun {
 
     /// Times, s, from `start` on, and what the controller required and what the motor took of the
     /// current of an axis, A.
-    #[must_use]
     pub fn currents(&self, axis: usize, start: f64) -> [&[f64]; 3] {
         let (first, a) = (self.from(start), &self.axes[axis]);
         [&self.time, &a.i_q_required, &a.i_q].map(|course| &course[first..])
@@ -160,7 +158,6 @@ impl CoupledRun {
     }
 
     /// What is true of all axes in windows from `start`, s, on in which the rod moves one way.
-    #[must_use]
     pub fn windows(&self, p: &Emla, start: f64) -> Vec<Truth> {
         let of = |axis| self.windows_of(axis, p, start);
         (0..self.axes.len())
@@ -170,7 +167,6 @@ impl CoupledRun {
     }
 
     /// The same of one axis, each with the time of its middle, s.
-    #[must_use]
     pub fn windows_of(&self, axis: usize, p: &Emla, start: f64) -> Vec<(f64, Truth)> {
         let (first, axis) = (self.from(start), &self.axes[axis]);
         let count = (self.time.len() - first).saturating_sub(1) / SAMPLES;

@@ -85,7 +85,6 @@ impl Row {
 
 /// CSV text of `rows` under a comment that says what they are; `profiles` are the numbers of their
 /// profiles, or none.
-#[must_use]
 pub fn to_csv(rows: &[Row], profiles: &[u32], comment: &str) -> String {
     let names = COLUMNS
         .iter()

@@ -77,7 +77,6 @@ pub struct Sample {
 /// ```
 /// The drive controls the motor to the desired speed over the nut's travel. The electrical losses
 /// count as the winding's.
-#[must_use]
 pub fn simulate(model: &Model, desired: &[Desired], T: f64) -> Vec<Sample> {
     let p = model.params();
     let (travel, inertia) = (maps::travel_per_radian(p), maps::inertia(p, 1.0));
@@ -141,7 +140,6 @@ pub const QUANTITIES: [(&str, f64); 4] = [
 
 impl Errors {
     /// Of a model that knows the temperature at the start, or takes it for the data sheet's.
-    #[must_use]
     pub fn of(model: &Model, driven: &Driven, knows_temperature: bool) -> Self {
         let p = model.params();
         let travel = maps::travel_per_radian(p);
@@ -198,13 +196,11 @@ fn root(errors: &[Errors], places: &[usize], quantity: usize) -> f64 {
 
 /// Root mean square of a quantity's errors over profiles, of [`QUANTITIES`], with its 95 %
 /// interval.
-#[must_use]
 pub fn overall(errors: &[Errors], quantity: usize) -> [f64; 3] {
     bootstrap(errors.len(), |places| root(errors, places, quantity))
 }
 
 /// The same over that of another model on the same profiles, drawn together.
-#[must_use]
 pub fn ratio(errors: &[Errors], other: &[Errors], quantity: usize) -> [f64; 3] {
     bootstrap(errors.len(), |places| {
         root(errors, places, quantity) / root(other, places, quantity)

@@ -27,7 +27,6 @@ pub struct Campaign {
 
 impl Campaign {
     /// Of the windows of each profile.
-    #[must_use]
     pub fn new(measured: &[Vec<Window>]) -> Self {
         let mut profiles: Vec<Range<usize>> = Vec::with_capacity(measured.len());
         for windows in measured {
@@ -63,7 +62,6 @@ impl Identified {
     /// The force at constant speed, `F = F_qs(τ, ω)` with the torque of the magnets found, is fitted
     /// by the motor's Coulomb and viscous friction and the gear's efficiency. Screw and rod have
     /// viscous friction that no row tells from the motor's; it stays nominal.
-    #[must_use]
     pub fn of(p: &Emla, campaign: &Campaign) -> Self {
         let Campaign { windows, profiles } = campaign;
         let sheet = data_sheet(p);
@@ -135,7 +133,6 @@ impl Identified {
     }
 
     /// All parameters with their intervals.
-    #[must_use]
     pub fn text(&self, p: &Emla) -> String {
         let sheet = data_sheet(p);
         let [v, f, o] = [

@@ -32,7 +32,6 @@ impl<const N: usize> Fit<N> {
     ///
     /// # Panics
     /// Rows that do not determine the parameters.
-    #[must_use]
     pub fn new(
         first: [f64; N],
         sizes: [f64; N],

@@ -19,7 +19,6 @@ impl LookUp {
     ///
     /// # Panics
     /// Fewer rows than nodes.
-    #[must_use]
     pub fn new(travel: f64, rows: &[[f64; 3]]) -> Self {
         let rows: Vec<[f64; 3]> = rows
             .iter()
@@ -52,7 +51,6 @@ impl LookUp {
     }
 
     /// Force at constant speed, N.
-    #[must_use]
     pub fn force(&self, tau: f64, w: f64) -> f64 {
         // Over the slowest node the directions change over, as friction does at rest.
         let sign = if w < 0.0 { -1.0 } else { 1.0 };

@@ -70,7 +70,6 @@ impl From<&Truth> for Motion {
 
 impl Model {
     /// The physics of `p` with the share `alpha` of the network.
-    #[must_use]
     pub fn new(p: Emla, network: Surrogate, alpha: f64) -> Self {
         let map = if alpha == 0.0 {
             Map::Physics
@@ -81,21 +80,18 @@ impl Model {
     }
 
     /// The physics of `p` alone.
-    #[must_use]
     pub fn physics(p: Emla) -> Self {
         let map = Map::Physics;
         Self { p, map }
     }
 
     /// A look-up map on the electrical side of `p`.
-    #[must_use]
     pub fn look_up(p: Emla, map: LookUp) -> Self {
         let map = Map::LookUp(Box::new(map));
         Self { p, map }
     }
 
     /// Parameters of its physics.
-    #[must_use]
     pub fn params(&self) -> &Emla {
         &self.p
     }
@@ -103,7 +99,6 @@ impl Model {
     /// Force on the load at constant speed, N. With a network by `[paper]` Eq.
     /// (eq:residual_blending_hat), `F_hyb = F_qs + α (F_net − F_qs)`, the physics of the difference
     /// inside the network's guards.
-    #[must_use]
     pub fn force(&self, tau: f64, w: f64) -> f64 {
         let physics = |tau, w| maps::quasi_static_force(&self.p, tau, w);
         match &self.map {
@@ -118,7 +113,6 @@ impl Model {
 
     /// Torque that gives the force `F` at constant speed: force rises with torque, so the Illinois
     /// variant of false position finds it between ±200 N·m, to 1 mN.
-    #[must_use]
     pub fn torque(&self, F: f64, w: f64) -> f64 {
         let excess = |tau: f64| self.force(tau, w) - F;
         let (mut low, mut high) = ([-200.0, excess(-200.0)], [200.0, excess(200.0)]);
@@ -150,7 +144,6 @@ impl Model {
     /// Power goes out at the nut: what bends on the way to the load stores energy, and loses none.
     /// The efficiency is that of `[paper]` Eq. (eq:dnn_prediction_efficiency) with the torque at
     /// constant speed: the mechanical losses are `τ w − P_out`.
-    #[must_use]
     pub fn demand(&self, m: &Motion) -> Demand {
         let p = &self.p;
         let tau = self.torque(m.F, m.w_m);
@@ -208,7 +201,6 @@ impl Errors {
 }
 
 /// Errors of a model on windows.
-#[must_use]
 pub fn errors(model: &Model, windows: &[Truth]) -> Errors {
     let reference = data_sheet(&model.p).reference;
     let travel = maps::travel_per_radian(&model.p);

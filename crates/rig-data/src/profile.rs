@@ -50,7 +50,6 @@ impl Kind {
     ];
 
     /// Name in tables.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Steps => "steps",
@@ -94,7 +93,6 @@ struct Goal {
 impl Profile {
     /// Desired values from the start to the end, [`SAMPLE`] apart; the first begins at rest in
     /// mid-stroke.
-    #[must_use]
     pub fn desired(&self) -> Vec<Desired> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         let phase: [f64; 4] = std::array::from_fn(|_| TAU * rng.random::<f64>());

@@ -26,7 +26,6 @@ pub fn bootstrap(count: usize, of: impl Fn(&[usize]) -> f64) -> [f64; 3] {
 
 /// The 95 % interval of a share of which `count` of `of` were seen (Clopper and Pearson 1934): the
 /// shares at which as many, or as few, come with 2.5 %.
-#[must_use]
 pub fn binomial(count: usize, of: usize) -> [f64; 2] {
     let at_least = |share: f64| tail(count, of, share);
     let at_most = |share: f64| 1.0 - tail(count + 1, of, share);

@@ -16,7 +16,6 @@ pub struct Panel {
 
 /// Force and rod speed along a held-out profile: the rig against what was asked for, the network
 /// against the rig.
-#[must_use]
 pub fn responses(surrogate: &Surrogate, work: &[Window]) -> [Panel; 4] {
     let of =
         |value: &dyn Fn(&Window) -> f64| work.iter().map(|w| (w.t, value(w))).collect::<Vec<_>>();

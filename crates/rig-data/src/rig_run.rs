@@ -58,7 +58,6 @@ pub fn rig(drive: Drive) -> Result<Rig> {
 
 /// Sensors of a rig: those of the machine, and a rod encoder. Their fixed errors and noise come
 /// from the seed.
-#[must_use]
 pub fn sensors(seed: u64) -> Sensors {
     let mut p = Params {
         seed,

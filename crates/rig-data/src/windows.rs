@@ -47,7 +47,6 @@ pub struct Window {
 
 impl Window {
     /// Measured torque at constant speed with the magnets of `p`, N·m.
-    #[must_use]
     pub fn torque(&self, p: &Emla) -> f64 {
         let Row {
             i_d,
@@ -87,7 +86,6 @@ impl Truth {
     /// `P_out/(P_out + P_loss)` where the motor drives the load (quadrants I and III), `(|P_out| −
     /// P_loss)/|P_out|` where the load drives the motor (II and IV), kept in [0, 1]; none where the
     /// motor stands or has no torque.
-    #[must_use]
     pub fn efficiency(&self) -> Option<f64> {
         let shaft = self.tau_e * self.w_m;
         (shaft != 0.0).then(|| rig::efficiency(self.P_out, self.P_loss, shaft))
@@ -95,13 +93,11 @@ impl Truth {
 }
 
 /// What winding and magnets do with their temperature, by the machine's data sheet.
-#[must_use]
 pub fn data_sheet(p: &Emla) -> Temperature {
     p.temperature.unwrap_or(Temperature::TYPICAL)
 }
 
 /// Flux of the magnets at the temperature `T` of the housing, Wb.
-#[must_use]
 pub fn magnets(p: &Emla, T: f64) -> f64 {
     let Temperature {
         reference, magnet, ..
@@ -110,7 +106,6 @@ pub fn magnets(p: &Emla, T: f64) -> f64 {
 }
 
 /// Resistance of the winding at its temperature `T`, Ω.
-#[must_use]
 pub fn resistance(p: &Emla, T: f64) -> f64 {
     let Temperature {
         reference, copper, ..
@@ -120,7 +115,6 @@ pub fn resistance(p: &Emla, T: f64) -> f64 {
 
 /// Torque at constant speed of measured currents, A, with the magnets at the temperature `T`, K:
 /// less what accelerates the rotor by `w_m_dot`, rad/s².
-#[must_use]
 pub fn steady_torque(p: &Emla, i: [f64; 2], T: f64, w_m_dot: f64) -> f64 {
     let flux = magnets(p, T) + (p.L_d - p.L_q) * i[0];
     1.5 * f64::from(p.p) * flux * i[1] - maps::inertia(p, 1.0) * w_m_dot
@@ -128,7 +122,6 @@ pub fn steady_torque(p: &Emla, i: [f64; 2], T: f64, w_m_dot: f64) -> f64 {
 
 /// Windows in which the encoders of rod and motor move one way, in no quarter slower than
 /// [`SLOWEST`]: where a load that changes bends the structure, the rod moves while the motor stands.
-#[must_use]
 pub fn windows(p: &Emla, run: &[Instant]) -> Vec<Window> {
     let whole = run.len().saturating_sub(2) / SAMPLES;
     let travel = maps::travel_per_radian(p);

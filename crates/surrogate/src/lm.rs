@@ -32,7 +32,6 @@ pub struct Samples {
 impl Samples {
     /// Means of the samples in each of `cells` × `cells` cells of the inputs' range [−1, 1], in the
     /// order of the cells.
-    #[must_use]
     pub fn gathered(&self, cells: u32) -> Self {
         let place = |x: f64| (0.5 * (x + 1.0) * f64::from(cells)) as u32;
         let mut sums: BTreeMap<[u32; 2], ([f64; 4], f64)> = BTreeMap::new();
@@ -51,7 +50,6 @@ impl Samples {
     }
 
     /// `y − target`.
-    #[must_use]
     pub fn residuals(&self, shape: &Shape, weights: &[f64]) -> Vec<[f64; 2]> {
         let y = shape.evaluate(weights, &self.inputs);
         y.iter()
@@ -61,7 +59,6 @@ impl Samples {
     }
 
     /// Mean of the squared residuals of both outputs.
-    #[must_use]
     pub fn mse(&self, shape: &Shape, weights: &[f64]) -> f64 {
         mean_square(&self.residuals(shape, weights))
     }

@@ -30,7 +30,6 @@ pub struct LayerView {
 
 impl Shape {
     /// Layers of these widths, from the inputs to the outputs.
-    #[must_use]
     pub fn new(widths: &[usize]) -> Self {
         let mut starts = vec![0];
         for (k, w) in widths.windows(2).enumerate() {
@@ -43,25 +42,21 @@ impl Shape {
     }
 
     /// Number of weights, biases included.
-    #[must_use]
     pub fn weights(&self) -> usize {
         self.starts[self.layers()]
     }
 
     /// Number of layers.
-    #[must_use]
     pub fn layers(&self) -> usize {
         self.widths.len() - 1
     }
 
     /// Number of outputs.
-    #[must_use]
     pub fn outputs(&self) -> usize {
         self.widths[self.layers()]
     }
 
     /// Inputs and outputs of layer `l`.
-    #[must_use]
     pub fn size(&self, l: usize) -> (usize, usize) {
         (self.widths[l], self.widths[l + 1])
     }
@@ -75,7 +70,6 @@ impl Shape {
     /// First weights by Nguyen and Widrow, as MATLAB's `initnw`: rows of random direction and
     /// length 2·0.7·S^(1/R), the active regions spread over the input range [−1, 1]; the last layer
     /// is uniform in [−1, 1].
-    #[must_use]
     pub fn initial_weights(&self, seed: u64) -> Vec<f64> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut uniform = move || rng.random_range(-1.0..1.0);
@@ -101,7 +95,6 @@ impl Shape {
     }
 
     /// Outputs for each row of `inputs`.
-    #[must_use]
     pub fn evaluate(&self, weights: &[f64], inputs: &[[f64; 2]]) -> Vec<[f64; 2]> {
         assert_eq!(
             (self.widths[0], self.outputs()),
@@ -160,7 +153,6 @@ impl Shape {
 
     /// Layer inputs and deltas of all samples: everything the Jacobian is made of, since
     /// ∂y_o/∂W_l = delta_{l,o} ⊗ input_l and ∂y_o/∂b_l = delta_{l,o}.
-    #[must_use]
     pub fn views(&self, weights: &[f64], inputs: &[[f64; 2]]) -> Vec<LayerView> {
         let samples: Vec<_> = inputs
             .par_iter()
@@ -201,7 +193,6 @@ impl Shape {
     }
 
     /// `Jᵀ·r` for residual weights `r[n]` = one number per output of sample n.
-    #[must_use]
     pub fn jacobian_transposed_times(&self, views: &[LayerView], r: &[[f64; 2]]) -> Vec<f64> {
         let layer = |l: usize| {
             let (inputs, outputs) = self.size(l);
@@ -226,7 +217,6 @@ impl Shape {
     }
 
     /// Layers as the network file keeps them.
-    #[must_use]
     pub fn to_layers(&self, weights: &[f64]) -> Vec<LayerFile> {
         (0..self.layers())
             .map(|l| {
@@ -256,7 +246,6 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Range of one column of `rows`.
-#[must_use]
 pub fn column_range(rows: &[[f64; 2]], column: usize) -> MinMax {
     let values = || rows.iter().map(|row| row[column]);
     MinMax {
@@ -266,7 +255,6 @@ pub fn column_range(rows: &[[f64; 2]], column: usize) -> MinMax {
 }
 
 /// `mapminmax` of both columns.
-#[must_use]
 pub fn scaled(rows: &[[f64; 2]], ranges: [MinMax; 2]) -> Vec<[f64; 2]> {
     rows.iter()
         .map(|&[a, b]| [ranges[0].scale(a), ranges[1].scale(b)])

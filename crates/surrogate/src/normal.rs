@@ -44,7 +44,6 @@ pub enum Form {
 impl Form {
     /// The one with fewer operations: with R residuals, W weights, `W²R + W³/3` for forming and
     /// factoring `JᵀJ`, `R³/3` and the tiles of `kernel_tile` for `J·Jᵀ`. Mostly the smaller one.
-    #[must_use]
     pub fn cheaper(shape: &Shape, samples: usize) -> Self {
         let outputs = shape.outputs() as f64;
         let (w, n) = (shape.weights() as f64, samples as f64);
@@ -69,7 +68,6 @@ pub struct NotPositiveDefinite;
 
 impl TiledMatrix {
     /// `J·Jᵀ`; residuals of a tile of samples are ordered output after output.
-    #[must_use]
     pub fn residuals(shape: &Shape, views: &[LayerView], samples: usize) -> Self {
         let outputs = shape.outputs();
         let per_tile = TILE / outputs;
@@ -81,7 +79,6 @@ impl TiledMatrix {
     }
 
     /// `JᵀJ`.
-    #[must_use]
     pub fn weights(shape: &Shape, views: &[LayerView], samples: usize) -> Self {
         let starts = starts(shape.weights(), TILE);
         let zero =
@@ -102,7 +99,6 @@ impl TiledMatrix {
     }
 
     /// Number of rows.
-    #[must_use]
     pub fn size(&self) -> usize {
         self.starts[self.starts.len() - 1]
     }
@@ -268,7 +264,6 @@ fn kernel_tile(
 }
 
 /// Order of the residuals in [`TiledMatrix::residuals`]: sample and output of each row.
-#[must_use]
 pub fn residual_order(shape: &Shape, samples: usize) -> Vec<(usize, usize)> {
     let outputs = shape.outputs();
     let starts = starts(samples, TILE / outputs);

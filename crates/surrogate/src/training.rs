@@ -32,7 +32,6 @@ pub struct TrainingData {
 impl TrainingData {
     /// `mapminmax` over all rows, then a seeded split 70:20:10: of rows, or of profiles where the
     /// data name them.
-    #[must_use]
     pub fn new(data: Data, seed: u64) -> Self {
         let ranges = Ranges {
             tau_e: column_range(&data.inputs, 0),
@@ -60,7 +59,6 @@ impl TrainingData {
     }
 
     /// Inputs and targets of the test rows, unscaled.
-    #[must_use]
     pub fn test_rows(&self) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
         let (ranges, Samples { inputs, targets }) = (&self.ranges, &self.samples.test);
         let unscaled = |rows: &[[f64; 2]], a: MinMax, b: MinMax| {
@@ -75,7 +73,6 @@ impl TrainingData {
 
     /// The same with the rows of each part gathered into cells of its inputs, `cells` along torque
     /// and speed, each replaced by its mean: dense data lose noise and weigh all of the map alike.
-    #[must_use]
     pub fn gathered(self, cells: u32) -> Self {
         let samples = self.each(|s| s.gathered(cells));
         Self { samples, ..self }
@@ -145,7 +142,6 @@ pub struct Progress {
 
 impl Progress {
     /// A run at its beginning.
-    #[must_use]
     pub fn start(widths: &[usize], seed: u64, prepared: &TrainingData) -> Self {
         let shape = Shape::new(widths);
         let weights = shape.initial_weights(seed);
@@ -244,7 +240,6 @@ impl Progress {
     }
 
     /// One line: epoch, mu, the three errors, time left if it runs to the last epoch.
-    #[must_use]
     pub fn line(&self, epochs: u32) -> String {
         let mse = self.curve[self.curve.len() - 1];
         let left = self.seconds / f64::from(self.epoch.max(1)) * f64::from(epochs - self.epoch);
@@ -262,7 +257,6 @@ impl Progress {
     }
 
     /// The best network so far, with its record.
-    #[must_use]
     pub fn network(&self, prepared: &TrainingData) -> SurrogateFile {
         let shape = Shape::new(&self.widths);
         let correlation = |column: usize| {

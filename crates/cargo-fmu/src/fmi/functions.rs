@@ -142,10 +142,10 @@ impl Functions {
         references.iter().map(size).sum()
     }
 
-    /// The functions for an integer of FMI 3.0.
-    pub(super) fn is_int32(&self, references: &[u32]) -> bool {
+    /// Whether the functions for an integer of FMI 3.0 are these.
+    pub(super) fn is_of(&self, access: Access, references: &[u32]) -> bool {
         let first = references.first().and_then(|r| self.accesses.get(r));
-        first == Some(&Access::Integer)
+        first == Some(&access)
     }
 
     pub(super) unsafe fn counted(&self, vr: *const u32, n: usize) -> usize {

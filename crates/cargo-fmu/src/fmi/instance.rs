@@ -471,7 +471,12 @@ impl<'a> Instance<'a> {
         let of = |access| references(&description.variables, |v| v.access() == access);
         let reals = self.must_read(&of(Access::Real))?;
         let mut bits: Vec<_> = reals.iter().map(|value| value.to_bits()).collect();
-        for access in [Access::Integer, Access::Int64, Access::Boolean] {
+        for access in [
+            Access::Integer,
+            Access::Int64,
+            Access::UInt64,
+            Access::Boolean,
+        ] {
             let (status, values) = self.integers(access, &of(access));
             self.must(&format!("fmi2Get{access:?} of all variables"), status)?;
             bits.extend(values.iter().map(|value| u64::from(value.cast_unsigned())));

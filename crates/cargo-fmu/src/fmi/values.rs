@@ -3,6 +3,8 @@
 use std::ffi::c_int;
 use std::ptr;
 
+use fmu_description::Access;
+
 use super::functions::OwnFunctions::{Fmi2, Fmi3};
 use super::functions::{Functions, both};
 use super::symbols::{DISCARD, Pointer, Text, WARNING};
@@ -83,7 +85,8 @@ impl Functions {
     }
 
     /// Integers, or Booleans as 0 and 1. In FMI 3.0 integers by fmi3GetInt32 where the first
-    /// reference is that of an Int32, else by fmi3GetInt64; a value beyond an int is its bound.
+    /// reference is that of an Int32, by fmi3GetUInt64 where it is that of a UInt64, else by
+    /// fmi3GetInt64; a value beyond an int is its bound.
     pub unsafe fn get_integers(
         &self,
         are_booleans: bool,
@@ -104,8 +107,13 @@ impl Functions {
                         |place: *mut u8, count| (f.fmi3GetBoolean)(c, vr, n, place.cast(), count);
                     get_as(values, counted, truth, get)
                 }
-                (Fmi3(f), false) if self.is_int32(references(vr, n)) => {
+                (Fmi3(f), false) if self.is_of(Access::Integer, references(vr, n)) => {
                     (f.fmi3GetInt32)(c, vr, n, values, counted)
+                }
+                (Fmi3(f), false) if self.is_of(Access::UInt64, references(vr, n)) => {
+                    let narrow = |v: u64| c_int::try_from(v).unwrap_or(c_int::MAX);
+                    let get = |place, count| (f.fmi3GetUInt64)(c, vr, n, place, count);
+                    get_as(values, counted, narrow, get)
                 }
                 (Fmi3(f), false) => {
                     let narrow = |v: i64| v.clamp(c_int::MIN.into(), c_int::MAX.into()) as c_int;
@@ -135,7 +143,7 @@ impl Functions {
                     let set = |place, count| (f.fmi3SetBoolean)(c, vr, n, place, count);
                     set_as(values, counted, |v| v != 0, set)
                 }
-                (Fmi3(f), false) if self.is_int32(references(vr, n)) => {
+                (Fmi3(f), false) if self.is_of(Access::Integer, references(vr, n)) => {
                     (f.fmi3SetInt32)(c, vr, n, values, counted)
                 }
                 (Fmi3(f), false) => {

@@ -282,7 +282,7 @@ impl Border for Component {
 
     fn save(&self) -> Result<Box<dyn Any>> {
         // SAFETY: room for one state, which is new.
-        State::new(&self.owner, self.start.get(), |state| unsafe {
+        State::saved(&self.owner, self.start.get(), |state| unsafe {
             call!(self.api, fmi2GetFMUstate(self.component, state))
         })
     }

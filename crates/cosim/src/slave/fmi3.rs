@@ -616,7 +616,7 @@ impl Border for Instance {
             announced: self.announced.get(),
         };
         // SAFETY: room for one state, which is new.
-        State::new(&self.owner, known, |state| unsafe {
+        State::saved(&self.owner, known, |state| unsafe {
             call!(self.api, fmi3GetFMUState(self.instance, state))
         })
     }

@@ -55,7 +55,7 @@ pub struct State<T> {
 
 impl<T: 'static> State<T> {
     /// The state that `save` saves, of this instance.
-    pub fn new(
+    pub fn saved(
         owner: &Rc<Owner>,
         known: T,
         save: impl FnOnce(&mut Pointer) -> Result<()>,

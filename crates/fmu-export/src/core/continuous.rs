@@ -1,9 +1,9 @@
 //! Models that are differential equations with events: what Model Exchange, and a solver of the
 //! layer, need of them beside [`Model`].
 
-use super::copied::copied;
 use super::error::ModelError;
-use super::model::{Model, Variable};
+use super::event::Event;
+use super::model::{Model, ModelExchange, Variable};
 
 /// A model whose equations an importer can integrate: states that its derivatives move
 /// continuously, and events that change anything else.
@@ -146,76 +146,6 @@ pub trait Continuous: Model {
     }
 }
 
-/// What an event leads to.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[non_exhaustive]
-pub struct Event {
-    /// It must be looked at once more before time goes on.
-    pub again: bool,
-    /// The next time event, s; None: none is known.
-    pub next: Option<f64>,
-    /// The model wants the simulation to end.
-    pub terminate: bool,
-}
-
-impl Event {
-    /// Nothing follows.
-    pub const NONE: Self = Self {
-        again: false,
-        next: None,
-        terminate: false,
-    };
-
-    /// The next time event is at `t`, s.
-    pub const fn at(t: f64) -> Self {
-        Self {
-            next: Some(t),
-            ..Self::NONE
-        }
-    }
-}
-
-/// The equations of a model for Model Exchange: those of [`Continuous`].
-pub struct ModelExchange<M: Model> {
-    pub(crate) derivatives: fn() -> &'static [Variable<M>],
-    pub(crate) indicators: &'static [Variable<M>],
-    pub(crate) states: fn(&M, &mut [f64]),
-    pub(crate) set_states: fn(&mut M, &[f64]),
-    pub(crate) differentiate: Equations<M, M>,
-    pub(crate) indicate: Equations<M, [f64]>,
-    pub(crate) event: Change<M, Event>,
-    pub(crate) completed_step: Change<M, bool>,
-    pub(crate) directional: Option<Directional<M>>,
-}
-
-/// Parameters, inputs, evaluation and time, and where the result goes.
-type Equations<M, X> = fn(
-    &M,
-    &<M as Model>::Parameters,
-    &<M as Model>::Input,
-    &<M as Model>::Evaluation,
-    f64,
-    &mut X,
-) -> Result<(), ModelError>;
-
-/// Parameters, inputs and time.
-type Change<M, T> =
-    fn(&mut M, &<M as Model>::Parameters, &<M as Model>::Input, f64) -> Result<T, ModelError>;
-
-/// [`Continuous::directional`].
-type Directional<M> = fn(
-    &M,
-    &<M as Model>::Parameters,
-    &<M as Model>::Input,
-    &<M as Model>::Evaluation,
-    f64,
-    (&M, &<M as Model>::Input),
-    &mut M,
-    &mut <M as Model>::Output,
-) -> Result<(), ModelError>;
-
-copied! { [M: Model] ModelExchange<M>; }
-
 impl<M: Continuous> ModelExchange<M> {
     /// What `impl Continuous` says, for [`Model::MODEL_EXCHANGE`].
     pub const fn of() -> Option<Self> {
@@ -234,12 +164,5 @@ impl<M: Continuous> ModelExchange<M> {
                 None
             },
         })
-    }
-}
-
-impl<M: Model> ModelExchange<M> {
-    /// The rows behind the table.
-    pub(crate) fn rows() -> impl Iterator<Item = &'static Variable<M>> {
-        (M::MODEL_EXCHANGE.into_iter()).flat_map(|x| (x.derivatives)().iter().chain(x.indicators))
     }
 }

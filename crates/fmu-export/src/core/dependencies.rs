@@ -1,8 +1,8 @@
 //! What outputs depend on: names of the table become positions among all elements.
 
 use super::causality::{ALL_PARAMETERS, Causality, Dependencies, NO_STATES};
-use super::continuous::ModelExchange;
 use super::layout::Layout;
+use super::model::ModelExchange;
 use super::model::Variable;
 use crate::Model;
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,11 +1,11 @@
 //! Input, output and directional derivatives.
 
 use super::causality::Causality;
-use super::continuous::ModelExchange;
 use super::fault::{Fault, discard, refuse};
 use super::instance::Instance;
 use super::layout::Element;
 use super::message::Kind;
+use super::model::ModelExchange;
 use super::model::Variable;
 use super::phase::Phase;
 use super::place::{Place, Write};

@@ -1,48 +1,16 @@
 //! Model Exchange: the importer integrates, and asks for derivatives, indicators and events.
 
-use super::continuous::{Event, ModelExchange};
+use super::event::Event;
 use super::fault::{Fault, discard, refuse};
 use super::instance::{Instance, hear, listen, warn};
 use super::layout::{Run, state};
 use super::message::Kind;
+use super::model::ModelExchange;
 use super::phase::Phase;
 use super::place::Place;
 use super::step::slack;
 use super::value::Value;
 use crate::{Model, ModelError};
-
-/// What an instance computes for Model Exchange.
-pub(crate) struct Exchange<M> {
-    /// A copy of the model whose states are derivatives.
-    rate: Option<M>,
-    /// Derivatives, and behind them the event indicators.
-    pub(super) numbers: Vec<f64>,
-    /// Which of the two agree with state, inputs and time.
-    fresh: [bool; 2],
-    /// States that are read or set.
-    states: Vec<f64>,
-}
-
-impl<M> Default for Exchange<M> {
-    fn default() -> Self {
-        Self {
-            rate: None,
-            numbers: Vec::new(),
-            fresh: [false; 2],
-            states: Vec::new(),
-        }
-    }
-}
-
-impl<M: Model> Exchange<M> {
-    /// Marks what was computed as out of date.
-    #[inline(always)]
-    pub(super) fn forget(&mut self) {
-        if M::MODEL_EXCHANGE.is_some() {
-            self.fresh = [false; 2];
-        }
-    }
-}
 
 /// What the importer hears of events.
 pub(crate) struct Happened {

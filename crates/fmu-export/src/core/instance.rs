@@ -1,12 +1,12 @@
 //! One instance of a model: its state, and what is computed of it.
 
-use super::exchange::Exchange;
 use super::fault::{Fault, refuse};
 use super::layout::Layout;
 use super::log::Wanted;
 use super::message::{Kind, Message};
 use super::phase::Phase;
 use super::place::Names;
+use super::rates::Rates;
 use super::room::Room;
 use super::sizes;
 use super::state::{Identity, Saved, State};
@@ -36,7 +36,7 @@ pub(crate) struct Instance<M: Model> {
     /// Room for a solver.
     pub(crate) room: Room<M>,
     /// What is for Model Exchange only.
-    pub(crate) exchange: Exchange<M>,
+    pub(crate) exchange: Rates<M>,
     pub(crate) saved: Saved<M>,
     /// Not sent yet.
     pub(crate) messages: Vec<Message>,
@@ -69,7 +69,7 @@ impl<M: Model> Instance<M> {
             evaluation: None,
             fresh: false,
             room: Room::default(),
-            exchange: Exchange::default(),
+            exchange: Rates::default(),
             saved: Saved::default(),
             messages: Vec::new(),
             wanted: Wanted::default(),

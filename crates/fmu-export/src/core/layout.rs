@@ -4,12 +4,12 @@
 //! A long row, and one in a vector, counts as one: its number is `r` whatever its length is, and its
 //! elements have numbers far above all others, `(r + 1) << 20` and on.
 
-use super::continuous::ModelExchange;
 use super::copied::copied;
 use super::fault::Fault;
-use super::model::{Model, Variable};
+use super::length::{LONGEST, MOST_COUNTED, Resize, SHIFT};
+use super::model::ModelExchange;
+use super::model::{Model, Variable, zero};
 use super::place::Place;
-use super::sizes::{Resize, zero};
 use std::ops::Range;
 
 /// An element: the index within its row, from 0, and the row.
@@ -91,12 +91,6 @@ pub(crate) type Block<M> = (Run<M>, usize, usize);
 
 /// Largest number of an element that may be said.
 pub(crate) const LARGEST_NUMBER: u32 = u16::MAX as u32;
-/// Most elements of a row whose elements are counted one by one.
-pub(crate) const MOST_COUNTED: usize = 256;
-/// Where the elements of a long row are numbered: bits below the row's number.
-const SHIFT: u32 = 20;
-/// Most elements of a row.
-pub(crate) const LONGEST: usize = 1 << SHIFT;
 /// Largest number of a long row.
 pub(crate) const LARGEST_OF_LONG: u32 = (1 << (u32::BITS - SHIFT)) - 3;
 

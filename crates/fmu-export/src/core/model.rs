@@ -1,16 +1,16 @@
 //! What a model implements, and what a row of its table of variables holds.
 
 use super::causality::{Causality, Dependencies};
-use super::continuous::ModelExchange;
 use super::copied::copied;
 use super::enumeration::Enumeration;
 use super::error::ModelError;
+use super::event::Event;
 use super::info::Info;
 use super::input::InputPolynomial;
+use super::length::{Length, Resize};
 use super::log::Log;
 use super::place::{Place, Write};
 use super::room::Room;
-use super::sizes::{Length, Resize, zero};
 use super::step_end::StepEnd;
 use super::unit::Unit;
 use serde::{Serialize, de::DeserializeOwned};
@@ -47,7 +47,7 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
     const INFO: Info;
 
     /// The equations of a model that is exported for Model Exchange too:
-    /// [`ModelExchange::of`]`()`, which is those of [`Continuous`](super::continuous::Continuous).
+    /// [`ModelExchange::of`]`()`, which is those of [`Continuous`](crate::Continuous).
     const MODEL_EXCHANGE: Option<ModelExchange<Self>> = None;
 
     /// The table of variables: the single source of value references, get and set, and
@@ -233,6 +233,54 @@ pub struct Variable<M: Model> {
 
 copied! { [M: Model] Variable<M>; }
 
+/// The equations of a model for Model Exchange: those of [`Continuous`](crate::Continuous).
+pub struct ModelExchange<M: Model> {
+    pub(crate) derivatives: fn() -> &'static [Variable<M>],
+    pub(crate) indicators: &'static [Variable<M>],
+    pub(crate) states: fn(&M, &mut [f64]),
+    pub(crate) set_states: fn(&mut M, &[f64]),
+    pub(crate) differentiate: Equations<M, M>,
+    pub(crate) indicate: Equations<M, [f64]>,
+    pub(crate) event: Change<M, Event>,
+    pub(crate) completed_step: Change<M, bool>,
+    pub(crate) directional: Option<Directional<M>>,
+}
+
+/// Parameters, inputs, evaluation and time, and where the result goes.
+type Equations<M, X> = fn(
+    &M,
+    &<M as Model>::Parameters,
+    &<M as Model>::Input,
+    &<M as Model>::Evaluation,
+    f64,
+    &mut X,
+) -> Result<(), ModelError>;
+
+/// Parameters, inputs and time.
+type Change<M, T> =
+    fn(&mut M, &<M as Model>::Parameters, &<M as Model>::Input, f64) -> Result<T, ModelError>;
+
+/// [`Continuous::directional`](crate::Continuous::directional).
+type Directional<M> = fn(
+    &M,
+    &<M as Model>::Parameters,
+    &<M as Model>::Input,
+    &<M as Model>::Evaluation,
+    f64,
+    (&M, &<M as Model>::Input),
+    &mut M,
+    &mut <M as Model>::Output,
+) -> Result<(), ModelError>;
+
+copied! { [M: Model] ModelExchange<M>; }
+
+impl<M: Model> ModelExchange<M> {
+    /// The rows behind the table.
+    pub(crate) fn rows() -> impl Iterator<Item = &'static Variable<M>> {
+        (M::MODEL_EXCHANGE.into_iter()).flat_map(|x| (x.derivatives)().iter().chain(x.indicators))
+    }
+}
+
 /// Every element of the Real outputs and local variables, in order.
 pub(crate) fn real_outputs<M: Model>(y: &M::Output) -> impl Iterator<Item = f64> {
     M::variables()
@@ -277,4 +325,29 @@ fn adjoint_by_columns<M: Model>(
             .sum();
     }
     Ok(adjoint)
+}
+
+/// Inputs that are zero, with vectors as long as those of `like`.
+pub(crate) fn zero<M: Model>(like: &M::Input) -> M::Input {
+    let mut zero = M::Input::default();
+    for row in M::variables() {
+        let Some(Resize::Input(resize)) = row.resize else {
+            continue;
+        };
+        match &row.place {
+            Place::RealIn(place) => {
+                resize(&mut zero, place.len(like));
+                place.slice_mut(&mut zero).fill(0.0);
+            }
+            Place::IntegerIn(place) => resize(&mut zero, place.len(like)),
+            Place::BooleanIn(place) => resize(&mut zero, place.len(like)),
+            _ => {}
+        }
+    }
+    zero
+}
+
+/// As many of them as there are derivatives.
+pub(crate) fn zeros<M: Model>(like: &M::Input) -> [M::Input; crate::MAX_INPUT_DERIVATIVE] {
+    std::array::from_fn(|_| zero::<M>(like))
 }

@@ -7,10 +7,10 @@
 use super::causality::{Causality, Dependencies};
 use super::enumeration::{Enumeration, Items};
 use super::layout::state;
+use super::length::Length;
 use super::model::{Model, SetString, Variable};
 use super::place::{Names, Place, Read, Write};
 use super::setters::setters;
-use super::sizes::Length;
 use super::unit::Unit;
 use std::ops::RangeInclusive;
 

@@ -3,40 +3,12 @@
 //! Such a row is in a vector, which is made as long as it must be wherever start values are made or
 //! a size is set, so that a model finds vectors of the right length.
 
-use super::copied::copied;
-use super::exchange::Exchange;
-use super::fault::Fault;
-use super::instance::Instance;
-use super::layout::{LONGEST, Layout, MOST_COUNTED};
+use super::length::{LONGEST, Length, MOST_COUNTED, Resize};
 use super::model::{Model, Variable};
-use super::phase::Phase;
 use super::place::{Place, Write};
-use super::state::State;
-use super::value::Value;
 
 /// Start values of parameters and inputs.
 pub(crate) type Start<M> = (<M as Model>::Parameters, <M as Model>::Input);
-
-/// How many elements a row has in a dimension.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Length {
-    /// Always as many.
-    Fixed(usize),
-    /// As many as the structural parameter of this name says.
-    Parameter(&'static str),
-}
-
-/// Makes the vector that a row is in of a length, with start values.
-pub enum Resize<P, U, Y> {
-    /// A vector in the parameters.
-    Parameter(fn(&mut P, usize)),
-    /// A vector in the inputs.
-    Input(fn(&mut U, usize)),
-    /// A vector in the outputs.
-    Output(fn(&mut Y, usize)),
-}
-
-copied! { [P, U, Y] Resize<P, U, Y>; }
 
 impl<M: Model> Variable<M> {
     /// A row in a vector, `Vec<f64>` or another one: how many elements it has in each dimension, row
@@ -113,16 +85,19 @@ impl<M: Model> Variable<M> {
     }
 }
 
+/// A row that is a size, and its place.
+type Size<M> = (
+    &'static Variable<M>,
+    &'static Write<<M as Model>::Parameters, i32>,
+);
+
 /// The size of this name.
-pub(crate) fn size<M: Model>(
-    name: &str,
-) -> Option<(&'static Variable<M>, &'static Write<M::Parameters, i32>)> {
+pub(crate) fn size<M: Model>(name: &str) -> Option<Size<M>> {
     sizes::<M>().find(|(row, _)| row.name == name)
 }
 
 /// All rows that are sizes.
-pub(crate) fn sizes<M: Model>()
--> impl Iterator<Item = (&'static Variable<M>, &'static Write<M::Parameters, i32>)> {
+pub(crate) fn sizes<M: Model>() -> impl Iterator<Item = Size<M>> {
     (M::variables().iter().filter(|row| row.structural)).filter_map(|row| match &row.place {
         Place::IntegerParameter(place) => Some((row, place)),
         _ => None,
@@ -171,61 +146,6 @@ pub(crate) fn output<M: Model>(p: &M::Parameters) -> M::Output {
     y
 }
 
-impl<M: Model> Instance<M> {
-    /// Sets sizes: vectors that become longer or shorter get their start values.
-    pub(super) fn configure<T: Value>(
-        &mut self,
-        pair: impl Fn(usize) -> Option<(u32, T)>,
-    ) -> Result<(), Fault> {
-        let (mut p, mut u) = (
-            self.state.parameters.clone(),
-            self.state.input.value.clone(),
-        );
-        for (element, value) in (0..).map_while(pair) {
-            let (i, row) = self.layout.find(element)?;
-            if let Some(place) = T::parameter(&row.place) {
-                *place.get_mut(&mut p, i) = value;
-            }
-        }
-        fit::<M>(
-            &mut p,
-            &mut u,
-            &mut self.output,
-            Some(&self.state.parameters),
-        );
-        let (old, before) = (&self.layout, &self.state);
-        let layout = Layout::<M>::new(&p, &u);
-        let mut state = State::instantiated(p, u, layout.slots());
-        for (number, (_, row)) in layout.numbered() {
-            if (row.dimensions(&before.parameters)).eq(row.dimensions(&state.parameters)) {
-                state.given[layout.slot(number)] = before.given[old.slot(number)];
-            }
-        }
-        state.phase = Phase::Configuration;
-        self.replace(state);
-        Ok(())
-    }
-
-    /// Whether parameters that a text has set are of the sizes that there are.
-    pub(super) fn has_sizes(&self, p: &M::Parameters) -> bool {
-        self.layout.fits(p, &self.state.input.value)
-            && sizes::<M>().all(|(_, size)| size.get(p, 0) == size.get(&self.start, 0))
-    }
-
-    /// After the parameters were changed: the start values and the table are of their sizes.
-    pub(super) fn follow_sizes(&mut self) {
-        let (mut start, mut u) = M::defaults();
-        for (_, place) in sizes::<M>() {
-            *place.get_mut(&mut start, 0) = place.get(&self.state.parameters, 0);
-        }
-        fit::<M>(&mut start, &mut u, &mut self.output, None);
-        self.start = start;
-        self.exchange = Exchange::default();
-        self.room.forget();
-        self.layout = Layout::new(&self.state.parameters, &self.state.input.value);
-    }
-}
-
 /// The start values of a model with these sizes, such as `n=200 m=3`.
 pub(crate) fn start<M: Model>(given: &str) -> Result<Start<M>, String> {
     let (mut p, u) = M::defaults();
@@ -248,29 +168,4 @@ pub(crate) fn start<M: Model>(given: &str) -> Result<Start<M>, String> {
         *place.get_mut(&mut p, 0) = value;
     }
     Ok(fitted::<M>((p, u)))
-}
-
-/// Inputs that are zero, with vectors as long as those of `like`.
-pub(crate) fn zero<M: Model>(like: &M::Input) -> M::Input {
-    let mut zero = M::Input::default();
-    for row in M::variables() {
-        let Some(Resize::Input(resize)) = row.resize else {
-            continue;
-        };
-        match &row.place {
-            Place::RealIn(place) => {
-                resize(&mut zero, place.len(like));
-                place.slice_mut(&mut zero).fill(0.0);
-            }
-            Place::IntegerIn(place) => resize(&mut zero, place.len(like)),
-            Place::BooleanIn(place) => resize(&mut zero, place.len(like)),
-            _ => {}
-        }
-    }
-    zero
-}
-
-/// As many of them as there are derivatives.
-pub(crate) fn zeros<M: Model>(like: &M::Input) -> [M::Input; crate::MAX_INPUT_DERIVATIVE] {
-    std::array::from_fn(|_| zero::<M>(like))
 }

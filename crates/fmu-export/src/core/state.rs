@@ -2,9 +2,8 @@
 
 use super::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
 use super::layout::Layout;
-use super::model::Model;
+use super::model::{Model, zeros};
 use super::phase::Phase;
-use super::sizes::zeros;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

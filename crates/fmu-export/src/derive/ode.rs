@@ -2,8 +2,10 @@
 
 use super::shape::{SolverName, solver};
 use super::{Input, Name, Output, Parameters, Path};
-use crate::core::room::{Room, solve};
+use crate::core::room::Room;
 use crate::core::sizes::{self, fitted};
+use crate::core::solving::solve;
+use crate::solver::Solver;
 use crate::{
     Continuous, Event, Info, InputPolynomial, Model, ModelError, ModelExchange, StepEnd, Variable,
 };
@@ -43,7 +45,8 @@ pub trait State: Vector + Clone + Default + Serialize + DeserializeOwned + Send 
     where
         Self: Model;
 
-    /// A row for the derivative of each continuous state of a model for Model Exchange.
+    /// A row for the derivative of each continuous state of a model for Model Exchange or with a
+    /// solver of its own.
     fn derivatives() -> &'static [Variable<Self>]
     where
         Self: Model;
@@ -208,8 +211,8 @@ pub trait Ode: State {
 
 /// What an importer sees of a model: its state and its outputs.
 pub struct Seen<S: State> {
-    pub(super) state: S,
-    pub(super) outputs: S::Y,
+    state: S,
+    outputs: S::Y,
 }
 
 impl<S: State> Clone for Seen<S> {
@@ -329,8 +332,23 @@ impl<S: Ode> Model for S {
         t: f64,
         h: f64,
     ) -> Result<StepEnd, ModelError> {
-        solve(self, room, solver, self.len(), name_of, (p, u), (t, h))
+        solve(self, room, solver_of, self.len(), name_of, (p, u), (t, h))
     }
+}
+
+/// The solver of a model like this one. Each state is given its number, which its row then reads.
+fn solver_of<S: Ode>(like: &S) -> Result<Solver, ModelError> {
+    let numbers: Vec<f64> = (0..like.len()).map(|k| k as f64).collect();
+    let (mut state, outputs) = (like.clone(), S::Y::default());
+    state.write(&numbers);
+    let sizes = (numbers.len(), <S as Ode>::INDICATORS.len());
+    solver(
+        S::SOLVER,
+        sizes,
+        S::derivatives(),
+        &Seen { state, outputs },
+        S::MAX_STEP,
+    )
 }
 
 /// The name of the state of this index; the value is no finite one.

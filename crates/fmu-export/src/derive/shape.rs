@@ -1,12 +1,11 @@
 //! The solver that a state takes in Co-Simulation, with sizes and dependencies from its rows.
 
-use super::ode::{Ode, Seen};
-use crate::ModelError;
 use crate::core::causality::{Causality, Dependencies};
 use crate::core::dependencies::elements;
 use crate::core::model::Variable;
 use crate::core::place::Place;
 use crate::solver::{Method, Pattern, Solver};
+use crate::{Model, ModelError};
 
 /// What `#[fmu(solver = …)]` says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,57 +23,52 @@ pub enum SolverName {
 const MOST_FULL: usize = 4096;
 
 /// A row of states: their places among all, in the order of their elements.
-struct Row<S: Ode> {
-    row: &'static Variable<S>,
-    rate: &'static Variable<S>,
+struct Row<M: Model> {
+    row: &'static Variable<M>,
+    rate: &'static Variable<M>,
     places: Vec<usize>,
 }
 
-/// The rows of the states. Each state is given its number, which then is what its row reads.
-fn rows<S: Ode>(like: &S) -> Vec<Row<S>> {
-    let numbers: Vec<f64> = (0..like.len()).map(|k| k as f64).collect();
-    let mut state = like.clone();
-    state.write(&numbers);
-    let seen = Seen {
-        state,
-        outputs: S::Y::default(),
-    };
-    let find = |rate: &'static Variable<S>| {
-        let row = S::table().iter().find(|row| row.name == rate.name)?;
+/// The rows of the states, of which each has its number for a value in `numbered`.
+fn rows<M: Model>(rates: &'static [Variable<M>], numbered: &M::Output) -> Vec<Row<M>> {
+    let find = |rate: &'static Variable<M>| {
+        let row = M::variables().iter().find(|row| row.name == rate.name)?;
         let Place::RealOut(place) = &row.place else {
             return None;
         };
-        let places = place.slice(&seen).iter().map(|x| *x as usize).collect();
+        let places = place.slice(numbered).iter().map(|x| *x as usize).collect();
         Some(Row { row, rate, places })
     };
-    S::derivatives().iter().filter_map(find).collect()
+    rates.iter().filter_map(find).collect()
 }
 
-/// The solver of a model like this one.
-pub(super) fn solver<S: Ode>(like: &S) -> Result<Solver, ModelError> {
-    let (n, rows) = (like.len(), rows(like));
+/// The solver of a model with so many states and event indicators, whose states have `rates`. Each
+/// has its number for a value in `numbered`.
+pub(super) fn solver<M: Model>(
+    name: SolverName,
+    (n, indicators): (usize, usize),
+    rates: &'static [Variable<M>],
+    numbered: &M::Output,
+    longest: f64,
+) -> Result<Solver, ModelError> {
+    let rows = rows(rates, numbered);
     let mut nominal = vec![1.0; n];
     for row in &rows {
         for place in &row.places {
             nominal[*place] = row.row.nominal.map_or(1.0, f64::abs);
         }
     }
-    let method = match S::SOLVER {
+    let method = match name {
         SolverName::Fixed => Method::Fixed,
         SolverName::Adaptive => Method::Adaptive,
         SolverName::Stiff => Method::Stiff(pattern(n, &rows)?),
     };
-    Ok(Solver::new(
-        method,
-        nominal,
-        <S as Ode>::INDICATORS.len(),
-        S::MAX_STEP,
-    ))
+    Ok(Solver::new(method, nominal, indicators, longest))
 }
 
 /// What derivatives read; all of the states where it is not said.
-fn pattern<S: Ode>(n: usize, rows: &[Row<S>]) -> Result<Pattern, ModelError> {
-    let is_said = |row: &Row<S>| matches!(row.rate.dependencies, Dependencies::Same(_));
+fn pattern<M: Model>(n: usize, rows: &[Row<M>]) -> Result<Pattern, ModelError> {
+    let is_said = |row: &Row<M>| matches!(row.rate.dependencies, Dependencies::Same(_));
     let said: usize = rows.iter().map(|row| row.places.len()).sum();
     if said < n || !rows.iter().all(is_said) {
         if n > MOST_FULL {
@@ -87,10 +81,10 @@ fn pattern<S: Ode>(n: usize, rows: &[Row<S>]) -> Result<Pattern, ModelError> {
     }
     let find = |name: &str| {
         let state = rows.iter().find(|row| row.row.name == name);
-        let is_input = |row: &&Variable<S>| row.name == name && row.causality == Causality::Input;
+        let is_input = |row: &&Variable<M>| row.name == name && row.causality == Causality::Input;
         match state {
             Some(state) => Some((&state.places[..], 0..state.places.len())),
-            None => S::table()
+            None => M::variables()
                 .iter()
                 .find(is_input)
                 .map(|_| (&[][..], 0..usize::MAX)),

@@ -10,8 +10,8 @@ const SAFETY: f64 = 0.9;
 const FACTORS: [f64; 2] = [0.2, 6.0];
 
 impl Room {
-    /// The root of the mean square of `values` over what errors may be where the sizes of the states
-    /// are at least `|x|`.
+    /// The root of the mean square of `values` over what errors may be where the sizes of the
+    /// states are at least `|x|`.
     fn norm(&self, x: impl Iterator<Item = f64>, values: impl Iterator<Item = f64>) -> f64 {
         let sum: f64 = (self.nominal.iter().zip(x).zip(values))
             .map(|((nominal, x), value)| value / (self.tolerance * x.abs().max(*nominal)))
@@ -28,8 +28,8 @@ impl Room {
         (0.01 * size / change).min(h) // infinite if nothing changes
     }
 
-    /// To the end of the step or the first event. The answer is when that was, and the internal step
-    /// to try next, s.
+    /// To the end of the step or the first event. The answer is when that was, and the internal
+    /// step to try next, s.
     pub(super) fn adapt<A: Algorithm, S: System>(
         &mut self,
         method: &mut A,

@@ -88,18 +88,16 @@ impl Band {
         for k in 0..self.n {
             b.swap(k, self.pivots[k]);
             let known = b[k];
-            for i in k + 1..=(k + self.lower).min(self.n - 1) {
-                b[i] -= self.values[self.place(i, k)] * known;
+            let below = (k + self.lower).min(self.n - 1);
+            for (i, b) in b.iter_mut().enumerate().take(below + 1).skip(k + 1) {
+                *b -= self.values[self.place(i, k)] * known;
             }
         }
         for k in (0..self.n).rev() {
-            let row = self.place(k, k);
-            let end = (k + self.upper).min(self.n - 1);
-            let mut sum = b[k];
-            for j in k + 1..=end {
-                sum -= self.values[row + j - k] * b[j];
-            }
-            b[k] = sum / self.values[row];
+            let row = &self.values[self.place(k, k)..];
+            let known = &b[k + 1..=(k + self.upper).min(self.n - 1)];
+            let sum = (row[1..].iter().zip(known)).fold(b[k], |sum, (u, x)| sum - u * x);
+            b[k] = sum / row[0];
         }
     }
 }
@@ -109,8 +107,8 @@ mod tests {
     use super::*;
 
     /// Oracle: the product of the matrix and a known solution. Numbers of a fixed sequence, some
-    /// diagonals zero so that rows must be swapped. Backward stable: the residual of the solution is
-    /// some n ε of the largest product of |A| |x|.
+    /// diagonals zero so that rows must be swapped. Backward stable: the residual of the solution
+    /// is some n ε of the largest product of |A| |x|.
     #[test]
     fn the_solution_gives_back_the_right_side() {
         for (n, lower, upper) in [

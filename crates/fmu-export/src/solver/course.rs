@@ -2,8 +2,8 @@
 
 use super::system::System;
 
-/// The states over one internal step: with the vectors a, b and c `x(θ) = x₀ + θ (Δ + (1 − θ) (a + θ
-/// (b + θ c)))`, θ from 0 to 1.
+/// The states over one internal step: with the vectors a, b and c `x(θ) = x₀ + θ (Δ + (1 − θ) (a +
+/// θ (b + θ c)))`, θ from 0 to 1.
 pub(crate) struct Course(pub(crate) [Vec<f64>; 3]);
 
 impl Course {
@@ -17,8 +17,8 @@ impl Course {
     }
 }
 
-/// Event indicators at the start and the end of the internal step, then at the ends and in the middle
-/// of the part of it where an event lies.
+/// Event indicators at the start and the end of the internal step, then at the ends and in the
+/// middle of the part of it where an event lies.
 pub(crate) struct Indicators(pub(crate) [Vec<f64>; 5]);
 
 /// Whether the sign of an indicator changes from `a` to `b`.

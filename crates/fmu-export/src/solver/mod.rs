@@ -2,15 +2,15 @@
 //! none.
 //!
 //! - [`Method::Fixed`]: the classical Runge–Kutta method of order 4 in equal internal steps.
-//! - [`Method::Adaptive`]: the method of Dormand and Prince of order 5, which chooses its steps by a
-//!   tolerance.
+//! - [`Method::Adaptive`]: the method of Dormand and Prince of order 5, which chooses its steps by
+//!   a tolerance.
 //! - [`Method::Stiff`]: the Rosenbrock method Rodas5P of order 5, which chooses its steps by a
 //!   tolerance and stays stable where rates differ by orders of magnitude.
 //!
 //! All of them are one-step methods: what they carry from one communication step to the next is the
-//! state and the length of the internal step to try first. Nothing is allocated in a step. Only sums,
-//! products, quotients and square roots are used, so results have the same bits on every machine if
-//! the system's have.
+//! state and the length of the internal step to try first. Nothing is allocated in a step. Only
+//! sums, products, quotients and square roots are used, so results have the same bits on every
+//! machine if the system's have.
 
 mod adaptive;
 mod algorithm;
@@ -129,9 +129,9 @@ struct Room {
 }
 
 impl Solver {
-    /// For states of these nominal values (their sizes, > 0) and so many event indicators. No internal
-    /// step is longer than `longest`, s, which may be infinite where a tolerance chooses. An indicator
-    /// that changes its sign twice within one is not seen.
+    /// For states of these nominal values (their sizes, > 0) and so many event indicators. No
+    /// internal step is longer than `longest`, s, which may be infinite where a tolerance chooses.
+    /// An indicator that changes its sign twice within one is not seen.
     #[must_use]
     pub fn new(method: Method, nominal: Vec<f64>, indicators: usize, longest: f64) -> Self {
         let n = nominal.len();
@@ -156,8 +156,8 @@ impl Solver {
         }
     }
 
-    /// The error that an internal step may have, relative to a state or its nominal value, whichever
-    /// is larger: [`TOLERANCE`] until it is said. The fixed method has none.
+    /// The error that an internal step may have, relative to a state or its nominal value,
+    /// whichever is larger: [`TOLERANCE`] until it is said. The fixed method has none.
     pub fn set_tolerance(&mut self, tolerance: f64) {
         self.room.tolerance = tolerance;
     }
@@ -172,8 +172,8 @@ impl Solver {
     /// the internal step to try first, s (0: not known), and then that of the next communication
     /// step. On an error both are as before.
     ///
-    /// The answer is the time of the event after `t`, s, if there was one: the states are those just
-    /// behind it, and whoever has dealt with it calls again with what is left of `h`.
+    /// The answer is the time of the event after `t`, s, if there was one: the states are those
+    /// just behind it, and whoever has dealt with it calls again with what is left of `h`.
     ///
     /// # Errors
     /// See [`Failure`].

@@ -2,9 +2,9 @@
 //! equations and nothing is iterated.
 //!
 //! Rodas5P by G. Steinebach, *Construction of Rosenbrock–Wanner method Rodas5P and numerical
-//! benchmarks within the Julia Differential Equations package*, BIT Numerical Mathematics 63 (2023):
-//! order 5 with an error estimate of order 4, L-stable, and of order 4 for parabolic equations, where
-//! others lose orders. Its states between are of order 4.
+//! benchmarks within the Julia Differential Equations package*, BIT Numerical Mathematics 63
+//! (2023): order 5 with an error estimate of order 4, L-stable, and of order 4 for parabolic
+//! equations, where others lose orders. Its states between are of order 4.
 
 use super::algorithm::{Algorithm, add, vectors};
 use super::band::Band;

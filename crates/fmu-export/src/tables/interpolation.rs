@@ -7,8 +7,9 @@ use serde::{Deserialize, Serialize};
 pub enum Between {
     /// Straight lines.
     Linear,
-    /// Cubics with a continuous slope that neither overshoot nor wave: monotone where the values are
-    /// (F. N. Fritsch, R. E. Carlson, 1980, with the slopes of F. N. Fritsch, J. Butland, 1984).
+    /// Cubics with a continuous slope that neither overshoot nor wave: monotone where the values
+    /// are (F. N. Fritsch, R. E. Carlson, 1980, with the slopes of F. N. Fritsch, J. Butland,
+    /// 1984).
     Monotone,
 }
 
@@ -47,8 +48,8 @@ pub(super) fn interpolate(
     start + share * share * (3.0 - 2.0 * share) * change + share * rest * (rest * a - share * b)
 }
 
-/// The slope between two intervals: the harmonic mean of their secants with weights by their widths,
-/// none where the sign changes.
+/// The slope between two intervals: the harmonic mean of their secants with weights by their
+/// widths, none where the sign changes.
 fn inner_slope((w_1, d_1): (f64, f64), (w_2, d_2): (f64, f64)) -> f64 {
     if d_1 * d_2 <= 0.0 {
         return 0.0;

@@ -1,7 +1,7 @@
 //! Tables from files: a [`Curve`] of one variable, a [`Map`] of two.
 //!
-//! A file is CSV with one column a variable, the value last. Its first line names them, each with its
-//! unit; lines that begin with `#` are comments:
+//! A file is CSV with one column a variable, the value last. Its first line names them, each with
+//! its unit; lines that begin with `#` are comments:
 //!
 //! ```text
 //! # measured on the test stand

@@ -45,9 +45,9 @@ fn setup(fmu: &Fmu, tolerance: Option<f64>) -> Status {
     unsafe { fmi2SetupExperiment(fmu.c, is_given, tolerance.unwrap_or(-1.0), 0.0, 0, 0.0) }
 }
 
-/// Errors of internal steps add up, and conduction damps them: below twice the tolerance (the values
-/// are 2 ± 1, the nominal value 1). Without one it is that of the model, 1e-4. Each is met by no more
-/// than the effort it needs.
+/// Errors of internal steps add up, and conduction damps them: below twice the tolerance (the
+/// values are 2 ± 1, the nominal value 1). Without one it is that of the model, 1e-4. Each is met
+/// by no more than the effort it needs.
 #[test]
 fn the_tolerance_is_the_importers() {
     let mut last = f64::INFINITY;

@@ -38,4 +38,14 @@ struct Inner {}
 #[fmu(step = 0.1)]
 struct State {}
 
+/// Solver that there is not
+#[derive(State)]
+#[fmu(input = Input, solver = "implicit")]
+struct Solved {}
+
+/// Tolerance of fixed steps
+#[derive(State)]
+#[fmu(input = Input, tolerance = 1e-4)]
+struct Tolerant {}
+
 fn main() {}

@@ -313,7 +313,7 @@ fn times_of_arrays() {
         (0..200).map(|_| once(f)).fold(f64::INFINITY, f64::min)
     };
     let copy = time(&mut || to.copy_from_slice(std::hint::black_box(&from)));
-    let mut say = |what: &str, f: &mut dyn FnMut()| {
+    let say = |what: &str, f: &mut dyn FnMut()| {
         println!("{what}: {:.1} µs, {:.1} of a copy", time(f), time(f) / copy);
     };
     say("set", &mut || {

@@ -3,7 +3,8 @@
 use crate::problem::{Answer, Problem, solver};
 use fmu_export::solver::{Method, Pattern, Solver};
 
-/// x₁' = −2 t x₁², x₂' = x₁ x₂ with x₁ = 1/(1 + t²), x₂ = e^(arctan t): neither linear nor without t.
+/// x₁' = −2 t x₁², x₂' = x₁ x₂ with x₁ = 1/(1 + t²), x₂ = e^(arctan t): neither linear nor without
+/// t.
 fn curve(t: f64, x: &[f64], dx: &mut [f64]) -> Answer {
     dx[0] = -2.0 * t * x[0] * x[0];
     dx[1] = x[0] * x[1];
@@ -14,7 +15,8 @@ fn exact(t: f64) -> [f64; 2] {
     [1.0 / (1.0 + t * t), t.atan().exp()]
 }
 
-/// From t = 0.5 to 1.5 in `n` communication steps, each of one internal step: no error is too large.
+/// From t = 0.5 to 1.5 in `n` communication steps, each of one internal step: no error is too
+/// large.
 fn in_equal_steps(method: &Method, n: u32) -> f64 {
     let mut solver = solver(method, 2, 0, 1.0, 1e9);
     let (h, mut x) = (1.0 / f64::from(n), exact(0.5));
@@ -50,8 +52,8 @@ fn errors_fall_with_the_order_of_the_method() {
 }
 
 /// The error of each internal step is held below the tolerance; over a second the equations do not
-/// amplify it by more than e, and there are fewer than 100 steps. That it is not far below shows that
-/// the tolerance is what steps are chosen by.
+/// amplify it by more than e, and there are fewer than 100 steps. That it is not far below shows
+/// that the tolerance is what steps are chosen by.
 #[test]
 fn the_tolerance_is_kept_and_used() {
     for method in [Method::Adaptive, Method::Stiff(Pattern::full(2))] {

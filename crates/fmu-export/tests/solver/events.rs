@@ -18,10 +18,10 @@ fn oscillation(_: f64, x: &[f64], dx: &mut [f64]) -> Answer {
     Ok(())
 }
 
-/// A ball falls from 1 m and is thrown back with a share e of its speed: it lands at √(2/g) (1 + 2 e
-/// + 2 e² + …). A parabola is integrated exactly by all methods, and their states between are exact
-/// too, so only rounding is left: the time is some ε of the sum of all, and the speed at each landing
-/// by ε of itself.
+/// A ball falls from 1 m and is thrown back with a share e of its speed. It lands at √(2/g) times
+/// 1, 1 + 2 e, 1 + 2 e + 2 e² and so on. A parabola is integrated exactly by all methods, and their
+/// states between are exact too, so only rounding is left: some ε of the time, which begins at 100
+/// s.
 #[test]
 fn a_ball_lands_when_it_should() {
     const G: f64 = 9.81;
@@ -60,8 +60,8 @@ fn a_ball_lands_when_it_should() {
 }
 
 /// Of two indicators the first to change stops the step, whatever their order; the other one
-/// afterwards. Tolerance: that of the integration (1e-10 a step, some tens of them), the slope of both
-/// is above 0.5.
+/// afterwards. Tolerance: that of the integration (1e-10 a step, some tens of them), the slope of
+/// both is above 0.5.
 #[test]
 fn the_first_of_several_events_comes_first() {
     let times = [
@@ -99,9 +99,9 @@ fn the_first_of_several_events_comes_first() {
     }
 }
 
-/// States between are of order 4 (error in time h⁵), of the fixed method of order 3 (h⁴): within one
-/// step of h the error falls accordingly, to within half an order. The event is at a fixed share of
-/// the step.
+/// States between are of order 4 (error in time h⁵), of the fixed method of order 3 (h⁴): within
+/// one step of h the error falls accordingly, to within half an order. The event is at a fixed
+/// share of the step.
 #[test]
 fn states_between_have_their_order() {
     for (method, order) in [

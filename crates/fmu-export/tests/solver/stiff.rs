@@ -17,8 +17,8 @@ const VAN_DER_POL: [(f64, [f64; 2]); 3] = [
     (1000.0, [-1.8636462548081905, 0.0007535430865435049]),
 ];
 
-/// Cells, tolerance, and the right-hand sides and Jacobians that SciPy's BDF needs for the rod below,
-/// by golden.py.
+/// Cells, tolerance, and the right-hand sides and Jacobians that SciPy's BDF needs for the rod
+/// below, by golden.py.
 #[rustfmt::skip]
 const BDF: [(usize, f64, u64); 6] = [
     (64, 1e-4, 65), (64, 1e-6, 127), (64, 1e-8, 227), (1000, 1e-4, 65), (1000, 1e-6, 127), (1000, 1e-8, 227),
@@ -63,8 +63,9 @@ fn error<const N: usize>(
     (worst, solver.counts())
 }
 
-/// The errors of the internal steps add up: bound by the tolerance times their number. Reactions damp
-/// them; the oscillator's jump moves in time with them, of which the golden times are far enough away.
+/// The errors of the internal steps add up: bound by the tolerance times their number. Reactions
+/// damp them; the oscillator's jump moves in time with them, of which the golden times are far
+/// enough away.
 #[test]
 fn the_tolerance_is_kept_for_stiff_problems_of_the_literature() {
     for tolerance in [1e-5, 1e-7, 1e-9] {
@@ -95,8 +96,8 @@ fn the_tolerance_is_kept_for_stiff_problems_of_the_literature() {
     }
 }
 
-/// x₁' = −10⁶ (x₁ − cos t) − sin t, x₁ = cos t (Prothero and Robinson): a method that is not L-stable
-/// or that errs in ∂f/∂t is off by far more than the tolerance.
+/// x₁' = −10⁶ (x₁ − cos t) − sin t, x₁ = cos t (Prothero and Robinson): a method that is not
+/// L-stable or that errs in ∂f/∂t is off by far more than the tolerance.
 #[test]
 fn a_slow_solution_among_fast_ones_is_followed() {
     let near = |s: f64, x: &[f64], dx: &mut [f64]| {
@@ -167,9 +168,9 @@ impl System for Rod {
     }
 }
 
-/// The tolerance is kept, whatever the number of cells, and the number of evaluations hardly depends
-/// on it: the fastest rate is 4 n². It is at most 1.5 times what SciPy's BDF needs. With directional
-/// derivatives three evaluations a Jacobian are saved.
+/// The tolerance is kept, whatever the number of cells, and the number of evaluations hardly
+/// depends on it: the fastest rate is 4 n². It is at most 1.5 times what SciPy's BDF needs. With
+/// directional derivatives three evaluations a Jacobian are saved.
 #[test]
 fn a_rod_follows_its_closed_form() {
     for n in [8, 64, 1000] {

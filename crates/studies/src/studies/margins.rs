@@ -22,8 +22,9 @@ use crate::laws::Law;
 use crate::start_values::over;
 use crate::trial::{Fate, Store};
 
-/// Length of a run, s, and when the push begins.
-const END: f64 = 4.0;
+/// Length of a run in a pose, s, and when the push begins: what a push leaves in the measure, 5 % of
+/// the rated force, falls with its time constant of 2 s, to a fifth of [`UNSTABLE`] at the end.
+const END: f64 = 8.0;
 const PUSH_START: f64 = 1.0;
 /// Push downwards, N, and how long it lasts, s.
 const PUSH: f64 = -1000.0;

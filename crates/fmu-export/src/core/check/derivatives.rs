@@ -5,9 +5,9 @@ use super::point::Point;
 use super::trial::Trial;
 use crate::core::derivatives::ROOT_OF_EPSILON;
 use crate::core::layout::Element;
+use crate::core::model::zero;
 use crate::core::model::{real_inputs, real_outputs};
 use crate::core::place::Place;
-use crate::core::sizes::zero;
 use crate::core::value::Value;
 use crate::{Evaluation, Model, ModelError};
 

@@ -4,42 +4,14 @@
 use super::derivatives::is_far;
 use super::point::Point;
 use super::trial::{Trial, output};
-use crate::core::continuous::ModelExchange;
 use crate::core::derivatives::ROOT_OF_EPSILON;
-use crate::core::layout::{Element, Layout};
-use crate::core::model::{Variable, real_outputs};
+use crate::core::layout::Element;
+use crate::core::model::ModelExchange;
+use crate::core::model::{Variable, real_outputs, zero};
 use crate::core::place::Place;
-use crate::core::sizes::{self, zero};
+use crate::core::sizes;
 use crate::core::value::Value;
 use crate::{Evaluation, Model, ModelError};
-
-/// Writes derivatives and indicators as texts where their elements are among all.
-pub(super) fn behind<M: Model>(
-    layout: &Layout<M>,
-    model: &M,
-    Point(p, u): &Point<M>,
-    now: &M::Evaluation,
-    texts: &mut [String],
-) -> Result<(), ModelError> {
-    let Some(equations) = M::MODEL_EXCHANGE else {
-        return Ok(());
-    };
-    let mut rate = model.clone();
-    let mut numbers = vec![f64::NAN; layout.states + layout.indicators];
-    let (dx, z) = numbers.split_at_mut(layout.states);
-    (equations.set_states)(&mut rate, dx);
-    (equations.differentiate)(model, p, u, now, 0.0, &mut rate)?;
-    (equations.states)(&rate, dx);
-    (equations.indicate)(model, p, u, now, 0.0, z)?;
-    let places = layout
-        .iter()
-        .zip(texts)
-        .filter(|((_, row), _)| row.place.is_behind());
-    for ((_, text), number) in places.zip(&numbers) {
-        *text = format!("{:x}", number.to_bits());
-    }
-    Ok(())
-}
 
 impl<M: Model> Trial<M> {
     /// States are what the table shows, and derivatives are all written.

@@ -3,8 +3,8 @@
 use super::point::Point;
 use super::trial::Trial;
 use crate::core::layout::Element;
+use crate::core::model::zero;
 use crate::core::place::Place;
-use crate::core::sizes::zero;
 use crate::core::value::{Value, allowed};
 use crate::{Evaluation, InputPolynomial, Model, ModelError};
 

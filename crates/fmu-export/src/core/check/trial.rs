@@ -1,7 +1,6 @@
 //! A model that is tried: its table, the point at which it starts, and the problems that were
 //! found.
 
-use super::exchange::behind;
 use super::point::Point;
 use crate::core::dependencies::Knowns;
 use crate::core::layout::{Element, Layout};
@@ -71,4 +70,32 @@ pub(super) fn texts<M: Model>(layout: &Layout<M>, y: &M::Output) -> Vec<String> 
         _ => String::new(),
     };
     layout.iter().map(text).collect()
+}
+
+/// Writes derivatives and indicators as texts where their elements are among all.
+fn behind<M: Model>(
+    layout: &Layout<M>,
+    model: &M,
+    Point(p, u): &Point<M>,
+    now: &M::Evaluation,
+    texts: &mut [String],
+) -> Result<(), ModelError> {
+    let Some(equations) = M::MODEL_EXCHANGE else {
+        return Ok(());
+    };
+    let mut rate = model.clone();
+    let mut numbers = vec![f64::NAN; layout.states + layout.indicators];
+    let (dx, z) = numbers.split_at_mut(layout.states);
+    (equations.set_states)(&mut rate, dx);
+    (equations.differentiate)(model, p, u, now, 0.0, &mut rate)?;
+    (equations.states)(&rate, dx);
+    (equations.indicate)(model, p, u, now, 0.0, z)?;
+    let places = layout
+        .iter()
+        .zip(texts)
+        .filter(|((_, row), _)| row.place.is_behind());
+    for ((_, text), number) in places.zip(&numbers) {
+        *text = format!("{:x}", number.to_bits());
+    }
+    Ok(())
 }

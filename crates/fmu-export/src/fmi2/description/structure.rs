@@ -3,7 +3,8 @@
 use crate::Model;
 use crate::border::description::{Element, listed};
 use crate::core::dependencies::Knowns;
-use crate::core::layout::{Layout, MOST_COUNTED};
+use crate::core::layout::Layout;
+use crate::core::length::MOST_COUNTED;
 use crate::core::model::Variable;
 
 pub(super) fn of<M: Model>(layout: &Layout<M>) -> Result<Element, String> {

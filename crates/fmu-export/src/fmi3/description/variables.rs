@@ -6,9 +6,10 @@ use crate::Model;
 use crate::border::description::{Element, type_attributes, variable};
 use crate::core::causality::Causality;
 use crate::core::layout::{Block, Layout, Run, TIME};
+use crate::core::length::Length;
 use crate::core::model::Variable;
 use crate::core::place::Kind;
-use crate::core::sizes::{self, Length, Start};
+use crate::core::sizes::{self, Start};
 
 pub(super) fn of<M: Model>(layout: &Layout<M>, (parameters, input): &Start<M>) -> Element {
     let output = sizes::output::<M>(parameters);

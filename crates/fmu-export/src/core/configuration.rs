@@ -1,0 +1,66 @@
+//! Sizes of an instance: they are set before initialization, and a saved state may bring others.
+
+use super::fault::Fault;
+use super::instance::Instance;
+use super::layout::Layout;
+use super::phase::Phase;
+use super::rates::Rates;
+use super::sizes::{fit, sizes};
+use super::state::State;
+use super::value::Value;
+use crate::Model;
+
+impl<M: Model> Instance<M> {
+    /// Sets sizes: vectors that become longer or shorter get their start values.
+    pub(super) fn configure<T: Value>(
+        &mut self,
+        pair: impl Fn(usize) -> Option<(u32, T)>,
+    ) -> Result<(), Fault> {
+        let (mut p, mut u) = (
+            self.state.parameters.clone(),
+            self.state.input.value.clone(),
+        );
+        for (element, value) in (0..).map_while(pair) {
+            let (i, row) = self.layout.find(element)?;
+            if let Some(place) = T::parameter(&row.place) {
+                *place.get_mut(&mut p, i) = value;
+            }
+        }
+        fit::<M>(
+            &mut p,
+            &mut u,
+            &mut self.output,
+            Some(&self.state.parameters),
+        );
+        let (old, before) = (&self.layout, &self.state);
+        let layout = Layout::<M>::new(&p, &u);
+        let mut state = State::instantiated(p, u, layout.slots());
+        for (number, (_, row)) in layout.numbered() {
+            if (row.dimensions(&before.parameters)).eq(row.dimensions(&state.parameters)) {
+                state.given[layout.slot(number)] = before.given[old.slot(number)];
+            }
+        }
+        state.phase = Phase::Configuration;
+        self.replace(state);
+        Ok(())
+    }
+
+    /// Whether parameters that a text has set are of the sizes that there are.
+    pub(super) fn has_sizes(&self, p: &M::Parameters) -> bool {
+        self.layout.fits(p, &self.state.input.value)
+            && sizes::<M>().all(|(_, size)| size.get(p, 0) == size.get(&self.start, 0))
+    }
+
+    /// After the parameters were changed: the start values and the table are of their sizes.
+    pub(super) fn follow_sizes(&mut self) {
+        let (mut start, mut u) = M::defaults();
+        for (_, place) in sizes::<M>() {
+            *place.get_mut(&mut start, 0) = place.get(&self.state.parameters, 0);
+        }
+        fit::<M>(&mut start, &mut u, &mut self.output, None);
+        self.start = start;
+        self.exchange = Rates::default();
+        self.room.forget();
+        self.layout = Layout::new(&self.state.parameters, &self.state.input.value);
+    }
+}
