@@ -80,9 +80,9 @@ impl Hdrm {
     pub fn gripped(&self, state: State, input: &Input, slips: &Slips) -> (State, Slips) {
         let (mut state, mut slips) = (self.geared(state), *slips);
         if let Some(drive) = &self.wrist {
-            for i in 0..3 {
+            for (i, slip) in slips.iter_mut().enumerate() {
                 let command = self.wrist_command(input, i);
-                slips[i] = drive.grips(i, &mut state.wrist[i], command, slips[i]);
+                *slip = drive.grips(i, &mut state.wrist[i], command, *slip);
             }
         }
         (self.geared(state), slips)
