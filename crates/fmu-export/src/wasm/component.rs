@@ -19,7 +19,7 @@ use crate::fmi3::instance::Fmi3;
 use std::ffi::{CStr, CString};
 use std::ptr;
 
-static LIBRARY: Library = Library::new(false);
+static LIBRARY: Library = Library::new(false, option_env!("FMU_SIZES"));
 
 /// An instance of the resource `co-simulation-instance`.
 pub struct Component {
