@@ -141,16 +141,15 @@ mod tests {
             }
             assert!(a.factorize(), "{n} {lower} {upper}");
             a.solve(&mut b);
-            for i in 0..n {
+            for (i, wanted) in wanted.iter().enumerate() {
                 let (got, size) = (0..n).fold((0.0, 0.0), |(sum, size), j| {
                     let product: f64 = value(i, j) * b[j];
                     (sum + product, size + product.abs())
                 });
                 let bound = 8.0 * n as f64 * f64::EPSILON * (size + 1.0);
                 assert!(
-                    (got - wanted[i]).abs() < bound,
-                    "{n} {lower} {upper}: {got} {}",
-                    wanted[i]
+                    (got - wanted).abs() < bound,
+                    "{n} {lower} {upper}: {got} {wanted}"
                 );
             }
         }

@@ -379,7 +379,7 @@ fn derivatives_of_derivatives_are_those_of_the_equations() {
                 0.25,
                 DRAG * (3.0 - 2.0),
                 DRAG * (-4.0 - 0.25),
-                GRAVITY * -1.0 + x[2] * 2.0 + x[3] * 0.25,
+                -GRAVITY + x[2] * 2.0 + x[3] * 0.25,
             ],
         );
         let mut found = [f64::NAN; 5];
