@@ -22,7 +22,7 @@ trials! {
         opened integrate:
             "an importer integrates it, handles its events, and finds derivatives and states as variables too",
             "tools with a solver of their own take this interface";
-        opened repeat.if_claimed(|c| c.saves_state):
+        opened go_back.if_claimed(|c| c.saves_state):
             "a state that is set again leads to the same future in Model Exchange, bit for bit",
             "solvers go back, and do not expect memory in the equations";
     }
@@ -234,7 +234,7 @@ fn integrate(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     Ok(())
 }
 
-fn repeat(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
+fn go_back(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let mut model = Integrated::started(fmu, "repeated")?;
     let h = length(fmu);
     model.step(h)?;
