@@ -23,8 +23,8 @@ use super::model::{Model, ModelExchange, Variable};
 ///     const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::of();
 /// #   type Parameters = Nothing; type Input = Nothing; type Output = Output; type Evaluation = ();
 /// #   const INFO: Info = Info::new("Ball", "ball");
-/// #   fn variables() -> &'static [Variable<Self>] { &[row!(Variable<Ball>, output height, "Height").unit("m").depends_on(&[]).initially_depends_on(&[]),
-/// #       row!(Variable<Ball>, output speed, "Speed").unit("m/s").depends_on(&[]).initially_depends_on(&[])] }
+/// #   fn variables() -> &'static [Variable<Self>] { const { &[row!(Variable<Ball>, output height, "Height").unit("m").depends_on(&[]).initially_depends_on(&[]),
+/// #       row!(Variable<Ball>, output speed, "Speed").unit("m/s").depends_on(&[]).initially_depends_on(&[])] } }
 /// #   fn defaults() -> (Nothing, Nothing) { (Nothing, Nothing) }
 /// #   fn initialize(_: &Nothing, _: &Nothing, _: f64) -> Result<Self, ModelError> { Ok(Ball { height: 1.0, speed: 0.0 }) }
 /// #   fn output(&self, _: &Nothing, _: &Nothing, _: &()) -> Result<Output, ModelError> { Ok(Output { height: self.height, speed: self.speed }) }
