@@ -31,7 +31,8 @@ class Fmu3(Unpacked):
         """Names of the elements, as FMI 2.0 has them."""
         if not self.variables[name].dimensions:
             return [name]
-        return [f"{name}[{i + 1}]" for i in range(self.length(name))]
+        stem, end = (name[:-1], ")") if name.startswith("der(") else (name, "")
+        return [f"{stem}[{i + 1}]{end}" for i in range(self.length(name))]
 
     def instance(self, **options):
         return Instance3(self, self.new_name(), **options)

@@ -197,8 +197,11 @@ def test_wrong_guid_gives_no_instance(fmu, guid):
 def test_wrong_kind_and_missing_callbacks_give_no_instance(fmu):
     instance = fmu.instance()
     instantiate, guid = instance.slave.dll.fmi2Instantiate, fmu.description.guid.encode()
-    assert not instantiate(b"x", 0, guid, None, byref(instance.callbacks), 0, 0)
-    assert "fmuType = 0 must be 1 (fmi2CoSimulation)" in instance.text
+    has_exchange = fmu.description.modelExchange is not None
+    wrong = 2 if has_exchange else 0
+    assert not instantiate(b"x", wrong, guid, None, byref(instance.callbacks), 0, 0)
+    assert f"fmuType = {wrong} must be 1 (fmi2CoSimulation)" in instance.text
+    assert ("or 0 (fmi2ModelExchange)" in instance.text) == has_exchange
     assert not instantiate(b"x", 1, guid, None, None, 0, 0)
     assert not instantiate(None, 1, guid, None, byref(instance.callbacks), 0, 0)
     assert "instanceName = NULL" in instance.text
