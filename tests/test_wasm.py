@@ -307,7 +307,7 @@ def lag(tmp_path_factory):
     assert cargo_fmu("new", "lag", cwd=folder).returncode == 0
     source = folder / "lag/src/lib.rs"
     text = source.read_text()
-    line = "        Self { y: (u.u - self.y) / p.time_constant }\n"
+    line = "        dx.y = (u.u - self.y) / p.time_constant;\n"
     assert line in text
     source.write_text(text.replace(line, f'        assert!(u.u != 13.0, "thirteen is too much");\n{line}'))
     done = cargo_fmu("pack", "--profile", "release", "--target", "wasm", "--out", folder / "fmu", cwd=folder / "lag")

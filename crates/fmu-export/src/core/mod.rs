@@ -43,6 +43,7 @@ mod row;
 pub(crate) mod saved;
 pub(crate) mod setters;
 pub(crate) mod sizes;
+#[cfg(feature = "derive")]
 pub(crate) mod solving;
 pub(crate) mod state;
 pub(crate) mod step;

@@ -21,6 +21,10 @@ impl<M> Room<M> {
     }
 }
 
+#[cfg_attr(
+    not(feature = "derive"),
+    expect(dead_code, reason = "what is derived alone is solved by the layer")
+)]
 pub(super) struct Scratch<M> {
     pub(super) solver: Solver,
     /// The model on its way through the step.

@@ -11,5 +11,5 @@ mod files;
 pub(crate) mod instance;
 mod instantiate;
 mod log;
-mod order;
+pub(crate) mod order;
 mod values;

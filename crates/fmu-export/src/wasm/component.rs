@@ -9,13 +9,14 @@ pub use std::ptr::{null, null_mut};
 use super::answers::plain;
 use super::callbacks::{fmu_intermediate_update, fmu_log_message, tell};
 use crate::border::body::enter;
-use crate::border::call::Call;
+use crate::border::call::{Call, U};
 use crate::border::export::Exported;
 use crate::border::library::Library;
 use crate::core::fault::refuse;
 use crate::fmi3::entry as e;
 use crate::fmi3::ffi::*;
 use crate::fmi3::instance::Fmi3;
+use crate::fmi3::order::ANY;
 use std::ffi::{CStr, CString};
 use std::ptr;
 
@@ -184,7 +185,7 @@ pub unsafe fn get<X: Exported, T: Clone + Default + 'static>(
 /// refuses it.
 unsafe fn count<X: Exported>(this: This, (vr, n): (*const ValueReference, usize)) -> usize {
     let (mut count, name) = (n, "the number of elements");
-    let allowed = u16::MAX;
+    let allowed = ANY | U;
     // SAFETY: forwarded.
     unsafe {
         enter::<X::Model, Fmi3>(instance(this), Call { name, allowed }, |b| {
@@ -422,7 +423,7 @@ functions! { ($) export_component_methods "fmi:fmi3/co-simulation@3.0.0#[method]
     ) -> Status {
         let _ = (requests, n, values, n_values);
         let name = "set-input-derivatives";
-        enter::<X::Model, Fmi3>(instance(this), Call { name, allowed: u16::MAX }, |_| {
+        enter::<X::Model, Fmi3>(instance(this), Call { name, allowed: ANY | U }, |_| {
             refuse!("FMI 3.0 has no function that sets derivatives of inputs")
         })
     }
