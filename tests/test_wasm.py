@@ -23,7 +23,7 @@ from wasm_host import ENGINE, Component, FmuWasm, Lost, Plain, module_of
 WASM_DIR = Path(os.environ.get("WASM_DIR", FMU_DIR.parent / "wasm")).resolve()
 ALL = (*NAMES, *WORLD)
 STEPS, H = int(os.environ.get("WASM_STEPS", 10_000)), 1e-3
-LARGEST = 600_000  # bytes of a module, compressed
+LARGEST = 640_000  # bytes of a module, compressed: 600 000 of those that are handed out, whose whole program is optimised at once; these are 6 % larger
 
 
 @pytest.fixture(scope="module")

@@ -88,6 +88,17 @@ impl Session<'_> {
         vr.iter().all(|vr| find(vr).is_some_and(&wanted))
     }
 
+    /// Whether derivatives by states or of event indicators are asked for, where an FMU for Model
+    /// Exchange has them: the description does not tell states from other local variables here.
+    pub fn is_of_equations(&self, known: &[u32], unknown: &[u32]) -> bool {
+        let is_local = |v: &Variable| is_unknown(v) && v.causality == Causality::Local;
+        let some = |vr: &[u32], wanted: &dyn Fn(&Variable) -> bool| {
+            (vr.iter().filter_map(|vr| self.fmu.find(*vr))).any(wanted)
+        };
+        self.fmu.description.model_exchange
+            && (some(known, &is_unknown) || some(unknown, &is_local))
+    }
+
     pub fn get_directional_derivative(&mut self, i: usize) -> Result<Call> {
         let (valid, known, unknown) = self.for_derivative();
         let n = elements(self.fmu, &known).count();
@@ -103,6 +114,7 @@ impl Session<'_> {
             });
         let is_initializing = self.instances[i].known.mode == Mode::Initialization;
         let expect = match wrong_known {
+            _ if self.is_of_equations(&known, &unknown) => Expect::FileDecides,
             _ if !self.fmu.description.capabilities.directional_derivatives => Expect::Refused,
             _ if is_3 && !are_there => Expect::Refused,
             // FMI 3.0 names whole arrays, so what is looked at first is the exporter's affair.

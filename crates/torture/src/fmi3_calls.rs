@@ -118,6 +118,7 @@ impl<'a> Session<'a> {
         // A model refuses inputs that are impossible together; a huge seed leaves the range of
         // numbers, one that is none is discarded.
         let expect = match sound {
+            _ if short == 0 && self.is_of_equations(&known, &unknown) => Expect::FileDecides,
             true if valid => Expect::ModelDecides,
             true => Expect::FileDecides,
             false if v.iter().all(|v| v.is_finite()) => Expect::Refused,

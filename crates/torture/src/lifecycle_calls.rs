@@ -262,9 +262,12 @@ impl Session<'_> {
                 }
         };
         let right = guid.to_str() == Ok(&self.fmu.description.guid) && !no_guid;
+        // Of FMI 3.0 any other number calls the function for Model Exchange.
+        let is_exchange = kind == 0 || f.fmi3().is_some();
+        let is_offered = kind == 1 || is_exchange && self.fmu.description.model_exchange;
         // FMI 3.0 has a logger instead, which may be NULL.
         let sound = right
-            && kind == 1
+            && is_offered
             && (!no_callbacks || f.fmi3().is_some())
             && name.is_some_and(|n| !n.is_empty());
         Call {

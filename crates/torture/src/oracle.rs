@@ -91,7 +91,10 @@ fn judge_by(messages: &[Message], instance: &Subject, call: &Call) -> Result<()>
     let is_number = !is_output(name) || !text.contains(" became ");
     ensure!(is_number, "an output is no number");
     // Of an array, an element may be named.
-    let named = |v: &String| text.contains(&format!("`{v}`")) || text.contains(&format!("`{v}["));
+    let named = |v: &String| {
+        let stem = v.strip_suffix(')').unwrap_or(v); // `der(x[1])` is an element of `der(x)`
+        text.contains(&format!("`{v}`")) || text.contains(&format!("`{stem}["))
+    };
     ensure!(
         call.variables.is_empty() || call.variables.iter().any(named),
         "the message names none of the variables {:?}",

@@ -52,6 +52,7 @@ impl<M: Model> Instance<M> {
         if self.exchange.fresh[which] {
             return Ok(&self.exchange.numbers[range]);
         }
+        self.model()?; // start values that do not fit together are an error here as for outputs
         let t = self.state.time;
         self.evaluate().map_err(|error| failed(t, &error))?;
         let Self {
@@ -106,7 +107,8 @@ impl<M: Model> Instance<M> {
         run: &Run<M>,
         read: impl Fn(&[f64]) -> Option<&[T]>,
     ) -> Result<Option<&[T]>, Fault> {
-        if M::MODEL_EXCHANGE.is_none() || !run.row.place.is_behind() {
+        let is_there = M::MODEL_EXCHANGE.is_some() && run.row.place.is_behind();
+        if !is_there || read(&[]).is_none() {
             return Ok(None);
         }
         let is_indicator = !run.row.place.is_derivative();
