@@ -241,7 +241,7 @@ impl<M: Model> Instance<M> {
                     put,
                     DIRECTIONAL,
                 ),
-                None => self.difference(&direction, unknowns, unknown, put),
+                None => self.difference(&direction, unknowns, &unknown, &mut { put }),
             };
         }
         self.evaluate()?;
@@ -314,15 +314,21 @@ impl<M: Model> Instance<M> {
         let (state, (model, now)) = (&self.state, self.evaluated());
         let adjoint = model.adjoint_derivative(&state.parameters, state.input(), now, &weights)?;
         let read = |&number: &u32| {
-            let (i, row, place) = self.known(number)?;
+            let (i, _, place) = self.known(number)?;
             let value = place.map_or(0.0, |place| place.get(&adjoint, i));
-            if !value.is_finite() {
-                let name = row.element_name(i);
-                return refuse!("adjoint derivative by `{name}` became {value}; it must be finite");
-            }
-            Ok(value)
+            self.finite_adjoint(number, value)
         };
         knowns.iter().map(read).collect()
+    }
+
+    /// An adjoint derivative by a known, if it is a number.
+    fn finite_adjoint(&self, known: u32, value: f64) -> Result<f64, Fault> {
+        if value.is_finite() {
+            return Ok(value);
+        }
+        let (i, row, _) = self.known(known)?;
+        let name = row.element_name(i);
+        refuse!("adjoint derivative by `{name}` became {value}; it must be finite")
     }
 
     /// A weight for each element of the Real outputs and local variables, in the order of the
@@ -364,7 +370,7 @@ impl<M: Model> Instance<M> {
                 |_| 1.0,
                 |k, dy| sum += seed[k] * dy,
             )?;
-            Ok(sum)
+            self.finite_adjoint(known, sum)
         };
         knowns.iter().map(column).collect()
     }
@@ -376,8 +382,8 @@ impl<M: Model> Instance<M> {
         &mut self,
         direction: &Direction<M>,
         unknowns: usize,
-        unknown: impl Fn(usize) -> u32,
-        put: impl FnMut(usize, f64),
+        unknown: &dyn Fn(usize) -> u32,
+        put: &mut dyn FnMut(usize, f64),
     ) -> Result<(), Fault> {
         let largest = direction.largest;
         let step = ROOT_OF_EPSILON / if largest > 0.0 { largest } else { 1.0 };
@@ -386,10 +392,46 @@ impl<M: Model> Instance<M> {
             Some(u) => (step, u),
             None => (0.0, self.state.input().clone()),
         });
+        if less.0 == more.0 {
+            let parts = self.parts(direction);
+            if parts.len() > 1 {
+                let mut sums = vec![0.0; unknowns];
+                for part in &parts {
+                    self.difference(part, unknowns, unknown, &mut |k, dy| sums[k] += dy)?;
+                }
+                sums.iter().enumerate().for_each(|(k, dy)| put(k, *dy));
+                return Ok(());
+            }
+        }
         let y_less = self.observed(direction, less.0, &less.1)?;
         let y_more = self.observed(direction, more.0, &more.1)?;
         let slope = |e| (self.value(e, &y_more) - self.value(e, &y_less)) / (more.0 - less.0);
         self.put_values(unknowns, unknown, slope, put, "derivative")
+    }
+
+    /// The direction as a sum: the states, and each input that changes. Inputs at opposite bounds
+    /// cannot move together, but each of them can.
+    fn parts(&self, direction: &Direction<M>) -> Vec<Direction<M>> {
+        let zero = || self.layout.zero(self.state.input());
+        let states = direction.dx.is_some().then(|| Direction {
+            du: zero(),
+            dx: direction.dx.clone(),
+            largest: direction.largest,
+        });
+        let inputs = self.layout.iter().filter_map(|(i, row)| match &row.place {
+            Place::RealIn(place) if place.get(&direction.du, i) != 0.0 => {
+                let (seed, mut du) = (place.get(&direction.du, i), zero());
+                *place.get_mut(&mut du, i) = seed;
+                let largest = seed.abs() / row.nominal.unwrap_or(1.0);
+                Some(Direction {
+                    du,
+                    dx: None,
+                    largest,
+                })
+            }
+            _ => None,
+        });
+        states.into_iter().chain(inputs).collect()
     }
 
     /// What is observed with the inputs `u` and the states moved by `step`; in Initialization Mode of

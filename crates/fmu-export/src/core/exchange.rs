@@ -111,6 +111,9 @@ impl<M: Model> Instance<M> {
         if !is_there || read(&[]).is_none() {
             return Ok(None);
         }
+        if self.state.phase == Phase::Instantiated {
+            self.start_output(run.row)?;
+        }
         let is_indicator = !run.row.place.is_derivative();
         self.compute(usize::from(is_indicator))?;
         Ok(read(&self.exchange.numbers[run.offset as usize..]))
