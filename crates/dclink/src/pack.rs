@@ -3,6 +3,10 @@
 use crate::params::{Battery, POINTS};
 use serde::{Deserialize, Serialize};
 
+/// Resistance, Ω, up to which there is no RC pair: 1000 A would drop a microvolt in it, and its
+/// inverse must stay a number.
+const NO_PAIR: f64 = 1e-9;
+
 /// A pack, ready to be computed with.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pack {
@@ -29,7 +33,7 @@ impl Pack {
             open: std::array::from_fn(|k| [cells * b.ocv[k], cells * (b.ocv[k + 1] - b.ocv[k])]),
             soc_per_charge: 1.0 / (3600.0 * b.capacity),
             rate: b.tau.map(|tau| 1.0 / tau),
-            conductance: b.R.map(|R| if R > 0.0 { 1.0 / R } else { 0.0 }),
+            conductance: b.R.map(|R| if R > NO_PAIR { 1.0 / R } else { 0.0 }),
             heat: [1.0 / b.heat_capacity, 1.0 / b.heat_resistance],
         }
     }
