@@ -2,6 +2,7 @@
 
 use anyhow::{Result, bail};
 use fmu_description::{Access, Variability};
+use serde::{Deserialize, Serialize};
 
 use crate::bond::Residual;
 use crate::coupling::{self, BondStep, Coupling};
@@ -11,7 +12,7 @@ use crate::input_table::InputTable;
 use crate::instances::make;
 use crate::means::Means;
 use crate::schedule;
-use crate::slave::{At, Slave};
+use crate::slave::{At, Slave, State};
 use crate::spare;
 use crate::system::{Setting, System};
 use crate::wiring::{Link, Port, Wiring};
@@ -30,13 +31,26 @@ pub struct Master {
     /// Present time, s.
     time: f64,
     inputs: Option<InputTable>,
+    made: LastStep,
 }
 
-/// A running system at a communication point, as it was saved.
-pub struct Saved {
-    coupling: coupling::Saved,
+/// A running system at a communication point, as it was saved: with states of the instances, or
+/// bytes of them.
+#[derive(Deserialize, Serialize)]
+pub struct Saved<S = State> {
+    coupling: coupling::Saved<S>,
     steps: u64,
     time: f64,
+    made: LastStep,
+}
+
+/// The last communication step, where its length is chosen.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
+pub struct LastStep {
+    /// s.
+    pub length: f64,
+    /// Error beside what is allowed.
+    pub error: f64,
 }
 
 impl Master {
@@ -94,7 +108,24 @@ impl Master {
             steps: 0,
             time: stepping.start,
             inputs: None,
+            made: LastStep::default(),
         })
+    }
+
+    /// The last communication step, where its length is chosen.
+    pub fn last_step(&self) -> LastStep {
+        self.made
+    }
+
+    pub(crate) fn note_step(&mut self, made: LastStep) {
+        self.made = made;
+    }
+
+    /// From now on a component that ends a step early stops the step of all.
+    pub(crate) fn stop_early(&self) {
+        self.slaves()
+            .iter()
+            .for_each(|slave| slave.stop_early(true));
     }
 
     /// Present time, s: `t_0 + k·h` after k steps.
@@ -243,7 +274,28 @@ impl Master {
             coupling: self.coupling.save(self.time)?,
             steps: self.steps,
             time: self.time,
+            made: self.made,
         })
+    }
+
+    /// The same in bytes, for a run of the same system in another process.
+    ///
+    /// # Errors
+    /// An FMU that cannot serialize its state.
+    pub(crate) fn save_bytes(&self) -> Result<Saved<Vec<u8>>> {
+        Ok(Saved {
+            coupling: self.coupling.save_bytes(self.time)?,
+            steps: self.steps,
+            time: self.time,
+            made: self.made,
+        })
+    }
+
+    /// Back to such a state.
+    pub(crate) fn restore_bytes(&mut self, saved: Saved<Vec<u8>>) -> Result<()> {
+        self.coupling.restore_bytes(saved.coupling, saved.time)?;
+        self.go_on(saved.steps, saved.time, saved.made);
+        Ok(())
     }
 
     /// Back to a saved state of this run: from there it goes on as it did, bit for bit.
@@ -252,9 +304,13 @@ impl Master {
     /// A state of another run, or one that an FMU refuses.
     pub fn restore(&mut self, saved: &Saved) -> Result<()> {
         self.coupling.restore(&saved.coupling, saved.time)?;
-        (self.steps, self.time) = (saved.steps, saved.time);
-        self.inputs.iter_mut().for_each(InputTable::rewind);
+        self.go_on(saved.steps, saved.time, saved.made);
         Ok(())
+    }
+
+    fn go_on(&mut self, steps: u64, time: f64, made: LastStep) {
+        (self.steps, self.time, self.made) = (steps, time, made);
+        self.inputs.iter_mut().for_each(InputTable::rewind);
     }
 
     /// End the run for all.

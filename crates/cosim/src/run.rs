@@ -2,15 +2,18 @@
 //! and what came out of it.
 
 use std::fmt::Write as _;
+use std::fs;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 
 use crate::bond::Residual;
 use crate::master::Master;
 use crate::observer::{Function, Observer};
 use crate::slave::Ended;
-use crate::stepping::FixedSteps;
+use crate::snapshot::Going;
+use crate::stepping::{Control, StepCount, Steps};
 use crate::supervision::Supervision;
 use crate::system::System;
 use crate::verdict::Verdict;
@@ -24,11 +27,37 @@ pub struct Outcome {
     pub residuals: Vec<Residual>,
     /// Simulated time, s.
     pub simulated: f64,
+    /// Numbers and lengths of steps, where lengths were chosen.
+    pub chosen: Option<StepCount>,
     /// Time it took, without loading and initialization.
     pub elapsed: Duration,
     /// What is to be said of the result: divergence, energy that the coupling made, warnings of the
     /// FMUs.
     pub verdict: Verdict,
+}
+
+/// How a run is made.
+#[derive(Clone, Debug, Default)]
+pub struct Plan {
+    /// Stop time, s.
+    pub stop: f64,
+    /// How long the communication steps are.
+    pub control: Control,
+    /// The run is saved to these files, at the first communication point that is not before the
+    /// time, s, beside each.
+    pub snapshots: Vec<(f64, PathBuf)>,
+    /// It goes on from this file.
+    pub resume: Option<PathBuf>,
+}
+
+impl Plan {
+    /// Steps of one length to `stop`, s.
+    pub fn to(stop: f64) -> Self {
+        Self {
+            stop,
+            ..Self::default()
+        }
+    }
 }
 
 /// As [`observed`], with a function as the observer.
@@ -53,30 +82,56 @@ pub fn run(
 /// Besides what went wrong: where the loops of the system began to diverge before.
 pub fn observed(
     system: &System,
-    mut master: Master,
+    master: Master,
     stop: f64,
     progress: &dyn Fn(u64, u64),
     observer: &mut dyn Observer,
 ) -> Result<Outcome> {
-    let start = master.time();
-    let mut steps = FixedSteps::new(master.stepping(), stop)?;
+    planned(system, master, &Plan::to(stop), progress, observer)
+}
+
+/// The same by a plan; a run that is gone on with is observed from there on.
+///
+/// # Errors
+/// As [`observed`]; what the plan asks for cannot be had of this system, or a file is none of its.
+pub fn planned(
+    system: &System,
+    mut master: Master,
+    plan: &Plan,
+    progress: &dyn Fn(u64, u64),
+    observer: &mut dyn Observer,
+) -> Result<Outcome> {
+    let Plan { stop, control, .. } = plan;
+    let mut steps = Steps::new(system, &master, *stop, control)?;
     let mut verdict = Verdict::default();
     if let Some(fixed) = system.fixed_step()
+        && let Steps::Fixed(steps) = &mut steps
         && steps.leave_rest()
     {
         verdict.note(format!(
             "the last step is not shortened to end at {stop} s, because `{fixed}` cannot vary its step"
         ));
     }
-    let all = steps.count();
     let mut supervision = Supervision::new(system, &master, verdict);
+    let mut going = Going {
+        system,
+        control,
+        master: &mut master,
+        steps: &mut steps,
+        supervision: &mut supervision,
+    };
+    if let Some(file) = &plan.resume {
+        let resumed = fs::read(file).map_err(Into::into);
+        let resumed = resumed.and_then(|bytes| going.resume(&bytes));
+        resumed.with_context(|| format!("`{}`", file.display()))?;
+    }
+    let start = going.master.time();
+    let mut due: Vec<_> = plan.snapshots.iter().filter(|(t, _)| *t >= start).collect();
+    save(&mut due, &going)?;
     let clock = Instant::now();
     observer.observe(&master)?;
-    for k in 1..=all {
-        if observer.is_done() {
-            break;
-        }
-        let observed = match steps.make(k, &mut master) {
+    while !observer.is_done() && !steps.is_over(&master) {
+        let observed = match steps.make(&mut master) {
             Ok(false) => continue,
             Ok(true) => observer.observe(&master),
             Err(error) => Err(error),
@@ -89,19 +144,47 @@ pub fn observed(
             return Err(supervision.explain(error, system, &master));
         }
         supervision.add(&master);
+        if !due.is_empty() {
+            save(
+                &mut due,
+                &mut Going {
+                    system,
+                    control,
+                    master: &mut master,
+                    steps: &mut steps,
+                    supervision: &mut supervision,
+                },
+            )?;
+        }
+        let (k, all) = steps.so_far(&master);
         if k % 256 == 0 {
             progress(k, all);
         }
     }
+    let (_, all) = steps.so_far(&master);
     progress(all, all);
     let elapsed = clock.elapsed();
     let (residuals, simulated) = (master.residuals().to_vec(), master.time() - start);
     Ok(Outcome {
         residuals,
         simulated,
+        chosen: steps.chosen(),
         elapsed,
         verdict: supervision.end(system, master)?,
     })
+}
+
+/// Save the run to the files that are due.
+fn save(due: &mut Vec<&(f64, PathBuf)>, going: &Going) -> Result<()> {
+    let tolerance = 1e-6 * going.master.stepping().step;
+    let now = |(time, _): &&(f64, PathBuf)| *time <= going.master.time() + tolerance;
+    for (_, file) in due.extract_if(.., |snapshot| now(snapshot)) {
+        let written = going
+            .to_bytes()
+            .and_then(|bytes| Ok(fs::write(file, bytes)?));
+        written.with_context(|| format!("the snapshot `{}`", file.display()))?;
+    }
+    Ok(())
 }
 
 impl Outcome {
@@ -123,6 +206,17 @@ impl Outcome {
             line(format!(
                 "power residual of bond {}: peak {:.3} W, net {:.3e} J ({share:.1e} % of {:.3e} J turned over)",
                 r.bond, r.peak, r.energy, r.turnover
+            ));
+        }
+        if let Some(StepCount {
+            made,
+            computed,
+            lengths,
+        }) = self.chosen
+        {
+            let [shortest, longest] = lengths.unwrap_or_default();
+            line(format!(
+                "{made} communication steps of {shortest:.3e} s to {longest:.3e} s, {computed} computed"
             ));
         }
         line(format!(

@@ -17,7 +17,7 @@ const ROUNDING: f64 = 1e-9;
 /// Watches the communication points of a run.
 #[derive(Clone, Debug)]
 pub struct Supervision {
-    watch: Watch,
+    pub(crate) watch: Watch,
     verdict: Verdict,
 }
 
