@@ -63,6 +63,10 @@ pub struct SystemArgs {
     /// repeatable
     #[arg(long, value_name = "COMPONENT")]
     pub feedthrough: Vec<String>,
+    /// Solve algebraic loops of declared dependencies, by Newton's method, in initialization and with
+    /// the schedules jacobi and gauss-seidel at every communication point
+    #[arg(long)]
+    pub solve_loops: bool,
     /// Parameter set for the system, in the packed system (`resources/heavy.ssv`) or a file;
     /// repeatable, before all other options
     #[arg(long, value_name = "FILE")]
@@ -98,6 +102,7 @@ impl SystemArgs {
         for set in &self.parameters {
             system.apply_set(set)?;
         }
+        system.structure.solves_loops = self.solve_loops;
         for name in &self.feedthrough {
             ensure!(
                 system.structure.component(name).is_some(),
