@@ -10,8 +10,7 @@ use std::collections::BTreeMap;
 use anyhow::{Result, bail};
 use fmu_description::Access;
 
-use crate::exchange::Exchange;
-use crate::slave::{At, Slave};
+use crate::slave::At;
 use crate::wiring::{Port, Wiring};
 
 /// Iterations after which a loop is not solved.
@@ -26,6 +25,14 @@ const CHANGE: f64 = 1.5e-8;
 /// Pivot beside the largest element up to which a loop has no one solution: derivatives by
 /// differences are known to about [`CHANGE`].
 const SINGULAR: f64 = 1e-7;
+
+/// The exchange through which the outputs of loops depend on each other.
+pub(crate) trait Passing {
+    /// What is passed, by slot.
+    fn values(&mut self) -> &mut [f64];
+    /// Set the inputs to that, then read the outputs.
+    fn write_and_read(&mut self) -> Result<()>;
+}
 
 /// The unknowns of the loops of a stage.
 #[derive(Debug)]
@@ -73,25 +80,19 @@ impl Unknowns {
         }))
     }
 
-    /// Solve the loops of stage `k`, whose outputs have just been read; then its inputs are set to
+    /// Solve the loops of a stage whose outputs have just been read; then its inputs are set to
     /// the solution, and its outputs are those.
     ///
     /// # Errors
     /// No solution is found; what the FMUs refuse.
-    pub fn solve(
-        &mut self,
-        exchange: &mut Exchange,
-        k: usize,
-        slaves: &[Slave],
-        at: At,
-    ) -> Result<()> {
+    pub fn solve(&mut self, stage: &mut dyn Passing, at: At) -> Result<()> {
         for (y, slot) in self.y.iter_mut().zip(&self.slots) {
-            *y = exchange.values[*slot];
+            *y = stage.values()[*slot];
         }
         let mut before = f64::INFINITY;
         for iterations in 0..ITERATIONS {
             self.iterations = iterations;
-            self.evaluate(exchange, k, slaves, at)?;
+            self.evaluate(stage)?;
             let residual = self.largest();
             // The second clause: the best that rounding allows.
             let is_best = residual <= TOLERANCE && residual > 0.5 * before;
@@ -99,7 +100,7 @@ impl Unknowns {
                 return Ok(());
             }
             before = residual;
-            self.differentiate(exchange, k, slaves, at)?;
+            self.differentiate(stage)?;
             if !eliminate(&mut self.rows, &mut self.sizes) {
                 return self.fail(at, "they have no solution, or more than one");
             }
@@ -111,27 +112,21 @@ impl Unknowns {
     }
 
     /// `g(y) − y`, whatever the unknowns are.
-    fn evaluate(
-        &mut self,
-        exchange: &mut Exchange,
-        k: usize,
-        slaves: &[Slave],
-        at: At,
-    ) -> Result<()> {
-        self.put(exchange);
-        exchange.write_and_read(k, slaves, at)?;
-        let found = self.slots.iter().map(|slot| exchange.values[*slot]);
+    fn evaluate(&mut self, stage: &mut dyn Passing) -> Result<()> {
+        self.put(stage);
+        stage.write_and_read()?;
+        let found = self.slots.iter().map(|slot| stage.values()[*slot]);
         for ((residual, y), found) in self.residual.iter_mut().zip(&self.y).zip(found) {
             *residual = found - y;
         }
         // What goes on is what was set.
-        self.put(exchange);
+        self.put(stage);
         Ok(())
     }
 
-    fn put(&self, exchange: &mut Exchange) {
+    fn put(&self, stage: &mut dyn Passing) {
         for (y, slot) in self.y.iter().zip(&self.slots) {
-            exchange.values[*slot] = *y;
+            stage.values()[*slot] = *y;
         }
     }
 
@@ -143,25 +138,19 @@ impl Unknowns {
     }
 
     /// Derivatives at `y`, a column for each unknown.
-    fn differentiate(
-        &mut self,
-        exchange: &mut Exchange,
-        k: usize,
-        slaves: &[Slave],
-        at: At,
-    ) -> Result<()> {
+    fn differentiate(&mut self, stage: &mut dyn Passing) -> Result<()> {
         for (row, residual) in self.rows.iter_mut().zip(&self.residual) {
             row[self.slots.len()] = *residual;
         }
         for j in 0..self.slots.len() {
             let moved = self.y[j] + CHANGE * (1.0 + self.y[j].abs());
             let change = moved - self.y[j];
-            self.put(exchange);
-            exchange.values[self.slots[j]] = moved;
-            exchange.write_and_read(k, slaves, at)?;
+            self.put(stage);
+            stage.values()[self.slots[j]] = moved;
+            stage.write_and_read()?;
             for (i, row) in self.rows.iter_mut().enumerate() {
                 let before = self.residual[i] + self.y[i];
-                let slope = (exchange.values[self.slots[i]] - before) / change;
+                let slope = (stage.values()[self.slots[i]] - before) / change;
                 row[j] = f64::from(i == j) - slope;
             }
         }

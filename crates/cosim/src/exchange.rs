@@ -5,7 +5,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use crate::algebraic_loop::Unknowns;
+use crate::algebraic_loop::{Passing, Unknowns};
 use crate::batch::Batch;
 use crate::faults::Alteration;
 use crate::slave::{At, Slave};
@@ -356,19 +356,20 @@ impl Exchange {
             match self.stages[k].unknowns.take() {
                 None => self.write_stage(k, None, slaves, at)?,
                 Some(mut unknowns) => {
-                    let solved = unknowns.solve(self, k, slaves, at);
+                    let exchange = &mut *self;
+                    let mut stage = Solved {
+                        exchange,
+                        k,
+                        slaves,
+                        at,
+                    };
+                    let solved = unknowns.solve(&mut stage, at);
                     self.stages[k].unknowns = Some(unknowns);
                     solved?;
                 }
             }
         }
         Ok(())
-    }
-
-    /// Set the inputs of a stage, then read its outputs.
-    pub(crate) fn write_and_read(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
-        self.write_stage(k, None, slaves, at)?;
-        self.read_stage(k, slaves, at)
     }
 
     /// Pass all values until none changes any more, bit for bit, at most `passes` times; the
@@ -507,6 +508,26 @@ impl Exchange {
             }
         }
         text
+    }
+}
+
+/// A stage whose loops are being solved.
+struct Solved<'a> {
+    exchange: &'a mut Exchange,
+    k: usize,
+    slaves: &'a [Slave],
+    at: At,
+}
+
+impl Passing for Solved<'_> {
+    fn values(&mut self) -> &mut [f64] {
+        &mut self.exchange.values
+    }
+
+    fn write_and_read(&mut self) -> Result<()> {
+        let (k, slaves, at) = (self.k, self.slaves, self.at);
+        self.exchange.write_stage(k, None, slaves, at)?;
+        self.exchange.read_stage(k, slaves, at)
     }
 }
 

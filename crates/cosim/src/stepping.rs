@@ -6,9 +6,9 @@ mod control;
 mod fixed;
 
 use anyhow::{Result, bail};
-use serde::{Deserialize, Serialize};
 
 pub use chosen::{ChosenSteps, StepCount};
+pub(crate) use control::Progress;
 pub use control::{Control, Limits};
 pub use fixed::FixedSteps;
 
@@ -21,17 +21,6 @@ pub enum Steps {
     Fixed(FixedSteps),
     /// Of lengths that are chosen, or repeated.
     Chosen(ChosenSteps),
-}
-
-/// How far the steps of a run have come.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
-pub(crate) struct Progress {
-    /// Steps of one length, lost points included.
-    pub made: u64,
-    /// Length of the next step, s, where it is chosen.
-    pub next: f64,
-    /// Error of the last step beside what is allowed.
-    pub error: f64,
 }
 
 impl Steps {

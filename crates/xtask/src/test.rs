@@ -123,8 +123,8 @@ fn compile(
         skipped(&format!("what is handed out cannot be built: {lacking}")).map(|()| None)
     })?;
     let fmus = phases.run("pack", || {
-        let sources =
-            ["fmu-oscillator", "fmu-pendulum"].map(|name| Source::Package(name.to_string()));
+        let sources = ["fmu-oscillator", "fmu-pendulum", "fmu-chassis", "fmu-wheel"]
+            .map(|name| Source::Package(name.to_string()));
         let examples = workspace.target.join("fmu-examples");
         pack::fmus(workspace, &sources, "release", &examples)?;
         match &handed_out {

@@ -3,8 +3,7 @@
 use anyhow::{Result, bail, ensure};
 use fmu_description::{Access, Variability};
 
-use super::Progress;
-use super::control::{Control, Limits, Regulator};
+use super::control::{Control, Limits, Progress, Regulator};
 use crate::master::{LastStep, Master};
 use crate::slave::Stopped;
 use crate::system::System;

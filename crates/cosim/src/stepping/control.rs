@@ -98,6 +98,17 @@ impl Limits {
     }
 }
 
+/// How far the steps of a run have come.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+pub(crate) struct Progress {
+    /// Steps of one length, lost points included.
+    pub made: u64,
+    /// Length of the next step, s, where it is chosen.
+    pub next: f64,
+    /// Error of the last step beside what is allowed.
+    pub error: f64,
+}
+
 /// Chooses lengths.
 #[derive(Clone, Debug)]
 pub(super) struct Regulator {
