@@ -1,5 +1,6 @@
 //! Options of the electrical side: undervoltage trip, heat, temperature.
 
+use machine::CurrentLoop;
 use serde::{Deserialize, Serialize};
 
 /// What of the electrical side is modelled beyond the paper; by default nothing.
@@ -11,4 +12,7 @@ pub struct Electric {
     pub heat: bool,
     /// Whether resistance and magnets follow their temperature.
     pub temperature: bool,
+    /// The drive's own current loop, which samples at the inverter's switching frequency; None: the
+    /// inputs are voltages.
+    pub current_loop: Option<CurrentLoop>,
 }

@@ -4,6 +4,7 @@
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
 use crate::maps;
+use crate::regulator::Regulator;
 use crate::state::{Point, State};
 use machine::{ActuatorInput as Input, DEAD_LINK, Holding};
 
@@ -65,6 +66,7 @@ impl Emla {
                 next.kinds.inverter += field;
             }
             (next.i_d, next.i_q) = (0.0, 0.0);
+            next.regulator = Regulator::default();
         }
         next
     }

@@ -2,6 +2,7 @@
 #![allow(non_snake_case)] // symbols
 
 mod blending;
+mod current_loop;
 mod dc_link;
 mod derivatives;
 mod electric;
