@@ -49,7 +49,6 @@ impl Model for EmlaFmu {
             state,
             rod,
             slip: 0.0,
-            due: t,
             told: false,
             warning,
         })
@@ -155,18 +154,9 @@ impl Continuous for EmlaFmu {
         let (mut state, slip) = self.emla.switched_to(&self.state, &now, self.slip);
         state.shift += shift;
         self.slip = slip;
-        let mut event = Event::NONE;
-        if let Some(T) = self.emla.sampling_period() {
-            // Clocks are off by rounding; after a sample that comes late the next is half a period away or more.
-            if t >= self.due - 1e-3 * T {
-                state = self.emla.sampled(&state, &now);
-                self.due = self.due.max(t - 0.5 * T) + T;
-            }
-            event = Event::at(self.due);
-        }
         self.become_state(state, t, |emla| trip(emla, &now, t));
         self.completed_step(p, u, t)?;
-        Ok(event)
+        Ok(Event::NONE)
     }
 
     fn directional(

@@ -3,11 +3,8 @@
 use actuator_table::{AXIS, DRIVE, ROOM};
 use emla::{Electric, Emla, State, Surrogate};
 use fmu_export::{Carried, ModelError};
-use machine::{CurrentLoop, Drive, EmlaFields, Machine};
+use machine::{Drive, EmlaFields, Machine};
 use serde::{Deserialize, Serialize};
-
-/// Switching frequency that a current loop of the drive needs, Hz.
-const SLOWEST_SWITCHING: f64 = 100.0;
 
 /// The actuator behind the FMI border.
 #[derive(Clone, Serialize, Deserialize)]
@@ -18,8 +15,6 @@ pub struct EmlaFmu {
     pub(crate) rod: Carried<f64>,
     /// Which way an applied brake slips in Model Exchange, 1 or −1; 0: it holds.
     pub(crate) slip: f64,
-    /// When the drive's own current loop samples next in Model Exchange, s.
-    pub(crate) due: f64,
     /// Whether the importer was told that the network is used where it was not trained.
     #[serde(skip)]
     pub(crate) told: bool,
@@ -39,10 +34,6 @@ pub struct Parameters {
     pub(crate) delay: i32,
     /// What the electrical side does beyond the paper.
     pub(crate) electric: Electric,
-    /// Whether the drive regulates its currents itself.
-    pub(crate) current_loop: bool,
-    /// With which gains.
-    pub(crate) regulator: CurrentLoop,
     /// Temperatures of winding and housing at the start, K.
     pub(crate) T_start: [f64; 2],
     /// Item of [`AXIS`].
@@ -66,8 +57,6 @@ impl Parameters {
             alpha: 0.0,
             delay: 0,
             electric: Electric::default(),
-            current_loop: false,
-            regulator: CurrentLoop::TYPICAL,
             T_start: [ROOM; 2],
             axis: AXIS.number(0),
             of_machine: EmlaFields::new(Machine::reference().emla.slew),
@@ -80,19 +69,9 @@ impl Parameters {
 
     pub(crate) fn actuator(&self) -> Result<Emla, ModelError> {
         let p = self.of_machine.section()?;
-        let f_sw = self.of_machine.inverter.f_sw;
-        if self.current_loop && f_sw < SLOWEST_SWITCHING {
-            return Err(ModelError::new(format!(
-                "`inverter.f_sw` = {f_sw} Hz with `current_loop` = true: the loop runs at the switching frequency, which must be at least {SLOWEST_SWITCHING} Hz"
-            )));
-        }
-        let electric = Electric {
-            current_loop: self.current_loop.then_some(self.regulator),
-            ..self.electric
-        };
         let emla = Emla::new(p, DRIVE.item(self.drive)?)?
             .with_surrogate(self.surrogate.clone(), self.alpha)
-            .with_electric(electric)
+            .with_electric(self.electric)
             .with_delay(u32::try_from(self.delay)?);
         if self.interval {
             return Ok(emla.with_interval()?);

@@ -3,8 +3,8 @@
 
 use super::model::{EmlaFmu, Parameters};
 use actuator_table::{
-    AXIS, DRIVE, RESOURCES, TERMINALS, UNITS, actuator_inputs, actuator_parameters, current_loop,
-    energy, inverter_parameters,
+    AXIS, DRIVE, RESOURCES, TERMINALS, UNITS, actuator_inputs, actuator_parameters, energy,
+    inverter_parameters,
 };
 use emla::Surrogate;
 use fmu_export::{
@@ -81,8 +81,7 @@ pub(crate) const VARIABLES: &[V] = joined!(
     INVERTER,
     BRAKE_AND_HEAT,
     INTERVAL,
-    FREE_ROD,
-    CURRENT_LOOP
+    FREE_ROD
 );
 
 const INPUTS: &[V] = actuator_inputs!(
@@ -231,8 +230,6 @@ const FREE_ROD: &[V] = &[
     row!(V, local x_free, "position of the rod with drive = force; with drive = motion that of the start").unit("m").display_unit("mm").nominal(0.1),
     row!(V, local x_free_dot, "velocity of the rod with drive = force; with drive = motion that of the start").unit("m/s").display_unit("mm/s").nominal(0.05),
 ];
-
-const CURRENT_LOOP: &[V] = current_loop!(V);
 
 static CURRENT_RATE: Unit = Unit::new("A/s").A(1).s(-1);
 static WARMING: Unit = Unit::new("K/s").K(1).s(-1);

@@ -3,8 +3,8 @@
 
 use super::model::{Parameters, RigFmu};
 use actuator_table::{
-    AXIS, DRIVE, RESOURCES, TERMINALS, UNITS, actuator_inputs, actuator_parameters, current_loop,
-    energy, inverter_parameters,
+    AXIS, DRIVE, RESOURCES, TERMINALS, UNITS, actuator_inputs, actuator_parameters, energy,
+    inverter_parameters,
 };
 use fmu_export::{ALL_PARAMETERS, File, Info, Unit, Variable, joined, row};
 use std::path::Path;
@@ -225,4 +225,11 @@ const INVERTER: &[V] = inverter_parameters!(
 );
 
 /// At the end of the table, so that the value references before it stay what they were.
-const CURRENT_LOOP: &[V] = current_loop!(V);
+#[rustfmt::skip]
+const CURRENT_LOOP: &[V] = &[
+    row!(V, input i_q_required in u, "required quadrature-axis current (peak), read instead of the voltages while current_loop is on; held to i_max")
+        .unit("A").range(-1e5..=1e5).nominal(10.0),
+    row!(V, boolean_parameter current_loop, "whether the drive regulates its currents itself, at the switching frequency: i_d to 0, i_q to i_q_required"),
+    row!(V, parameter current_loop.K_p = regulator.K_p, "proportional gain of its current loop").unit("V/A").range(0.0..=1e6),
+    row!(V, parameter current_loop.K_i = regulator.K_i, "integral gain of its current loop").unit("V/(A.s)").range(0.0..=1e9),
+];

@@ -85,18 +85,3 @@ macro_rules! inverter_parameters {
         ]
     };
 }
-
-/// The drive's own current loop: its input in the field `u` of [`Input`](crate::Input), its
-/// parameters in the fields `current_loop: bool` and `regulator: machine::CurrentLoop`.
-#[macro_export]
-macro_rules! current_loop {
-    ($V:ty) => {
-        &[
-            fmu_export::row!($V, input i_q_required in u, "required quadrature-axis current (peak), read instead of the voltages while current_loop is on; held to i_max")
-                .unit("A").range(-1e5..=1e5).nominal(10.0),
-            fmu_export::row!($V, boolean_parameter current_loop, "whether the drive regulates its currents itself, at the switching frequency: i_d to 0, i_q to i_q_required"),
-            fmu_export::row!($V, parameter current_loop.K_p = regulator.K_p, "proportional gain of its current loop").unit("V/A").range(0.0..=1e6),
-            fmu_export::row!($V, parameter current_loop.K_i = regulator.K_i, "integral gain of its current loop").unit("V/(A.s)").range(0.0..=1e9),
-        ]
-    };
-}

@@ -53,7 +53,6 @@ impl Emla {
 
     /// The same where it is known what holds.
     pub(crate) fn derivative_with(&self, s: &State, u: &Input, held: &Conditions) -> State {
-        let u = &*self.acting(s, u);
         let rates = self.rates(&s.point(), u, held);
         let is_counted = self.electric.heat || !held.is_plain(); // as in a step
         State {

@@ -1,6 +1,5 @@
 //! Options of the electrical side: undervoltage trip, heat, temperature.
 
-use machine::CurrentLoop;
 use serde::{Deserialize, Serialize};
 
 /// What of the electrical side is modelled beyond the paper; by default nothing.
@@ -12,7 +11,4 @@ pub struct Electric {
     pub heat: bool,
     /// Whether resistance and magnets follow their temperature.
     pub temperature: bool,
-    /// The drive's own current loop, which samples at the inverter's switching frequency; None: the
-    /// inputs are voltages.
-    pub current_loop: Option<CurrentLoop>,
 }

@@ -109,7 +109,6 @@ impl Emla {
     /// Outputs of state `s` under the inputs `u`.
     #[must_use]
     pub fn output(&self, s: &State, u: &Input) -> Output {
-        let u = &*self.acting(s, u);
         let p = self.at_temperature(&s.thermal);
         let held = self.held(&p, s, u);
         let now = self.instant(&s.point(), u, &held);

@@ -56,7 +56,6 @@ impl Emla {
             thermal,
             ..State::default()
         };
-        state.regulator = Self::steady(p, state.point().current(), w_m);
         state = State {
             energy: Balance::default(),
             kinds: LossKinds::default(),

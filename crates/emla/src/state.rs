@@ -1,6 +1,5 @@
 //! Everything that changes while the actuator runs, and its rates.
 
-use crate::regulator::Regulator;
 use limits::{StepError, check_finite};
 use machine::Dq;
 use serde::{Deserialize, Serialize};
@@ -45,8 +44,6 @@ pub struct State {
     pub thermal: Thermal,
     /// Whether undervoltage has tripped the drive: gates off, brake applied.
     pub tripped: bool,
-    /// The drive's own current loop.
-    pub regulator: Regulator,
 }
 
 /// What crosses the borders of the actuator: energies since the start, J, or the powers that they

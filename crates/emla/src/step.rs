@@ -30,20 +30,6 @@ impl Emla {
         t: f64,
         h: f64,
     ) -> Result<State, StepError> {
-        match self.sampling_period() {
-            None => self.step_held(s, input, t, h),
-            Some(T) => self.step_sampled(s, input, T, (t, h)),
-        }
-    }
-
-    /// The step with the voltages of `input`.
-    pub(crate) fn step_held(
-        &self,
-        s: &State,
-        input: impl Fn(f64) -> Input,
-        t: f64,
-        h: f64,
-    ) -> Result<State, StepError> {
         let bad_step = StepError::BadStep { t, h };
         check_step(t, h)?;
         let u = &input(0.0);

@@ -4,7 +4,6 @@
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
 use crate::maps;
-use crate::regulator::Regulator;
 use crate::state::{Point, State};
 use machine::{ActuatorInput as Input, DEAD_LINK, Holding};
 
@@ -66,7 +65,6 @@ impl Emla {
                 next.kinds.inverter += field;
             }
             (next.i_d, next.i_q) = (0.0, 0.0);
-            next.regulator = Regulator::default();
         }
         next
     }

@@ -63,7 +63,6 @@ impl Emla {
         slip: f64,
         (ds, du): (&State, &Input),
     ) -> State {
-        let (u, du) = (&*self.acting(s, u), &*self.acting(&State::default(), du));
         let p = &*self.at_temperature(&s.thermal);
         let held = &self.present(p, s, u, slip);
         let now = self.instant(&s.point(), u, held);
@@ -140,7 +139,6 @@ impl Emla {
     /// held.
     #[must_use]
     pub fn output_tangent(&self, s: &State, u: &Input, ds: &State, du: &Input) -> Output {
-        let (u, du) = (&*self.acting(s, u), &*self.acting(&State::default(), du));
         let p = &*self.at_temperature(&s.thermal);
         let held = self.held(p, s, u);
         let now = self.instant(&s.point(), u, &held);

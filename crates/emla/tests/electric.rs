@@ -12,7 +12,6 @@ const ALL: Electric = Electric {
     undervoltage: 450.0,
     heat: true,
     temperature: true,
-    current_loop: None,
 };
 
 /// An actuator with a boom of 12 t on its rod, which the load presses down.

@@ -2,7 +2,6 @@
 #![allow(non_snake_case)] // symbols
 
 mod blending;
-mod current_loop;
 mod dc_link;
 mod derivatives;
 mod electric;

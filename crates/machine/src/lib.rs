@@ -11,7 +11,6 @@ mod actuator;
 mod bodies;
 mod check;
 mod controller;
-mod current_loop;
 mod dq;
 mod fields;
 pub mod gain_rule;
@@ -29,7 +28,6 @@ pub use actuator::{Brake, CoreLosses, Emla, Heat, InverterLosses, Ratings, Tempe
 pub use bodies::{Bodies, Body, InertiaTensor, Limits, Start};
 pub use check::{Finding, MachineError};
 pub use controller::{Controller, CubeAxes, CubicPath, Trajectories, TriangularPath};
-pub use current_loop::CurrentLoop;
 pub use dq::Dq;
 pub use fields::EmlaFields;
 pub use geometry::Geometry;

@@ -4,7 +4,7 @@
 //! modulation and on dead time.
 
 use crate::{HeldVoltages, Input, Rig, State};
-use machine::{CurrentLoop, Dq};
+use machine::Dq;
 
 impl Rig {
     /// Whether the voltages are sampled and held; then the switching period, s.
@@ -25,13 +25,29 @@ impl Rig {
     }
 
     /// Voltages that the drive asks of its inverter for the next switching period of `T` s: those
-    /// of its inputs, or of its current loop, which has the currents that the drive measures.
+    /// of its inputs, or of its current loop.
+    /// ```text
+    /// e = (0, i_q,r) − i,   v = K_p e + ∫ K_i e dt
+    /// ```
+    /// The currents are those that the drive measures. The integrals rest while the voltage is at its
+    /// limit.
     pub(crate) fn asked(&self, s: &mut State, u: &Input, T: f64) -> Dq {
         let Some(gains) = self.current_loop else {
             return self.commanded(u);
         };
-        let e = CurrentLoop::lack(self.told(s.current()), u.i_q_required, self.p.i_max);
-        gains.voltage(&mut s.regulator, e, T, |v| self.limited(v, u))
+        let i_max = self.p.i_max;
+        let i = self.told(s.current());
+        let e = Dq {
+            d: -i.d,
+            q: u.i_q_required.max(-i_max).min(i_max) - i.q,
+        };
+        let [d, q] = s.regulator;
+        let asked = gains.K_p * e + Dq { d, q };
+        let given = self.limited(asked, u);
+        if given == asked {
+            s.regulator = [d + T * gains.K_i * e.d, q + T * gains.K_i * e.q];
+        }
+        given
     }
 
     /// A new switching period of `T` s begins at motor angle `theta_m` and speed `w_m`: what was

@@ -16,6 +16,7 @@
 #![allow(non_snake_case)] // symbols of the books
 
 mod conditions;
+mod current_loop;
 mod dynamics;
 mod extras;
 mod friction;
@@ -30,12 +31,13 @@ mod state;
 mod step;
 mod switching;
 
+pub use current_loop::CurrentLoop;
 pub use extras::{
     Backlash, Cogging, Compliance, Damping, Extras, Friction, Heat, Losses, Ripple, Saturation,
     Switching, Temperature,
 };
 pub use limits::StepError;
-pub use machine::{ActuatorInput as Input, CurrentLoop, Drive};
+pub use machine::{ActuatorInput as Input, Drive};
 pub use output::{Output, efficiency};
 pub use rig::{Rig, RigError};
 pub use state::{Balance, HeldVoltages, Powers, State};

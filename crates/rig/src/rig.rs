@@ -1,8 +1,9 @@
 //! One actuator as built: its configuration, immutable after [`Rig::new`].
 
+use crate::current_loop::CurrentLoop;
 use crate::extras::Extras;
 use limits::ParamError;
-use machine::{ActuatorInput, CurrentLoop, Drive, MachineError};
+use machine::{ActuatorInput, Drive, MachineError};
 use serde::{Deserialize, Serialize};
 
 /// One actuator as built.
