@@ -6,6 +6,7 @@
 use super::causality::Causality;
 use super::fault::Fault;
 use super::instance::Instance;
+use super::layout::Run;
 use super::model::Variable;
 use super::phase::Phase;
 use super::place::Kind;
@@ -206,6 +207,29 @@ impl<M: Model> Instance<M> {
         ))
     }
 
+    /// All values of a row, of which element `i` is asked for.
+    #[inline]
+    pub(super) fn values<T: Value>(&mut self, run: &Run<M>, i: usize) -> Result<&[T], Fault> {
+        let row = run.row;
+        let values = if let Some(place) = T::output(&row.place) {
+            match self.state.phase {
+                Phase::Instantiated => self.start_output(row)?,
+                _ => self.refresh()?,
+            }
+            place.slice(&self.output)
+        } else if let Some(place) = T::input(&row.place) {
+            place.slice(&self.state.input.value)
+        } else if let Some(place) = T::parameter(&row.place) {
+            place.slice(&self.state.parameters)
+        } else {
+            self.behind(run, i)?
+        };
+        match values.get(..run.len()) {
+            Some(values) => Ok(values),
+            None => Err(not_as_long(row, values.len(), run.len())),
+        }
+    }
+
     /// Gets elements: `put(k, value)` receives the value of `element(k)`, which is None at the end
     /// of the batch.
     #[inline]
@@ -217,22 +241,7 @@ impl<M: Model> Instance<M> {
         let mut k = 0;
         while let Some(first) = element(k) {
             let run = self.layout.run(first)?;
-            let row = run.row;
-            let values = if let Some(place) = T::output(&row.place) {
-                self.refresh()?;
-                place.slice(&self.output)
-            } else if let Some(place) = T::input(&row.place) {
-                place.slice(&self.state.input.value)
-            } else if let Some(place) = T::parameter(&row.place) {
-                place.slice(&self.state.parameters)
-            } else if let Some(values) = self.behind(&run, |values| T::of_reals(values))? {
-                values
-            } else {
-                return Err(self.not_gettable(row, run.index(first), T::KIND.name(self.names)));
-            };
-            let Some(values) = values.get(..run.len()) else {
-                return Err(not_as_long(row, values.len(), run.len()));
-            };
+            let (row, values) = (run.row, self.values::<T>(&run, run.index(first))?);
             while let Some(element) = element(k)
                 && let Some(&value) = values.get(run.index(element))
             {

@@ -248,10 +248,11 @@ impl<M: Model> Layout<M> {
         (self.rows.iter()).map(|&(start, run)| (start..start + run.len(), run.row))
     }
 
-    /// Where the derivatives of a state's row begin among those of all states.
-    pub(crate) fn derivative_of(&self, state: &Variable<M>) -> usize {
-        let of_it = |row: &Variable<M>| row.place.is_derivative() && row.name == state.name;
-        let run = self.rows.iter().find(|(_, run)| of_it(run.row));
+    /// Where the derivatives of a state's row, or an indicator, begin among all that is behind the
+    /// table.
+    pub(crate) fn offset(&self, of: &Variable<M>) -> usize {
+        let is_it = |row: &Variable<M>| row.place.is_behind() && row.name == of.name;
+        let run = self.rows.iter().find(|(_, run)| is_it(run.row));
         run.map_or(0, |(_, run)| run.offset as usize)
     }
 

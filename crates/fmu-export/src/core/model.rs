@@ -269,7 +269,7 @@ type Directional<M> = fn(
     f64,
     (&M, &<M as Model>::Input),
     &mut M,
-    &mut <M as Model>::Output,
+    Option<&mut <M as Model>::Output>,
 ) -> Result<(), ModelError>;
 
 copied! { [M: Model] ModelExchange<M>; }

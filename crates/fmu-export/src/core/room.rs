@@ -1,10 +1,11 @@
 //! What a solver of the layer keeps from one step of a model to the next.
 
 use super::log::Log;
+use super::model::Model;
 use crate::solver::{Solver, TOLERANCE};
 
 /// What a solver keeps from one step to the next.
-pub struct Room<M> {
+pub struct Room<M: Model> {
     /// The internal step to try first, s; 0: not known. The rest has no memory of its own.
     pub(crate) first: f64,
     /// The tolerance of an internal step.
@@ -14,7 +15,7 @@ pub struct Room<M> {
     pub(super) scratch: Option<Box<Scratch<M>>>,
 }
 
-impl<M> Room<M> {
+impl<M: Model> Room<M> {
     /// Makes the scratch anew, for vectors of another length.
     pub(crate) fn forget(&mut self) {
         self.scratch = None;
@@ -25,16 +26,19 @@ impl<M> Room<M> {
     not(feature = "derive"),
     expect(dead_code, reason = "what is derived alone is solved by the layer")
 )]
-pub(super) struct Scratch<M> {
+pub(super) struct Scratch<M: Model> {
     pub(super) solver: Solver,
     /// The model on its way through the step.
     pub(super) at: M,
     /// A copy of the model whose states are derivatives.
     pub(super) rate: M,
+    /// A direction of states and inputs, of which the latter is zero, if the model has derivatives
+    /// along it.
+    pub(super) direction: Option<(M, M::Input)>,
     pub(super) states: Vec<f64>,
 }
 
-impl<M> Default for Room<M> {
+impl<M: Model> Default for Room<M> {
     fn default() -> Self {
         Self {
             first: 0.0,

@@ -177,6 +177,33 @@ pub trait Ode: State {
     /// what is not integrated means nothing there.
     fn derivative(&self, p: &Self::P, u: &Self::U, t: f64, dx: &mut Self);
 
+    /// Whether [`directional`](Self::directional) is written; differences take its place.
+    const HAS_DIRECTIONAL: bool = false;
+
+    /// Writes how the derivatives change along a change of the states, `seed.0`, and of the inputs,
+    /// `seed.1`, into `dx`: ∂f/∂x·δx + ∂f/∂u·δu, all of them. A stiff solver makes its Jacobian of it,
+    /// and importers of Model Exchange ask for it; [`check`](crate::check) compares it with
+    /// differences.
+    fn directional(
+        &self,
+        _p: &Self::P,
+        _u: &Self::U,
+        _t: f64,
+        _seed: (&Self, &Self::U),
+        _dx: &mut Self,
+    ) {
+    }
+
+    /// The same of [`outputs`](Self::outputs), into `dy`, which is zero before.
+    fn outputs_directional(
+        &self,
+        _p: &Self::P,
+        _u: &Self::U,
+        _seed: (&Self, &Self::U),
+        _dy: &mut Self::Y,
+    ) {
+    }
+
     /// Event indicators: [`Variable::indicator`].
     const INDICATORS: &'static [Variable<Self>] = &[];
 
@@ -365,6 +392,7 @@ impl<S: Ode> Continuous for S {
     }
 
     const INDICATORS: &'static [Variable<S>] = <S as Ode>::INDICATORS;
+    const HAS_DIRECTIONAL: bool = <S as Ode>::HAS_DIRECTIONAL;
 
     #[inline]
     fn states(&self, x: &mut [f64]) {
@@ -386,6 +414,27 @@ impl<S: Ode> Continuous for S {
         dx: &mut S,
     ) -> Result<(), ModelError> {
         self.derivative(p, u, t, dx);
+        Ok(())
+    }
+
+    fn directional(
+        &self,
+        p: &S::P,
+        u: &S::U,
+        _now: &(),
+        t: f64,
+        seed: (&S, &S::U),
+        dx: &mut S,
+        y: Option<&mut Seen<S>>,
+    ) -> Result<(), ModelError> {
+        Ode::directional(self, p, u, t, seed, dx);
+        if let Some(y) = y {
+            // What is no continuous state stays as it is: zero.
+            let mut x = vec![0.0; self.len()];
+            seed.0.read(&mut x);
+            y.state.write(&x);
+            self.outputs_directional(p, u, seed, &mut y.outputs);
+        }
         Ok(())
     }
 
