@@ -177,7 +177,9 @@ impl Description {
             Version::Fmi2 => {
                 let state = (of as usize).checked_sub(1);
                 let state = state.and_then(|k| self.variables.get(k));
-                state.is_some_and(|state| (state.access(), state.reference) == (v.access(), v.reference))
+                state.is_some_and(|state| {
+                    (state.access(), state.reference) == (v.access(), v.reference)
+                })
             }
             Version::Fmi3 => of == v.reference,
         };

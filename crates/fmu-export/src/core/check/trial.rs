@@ -86,7 +86,13 @@ fn behind<M: Model>(
     let mut rate = model.clone();
     let mut numbers = vec![f64::NAN; layout.states + layout.indicators];
     (equations.set_states)(&mut rate, &numbers[..layout.states]);
-    equations.behind(model, (p, u, now, 0.0), &mut rate, layout.states, &mut numbers)?;
+    equations.behind(
+        model,
+        (p, u, now, 0.0),
+        &mut rate,
+        layout.states,
+        &mut numbers,
+    )?;
     let places = layout
         .iter()
         .zip(texts)
