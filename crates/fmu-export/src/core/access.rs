@@ -23,32 +23,39 @@ impl<M: Model> Instance<M> {
         &mut self,
         pair: impl Fn(usize) -> Option<(u32, T)> + Copy,
     ) -> Result<(), Fault> {
-        match self.set_one_row(pair) {
-            Some(result) => result,
-            None => self.set_rows(pair),
+        match self.set_one_row(pair)? {
+            true => Ok(()),
+            false => self.set_rows(pair),
         }
     }
 
-    /// Sets elements of one row of inputs that are held, which is what most batches are; None for
+    /// Sets elements of one row of inputs that are held, which is what most batches are; false for
     /// other batches.
     #[inline]
     fn set_one_row<T: Value>(
         &mut self,
         pair: impl Fn(usize) -> Option<(u32, T)> + Copy,
-    ) -> Option<Result<(), Fault>> {
-        let run = self.layout.run(pair(0)?.0).ok()?;
-        let place = T::input(&run.row.place)?;
+    ) -> Result<bool, Fault> {
+        let Some((first, _)) = pair(0) else {
+            return Ok(false);
+        };
+        let Some(run) = self.layout.short(first) else {
+            return Ok(false);
+        };
+        let Some(place) = T::input(&run.row.place) else {
+            return Ok(false);
+        };
         if run.row.counter.is_some() || !self.state.is_held() {
-            return None;
+            return Ok(false);
         }
         let mut k = 0;
         while let Some((element, value)) = pair(k) {
             let i = run.index(element);
             if i >= run.len() {
-                return None;
+                return Ok(false);
             }
             if !value.is_within(run.bounds) {
-                return Some(Err(not_allowed(run.row, i, value)));
+                return Err(not_allowed(run.row, i, value));
             }
             k += 1;
         }
@@ -62,9 +69,10 @@ impl<M: Model> Instance<M> {
             k += 1;
         }
         if changed {
-            self.touch(!run.row.beside_evaluation);
+            let row = run.row;
+            self.touch(!row.beside_evaluation);
         }
-        Some(Ok(()))
+        Ok(true)
     }
 
     /// Sets elements of any rows.
@@ -208,7 +216,7 @@ impl<M: Model> Instance<M> {
     }
 
     /// All values of a row, of which element `i` is asked for.
-    #[inline]
+    #[inline(always)]
     pub(super) fn values<T: Value>(&mut self, run: &Run<M>, i: usize) -> Result<&[T], Fault> {
         let row = run.row;
         let values = if let Some(place) = T::output(&row.place) {

@@ -266,9 +266,9 @@ impl<M: Model> Layout<M> {
     /// The block that a number means.
     #[inline]
     pub(crate) fn block(&self, number: u32) -> Result<Block<M>, Fault> {
-        match self.by_number.get(number as usize) {
-            Some(Some(run)) => run.block_of(number).ok_or(Fault::Unknown(number)),
-            _ => self.long_block(number),
+        match self.short(number) {
+            Some(run) => run.block_of(number).ok_or(Fault::Unknown(number)),
+            None => self.long_block(number),
         }
     }
 
@@ -284,7 +284,7 @@ impl<M: Model> Layout<M> {
     /// The row of which this number means all elements, if there are `len` of them.
     #[inline]
     pub(crate) fn whole(&self, number: u32, len: usize) -> Option<&Run<M>> {
-        let run = self.by_number.get(number as usize)?.as_ref()?;
+        let run = self.short(number)?;
         let is_whole = number == run.first && len == run.len() && (run.is_array || len == 1);
         is_whole.then_some(run)
     }
@@ -337,12 +337,18 @@ impl<M: Model> Layout<M> {
         }
     }
 
+    /// The run of the element with this number, unless it is of a long row.
+    #[inline]
+    pub(crate) fn short(&self, number: u32) -> Option<&Run<M>> {
+        self.by_number.get(number as usize)?.as_ref()
+    }
+
     /// The run of the element with this number.
     #[inline]
     pub(crate) fn run(&self, number: u32) -> Result<Run<M>, Fault> {
-        match self.by_number.get(number as usize) {
-            Some(Some(run)) => Ok(*run),
-            _ => self.long_run(number),
+        match self.short(number) {
+            Some(run) => Ok(*run),
+            None => self.long_run(number),
         }
     }
 

@@ -6,9 +6,7 @@
 //! valid for the number of elements given beside them; that is what FMI asks of the importer.
 
 pub use super::absent::*;
-pub use super::instantiate::{
-    free_instance, instantiate_co_simulation, instantiate_model_exchange, refuse_instantiation,
-};
+pub use super::instantiate::{CoSimulation, free_instance, instantiate, refuse_instantiation};
 pub use super::values::*;
 pub use crate::border::export::Exported;
 pub use crate::border::library::Library;
@@ -217,14 +215,8 @@ fn check_provided<M: Model>(_: &Body<M>, flag: &str) -> Result<(), Fault> {
     refuse!("this FMU has no derivatives ({flag} = false)")
 }
 
-const DO_STEP: Call = Call {
-    name: "fmi3DoStep",
-    allowed: S | A,
-};
-const LEAVE_UPDATE: Call = Call {
-    name: "fmi3DoStep",
-    allowed: U | L,
-};
+const DO_STEP: Call = Call::new("fmi3DoStep", S | A);
+const LEAVE_UPDATE: Call = Call::new("fmi3DoStep", U | L);
 
 /// fmi3DoStep, and at its end the intermediate update, if the importer wants any.
 ///
