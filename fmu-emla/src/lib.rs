@@ -186,6 +186,7 @@ impl Continuous for EmlaFmu {
     }
 }
 
+#[cfg(not(test))] // tests need no C functions, which take longest to compile
 fmu_export::export_fmu!(EmlaFmu);
 
 #[cfg(test)]
