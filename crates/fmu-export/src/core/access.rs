@@ -36,18 +36,11 @@ impl<M: Model> Instance<M> {
         &mut self,
         pair: impl Fn(usize) -> Option<(u32, T)> + Copy,
     ) -> Result<bool, Fault> {
-        let Some((first, _)) = pair(0) else {
+        let run = pair(0).and_then(|(first, _)| self.layout.short(first));
+        let held = run.filter(|run| run.row.counter.is_none() && self.state.is_held());
+        let Some((run, place)) = held.and_then(|run| Some((run, T::input(&run.row.place)?))) else {
             return Ok(false);
         };
-        let Some(run) = self.layout.short(first) else {
-            return Ok(false);
-        };
-        let Some(place) = T::input(&run.row.place) else {
-            return Ok(false);
-        };
-        if run.row.counter.is_some() || !self.state.is_held() {
-            return Ok(false);
-        }
         let mut k = 0;
         while let Some((element, value)) = pair(k) {
             let i = run.index(element);

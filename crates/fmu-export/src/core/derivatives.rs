@@ -200,6 +200,14 @@ impl<M: Model> Instance<M> {
         Ok(all)
     }
 
+    /// Refuses directional and adjoint derivatives where there are none, as this flag says.
+    pub(crate) fn has_derivatives(&self, flag: &str) -> Result<(), Fault> {
+        match M::INFO.directional_derivatives || M::MODEL_EXCHANGE.is_some() {
+            true => Ok(()),
+            false => refuse!("this FMU has no such derivatives ({flag} = false)"),
+        }
+    }
+
     /// ∂unknown/∂known · seed: at fixed state while running, through the initialization before.
     pub(crate) fn directional_derivative(
         &mut self,

@@ -199,11 +199,12 @@ impl<M: Model> Instance<M> {
     }
 
     /// Between events, refuses elements that are not continuous inputs.
+    #[inline(always)]
     pub(crate) fn check_between_events(
         &self,
         number: impl Fn(usize) -> Option<u32>,
     ) -> Result<(), Fault> {
-        if self.state.phase != Phase::Continuous {
+        if M::MODEL_EXCHANGE.is_none() || self.state.phase != Phase::Continuous {
             return Ok(());
         }
         for number in (0..).map_while(number) {

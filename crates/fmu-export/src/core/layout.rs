@@ -299,23 +299,22 @@ impl<M: Model> Layout<M> {
 
     /// All blocks in the order of the table, with their numbers.
     pub(crate) fn blocks(&self) -> impl Iterator<Item = (u32, Block<M>)> {
-        self.rows.iter().flat_map(|&(_, run)| {
-            let (blocks, len) = match run.is_array {
-                true => (run.len.min(1), run.len()),
-                false => (run.len, 1),
-            };
-            (0..blocks).map(move |i| (run.number() + i, (run, i as usize, len)))
-        })
+        self.together(|run| run.is_array && run.len > 0)
     }
 
     /// What is numbered: elements, and long rows as one.
     pub(crate) fn entries(&self) -> impl Iterator<Item = (u32, Block<M>)> {
-        self.rows.iter().flat_map(|&(_, run)| {
-            let (entries, len) = match run.is_long() {
+        self.together(Run::is_long)
+    }
+
+    /// All elements, together where a row is one.
+    fn together(&self, is_one: fn(&Run<M>) -> bool) -> impl Iterator<Item = (u32, Block<M>)> {
+        self.rows.iter().flat_map(move |&(_, run)| {
+            let (blocks, len) = match is_one(&run) {
                 true => (1, run.len()),
                 false => (run.len, 1),
             };
-            (0..entries).map(move |i| (run.number() + i, (run, i as usize, len)))
+            (0..blocks).map(move |i| (run.number() + i, (run, i as usize, len)))
         })
     }
 

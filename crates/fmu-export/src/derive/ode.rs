@@ -117,45 +117,31 @@ impl Vector for f64 {
     }
 }
 
-impl<T: Vector, const N: usize> Vector for [T; N] {
-    fn len(&self) -> usize {
-        self.iter().map(Vector::len).sum()
-    }
+macro_rules! vectors {
+    ($([$($parameters:tt)*] $type:ty;)*) => {$(
+        impl<T: Vector, $($parameters)*> Vector for $type {
+            fn len(&self) -> usize {
+                self.iter().map(T::len).sum()
+            }
 
-    #[inline]
-    fn read<'a>(&self, to: &'a mut [f64]) -> &'a mut [f64] {
-        T::read_all(self, to)
-    }
+            #[inline]
+            fn read<'a>(&self, to: &'a mut [f64]) -> &'a mut [f64] {
+                T::read_all(self, to)
+            }
 
-    #[inline]
-    fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64] {
-        T::write_all(self, from)
-    }
+            #[inline]
+            fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64] {
+                T::write_all(self, from)
+            }
 
-    fn not_finite(&self) -> Option<(&'static str, f64)> {
-        self.iter().find_map(Vector::not_finite)
-    }
+            fn not_finite(&self) -> Option<(&'static str, f64)> {
+                self.iter().find_map(T::not_finite)
+            }
+        }
+    )*};
 }
 
-impl Vector for Vec<f64> {
-    fn len(&self) -> usize {
-        Vec::len(self)
-    }
-
-    #[inline]
-    fn read<'a>(&self, to: &'a mut [f64]) -> &'a mut [f64] {
-        f64::read_all(self, to)
-    }
-
-    #[inline]
-    fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64] {
-        f64::write_all(self, from)
-    }
-
-    fn not_finite(&self) -> Option<(&'static str, f64)> {
-        self.iter().find_map(Vector::not_finite)
-    }
-}
+vectors! { [const N: usize] [T; N]; [] Vec<T>; }
 
 /// A model of ordinary differential equations: `x' = f(x, p, u, t)`, `y = g(x, p, u)`, x the state
 /// `Self`.
