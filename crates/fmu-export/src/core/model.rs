@@ -108,7 +108,7 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
     #[inline(always)]
     fn step_in(
         &mut self,
-        _room: &mut Room<Self>,
+        _room: &mut Room<Self, Self::Input>,
         p: &Self::Parameters,
         u: &InputPolynomial<Self::Input>,
         now: &Self::Evaluation,

@@ -99,7 +99,7 @@ impl<M: Continuous> System for Moving<'_, M> {
 /// states, with events where they are; on an error it is as it was. `name` is that of a state.
 pub(crate) fn solve<M: Continuous>(
     model: &mut M,
-    room: &mut Room<M>,
+    room: &mut Room<M, M::Input>,
     make: impl FnOnce(&M) -> Result<Solver, ModelError>,
     n: usize,
     name: fn(&mut M, usize, f64) -> &'static str,
@@ -140,7 +140,7 @@ pub(crate) fn solve<M: Continuous>(
     end
 }
 
-impl<M: Continuous> Scratch<M> {
+impl<M: Continuous> Scratch<M, M::Input> {
     /// The step itself. On an error `model` and `first` are as before.
     fn run(
         &mut self,

@@ -338,7 +338,7 @@ impl<S: Ode> Model for S {
 
     fn step_in(
         &mut self,
-        room: &mut Room<S>,
+        room: &mut Room<S, S::U>,
         p: &S::P,
         u: &InputPolynomial<S::U>,
         _now: &(),
