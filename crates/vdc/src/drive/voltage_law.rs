@@ -190,9 +190,15 @@ impl VoltageLaw<'_> {
         }
     }
 
-    /// `di_dr/dt = −λ_i·i_d` ([eq:current_d_required] with `i_dd = 0`), A/s.
+    /// `di_dr/dt = −λ_i·i_d` ([eq:current_d_required] with `i_dd = 0`), A/s. A drive that regulates
+    /// its currents itself keeps i_d at 0 and knows no `i_dr`: without its voltage nothing would
+    /// answer the integral, which an offset of the measured i_d makes grow without end, and with it
+    /// `λ_q i_dr`, a positive feedback of the measured i_q to the required one.
     fn i_dr_dot(&self, now: &Reading) -> f64 {
-        -self.settings.gains.lambda_i * now.i_d
+        match self.settings.current_loop {
+            true => 0.0,
+            false => -self.settings.gains.lambda_i * now.i_d,
+        }
     }
 
     /// The voltage law.
@@ -474,12 +480,14 @@ mod tests {
     }
 
     /// For a drive with a current loop of its own the velocity feedback is part of the current, in
-    /// the ratio of the voltage law's gains, within the drive's limit; the integrals rest.
+    /// the ratio of the voltage law's gains, within the drive's limit; the integrals rest, that of
+    /// the measured i_d too.
     #[test]
     fn a_drive_with_a_current_loop_is_told_a_current() {
         let mut settings = settings(0.0);
         let actuator = actuator(0.0);
-        let (mut demand, now) = steady(&actuator);
+        let (mut demand, mut now) = steady(&actuator);
+        now.i_d = 0.3;
         demand.motion.x_r_dot += 1e-3;
         let of = |settings: &Settings, demand: &RodDemand| {
             let law = VoltageLaw {
@@ -490,16 +498,16 @@ mod tests {
             let command = law.command(&state, demand, &now, 0.0);
             let mut after = state;
             law.advance(&mut after, &now, &command, H);
-            (command, after.v_q_integral)
+            (command, [after.v_q_integral, after.i_dr])
         };
         settings.gains.omega_i = 100.0;
-        let (voltage, integral) = of(&settings, &demand);
-        assert!(integral != 0.0);
+        let (voltage, integrals) = of(&settings, &demand);
+        assert!(integrals.iter().all(|x| *x != 0.0), "{integrals:?}");
         settings.current_loop = true;
-        let (current, integral) = of(&settings, &demand);
+        let (current, integrals) = of(&settings, &demand);
         let share = 1e-3 * settings.gains.K_v / settings.gains.K_i;
         assert!((current.i_qr - voltage.i_qr - share).abs() < 1e-9);
-        assert_eq!(integral, 0.0);
+        assert_eq!(integrals, [0.0; 2]);
         demand.motion.x_r_dot += 1.0;
         assert_eq!(of(&settings, &demand).0.i_qr, actuator.params().i_max);
     }
