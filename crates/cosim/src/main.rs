@@ -32,7 +32,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Run the system and print power residuals and speed
-    Run(OneRunArgs),
+    Run(Box<OneRunArgs>),
     /// Measure how many times faster than real time the system runs
     Bench(BenchArgs),
     /// Show components, stages of the exchange and power bonds; reports algebraic loops

@@ -147,7 +147,7 @@ pub fn planned(
         if !due.is_empty() {
             save(
                 &mut due,
-                &mut Going {
+                &Going {
                     system,
                     control,
                     master: &mut master,

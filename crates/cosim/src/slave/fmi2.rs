@@ -296,8 +296,9 @@ impl Border for Component {
 
     fn state_to_bytes(&self, state: &dyn Any) -> Result<Vec<u8>> {
         let (api, c) = (&self.api, self.component);
-        // SAFETY: a state of this component, room for a size, and for as many bytes as it says.
+        // SAFETY: a state of this component, and room for a size.
         let size = |s, n: &mut usize| unsafe { call!(api, fmi2SerializedFMUstateSize(c, s, n)) };
+        // SAFETY: the same, and room for as many bytes as said.
         State::<f64>::to_bytes(&self.owner, state, size, |s, bytes| unsafe {
             let (p, n) = (bytes.as_mut_ptr(), bytes.len());
             call!(api, fmi2SerializeFMUstate(c, s, p, n))

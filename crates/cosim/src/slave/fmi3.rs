@@ -650,8 +650,9 @@ impl Border for Instance {
 
     fn state_to_bytes(&self, state: &dyn Any) -> Result<Vec<u8>> {
         let (api, i) = (&self.api, self.instance);
-        // SAFETY: a state of this instance, room for a size, and for as many bytes as it says.
+        // SAFETY: a state of this instance, and room for a size.
         let size = |s, n: &mut usize| unsafe { call!(api, fmi3SerializedFMUStateSize(i, s, n)) };
+        // SAFETY: the same, and room for as many bytes as said.
         State::<Known>::to_bytes(&self.owner, state, size, |s, bytes| unsafe {
             let (p, n) = (bytes.as_mut_ptr(), bytes.len());
             call!(api, fmi3SerializeFMUState(i, s, p, n))

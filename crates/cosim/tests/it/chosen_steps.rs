@@ -37,12 +37,11 @@ fn by_doubling(tolerance: f64) -> Control {
     }
 }
 
-/// What a run came to, with the time and the bits of all outputs at each communication point.
-fn rows(
-    system: &System,
-    master: Master,
-    plan: &Plan,
-) -> anyhow::Result<(Outcome, Vec<(f64, Vec<u64>)>)> {
+/// Time and bits of all outputs at a communication point.
+type Row = (f64, Vec<u64>);
+
+/// What a run came to, with its communication points.
+fn rows(system: &System, master: Master, plan: &Plan) -> anyhow::Result<(Outcome, Vec<Row>)> {
     let mut signals = Signals::new(system, &matching(system, &["*".into()])?)?;
     let mut rows = Vec::new();
     let mut observer = cosim::observer::Function(|master: &Master| {
