@@ -5,7 +5,7 @@
 import { poses } from "./kinematics.js";
 
 const DAY = { sky: "#dfe7ef", ground: "#cfd8e1", axes: "#aab6c2", grid: "#bcc7d2" };
-const NIGHT = { sky: "#141c26", ground: "#1d2732", axes: "#3a4856", grid: "#2a3642" };
+const NIGHT = { sky: "#141c26", ground: "#1d2732", axes: "#51606f", grid: "#3a4856" };
 /* Points of the tip's way that are kept. */
 const WAY = 4000;
 /* Force of a push per metre dragged, N/m, and the largest, N. */
