@@ -219,7 +219,7 @@ export class LiveScene {
     const took = now - this.ticked;
     this.ticked = now;
     // The time until the next tick tells what a picture costs.
-    if (this.drew && took < STILL) this.pace += 0.05 * (took - this.pace);
+    if (this.drew) this.pace += 0.05 * (Math.min(took, STILL) - this.pace);
     this.drew = this.dirty;
     if (!this.dirty) {
       this.dirty = now - this.drawn > STILL && this.drawing.sharpness(1);

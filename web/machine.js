@@ -491,5 +491,8 @@ class LivePage extends Page {
 
 const live = new LivePage();
 const opened = live.open();
-opened.catch((error) => live.alarm(2, `The machine cannot be started: ${error.message}`));
+opened.catch((error) => {
+  live.playing = false;
+  live.alarm(2, `The machine cannot be started: ${error.message}`);
+});
 scripted(live, opened);
