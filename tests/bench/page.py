@@ -61,13 +61,13 @@ COUNT_FRAMES = """
   });
 """
 LONG = """
-  const engine = await open(archives["system.ssp"]);
-  await engine.restart({ structure: "SystemStructure.ssd" });
-  await engine.watch(["controller.tip_error_norm"]);
-  await engine.advance(10);
-  const early = await engine.memory();
-  await engine.advance(990);
-  return [early, await engine.memory(), engine.time];
+  if (!window.long) {
+    window.long = await open(archives["system.ssp"]);
+    await long.restart({ structure: "SystemStructure.ssd" });
+    await long.watch(["controller.tip_error_norm"]);
+  }
+  await long.advance(10);
+  return [long.time, await long.memory()];
 """
 SYSTEMS = (("Manipulator", "SystemStructure.ssd", 1), ("Real", "Real.ssd", 2))
 
@@ -170,11 +170,12 @@ def steps(_):
         folder = Path(name)
         unpack(folder)
         chrome = opened(folder)
-        chrome.set_script_timeout(3600)
         before = processor_of(chrome.service.process.pid)
-        early, late, end = told(chrome, LONG)
+        # In pieces, since the driver waits two minutes for an answer.
+        pieces = [told(chrome, LONG) for _ in range(100)]
         took = processor_of(chrome.service.process.pid) - before
         chrome.quit()
+    (_, early), (end, late) = pieces[0], pieces[-1]
     yield {"simulated, s": end, "processor time, s": round(took.total(), 1), "bytes after 10^4 steps": early, "bytes at the end": late}
 
 
