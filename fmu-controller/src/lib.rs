@@ -100,6 +100,7 @@ impl Model for ControllerFmu {
     }
 }
 
+#[cfg(not(test))] // tests need no C functions, which take longest to compile
 fmu_export::export_fmu!(ControllerFmu);
 
 #[cfg(test)]

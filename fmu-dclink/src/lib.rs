@@ -136,6 +136,7 @@ impl Continuous for DcLinkFmu {
     }
 }
 
+#[cfg(not(test))] // tests need no C functions, which take longest to compile
 fmu_export::export_fmu!(DcLinkFmu);
 
 #[cfg(test)]

@@ -196,6 +196,7 @@ impl Continuous for HdrmFmu {
     }
 }
 
+#[cfg(not(test))] // tests need no C functions, which take longest to compile
 fmu_export::export_fmu!(HdrmFmu);
 
 #[cfg(test)]

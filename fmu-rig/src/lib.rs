@@ -75,6 +75,7 @@ impl Model for RigFmu {
     }
 }
 
+#[cfg(not(test))] // tests need no C functions, which take longest to compile
 fmu_export::export_fmu!(RigFmu);
 
 #[cfg(test)]

@@ -69,6 +69,7 @@ impl Model for SensorsFmu {
     }
 }
 
+#[cfg(not(test))] // tests need no C functions, which take longest to compile
 fmu_export::export_fmu!(SensorsFmu);
 
 #[cfg(test)]

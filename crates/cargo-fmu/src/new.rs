@@ -87,54 +87,10 @@ const OVEN: Example = Example {
 };
 
 /// Words that cargo or the compiler keep for themselves.
-const RESERVED: [&str; 46] = [
-    "abstract",
-    "alloc",
-    "as",
-    "async",
-    "await",
-    "become",
-    "box",
-    "break",
-    "const",
-    "continue",
-    "core",
-    "crate",
-    "do",
-    "dyn",
-    "else",
-    "enum",
-    "extern",
-    "false",
-    "final",
-    "fn",
-    "for",
-    "if",
-    "impl",
-    "in",
-    "let",
-    "loop",
-    "macro",
-    "match",
-    "mod",
-    "move",
-    "mut",
-    "override",
-    "priv",
-    "proc-macro",
-    "pub",
-    "return",
-    "self",
-    "static",
-    "std",
-    "struct",
-    "super",
-    "test",
-    "trait",
-    "true",
-    "type",
-    "use",
-];
+const RESERVED: &str = "\
+    abstract alloc as async await become box break const continue core crate do dyn else enum extern \
+    false final fn for if impl in let loop macro match mod move mut override priv proc-macro pub return \
+    self static std struct super test trait true type use";
 
 /// Make the crate at `path`, whose last part is its name; `fmu_export` is the folder of that crate,
 /// if it is not where this program was built. Without an example the model is a first-order lag.
@@ -194,7 +150,7 @@ fn model(name: &str) -> Result<String> {
         );
     }
     ensure!(
-        !RESERVED.contains(&name),
+        !RESERVED.split(' ').any(|word| word == name),
         "the name `{name}` is a word of Rust or cargo; take another one"
     );
     let words = name.split(['-', '_']);

@@ -4,16 +4,18 @@ use crate::arguments::*;
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use anyhow::{Result, bail};
+use cargo_fmu::fmi::Fmu;
 use cargo_fmu::fmi::order::Mode;
 use fmu_description::{Access, Causality, Variability, Variable};
 use std::ffi::c_int;
 
-/// Whether derivatives may be taken by a variable.
-pub fn is_known(v: &Variable) -> bool {
-    v.is_input() && v.access() == Access::Real
+/// Whether derivatives may be taken by a variable: an input, or a state of Model Exchange.
+pub fn is_known(fmu: &Fmu) -> impl Fn(&Variable) -> bool + Copy {
+    |v| v.access() == Access::Real && (v.is_input() || fmu.description.is_state(v))
 }
 
-/// Whether a variable has derivatives.
+/// Whether a variable has derivatives: outputs and local variables, which derivatives of states and
+/// event indicators are too.
 pub fn is_unknown(v: &Variable) -> bool {
     v.is_computed() && v.access() == Access::Real
 }
@@ -78,7 +80,7 @@ impl Session<'_> {
     pub fn for_derivative(&mut self) -> (bool, Vec<u32>, Vec<u32>) {
         let r = &mut self.random;
         let valid = r.one_in(2);
-        let known = references(r, self.fmu, valid, is_known);
+        let known = references(r, self.fmu, valid, is_known(self.fmu));
         (valid, known, references(r, self.fmu, valid, is_unknown))
     }
 
@@ -86,17 +88,6 @@ impl Session<'_> {
     pub fn are(&self, vr: &[u32], wanted: impl Fn(&Variable) -> bool) -> bool {
         let find = |vr: &u32| self.fmu.find(*vr);
         vr.iter().all(|vr| find(vr).is_some_and(&wanted))
-    }
-
-    /// Whether derivatives by states or of event indicators are asked for, where an FMU for Model
-    /// Exchange has them: the description does not tell states from other local variables here.
-    pub fn is_of_equations(&self, known: &[u32], unknown: &[u32]) -> bool {
-        let is_local = |v: &Variable| is_unknown(v) && v.causality == Causality::Local;
-        let some = |vr: &[u32], wanted: &dyn Fn(&Variable) -> bool| {
-            (vr.iter().filter_map(|vr| self.fmu.find(*vr))).any(wanted)
-        };
-        self.fmu.description.model_exchange
-            && (some(known, &is_unknown) || some(unknown, &is_local))
     }
 
     pub fn get_directional_derivative(&mut self, i: usize) -> Result<Call> {
@@ -108,21 +99,24 @@ impl Session<'_> {
         let are_there = self.are(&known, |_| true) && self.are(&unknown, |_| true);
         let wrong_known = elements(self.fmu, &known)
             .zip(&seed)
-            .find_map(|((v, _), seed)| match v.is_some_and(is_known) {
+            .find_map(|((v, _), seed)| match v.is_some_and(is_known(self.fmu)) {
                 false => Some(Expect::Refused),
                 true => (!seed.is_finite()).then_some(Expect::Discarded),
             });
         let is_initializing = self.instances[i].known.mode == Mode::Initialization;
+        let is_output = |v: &Variable| v.causality == Causality::Output;
+        let is_of_outputs = !self.fmu.description.model_exchange
+            || self.are(&known, Variable::is_input) && self.are(&unknown, is_output);
         let expect = match wrong_known {
-            _ if self.is_of_equations(&known, &unknown) => Expect::FileDecides,
             _ if !self.fmu.description.capabilities.directional_derivatives => Expect::Refused,
             _ if is_3 && !are_there => Expect::Refused,
             // FMI 3.0 names whole arrays, so what is looked at first is the exporter's affair.
             Some(_) if is_3 && seed.iter().any(|s| !s.is_finite()) => Expect::RefusedOrDiscarded,
             Some(answer) => answer,
             None if !self.are(&unknown, is_unknown) => Expect::Refused,
-            // Beyond the range of numbers; or start values that do not fit together.
-            None if !valid || is_initializing => Expect::ModelDecides,
+            // Beyond the range of numbers; start values that do not fit together; a difference, of
+            // which one end is no place for the model.
+            None if !valid || is_initializing || !is_of_outputs => Expect::ModelDecides,
             None => Expect::Done,
         };
         let name = self.fmu.functions.name("fmi2GetDirectionalDerivative");

@@ -44,6 +44,25 @@ fn read() -> Description {
     Description::parse(TEXT).unwrap()
 }
 
+/// The same derivatives in both versions: a number from 1 in the one, a reference in the other.
+#[test]
+fn states_are_what_derivatives_are_of() {
+    for text in [
+        include_str!("../../../../modelDescription/DcLink.xml"),
+        include_str!("../../../../modelDescription/fmi3/DcLink.xml"),
+    ] {
+        let d = Description::parse(text).unwrap();
+        let d = d.by_element();
+        let states = d.variables.iter().filter(|v| d.is_state(v));
+        let states: Vec<_> = states.map(|v| v.name.as_str()).collect();
+        let expected = "soc v_pairs[1] v_pairs[2] v_dc T_battery energy.battery energy.load energy.brake energy.loss";
+        let mut expected: Vec<_> = expected.split(' ').collect();
+        expected.sort_unstable_by_key(|name| d.index(name));
+        assert_eq!(states, expected);
+    }
+    assert!(!read().is_state(read().variable("y").unwrap()));
+}
+
 #[test]
 fn arrays_are_one_variable() {
     let d = read();

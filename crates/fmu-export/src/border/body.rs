@@ -87,15 +87,16 @@ pub(crate) unsafe fn enter<M: Model, V: Version>(
 fn check_order<M: Model, V: Version>(body: &Body<M, V>, call: Call) -> Result<(), Fault> {
     let state = V::state(body);
     // Of a model for Co-Simulation alone, what is for Model Exchange is not even compiled.
-    let is_absent = M::MODEL_EXCHANGE.is_none() && call.allowed & ME != 0;
-    let is_of_one = call.allowed & (CS | ME) != 0;
-    if is_absent || is_of_one && call.allowed & body.interface == 0 {
+    let interface = match M::MODEL_EXCHANGE {
+        Some(_) => body.interface,
+        None => CS,
+    };
+    if call.allowed & interface == 0 {
         return other_interface::<M>(call);
     }
-    if call.allowed & state != 0 {
-        Ok(())
-    } else {
-        out_of_order::<V>(call, state, body.interface)
+    match call.allowed & state {
+        0 => out_of_order::<V>(call, state, interface),
+        _ => Ok(()),
     }
 }
 

@@ -36,25 +36,42 @@ pub(crate) const CS: u16 = 1024;
 /// For instances of Model Exchange only.
 pub(crate) const ME: u16 = 2048;
 
+/// The bit of a phase, of which each has its place: quicker than a table.
+const fn bit(phase: Phase) -> u16 {
+    1 << phase as u16
+}
+
+const _: () = {
+    assert!(bit(Phase::Instantiated) == I && bit(Phase::Initialization) == N);
+    assert!(bit(Phase::Stepping) == S && bit(Phase::Terminated) == T);
+    assert!(bit(Phase::Exchange) == E && bit(Phase::Event) == M);
+    assert!(bit(Phase::Continuous) == C && bit(Phase::Configuration) == G);
+};
+
 /// The bit of the state of an instance outside a step.
 #[inline]
 pub(crate) fn state<M: Model>(instance: &Instance<M>) -> u16 {
-    match instance.state.phase {
-        _ if instance.lost => L,
-        Phase::Instantiated => I,
-        Phase::Initialization => N,
-        Phase::Stepping => S,
-        Phase::Terminated => T,
-        Phase::Exchange => E,
-        Phase::Event => M,
-        Phase::Continuous => C,
-        Phase::Configuration => G,
+    match instance.lost {
+        true => L,
+        false => bit(instance.state.phase),
     }
 }
 
-/// A function, the states it is allowed in, and the interface that it is of, where not of both.
+/// A function, the states it is allowed in, and the interfaces that it is of.
 #[derive(Clone, Copy)]
 pub(crate) struct Call {
     pub(crate) name: &'static str,
     pub(crate) allowed: u16,
+}
+
+impl Call {
+    /// Of both interfaces, unless one of them is among the states.
+    #[inline(always)]
+    pub(crate) const fn new(name: &'static str, allowed: u16) -> Self {
+        let interfaces = if allowed & (CS | ME) == 0 { CS | ME } else { 0 };
+        Self {
+            name,
+            allowed: allowed | interfaces,
+        }
+    }
 }

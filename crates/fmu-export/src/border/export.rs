@@ -106,15 +106,15 @@ macro_rules! export_fmi3 {
                     event_mode_used: Boolean, early_return_allowed: Boolean,
                     required: *const ValueReference, n_required: usize,
                     environment: InstanceEnvironment, log_message: Option<LogMessage>, update: Option<IntermediateUpdate>
-                ) -> Instance = instantiate_co_simulation(
-                    &LIBRARY, name, token, resources, logging_on, event_mode_used, early_return_allowed,
-                    required, n_required, environment, log_message, update
+                ) -> Instance = instantiate(
+                    &LIBRARY, name, token, resources, logging_on, environment, log_message,
+                    Some(e::CoSimulation { event_mode_used, early_return_allowed, required, n_required, update })
                 );
                 fmi3InstantiateModelExchange(
                     name: Str, token: Str, resources: Str, _visible: Boolean, logging_on: Boolean,
                     environment: InstanceEnvironment, log_message: Option<LogMessage>
-                ) -> Instance = instantiate_model_exchange(
-                    &LIBRARY, name, token, resources, logging_on, environment, log_message
+                ) -> Instance = instantiate(
+                    &LIBRARY, name, token, resources, logging_on, environment, log_message, None
                 );
                 fmi3InstantiateScheduledExecution(
                     _name: Str, _token: Str, _resources: Str, _visible: Boolean, logging_on: Boolean,

@@ -40,10 +40,8 @@ macro_rules! function {
             c: *mut std::ffi::c_void,
             $($argument: $type),*
         ) -> Status {
-            const CALL: $crate::border::call::Call = $crate::border::call::Call {
-                name: stringify!($name),
-                allowed: $allowed,
-            };
+            const CALL: $crate::border::call::Call =
+                $crate::border::call::Call::new(stringify!($name), $allowed);
             $(let _ = &$argument;)*
             // SAFETY: forwarded.
             unsafe { $crate::border::body::enter::<X::Model, $version>(c, CALL, $run) }

@@ -6,6 +6,7 @@
 use super::causality::Causality;
 use super::fault::Fault;
 use super::instance::Instance;
+use super::layout::Run;
 use super::model::Variable;
 use super::phase::Phase;
 use super::place::Kind;
@@ -22,32 +23,32 @@ impl<M: Model> Instance<M> {
         &mut self,
         pair: impl Fn(usize) -> Option<(u32, T)> + Copy,
     ) -> Result<(), Fault> {
-        match self.set_one_row(pair) {
-            Some(result) => result,
-            None => self.set_rows(pair),
+        match self.set_one_row(pair)? {
+            true => Ok(()),
+            false => self.set_rows(pair),
         }
     }
 
-    /// Sets elements of one row of inputs that are held, which is what most batches are; None for
+    /// Sets elements of one row of inputs that are held, which is what most batches are; false for
     /// other batches.
     #[inline]
     fn set_one_row<T: Value>(
         &mut self,
         pair: impl Fn(usize) -> Option<(u32, T)> + Copy,
-    ) -> Option<Result<(), Fault>> {
-        let run = self.layout.run(pair(0)?.0).ok()?;
-        let place = T::input(&run.row.place)?;
-        if run.row.counter.is_some() || !self.state.is_held() {
-            return None;
-        }
+    ) -> Result<bool, Fault> {
+        let run = pair(0).and_then(|(first, _)| self.layout.short(first));
+        let held = run.filter(|run| run.row.counter.is_none() && self.state.is_held());
+        let Some((run, place)) = held.and_then(|run| Some((run, T::input(&run.row.place)?))) else {
+            return Ok(false);
+        };
         let mut k = 0;
         while let Some((element, value)) = pair(k) {
             let i = run.index(element);
             if i >= run.len() {
-                return None;
+                return Ok(false);
             }
             if !value.is_within(run.bounds) {
-                return Some(Err(not_allowed(run.row, i, value)));
+                return Err(not_allowed(run.row, i, value));
             }
             k += 1;
         }
@@ -61,9 +62,10 @@ impl<M: Model> Instance<M> {
             k += 1;
         }
         if changed {
-            self.touch(!run.row.beside_evaluation);
+            let row = run.row;
+            self.touch(!row.beside_evaluation);
         }
-        Some(Ok(()))
+        Ok(true)
     }
 
     /// Sets elements of any rows.
@@ -206,6 +208,29 @@ impl<M: Model> Instance<M> {
         ))
     }
 
+    /// All values of a row, of which element `i` is asked for.
+    #[inline(always)]
+    pub(super) fn values<T: Value>(&mut self, run: &Run<M>, i: usize) -> Result<&[T], Fault> {
+        let row = run.row;
+        let values = if let Some(place) = T::output(&row.place) {
+            match self.state.phase {
+                Phase::Instantiated => self.start_output(row)?,
+                _ => self.refresh()?,
+            }
+            place.slice(&self.output)
+        } else if let Some(place) = T::input(&row.place) {
+            place.slice(&self.state.input.value)
+        } else if let Some(place) = T::parameter(&row.place) {
+            place.slice(&self.state.parameters)
+        } else {
+            self.behind(run, i)?
+        };
+        match values.get(..run.len()) {
+            Some(values) => Ok(values),
+            None => Err(not_as_long(row, values.len(), run.len())),
+        }
+    }
+
     /// Gets elements: `put(k, value)` receives the value of `element(k)`, which is None at the end
     /// of the batch.
     #[inline]
@@ -217,22 +242,7 @@ impl<M: Model> Instance<M> {
         let mut k = 0;
         while let Some(first) = element(k) {
             let run = self.layout.run(first)?;
-            let row = run.row;
-            let values = if let Some(place) = T::output(&row.place) {
-                self.refresh()?;
-                place.slice(&self.output)
-            } else if let Some(place) = T::input(&row.place) {
-                place.slice(&self.state.input.value)
-            } else if let Some(place) = T::parameter(&row.place) {
-                place.slice(&self.state.parameters)
-            } else if let Some(values) = self.behind(&run, |values| T::of_reals(values))? {
-                values
-            } else {
-                return Err(self.not_gettable(row, run.index(first), T::KIND.name(self.names)));
-            };
-            let Some(values) = values.get(..run.len()) else {
-                return Err(not_as_long(row, values.len(), run.len()));
-            };
+            let (row, values) = (run.row, self.values::<T>(&run, run.index(first))?);
             while let Some(element) = element(k)
                 && let Some(&value) = values.get(run.index(element))
             {

@@ -211,24 +211,8 @@ impl<M: Model> Instance<M> {
                 }
                 Err(fault) => return Err(fault),
             };
-            let row = run.row;
-            let values = if let Some(place) = T::output(&row.place) {
-                if self.state.phase == Phase::Instantiated {
-                    self.start_output(row)?;
-                } else {
-                    self.refresh()?;
-                }
-                place.slice(&self.output)
-            } else if let Some(place) = T::input(&row.place) {
-                place.slice(&self.state.input.value)
-            } else if let Some(place) = T::parameter(&row.place) {
-                place.slice(&self.state.parameters)
-            } else if let Some(values) = self.behind(&run, |values| T::of_reals(values))? {
-                values
-            } else {
-                return Err(self.not_gettable(row, first, T::KIND.name(self.names)));
-            };
-            put(from, finite(row, values, first, n)?);
+            let values = self.values(&run, first)?;
+            put(from, finite(run.row, values, first, n)?);
             from += n;
         }
         if from != len {

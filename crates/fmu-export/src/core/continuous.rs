@@ -4,6 +4,7 @@
 use super::error::ModelError;
 use super::event::Event;
 use super::model::{Model, ModelExchange, Variable};
+use super::sizes;
 
 /// A model whose equations an importer can integrate: states that its derivatives move
 /// continuously, and events that change anything else.
@@ -128,9 +129,9 @@ pub trait Continuous: Model {
         Ok(false)
     }
 
-    /// How derivatives (into `dx`) and outputs (into `y`) change along a change of the states (in
-    /// `seed.0`) and of the inputs (`seed.1`). Only called if
-    /// [`HAS_DIRECTIONAL`](Self::HAS_DIRECTIONAL).
+    /// How derivatives (into `dx`) and, where they are asked for, outputs (into `y`) change along a
+    /// change of the states (in `seed.0`) and of the inputs (`seed.1`): the Jacobian times that
+    /// direction. Only called if [`HAS_DIRECTIONAL`](Self::HAS_DIRECTIONAL).
     #[expect(clippy::too_many_arguments, reason = "what it is a derivative of")]
     fn directional(
         &self,
@@ -140,9 +141,65 @@ pub trait Continuous: Model {
         _t: f64,
         _seed: (&Self, &Self::Input),
         _dx: &mut Self,
-        _y: &mut Self::Output,
+        _y: Option<&mut Self::Output>,
     ) -> Result<(), ModelError> {
         Err(ModelError::new("directional is not implemented"))
+    }
+}
+
+/// Where the equations are looked at: parameters, inputs, their evaluation, and time, s.
+pub(crate) type At<'a, M> = (
+    &'a <M as Model>::Parameters,
+    &'a <M as Model>::Input,
+    &'a <M as Model>::Evaluation,
+    f64,
+);
+
+impl<M: Model> ModelExchange<M> {
+    /// Writes the derivatives of all states into `dx`. `rate` is a copy of some state of the model.
+    pub(crate) fn rates(
+        &self,
+        model: &M,
+        (p, u, now, t): At<M>,
+        rate: &mut M,
+        dx: &mut [f64],
+    ) -> Result<(), ModelError> {
+        (self.differentiate)(model, p, u, now, t, rate)?;
+        (self.states)(rate, dx);
+        Ok(())
+    }
+
+    /// The derivatives of all `states`, and behind them the event indicators, in `numbers`.
+    pub(crate) fn behind(
+        &self,
+        model: &M,
+        at: At<M>,
+        rate: &mut M,
+        states: usize,
+        numbers: &mut [f64],
+    ) -> Result<(), ModelError> {
+        let (dx, z) = numbers.split_at_mut(states);
+        self.rates(model, at, rate, dx)?;
+        let (p, u, now, t) = at;
+        (self.indicate)(model, p, u, now, t, z)
+    }
+
+    /// How the outputs change along a change of the states, `dx`, and of the inputs, `du`. In the
+    /// place of `dx` comes how the derivatives change. None where the model does not say it.
+    pub(crate) fn along(
+        &self,
+        model: &M,
+        (p, u, now, t): At<M>,
+        dx: &mut [f64],
+        du: &M::Input,
+    ) -> Option<Result<M::Output, ModelError>> {
+        let directional = self.directional?;
+        let (mut seed, mut rate) = (model.clone(), model.clone());
+        (self.set_states)(&mut seed, dx);
+        let mut dy = sizes::output::<M>(p);
+        let done = directional(model, p, u, now, t, (&seed, du), &mut rate, Some(&mut dy));
+        (self.states)(&rate, dx);
+        Some(done.map(|()| dy))
     }
 }
 

@@ -5,11 +5,9 @@ use super::fault::{Fault, discard, refuse};
 use super::instance::Instance;
 use super::layout::Element;
 use super::message::Kind;
-use super::model::ModelExchange;
 use super::model::Variable;
 use super::phase::Phase;
 use super::place::{Place, Write};
-use super::sizes;
 use super::value::Value;
 use std::collections::BTreeMap;
 
@@ -18,8 +16,6 @@ use crate::{Evaluation, MAX_INPUT_DERIVATIVE, Model};
 /// ∛ε, the step of central differences. A number, since some platforms would call their own `cbrt`
 /// for it.
 pub(super) const ROOT_OF_EPSILON: f64 = 6.055_454_452_393_343e-6;
-
-const DIRECTIONAL: &str = "directional derivative";
 
 /// A Real input or, for Model Exchange, a continuous state: index in its row, row, and place of an
 /// input.
@@ -37,7 +33,7 @@ struct Direction<M: Model> {
     largest: f64,
 }
 
-/// What a derivative is read from: outputs, and derivatives of the states.
+/// What a derivative is read from: outputs, and what is behind the table as far as it is asked for.
 type Observed<M> = (<M as Model>::Output, Vec<f64>);
 
 impl<M: Model> Instance<M> {
@@ -139,13 +135,8 @@ impl<M: Model> Instance<M> {
         let (p, u, u_dot) = (&state.parameters, state.input(), state.input_slope());
         let y_dot = model.output_derivative(p, u, now, &u_dot)?;
         let found = (y_dot, Vec::new());
-        self.put_values(
-            n,
-            element,
-            |e| self.value(e, &found),
-            put,
-            "time derivative",
-        )
+        let value = |e| self.value(e, &found);
+        self.put_values(n, element, value, put, "time derivative")
     }
 
     fn known(&self, number: u32) -> Result<Known<M>, Fault> {
@@ -166,10 +157,10 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// A Real output or local variable, or the derivative of a state.
+    /// A Real output or local variable, the derivative of a state, or an event indicator.
     fn unknown(&self, number: u32) -> Result<Element<M>, Fault> {
         let (i, row) = self.layout.find(number)?;
-        if !matches!(row.place, Place::RealOut(_) | Place::Derivative) {
+        if !(matches!(row.place, Place::RealOut(_)) || row.place.is_behind()) {
             let (name, kind) = (row.element_name(i), row.kind(self.names));
             let real = self.names.real;
             return refuse!("unknown `{name}` is {kind}; it must be a {real} output");
@@ -201,12 +192,20 @@ impl<M: Model> Instance<M> {
                 Some(place) => *place.get_mut(&mut all.du, i) += seed,
                 None => {
                     let dx = all.dx.get_or_insert_with(|| vec![0.0; self.layout.states]);
-                    dx[self.layout.derivative_of(row) + i] += seed;
+                    dx[self.layout.offset(row) + i] += seed;
                 }
             }
             all.largest = all.largest.max(seed.abs() / row.nominal.unwrap_or(1.0));
         }
         Ok(all)
+    }
+
+    /// Refuses directional and adjoint derivatives where there are none, as this flag says.
+    pub(crate) fn has_derivatives(&self, flag: &str) -> Result<(), Fault> {
+        match M::INFO.directional_derivatives || M::MODEL_EXCHANGE.is_some() {
+            true => Ok(()),
+            false => refuse!("this FMU has no such derivatives ({flag} = false)"),
+        }
     }
 
     /// ∂unknown/∂known · seed: at fixed state while running, through the initialization before.
@@ -220,72 +219,50 @@ impl<M: Model> Instance<M> {
         put: impl FnMut(usize, f64),
     ) -> Result<(), Fault> {
         let direction = self.direction(knowns, known, seed)?;
-        let mut has_derivatives = direction.dx.is_some();
+        // How much of what is behind the table is asked for.
+        let mut behind = 0;
         for k in 0..unknowns {
-            has_derivatives |= self.unknown(unknown(k))?.1.place.is_derivative();
+            let (i, row) = self.unknown(unknown(k))?;
+            if row.place.is_behind() {
+                behind = behind.max(self.layout.offset(row) + i + 1);
+            }
         }
         if unknowns == 0 {
             return Ok(());
         }
-        let is_initial = self.state.phase == Phase::Initialization;
-        if is_initial || has_derivatives || !M::INFO.directional_derivatives {
-            let found = match M::MODEL_EXCHANGE {
-                Some(equations) if !is_initial => self.analytic(equations, &direction)?,
-                _ => None,
-            };
-            return match found {
-                Some(found) => self.put_values(
-                    unknowns,
-                    unknown,
-                    |e| self.value(e, &found),
-                    put,
-                    DIRECTIONAL,
-                ),
-                None => self.difference(&direction, unknowns, &unknown, &mut { put }),
-            };
+        match self.analytic(&direction, behind)? {
+            Some(found) => {
+                let value = |e| self.value(e, &found);
+                self.put_values(unknowns, unknown, value, put, "directional derivative")
+            }
+            None => self.difference(&direction, behind, unknowns, &unknown, &mut { put }),
         }
-        self.evaluate()?;
-        let (state, (model, now)) = (&self.state, self.evaluated());
-        let dy =
-            model.directional_derivative(&state.parameters, state.input(), now, &direction.du)?;
-        let found = (dy, Vec::new());
-        self.put_values(
-            unknowns,
-            unknown,
-            |e| self.value(e, &found),
-            put,
-            DIRECTIONAL,
-        )
     }
 
     /// The derivative that the model gives itself, if it does.
     fn analytic(
         &mut self,
-        equations: ModelExchange<M>,
         direction: &Direction<M>,
+        behind: usize,
     ) -> Result<Option<Observed<M>>, Fault> {
-        let Some(directional) = equations.directional else {
+        let is_of_outputs = direction.dx.is_none() && behind == 0;
+        let of_outputs = is_of_outputs && M::INFO.directional_derivatives;
+        let equations = M::MODEL_EXCHANGE.filter(|x| x.directional.is_some());
+        let of_equations = equations.filter(|_| behind <= self.layout.states);
+        if self.state.phase == Phase::Initialization || !of_outputs && of_equations.is_none() {
             return Ok(None);
-        };
+        }
         self.evaluate()?;
         let (state, (model, now)) = (&self.state, self.evaluated());
-        let (mut seed, mut rate) = (model.clone(), model.clone());
-        let mut dx = vec![0.0; self.layout.states];
-        (equations.set_states)(&mut seed, direction.dx.as_ref().unwrap_or(&dx));
-        let mut dy = sizes::output::<M>(&self.state.parameters);
-        let (p, u, t) = (&state.parameters, state.input(), state.time);
-        directional(
-            model,
-            p,
-            u,
-            now,
-            t,
-            (&seed, &direction.du),
-            &mut rate,
-            &mut dy,
-        )?;
-        (equations.states)(&rate, &mut dx);
-        Ok(Some((dy, dx)))
+        let (p, u, du) = (&state.parameters, state.input(), &direction.du);
+        if of_outputs {
+            let dy = model.directional_derivative(p, u, now, du)?;
+            return Ok(Some((dy, Vec::new())));
+        }
+        let zero = || vec![0.0; self.layout.states];
+        let mut dx = direction.dx.clone().unwrap_or_else(zero);
+        let dy = of_equations.and_then(|x| x.along(model, (p, u, now, state.time), &mut dx, du));
+        Ok(dy.transpose()?.map(|dy| (dy, dx)))
     }
 
     /// seed · ∂unknown/∂known, the transpose of
@@ -296,18 +273,18 @@ impl<M: Model> Instance<M> {
         seed: &[f64],
         knowns: &[u32],
     ) -> Result<Vec<f64>, Fault> {
-        let mut has_derivatives = !M::INFO.directional_derivatives;
+        let mut by_columns = !M::INFO.directional_derivatives;
         for &number in knowns {
-            has_derivatives |= self.known(number)?.2.is_none();
+            by_columns |= self.known(number)?.2.is_none();
         }
         let weights = self.weights(unknowns, seed)?;
         for &number in unknowns {
-            has_derivatives |= self.unknown(number)?.1.place.is_derivative();
+            by_columns |= self.unknown(number)?.1.place.is_behind();
         }
         if unknowns.is_empty() {
             return Ok(vec![0.0; knowns.len()]);
         }
-        if self.state.phase == Phase::Initialization || has_derivatives {
+        if self.state.phase == Phase::Initialization || by_columns {
             return self.adjoint_by_columns(unknowns, seed, knowns);
         }
         self.evaluate()?;
@@ -381,6 +358,7 @@ impl<M: Model> Instance<M> {
     fn difference(
         &mut self,
         direction: &Direction<M>,
+        behind: usize,
         unknowns: usize,
         unknown: &dyn Fn(usize) -> u32,
         put: &mut dyn FnMut(usize, f64),
@@ -397,14 +375,14 @@ impl<M: Model> Instance<M> {
             if parts.len() > 1 {
                 let mut sums = vec![0.0; unknowns];
                 for part in &parts {
-                    self.difference(part, unknowns, unknown, &mut |k, dy| sums[k] += dy)?;
+                    self.difference(part, behind, unknowns, unknown, &mut |k, dy| sums[k] += dy)?;
                 }
                 sums.iter().enumerate().for_each(|(k, dy)| put(k, *dy));
                 return Ok(());
             }
         }
-        let y_less = self.observed(direction, less.0, &less.1)?;
-        let y_more = self.observed(direction, more.0, &more.1)?;
+        let y_less = self.observed(direction, behind, &less)?;
+        let y_more = self.observed(direction, behind, &more)?;
         let slope = |e| (self.value(e, &y_more) - self.value(e, &y_less)) / (more.0 - less.0);
         self.put_values(unknowns, unknown, slope, put, "derivative")
     }
@@ -435,32 +413,39 @@ impl<M: Model> Instance<M> {
     }
 
     /// What is observed with the inputs `u` and the states moved by `step`; in Initialization Mode of
-    /// a model that is initialized with these inputs.
+    /// a model that is initialized with these inputs. What is behind the table is looked at as far as
+    /// `behind`.
     fn observed(
         &self,
         direction: &Direction<M>,
-        step: f64,
-        u: &M::Input,
+        behind: usize,
+        (step, u): &(f64, M::Input),
     ) -> Result<Observed<M>, Fault> {
         let p = &self.state.parameters;
         let mut model = match &self.state.model {
             Some(model) if self.state.phase != Phase::Initialization => model.clone(),
             _ => M::initialize(p, u, self.state.start)?,
         };
-        let mut x = vec![0.0; self.layout.states];
         if let (Some(equations), Some(dx)) = (M::MODEL_EXCHANGE, &direction.dx) {
+            let mut x = vec![0.0; dx.len()];
             (equations.states)(&model, &mut x);
             x.iter_mut().zip(dx).for_each(|(x, dx)| *x += step * dx);
             (equations.set_states)(&mut model, &x);
         }
         let now = M::Evaluation::of(&model, p, u)?;
         let y = model.output(p, u, &now)?;
-        if let Some(equations) = M::MODEL_EXCHANGE {
-            let mut rate = model.clone();
-            (equations.differentiate)(&model, p, u, &now, self.state.time, &mut rate)?;
-            (equations.states)(&rate, &mut x);
+        let Some(equations) = M::MODEL_EXCHANGE.filter(|_| behind > 0) else {
+            return Ok((y, Vec::new()));
+        };
+        let (states, indicators) = (self.layout.states, self.layout.indicators);
+        let (at, mut rate) = ((p, u, &now, self.state.time), model.clone());
+        let mut numbers = vec![0.0; states + indicators];
+        if behind > states {
+            equations.behind(&model, at, &mut rate, states, &mut numbers)?;
+        } else {
+            equations.rates(&model, at, &mut rate, &mut numbers[..states])?;
         }
-        Ok((y, x))
+        Ok((y, numbers))
     }
 
     /// The inputs `u + step·du`, if they are in their bounds.
@@ -479,10 +464,10 @@ impl<M: Model> Instance<M> {
     }
 
     /// What an unknown is among all that was observed.
-    fn value(&self, (i, row): Element<M>, (y, dx): &Observed<M>) -> f64 {
+    fn value(&self, (i, row): Element<M>, (y, behind): &Observed<M>) -> f64 {
         match &row.place {
             Place::RealOut(place) => place.get(y, i),
-            _ => dx[self.layout.derivative_of(row) + i],
+            _ => behind[self.layout.offset(row) + i],
         }
     }
 

@@ -11,6 +11,7 @@ use super::place::Place;
 use super::step::slack;
 use super::value::Value;
 use crate::{Model, ModelError};
+use std::mem;
 
 /// What the importer hears of events.
 pub(crate) struct Happened {
@@ -72,8 +73,7 @@ impl<M: Model> Instance<M> {
         );
         let computed = if which == 0 {
             let rate = exchange.rate.get_or_insert_with(|| model.clone());
-            (equations.differentiate)(model, p, u, now, t, rate)
-                .map(|()| (equations.states)(rate, numbers))
+            equations.rates(model, (p, u, now, t), rate, numbers)
         } else {
             (equations.indicate)(model, p, u, now, t, numbers)
         };
@@ -101,22 +101,19 @@ impl<M: Model> Instance<M> {
         row.element_name(i)
     }
 
-    /// The numbers of a row behind the table; None of other rows.
-    pub(super) fn behind<T>(
-        &mut self,
-        run: &Run<M>,
-        read: impl Fn(&[f64]) -> Option<&[T]>,
-    ) -> Result<Option<&[T]>, Fault> {
+    /// The numbers of a row behind the table; other rows, and other types, are refused: element `i`.
+    pub(super) fn behind<T: Value>(&mut self, run: &Run<M>, i: usize) -> Result<&[T], Fault> {
         let is_there = M::MODEL_EXCHANGE.is_some() && run.row.place.is_behind();
-        if !is_there || read(&[]).is_none() {
-            return Ok(None);
+        if !is_there || T::of_reals(&[]).is_none() {
+            return Err(self.not_gettable(run.row, i, T::KIND.name(self.names)));
         }
         if self.state.phase == Phase::Instantiated {
             self.start_output(run.row)?;
         }
         let is_indicator = !run.row.place.is_derivative();
         self.compute(usize::from(is_indicator))?;
-        Ok(read(&self.exchange.numbers[run.offset as usize..]))
+        let numbers = &self.exchange.numbers[run.offset as usize..];
+        Ok(T::of_reals(numbers).expect("asked for above"))
     }
 
     /// The derivatives of all states, of which there must be `n`.
@@ -202,11 +199,12 @@ impl<M: Model> Instance<M> {
     }
 
     /// Between events, refuses elements that are not continuous inputs.
+    #[inline(always)]
     pub(crate) fn check_between_events(
         &self,
         number: impl Fn(usize) -> Option<u32>,
     ) -> Result<(), Fault> {
-        if self.state.phase != Phase::Continuous {
+        if M::MODEL_EXCHANGE.is_none() || self.state.phase != Phase::Continuous {
             return Ok(());
         }
         for number in (0..).map_while(number) {
@@ -224,13 +222,15 @@ impl<M: Model> Instance<M> {
     /// Does what happens now.
     pub(crate) fn update_discrete_states(&mut self) -> Result<Happened, Fault> {
         let (equations, t) = (equations::<M>()?, self.state.time);
-        let mut before = vec![0.0; self.layout.states];
-        let mut after = before.clone();
+        let [mut before, mut after] = [(); 2].map(|()| vec![0.0; self.layout.states]);
         self.check_stop()?;
-        let backup = self.state.model.clone();
+        let mut rate = self.exchange.rate.take();
         let event = self.change(|model, p, u| {
-            (equations.states)(model, &mut before);
+            // The model as it was, where there is room for one already.
+            let backup = rate.get_or_insert_with(|| model.clone());
+            backup.clone_from(model);
             let event = (equations.event)(model, p, u, t)?;
+            (equations.states)(backup, &mut before);
             (equations.states)(model, &mut after);
             match event.next {
                 Some(next) if !(next.is_finite() && next > t) => Err(ModelError::new(format!(
@@ -240,13 +240,11 @@ impl<M: Model> Instance<M> {
             }
         });
         self.forget();
-        let event = match event {
-            Ok(event) => event,
-            Err(fault) => {
-                self.state.model = backup;
-                return Err(fault);
-            }
-        };
+        if event.is_err() {
+            mem::swap(&mut self.state.model, &mut rate);
+        }
+        self.exchange.rate = rate;
+        let event = event?;
         self.state.event = t;
         let is_moved = before.iter().zip(&after).any(|(a, b)| !a.is_same(*b));
         self.tell(Kind::Event, format!("t = {t} s: events handled"));

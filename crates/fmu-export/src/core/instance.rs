@@ -34,7 +34,7 @@ pub(crate) struct Instance<M: Model> {
     pub(crate) output: M::Output,
     pub(crate) fresh: bool,
     /// Room for a solver.
-    pub(crate) room: Room<M>,
+    pub(crate) room: Room<M, M::Input>,
     /// What is for Model Exchange only.
     pub(crate) exchange: Rates<M>,
     pub(crate) saved: Saved<M>,

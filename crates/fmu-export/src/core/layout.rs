@@ -248,10 +248,11 @@ impl<M: Model> Layout<M> {
         (self.rows.iter()).map(|&(start, run)| (start..start + run.len(), run.row))
     }
 
-    /// Where the derivatives of a state's row begin among those of all states.
-    pub(crate) fn derivative_of(&self, state: &Variable<M>) -> usize {
-        let of_it = |row: &Variable<M>| row.place.is_derivative() && row.name == state.name;
-        let run = self.rows.iter().find(|(_, run)| of_it(run.row));
+    /// Where the derivatives of a state's row, or an indicator, begin among all that is behind the
+    /// table.
+    pub(crate) fn offset(&self, of: &Variable<M>) -> usize {
+        let is_it = |row: &Variable<M>| row.place.is_behind() && row.name == of.name;
+        let run = self.rows.iter().find(|(_, run)| is_it(run.row));
         run.map_or(0, |(_, run)| run.offset as usize)
     }
 
@@ -265,9 +266,9 @@ impl<M: Model> Layout<M> {
     /// The block that a number means.
     #[inline]
     pub(crate) fn block(&self, number: u32) -> Result<Block<M>, Fault> {
-        match self.by_number.get(number as usize) {
-            Some(Some(run)) => run.block_of(number).ok_or(Fault::Unknown(number)),
-            _ => self.long_block(number),
+        match self.short(number) {
+            Some(run) => run.block_of(number).ok_or(Fault::Unknown(number)),
+            None => self.long_block(number),
         }
     }
 
@@ -283,7 +284,7 @@ impl<M: Model> Layout<M> {
     /// The row of which this number means all elements, if there are `len` of them.
     #[inline]
     pub(crate) fn whole(&self, number: u32, len: usize) -> Option<&Run<M>> {
-        let run = self.by_number.get(number as usize)?.as_ref()?;
+        let run = self.short(number)?;
         let is_whole = number == run.first && len == run.len() && (run.is_array || len == 1);
         is_whole.then_some(run)
     }
@@ -298,23 +299,22 @@ impl<M: Model> Layout<M> {
 
     /// All blocks in the order of the table, with their numbers.
     pub(crate) fn blocks(&self) -> impl Iterator<Item = (u32, Block<M>)> {
-        self.rows.iter().flat_map(|&(_, run)| {
-            let (blocks, len) = match run.is_array {
-                true => (run.len.min(1), run.len()),
-                false => (run.len, 1),
-            };
-            (0..blocks).map(move |i| (run.number() + i, (run, i as usize, len)))
-        })
+        self.together(|run| run.is_array && run.len > 0)
     }
 
     /// What is numbered: elements, and long rows as one.
     pub(crate) fn entries(&self) -> impl Iterator<Item = (u32, Block<M>)> {
-        self.rows.iter().flat_map(|&(_, run)| {
-            let (entries, len) = match run.is_long() {
+        self.together(Run::is_long)
+    }
+
+    /// All elements, together where a row is one.
+    fn together(&self, is_one: fn(&Run<M>) -> bool) -> impl Iterator<Item = (u32, Block<M>)> {
+        self.rows.iter().flat_map(move |&(_, run)| {
+            let (blocks, len) = match is_one(&run) {
                 true => (1, run.len()),
                 false => (run.len, 1),
             };
-            (0..entries).map(move |i| (run.number() + i, (run, i as usize, len)))
+            (0..blocks).map(move |i| (run.number() + i, (run, i as usize, len)))
         })
     }
 
@@ -336,12 +336,18 @@ impl<M: Model> Layout<M> {
         }
     }
 
+    /// The run of the element with this number, unless it is of a long row.
+    #[inline]
+    pub(crate) fn short(&self, number: u32) -> Option<&Run<M>> {
+        self.by_number.get(number as usize)?.as_ref()
+    }
+
     /// The run of the element with this number.
     #[inline]
     pub(crate) fn run(&self, number: u32) -> Result<Run<M>, Fault> {
-        match self.by_number.get(number as usize) {
-            Some(Some(run)) => Ok(*run),
-            _ => self.long_run(number),
+        match self.short(number) {
+            Some(run) => Ok(*run),
+            None => self.long_run(number),
         }
     }
 

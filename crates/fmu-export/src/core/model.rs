@@ -108,7 +108,7 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
     #[inline(always)]
     fn step_in(
         &mut self,
-        _room: &mut Room<Self>,
+        _room: &mut Room<Self, Self::Input>,
         p: &Self::Parameters,
         u: &InputPolynomial<Self::Input>,
         now: &Self::Evaluation,
@@ -269,7 +269,7 @@ type Directional<M> = fn(
     f64,
     (&M, &<M as Model>::Input),
     &mut M,
-    &mut <M as Model>::Output,
+    Option<&mut <M as Model>::Output>,
 ) -> Result<(), ModelError>;
 
 copied! { [M: Model] ModelExchange<M>; }

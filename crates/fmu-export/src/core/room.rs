@@ -3,18 +3,18 @@
 use super::log::Log;
 use crate::solver::{Solver, TOLERANCE};
 
-/// What a solver keeps from one step to the next.
-pub struct Room<M> {
+/// What a solver keeps from one step to the next, of a model `M` with inputs `U`.
+pub struct Room<M, U> {
     /// The internal step to try first, s; 0: not known. The rest has no memory of its own.
     pub(crate) first: f64,
     /// The tolerance of an internal step.
     pub(crate) tolerance: f64,
     /// What solvers tell.
     pub(crate) log: Log,
-    pub(super) scratch: Option<Box<Scratch<M>>>,
+    pub(super) scratch: Option<Box<Scratch<M, U>>>,
 }
 
-impl<M> Room<M> {
+impl<M, U> Room<M, U> {
     /// Makes the scratch anew, for vectors of another length.
     pub(crate) fn forget(&mut self) {
         self.scratch = None;
@@ -25,16 +25,19 @@ impl<M> Room<M> {
     not(feature = "derive"),
     expect(dead_code, reason = "what is derived alone is solved by the layer")
 )]
-pub(super) struct Scratch<M> {
+pub(super) struct Scratch<M, U> {
     pub(super) solver: Solver,
     /// The model on its way through the step.
     pub(super) at: M,
     /// A copy of the model whose states are derivatives.
     pub(super) rate: M,
+    /// A direction of states and inputs, of which the latter is zero, if the model has derivatives
+    /// along it.
+    pub(super) direction: Option<(M, U)>,
     pub(super) states: Vec<f64>,
 }
 
-impl<M> Default for Room<M> {
+impl<M, U> Default for Room<M, U> {
     fn default() -> Self {
         Self {
             first: 0.0,

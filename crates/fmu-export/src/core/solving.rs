@@ -4,7 +4,7 @@ use super::continuous::Continuous;
 use super::error::ModelError;
 use super::event::Event;
 use super::input::InputPolynomial;
-use super::model::Evaluation;
+use super::model::{Evaluation, zero};
 use super::room::{Room, Scratch};
 use super::step_end::StepEnd;
 use crate::solver::{Failure, Solver, System};
@@ -16,6 +16,7 @@ const MOST_EVENTS: u32 = 10_000;
 struct Moving<'a, M: Continuous> {
     at: &'a mut M,
     rate: &'a mut M,
+    direction: Option<&'a mut (M, M::Input)>,
     p: &'a M::Parameters,
     u: &'a InputPolynomial<M::Input>,
     t: f64,
@@ -65,6 +66,27 @@ impl<M: Continuous> System for Moving<'_, M> {
         })
     }
 
+    fn directional(
+        &mut self,
+        s: f64,
+        x: &[f64],
+        seed: &[f64],
+        change: &mut [f64],
+    ) -> Result<bool, ModelError> {
+        let Some(direction) = self.direction.take() else {
+            return Ok(false);
+        };
+        direction.0.set_states(seed);
+        let (p, seed) = (self.p, (&direction.0, &direction.1));
+        let done = self.look(s, x, |model, u, now, t, rate| {
+            model.directional(p, u, now, t, seed, rate, None)?;
+            rate.states(change);
+            Ok(true)
+        });
+        self.direction = Some(direction);
+        done
+    }
+
     fn indicators(&mut self, s: f64, x: &[f64], z: &mut [f64]) -> Result<(), ModelError> {
         let p = self.p;
         self.look(s, x, |model, u, now, t, _| {
@@ -77,7 +99,7 @@ impl<M: Continuous> System for Moving<'_, M> {
 /// states, with events where they are; on an error it is as it was. `name` is that of a state.
 pub(crate) fn solve<M: Continuous>(
     model: &mut M,
-    room: &mut Room<M>,
+    room: &mut Room<M, M::Input>,
     make: impl FnOnce(&M) -> Result<Solver, ModelError>,
     n: usize,
     name: fn(&mut M, usize, f64) -> &'static str,
@@ -92,11 +114,12 @@ pub(crate) fn solve<M: Continuous>(
     {
         Some(scratch) => scratch,
         None => {
-            let (solver, at, rate) = (make(model)?, model.clone(), model.clone());
+            let direction = || (model.clone(), zero::<M>(u.value()));
             Box::new(Scratch {
-                solver,
-                at,
-                rate,
+                solver: make(model)?,
+                at: model.clone(),
+                rate: model.clone(),
+                direction: M::HAS_DIRECTIONAL.then(direction),
                 states: vec![0.0; n],
             })
         }
@@ -117,7 +140,7 @@ pub(crate) fn solve<M: Continuous>(
     end
 }
 
-impl<M: Continuous> Scratch<M> {
+impl<M: Continuous> Scratch<M, M::Input> {
     /// The step itself. On an error `model` and `first` are as before.
     fn run(
         &mut self,
@@ -131,12 +154,14 @@ impl<M: Continuous> Scratch<M> {
             solver,
             at,
             rate,
+            direction,
             states,
         } = self;
         at.clone_from(model);
         let mut moving = Moving {
             at,
             rate,
+            direction: direction.as_mut(),
             p,
             u,
             t,

@@ -117,45 +117,31 @@ impl Vector for f64 {
     }
 }
 
-impl<T: Vector, const N: usize> Vector for [T; N] {
-    fn len(&self) -> usize {
-        self.iter().map(Vector::len).sum()
-    }
+macro_rules! vectors {
+    ($([$($parameters:tt)*] $type:ty;)*) => {$(
+        impl<T: Vector, $($parameters)*> Vector for $type {
+            fn len(&self) -> usize {
+                self.iter().map(T::len).sum()
+            }
 
-    #[inline]
-    fn read<'a>(&self, to: &'a mut [f64]) -> &'a mut [f64] {
-        T::read_all(self, to)
-    }
+            #[inline]
+            fn read<'a>(&self, to: &'a mut [f64]) -> &'a mut [f64] {
+                T::read_all(self, to)
+            }
 
-    #[inline]
-    fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64] {
-        T::write_all(self, from)
-    }
+            #[inline]
+            fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64] {
+                T::write_all(self, from)
+            }
 
-    fn not_finite(&self) -> Option<(&'static str, f64)> {
-        self.iter().find_map(Vector::not_finite)
-    }
+            fn not_finite(&self) -> Option<(&'static str, f64)> {
+                self.iter().find_map(T::not_finite)
+            }
+        }
+    )*};
 }
 
-impl Vector for Vec<f64> {
-    fn len(&self) -> usize {
-        Vec::len(self)
-    }
-
-    #[inline]
-    fn read<'a>(&self, to: &'a mut [f64]) -> &'a mut [f64] {
-        f64::read_all(self, to)
-    }
-
-    #[inline]
-    fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64] {
-        f64::write_all(self, from)
-    }
-
-    fn not_finite(&self) -> Option<(&'static str, f64)> {
-        self.iter().find_map(Vector::not_finite)
-    }
-}
+vectors! { [const N: usize] [T; N]; [] Vec<T>; }
 
 /// A model of ordinary differential equations: `x' = f(x, p, u, t)`, `y = g(x, p, u)`, x the state
 /// `Self`.
@@ -176,6 +162,33 @@ pub trait Ode: State {
     /// Writes the time derivative of each state, per s, where the state is in `dx`: all of them;
     /// what is not integrated means nothing there.
     fn derivative(&self, p: &Self::P, u: &Self::U, t: f64, dx: &mut Self);
+
+    /// Whether [`directional`](Self::directional) is written; differences take its place.
+    const HAS_DIRECTIONAL: bool = false;
+
+    /// Writes how the derivatives change along a change of the states, `seed.0`, and of the inputs,
+    /// `seed.1`, into `dx`: ∂f/∂x·δx + ∂f/∂u·δu, all of them. A stiff solver makes its Jacobian of it,
+    /// and importers of Model Exchange ask for it; [`check`](crate::check) compares it with
+    /// differences.
+    fn directional(
+        &self,
+        _p: &Self::P,
+        _u: &Self::U,
+        _t: f64,
+        _seed: (&Self, &Self::U),
+        _dx: &mut Self,
+    ) {
+    }
+
+    /// The same of [`outputs`](Self::outputs), into `dy`, which is zero before.
+    fn outputs_directional(
+        &self,
+        _p: &Self::P,
+        _u: &Self::U,
+        _seed: (&Self, &Self::U),
+        _dy: &mut Self::Y,
+    ) {
+    }
 
     /// Event indicators: [`Variable::indicator`].
     const INDICATORS: &'static [Variable<Self>] = &[];
@@ -325,7 +338,7 @@ impl<S: Ode> Model for S {
 
     fn step_in(
         &mut self,
-        room: &mut Room<S>,
+        room: &mut Room<S, S::U>,
         p: &S::P,
         u: &InputPolynomial<S::U>,
         _now: &(),
@@ -365,6 +378,7 @@ impl<S: Ode> Continuous for S {
     }
 
     const INDICATORS: &'static [Variable<S>] = <S as Ode>::INDICATORS;
+    const HAS_DIRECTIONAL: bool = <S as Ode>::HAS_DIRECTIONAL;
 
     #[inline]
     fn states(&self, x: &mut [f64]) {
@@ -386,6 +400,27 @@ impl<S: Ode> Continuous for S {
         dx: &mut S,
     ) -> Result<(), ModelError> {
         self.derivative(p, u, t, dx);
+        Ok(())
+    }
+
+    fn directional(
+        &self,
+        p: &S::P,
+        u: &S::U,
+        _now: &(),
+        t: f64,
+        seed: (&S, &S::U),
+        dx: &mut S,
+        y: Option<&mut Seen<S>>,
+    ) -> Result<(), ModelError> {
+        Ode::directional(self, p, u, t, seed, dx);
+        if let Some(y) = y {
+            // What is no continuous state stays as it is: zero.
+            let mut x = vec![0.0; self.len()];
+            seed.0.read(&mut x);
+            y.state.write(&x);
+            self.outputs_directional(p, u, seed, &mut y.outputs);
+        }
         Ok(())
     }
 

@@ -17,7 +17,7 @@ use crate::border::call::{C, CS, I, L, M, ME, N, S, T};
 use crate::border::files;
 use crate::border::functions::functions;
 use crate::core::exchange::Happened;
-use crate::core::fault::{Fault, refuse};
+use crate::core::fault::Fault;
 use crate::core::value::Value;
 
 // The states in which a function is allowed are those of FMI 2.0.4, section 4.2.4. Departures:
@@ -54,7 +54,7 @@ functions! { ($) Fmi2 export_fmi2_functions;
             b.get_texts(n, |k| vr.get(k), value)
         };
     fmi2SetReal [I | N | S | M | C] (vr: *const ValueReference, n: usize, value: *const Real)
-        |b| { let vr = array("vr", vr, n)?; check_between_events(b, vr)?; set(b, vr, array("value", value, n)?, |x: Real| x) };
+        |b| { let vr = array("vr", vr, n)?; b.instance.check_between_events(|k| vr.at(k))?; set(b, vr, array("value", value, n)?, |x: Real| x) };
     fmi2SetInteger [I | N | S | M] (vr: *const ValueReference, n: usize, value: *const Integer)
         |b| set(b, array("vr", vr, n)?, array("value", value, n)?, |x: Integer| x);
     fmi2SetBoolean [I | N | S | M] (vr: *const ValueReference, n: usize, value: *const Boolean)
@@ -83,7 +83,7 @@ functions! { ($) Fmi2 export_fmi2_functions;
         unknown: *const ValueReference, n_unknown: usize, known: *const ValueReference, n_known: usize,
         seed: *const Real, result: *mut Real
     ) |b| {
-        check_provided(b)?;
+        b.instance.has_derivatives("providesDirectionalDerivative")?;
         let (unknown, known) = (array("vUnknown_ref", unknown, n_unknown)?, array("vKnown_ref", known, n_known)?);
         let (seed, result) = (array("dvKnown", seed, n_known)?, array_mut("dvUnknown", result, n_unknown)?);
         b.instance.directional_derivative(
@@ -166,22 +166,6 @@ functions! { ($) Fmi2 export_fmi2_functions;
 const GET: u16 = N | S | M | C | T;
 /// Every state.
 const ANY: u16 = I | GET | L;
-
-/// Between events, refuses what is not a continuous input.
-#[inline(always)]
-fn check_between_events<X: Model>(b: &Body<X>, vr: Array<ValueReference>) -> Result<(), Fault> {
-    match X::MODEL_EXCHANGE {
-        Some(_) => b.instance.check_between_events(|k| vr.at(k)),
-        None => Ok(()),
-    }
-}
-
-fn check_provided<M: Model>(_: &Body<M>) -> Result<(), Fault> {
-    if M::INFO.directional_derivatives || M::MODEL_EXCHANGE.is_some() {
-        return Ok(());
-    }
-    refuse!("this FMU has no directional derivatives (providesDirectionalDerivative = false)")
-}
 
 /// Sets elements.
 #[inline(always)]

@@ -6,15 +6,13 @@
 //! valid for the number of elements given beside them; that is what FMI asks of the importer.
 
 pub use super::absent::*;
-pub use super::instantiate::{
-    free_instance, instantiate_co_simulation, instantiate_model_exchange, refuse_instantiation,
-};
+pub use super::instantiate::{CoSimulation, free_instance, instantiate, refuse_instantiation};
 pub use super::values::*;
 pub use crate::border::export::Exported;
 pub use crate::border::library::Library;
 
 use super::ffi::*;
-use super::instance::{Body, Fmi3};
+use super::instance::Fmi3;
 use super::order::{A, ANY};
 use super::values::VR;
 use crate::Model;
@@ -125,7 +123,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
         unknowns: *const ValueReference, n_unknowns: usize, knowns: *const ValueReference, n_knowns: usize,
         seed: *const f64, n_seed: usize, sensitivity: *mut f64, n_sensitivity: usize
     ) |b| {
-        check_provided(b, "providesDirectionalDerivatives")?;
+        b.instance.has_derivatives("providesDirectionalDerivatives")?;
         let (unknowns, knowns) = (array("unknowns", unknowns, n_unknowns)?, array("knowns", knowns, n_knowns)?);
         let (seed, result) = (array("seed", seed, n_seed)?, array_mut("sensitivity", sensitivity, n_sensitivity)?);
         let unknowns = b.elements(n_unknowns, |k| unknowns.get(k))?;
@@ -145,7 +143,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
         unknowns: *const ValueReference, n_unknowns: usize, knowns: *const ValueReference, n_knowns: usize,
         seed: *const f64, n_seed: usize, sensitivity: *mut f64, n_sensitivity: usize
     ) |b| {
-        check_provided(b, "providesAdjointDerivatives")?;
+        b.instance.has_derivatives("providesAdjointDerivatives")?;
         let (unknowns, knowns) = (array("unknowns", unknowns, n_unknowns)?, array("knowns", knowns, n_knowns)?);
         let (seed, result) = (array("seed", seed, n_seed)?, array_mut("sensitivity", sensitivity, n_sensitivity)?);
         let unknowns = b.elements(n_unknowns, |k| unknowns.get(k))?;
@@ -210,21 +208,8 @@ fn check_number(name: &str, given: usize, needed: usize) -> Result<(), Fault> {
     refuse!("{name} = {given} must be {needed}, the number of elements of these variables")
 }
 
-fn check_provided<M: Model>(_: &Body<M>, flag: &str) -> Result<(), Fault> {
-    if M::INFO.directional_derivatives || M::MODEL_EXCHANGE.is_some() {
-        return Ok(());
-    }
-    refuse!("this FMU has no derivatives ({flag} = false)")
-}
-
-const DO_STEP: Call = Call {
-    name: "fmi3DoStep",
-    allowed: S | A,
-};
-const LEAVE_UPDATE: Call = Call {
-    name: "fmi3DoStep",
-    allowed: U | L,
-};
+const DO_STEP: Call = Call::new("fmi3DoStep", S | A);
+const LEAVE_UPDATE: Call = Call::new("fmi3DoStep", U | L);
 
 /// fmi3DoStep, and at its end the intermediate update, if the importer wants any.
 ///

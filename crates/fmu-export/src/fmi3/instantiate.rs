@@ -2,7 +2,7 @@
 
 use super::description::check;
 use super::ffi::*;
-use super::instance::{Body, Fmi3, Update};
+use super::instance::{Fmi3, Update};
 use super::log;
 use crate::Model;
 use crate::border::answer::Answer;
@@ -17,70 +17,27 @@ use crate::core::panic;
 use std::path::{Path, PathBuf};
 use std::ptr;
 
-/// What both interfaces say of a new instance.
-struct Arguments<'a> {
-    library: &'a Library,
-    function: &'static str,
-    name: Str,
-    token: Str,
-    resources: Str,
-    log: log::Log,
+/// What Co-Simulation says of a new instance beside what both interfaces say.
+pub struct CoSimulation {
+    /// The importer uses Event Mode.
+    pub event_mode_used: Boolean,
+    /// A step may end early.
+    pub early_return_allowed: Boolean,
+    /// Variables that the importer wants to see within steps.
+    pub required: *const ValueReference,
+    /// How many of them.
+    pub n_required: usize,
+    /// Where it sees them.
+    pub update: Option<IntermediateUpdate>,
 }
 
-/// fmi3InstantiateCoSimulation.
+/// fmi3InstantiateCoSimulation, and without what it says fmi3InstantiateModelExchange.
 ///
 /// # Safety
 /// As for every function of [`entry`](super::entry); the callbacks may be called until
 /// fmi3FreeInstance.
 #[expect(clippy::too_many_arguments, reason = "those of FMI")]
-pub unsafe fn instantiate_co_simulation<X: Exported>(
-    library: &Library,
-    name: Str,
-    token: Str,
-    resources: Str,
-    logging_on: Boolean,
-    event_mode_used: Boolean,
-    early_return_allowed: Boolean,
-    required: *const ValueReference,
-    n_required: usize,
-    environment: InstanceEnvironment,
-    log_message: Option<LogMessage>,
-    update: Option<IntermediateUpdate>,
-) -> Instance {
-    let own = Fmi3 {
-        has_event_mode: event_mode_used != 0,
-        may_return_early: early_return_allowed != 0,
-        stepping: S,
-        update: None,
-    };
-    let log = new_log::<X>(logging_on, environment, log_message);
-    let function = "fmi3InstantiateCoSimulation";
-    let arguments = Arguments {
-        library,
-        function,
-        name,
-        token,
-        resources,
-        log,
-    };
-    // SAFETY: forwarded.
-    unsafe {
-        let required = array("requiredIntermediateVariables", required, n_required);
-        instantiate::<X>(arguments, CS, own, |body| {
-            let required = required.map_err(reason)?;
-            let variables = (0..n_required).map(|k| required.get(k)).collect();
-            body.own.update = updates(&body.instance.layout, variables, environment, update)?;
-            Ok(())
-        })
-    }
-}
-
-/// fmi3InstantiateModelExchange.
-///
-/// # Safety
-/// As for every function of [`entry`](super::entry); the logger may be called until
-/// fmi3FreeInstance.
-pub unsafe fn instantiate_model_exchange<X: Exported>(
+pub unsafe fn instantiate<X: Exported>(
     library: &Library,
     name: Str,
     token: Str,
@@ -88,54 +45,27 @@ pub unsafe fn instantiate_model_exchange<X: Exported>(
     logging_on: Boolean,
     environment: InstanceEnvironment,
     log_message: Option<LogMessage>,
+    co_simulation: Option<CoSimulation>,
 ) -> Instance {
-    let function = "fmi3InstantiateModelExchange";
-    if X::Model::MODEL_EXCHANGE.is_none() {
+    let (function, interface) = match co_simulation {
+        Some(_) => ("fmi3InstantiateCoSimulation", CS),
+        None => ("fmi3InstantiateModelExchange", ME),
+    };
+    if interface == ME && X::Model::MODEL_EXCHANGE.is_none() {
         // SAFETY: forwarded.
         return unsafe {
             refuse_instantiation::<X>(function, logging_on, environment, log_message)
         };
     }
-    let own = Fmi3 {
-        has_event_mode: false,
-        may_return_early: false,
-        stepping: S,
-        update: None,
-    };
-    let log = new_log::<X>(logging_on, environment, log_message);
-    let arguments = Arguments {
-        library,
-        function,
-        name,
-        token,
-        resources,
-        log,
-    };
-    // SAFETY: forwarded.
-    unsafe { instantiate::<X>(arguments, ME, own, |_| Ok(())) }
-}
-
-unsafe fn instantiate<X: Exported>(
-    Arguments {
-        library,
-        function,
-        name,
-        token,
-        resources,
-        log,
-    }: Arguments,
-    interface: u16,
-    own: Fmi3,
-    prepare: impl FnOnce(&mut Body<X::Model>) -> Result<(), String>,
-) -> Instance {
     panic::silence(library.is_program);
     // SAFETY: forwarded.
     let (name, token, resources) = unsafe { (text(name), text(token), text(resources)) };
     let mut messages = Vec::new();
     let resources = resources.and_then(|path| folder(&mut messages, function, &path));
+    let said = co_simulation.as_ref();
     let request = Request {
         function,
-        log,
+        log: new_log::<X>(logging_on, environment, log_message),
         messages,
         name: name.as_deref(),
         token: ("instantiationToken", token.as_deref()),
@@ -143,9 +73,25 @@ unsafe fn instantiate<X: Exported>(
         hash: &library.hashes[1],
         resources,
         interface,
-        own,
+        own: Fmi3 {
+            has_event_mode: said.is_some_and(|said| said.event_mode_used != 0),
+            may_return_early: said.is_some_and(|said| said.early_return_allowed != 0),
+            stepping: S,
+            update: None,
+        },
     };
-    request.make::<X::Model>(check, prepare)
+    request.make::<X::Model>(check, |body| {
+        let Some(said) = co_simulation else {
+            return Ok(());
+        };
+        let n = said.n_required;
+        // SAFETY: forwarded.
+        let required = unsafe { array("requiredIntermediateVariables", said.required, n) };
+        let required = required.map_err(reason)?;
+        let variables = (0..n).map(|k| required.get(k)).collect();
+        body.own.update = updates(&body.instance.layout, variables, environment, said.update)?;
+        Ok(())
+    })
 }
 
 fn new_log<X: Exported>(
@@ -215,7 +161,8 @@ fn folder(messages: &mut Vec<Message>, function: &str, path: &str) -> Option<Pat
     None
 }
 
-/// fmi3InstantiateModelExchange and fmi3InstantiateScheduledExecution: refused by name.
+/// fmi3InstantiateScheduledExecution, and fmi3InstantiateModelExchange of a model that is for
+/// Co-Simulation alone: refused by name.
 ///
 /// # Safety
 /// As for every function of [`entry`](super::entry).

@@ -21,7 +21,7 @@ functions! { ($) Fmi3 export_fmi3_values;
     fmi3SetFloat64 [SET | C] (vr: *const ValueReference, n: usize, values: *const f64, n_values: usize)
         |b| {
             let vr = array(VR, vr, n)?;
-            check_between_events(b, vr)?;
+            b.instance.check_between_events(|k| vr.at(k))?;
             set(b, vr, array("values", values, n_values)?, |x: f64| x)
         };
     fmi3GetBoolean [GET] (vr: *const ValueReference, n: usize, values: *mut Boolean, n_values: usize)
@@ -56,15 +56,6 @@ functions! { ($) Fmi3 export_fmi3_values;
             b.note_set();
             Ok(())
         };
-}
-
-/// Between events, refuses what is not a continuous input.
-#[inline(always)]
-fn check_between_events<X: Model>(b: &Body<X>, vr: Array<ValueReference>) -> Result<(), Fault> {
-    match X::MODEL_EXCHANGE {
-        Some(_) => b.instance.check_between_events(|k| vr.at(k)),
-        None => Ok(()),
-    }
 }
 
 /// What FMI calls the value references.

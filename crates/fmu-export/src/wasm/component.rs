@@ -188,7 +188,7 @@ unsafe fn count<X: Exported>(this: This, (vr, n): (*const ValueReference, usize)
     let allowed = ANY | U;
     // SAFETY: forwarded.
     unsafe {
-        enter::<X::Model, Fmi3>(instance(this), Call { name, allowed }, |b| {
+        enter::<X::Model, Fmi3>(instance(this), Call::new(name, allowed), |b| {
             let len = |vr: &u32| b.instance.layout.block(*vr).map_or(1, |(_, _, len)| len);
             count = List::at(vr, n).items::<u32>().iter().map(len).sum();
             Ok(())
@@ -286,10 +286,11 @@ functions! { ($) export_component_types "fmi:fmi3/";
         let [logging_on, event_mode_used, early_return_allowed] =
             [logging_on, event_mode_used, early_return_allowed].map(|flag| flag as Boolean);
         let folder = if resources.is_empty() { null() } else { resources.as_ptr() };
-        let instance = e::instantiate_co_simulation::<X>(
-            &LIBRARY, name.as_ptr(), token.as_ptr(), folder, logging_on, event_mode_used,
-            early_return_allowed, required, n_required, name.as_ptr().cast_mut().cast(),
-            Some(fmu_log_message()), Some(fmu_intermediate_update()),
+        let update = Some(fmu_intermediate_update());
+        let said = e::CoSimulation { event_mode_used, early_return_allowed, required, n_required, update };
+        let instance = e::instantiate::<X>(
+            &LIBRARY, name.as_ptr(), token.as_ptr(), folder, logging_on,
+            name.as_ptr().cast_mut().cast(), Some(fmu_log_message()), Some(said),
         );
         if instance.is_null() {
             return plain([0_u32; 2]);
@@ -423,7 +424,7 @@ functions! { ($) export_component_methods "fmi:fmi3/co-simulation@3.0.0#[method]
     ) -> Status {
         let _ = (requests, n, values, n_values);
         let name = "set-input-derivatives";
-        enter::<X::Model, Fmi3>(instance(this), Call { name, allowed: ANY | U }, |_| {
+        enter::<X::Model, Fmi3>(instance(this), Call::new(name, ANY | U), |_| {
             refuse!("FMI 3.0 has no function that sets derivatives of inputs")
         })
     }

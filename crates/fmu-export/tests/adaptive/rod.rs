@@ -27,6 +27,10 @@ pub fn exact(t: f64) -> [f64; CELLS] {
 
 fn rate(x: &[f64; CELLS], heat: f64) -> [f64; CELLS] {
     EVALUATIONS.set(EVALUATIONS.get() + 1);
+    conduction(x, heat)
+}
+
+fn conduction(x: &[f64; CELLS], heat: f64) -> [f64; CELLS] {
     let share = (CELLS * CELLS) as f64;
     std::array::from_fn(|i| {
         let left = if i > 0 { x[i - 1] - x[i] } else { 0.0 };
@@ -42,9 +46,9 @@ pub struct Input {
     heat: f64,
 }
 
-/// Rod
+/// Rod that knows its Jacobian
 #[derive(State)]
-#[fmu(input = Input, solver = "stiff", tolerance = 1e-4)]
+#[fmu(input = Input, solver = "stiff", tolerance = 1e-4, model_exchange)]
 pub struct Rod {
     /// Cells
     #[fmu(unit = "1", start = exact(0.0), rate_depends_on(T[i - 1], T[i], T[i + 1], heat))]
@@ -54,6 +58,66 @@ pub struct Rod {
 impl Ode for Rod {
     fn derivative(&self, _p: &(), u: &Input, _t: f64, dx: &mut Self) {
         dx.T = rate(&self.T, u.heat);
+    }
+
+    const HAS_DIRECTIONAL: bool = true;
+
+    /// Conduction is linear.
+    fn directional(&self, _p: &(), _u: &Input, _t: f64, seed: (&Self, &Input), dx: &mut Self) {
+        dx.T = conduction(&seed.0.T, seed.1.heat);
+    }
+}
+
+/// Rod whose Jacobian is that of differences
+#[derive(State)]
+#[fmu(input = Input, solver = "stiff", tolerance = 1e-4)]
+pub struct Sparse {
+    /// Cells
+    #[fmu(unit = "1", start = exact(0.0), rate_depends_on(T[i - 1], T[i], T[i + 1], heat))]
+    T: [f64; CELLS],
+}
+
+impl Ode for Sparse {
+    fn derivative(&self, _p: &(), u: &Input, _t: f64, dx: &mut Self) {
+        dx.T = rate(&self.T, u.heat);
+    }
+}
+
+/// Rod that is wrong about its Jacobian
+#[derive(State)]
+#[fmu(input = Input, output = Shown, model_exchange)]
+pub struct Wrong {
+    /// Temperature
+    #[fmu(unit = "1", start = 1.0)]
+    T: f64,
+}
+
+#[derive(Output)]
+pub struct Shown {
+    /// Twice the temperature and the heat
+    #[fmu(unit = "1")]
+    twice: f64,
+}
+
+impl Ode for Wrong {
+    fn derivative(&self, _p: &(), u: &Input, _t: f64, dx: &mut Self) {
+        dx.T = u.heat - 3.0 * self.T;
+    }
+
+    fn outputs(&self, _p: &(), u: &Input) -> Shown {
+        Shown {
+            twice: 2.0 * (self.T + u.heat),
+        }
+    }
+
+    const HAS_DIRECTIONAL: bool = true;
+
+    fn directional(&self, _p: &(), _u: &Input, _t: f64, seed: (&Self, &Input), dx: &mut Self) {
+        dx.T = 0.5 * seed.1.heat + 3.0 * seed.0.T;
+    }
+
+    fn outputs_directional(&self, _p: &(), _u: &Input, seed: (&Self, &Input), dy: &mut Shown) {
+        dy.twice = 2.0 * seed.1.heat;
     }
 }
 

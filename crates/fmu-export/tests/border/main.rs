@@ -21,3 +21,4 @@ mod saved;
 mod states;
 mod time;
 mod xml;
+mod xorshift;

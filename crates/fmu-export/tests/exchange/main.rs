@@ -6,6 +6,8 @@ mod client;
 mod model;
 mod order;
 mod random;
+#[path = "../border/xorshift.rs"]
+mod xorshift;
 
 use client::*;
 use fmu_export::{Model, check, model_description, model_description3};
@@ -366,7 +368,7 @@ fn states_are_saved_and_belong_to_the_interface() {
 /// Oracle: the equations' Jacobian. Central differences of ∛ε of the nominal values err by ε^⅔.
 #[test]
 fn derivatives_of_derivatives_are_those_of_the_equations() {
-    let unknowns = [vr::DER_POSITION, vr::DER_VELOCITY, vr::ENERGY];
+    let unknowns = [vr::DER_POSITION, vr::DER_VELOCITY, vr::ENERGY, vr::FLOOR];
     for version in [2, 3] {
         let fmu = Fmu::running(version);
         let x = [0.25, 1.5, -2.0, 3.0];
@@ -380,17 +382,18 @@ fn derivatives_of_derivatives_are_those_of_the_equations() {
                 DRAG * (3.0 - 2.0),
                 DRAG * (-4.0 - 0.25),
                 -GRAVITY + x[2] * 2.0 + x[3] * 0.25,
+                -1.0,
             ],
         );
-        let mut found = [f64::NAN; 5];
+        let mut found = [f64::NAN; 6];
         let status = if version == 2 {
-            let unknowns = [15, 16, 17, 18, 14];
+            let unknowns = [15, 16, 17, 18, 14, 19];
             let knowns = [8, 9, 10, 11, 4, 5];
             unsafe {
                 fmi2GetDirectionalDerivative(
                     fmu.c,
                     unknowns.as_ptr(),
-                    5,
+                    6,
                     knowns.as_ptr(),
                     6,
                     seed.as_ptr(),
@@ -403,34 +406,34 @@ fn derivatives_of_derivatives_are_those_of_the_equations() {
                 fmi3GetDirectionalDerivative(
                     fmu.c,
                     unknowns.as_ptr(),
-                    3,
+                    4,
                     knowns.as_ptr(),
                     3,
                     seed.as_ptr(),
                     6,
                     found.as_mut_ptr(),
-                    5,
+                    6,
                 )
             }
         };
         assert_eq!(status, 0, "{}", fmu.last());
-        let error = (0..5)
+        let error = (0..6)
             .map(|i| (found[i] - expected[i]).abs())
             .fold(0.0, f64::max);
         assert!(error < 1e-8, "{found:?} {expected:?}");
         if version == 3 {
-            let weights = [1.0, 2.0, -0.5, 0.75, 1.5];
+            let weights = [1.0, 2.0, -0.5, 0.75, 1.5, 0.25];
             let mut adjoint = [f64::NAN; 6];
             let knowns = [vr::POSITION, vr::VELOCITY, vr::WIND];
             let status = unsafe {
                 fmi3GetAdjointDerivative(
                     fmu.c,
                     unknowns.as_ptr(),
-                    3,
+                    4,
                     knowns.as_ptr(),
                     3,
                     weights.as_ptr(),
-                    5,
+                    6,
                     adjoint.as_mut_ptr(),
                     6,
                 )

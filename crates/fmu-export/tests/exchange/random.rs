@@ -3,25 +3,12 @@
 
 use crate::client::*;
 use crate::vr;
+use crate::xorshift::Random;
 use fmu_export::ffi::EventInfo;
 use std::ffi::{c_int, c_void};
 use std::ptr;
 
-/// xorshift64: the same sequence everywhere.
-struct Random(u64);
-
 impl Random {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 % n as u64) as usize
-    }
-
-    fn of<T: Copy>(&mut self, pool: &[T]) -> T {
-        pool[self.below(pool.len())]
-    }
-
     fn real(&mut self) -> f64 {
         self.of(&[
             0.0,

@@ -34,7 +34,7 @@ pub struct Parameters {
     pub weights: Vec<f64>,
     /// Numbers of a table
     #[fmu(unit = "1", start = 1.5)]
-    pub table: [f64; 5000],
+    pub table: [f64; 1000],
     /// A matrix
     #[fmu(unit = "1", start = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])]
     pub matrix: [[f64; 3]; 2],

@@ -23,14 +23,14 @@ fn weight(k: usize) -> f64 {
 }
 
 /// Whether a derivative misses a difference, of which one with twice the step is `far`.
-pub(super) fn is_far(said: f64, found: f64, far: f64, rounding: f64) -> bool {
+fn is_far(said: f64, found: f64, far: f64, rounding: f64) -> bool {
     let scale = said.abs().max(found.abs());
     let error = TOLERANCE * scale + 4.0 * (found - far).abs() + rounding;
     (said - found).is_nan() || (said - found).abs() > error
 }
 
 /// The inputs with one of them moved, if it may be there.
-fn moved<M: Model>(u: &M::Input, (i, row): Element<M>, by: f64) -> Option<M::Input> {
+pub(super) fn moved<M: Model>(u: &M::Input, (i, row): Element<M>, by: f64) -> Option<M::Input> {
     let Place::RealIn(place) = &row.place else {
         return None;
     };
@@ -66,7 +66,7 @@ impl<M: Model> Trial<M> {
         }
     }
 
-    /// The derivatives by each Real input, compared with central differences. Two differences, one
+    /// The derivatives by each Real input, compared with differences. Two differences, one
     /// with twice the step of the other, say how good they are: near a kink of the model that is
     /// not very.
     fn columns(
@@ -76,17 +76,12 @@ impl<M: Model> Trial<M> {
         directional: &impl Fn(&M::Input) -> Result<Vec<f64>, ModelError>,
     ) -> Result<Vec<Vec<f64>>, ModelError> {
         let elements: Vec<_> = self.layout.iter().enumerate().collect();
-        let outputs: Vec<_> = (elements.iter())
-            .filter(|(_, (_, row))| matches!(row.place, Place::RealOut(_)))
-            .map(|&(k, _)| k)
-            .collect();
+        let outputs = self.real_outputs();
         let at = |u: M::Input| {
-            let now = M::Evaluation::of(model, &point.0, &u)?;
-            Ok::<Vec<f64>, ModelError>(
-                real_outputs::<M>(&model.output(&point.0, &u, &now)?).collect(),
-            )
+            let now = M::Evaluation::of(model, &point.0, &u).ok()?;
+            let y = model.output(&point.0, &u, &now).ok()?;
+            Some(real_outputs::<M>(&y).collect::<Vec<_>>())
         };
-        let y = at(point.1.clone())?;
         let mut columns = Vec::new();
         for (known, element) in elements {
             let (i, row) = element;
@@ -97,28 +92,50 @@ impl<M: Model> Trial<M> {
             *place.get_mut(&mut du, i) = 1.0;
             let column = directional(&du)?;
             let size = row.nominal.unwrap_or(1.0).max(place.get(&point.1, i).abs());
-            let step = ROOT_OF_EPSILON * size;
-            let difference = |step: f64| {
-                let [less, more] = [-step, step].map(|step| moved::<M>(&point.1, element, step));
-                let (less, more) = (at(less?).ok()?, at(more?).ok()?);
-                let slope = |(less, more): (&f64, &f64)| (more - less) / (2.0 * step);
-                Some(less.iter().zip(&more).map(slope).collect::<Vec<_>>())
-            };
-            if let (Some(near), Some(far)) = (difference(step), difference(2.0 * step)) {
-                for k in 0..column.len() {
-                    let (said, found) = (column[k], near[k]);
-                    let rounding = 1e3 * f64::EPSILON * y[k].abs() / step;
-                    if is_far(said, found, far[k], rounding) {
-                        let (output, input) = (self.name(outputs[k]), self.name(known));
-                        self.problems.insert(format!(
-                            "the directional derivative of `{output}` by `{input}` is {said:.4e}, differences of the output give {found:.4e}"
-                        ));
-                    }
-                }
-            }
+            self.compare_column(known, &outputs, size, &column, |by| {
+                at(moved::<M>(&point.1, element, by)?)
+            });
             columns.push(column);
         }
         Ok(columns)
+    }
+
+    /// The positions of the Real outputs and local variables.
+    pub(super) fn real_outputs(&self) -> Vec<usize> {
+        let elements = self.layout.iter().enumerate();
+        let outputs = elements.filter(|(_, (_, row))| matches!(row.place, Place::RealOut(_)));
+        outputs.map(|(k, _)| k).collect()
+    }
+
+    /// Compares a derivative that the model gives, of the elements `of` by `known` whose size this
+    /// is, with central differences of what it computes where `known` is moved.
+    pub(super) fn compare_column(
+        &mut self,
+        known: usize,
+        of: &[usize],
+        size: f64,
+        said: &[f64],
+        at: impl Fn(f64) -> Option<Vec<f64>>,
+    ) {
+        let step = ROOT_OF_EPSILON * size;
+        let difference = |step: f64| {
+            let (less, more) = (at(-step)?, at(step)?);
+            let slope = |(less, more): (&f64, &f64)| (more - less) / (2.0 * step);
+            Some(less.iter().zip(&more).map(slope).collect::<Vec<_>>())
+        };
+        let (Some(y), Some(near), Some(far)) = (at(0.0), difference(step), difference(2.0 * step))
+        else {
+            return;
+        };
+        for (k, (&said, found)) in said.iter().zip(near).enumerate() {
+            let rounding = 1e3 * f64::EPSILON * y[k].abs() / step;
+            if is_far(said, found, far[k], rounding) {
+                let (output, input) = (self.name(of[k]), self.name(known));
+                self.problems.insert(format!(
+                    "the directional derivative of `{output}` by `{input}` is {said:.4e}, differences of the output give {found:.4e}"
+                ));
+            }
+        }
     }
 
     /// With any u and v: `J v` is the columns of J times v, and `v · (Jᵀ u)` = `u · (J v)`.

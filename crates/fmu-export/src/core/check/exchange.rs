@@ -1,15 +1,13 @@
 //! Derivatives and event indicators: that they are all written, of the states that the table shows,
 //! and follow what they declare.
 
-use super::derivatives::is_far;
+use super::derivatives::moved;
 use super::point::Point;
 use super::trial::{Trial, output};
-use crate::core::derivatives::ROOT_OF_EPSILON;
 use crate::core::layout::Element;
 use crate::core::model::ModelExchange;
 use crate::core::model::{Variable, real_outputs, zero};
 use crate::core::place::Place;
-use crate::core::sizes;
 use crate::core::value::Value;
 use crate::{Evaluation, Model, ModelError};
 
@@ -80,71 +78,58 @@ impl<M: Model> Trial<M> {
             .collect()
     }
 
-    /// The model's own directional derivatives by each state against central differences.
+    /// The model's own directional derivatives by each state and input against differences.
     fn compare_directional(&mut self, model: &M, point: &Point<M>) -> Result<(), ModelError> {
-        let (Some(equations), Point(p, u)) = (M::MODEL_EXCHANGE, point) else {
+        let (Some(equations), n) = (M::MODEL_EXCHANGE, self.layout.states) else {
             return Ok(());
         };
-        let Some(directional) = equations.directional else {
-            return Ok(());
-        };
-        let n = self.layout.states;
-        let look = |x: &[f64]| {
+        let mut point = point.clone();
+        point.set_inputs();
+        let Point(p, u) = &point;
+        let look = |x: &[f64], u: &M::Input| -> Result<Vec<f64>, ModelError> {
             let (mut at, mut dx) = (model.clone(), vec![0.0; n]);
             (equations.set_states)(&mut at, x);
             let (now, mut rate) = (M::Evaluation::of(&at, p, u)?, at.clone());
-            (equations.differentiate)(&at, p, u, &now, 0.0, &mut rate)?;
-            (equations.states)(&rate, &mut dx);
+            equations.rates(&at, (p, u, &now, 0.0), &mut rate, &mut dx)?;
             dx.extend(real_outputs::<M>(&at.output(p, u, &now)?));
-            Ok::<_, ModelError>(dx)
+            Ok(dx)
         };
         let (mut x, now) = (vec![0.0; n], M::Evaluation::of(model, p, u)?);
         (equations.states)(model, &mut x);
-        for (k, known, row) in self.sampled_states() {
-            let step = ROOT_OF_EPSILON * row.nominal.unwrap_or(1.0).max(x[k].abs());
-            let at = |factor: f64| {
-                let mut moved = x.clone();
-                moved[k] += factor * step;
-                look(&moved)
-            };
-            let difference = |factor: f64| {
-                let (less, more) = (at(-factor)?, at(factor)?);
-                let slopes = more
-                    .iter()
-                    .zip(&less)
-                    .map(|(more, less)| (more - less) / (2.0 * factor * step));
-                Ok::<Vec<f64>, ModelError>(slopes.collect())
-            };
-            let (near, far, size) = (difference(1.0)?, difference(2.0)?, at(0.0)?);
-            let (mut seed, mut rate) = (model.clone(), model.clone());
-            let (mut dx, mut dy) = (vec![0.0; n], sizes::output::<M>(p));
-            dx[k] = 1.0;
-            (equations.set_states)(&mut seed, &dx);
-            directional(
-                model,
-                p,
-                u,
-                &now,
-                0.0,
-                (&seed, &zero::<M>(u)),
-                &mut rate,
-                &mut dy,
-            )?;
-            (equations.states)(&rate, &mut dx);
-            dx.extend(real_outputs::<M>(&dy));
-            for (i, said) in dx.into_iter().enumerate() {
-                if is_far(
-                    said,
-                    near[i],
-                    far[i],
-                    1e3 * f64::EPSILON * size[i].abs() / step,
-                ) {
-                    let (known, found) = (self.name(known), near[i]);
-                    self.problems.insert(format!(
-                        "`directional`: number {i} of derivatives and Real outputs by `{known}` is {said:.4e}, differences give {found:.4e}"
-                    ));
+        let elements = self.layout.iter().enumerate();
+        let derivatives = elements.filter(|(_, (_, row))| row.place.is_derivative());
+        let mut unknowns: Vec<_> = derivatives.map(|(k, _)| k).collect();
+        unknowns.extend(self.real_outputs());
+        for (known, element) in self.layout.samples() {
+            let state = self.knowns.states.iter().position(|&state| state == known);
+            let (mut dx, mut du) = (vec![0.0; n], zero::<M>(u));
+            let value = match (state, &element.1.place) {
+                (Some(k), _) => {
+                    dx[k] = 1.0;
+                    x[k]
                 }
-            }
+                (None, Place::RealIn(place)) => {
+                    *place.get_mut(&mut du, element.0) = 1.0;
+                    place.get(u, element.0)
+                }
+                _ => continue,
+            };
+            let Some(dy) = equations.along(model, (p, u, &now, 0.0), &mut dx, &du) else {
+                return Ok(());
+            };
+            dx.extend(real_outputs::<M>(&dy?));
+            let size = element.1.nominal.unwrap_or(1.0).max(value.abs());
+            self.compare_column(known, &unknowns, size, &dx, |by| {
+                let mut x = x.clone();
+                let u = match state {
+                    Some(k) => {
+                        x[k] += by;
+                        u.clone()
+                    }
+                    None => moved::<M>(u, element, by)?,
+                };
+                look(&x, &u).ok()
+            });
         }
         Ok(())
     }

@@ -10,31 +10,17 @@ use crate::core::value::Value;
 /// [`Point`].
 macro_rules! known {
     ($row:expr, $point:expr, |$place:ident, $owner:ident| $then:expr) => {
+        known!(
+            $row, $point, $place, $owner, $then;
+            RealIn u, IntegerIn u, BooleanIn u, RealParameter p, IntegerParameter p, BooleanParameter p
+        )
+    };
+    ($row:expr, $point:expr, $place:ident, $owner:ident, $then:expr; $($kind:ident $of:ident),*) => {
         match &$row.place {
-            Place::RealIn($place) => {
-                let $owner = $point.u();
+            $(Place::$kind($place) => {
+                let $owner = $point.$of();
                 Some($then)
-            }
-            Place::IntegerIn($place) => {
-                let $owner = $point.u();
-                Some($then)
-            }
-            Place::BooleanIn($place) => {
-                let $owner = $point.u();
-                Some($then)
-            }
-            Place::RealParameter($place) => {
-                let $owner = $point.p();
-                Some($then)
-            }
-            Place::IntegerParameter($place) => {
-                let $owner = $point.p();
-                Some($then)
-            }
-            Place::BooleanParameter($place) => {
-                let $owner = $point.p();
-                Some($then)
-            }
+            })*
             _ => None,
         }
     };

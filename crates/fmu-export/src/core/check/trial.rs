@@ -85,11 +85,14 @@ fn behind<M: Model>(
     };
     let mut rate = model.clone();
     let mut numbers = vec![f64::NAN; layout.states + layout.indicators];
-    let (dx, z) = numbers.split_at_mut(layout.states);
-    (equations.set_states)(&mut rate, dx);
-    (equations.differentiate)(model, p, u, now, 0.0, &mut rate)?;
-    (equations.states)(&rate, dx);
-    (equations.indicate)(model, p, u, now, 0.0, z)?;
+    (equations.set_states)(&mut rate, &numbers[..layout.states]);
+    equations.behind(
+        model,
+        (p, u, now, 0.0),
+        &mut rate,
+        layout.states,
+        &mut numbers,
+    )?;
     let places = layout
         .iter()
         .zip(texts)
