@@ -15,7 +15,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::{Parser, Subcommand};
 use commands::{figures, machine, page};
-use cosim::verdict::Verdict;
+use cosim::Verdict;
 use studies::commands::path::CheckArgs;
 use studies::commands::program;
 use studies::commands::sizing::SizingArgs;

@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use cosim::structure::DataType;
-use cosim::system::{Setting, System};
-use cosim::wiring::Port;
+use cosim::{Port, Setting, System};
 use machine::{AXES, Machine, Source, preset};
 use percent_encoding::percent_decode_str;
 use sha2::{Digest, Sha256};

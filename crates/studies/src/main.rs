@@ -7,8 +7,8 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
+use cosim::Verdict;
 use cosim::cli::exit;
-use cosim::verdict::Verdict;
 use studies::bench::MachineArgs;
 use studies::commands::program::{OtherArguments, Sibling};
 use studies::commands::{

@@ -8,13 +8,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use cosim::master::{Master, start_value};
 use cosim::observer::{Observer, Observers};
-use cosim::recording::Recording;
-use cosim::run::{Experiment, observed};
-use cosim::signals::Signals;
-use cosim::system::System;
-use cosim::wiring::Port;
+use cosim::run::observed;
+use cosim::{Experiment, Master, Port, Recording, Signals, System, start_value};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};

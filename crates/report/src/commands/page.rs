@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use crate::report::{Report, Request, figures};
 use anyhow::Result;
 use clap::Args;
+use cosim::Verdict;
 use cosim::cli::{bar, find, print};
-use cosim::verdict::Verdict;
 use studies::bench::{Bench, MachineArgs};
 use studies::worlds::{BENDING_SYSTEM, SYSTEM, World};
 

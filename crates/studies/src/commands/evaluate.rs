@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use clap::Args;
+use cosim::Verdict;
 use cosim::cli::print;
-use cosim::verdict::Verdict;
 use serde_json::json;
 
 use crate::bench::{Bench, MachineArgs};

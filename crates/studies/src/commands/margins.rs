@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
 use clap::Args;
+use cosim::Verdict;
 use cosim::cli::{bar, print};
-use cosim::verdict::Verdict;
 
 use crate::bench::MachineArgs;
 use crate::laws;

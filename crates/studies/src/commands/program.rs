@@ -9,8 +9,8 @@ use std::process::{Command, ExitCode};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
+use cosim::Verdict;
 use cosim::cli::exit;
-use cosim::verdict::Verdict;
 
 use super::python;
 

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
+use cosim::Verdict;
 use cosim::cli::{bar, print};
-use cosim::verdict::Verdict;
 use serde_json::Value;
 
 use crate::bench::{Bench, MachineArgs};

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
+use cosim::Verdict;
 use cosim::cli::print;
 use cosim::csv::CsvFile;
-use cosim::verdict::Verdict;
 
 use crate::bench::MachineArgs;
 use crate::print::files::{conditions, write_json};

@@ -5,8 +5,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use cosim::run::Experiment;
-use cosim::system::{Setting, System};
+use cosim::{Experiment, Setting, System};
 use serde_json::{Value, json};
 
 /// A new file.

@@ -1,8 +1,8 @@
 //! The verdict on what a command has found.
 
 use anyhow::Result;
+use cosim::Verdict;
 use cosim::cli::print;
-use cosim::verdict::Verdict;
 use serde_json::Value;
 
 /// For people; also says so where nothing was found.

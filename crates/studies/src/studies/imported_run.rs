@@ -5,12 +5,7 @@ use std::cmp::Ordering;
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result, bail, ensure};
-use cosim::master::start_value;
-use cosim::recording::Recording;
-use cosim::run::Experiment;
-use cosim::system::System;
-use cosim::verdict::Verdict;
-use cosim::wiring::Port;
+use cosim::{Experiment, Port, Recording, System, Verdict, start_value};
 
 use crate::machine_file::MachineFile;
 use crate::measures::limits::{self, LimitWatch};

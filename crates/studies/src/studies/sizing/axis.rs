@@ -4,9 +4,7 @@
 use std::f64::consts::TAU;
 
 use anyhow::{Context, Result};
-use cosim::run::Experiment;
-use cosim::system::System;
-use cosim::verdict::Verdict;
+use cosim::{Experiment, System, Verdict};
 use machine::Ratings;
 use serde::Serialize;
 

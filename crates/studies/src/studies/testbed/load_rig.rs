@@ -2,9 +2,7 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::Result;
-use cosim::master::Master;
-use cosim::signals::{Inputs, Signals};
-use cosim::system::{Setting, System};
+use cosim::{Inputs, Master, Setting, Signals, System};
 use emla::maps;
 use machine::Emla;
 
