@@ -17,7 +17,7 @@ use clap::{Parser, Subcommand};
 use commands::{figures, machine, page};
 use cosim::Verdict;
 use studies::commands::path::CheckArgs;
-use studies::commands::program;
+use studies::commands::program::{self, Ending};
 use studies::commands::sizing::SizingArgs;
 
 /// Pictures of the coupled manipulator: report, drawings of machines, signals over time.
@@ -63,7 +63,7 @@ enum PathCommand {
 
 fn main() -> ExitCode {
     let command = Cli::parse().command;
-    program::run(command.needs_python(), command.check(), || command.run())
+    program::run(command.needs_python(), || command.run())
 }
 
 impl Command {
@@ -72,20 +72,11 @@ impl Command {
         matches!(self, Self::Report(args) if args.bending)
     }
 
-    /// Whether a bad verdict ends the program with a code of its own.
-    fn check(&self) -> bool {
+    fn run(&self) -> Ending {
+        let done = |result: Result<()>| (false, result.map(|()| Verdict::default()));
         match self {
-            Self::Report(args) => args.machine.check(),
-            Self::Sizing(args) => args.machine.check(),
-            Self::Plot(_) | Self::Machine(_) | Self::Path(_) => false,
-        }
-    }
-
-    fn run(&self) -> Result<Verdict> {
-        let done = |result: Result<()>| result.map(|()| Verdict::default());
-        match self {
-            Self::Report(args) => page::report(args),
-            Self::Sizing(args) => figures::sizing(args),
+            Self::Report(args) => (args.machine.check(), page::report(args)),
+            Self::Sizing(args) => (args.machine.check(), figures::sizing(args)),
             Self::Plot(args) => done(commands::plot::plot(args)),
             Self::Machine(MachineCommand::Draw(args)) => done(machine::draw(args)),
             Self::Machine(MachineCommand::Scene(args)) => done(machine::scene(args)),

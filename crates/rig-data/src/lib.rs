@@ -22,6 +22,7 @@ pub mod profile;
 pub mod resampling;
 pub mod responses;
 pub mod rig_run;
+pub mod signal_file;
 pub mod windows;
 
 /// The network that was trained on the rig, `parameters/surrogate_rig.json`.

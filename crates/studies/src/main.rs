@@ -9,8 +9,7 @@ use anyhow::Result;
 use clap::{Parser, Subcommand};
 use cosim::Verdict;
 use cosim::cli::exit;
-use studies::bench::MachineArgs;
-use studies::commands::program::{OtherArguments, Sibling};
+use studies::commands::program::{Ending, OtherArguments, Sibling};
 use studies::commands::{
     compare, draws, endurance, energy, evaluate, machine, margins, path, program, run, sizing,
     stability, table, testbed, tournament,
@@ -87,8 +86,7 @@ fn main() -> ExitCode {
             .take_over(&arguments[1..])
             .unwrap_or_else(|error| exit(Err(error), false));
     }
-    let check = command.machine().is_some_and(MachineArgs::check);
-    program::run(command.needs_python(), check, || command.run())
+    program::run(command.needs_python(), || command.run())
 }
 
 /// The arguments, `help` in front of them as `--help` after them: so another program's command is
@@ -120,21 +118,24 @@ impl Command {
         }
     }
 
-    fn run(&self) -> Result<Verdict> {
-        let done = |result: Result<()>| result.map(|()| Verdict::default());
+    fn run(&self) -> Ending {
+        let done = |result: Result<()>| (false, result.map(|()| Verdict::default()));
         match self {
-            Self::Run(args) => run::run(args),
-            Self::Compare(args) => compare::compare(args),
-            Self::Table(args) => table::table(args),
-            Self::Testbed(args) => testbed::testbed(args),
-            Self::Stability(args) => stability::stability(args),
-            Self::Energy(args) => energy::energy(args),
-            Self::Sizing(args) => sizing::sizing(args).map(|(verdict, _)| verdict),
-            Self::Endurance(args) => endurance::endurance(args),
-            Self::Draws(args) => draws::draws(args),
-            Self::Tournament(args) => tournament::tournament(args),
-            Self::Margins(args) => margins::margins(args),
-            Self::Evaluate(args) => evaluate::evaluate(args),
+            Self::Run(args) => (args.machine.check(), run::run(args)),
+            Self::Compare(args) => (args.machine.check(), compare::compare(args)),
+            Self::Table(args) => (args.machine.check(), table::table(args)),
+            Self::Testbed(args) => (args.machine.check(), testbed::testbed(args)),
+            Self::Stability(args) => (args.machine.check(), stability::stability(args)),
+            Self::Energy(args) => (args.machine.check(), energy::energy(args)),
+            Self::Sizing(args) => {
+                let verdict = sizing::sizing(args).map(|(verdict, _)| verdict);
+                (args.machine.check(), verdict)
+            }
+            Self::Endurance(args) => (args.machine.check(), endurance::endurance(args)),
+            Self::Draws(args) => (args.machine.check(), draws::draws(args)),
+            Self::Tournament(args) => (args.machine.check(), tournament::tournament(args)),
+            Self::Margins(args) => (args.machine.check(), margins::margins(args)),
+            Self::Evaluate(args) => (args.machine.check(), evaluate::evaluate(args)),
             Self::Machine(command) => done(machine::run(command)),
             Self::Path(command) => done(path::run(command)),
             Self::Report(_) | Self::Plot(_) | Self::Train(_) | Self::Surrogate(_) => {
@@ -145,29 +146,7 @@ impl Command {
 
     /// Whether it runs the plant that bends, which is written in Python.
     fn needs_python(&self) -> bool {
-        match self {
-            Self::Table(args) => args.world.bends(),
-            _ => false,
-        }
-    }
-
-    /// The machine that it runs.
-    fn machine(&self) -> Option<&MachineArgs> {
-        Some(match self {
-            Self::Run(args) => &args.machine,
-            Self::Compare(args) => &args.machine,
-            Self::Table(args) => &args.machine,
-            Self::Testbed(args) => &args.machine,
-            Self::Stability(args) => &args.machine,
-            Self::Energy(args) => &args.machine,
-            Self::Sizing(args) => &args.machine,
-            Self::Endurance(args) => &args.machine,
-            Self::Draws(args) => &args.machine,
-            Self::Tournament(args) => &args.machine,
-            Self::Margins(args) => &args.machine,
-            Self::Evaluate(args) => &args.machine,
-            _ => return None,
-        })
+        matches!(self, Self::Table(args) if args.world.bends())
     }
 }
 

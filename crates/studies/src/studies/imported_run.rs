@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 
 use anyhow::{Context, Result, bail, ensure};
 use cosim::{Experiment, Port, Recording, System, Verdict, start_value};
+use rig_data::signal_file::SignalFile;
 
 use crate::machine_file::MachineFile;
 use crate::measures::limits::{self, LimitWatch};
@@ -13,7 +14,6 @@ use crate::measures::metrics::{Metrics, add_tracking, of_tip};
 use crate::measures::run::{motion_start, tip_error_port};
 use crate::measures::tip::TipError;
 use crate::measures::tracking::{Evaluation, Tracking};
-use crate::signal_file::SignalFile;
 
 /// Evaluates runs of an experiment that other importers made.
 pub struct Evaluator<'a> {
