@@ -11,6 +11,7 @@ pub mod campaign;
 pub mod conformal;
 pub mod coupled_run;
 pub mod data;
+pub mod drive_control;
 pub mod efficiency_map;
 pub mod free_run;
 pub mod identification;
