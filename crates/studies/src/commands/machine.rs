@@ -18,7 +18,7 @@ use hdrm::HdrmError;
 use machine::gain_rule::RuledGain;
 use machine::{AXES, Machine, Source, extending, preset};
 
-use super::program::OtherArguments;
+use super::pictures::{DrawArgs, SceneArgs};
 
 #[derive(Subcommand)]
 pub enum MachineCommand {
@@ -38,11 +38,9 @@ pub enum MachineCommand {
     Gains(GainsArgs),
     /// Draw a machine: side view with named points and dimensions, workspace, greatest payload over
     /// reach and height
-    #[command(disable_help_flag = true)]
-    Draw(OtherArguments),
+    Draw(DrawArgs),
     /// Write a machine's bodies and loops as JSON, from which a page draws it in motion
-    #[command(disable_help_flag = true)]
-    Scene(OtherArguments),
+    Scene(SceneArgs),
 }
 
 #[derive(Args)]
