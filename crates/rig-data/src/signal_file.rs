@@ -25,7 +25,14 @@ impl SignalFile {
     /// It cannot be read, or is no table of numbers.
     pub fn read(csv: &Path) -> Result<Self> {
         let name = || format!("`{}`", csv.display());
-        let bytes = fs::read(csv).with_context(|| format!("{} cannot be read", name()))?;
+        let bytes = fs::read(csv).with_context(|| {
+            let absolute = std::path::absolute(csv).unwrap_or(csv.into());
+            format!(
+                "{} cannot be read (looked for {})",
+                name(),
+                absolute.display()
+            )
+        })?;
         let text = String::from_utf8(bytes);
         let text = text.with_context(|| format!("{} is not UTF-8 text", name()))?;
         let units = fs::read_to_string(csv.with_extension("units.csv")).unwrap_or_default();
