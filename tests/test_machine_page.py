@@ -92,6 +92,8 @@ def test_the_machine_is_drawn_where_the_fmu_has_it(page):
     advance(page, 2.0)
     until(page, lambda: shown(page, "clock") == "2.00 s")
     assert float(page.find_element(By.ID, "stage").get_attribute("data-drawing-error")) < 1e-9
+    # Once nothing moves the picture has all the points of the screen, whatever it had before.
+    until(page, lambda: page.execute_script("const { width, clientWidth } = document.getElementById('machine'); return width === clientWidth"))
 
 
 def test_the_tip_follows_as_natively(page):

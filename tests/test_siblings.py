@@ -25,8 +25,8 @@ def test_options_and_errors_are_those_of_the_other_program(tmp_path):
 
 def test_a_program_that_is_not_there_is_named(tmp_path):
     alone = shutil.copy(hdrm_fmu(), tmp_path)
-    for words, package in [("plot", "report"), ("train", "surrogate")]:
-        done = subprocess.run([alone, words], capture_output=True, text=True)
+    for words, package in [(["plot", "run.csv"], "report"), (["train"], "surrogate")]:
+        done = subprocess.run([alone, *words], capture_output=True, text=True)
         assert done.returncode == 1 and done.stdout == ""
         for part in [f"`hdrm-fmu-{package}`", str(tmp_path), f"cargo build --release --package {package}"]:
             assert part in done.stderr, done.stderr

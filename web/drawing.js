@@ -21,11 +21,13 @@ const VIEWS = {
 };
 
 class MachineDrawing {
-  /* `bodies` as crate `report` describes them; `keep` lets the picture be read after it was drawn; `plain` draws it in a third of the time. */
+  /* `bodies` as crate `report` describes them; `keep` lets the picture be read after it was drawn; `plain` draws it in a third of the time.
+   * The context has no alpha, so that nothing under the canvas is drawn. */
   constructor(canvas, bodies, { keep = false, plain = false }) {
     Object.assign(this, { canvas, bodies, plain });
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !plain, preserveDrawingBuffer: keep });
-    this.renderer.setPixelRatio(plain ? 0.75 : Math.min(window.devicePixelRatio, 2));
+    const context = canvas.getContext("webgl2", { alpha: false, antialias: !plain, preserveDrawingBuffer: keep });
+    this.renderer = new THREE.WebGLRenderer({ canvas, context });
+    this.sharpness(1);
     Object.assign(this.renderer.shadowMap, { enabled: true, autoUpdate: !plain }, plain && { type: BASIC_SHADOWS });
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(35, 1, 0.05, 60);
@@ -79,7 +81,8 @@ class MachineDrawing {
     const floor = new THREE.Mesh(new THREE.PlaneGeometry(80, 80), this.surface({ color: ground }));
     floor.rotation.x = -Math.PI / 2;
     floor.receiveShadow = true;
-    const lines = new THREE.GridHelper(40, 40, axes, grid);
+    const size = this.plain ? 16 : 40;
+    const lines = new THREE.GridHelper(size, size, axes, grid);
     lines.position.y = 0.002;
     this.ground.add(floor, lines);
     this.scene.add(this.ground);
@@ -167,6 +170,14 @@ class MachineDrawing {
       span.style.left = `${at.x}px`;
       span.style.top = `${at.y}px`;
     });
+  }
+
+  /* Draws this part of the points that the screen has in a row; true where it was another part before. */
+  sharpness(part) {
+    if (part === this.part) return false;
+    this.part = part;
+    this.renderer.setPixelRatio(part * (this.plain ? 1 : Math.min(window.devicePixelRatio, 2)));
+    return true;
   }
 
   /* The picture fills the element. */

@@ -61,61 +61,20 @@ export class Engine {
     return this.about;
   }
 
-  /* So many seconds, as fast as it goes. */
-  advance(seconds) {
-    return this.#ask("advance", { seconds });
-  }
-
-  /* Run in step with the wall clock, so many times as fast. */
-  play(speed = 1) {
-    return this.#ask("play", { speed });
-  }
-
-  pause() {
-    return this.#ask("pause");
-  }
-
-  /* The present value of a variable: a number, true or false, a text. */
-  get(name) {
-    return this.#ask("get", { name });
-  }
-
-  /* Set an input that nothing drives, or a tunable parameter; others are refused with the reason. */
-  set(name, value) {
-    return this.#ask("set", { name, value });
-  }
-
-  /* Which values the frames carry from now on. */
-  watch(names) {
-    return this.#ask("watch", { names });
-  }
-
-  /* Save the state of the whole; its number. */
-  save() {
-    return this.#ask("save");
-  }
-
-  restore(id) {
-    return this.#ask("restore", { id });
-  }
-
-  forget(id) {
-    return this.#ask("forget", { id });
-  }
-
-  /* All variables: name, description, causality, variability, type, unit, displayUnit, start, min, max, items. */
-  variables() {
-    return this.#ask("variables");
-  }
-
-  /* {bad, text, findings: [{text, bad}]} of the run so far. */
-  verdict() {
-    return this.#ask("verdict");
-  }
-
-  /* Memory that the engine and all instances of FMUs have, bytes. */
-  memory() {
-    return this.#ask("memory");
+  /* What else it does, and what each takes: `advance` so many seconds, as fast as it goes; `play` in step with the wall clock, so many times as
+   * fast; `get` the present value of a variable (a number, true or false, a text) and `set` an input that nothing drives, or a tunable
+   * parameter (others are refused with the reason); `watch` says which values the frames carry from now on; `save` the state of the whole,
+   * which gives its number. `variables` gives name, description, causality, variability, type, unit, displayUnit, start, min, max, items of
+   * all; `verdict` {bad, text, findings: [{text, bad}]} of the run so far; `memory` that of engine and all instances of FMUs, bytes. */
+  static {
+    const commands = {
+      advance: ["seconds"], play: ["speed"], pause: [], get: ["name"], set: ["name", "value"], watch: ["names"],
+      save: [], restore: ["id"], forget: ["id"], variables: [], verdict: [], memory: [] };
+    for (const [command, names] of Object.entries(commands)) {
+      this.prototype[command] = function (...values) {
+        return this.#ask(command, Object.fromEntries(names.map((name, k) => [name, values[k]])));
+      };
+    }
   }
 
   /* End the worker. */

@@ -5,13 +5,15 @@
 import { poses } from "./kinematics.js";
 
 const DAY = { sky: "#dfe7ef", ground: "#cfd8e1", axes: "#aab6c2", grid: "#bcc7d2" };
-const NIGHT = { sky: "#141c26", ground: "#1d2732", axes: "#3a4856", grid: "#2a3642" };
+const NIGHT = { sky: "#141c26", ground: "#1d2732", axes: "#51606f", grid: "#3a4856" };
 /* Points of the tip's way that are kept. */
 const WAY = 4000;
 /* Force of a push per metre dragged, N/m, and the largest, N. */
 const PUSH_STIFFNESS = 1500;
 const PUSH_MOST = 2000;
 const REFERENCE = "#00a6c8";
+/* Time that a picture takes, ms: more of it means fewer points, less of it more of them; and time without change after which nothing moves. */
+const [SLOW, FAST, STILL] = [34, 20, 400];
 const ROD_LABELS = { C2: 1, C3: 2, T1: 0 };
 
 /* Whether the browser draws without a graphics processor. */
@@ -52,9 +54,10 @@ class Way {
 export class LiveScene {
   /* `data`: bodies and tree of the machine. `pushed(force)` is told the force at the tip in world axes, N; `clicked(point)` a waypoint. */
   constructor(stage, data, pushed, clicked) {
-    Object.assign(this, { stage, data, pushed, clicked, ghosts: [], gain: 100, aiming: false });
+    Object.assign(this, { stage, data, pushed, clicked, ghosts: [], gain: 100, aiming: false, pace: FAST, changed: 0 });
     this.canvas = stage.querySelector("canvas");
     const drawing = (this.drawing = new MachineDrawing(this.canvas, data.bodies, { plain: drawsInSoftware() }));
+    this.moving = drawing.plain ? 0.75 : 1;
     drawing.label(stage.querySelector("#labels"), data.bodies.map(() => ""));
     this.way = new Way(drawing.line(TIP_COLOR, 1));
     this.desiredWay = new Way(drawing.line("#20303f", 0.5));
@@ -211,8 +214,26 @@ export class LiveScene {
     this.dirty = true;
   }
 
-  /* Draws where something has changed. */
-  draw(showLabels) {
+  /* Where pictures come slowly they have fewer points, down to half as many in a row, until nothing moves. */
+  sharpen(now) {
+    const took = now - this.ticked;
+    this.ticked = now;
+    // The time until the next tick tells what a picture costs.
+    if (this.drew) this.pace += 0.05 * (Math.min(took, STILL) - this.pace);
+    this.drew = this.dirty;
+    if (!this.dirty) {
+      this.dirty = now - this.drawn > STILL && this.drawing.sharpness(1);
+      return;
+    }
+    this.drawn = now;
+    const step = this.pace > SLOW ? -0.125 : this.pace < FAST ? 0.125 : 0;
+    if (step && now - this.changed > STILL) [this.moving, this.changed] = [Math.min(Math.max(this.moving + step, 0.5), 1), now];
+    this.drawing.sharpness(this.moving);
+  }
+
+  /* The picture of this time, ms, where something has changed. */
+  draw(now, showLabels) {
+    this.sharpen(now);
     if (!this.dirty) return;
     this.dirty = false;
     const { drawing } = this;

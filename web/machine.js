@@ -27,8 +27,7 @@ class LivePage extends Page {
     this.data = json("scene");
     this.log = [];
     this.waypoints = [];
-    this.playing = false;
-    this.scene = new LiveScene(element("stage"), this.data, (force) => this.push(force), (point) => this.addWaypoint(point));
+    this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.levers = new Levers(element("levers"), (kind) => MOST[kind], (kind, rates) => this.command(kind, rates));
     const sheets = Object.fromEntries([...document.querySelectorAll("[data-sheet]")].map((sheet) => [sheet.dataset.sheet, sheet]));
     this.panel = new Panel(sheets, (control, values) => this.change(control, values));
@@ -42,10 +41,15 @@ class LivePage extends Page {
   async open() {
     const [engine, system] = await Promise.all([part("engine"), part("system")]);
     this.ensemble = await Ensemble.open({ engine, system });
-    await this.ofAddress();
-    requestAnimationFrame((now) => this.tick(now));
+    // The picture is made while the worker starts the run.
+    this.pictured = new Promise((turn) => setTimeout(turn)).then(() => this.picture());
+    await Promise.all([this.ofAddress(), this.pictured]);
     window.addEventListener("hashchange", () => this.attempt(() => this.ofAddress()));
-    if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.play();
+  }
+
+  picture() {
+    this.scene = new LiveScene(element("stage"), this.data, (force) => this.push(force), (point) => this.addWaypoint(point));
+    requestAnimationFrame((now) => this.tick(now));
   }
 
   ofAddress() {
@@ -73,13 +77,16 @@ class LivePage extends Page {
       element("moments").replaceChildren();
       element("broken").hidden = true;
       await this.know();
-      await this.follow();
       await this.watch();
+      // It moves before the panel follows.
+      if (playing) this.play();
+      this.panel.build(this.variables);
+      await this.follow();
       history.replaceState(null, "", addressOf(settings, this.laws));
       this.say(why);
       await this.judge();
     } finally {
-      if (playing) this.play();
+      if (playing && !this.playing) this.play();
     }
   }
 
@@ -89,7 +96,6 @@ class LivePage extends Page {
     this.catalogs ??= new Map();
     if (!this.catalogs.has(structure)) this.catalogs.set(structure, new Map(elements(await this.engine.variables()).map((variable) => [variable.name, variable])));
     this.variables = this.catalogs.get(structure);
-    this.panel.build(this.variables);
   }
 
   /* The panel shows what the running system has. */
@@ -113,6 +119,7 @@ class LivePage extends Page {
     const { main, ghosts } = this.ensemble;
     this.monitor.restart(this.variables, this.laws, this.settings);
     this.recorder.restart(this.monitor.names);
+    await this.pictured;
     this.scene.clear();
     this.scene.showGhosts(this.laws.map((_, k) => this.monitor.ghostColor(k)));
     main.onframe = (frame) => this.frame(frame);
@@ -153,16 +160,14 @@ class LivePage extends Page {
     if (this.latest && this.latest !== this.shown) {
       this.shown = this.latest;
       this.show();
-      // Scopes and numbers at half the rate: nobody reads them faster.
-      this.odd = !this.odd;
-      if (this.odd) this.monitor.draw(this.latest.time);
     }
-    this.scene.draw(element("show-labels").checked);
+    if (this.latest) this.monitor.draw(this.latest.time);
+    this.scene.draw(now, element("show-labels").checked);
     if (now - (this.told ?? 0) > 120) {
       this.told = now;
       this.numbers();
     }
-    if (now - (this.judged ?? 0) > 1500) {
+    if (this.settings && now - (this.judged ?? 0) > 1500) {
       this.judged = now;
       this.judge();
     }
@@ -486,5 +491,8 @@ class LivePage extends Page {
 
 const live = new LivePage();
 const opened = live.open();
-opened.catch((error) => live.alarm(2, `The machine cannot be started: ${error.message}`));
+opened.catch((error) => {
+  live.playing = false;
+  live.alarm(2, `The machine cannot be started: ${error.message}`);
+});
 scripted(live, opened);

@@ -154,7 +154,8 @@ export class Scope {
     const ratio = Math.min(window.devicePixelRatio, 2);
     const [w, h] = [Math.round(width * ratio), Math.round(height * ratio)];
     if (this.canvas.width !== w || this.canvas.height !== h) [this.canvas.width, this.canvas.height] = [w, h];
-    const context = this.canvas.getContext("2d");
+    // So the processor draws the curves itself: a renderer in software takes thirty times as long for them.
+    const context = this.canvas.getContext("2d", { willReadFrequently: true });
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, width, height);
     const from = this.scrolls ? Math.max(end - this.length, 0) : 0;

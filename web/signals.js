@@ -27,7 +27,7 @@ const celsius = (kelvin) => kelvin - 273.15;
 
 /* Scopes: `signal` of SIGNALS, names of its curves, and how a value is shown. */
 export const SCOPES = [
-  { name: "error", title: "Tip error", unit: "mm", signal: "error", labels: ["this"], of: (v) => 1000 * v, ghosts: true, shown: true },
+  { name: "error", title: "Tip error", unit: "mm", signal: "error", labels: ["this machine"], of: (v) => 1000 * v, ghosts: true, shown: true },
   { name: "force", title: "Rod forces", unit: "kN", signal: "force", labels: ACTUATORS, of: (v) => v / 1000, shown: true },
   { name: "current", title: "Motor currents", unit: "A", signal: "current", labels: ACTUATORS, shown: true },
   { name: "speed", title: "Rod speeds", unit: "mm/s", signal: "speed", labels: ACTUATORS, of: (v) => 1000 * v },

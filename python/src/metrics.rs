@@ -3,10 +3,7 @@
 use std::collections::BTreeMap;
 
 use anyhow::Result;
-use cosim::recording::Recording;
-use cosim::run::Experiment;
-use cosim::system::System;
-use cosim::wiring::Port;
+use cosim::{Experiment, Port, Recording, System};
 use pyo3::prelude::*;
 use studies::measures::energy;
 use studies::measures::metrics::{Metrics, add_energy, add_tracking, of_tip};

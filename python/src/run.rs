@@ -2,12 +2,8 @@
 
 use anyhow::Result;
 use cosim::csv::stride;
-use cosim::master::Master;
-use cosim::recording::Recording;
-use cosim::run::{self, Experiment};
-use cosim::system::System;
-use cosim::verdict::Verdict;
-use cosim::wiring::Port;
+use cosim::run;
+use cosim::{Experiment, Master, Port, Recording, System, Verdict};
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyDict};
 use studies::measures::limits;

@@ -8,11 +8,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 
 use anyhow::{Result, anyhow};
-use cosim::master::Master;
-use cosim::run::Experiment;
-use cosim::signals::{Inputs, Signals};
-use cosim::system::System;
-use cosim::wiring::Port;
+use cosim::{Experiment, Inputs, Master, Port, Signals, System};
 use fmu_description::Kind;
 use pyo3::prelude::*;
 

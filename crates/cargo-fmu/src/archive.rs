@@ -20,12 +20,21 @@ pub type Entries = BTreeMap<String, Vec<u8>>;
 
 /// The bytes of an archive.
 pub fn packed(entries: &Entries) -> Result<Vec<u8>> {
+    let smallest = SimpleFileOptions::default().compression_level(Some(SMALLEST));
+    with(entries, smallest)
+}
+
+/// The bytes of an archive without compression, for one that is compressed as a whole.
+pub fn stored(entries: &Entries) -> Result<Vec<u8>> {
+    let plain = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
+    with(entries, plain)
+}
+
+fn with(entries: &Entries, options: SimpleFileOptions) -> Result<Vec<u8>> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, bytes) in entries {
         let is_executable = name.starts_with("binaries/");
-        let options = SimpleFileOptions::default()
-            .compression_method(CompressionMethod::Deflated)
-            .compression_level(Some(SMALLEST))
+        let options = options
             .last_modified_time(DateTime::default())
             .unix_permissions(if is_executable { 0o755 } else { 0o644 });
         zip.start_file(name.as_str(), options)

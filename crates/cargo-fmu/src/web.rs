@@ -51,7 +51,8 @@ impl Page<'_> {
             true => system(entries),
             false => fmu(entries),
         };
-        let archive = archive::packed(&entries.with_context(name)?)?;
+        // The browser inflates the whole faster than the master in the page each file.
+        let archive = archive::stored(&entries.with_context(name)?)?;
         let engine = match self.engine {
             Some(engine) => engine.to_path_buf(),
             None => built_engine(self.profile)?,
@@ -202,7 +203,7 @@ fn system(entries: Entries) -> Result<Entries> {
             return Ok((name, bytes));
         }
         let entries = archive::read_bytes(bytes).and_then(fmu);
-        let bytes = archive::packed(&entries.with_context(|| name.clone())?)?;
+        let bytes = archive::stored(&entries.with_context(|| name.clone())?)?;
         Ok((name, bytes))
     };
     entries.into_iter().map(for_page).collect()

@@ -64,3 +64,12 @@ pub mod units;
 pub mod value;
 pub mod verdict;
 pub mod wiring;
+
+pub use master::{Master, instantiate, start_value};
+pub use recording::Recording;
+#[cfg(feature = "native")]
+pub use run::Experiment;
+pub use signals::{Inputs, Signals, matching};
+pub use system::{Setting, System};
+pub use verdict::Verdict;
+pub use wiring::Port;

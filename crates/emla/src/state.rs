@@ -140,32 +140,9 @@ impl State {
     pub const MOVING: usize = 13;
 
     /// What moves continuously: currents, motor, free rod, energies, heat.
-    #[must_use]
-    pub fn moving(&self) -> [f64; Self::MOVING] {
-        let Self {
-            energy, thermal, ..
-        } = self;
-        [
-            self.i_d,
-            self.i_q,
-            self.theta_m,
-            self.w_m,
-            self.x,
-            self.x_dot,
-            energy.supplied,
-            energy.delivered,
-            energy.lost,
-            thermal.T_winding,
-            thermal.T_housing,
-            thermal.given,
-            self.kinds.inverter,
-        ]
-    }
-
-    /// The inverse of [`State::moving`].
-    pub fn set_moving(&mut self, moving: &[f64]) {
+    fn places(&mut self) -> [&mut f64; Self::MOVING] {
         let (energy, thermal) = (&mut self.energy, &mut self.thermal);
-        let places = [
+        [
             &mut self.i_d,
             &mut self.i_q,
             &mut self.theta_m,
@@ -179,8 +156,19 @@ impl State {
             &mut thermal.T_housing,
             &mut thermal.given,
             &mut self.kinds.inverter,
-        ];
-        for (place, value) in places.into_iter().zip(moving) {
+        ]
+    }
+
+    /// The values of what moves continuously: currents, motor, free rod, energies, heat.
+    #[must_use]
+    pub fn moving(&self) -> [f64; Self::MOVING] {
+        let mut state = *self;
+        state.places().map(|place| *place)
+    }
+
+    /// The inverse of [`State::moving`].
+    pub fn set_moving(&mut self, moving: &[f64]) {
+        for (place, value) in self.places().into_iter().zip(moving) {
             *place = *value;
         }
     }

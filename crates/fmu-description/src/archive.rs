@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 use zip::ZipArchive;
+use zip::read::{ArchiveOffset, Config};
 use zip::result::ZipError;
 
 use crate::description::Description;
@@ -69,7 +70,10 @@ pub enum ArchiveError {
 impl Archive {
     /// Open an archive. One with an unsafe path or a link is refused as a whole.
     pub fn open(bytes: Vec<u8>) -> Result<Self, ArchiveError> {
-        let mut zip = ZipArchive::new(Cursor::new(bytes))?;
+        // From its first byte: else a package that was cut off would open as the last FMU that is
+        // stored in it.
+        let archive_offset = ArchiveOffset::Known(0);
+        let mut zip = ZipArchive::with_config(Config { archive_offset }, Cursor::new(bytes))?;
         let (mut files, mut remarks) = (BTreeMap::new(), Vec::new());
         for index in 0..zip.len() {
             let entry = zip.by_index_raw(index)?;

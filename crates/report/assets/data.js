@@ -7,6 +7,14 @@ const MODE_NAMES = { adaptive: "adaptive", modular: "modular", pd: "PD" };
 const MODE_COLORS = { adaptive: "#0072b2", modular: "#e69f00", pd: "#cc3355" };
 const ACTUATORS = ["slew", "lift", "tilt"];
 const ACTUATOR_COLORS = ["#7b61bf", "#00966e", "#d55e00"];
+/* Cells of a study as rows of three controllers. */
+const inRows = (cells) => Array.from({ length: cells.length / MODES.length }, (_, k) => {
+  const own = cells.slice(k * MODES.length, (k + 1) * MODES.length);
+  const { trajectory, case: name, inertia_scale: scale, paper_adaptive_rmse_m: paper } = own[0];
+  return { trajectory, case: name, scale, paper, cells: own.map((c) => ({ mode: c.mode, rmse: c.rmse_m ?? null, max: c.max_m ?? null })) };
+});
+data.table = inRows(data.table);
+for (const study of data.errors) study.rows = inRows(study.cells);
 const TRAJECTORIES = [...new Set(data.table.map((row) => row.trajectory))];
 
 /* Base64 of little-endian 32-bit floats, as a typed array. */

@@ -12,96 +12,29 @@ mod sizing_figure;
 
 use std::process::ExitCode;
 
-use anyhow::Result;
-use clap::{Parser, Subcommand};
+use anyhow::{Result, anyhow};
+use clap::Parser as _;
 use commands::{figures, machine, page};
-use cosim::verdict::Verdict;
-use studies::commands::path::CheckArgs;
-use studies::commands::program;
-use studies::commands::sizing::SizingArgs;
-
-/// Pictures of the coupled manipulator: report, drawings of machines, signals over time.
-#[derive(Parser)]
-#[command(name = "hdrm-fmu", bin_name = "hdrm-fmu", version, about, long_about = None)]
-struct Cli {
-    #[command(subcommand)]
-    command: Command,
-}
-
-#[derive(Subcommand)]
-enum Command {
-    /// Write the evaluation as one HTML file with tables, plots and a 3-D animation
-    Report(page::ReportArgs),
-    /// Motors and actuators beside what they do: RMS and peaks, envelopes, temperatures over an
-    /// hour, sensitivity to the payload
-    Sizing(SizingArgs),
-    /// Draw the signals of a CSV file over time, as PNG and SVG
-    Plot(commands::plot::PlotArgs),
-    /// What is done to machine files
-    #[command(subcommand)]
-    Machine(MachineCommand),
-    /// Paths of the tip
-    #[command(subcommand)]
-    Path(PathCommand),
-}
-
-#[derive(Subcommand)]
-enum MachineCommand {
-    /// Draw a machine: side view with named points and dimensions, workspace, greatest payload over
-    /// reach and height
-    Draw(machine::DrawArgs),
-    /// Write a machine's bodies and loops as JSON, from which a page draws it in motion
-    Scene(machine::SceneArgs),
-}
-
-#[derive(Subcommand)]
-enum PathCommand {
-    /// Whether the machine can do a path: least margins of reach, joints, strokes, speeds, forces,
-    /// wrist and motors; fails where it cannot
-    Check(CheckArgs),
-}
+use cosim::Verdict;
+use studies::commands::cli::{Cli, Command};
+use studies::commands::machine::MachineCommand;
+use studies::commands::path::PathCommand;
+use studies::commands::program::{self, Ending};
 
 fn main() -> ExitCode {
     let command = Cli::parse().command;
-    program::run(command.needs_python(), command.check(), || command.run())
+    program::run(command.needs_python(), || run(&command))
 }
 
-impl Command {
-    /// Whether it runs the plant that bends, which is written in Python.
-    fn needs_python(&self) -> bool {
-        matches!(self, Self::Report(args) if args.bending)
-    }
-
-    /// Whether a bad verdict ends the program with a code of its own.
-    fn check(&self) -> bool {
-        match self {
-            Self::Report(args) => args.machine.check(),
-            Self::Sizing(args) => args.machine.check(),
-            Self::Plot(_) | Self::Machine(_) | Self::Path(_) => false,
-        }
-    }
-
-    fn run(&self) -> Result<Verdict> {
-        let done = |result: Result<()>| result.map(|()| Verdict::default());
-        match self {
-            Self::Report(args) => page::report(args),
-            Self::Sizing(args) => figures::sizing(args),
-            Self::Plot(args) => done(commands::plot::plot(args)),
-            Self::Machine(MachineCommand::Draw(args)) => done(machine::draw(args)),
-            Self::Machine(MachineCommand::Scene(args)) => done(machine::scene(args)),
-            Self::Path(PathCommand::Check(args)) => done(figures::path(args)),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use clap::CommandFactory as _;
-
-    /// Arguments that are defined twice or contradict each other are found here, not by who runs
-    /// the program.
-    #[test]
-    fn all_commands_are_well_defined() {
-        super::Cli::command().debug_assert();
+fn run(command: &Command) -> Ending {
+    let done = |result: Result<()>| (false, result.map(|()| Verdict::default()));
+    match command {
+        Command::Report(args) => (args.machine.check(), page::report(args)),
+        Command::Sizing(args) => (args.machine.check(), figures::sizing(args)),
+        Command::Plot(args) => done(commands::plot::plot(args)),
+        Command::Machine(MachineCommand::Draw(args)) => done(machine::draw(args)),
+        Command::Machine(MachineCommand::Scene(args)) => done(machine::scene(args)),
+        Command::Path(PathCommand::Check(args)) => done(figures::path(args)),
+        _ => done(Err(anyhow!("this is done by the program `hdrm-fmu`"))),
     }
 }

@@ -23,7 +23,6 @@ mod samples;
 pub mod scene;
 mod stability;
 mod surrogate;
-mod table;
 mod testbed;
 mod worlds;
 
@@ -36,25 +35,28 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use conditions::conditions;
-use errors::Plan;
 pub use request::Request;
 use request::kept;
 use runs::{Run, Shown};
 use samples::Samples;
 use scene::Scene;
 use stability::Stability;
-use studies::grid;
+use studies::grid::{self, Cell};
 use studies::machine_file::MachineFile;
+use studies::measures::tip::TipError;
+use studies::print::tip_errors::inertia_json;
 use studies::studies::efficiency;
-use studies::studies::inertia::{self, MODES};
-use table::Row;
+use studies::studies::{inertia, robustness};
 use testbed::Testbed;
 
 /// All that the page shows.
 #[derive(Serialize)]
 pub struct Report {
     conditions: Value,
-    pub(crate) table: Vec<Row>,
+    table: Value,
+    /// The table, for figures.
+    #[serde(skip)]
+    cells: Vec<Cell<TipError>>,
     worlds: Vec<Value>,
     errors: Vec<Value>,
     runs: Vec<Run>,
@@ -80,8 +82,9 @@ impl Report {
         let (system, base) = (request.system, request.base);
         let machine = MachineFile::of(system, &base.settings)?;
         let scene = Scene::new(&machine.machine)?;
-        let plan = Plan::of(request)?;
-        let total = inertia::CELLS as u64 + plan.count() + studies::studies::stability::RUNS;
+        let plan = errors::plan(request)?;
+        let of_errors: u64 = plan.iter().map(|(_, cases)| robustness::count(cases)).sum();
+        let total = inertia::CELLS as u64 + of_errors + studies::studies::stability::RUNS;
         let done = AtomicU64::new(0);
         let count = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
         let measure = |plan: &grid::Plan| runs::measure(request, &scene, plan);
@@ -92,12 +95,16 @@ impl Report {
             energies,
             machines,
         } = Shown::of(cells);
-        let mut failures: Vec<_> = cells.iter().filter_map(table::failure).collect();
+        let failure = |cell: &Cell<_>| errors::failure(cell, &format!("inertia x {}", cell.case));
+        let mut failures: Vec<_> = cells.iter().filter_map(failure).collect();
         if failures.len() == cells.len() {
             bail!("no run succeeded: {}", failures.join("; "));
         }
         let worlds = worlds::shown(request, &mut failures);
-        let errors = plan.run(request, count, &mut failures)?;
+        let errors = plan
+            .iter()
+            .map(|study| errors::shown(request, study, count, &mut failures));
+        let errors = errors.collect::<Result<_>>()?;
         let energy = kept(energies, &mut failures);
         let electric = electric::shown(request, &mut failures);
         let path = own_path::shown(request, &machine, &mut failures);
@@ -107,7 +114,8 @@ impl Report {
         let map = efficiency::map(system, base).map(surfaces);
         Ok(Self {
             conditions: conditions(request, &machine),
-            table: cells.chunks(MODES.len()).map(table::row).collect(),
+            table: inertia_json(&cells),
+            cells,
             worlds,
             errors,
             runs,

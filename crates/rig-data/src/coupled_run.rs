@@ -7,6 +7,7 @@ use anyhow::{Context as _, Result, bail};
 use emla::maps;
 use machine::Emla;
 
+use crate::signal_file::SignalFile;
 use crate::windows::{SAMPLES, SLOWEST, Truth, mean};
 
 /// Signals of the controller.
@@ -57,35 +58,14 @@ impl CoupledRun {
     /// # Errors
     /// A signal that is missing, a value that is no number, by name.
     pub fn read(path: &Path) -> Result<Self> {
-        let name = path.display();
-        let mut reader =
-            csv::Reader::from_path(path).with_context(|| format!("cannot read {name}"))?;
-        let header = reader
-            .headers()
-            .with_context(|| format!("{name}: no header"))?
-            .clone();
-        let mut columns = vec![Vec::new(); header.len()];
-        for record in reader.records() {
-            let record = record.with_context(|| format!("{name}: not a table"))?;
-            for (column, cell) in columns.iter_mut().zip(&record) {
-                column.push(match cell {
-                    "true" => 1.0,
-                    "false" => 0.0,
-                    number => number
-                        .parse::<f64>()
-                        .with_context(|| format!("{name}: `{number}`"))?,
-                });
-            }
-        }
-        let column = |signal: &str| -> Result<Vec<f64>> {
-            let Some(place) = header.iter().position(|h| h == signal) else {
-                bail!(
-                    "{name}: signal `{signal}` is missing; record a run on rigs with --signals \"*\""
-                );
-            };
-            Ok(columns[place].clone())
+        let file = SignalFile::read(path)?;
+        let column = |signal: &str| {
+            let column = file.column(signal).map(<[f64]>::to_vec);
+            column.with_context(|| {
+                format!("signal `{signal}` is missing; record a run on rigs with --signals \"*\"")
+            })
         };
-        Self::new(column("time")?, column).with_context(|| name.to_string())
+        Self::new(file.times().to_vec(), column).with_context(|| path.display().to_string())
     }
 
     /// Of the times, s, and of what `column` gives for each of [`CoupledRun::signals`].

@@ -168,7 +168,7 @@ pub fn parse_csv(name: &str, text: &str) -> Result<Data> {
         targets: cells.iter().map(|r| [r[2], r[3]]).collect(),
         profiles,
         origin: comment.map_or_else(|| name.to_owned(), |c| c.trim().to_owned()),
-        sha256: sha256(text),
+        sha256: sha256(text.as_bytes()),
     })
 }
 
@@ -235,12 +235,9 @@ fn check_columns(name: &str, header_line: u64, cells: &[[f64; 4]]) -> Result<()>
     Ok(())
 }
 
-fn sha256(text: &str) -> String {
+/// SHA-256, hexadecimal.
+pub fn sha256(bytes: &[u8]) -> String {
     use sha2::Digest as _;
-    sha2::Sha256::digest(text.as_bytes())
-        .iter()
-        .fold(String::new(), |mut hex, byte| {
-            write!(hex, "{byte:02x}").expect("writing to a string cannot fail");
-            hex
-        })
+    let digest = sha2::Sha256::digest(bytes);
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }

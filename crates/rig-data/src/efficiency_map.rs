@@ -55,7 +55,7 @@ fn true_efficiency(F: f64, x_dot: f64) -> Result<f64> {
     let mut sum = 0.0;
     for k in 0..PLACES {
         let u = Input {
-            v_dc: Some(p.inverter.map_or(650.0, |inverter| inverter.v_dc)),
+            v_dc: Some(p.link_voltage()),
             T_ambient: T,
             x: 0.35 + period * f64::from(k) / f64::from(PLACES),
             x_dot,

@@ -11,6 +11,7 @@ pub mod campaign;
 pub mod conformal;
 pub mod coupled_run;
 pub mod data;
+pub mod drive_control;
 pub mod efficiency_map;
 pub mod free_run;
 pub mod identification;
@@ -22,6 +23,7 @@ pub mod profile;
 pub mod resampling;
 pub mod responses;
 pub mod rig_run;
+pub mod signal_file;
 pub mod windows;
 
 /// The network that was trained on the rig, `parameters/surrogate_rig.json`.

@@ -1,17 +1,14 @@
 //! A profile driven on the rig: the actuator as built against a load, its drive, and its sensors.
 
 use anyhow::{Context as _, Result};
-use rig::{Drive, Extras, Input, Output, Rig, State};
+use rig::{Drive, Extras, Input, Output, Rig};
 use sensors::{ForceKind, Params, Sensors};
 
+use crate::drive_control::{DriveControl, MotorReference, torque_per_ampere};
 use crate::profile::{Desired, Profile, SAMPLE};
 
 /// Switching period of the drive, s: it controls at each.
 const DT: f64 = 125e-6;
-/// Bandwidths of speed and current control, rad/s, and of the speed's integral.
-const W_SPEED: f64 = 150.0;
-const W_INTEGRAL: f64 = 40.0;
-const W_CURRENT: f64 = 1500.0;
 /// Error of a temperature reading, K.
 const THERMOMETER: f64 = 1.0;
 
@@ -70,37 +67,6 @@ pub fn sensors(seed: u64) -> Sensors {
     Sensors::new(p)
 }
 
-/// What the speed control of the rig's drive remembers: integrals of speed, N·m, and of the
-/// currents, V.
-#[derive(Clone, Copy, Debug, Default)]
-struct Control {
-    speed: f64,
-    current: [f64; 2],
-}
-
-impl Control {
-    /// Voltages for the speed `w`, rad/s, that changes at `w_dot`.
-    /// ```text
-    /// τ = J ẇ + K_w (w − w_m) + ∫,   i_q = τ/(3/2·p·λ_m),   v = K_c (i_r − i) + ∫ + back-EMF
-    /// ```
-    fn command(&mut self, rig: &Rig, s: &State, [w, w_dot]: [f64; 2]) -> [f64; 2] {
-        let p = rig.params();
-        let J = emla::maps::inertia(p, 1.0);
-        let (per_ampere, pairs) = (1.5 * f64::from(p.p) * p.lambda_m, f64::from(p.p));
-        let error = w - s.w_m;
-        self.speed += DT * J * W_SPEED * W_INTEGRAL * error;
-        let tau = J * (w_dot + W_SPEED * error) + self.speed;
-        let required = [0.0, (tau / per_ampere).clamp(-p.i_max, p.i_max)];
-        let (w_e, i) = (pairs * s.w_m, [s.i_d, s.i_q]);
-        let emf = [-w_e * p.L_q * i[1], w_e * (p.L_d * i[0] + p.lambda_m)];
-        std::array::from_fn(|k| {
-            let off = required[k] - i[k];
-            self.current[k] += DT * W_CURRENT * p.R_s * off;
-            W_CURRENT * p.L_d * off + self.current[k] + emf[k]
-        })
-    }
-}
-
 /// Drive the profile; sensors with the seed `sensor_seed`.
 ///
 /// # Errors
@@ -110,12 +76,9 @@ pub fn run(profile: &Profile, sensor_seed: u64) -> Result<Vec<Instant>> {
     let sensors = sensors(sensor_seed);
     let desired = profile.desired();
     let travel = emla::maps::travel_per_radian(rig.params());
-    let v_dc = rig
-        .params()
-        .inverter
-        .map_or(650.0, |inverter| inverter.v_dc);
+    let p = rig.params();
     let mut u = Input {
-        v_dc: Some(v_dc),
+        v_dc: Some(p.link_voltage()),
         T_ambient: rig.extras().temperature.reference,
         x: 0.5 * (crate::profile::STROKE[0] + crate::profile::STROKE[1]),
         F_ext: desired[0].load,
@@ -125,10 +88,8 @@ pub fn run(profile: &Profile, sensor_seed: u64) -> Result<Vec<Instant>> {
     let mut s = rig
         .start(&u, [profile.T; 2])
         .context("the start of a profile")?;
-    let mut control = Control {
-        speed: 1.5 * f64::from(rig.params().p) * rig.params().lambda_m * s.i_q,
-        current: [0.0, rig.params().R_s * s.i_q],
-    };
+    let held = torque_per_ampere(p) * s.i_q;
+    let mut control = DriveControl::holding(p, held, [0.0, s.i_q]);
     let bias = thermometers(sensor_seed);
     let mut sampled = sensors.start(&sensed(&rig.output(&s, &u)));
     let mut instants = Vec::with_capacity(desired.len());
@@ -139,8 +100,12 @@ pub fn run(profile: &Profile, sensor_seed: u64) -> Result<Vec<Instant>> {
         for j in 0..steps {
             let share = f64::from(j) / f64::from(steps);
             let x_dot = now.x_dot + share * SAMPLE * slope;
-            let v = control.command(&rig, &s, [x_dot / travel, slope / travel]);
-            [u.v_d, u.v_q] = v;
+            let wanted = MotorReference {
+                w: x_dot / travel,
+                w_dot: slope / travel,
+                tau: 0.0,
+            };
+            [u.v_d, u.v_q] = control.command(p, wanted, [s.i_d, s.i_q], s.w_m, DT);
             u.F_ext = now.load + share * (next.load - now.load);
             let t = (k as f64 + share) * SAMPLE;
             s = rig.step(&s, &u, t, DT).context("a profile")?;

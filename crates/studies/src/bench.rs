@@ -6,10 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result, ensure};
 use clap::Args;
 use cosim::cli::{RunArgs, SystemArgs, find};
-use cosim::master::start_value;
-use cosim::run::Experiment;
-use cosim::system::{Setting, System};
-use cosim::verdict::Verdict;
+use cosim::{Experiment, Setting, System, Verdict, start_value};
 use machine::Source;
 use tip_path::PathFile;
 

@@ -5,9 +5,7 @@
 use anyhow::{Error, Result};
 use cosim::faults::Faults;
 use cosim::master::Jitter;
-use cosim::run::Experiment;
-use cosim::system::{Setting, System};
-use cosim::verdict::Verdict;
+use cosim::{Experiment, Setting, System, Verdict};
 use rayon::prelude::*;
 use serde::Serialize;
 use tip_path::SIX_JOINTS;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use cosim::structure::Parameter;
-use cosim::system::{Setting, System};
+use cosim::{Setting, System};
 
 /// Modes of the controller.
 pub const MODES: [&str; 8] = [

@@ -26,7 +26,6 @@ pub mod machines;
 pub mod measures;
 pub mod path_margins;
 pub mod print;
-pub mod signal_file;
 pub mod start_values;
 pub mod studies;
 pub mod trial;

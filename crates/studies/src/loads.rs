@@ -4,7 +4,7 @@
 //! loads, takes `Hdrm`'s place as it is.
 
 use anyhow::{Result, bail};
-use cosim::system::System;
+use cosim::System;
 use fmu_description::Causality;
 use tip_path::{PathFile, Points};
 

@@ -4,11 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use cosim::structure::DataType;
-use cosim::system::{Setting, System};
-use cosim::wiring::Port;
+use cosim::{Port, Setting, System};
 use machine::{AXES, Machine, Source, preset};
 use percent_encoding::percent_decode_str;
-use sha2::{Digest, Sha256};
+use rig_data::data::sha256;
 
 /// Parameter of the FMUs that have the machine's dimensions, actuators or gains.
 const MACHINE_FILE: &str = "machine_file";
@@ -102,10 +101,9 @@ impl MachineFile {
         let read = Source::read(&text, shipped.is_none().then_some(&*file));
         let Source { machine, texts } = read.with_context(|| file.display().to_string())?;
         let name = file.file_name().unwrap_or_default().to_string_lossy();
-        let digest = Sha256::digest(texts.concat());
         Ok(Self {
             name: name.into_owned(),
-            sha256: digest.iter().map(|byte| format!("{byte:02x}")).collect(),
+            sha256: sha256(texts.concat().as_bytes()),
             machine,
         })
     }

@@ -1,4 +1,4 @@
-//! Command line of the manipulator's experiments.
+//! Program `hdrm-fmu`: the manipulator's experiments.
 #![forbid(unsafe_code)]
 
 use std::env;
@@ -6,78 +6,15 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use clap::{Parser, Subcommand};
+use clap::Parser as _;
+use cosim::Verdict;
 use cosim::cli::exit;
-use cosim::verdict::Verdict;
-use studies::bench::MachineArgs;
-use studies::commands::program::{OtherArguments, Sibling};
+use studies::commands::cli::{Cli, Command};
+use studies::commands::program::Ending;
 use studies::commands::{
     compare, draws, endurance, energy, evaluate, machine, margins, path, program, run, sizing,
     stability, table, testbed, tournament,
 };
-
-/// Experiments on the coupled manipulator: three electromechanical actuators, rigid bodies and
-/// controller, as FMUs.
-#[derive(Parser)]
-#[command(version, about, long_about = None)]
-struct Cli {
-    #[command(subcommand)]
-    command: Command,
-}
-
-#[derive(Subcommand)]
-enum Command {
-    /// Run one experiment and print tip error, power residuals and speed
-    Run(run::RunArgs),
-    /// Run one trajectory with the three controllers and print their tip RMSE beside the paper's
-    Compare(compare::CompareArgs),
-    /// Tip RMSE for parameter errors, noise and loads x trajectories x controllers, for inertia
-    /// errors beside the paper's
-    Table(table::TableArgs),
-    /// Write the evaluation as one HTML file with tables, plots and a 3-D animation
-    #[command(disable_help_flag = true)]
-    Report(OtherArguments),
-    /// One-axis experiment: lift and tilt actuator against load emulators that replay the forces of
-    /// the machine
-    Testbed(testbed::TestbedArgs),
-    /// Stability proof in numbers: accompanying functions, bound and excess, gain conditions
-    Stability(stability::StabilityArgs),
-    /// Energy of each actuator: electrical, losses by kind, work, regeneration, efficiency; of what
-    /// feeds them, back to its source
-    Energy(energy::EnergyArgs),
-    /// Motors and actuators beside what they do: RMS and peaks, envelopes, temperatures over an
-    /// hour, sensitivity to the payload
-    Sizing(sizing::SizingArgs),
-    /// Long run with a reference that never ends: memory, time, tracking and estimates; fails where
-    /// one of them does not endure
-    Endurance(endurance::EnduranceArgs),
-    /// Laws tuned alike, by one tuner on some drawn machines, and compared on others
-    Tournament(tournament::TournamentArgs),
-    /// How far each law is from instability: in delay, loop gain, mounting, inertia, adaptation
-    Margins(margins::MarginsArgs),
-    /// Many machines drawn at random under one law: kept, stopped, lost, and the rods' forces
-    Draws(draws::DrawsArgs),
-    /// Tip error, tracking, orientation and verdict of a run that another importer made and wrote
-    /// as CSV
-    Evaluate(evaluate::EvaluateArgs),
-    /// Draw the signals of a CSV file over time, as PNG and SVG
-    #[command(disable_help_flag = true)]
-    Plot(OtherArguments),
-    /// What is done to machine files
-    #[command(subcommand)]
-    Machine(machine::MachineCommand),
-    /// Paths of the tip: what they are, and whether a machine can do them
-    #[command(subcommand)]
-    Path(path::PathCommand),
-    /// Train the actuator's surrogate network on a CSV file; Ctrl-C keeps the state, --resume goes
-    /// on
-    #[command(disable_help_flag = true)]
-    Train(OtherArguments),
-    /// What belongs to the training: virtual testbed, efficiency map, plots and comparison of the
-    /// network
-    #[command(disable_help_flag = true)]
-    Surrogate(OtherArguments),
-}
 
 fn main() -> ExitCode {
     let arguments = arguments();
@@ -87,8 +24,7 @@ fn main() -> ExitCode {
             .take_over(&arguments[1..])
             .unwrap_or_else(|error| exit(Err(error), false));
     }
-    let check = command.machine().is_some_and(MachineArgs::check);
-    program::run(command.needs_python(), check, || command.run())
+    program::run(command.needs_python(), || run(&command))
 }
 
 /// The arguments, `help` in front of them as `--help` after them: so another program's command is
@@ -102,83 +38,28 @@ fn arguments() -> Vec<OsString> {
     arguments
 }
 
-impl Command {
-    /// The program that does it, where it is not this one.
-    fn sibling(&self) -> Option<Sibling> {
-        match self {
-            Self::Report(_)
-            | Self::Plot(_)
-            | Self::Machine(machine::MachineCommand::Draw(_) | machine::MachineCommand::Scene(_)) => {
-                Some(Sibling::Report)
-            }
-            Self::Sizing(args) if args.figures.is_some() => Some(Sibling::Report),
-            Self::Path(path::PathCommand::Check(args)) if args.figures.is_some() => {
-                Some(Sibling::Report)
-            }
-            Self::Train(_) | Self::Surrogate(_) => Some(Sibling::Surrogate),
-            _ => None,
+fn run(command: &Command) -> Ending {
+    let done = |result: Result<()>| (false, result.map(|()| Verdict::default()));
+    match command {
+        Command::Run(args) => (args.machine.check(), run::run(args)),
+        Command::Compare(args) => (args.machine.check(), compare::compare(args)),
+        Command::Table(args) => (args.machine.check(), table::table(args)),
+        Command::Testbed(args) => (args.machine.check(), testbed::testbed(args)),
+        Command::Stability(args) => (args.machine.check(), stability::stability(args)),
+        Command::Energy(args) => (args.machine.check(), energy::energy(args)),
+        Command::Sizing(args) => {
+            let verdict = sizing::sizing(args).map(|(verdict, _)| verdict);
+            (args.machine.check(), verdict)
         }
-    }
-
-    fn run(&self) -> Result<Verdict> {
-        let done = |result: Result<()>| result.map(|()| Verdict::default());
-        match self {
-            Self::Run(args) => run::run(args),
-            Self::Compare(args) => compare::compare(args),
-            Self::Table(args) => table::table(args),
-            Self::Testbed(args) => testbed::testbed(args),
-            Self::Stability(args) => stability::stability(args),
-            Self::Energy(args) => energy::energy(args),
-            Self::Sizing(args) => sizing::sizing(args).map(|(verdict, _)| verdict),
-            Self::Endurance(args) => endurance::endurance(args),
-            Self::Draws(args) => draws::draws(args),
-            Self::Tournament(args) => tournament::tournament(args),
-            Self::Margins(args) => margins::margins(args),
-            Self::Evaluate(args) => evaluate::evaluate(args),
-            Self::Machine(command) => done(machine::run(command)),
-            Self::Path(command) => done(path::run(command)),
-            Self::Report(_) | Self::Plot(_) | Self::Train(_) | Self::Surrogate(_) => {
-                unreachable!("done by another program")
-            }
+        Command::Endurance(args) => (args.machine.check(), endurance::endurance(args)),
+        Command::Draws(args) => (args.machine.check(), draws::draws(args)),
+        Command::Tournament(args) => (args.machine.check(), tournament::tournament(args)),
+        Command::Margins(args) => (args.machine.check(), margins::margins(args)),
+        Command::Evaluate(args) => (args.machine.check(), evaluate::evaluate(args)),
+        Command::Machine(command) => done(machine::run(command)),
+        Command::Path(command) => done(path::run(command)),
+        Command::Report(_) | Command::Plot(_) | Command::Train(_) | Command::Surrogate(_) => {
+            unreachable!("done by another program")
         }
-    }
-
-    /// Whether it runs the plant that bends, which is written in Python.
-    fn needs_python(&self) -> bool {
-        match self {
-            Self::Table(args) => args.world.bends(),
-            _ => false,
-        }
-    }
-
-    /// The machine that it runs.
-    fn machine(&self) -> Option<&MachineArgs> {
-        Some(match self {
-            Self::Run(args) => &args.machine,
-            Self::Compare(args) => &args.machine,
-            Self::Table(args) => &args.machine,
-            Self::Testbed(args) => &args.machine,
-            Self::Stability(args) => &args.machine,
-            Self::Energy(args) => &args.machine,
-            Self::Sizing(args) => &args.machine,
-            Self::Endurance(args) => &args.machine,
-            Self::Draws(args) => &args.machine,
-            Self::Tournament(args) => &args.machine,
-            Self::Margins(args) => &args.machine,
-            Self::Evaluate(args) => &args.machine,
-            _ => return None,
-        })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use clap::CommandFactory as _;
-
-    /// Arguments that are defined twice or contradict each other are found here, not by who runs
-    /// the program.
-    #[test]
-    fn all_commands_are_well_defined() {
-        super::Cli::command().debug_assert();
     }
 }

@@ -5,9 +5,7 @@ use std::fmt::Display;
 
 use anyhow::{Result, bail};
 use cosim::master::Schedule;
-use cosim::run::Experiment;
-use cosim::system::{Setting, System};
-use cosim::wiring::Port;
+use cosim::{Experiment, Port, Setting, System};
 
 /// The parameter of controller and actuators that says how many steps late their outputs act.
 const DELAY: &str = "delay";

@@ -8,16 +8,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use cosim::master::{Master, start_value};
 use cosim::observer::{Observer, Observers};
-use cosim::recording::Recording;
-use cosim::run::{Experiment, observed};
-use cosim::signals::Signals;
-use cosim::system::System;
-use cosim::wiring::Port;
+use cosim::run::observed;
+use cosim::{Experiment, Master, Port, Recording, Signals, System, start_value};
+use rig_data::data::sha256;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 use crate::machine_file::MachineFile;
 use crate::measures::run::{motion_start, tip_error_port};
@@ -284,7 +280,7 @@ impl Store {
         let bytes = fs::read(&system.path).with_context(|| system.path.display().to_string())?;
         Ok(Self {
             folder: folder.map(Into::into),
-            system: hex(&bytes),
+            system: sha256(&bytes),
         })
     }
 
@@ -314,12 +310,12 @@ impl Store {
         let mut made_of = format!("{} {:?}", self.system, experiment.stepping);
         for setting in &experiment.settings {
             let value = match fs::read(&setting.value) {
-                Ok(bytes) => hex(&bytes),
+                Ok(bytes) => sha256(&bytes),
                 Err(_) => setting.value.clone(),
             };
             made_of += &format!(" {}={value}", system.name(setting.port));
         }
-        let made_of = hex(made_of.as_bytes());
+        let made_of = sha256(made_of.as_bytes());
         let file = folder.join(format!("{}.json", name.replace([' ', '/', ','], "_")));
         if let Ok(text) = fs::read_to_string(&file) {
             let kept: Kept<T> = serde_json::from_str(&text)
@@ -339,11 +335,6 @@ impl Store {
             .with_context(|| file.display().to_string())?;
         Ok(kept.trial)
     }
-}
-
-fn hex(bytes: &[u8]) -> String {
-    let digest = Sha256::digest(bytes);
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]

@@ -58,6 +58,15 @@ pub fn place<T>(of: &mut T, is_null: bool) -> *mut T {
     if is_null { ptr::null_mut() } else { of }
 }
 
+/// NULL or room for results.
+pub fn room<T>(of: &mut [T], is_null: bool) -> *mut T {
+    if is_null {
+        ptr::null_mut()
+    } else {
+        of.as_mut_ptr()
+    }
+}
+
 /// Any integer.
 pub fn integer(r: &mut Random) -> i32 {
     r.of(&[0, 1, 2, 3, 4, 5, 7, -1, 100, i32::MIN, i32::MAX])

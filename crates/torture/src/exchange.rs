@@ -9,7 +9,7 @@ use cargo_fmu::fmi::symbols::{DISCARD, ERROR, OK};
 use cargo_fmu::fmi::{Fmu, Instance};
 use fmu_description::Causality;
 
-use crate::arguments::{place, real};
+use crate::arguments::{place, room, seeds};
 use crate::random::Random;
 
 /// States of an instance, as letters: instantiated, initialization, event, continuous-time,
@@ -92,11 +92,6 @@ fn call(instance: &Instance, r: &mut Random, state: char) -> Call {
         }
     };
     let is_null = !right && r.one_in(4);
-    let numbers = |n: usize, r: &mut Random| -> Vec<f64> {
-        (0..n)
-            .map(|_| if right { r.unit() } else { real(r) })
-            .collect()
-    };
     let (mut next, mut ends, mut told) = (0.0, false, [false; 2]);
     let reads = if is_3 { "NECT" } else { "ECT" };
     // SAFETY: a live instance; arrays of the lengths given, or NULL.
@@ -139,7 +134,8 @@ fn call(instance: &Instance, r: &mut Random, state: char) -> Call {
                 None,
             ),
             8 => {
-                let x = numbers(n(states, r), r);
+                let count = n(states, r);
+                let x = seeds(r, count, right);
                 let is_valid = x.len() == states && x.iter().all(|x| x.is_finite());
                 (
                     "fmi2SetContinuousStates",
@@ -160,11 +156,7 @@ fn call(instance: &Instance, r: &mut Random, state: char) -> Call {
             10 => {
                 let n = n(states, r);
                 let mut x = vec![0.0; n];
-                let to = if is_null {
-                    std::ptr::null_mut()
-                } else {
-                    x.as_mut_ptr()
-                };
+                let to = room(&mut x, is_null);
                 let is_valid = n == states && (!is_null || n == 0);
                 match r.below(3) {
                     0 => (
@@ -193,11 +185,7 @@ fn call(instance: &Instance, r: &mut Random, state: char) -> Call {
             11 => {
                 let n = n(d.event_indicators, r);
                 let mut z = vec![0.0; n];
-                let to = if is_null {
-                    std::ptr::null_mut()
-                } else {
-                    z.as_mut_ptr()
-                };
+                let to = room(&mut z, is_null);
                 let is_valid = n == d.event_indicators && (!is_null || n == 0);
                 (
                     "fmi2GetEventIndicators",
@@ -216,7 +204,7 @@ fn call(instance: &Instance, r: &mut Random, state: char) -> Call {
                 else {
                     return ("fmi2Reset", STATES, true, f.reset(c), Some('I'));
                 };
-                let mut value = numbers(input.size(), r);
+                let mut value = seeds(r, input.size(), right);
                 let to = place(&mut value[0], is_null);
                 let status = f.set_real(c, &input.reference, 1, to);
                 // Bounds, and inputs that are discrete, are looked at elsewhere.

@@ -42,38 +42,40 @@ impl Session<'_> {
         }
     }
 
-    /// What fmi2SetXxx may answer, by causality, variability and bounds.
-    fn settable(&self, i: usize, vr: &[u32], kind: Access, values: &[f64]) -> Expect {
+    /// What fmi2SetXxx may answer, by NULL, causality, variability and bounds. With several mistakes in
+    /// a call of FMI 3.0, whose variables are arrays, which is met first is the exporter's affair.
+    fn settable(
+        &self,
+        i: usize,
+        vr: &[u32],
+        kind: Access,
+        values: &[f64],
+        is_null: bool,
+    ) -> Expect {
+        let are_several = self.fmu.functions.fmi3().is_some() && vr.len() > 1;
+        let mistake = |expect| match are_several {
+            true => Expect::RefusedOrDiscarded,
+            false => expect,
+        };
+        if is_null {
+            return mistake(Expect::Refused);
+        }
         let (is_running, can_be_set) = (self.is_running(i), self.is_settable(i, kind));
         let mut expect = Expect::Done;
         for ((found, _), &value) in elements(self.fmu, vr).zip(values) {
-            let Some(v) = found else {
-                return Expect::Refused;
+            let Some(v) = found.filter(|v| can_be_set(v)) else {
+                return mistake(Expect::Refused);
             };
             let [min, max] = v.bounds();
-            let allowed =
-                kind == Access::Boolean || (value.is_finite() && min <= value && value <= max);
-            if !can_be_set(v) {
-                return Expect::Refused;
-            }
-            if !allowed {
-                return Expect::Discarded;
+            let is_allowed = value.is_finite() && min <= value && value <= max;
+            if kind != Access::Boolean && !is_allowed {
+                return mistake(Expect::Discarded);
             }
             if v.is_tunable() && is_running {
                 expect = Expect::ModelDecides;
             }
         }
         expect
-    }
-
-    /// With several mistakes in a call of FMI 3.0, whose variables are arrays, which is met first
-    /// is the exporter's affair.
-    fn of_several(&self, vr: &[u32], expect: Expect) -> Expect {
-        let are_several = self.fmu.functions.fmi3().is_some() && vr.len() > 1;
-        match expect {
-            Expect::Refused | Expect::Discarded if are_several => Expect::RefusedOrDiscarded,
-            expect => expect,
-        }
     }
 
     /// Initialization is over.
@@ -109,11 +111,7 @@ impl Session<'_> {
             .collect();
         let (no_vr, no_values) = (!valid && r.one_in(16), !valid && r.one_in(16));
         let is_null = (no_vr || no_values) && !vr.is_empty();
-        let expect = match is_null {
-            true => Expect::Refused,
-            false => self.settable(i, &vr, Access::Real, &values),
-        };
-        let expect = self.of_several(&vr, expect);
+        let expect = self.settable(i, &vr, Access::Real, &values, is_null);
         let name = self.fmu.functions.name("fmi2SetReal");
         self.trace(
             i,
@@ -183,11 +181,7 @@ impl Session<'_> {
         let numbers: Vec<f64> = values.iter().map(|v| f64::from(*v)).collect();
         let no_values = self.random.one_in(16);
         let is_null = no_values && !vr.is_empty();
-        let expect = match is_null {
-            true => Expect::Refused,
-            false => self.settable(i, &vr, kind, &numbers),
-        };
-        let expect = self.of_several(&vr, expect);
+        let expect = self.settable(i, &vr, kind, &numbers, is_null);
         let (f, c) = (&self.fmu.functions, self.instances[i].c);
         self.trace(i, format_args!("{name}({vr:?}, {values:?}, {no_values})"));
         let place = pointer(&values, no_values);
@@ -270,11 +264,7 @@ impl Session<'_> {
         };
         let name = self.fmu.functions.name("fmi2GetReal");
         self.trace(i, format_args!("{name}({vr:?}, {no_values})"));
-        let place = if no_values {
-            ptr::null_mut()
-        } else {
-            values.as_mut_ptr()
-        };
+        let place = room(&mut values, no_values);
         let c = self.instances[i].c;
         // SAFETY: a live instance; NULL or arrays of equal length.
         let status = unsafe { self.fmu.functions.get_real(c, vr.as_ptr(), vr.len(), place) };

@@ -200,6 +200,9 @@ fn what_is_no_fmu_is_refused() {
     };
     let text = error(b"text".to_vec());
     assert!(text.starts_with("it is not a ZIP archive"), "{text}");
+    let package_cut_off = [&[7; 30], &by_hand(&["modelDescription.xml"], false)[..]].concat();
+    let text = error(package_cut_off);
+    assert!(text.starts_with("it is not a ZIP archive"), "{text}");
     let nested = error(by_hand(&["Lag/modelDescription.xml"], false));
     assert_eq!(nested, "it holds no modelDescription.xml");
     let mut damaged = by_hand(&["modelDescription.xml"], false);

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use crate::{margins_figure, sizing_figure};
 use anyhow::Result;
+use cosim::Verdict;
 use cosim::cli::print;
-use cosim::verdict::Verdict;
 use studies::commands::path::{self, CheckArgs};
 use studies::commands::sizing::{self, SizingArgs};
 

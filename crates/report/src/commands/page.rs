@@ -1,37 +1,17 @@
 //! Subcommand `report`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::report::{Report, Request, figures};
 use anyhow::Result;
-use clap::Args;
+use cosim::Verdict;
 use cosim::cli::{bar, find, print};
-use cosim::verdict::Verdict;
-use studies::bench::{Bench, MachineArgs};
+use studies::bench::Bench;
+use studies::commands::pictures::ReportArgs;
 use studies::worlds::{BENDING_SYSTEM, SYSTEM, World};
 
 /// The packed machine that a battery feeds, shown where it lies beside the system.
 const ELECTRIC: &str = "Electric.ssp";
-
-#[derive(Args)]
-pub struct ReportArgs {
-    #[command(flatten)]
-    pub machine: MachineArgs,
-    /// HTML file to write
-    #[arg(long, default_value = "report.html", value_name = "FILE")]
-    out: PathBuf,
-    /// Also write the figures as PNG and SVG into this directory
-    #[arg(long, value_name = "DIR")]
-    figures: Option<PathBuf>,
-    /// One-axis experiment: a packed .ssp [default: Testbed.ssp beside the system, where there is
-    /// one]
-    #[arg(long, value_name = "FILE")]
-    testbed: Option<PathBuf>,
-    /// Also run the world in which the structure bends: needs a Python with MuJoCo, and some
-    /// minutes more
-    #[arg(long)]
-    pub bending: bool,
-}
 
 /// Make the runs, then write page and figures; a run that failed is named in the page and here.
 pub fn report(args: &ReportArgs) -> Result<Verdict> {

@@ -1,22 +1,10 @@
 //! Subcommand `plot`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::Result;
-use clap::Args;
 use cosim::cli::print;
-
-#[derive(Args)]
-pub struct PlotArgs {
-    /// CSV file of `run --csv`
-    csv: PathBuf,
-    /// Signals, comma-separated, with * for any text [default: all in the file]
-    #[arg(long, value_delimiter = ',', value_name = "PATTERNS")]
-    signals: Vec<String>,
-    /// Folder for the picture [default: that of the file]
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-}
+use studies::commands::pictures::PlotArgs;
 
 /// Draw a file.
 pub fn plot(args: &PlotArgs) -> Result<()> {

@@ -3,8 +3,8 @@
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use cosim::Setting;
 use cosim::master::Schedule;
-use cosim::system::Setting;
 use serde_json::{Value, json};
 
 use super::request::Request;

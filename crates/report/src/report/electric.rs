@@ -4,9 +4,7 @@
 use std::f64::consts::TAU;
 
 use anyhow::{Context, Result};
-use cosim::run::Experiment;
-use cosim::system::System;
-use cosim::wiring::Port;
+use cosim::{Experiment, Port, System};
 use serde_json::{Value, json};
 
 use super::request::{Request, kept, kept_as};

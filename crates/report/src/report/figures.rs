@@ -13,7 +13,7 @@ use super::stability;
 use super::testbed::Axis;
 use charts::{Curve, Figure, Panel, Path3};
 use studies::grid::TRAJECTORIES;
-use studies::studies::inertia::MODES;
+use studies::studies::inertia::{MODES, paper, scale_of};
 use studies::studies::testbed;
 
 /// Colours of the controllers, as in the page: adaptive, modular, PD.
@@ -121,24 +121,22 @@ fn tip_error(trajectory: &str, runs: &[Option<&Run>; 3]) -> Figure {
 /// The paper's table as a picture.
 fn robustness(report: &Report) -> Figure {
     let panel = |trajectory: &str| {
-        let rows = || {
-            report
-                .table
-                .iter()
-                .filter(move |row| row.trajectory == trajectory)
+        let of = |mode: &'static str| {
+            let cells = report.cells.iter();
+            let own = cells.filter(move |c| c.trajectory == trajectory && c.law == mode);
+            own.map(|cell| (100.0 * (scale_of(cell) - 1.0), cell))
         };
-        let percent = |scale: f64| 100.0 * (scale - 1.0);
         let mut curves = Vec::new();
-        for (k, mode) in NAMES.iter().enumerate() {
-            let points = rows()
-                .filter_map(|row| Some((percent(row.scale), 1e3 * row.cells[k].rmse?)))
-                .collect();
-            curves.push(Curve::new(mode, CONTROLLERS[k], points));
+        for (k, name) in NAMES.iter().enumerate() {
+            let rmse = of(MODES[k]).filter_map(|(percent, cell)| {
+                Some((percent, 1e3 * cell.result.as_ref().ok()?.motion.rms()))
+            });
+            curves.push(Curve::new(name, CONTROLLERS[k], rmse.collect()));
         }
-        let paper = rows()
-            .map(|row| (percent(row.scale), 1e3 * row.paper))
-            .collect();
-        curves.push(Curve::new("paper, adaptive", DESIRED, paper));
+        let paper = of(MODES[0]).filter_map(|(percent, cell)| {
+            Some((percent, 1e3 * paper(trajectory, scale_of(cell))?))
+        });
+        curves.push(Curve::new("paper, adaptive", DESIRED, paper.collect()));
         Panel {
             x_label: "error of all inertias, %".into(),
             y_label: format!("{trajectory}: tip RMSE, mm"),

@@ -3,8 +3,7 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
-use cosim::recording::Recording;
-use cosim::run::Experiment;
+use cosim::{Experiment, Recording};
 use serde_json::{Value, json};
 
 use super::request::{Request, kept_as};

@@ -3,8 +3,7 @@
 use std::fmt::Display;
 
 use anyhow::Result;
-use cosim::run::Experiment;
-use cosim::system::System;
+use cosim::{Experiment, System};
 
 /// Inertia error with which the adaptation is shown besides nominal inertias.
 pub const UNCERTAIN: f64 = 1.4;

@@ -4,11 +4,7 @@ use std::collections::BTreeMap;
 
 use anyhow::{Context, Result};
 use cosim::bond::Residual;
-use cosim::run::Experiment;
-use cosim::signals::matching;
-use cosim::system::System;
-use cosim::verdict::Verdict;
-use cosim::wiring::Port;
+use cosim::{Experiment, Port, System, Verdict, matching};
 use serde::Serialize;
 use serde_json::{Value, json};
 

@@ -6,8 +6,7 @@
 #![allow(non_snake_case)] // points as in the paper
 
 use anyhow::{Result, ensure};
-use cosim::recording::Recording;
-use cosim::system::System;
+use cosim::{Recording, System};
 use hdrm::{BODIES, Body, Tree};
 use machine::{Geometry, Machine};
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};

@@ -2,8 +2,7 @@
 //! in the loop.
 
 use anyhow::Result;
-use cosim::run::Experiment;
-use cosim::system::System;
+use cosim::{Experiment, System};
 use rig_data::campaign::{held_out_profiles, measure};
 use rig_data::efficiency_map::{EfficiencyMap, maps};
 use rig_data::profile::{Kind, LOAD_MAX, SPEED};

@@ -2,8 +2,7 @@
 //! it.
 
 use anyhow::Result;
-use cosim::run::Experiment;
-use cosim::system::System;
+use cosim::{Experiment, System};
 use serde_json::{Value, json};
 
 use super::request::{Request, kept_as};

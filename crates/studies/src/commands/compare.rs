@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
+use cosim::Verdict;
 use cosim::cli::{CsvArgs, print};
-use cosim::verdict::Verdict;
 
 use super::run::logged_run;
 use crate::bench::MachineArgs;

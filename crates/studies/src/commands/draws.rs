@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
 use clap::Args;
+use cosim::Verdict;
 use cosim::cli::{bar, print};
-use cosim::verdict::Verdict;
 
 use crate::bench::MachineArgs;
 use crate::grid::{ALL_TRAJECTORIES, Spread};
 use crate::laws;
-use crate::print::files::{conditions, write_json};
-use crate::print::verdict::{print_counted, put as put_verdict};
+use crate::print::files::conditions;
+use crate::print::verdict::finish;
 use crate::studies::draws::{self, Counts, FORCE};
 use crate::trial::Store;
 use crate::worlds::{World, cases_within};
@@ -89,8 +89,5 @@ pub fn draws(args: &DrawsArgs) -> Result<Verdict> {
     found["bounds"] = args.bounds.into();
     found["counts"] = serde_json::to_value(counts)?;
     found["machines"] = serde_json::to_value(&runs)?;
-    put_verdict(&mut found, &verdict);
-    write_json(args.json.as_deref(), &found)?;
-    print_counted(&verdict, args.machine.check())?;
-    Ok(verdict)
+    finish(found, verdict, args.json.as_deref(), args.machine.check())
 }

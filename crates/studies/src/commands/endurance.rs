@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 use clap::Args;
+use cosim::Verdict;
 use cosim::cli::print;
-use cosim::verdict::Verdict;
 
 use crate::bench::MachineArgs;
 use crate::laws;

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
+use cosim::Verdict;
 use cosim::cli::print;
-use cosim::verdict::Verdict;
 
 use crate::bench::MachineArgs;
 use crate::measures::energy;

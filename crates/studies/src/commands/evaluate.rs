@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use clap::Args;
+use cosim::Verdict;
 use cosim::cli::print;
-use cosim::verdict::Verdict;
+use rig_data::signal_file::SignalFile;
 use serde_json::json;
 
 use crate::bench::{Bench, MachineArgs};
 use crate::print::files::{conditions, write_json};
 use crate::print::verdict::put as put_verdict;
-use crate::signal_file::SignalFile;
 use crate::studies::imported_run::Evaluator;
 
 #[derive(Args)]

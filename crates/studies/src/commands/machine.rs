@@ -7,7 +7,7 @@ use crate::machine_file::read;
 use crate::machines::continuous_torque::ContinuousTorque;
 use crate::machines::gains;
 use crate::machines::scaling::booms;
-use crate::print::files::create;
+use crate::print::files::{write, write_json};
 use crate::worlds::perturbation::{Bounds, draw};
 use crate::worlds::{PARAMETERS, parameters_of};
 use anyhow::{Context, Result, bail, ensure};
@@ -18,7 +18,7 @@ use hdrm::HdrmError;
 use machine::gain_rule::RuledGain;
 use machine::{AXES, Machine, Source, extending, preset};
 
-use super::program::OtherArguments;
+use super::pictures::{DrawArgs, SceneArgs};
 
 #[derive(Subcommand)]
 pub enum MachineCommand {
@@ -38,11 +38,9 @@ pub enum MachineCommand {
     Gains(GainsArgs),
     /// Draw a machine: side view with named points and dimensions, workspace, greatest payload over
     /// reach and height
-    #[command(disable_help_flag = true)]
-    Draw(OtherArguments),
+    Draw(DrawArgs),
     /// Write a machine's bodies and loops as JSON, from which a page draws it in motion
-    #[command(disable_help_flag = true)]
-    Scene(OtherArguments),
+    Scene(SceneArgs),
 }
 
 #[derive(Args)]
@@ -201,9 +199,8 @@ fn print_gains(args: &GainsArgs) -> Result<()> {
     let gains = gains::gains(&read(&args.machine)?)?;
     if let Some(output) = &args.output {
         let name = output.file_stem().unwrap_or_default().to_string_lossy();
-        let mut file = create(output)?;
-        file.write_all(gains::parameter_set(&name, &args.machine, &gains).as_bytes())?;
-        return file.flush().with_context(|| output.display().to_string());
+        let set = gains::parameter_set(&name, &args.machine, &gains);
+        return write(Some(output), |file| file.write_all(set.as_bytes()));
     }
     for RuledGain {
         name,
@@ -228,11 +225,8 @@ fn scale(args: &ScaleArgs) -> Result<()> {
     scaled.check().context("the machine of that size")?;
     let found = of_mechanism(&scaled);
     let extended = name_beside(&args.machine, &args.output)?;
-    let mut file = create(&args.output)?;
-    serde_json::to_writer_pretty(&mut file, &extending(&extended, &nominal, &scaled))?;
-    writeln!(file)?;
-    file.flush()
-        .with_context(|| args.output.display().to_string())?;
+    let file = extending(&extended, &nominal, &scaled);
+    write_json(Some(&args.output), &file)?;
     let name = args.output.display();
     print(format_args!(
         "{name}: `{extended}` with booms {s} times as large\n"
@@ -272,11 +266,7 @@ fn perturb(args: &PerturbArgs) -> Result<()> {
         plumb: args.plumb.to_radians(),
     };
     let (machine, gravity) = draw(&nominal, args.seed, &bounds)?;
-    let mut file = create(&args.out)?;
-    serde_json::to_writer_pretty(&mut file, &machine)?;
-    writeln!(file)?;
-    file.flush()
-        .with_context(|| args.out.display().to_string())?;
+    write_json(Some(&args.out), &machine)?;
     let [x, y, z] = gravity;
     print(format_args!(
         "machine of seed {} written to {}; gravity, which is no part of the file: --set hdrm.gravity[1]={x} --set hdrm.gravity[2]={y} --set \

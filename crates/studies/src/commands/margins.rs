@@ -6,13 +6,13 @@ use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
 use clap::Args;
+use cosim::Verdict;
 use cosim::cli::{bar, print};
-use cosim::verdict::Verdict;
 
 use crate::bench::MachineArgs;
 use crate::laws;
-use crate::print::files::{conditions, write, write_json};
-use crate::print::verdict::{print_counted, put as put_verdict};
+use crate::print::files::{conditions, write};
+use crate::print::verdict::finish;
 use crate::studies::margins::{self, CHANGES, Margin, PAYLOADS, PLACES};
 use crate::trial::Store;
 use crate::worlds::World;
@@ -99,10 +99,7 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
         Ok(())
     })?;
     found["margins"] = serde_json::to_value(&margins)?;
-    put_verdict(&mut found, &verdict);
-    write_json(args.json.as_deref(), &found)?;
-    print_counted(&verdict, args.machine.check())?;
-    Ok(verdict)
+    finish(found, verdict, args.json.as_deref(), args.machine.check())
 }
 
 /// The least margin of each law and change, with the place and the payload that have it.

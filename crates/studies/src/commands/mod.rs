@@ -1,6 +1,7 @@
 //! Subcommands: from arguments to a study, its print and the verdict. Nothing imports them but the
 //! programs.
 
+pub mod cli;
 pub mod compare;
 pub mod draws;
 pub mod endurance;
@@ -9,6 +10,7 @@ pub mod evaluate;
 pub mod machine;
 pub mod margins;
 pub mod path;
+pub mod pictures;
 pub mod program;
 pub mod python;
 pub mod run;

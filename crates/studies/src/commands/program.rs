@@ -9,14 +9,16 @@ use std::process::{Command, ExitCode};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
+use cosim::Verdict;
 use cosim::cli::exit;
-use cosim::verdict::Verdict;
 
 use super::python;
 
-/// Run a command, with Python inside where it needs that; with `check`, a bad verdict has an exit
-/// code of its own.
-pub fn run(needs_python: bool, check: bool, command: impl FnOnce() -> Result<Verdict>) -> ExitCode {
+/// Whether a bad verdict ends the program with a code of its own, and the verdict.
+pub type Ending = (bool, Result<Verdict>);
+
+/// Run a command, with Python inside where it needs that.
+pub fn run(needs_python: bool, command: impl FnOnce() -> Ending) -> ExitCode {
     if needs_python {
         match python::with_python() {
             Ok(None) => {}
@@ -25,10 +27,11 @@ pub fn run(needs_python: bool, check: bool, command: impl FnOnce() -> Result<Ver
                 let code = ended.code().and_then(|code| u8::try_from(code).ok());
                 return ExitCode::from(code.unwrap_or(1));
             }
-            Err(error) => return exit(Err(error), check),
+            Err(error) => return exit(Err(error), false),
         }
     }
-    exit(command(), check)
+    let (check, verdict) = command();
+    exit(verdict, check)
 }
 
 /// Arguments that another program reads; it is asked for its options by `--help`, too.

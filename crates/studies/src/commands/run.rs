@@ -3,9 +3,7 @@
 use anyhow::Result;
 use clap::Args;
 use cosim::cli::{CsvArgs, bar, print};
-use cosim::run::Experiment;
-use cosim::system::System;
-use cosim::verdict::Verdict;
+use cosim::{Experiment, System, Verdict};
 
 use crate::bench::MachineArgs;
 use crate::laws;

@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
+use cosim::Verdict;
 use cosim::cli::{bar, print};
-use cosim::verdict::Verdict;
 
 use crate::bench::MachineArgs;
 use crate::machine_file::MachineFile;
-use crate::print::files::{conditions, write_json};
+use crate::print::files::conditions;
 use crate::print::stability::{causes_text, text, unfitted_text};
-use crate::print::verdict::{print_counted, put as put_verdict};
+use crate::print::verdict::finish;
 use crate::studies::stability::{self, causes, compliance};
 use crate::worlds::World;
 
@@ -61,8 +61,5 @@ pub fn stability(args: &StabilityArgs) -> Result<Verdict> {
         found["inertia_scale"] = args.inertia_scale.into();
         found["stability"] = serde_json::to_value(&runs)?;
     }
-    put_verdict(&mut found, &verdict);
-    write_json(args.json.as_deref(), &found)?;
-    print_counted(&verdict, args.machine.check())?;
-    Ok(verdict)
+    finish(found, verdict, args.json.as_deref(), args.machine.check())
 }

@@ -4,15 +4,15 @@ use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
+use cosim::Verdict;
 use cosim::cli::{bar, print};
-use cosim::verdict::Verdict;
 use serde_json::Value;
 
 use crate::bench::{Bench, MachineArgs};
 use crate::grid::{self, Case, Cell, failed};
 use crate::laws::{self, Law, SHIPPED};
-use crate::print::files::{conditions, write, write_json};
-use crate::print::verdict::{print_counted, put as put_verdict};
+use crate::print::files::{conditions, write};
+use crate::print::verdict::finish;
 use crate::print::{comparison as compared, surrogate_loop as loop_print, tip_errors};
 use crate::studies::robustness::{self, STUDIES, Study};
 use crate::studies::surrogate_loop::{self, RigNetwork};
@@ -172,15 +172,14 @@ pub fn table(args: &TableArgs) -> Result<Verdict> {
     }
     let Tables {
         bench,
-        mut found,
+        found,
         failed,
         ..
     } = tables;
-    put_verdict(&mut found, &bench.verdict);
-    write_json(args.json.as_deref(), &found)?;
-    print_counted(&bench.verdict, args.machine.check())?;
+    let json = args.json.as_deref();
+    let verdict = finish(found, bench.verdict, json, args.machine.check())?;
     ensure!(failed == 0, "{failed} cells failed");
-    Ok(bench.verdict)
+    Ok(verdict)
 }
 
 impl TableArgs {

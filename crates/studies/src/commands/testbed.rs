@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
+use cosim::Verdict;
 use cosim::cli::print;
 use cosim::csv::CsvFile;
-use cosim::verdict::Verdict;
 
 use crate::bench::MachineArgs;
-use crate::print::files::{conditions, write_json};
+use crate::print::files::conditions;
 use crate::print::testbed::{rigs_text, text, unknown_load_text};
-use crate::print::verdict::{print_counted, put as put_verdict};
+use crate::print::verdict::finish;
 use crate::studies::testbed::{self, Axis, CHECK, Replay, UNKNOWN_LOAD};
 
 #[derive(Args)]
@@ -82,10 +82,7 @@ pub fn testbed(args: &TestbedArgs) -> Result<Verdict> {
     found["testbed"] = serde_json::to_value(&axes)?;
     found["testbed_unknown_load"] = serde_json::to_value(&unknown)?;
     found["testbed_rigs"] = serde_json::to_value(&rigs)?;
-    put_verdict(&mut found, &verdict);
-    write_json(args.json.as_deref(), &found)?;
-    print_counted(&verdict, args.machine.check())?;
-    Ok(verdict)
+    finish(found, verdict, args.json.as_deref(), args.machine.check())
 }
 
 fn write_course(axis: &Axis, path: &Path) -> Result<()> {

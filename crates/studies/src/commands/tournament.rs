@@ -6,8 +6,8 @@ use std::time::Instant;
 
 use anyhow::Result;
 use clap::Args;
+use cosim::Verdict;
 use cosim::cli::{bar, print};
-use cosim::verdict::Verdict;
 
 use crate::bench::MachineArgs;
 use crate::grid::{ALL_TRAJECTORIES, Spread};

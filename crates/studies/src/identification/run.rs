@@ -11,10 +11,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 use capability::Motion;
-use cosim::recording::Recording;
-use cosim::run::{Experiment, observed};
-use cosim::system::{Setting, System};
-use cosim::wiring::Port;
+use cosim::run::observed;
+use cosim::{Experiment, Port, Recording, Setting, System};
 use hdrm::DOF;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;

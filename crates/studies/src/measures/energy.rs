@@ -3,10 +3,7 @@
 //! bonds, what it gave and where that went ([`super::supply`]).
 
 use anyhow::{Result, ensure};
-use cosim::run::Experiment;
-use cosim::system::System;
-use cosim::verdict::Verdict;
-use cosim::wiring::Port;
+use cosim::{Experiment, Port, System, Verdict};
 use serde::Serialize;
 
 use super::power_integral::{SHIFT, both_ways, integral, rise, while_working};

@@ -2,24 +2,14 @@
 //! fed by the losses of one cycle.
 #![allow(non_snake_case)] // symbols of the equations
 
+use machine::{Heat, Temperature};
 use serde::Serialize;
 
-/// Temperature coefficient of copper's resistance, 1/K, at [`REFERENCE`].
-const COPPER: f64 = 0.00393;
-/// Temperature at which resistances are given, K.
-const REFERENCE: f64 = 293.15;
-
-/// The two nodes.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+/// The two nodes, and the air around them.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Network {
-    /// Heat capacity of the winding, J/K.
-    pub winding: f64,
-    /// Heat resistance from winding to housing, K/W.
-    pub inside: f64,
-    /// Heat capacity of the housing, J/K.
-    pub housing: f64,
-    /// Heat resistance from the housing to the air, K/W.
-    pub outside: f64,
+    /// Capacities and resistances.
+    pub heat: Heat,
     /// Temperature of the air, K.
     pub ambient: f64,
 }
@@ -48,23 +38,23 @@ pub struct Temperatures {
 }
 
 impl Network {
-    /// Typical of a motor of 10 kW with convection, where the actuator tells of no heat.
+    /// Where the actuator tells of no heat.
     pub const TYPICAL: Self = Self {
-        winding: 2e3,
-        inside: 0.06,
-        housing: 15e3,
-        outside: 0.15,
-        ambient: REFERENCE,
+        heat: Heat::TYPICAL,
+        ambient: Temperature::TYPICAL.reference,
     };
 
     /// Rates of the temperatures `[winding, housing]`, K/s, with losses of `copper` and `iron`, W.
     fn rates(&self, [T_w, T_h]: [f64; 2], copper: f64, iron: f64) -> [f64; 2] {
-        let inside = (T_w - T_h) / self.inside;
-        let outside = (T_h - self.ambient) / self.outside;
-        [
-            (copper - inside) / self.winding,
-            (inside + iron - outside) / self.housing,
-        ]
+        let Heat {
+            C_w,
+            R_wh,
+            C_h,
+            R_ha,
+        } = self.heat;
+        let inside = (T_w - T_h) / R_wh;
+        let outside = (T_h - self.ambient) / R_ha;
+        [(copper - inside) / C_w, (inside + iron - outside) / C_h]
     }
 
     /// Temperatures after `duration`, s, of the cycle repeated, from the ambient temperature on.
@@ -80,10 +70,13 @@ impl Network {
         if cycle.copper.is_empty() {
             return found;
         }
-        let hot = |T_w: f64| 1.0 + COPPER * (T_w - REFERENCE);
+        let Temperature {
+            reference, copper, ..
+        } = Temperature::TYPICAL;
+        let hot = |T_w: f64| 1.0 + copper * (T_w - reference);
         let steps = (duration / cycle.step) as u64;
         for (k, _) in (0..cycle.copper.len()).cycle().zip(0..steps) {
-            let arose = cycle.winding.get(k).copied().unwrap_or(REFERENCE);
+            let arose = cycle.winding.get(k).copied().unwrap_or(reference);
             let rates = |T: [f64; 2]| {
                 let copper = cycle.copper[k] * hot(T[0]) / hot(arose);
                 self.rates(T, copper, cycle.iron[k])
@@ -103,6 +96,10 @@ impl Network {
 mod tests {
     use super::*;
 
+    /// Copper's rise of resistance, 1/K, from this temperature on, K.
+    const COPPER: f64 = 0.00393;
+    const REFERENCE: f64 = 293.15;
+
     /// At rest: T_h = T_a + R_ha (P_cu + P_fe), T_w = T_h + R_wh P_cu with P_cu = P (1 + a (T_w −
     /// T_ref)), a linear equation in T_w. After 40 time constants of the housing (2250 s) e⁻⁴⁰ is
     /// left of the way there.
@@ -117,10 +114,10 @@ mod tests {
             iron: &[iron, iron],
         };
         let found = n.after(&cycle, 90_000.0);
-        let both = n.inside + n.outside;
-        let excess = (both * P + n.outside * iron) / (1.0 - both * P * COPPER);
+        let (outside, both) = (n.heat.R_ha, n.heat.R_wh + n.heat.R_ha);
+        let excess = (both * P + outside * iron) / (1.0 - both * P * COPPER);
         let copper = P * (1.0 + COPPER * excess);
-        let housing = n.ambient + n.outside * (copper + iron);
+        let housing = n.ambient + outside * (copper + iron);
         assert!(
             (found.winding - n.ambient - excess).abs() < 1e-9,
             "{found:?}"
@@ -132,9 +129,13 @@ mod tests {
     /// all of the loss.
     #[test]
     fn what_does_not_leave_stays() {
+        let heat = Heat {
+            R_ha: 1e12,
+            R_wh: 1e-3,
+            ..Heat::TYPICAL
+        };
         let closed = Network {
-            outside: 1e12,
-            inside: 1e-3,
+            heat,
             ..Network::TYPICAL
         };
         let cycle = Cycle {

@@ -13,11 +13,7 @@ use std::fmt;
 
 use anyhow::Result;
 use capability::Pose;
-use cosim::master::Master;
-use cosim::run::Experiment;
-use cosim::signals::Signals;
-use cosim::system::System;
-use cosim::wiring::Port;
+use cosim::{Experiment, Master, Port, Signals, System};
 use nalgebra::{UnitQuaternion, Vector3};
 use tip_path::{Iso9283, PathFile, TestKind, TipPath};
 

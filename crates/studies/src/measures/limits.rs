@@ -6,9 +6,7 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use anyhow::{Context, Result};
-use cosim::system::System;
-use cosim::verdict::Verdict;
-use cosim::wiring::Port;
+use cosim::{Port, System, Verdict};
 use fmu_description::Kind;
 use machine::AXES;
 

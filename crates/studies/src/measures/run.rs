@@ -5,13 +5,8 @@
 use std::fmt;
 
 use anyhow::{Error, Result, anyhow};
-use cosim::master::{Master, start_value};
-use cosim::recording::Recording;
-use cosim::run::{self, Experiment};
-use cosim::signals::{Signals, matching};
-use cosim::system::System;
-use cosim::verdict::Verdict;
-use cosim::wiring::Port;
+use cosim::run;
+use cosim::{Experiment, Master, Port, Recording, Signals, System, Verdict, matching, start_value};
 
 use super::limits::{LimitWatch, reference};
 use super::tip::TipError;

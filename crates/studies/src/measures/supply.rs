@@ -7,9 +7,7 @@
 
 use anyhow::Result;
 use cosim::structure::Power;
-use cosim::system::System;
-use cosim::verdict::Verdict;
-use cosim::wiring::Port;
+use cosim::{Port, System, Verdict};
 use fmu_description::{Causality, Kind};
 use serde::Serialize;
 

@@ -14,11 +14,7 @@
 //! Zero errors are the mean difference of measured and true angles over the rest before the motion.
 
 use anyhow::{Context, Result};
-use cosim::master::start_value;
-use cosim::recording::Recording;
-use cosim::run::Experiment;
-use cosim::system::System;
-use cosim::wiring::Port;
+use cosim::{Experiment, Port, Recording, System, start_value};
 use hdrm::{Tip, Tree};
 use nalgebra::{Quaternion, Vector3};
 use serde::Serialize;

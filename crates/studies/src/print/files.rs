@@ -5,19 +5,9 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use cosim::run::Experiment;
-use cosim::system::{Setting, System};
+use cosim::{Experiment, Setting, System};
+use serde::Serialize;
 use serde_json::{Value, json};
-
-/// A new file.
-///
-/// # Errors
-/// It cannot be written.
-pub fn create(path: &Path) -> Result<BufWriter<File>> {
-    let file = File::create(path);
-    let file = file.with_context(|| format!("`{}` cannot be written", path.display()))?;
-    Ok(BufWriter::new(file))
-}
 
 /// Write a file where one is asked for.
 ///
@@ -28,7 +18,9 @@ pub fn write(
     content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 ) -> Result<()> {
     let Some(path) = path else { return Ok(()) };
-    let mut file = create(path)?;
+    let file = File::create(path);
+    let file = file.with_context(|| format!("`{}` cannot be written", path.display()))?;
+    let mut file = BufWriter::new(file);
     content(&mut file)
         .and_then(|()| file.flush())
         .with_context(|| path.display().to_string())
@@ -38,7 +30,7 @@ pub fn write(
 ///
 /// # Errors
 /// It cannot be written.
-pub fn write_json(path: Option<&Path>, value: &Value) -> Result<()> {
+pub fn write_json(path: Option<&Path>, value: &impl Serialize) -> Result<()> {
     write(path, |file| {
         serde_json::to_writer_pretty(&mut *file, value)?;
         writeln!(file)

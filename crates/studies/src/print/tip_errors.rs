@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 use std::io;
 
-use cosim::verdict::Verdict;
+use cosim::Verdict;
 use serde_json::{Value, json};
 
 use super::verdict;

@@ -1,9 +1,13 @@
 //! The verdict on what a command has found.
 
+use std::path::Path;
+
 use anyhow::Result;
+use cosim::Verdict;
 use cosim::cli::print;
-use cosim::verdict::Verdict;
 use serde_json::Value;
+
+use super::files::write_json;
 
 /// For people; also says so where nothing was found.
 pub fn text(verdict: &Verdict) -> String {
@@ -26,6 +30,23 @@ pub fn print_counted(verdict: &Verdict, check: bool) -> Result<()> {
         eprintln!("the verdict is BAD: --check says why, and ends with exit code 2");
     }
     Ok(())
+}
+
+/// End a command: the verdict goes into the numbers that it has found, these into a JSON file where
+/// one is asked for, and the verdict is printed as by [`print_counted`].
+///
+/// # Errors
+/// The file cannot be written.
+pub fn finish(
+    mut found: Value,
+    verdict: Verdict,
+    json: Option<&Path>,
+    check: bool,
+) -> Result<Verdict> {
+    put(&mut found, &verdict);
+    write_json(json, &found)?;
+    print_counted(&verdict, check)?;
+    Ok(verdict)
 }
 
 /// Put a verdict into a JSON object: whether it is good, and what was found.

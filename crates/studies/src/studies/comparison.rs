@@ -2,9 +2,7 @@
 //! each law the median and the worst case.
 
 use anyhow::Result;
-use cosim::run::Experiment;
-use cosim::system::System;
-use cosim::verdict::Verdict;
+use cosim::{Experiment, System, Verdict};
 use serde::Serialize;
 
 use crate::grid::{self, Case, Cell, Grid, Plan, Spread};

@@ -2,9 +2,7 @@
 //! the rods' forces become.
 
 use anyhow::Result;
-use cosim::run::Experiment;
-use cosim::system::System;
-use cosim::verdict::Verdict;
+use cosim::{Experiment, System, Verdict};
 use rayon::prelude::*;
 use serde::Serialize;
 

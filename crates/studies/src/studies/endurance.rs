@@ -11,11 +11,7 @@ use std::fmt::Write as _;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
-use cosim::master::Master;
-use cosim::run::Experiment;
-use cosim::signals::{Inputs, Signals, matching};
-use cosim::system::System;
-use cosim::verdict::Verdict;
+use cosim::{Experiment, Inputs, Master, Signals, System, Verdict, matching};
 
 use crate::machine_file::MachineFile;
 use crate::measures::limits::LimitWatch;

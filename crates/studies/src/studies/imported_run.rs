@@ -5,12 +5,8 @@ use std::cmp::Ordering;
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result, bail, ensure};
-use cosim::master::start_value;
-use cosim::recording::Recording;
-use cosim::run::Experiment;
-use cosim::system::System;
-use cosim::verdict::Verdict;
-use cosim::wiring::Port;
+use cosim::{Experiment, Port, Recording, System, Verdict, start_value};
+use rig_data::signal_file::SignalFile;
 
 use crate::machine_file::MachineFile;
 use crate::measures::limits::{self, LimitWatch};
@@ -18,7 +14,6 @@ use crate::measures::metrics::{Metrics, add_tracking, of_tip};
 use crate::measures::run::{motion_start, tip_error_port};
 use crate::measures::tip::TipError;
 use crate::measures::tracking::{Evaluation, Tracking};
-use crate::signal_file::SignalFile;
 
 /// Evaluates runs of an experiment that other importers made.
 pub struct Evaluator<'a> {

@@ -2,9 +2,7 @@
 //! trajectories, here for three controllers.
 
 use anyhow::Result;
-use cosim::run::Experiment;
-use cosim::system::System;
-use cosim::verdict::Verdict;
+use cosim::{Experiment, System, Verdict};
 
 use crate::grid::{Case, Cell, Grid, Plan, TRAJECTORIES};
 use crate::laws::of_modes;

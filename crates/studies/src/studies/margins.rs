@@ -10,10 +10,7 @@
 use std::f64::consts::PI;
 
 use anyhow::Result;
-use cosim::master::start_value;
-use cosim::run::Experiment;
-use cosim::system::{Setting, System};
-use cosim::verdict::Verdict;
+use cosim::{Experiment, Setting, System, Verdict, start_value};
 use rayon::prelude::*;
 use serde::Serialize;
 

@@ -7,10 +7,7 @@
 
 use anyhow::Result;
 use cosim::faults::Faults;
-use cosim::master::start_value;
-use cosim::run::Experiment;
-use cosim::system::{Setting, System};
-use cosim::verdict::Verdict;
+use cosim::{Experiment, Setting, System, Verdict, start_value};
 use serde::Serialize;
 
 use super::inertia::MODES;

@@ -8,9 +8,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
-use cosim::run::Experiment;
-use cosim::system::System;
-use cosim::verdict::Verdict;
+use cosim::{Experiment, System, Verdict};
 use emla::Surrogate;
 use machine::{Emla, Machine};
 use rig_data::campaign::rms;

@@ -8,9 +8,7 @@
 //! gains that are found to be behind the best so far.
 
 use anyhow::{Context, Result};
-use cosim::master::start_value;
-use cosim::run::Experiment;
-use cosim::system::{Setting, System};
+use cosim::{Experiment, Setting, System, start_value};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};

@@ -9,7 +9,7 @@ use std::fs;
 use std::ops::Range;
 
 use anyhow::{Context, Result};
-use cosim::system::System;
+use cosim::System;
 use tempfile::TempDir;
 
 use super::perturbation::{Bounds, draw};

@@ -10,8 +10,8 @@
 use std::f64::consts::PI;
 
 use anyhow::Result;
+use cosim::System;
 use cosim::master::Jitter;
-use cosim::system::System;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Uniform};

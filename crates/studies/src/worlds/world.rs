@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use anyhow::Result;
 use clap::ValueEnum;
-use cosim::system::System;
+use cosim::System;
 use serde::Serialize;
 
 use super::perturbation::Bounds;

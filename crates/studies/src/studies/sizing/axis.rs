@@ -4,10 +4,8 @@
 use std::f64::consts::TAU;
 
 use anyhow::{Context, Result};
-use cosim::run::Experiment;
-use cosim::system::System;
-use cosim::verdict::Verdict;
-use machine::Ratings;
+use cosim::{Experiment, System, Verdict};
+use machine::{Heat, Ratings};
 use serde::Serialize;
 
 use super::motor::Motor;
@@ -101,12 +99,14 @@ pub(super) fn axis(
             "T_ambient",
         ],
     )?;
-    let own = network.map(|[winding, inside, housing, outside, ambient]| Network {
-        winding,
-        inside,
-        housing,
-        outside,
-        ambient,
+    let own = network.map(|[C_w, R_wh, C_h, R_ha, ambient]| {
+        let heat = Heat {
+            C_w,
+            R_wh,
+            C_h,
+            R_ha,
+        };
+        Network { heat, ambient }
     });
     let step = match columns.times {
         [first, .., last] => (last - first) / (columns.times.len() - 1) as f64,

@@ -4,8 +4,7 @@
 //! as root mean squares.
 
 use anyhow::{Context, Result, ensure};
-use cosim::run::Experiment;
-use cosim::system::System;
+use cosim::{Experiment, System};
 use serde::Serialize;
 
 use super::recorded::{Columns, Size, columns, parameters_of, ports};

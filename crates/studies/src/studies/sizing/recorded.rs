@@ -1,11 +1,8 @@
 //! What is recorded of the actuators, and what their parameters are.
 
 use anyhow::{Result, ensure};
-use cosim::master::instantiate;
-use cosim::run::Experiment;
 use cosim::slave::At;
-use cosim::system::System;
-use cosim::wiring::Port;
+use cosim::{Experiment, Port, System, instantiate};
 use serde::Serialize;
 
 use crate::measures::energy;

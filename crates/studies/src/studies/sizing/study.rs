@@ -3,9 +3,7 @@
 //! repetitions, and how power, force, energy and efficiency follow the payload at the tip.
 
 use anyhow::{Result, ensure};
-use cosim::run::Experiment;
-use cosim::system::System;
-use cosim::verdict::Verdict;
+use cosim::{Experiment, System, Verdict};
 use machine::{Machine, Ratings};
 use serde::Serialize;
 

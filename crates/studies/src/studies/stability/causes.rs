@@ -2,10 +2,7 @@
 //! beside the one before.
 
 use anyhow::{Context, Result};
-use cosim::master::start_value;
-use cosim::run::Experiment;
-use cosim::system::{Setting, System};
-use cosim::verdict::Verdict;
+use cosim::{Experiment, Setting, System, Verdict, start_value};
 use machine::Emla;
 
 use super::run::{Run, measure};

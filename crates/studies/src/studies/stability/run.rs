@@ -16,9 +16,7 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::{Result, ensure};
-use cosim::system::System;
-use cosim::verdict::Verdict;
-use cosim::wiring::Port;
+use cosim::{Port, System, Verdict};
 use serde::Serialize;
 
 use super::gains::Gains;

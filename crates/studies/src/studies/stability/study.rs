@@ -3,9 +3,7 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::{Context as _, Result};
-use cosim::run::Experiment;
-use cosim::system::{Setting, System};
-use cosim::verdict::Verdict;
+use cosim::{Experiment, Setting, System, Verdict};
 
 use super::run::{Run, measure};
 use crate::grid::{self, Case, Grid, Plan, TRAJECTORIES};

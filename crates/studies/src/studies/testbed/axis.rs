@@ -1,9 +1,7 @@
 //! The axes of the testbed, the controllers on it, and what is measured of an axis.
 
 use anyhow::Result;
-use cosim::signals::Inputs;
-use cosim::system::System;
-use cosim::wiring::Port;
+use cosim::{Inputs, Port, System};
 use serde::Serialize;
 
 use crate::measures::tip::Distance;

@@ -2,11 +2,10 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::Result;
-use cosim::master::Master;
-use cosim::signals::{Inputs, Signals};
-use cosim::system::{Setting, System};
+use cosim::{Inputs, Master, Setting, Signals, System};
 use emla::maps;
 use machine::Emla;
+use rig_data::drive_control::{DriveControl, MotorReference, torque_per_ampere};
 
 use super::axis::{inputs, ports};
 use super::profile::Profile;
@@ -16,13 +15,6 @@ const LOADS: [&str; 2] = ["load_lift", "load_tilt"];
 /// Shortest time constant with which a loading rig's force follows, s: its speed control is little
 /// faster.
 const FASTEST: f64 = 0.01;
-/// Bandwidths of the loading rig's speed and current control, rad/s, and of the speed's integral.
-const W_SPEED: f64 = 150.0;
-/// See [`W_SPEED`].
-const W_INTEGRAL: f64 = 40.0;
-/// See [`W_SPEED`].
-const W_CURRENT: f64 = 1500.0;
-
 /// Stroke of a loading rig whose actuator is at `x`: nose to nose both screws together are one
 /// screw long.
 fn mirrored(p: &Emla, x: f64) -> f64 {
@@ -120,27 +112,21 @@ struct Readings {
     x_dot: f64,
 }
 
-/// Force control of a loading rig: integrals of the speed, N·m, and of the currents, V.
-struct LoadDrive {
-    speed: f64,
-    current: [f64; 2],
-}
+/// Force control of a loading rig, over the control of its drive.
+struct LoadDrive(DriveControl);
 
 impl LoadDrive {
     /// A drive that holds what it reads.
     fn holding(p: &Emla, read: &Readings) -> Self {
-        Self {
-            speed: torque_per_ampere(p) * read.i[1] - maps::travel_per_radian(p) * read.F,
-            current: read.i.map(|i| p.R_s * i),
-        }
+        let tau = torque_per_ampere(p) * read.i[1] - maps::travel_per_radian(p) * read.F;
+        Self(DriveControl::holding(p, tau, read.i))
     }
 
     /// Voltages for the force `F` while the nut accelerates by `x_ddot`. The spring between nut and
     /// rod turns speed into force, so the speed is commanded with which the force follows with the
-    /// time constant `lag`:
+    /// time constant `lag`, and the force is known beforehand:
     /// ```text
-    /// K (ẋ_n − ẋ) = (F_r − F)/lag,   w = ẋ_n/ρ
-    /// τ = ρ F_r + J (ẇ_r + K_w (w − w_m)) + ∫,   v = K_c (i_r − i) + ∫ + back-EMF
+    /// K (ẋ_n − ẋ) = (F_r − F)/lag,   w = ẋ_n/ρ,   τ_load = ρ F_r
     /// ```
     fn command(
         &mut self,
@@ -154,27 +140,13 @@ impl LoadDrive {
         let mount = rig::Extras::AS_BUILT.compliance.mount;
         let K = 1.0 / (1.0 / maps::stiffness(p, read.x) + 1.0 / mount);
         let x_dot = read.x_dot + (F - read.F) / (K * lag);
-        let (J, error) = (maps::inertia(p, 1.0), x_dot / travel - read.w_m);
-        self.speed += h * J * W_SPEED * W_INTEGRAL * error;
-        let tau = travel * F + J * (x_ddot / travel + W_SPEED * error) + self.speed;
-        let i_q = (tau / torque_per_ampere(p)).clamp(-p.i_max, p.i_max);
-        let w_e = f64::from(p.p) * read.w_m;
-        let emf = [
-            -w_e * p.L_q * read.i[1],
-            w_e * (p.L_d * read.i[0] + p.lambda_m),
-        ];
-        let required = [0.0, i_q];
-        std::array::from_fn(|k| {
-            let off = required[k] - read.i[k];
-            self.current[k] += h * W_CURRENT * p.R_s * off;
-            W_CURRENT * p.L_d * off + self.current[k] + emf[k]
-        })
+        let wanted = MotorReference {
+            w: x_dot / travel,
+            w_dot: x_ddot / travel,
+            tau: travel * F,
+        };
+        self.0.command(p, wanted, read.i, read.w_m, h)
     }
-}
-
-/// N·m/A.
-fn torque_per_ampere(p: &Emla) -> f64 {
-    1.5 * f64::from(p.p) * p.lambda_m
 }
 
 #[cfg(test)]

@@ -2,10 +2,7 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::{Context, Result, ensure};
-use cosim::run::Experiment;
-use cosim::system::System;
-use cosim::verdict::Verdict;
-use cosim::wiring::Port;
+use cosim::{Experiment, Port, System, Verdict};
 use rayon::prelude::*;
 
 use super::axis::AXES;

@@ -3,9 +3,8 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::Result;
-use cosim::master::{Master, Stepping};
-use cosim::signals::{Inputs, Signals};
-use cosim::system::{Setting, System};
+use cosim::master::Stepping;
+use cosim::{Inputs, Master, Setting, Signals, System};
 use machine::Machine;
 
 use super::axis::{AXES, CONTROLLER, Course, Load, Trial, inputs, ports};

@@ -7,9 +7,7 @@
 //! loads them too.
 
 use anyhow::{Context, Result};
-use cosim::run::Experiment;
-use cosim::system::{Setting, System};
-use cosim::verdict::Verdict;
+use cosim::{Experiment, Setting, System, Verdict};
 use rayon::prelude::*;
 
 use super::axis::{AXES, Axis, CONTROLLER, FORCE_TARGET, Load, LoadedAxis, POSITION_TARGET, Trial};

@@ -2,10 +2,11 @@
 //! alike.
 
 use std::collections::BTreeMap;
+use std::fs;
+use std::num::ParseFloatError;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
-use cosim::package::read;
 
 /// A file of signals over time.
 pub struct SignalFile {
@@ -23,11 +24,19 @@ impl SignalFile {
     /// # Errors
     /// It cannot be read, or is no table of numbers.
     pub fn read(csv: &Path) -> Result<Self> {
-        let text = String::from_utf8(read(csv)?);
-        let text = text.with_context(|| format!("`{}` is not UTF-8 text", csv.display()))?;
-        let units = read(&csv.with_extension("units.csv")).unwrap_or_default();
-        Self::parse(&text, &String::from_utf8_lossy(&units))
-            .with_context(|| format!("`{}`", csv.display()))
+        let name = || format!("`{}`", csv.display());
+        let bytes = fs::read(csv).with_context(|| {
+            let absolute = std::path::absolute(csv).unwrap_or(csv.into());
+            format!(
+                "{} cannot be read (looked for {})",
+                name(),
+                absolute.display()
+            )
+        })?;
+        let text = String::from_utf8(bytes);
+        let text = text.with_context(|| format!("{} is not UTF-8 text", name()))?;
+        let units = fs::read_to_string(csv.with_extension("units.csv")).unwrap_or_default();
+        Self::parse(&text, &units).with_context(name)
     }
 
     fn parse(text: &str, units: &str) -> Result<Self> {
@@ -51,7 +60,7 @@ impl SignalFile {
         let unit = |name: &String| (*units.get(name.as_str()).unwrap_or(&"?")).to_string();
         let mut columns = vec![Vec::new(); names.len()];
         for (row, line) in (2..).zip(lines) {
-            let values: Result<Vec<f64>, _> = line.split(',').map(str::parse).collect();
+            let values: Result<Vec<f64>, _> = line.split(',').map(number).collect();
             match values {
                 Ok(values) if values.len() == names.len() => {
                     let pairs = columns.iter_mut().zip(values);
@@ -80,6 +89,15 @@ impl SignalFile {
     }
 }
 
+/// A number, or a truth value as 1 or 0.
+fn number(cell: &str) -> Result<f64, ParseFloatError> {
+    match cell {
+        "true" => Ok(1.0),
+        "false" => Ok(0.0),
+        number => number.parse(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -91,6 +109,8 @@ mod tests {
     fn columns_get_their_units_and_rows_are_whole() {
         let file = SignalFile::parse(TEXT, UNITS).unwrap();
         assert_eq!(file.units, ["s", "m", "N", "?"]);
+        let switched = SignalFile::parse("time,a.on\n0,false\n1,true\n", "").unwrap();
+        assert_eq!(switched.columns[1], [0.0, 1.0]);
         assert_eq!(file.columns[3], [3.0, 6.0]);
         for (text, expected) in [
             ("x,y\n1,2\n", "first line"),

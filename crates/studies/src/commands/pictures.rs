@@ -1,0 +1,71 @@
+//! Arguments of the subcommands that draw, which the program `hdrm-fmu-report` does: `report`, `plot`,
+//! `machine draw` and `machine scene`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::bench::MachineArgs;
+
+#[derive(Args)]
+pub struct ReportArgs {
+    #[command(flatten)]
+    pub machine: MachineArgs,
+    /// HTML file to write
+    #[arg(long, default_value = "report.html", value_name = "FILE")]
+    pub out: PathBuf,
+    /// Also write the figures as PNG and SVG into this directory
+    #[arg(long, value_name = "DIR")]
+    pub figures: Option<PathBuf>,
+    /// One-axis experiment: a packed .ssp [default: Testbed.ssp beside the system, where there is
+    /// one]
+    #[arg(long, value_name = "FILE")]
+    pub testbed: Option<PathBuf>,
+    /// Also run the world in which the structure bends: needs a Python with MuJoCo, and some
+    /// minutes more
+    #[arg(long)]
+    pub bending: bool,
+}
+
+#[derive(Args)]
+pub struct PlotArgs {
+    /// CSV file of `run --csv`
+    pub csv: PathBuf,
+    /// Signals, comma-separated, with * for any text [default: all in the file]
+    #[arg(long, value_delimiter = ',', value_name = "PATTERNS")]
+    pub signals: Vec<String>,
+    /// Folder for the picture [default: that of the file]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub struct DrawArgs {
+    /// Machine file, or name of a shipped machine
+    #[arg(value_name = "FILE|NAME")]
+    pub machine: String,
+    /// Picture to write: .svg or .png
+    #[arg(long, value_name = "FILE", default_value = "machine.svg")]
+    pub output: PathBuf,
+    /// Factor on all weights, for what is not at rest
+    #[arg(
+        long,
+        value_name = "FACTOR",
+        default_value_t = 1.0,
+        allow_negative_numbers = true
+    )]
+    pub dynamic_factor: f64,
+    /// Also write the load chart to this CSV file: place, joint angles, payload, limit
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub struct SceneArgs {
+    /// Machine file, or name of a shipped machine
+    #[arg(value_name = "FILE|NAME", default_value = "reference")]
+    pub machine: String,
+    /// JSON file to write
+    #[arg(long, value_name = "FILE", default_value = "scene.json")]
+    pub out: PathBuf,
+}
