@@ -183,6 +183,7 @@ impl System {
             stop_time: conditions.stop_time,
             schedule,
             input_derivatives: false,
+            threads: None,
             settings: conditions.settings.iter().map(setting).collect(),
             strict: conditions.strict,
             check: false,

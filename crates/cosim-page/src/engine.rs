@@ -172,6 +172,7 @@ impl Engine {
             None => Some(preferred()),
         };
         let experiment = Experiment {
+            threads: 1,
             stepping: Stepping {
                 start: system.structure.start_time,
                 step: step

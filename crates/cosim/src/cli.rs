@@ -124,6 +124,11 @@ pub struct RunArgs {
     /// them
     #[arg(long)]
     pub input_derivatives: bool,
+    /// Threads that the components are shared out to, with the same results; each has copies of the
+    /// FMUs' libraries for itself [default of cosim run: as many as there are cores where the first
+    /// steps take long, else 1]
+    #[arg(long, value_name = "NUMBER")]
+    pub threads: Option<usize>,
     /// Start value of any variable, repeatable, applied last; an enumeration item may be given by
     /// name, and the component left out where one alone has the variable
     #[arg(long = "set", value_name = "COMPONENT.VARIABLE=VALUE")]
@@ -183,6 +188,7 @@ impl RunArgs {
                 schedule,
                 jitter: None,
             },
+            threads: self.threads.unwrap_or(1),
             stop: self.stop_time,
             settings,
             faults: Faults::default(),

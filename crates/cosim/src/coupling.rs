@@ -6,7 +6,7 @@ use anyhow::{Result, bail, ensure};
 use crate::bond::{BondSlots, Residual};
 use crate::exchange::{Exchange, Passed};
 use crate::means::Means;
-use crate::slave::{At, Slave, State};
+use crate::slave::{Ahead, At, Failure, Slave, State, all};
 
 /// Passes of Event Mode after which discrete states that still change are a failure.
 const PASSES: usize = 100;
@@ -14,6 +14,11 @@ const PASSES: usize = 100;
 /// The coupled instances.
 pub(crate) struct Coupling {
     pub slaves: Vec<Slave>,
+    /// Instances are in several threads.
+    pub is_beside: bool,
+    /// Components that Gauss–Seidel may step side by side: each after those whose mean effort it
+    /// gets. Those of this thread come first.
+    pub ranks: Vec<Vec<usize>>,
     /// Those that may have events at times of their own.
     pub timed: Vec<usize>,
     /// A component whose step may not be varied.
@@ -138,10 +143,58 @@ impl Coupling {
         }
     }
 
+    /// Step all components, by their means one after the other or all from the same values.
+    pub fn step_all(&mut self, t: f64, h: f64, gives_means: bool) -> Result<()> {
+        // With faults the order of components is also that of their random numbers.
+        if !self.is_beside || gives_means && self.exchange.faults.is_some() {
+            for k in 0..self.count() {
+                if gives_means {
+                    self.give_means(k, t)?;
+                }
+                self.step(k, t, h)?;
+            }
+            return Ok(());
+        }
+        let ranks = std::mem::take(&mut self.ranks);
+        let mut ranked = ranks.iter();
+        let done = ranked.try_for_each(|rank| self.step_beside(rank, [t, h], gives_means));
+        self.ranks = ranks;
+        done
+    }
+
+    fn step_beside(&mut self, rank: &[usize], [t, h]: [f64; 2], gives_means: bool) -> Result<()> {
+        let (at, slaves) = (At::Time(t), &self.slaves);
+        let mut failure = Failure::default();
+        let Means {
+            reads,
+            writes,
+            values,
+            buffer,
+        } = &mut self.means;
+        let given = |k: usize| writes[k].as_ref().filter(|_| gives_means);
+        for k in rank.iter().copied() {
+            if let Some(write) = given(k) {
+                failure.add(k, write.begin(slaves, values, buffer, None, at));
+            }
+            slaves[k].begin(Ahead::Step(t, h));
+            if let Some(read) = &reads[k] {
+                read.begin(slaves);
+            }
+        }
+        for k in rank.iter().copied() {
+            let given = given(k).map_or(Ok(()), |write| write.end(slaves, at));
+            failure.add(k, given);
+            failure.add(k, slaves[k].step(t, h));
+            let mut reads = reads[k].iter();
+            failure.add(k, reads.try_for_each(|read| read.run(slaves, values, at)));
+        }
+        failure.into()
+    }
+
     /// All instances into Event Mode, where they have one.
     pub fn enter_events(&self, t: f64) -> Result<()> {
         let at = At::Time(t);
-        self.slaves.iter().try_for_each(|s| s.enter_events(at))
+        all(&self.slaves, Ahead::EnterEvents, |s| s.enter_events(at))
     }
 
     /// Out of Event Mode, once no discrete state changes any more; where one does, the values are
@@ -150,11 +203,12 @@ impl Coupling {
         let at = At::Time(t);
         for _ in 0..PASSES {
             let mut again = false;
-            for slave in &self.slaves {
+            all(&self.slaves, Ahead::UpdateEvents, |slave| {
                 again |= slave.update_events(at)?;
-            }
+                Ok(())
+            })?;
             if !again {
-                return self.slaves.iter().try_for_each(|s| s.leave_events(at));
+                return all(&self.slaves, Ahead::LeaveEvents, |s| s.leave_events(at));
             }
             self.exchange.run_again(&self.slaves, at)?;
         }

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use crate::batch::Batch;
 use crate::faults::Alteration;
-use crate::slave::{At, Slave};
+use crate::slave::{Ahead, At, Failure, Slave};
 use crate::transformation::Transformation;
 use crate::value::{Value, is_wide};
 use crate::wiring::{Link, Port, Undeclared, Wiring};
@@ -26,6 +26,11 @@ impl Read {
     /// Component that is read.
     pub fn component(&self) -> usize {
         self.slave
+    }
+
+    /// Begin to read where the instance is in another thread.
+    pub(crate) fn begin(&self, slaves: &[Slave]) {
+        slaves[self.slave].begin(Ahead::Get(&self.batch));
     }
 
     fn run_any(
@@ -94,6 +99,31 @@ impl Write {
     ) -> Result<()> {
         let buffer = self.gather(values, buffer, faults);
         slaves[self.slave].set(&self.batch, buffer, at)
+    }
+
+    /// Set the inputs of an instance in this thread; of one in another, begin to.
+    pub(crate) fn begin(
+        &self,
+        slaves: &[Slave],
+        values: &[f64],
+        buffer: &mut [f64],
+        faults: Option<&mut Alteration>,
+        at: At,
+    ) -> Result<()> {
+        let (buffer, slave) = (self.gather(values, buffer, faults), &slaves[self.slave]);
+        if slave.is_elsewhere() {
+            slave.begin(Ahead::Set(&self.batch, buffer));
+            return Ok(());
+        }
+        slave.set(&self.batch, buffer, at)
+    }
+
+    /// The end of what was begun.
+    pub(crate) fn end(&self, slaves: &[Slave], at: At) -> Result<()> {
+        match slaves[self.slave].is_elsewhere() {
+            true => slaves[self.slave].set(&self.batch, &[], at),
+            false => Ok(()),
+        }
     }
 
     fn gather<'a>(
@@ -210,6 +240,8 @@ pub struct Exchange {
     buffer: Vec<f64>,
     wide_buffer: Vec<Value>,
     ones: Vec<i32>,
+    /// Instances are in several threads, so calls are begun for all before they are ended.
+    pub(crate) is_beside: bool,
     /// What is done to values on their way.
     pub(crate) faults: Option<Alteration>,
 }
@@ -274,6 +306,7 @@ impl Exchange {
             wide_buffer: Vec::new(),
             ones,
             slots,
+            is_beside: false,
             faults: None,
         })
     }
@@ -376,8 +409,26 @@ impl Exchange {
     }
 
     fn read_stage(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
+        if self.is_beside && self.wide.is_empty() {
+            return self.read_beside(k, slaves, at);
+        }
         let mut reads = self.stages[k].reads.iter();
         reads.try_for_each(|read| read.run_any(slaves, &mut self.values, &mut self.wide, at))
+    }
+
+    fn read_beside(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
+        let (reads, values) = (&self.stages[k].reads, &mut self.values);
+        for read in reads {
+            read.begin(slaves);
+        }
+        let mut failure = Failure::default();
+        for is_elsewhere in [false, true] {
+            let there = |read: &&Read| slaves[read.slave].is_elsewhere() == is_elsewhere;
+            for read in reads.iter().filter(there) {
+                failure.add(read.slave, read.run(slaves, values, at));
+            }
+        }
+        failure.into()
     }
 
     /// Set the inputs of a stage, or those of one component.
@@ -393,6 +444,9 @@ impl Exchange {
         if let (Some(faults), At::Time(t), None) = (&mut faults, at, only) {
             faults.begin(t);
         }
+        if self.is_beside && self.wide.is_empty() && only.is_none() {
+            return self.write_beside(k, slaves, at);
+        }
         for write in &self.stages[k].writes {
             if only.is_some_and(|slave| slave != write.slave) {
                 continue;
@@ -405,6 +459,21 @@ impl Exchange {
             write.run(slaves, &self.values, &mut self.buffer, faults, at)?;
         }
         Ok(())
+    }
+
+    /// Values are gathered in order, as faults draw their random numbers.
+    fn write_beside(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
+        let (writes, mut faults) = (&self.stages[k].writes, self.faults.as_mut());
+        let mut failure = Failure::default();
+        for write in writes {
+            let (values, buffer) = (&self.values, &mut self.buffer);
+            let begun = write.begin(slaves, values, buffer, faults.as_deref_mut(), at);
+            failure.add(write.slave, begun);
+        }
+        for write in writes {
+            failure.add(write.slave, write.end(slaves, at));
+        }
+        failure.into()
     }
 
     /// Pass all first time derivatives; [`Exchange::values`] then holds derivatives.

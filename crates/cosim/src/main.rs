@@ -11,6 +11,8 @@ use clap::{Args, Parser, Subcommand};
 use cosim::cli::{CsvArgs, InputArgs, RunArgs, SystemArgs, bar, exit, place, print};
 use cosim::describe;
 use cosim::exchange::{Exchange, Order};
+use cosim::master::Master;
+use cosim::observer::Function;
 use cosim::package::{Package, read};
 use cosim::probing::probe;
 use cosim::run;
@@ -158,9 +160,11 @@ fn run_system(args: &OneRunArgs) -> Result<Verdict> {
         bar.set_length(steps);
         bar.set_position(k);
     };
-    let outcome = run::run(&system, master, stop, &progress, |master| {
+    let alone = args.run.threads.is_none().then_some(&experiment);
+    let observer = &mut Function(|master: &Master| {
         log.as_mut().map_or(Ok(()), |log| log.add(master))
     });
+    let outcome = run::shared_out(&system, master, alone, stop, &progress, observer);
     bar.finish_and_clear();
     let outcome = outcome?;
     log.map_or(Ok(()), |log| log.finish())?;
@@ -194,6 +198,10 @@ fn bench(args: &BenchArgs) -> Result<Verdict> {
     let instances = system.structure.components.len();
     let step = experiment.stepping.step;
     let [median, worst, best] = [median, worst, best].map(run::Outcome::real_time_factor);
+    let threads = match experiment.threads {
+        1 => "one thread".into(),
+        threads => format!("{threads} threads"),
+    };
     if args.json {
         print(format_args!(
             "{{\"real_time_factor\":{{\"median\":{median},\"worst\":{worst},\"best\":{best}}},\"runs\":{runs},\
@@ -202,7 +210,7 @@ fn bench(args: &BenchArgs) -> Result<Verdict> {
     } else {
         print(format_args!(
             "coupled real-time factor: median {median:.1} of {runs} runs ({worst:.1} to {best:.1}), {simulated:.3} s in steps of {step} s, \
-             {instances} instances, one thread\n"
+             {instances} instances, {threads}\n"
         ))?;
     }
     Ok(Verdict::default())

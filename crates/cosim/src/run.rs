@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 
 use crate::bond::Residual;
+use crate::crew::cores;
 use crate::master::Master;
 use crate::observer::{Function, Observer};
 use crate::slave::Ended;
@@ -53,7 +54,24 @@ pub fn run(
 /// Besides what went wrong: where the loops of the system began to diverge before.
 pub fn observed(
     system: &System,
+    master: Master,
+    stop: f64,
+    progress: &dyn Fn(u64, u64),
+    observer: &mut dyn Observer,
+) -> Result<Outcome> {
+    shared_out(system, master, None, stop, progress, observer)
+}
+
+/// As [`observed`], with `master` made in one thread by the experiment `alone`, where there is one:
+/// if the first steps take long, they are made once more by as many threads as there are cores,
+/// which then go on. What is observed is the same.
+///
+/// # Errors
+/// As [`observed`].
+pub fn shared_out(
+    system: &System,
     mut master: Master,
+    alone: Option<&Experiment>,
     stop: f64,
     progress: &dyn Fn(u64, u64),
     observer: &mut dyn Observer,
@@ -72,11 +90,36 @@ pub fn observed(
     let mut supervision = Supervision::new(system, &master, verdict);
     let clock = Instant::now();
     observer.observe(&master)?;
+    let mut stepped = Duration::ZERO;
     for k in 1..=all {
         if observer.is_done() {
             break;
         }
-        let observed = match steps.make(k, &mut master) {
+        let before = (k <= TRIAL).then(Instant::now);
+        let made = steps.make(k, &mut master);
+        stepped += before.map_or(Duration::ZERO, |before| before.elapsed());
+        if let (TRIAL, Ok(_), Some(alone)) = (k, &made, alone)
+            && let Some(threads) = worth(system, stepped, all - k)
+        {
+            drop(master);
+            let wide = Experiment {
+                threads,
+                ..alone.clone()
+            };
+            let (done, note) = match repeated(system, &wide, &steps) {
+                Ok(done) => (
+                    done,
+                    format!("the steps take long: {threads} threads make them (--threads 1: one)"),
+                ),
+                Err(error) => (
+                    repeated(system, alone, &steps)?,
+                    format!("one thread makes all steps, long as they are: {error:#}"),
+                ),
+            };
+            master = done;
+            supervision.note(note);
+        }
+        let observed = match made {
             Ok(false) => continue,
             Ok(true) => observer.observe(&master),
             Err(error) => Err(error),
@@ -102,6 +145,29 @@ pub fn observed(
         elapsed,
         verdict: supervision.end(system, master)?,
     })
+}
+
+/// Steps after which it is decided how many threads go on.
+const TRIAL: u64 = 8;
+/// A step that takes less is not shared out, s.
+const LONG_STEP: f64 = 100e-6;
+/// Nor is a run that will end sooner, s.
+const LONG_RUN: f64 = 0.5;
+
+/// Number of threads that are worth while.
+fn worth(system: &System, trial: Duration, left: u64) -> Option<usize> {
+    let step = trial.as_secs_f64() / TRIAL as f64;
+    let threads = cores().min(system.fmus.len());
+    (threads > 1 && step > LONG_STEP && step * left as f64 > LONG_RUN).then_some(threads)
+}
+
+/// The system after the first steps.
+fn repeated(system: &System, experiment: &Experiment, steps: &FixedSteps) -> Result<Master> {
+    let mut master = experiment.start(system)?;
+    for k in 1..=TRIAL {
+        steps.make(k, &mut master)?;
+    }
+    Ok(master)
 }
 
 impl Outcome {
