@@ -12,6 +12,8 @@
 //! draws (`power="drawn"`), the same holds with the signs of both turned. Where connections
 //! transform the values, all are counted as the receiver of the effort has them.
 
+use serde::{Deserialize, Serialize};
+
 use crate::structure::Power;
 use crate::transformation::Linear;
 use crate::wiring::Port;
@@ -39,7 +41,7 @@ pub struct BondSlots {
 }
 
 /// Power residual of one bond, accumulated over a run.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Residual {
     /// Name of the effort output.
     pub bond: String,

@@ -1,6 +1,8 @@
 //! What the command lines of programs on this library share: which system, how it is stepped, which
 //! values it starts from, which signals are written where, how a program ends.
 
+mod step_args;
+
 use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -25,6 +27,8 @@ use crate::signals::matching_any;
 use crate::system::{FmuPlace, System};
 use crate::verdict::Verdict;
 use crate::wiring::Port;
+
+pub use step_args::StepArgs;
 
 /// Environment variable that names the folder of the packed FMUs.
 const FMU_DIR: &str = "FMU_DIR";
@@ -306,6 +310,17 @@ impl CsvArgs {
         experiment: &Experiment,
         useful: impl FnOnce() -> Result<Vec<Port>>,
     ) -> Result<Option<Log>> {
+        self.log_of(system, experiment, false, useful)
+    }
+
+    /// The same, with the length and the error of each step where those are chosen.
+    pub fn log_of(
+        &self,
+        system: &System,
+        experiment: &Experiment,
+        has_steps: bool,
+        useful: impl FnOnce() -> Result<Vec<Port>>,
+    ) -> Result<Option<Log>> {
         let Some(path) = &self.csv else {
             return Ok(None);
         };
@@ -313,7 +328,8 @@ impl CsvArgs {
             true => useful()?,
             false => matching_any(system, &self.signals)?,
         };
-        Log::create(path, system, &ports, self.interval, experiment.stepping).map(Some)
+        let (interval, stepping) = (self.interval, experiment.stepping);
+        Log::create_with(path, system, &ports, interval, stepping, has_steps).map(Some)
     }
 }
 

@@ -2,6 +2,7 @@
 //! of. Nothing here looks up or allocates.
 
 use anyhow::{Result, bail, ensure};
+use serde::{Deserialize, Serialize};
 
 use crate::bond::{BondSlots, Residual};
 use crate::exchange::{Exchange, Passed};
@@ -33,7 +34,7 @@ pub(crate) struct Coupling {
 }
 
 /// What went through a bond in the step just made.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 pub struct BondStep {
     effort_exerted: f64,
     flow_given: f64,
@@ -41,9 +42,11 @@ pub struct BondStep {
     flow_before: f64,
 }
 
-/// What the instances and the plans remember from one communication point to the next.
-pub(crate) struct Saved {
-    slaves: Vec<State>,
+/// What the instances and the plans remember from one communication point to the next; states of
+/// instances, or bytes of them.
+#[derive(Deserialize, Serialize)]
+pub(crate) struct Saved<S = State> {
+    slaves: Vec<S>,
     passed: Passed,
     derivatives: Option<Passed>,
     means: Vec<f64>,
@@ -51,7 +54,51 @@ pub(crate) struct Saved {
     bond_steps: Vec<BondStep>,
 }
 
+impl<S> Saved<S> {
+    /// The same with what `of` makes of the state of each instance.
+    fn with<T>(self, coupling: &Coupling, of: impl Fn(&Slave, S) -> Result<T>) -> Result<Saved<T>> {
+        ensure!(
+            self.slaves.len() == coupling.slaves.len(),
+            "a state of another run"
+        );
+        let slaves = coupling.slaves.iter().zip(self.slaves);
+        Ok(Saved {
+            slaves: slaves
+                .map(|(slave, s)| of(slave, s))
+                .collect::<Result<_>>()?,
+            passed: self.passed,
+            derivatives: self.derivatives,
+            means: self.means,
+            residuals: self.residuals,
+            bond_steps: self.bond_steps,
+        })
+    }
+}
+
 impl Coupling {
+    /// The state at `t`, s, with those of the instances as bytes.
+    pub fn save_bytes(&self, t: f64) -> Result<Saved<Vec<u8>>> {
+        self.save(t)?.with(self, |slave, state| {
+            slave.state_to_bytes(&state, At::Time(t))
+        })
+    }
+
+    /// Back to such a state.
+    pub fn restore_bytes(&mut self, saved: Saved<Vec<u8>>, t: f64) -> Result<()> {
+        let fits = self.exchange.fits(&saved.passed)
+            && self.derivatives.is_some() == saved.derivatives.is_some()
+            && self.means.values.len() == saved.means.len()
+            && self.residuals.len() == saved.residuals.len();
+        ensure!(
+            fits,
+            "a state of a system or of faults that differ from these"
+        );
+        let saved = saved.with(self, |slave, bytes| {
+            slave.state_from_bytes(&bytes, At::Time(t))
+        })?;
+        self.restore(&saved, t)
+    }
+
     /// The state at `t`, s.
     pub fn save(&self, t: f64) -> Result<Saved> {
         let slaves = self.slaves.iter().map(|s| s.save(At::Time(t)));

@@ -9,7 +9,7 @@ use anyhow::{Context, Result};
 use fmu_description::Kind;
 
 use crate::cells::cell;
-use crate::master::{Master, Stepping};
+use crate::master::{LastStep, Master, Stepping};
 use crate::observer::Observer;
 use crate::schedule::steps_in;
 use crate::signals::Signals;
@@ -111,6 +111,8 @@ pub struct Log {
     units: String,
     /// Communication steps from row to row.
     stride: u64,
+    /// The last columns are length and error of the step.
+    has_steps: bool,
 }
 
 impl Log {
@@ -122,12 +124,29 @@ impl Log {
         interval: Option<f64>,
         stepping: Stepping,
     ) -> Result<Self> {
+        Self::create_with(path, system, ports, interval, stepping, false)
+    }
+
+    /// The same, with the columns `step`, s, and `step_error`, beside what is allowed, where lengths
+    /// are chosen.
+    pub fn create_with(
+        path: &Path,
+        system: &System,
+        ports: &[Port],
+        interval: Option<f64>,
+        stepping: Stepping,
+        has_steps: bool,
+    ) -> Result<Self> {
         let stride = stride(interval, stepping.step)?;
-        let names: Vec<String> = ports.iter().map(|p| system.name(*p)).collect();
+        let mut names: Vec<String> = ports.iter().map(|p| system.name(*p)).collect();
         let unit = |p: &Port| system.variable(*p).unit.clone().unwrap_or("1".into());
         let mut units = String::from("signal,unit\ntime,s\n");
         for (name, port) in names.iter().zip(ports) {
             units += &format!("{},{}\n", cell(name), cell(&unit(port)));
+        }
+        if has_steps {
+            names.extend(["step", "step_error"].map(String::from));
+            units += "step,s\nstep_error,1\n";
         }
         let is_whole = |port: &Port| {
             let v = system.variable(*port);
@@ -143,6 +162,7 @@ impl Log {
             whole,
             texts: Vec::new(),
             stride,
+            has_steps,
         })
     }
 
@@ -156,6 +176,11 @@ impl Log {
             self.texts.push((*column, master.text(*port)?));
         }
         let values = self.signals.read(master)?;
+        if self.has_steps {
+            let LastStep { length, error } = master.last_step();
+            let values = [values, &[length, error]].concat();
+            return self.file.row_with(master.time(), &values, &self.texts);
+        }
         self.file.row_with(master.time(), values, &self.texts)
     }
 

@@ -3,6 +3,8 @@
 //! them refuses a value. A physical oscillation does not, because many communication steps resolve
 //! it; noise does, but it does not grow.
 
+use serde::{Deserialize, Serialize};
+
 /// Communication steps over which changes are looked at together.
 const WINDOW: u32 = 8;
 /// Changes against the one before from which on a window is not resolved: three or more in eight
@@ -17,7 +19,7 @@ const TOTAL: f64 = 1e4;
 const ROUNDING: f64 = 1e-9;
 
 /// Windows in a row in which a value grew.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 struct Growth {
     windows: u32,
     /// Start of the first of them, s.
@@ -30,7 +32,7 @@ struct Growth {
 
 /// Watches values that are exchanged. What is done at every step is kept in one array for each
 /// quantity, which takes vector instructions.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Watch {
     values: Vec<f64>,
     changes: Vec<f64>,

@@ -13,6 +13,7 @@ use crate::value::{Value, is_wide};
 use crate::wiring::{Link, Port, Undeclared, Wiring};
 use anyhow::Result;
 use fmu_description::Access;
+use serde::{Deserialize, Serialize};
 
 /// Values of one component's variables of one type, read together.
 #[derive(Debug)]
@@ -219,7 +220,7 @@ pub enum Order {
 }
 
 /// What an exchange remembers from one communication point to the next.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub(crate) struct Passed {
     values: Vec<f64>,
     wide: Vec<Value>,
@@ -318,6 +319,16 @@ impl Exchange {
             wide: self.wide.clone(),
             faults: self.faults.clone(),
         }
+    }
+
+    /// Whether this was passed by an exchange of the same values, altered in the same way.
+    pub(crate) fn fits(&self, passed: &Passed) -> bool {
+        let sizes = [self.values.len(), self.wide.len()];
+        let altered = match (&self.faults, &passed.faults) {
+            (Some(own), Some(other)) => own.is_like(other),
+            (own, other) => own.is_none() && other.is_none(),
+        };
+        sizes == [passed.values.len(), passed.wide.len()] && altered
     }
 
     /// As if this had been passed last.

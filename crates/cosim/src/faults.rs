@@ -6,6 +6,7 @@ use fmu_description::{Causality, Kind};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
+use serde::{Deserialize, Serialize};
 
 use crate::numbers;
 use crate::schedule::{Stepping, steps_in};
@@ -14,7 +15,7 @@ use crate::value::is_wide;
 use crate::wiring::{Port, Wiring};
 
 /// What becomes of a value; numbers are in the unit of the variable.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub enum Effect {
     /// This is added.
     Bias(f64),
@@ -39,7 +40,7 @@ pub enum Effect {
 const WORDS: &str = "bias:NUMBER, gain:NUMBER, override:VALUE, freeze, drop:PROBABILITY, delay:SECONDS or noise:DEVIATION";
 
 /// One thing that is done to a variable's values for some time.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Fault {
     /// An input; or an output, of which all connections then carry the altered value.
     pub port: Port,
@@ -232,7 +233,7 @@ impl Effect {
 }
 
 /// The faults of a run that is being made.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Alteration {
     faults: Vec<Active>,
     /// Faults that draw numbers, in the order in which they do.
@@ -244,7 +245,7 @@ pub struct Alteration {
     time: f64,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 struct Active {
     fault: Fault,
     is_on: bool,
@@ -255,7 +256,7 @@ struct Active {
 }
 
 /// The values of one wire, or of the mean effort that goes over it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 struct Channel {
     states: Vec<State>,
     /// What was given last.
@@ -266,7 +267,7 @@ struct Channel {
 
 /// What one fault remembers of one channel. At one communication point values may pass several
 /// times; the last counts.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 struct State {
     fault: usize,
     value: f64,
@@ -309,6 +310,26 @@ impl Alteration {
             stepping,
             time: f64::NAN,
         })
+    }
+
+    /// A delay, s: it counts communication steps.
+    pub fn delay(&self) -> Option<f64> {
+        let mut effects = self.faults.iter().map(|active| active.fault.effect);
+        effects.find_map(|effect| match effect {
+            Effect::Delay(delay) => Some(delay),
+            _ => None,
+        })
+    }
+
+    /// Whether the same is done to the same values.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let faults = |of: &Self| {
+            of.faults
+                .iter()
+                .map(|a| a.fault.clone())
+                .collect::<Vec<_>>()
+        };
+        faults(self) == faults(other) && self.channels.len() == other.channels.len()
     }
 
     /// A channel for values of `port`; none where nothing is done to them.

@@ -24,7 +24,10 @@ pub struct Fmu {
     /// Where the unpacked resources are, as the version wants it: a URI or a path.
     pub resources: String,
     pub(crate) api: Api,
-    #[cfg_attr(not(feature = "native"), expect(dead_code, reason = "modules are not copied"))]
+    #[cfg_attr(
+        not(feature = "native"),
+        expect(dead_code, reason = "modules are not copied")
+    )]
     unpacked: Unpacked,
     pub(crate) layout: Layout,
     pub(crate) plan: Arc<Plan>,

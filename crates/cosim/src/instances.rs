@@ -11,7 +11,14 @@ use crate::wiring::Port;
 /// An instance of the component with the index `k` for itself, with the system's parameter values,
 /// then `settings`.
 pub fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Slave> {
-    make(system, k, settings, false, system.structure.start_time, None)
+    make(
+        system,
+        k,
+        settings,
+        false,
+        system.structure.start_time,
+        None,
+    )
 }
 
 /// The same for a run from `start`, s, maybe in the thread of a worker; `is_staged` as in

@@ -52,6 +52,8 @@ pub mod scenario;
 pub mod schedule;
 pub mod signals;
 pub mod slave;
+#[cfg(feature = "native")]
+mod snapshot;
 pub mod spare;
 pub mod stepping;
 pub mod structure;

@@ -8,15 +8,14 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand};
-use cosim::cli::{CsvArgs, InputArgs, RunArgs, SystemArgs, bar, exit, place, print};
+use cosim::cli::{CsvArgs, InputArgs, RunArgs, StepArgs, SystemArgs, bar, exit, place, print};
 use cosim::describe;
 use cosim::exchange::{Exchange, Order};
-use cosim::master::Master;
-use cosim::observer::Function;
 use cosim::package::{Package, read};
 use cosim::probing::probe;
 use cosim::run;
 use cosim::signals::connected;
+use cosim::stepping::Control;
 use cosim::structure::{self, Structure};
 use cosim::system::System;
 use cosim::verdict::Verdict;
@@ -81,6 +80,8 @@ struct OneRunArgs {
     system: SystemArgs,
     #[command(flatten)]
     run: RunArgs,
+    #[command(flatten)]
+    steps: StepArgs,
     #[command(flatten)]
     inputs: InputArgs,
     #[command(flatten)]
@@ -152,19 +153,20 @@ fn run_system(args: &OneRunArgs) -> Result<Verdict> {
     let mut verdict = run.forgotten(&system, &experiment)?;
     verdict.extend(preferred);
     verdict.extend(args.inputs.add_to(&mut experiment, &system)?);
-    let stop = experiment.stop(&system)?;
+    let mut plan = args.steps.plan(experiment.stop(&system)?)?;
+    if args.run.threads.is_none() && plan.resume.is_none() {
+        plan.alone = Some(experiment.clone());
+    }
     let master = experiment.start(&system)?;
-    let mut log = args.csv.log(&system, &experiment, || connected(&system))?;
+    let has_steps = plan.control != Control::Fixed;
+    let useful = || connected(&system);
+    let mut log = args.csv.log_of(&system, &experiment, has_steps, useful)?;
     let bar = bar(0, "steps", args.quiet);
     let progress = |k, steps| {
         bar.set_length(steps);
         bar.set_position(k);
     };
-    let alone = args.run.threads.is_none().then_some(&experiment);
-    let observer = &mut Function(|master: &Master| {
-        log.as_mut().map_or(Ok(()), |log| log.add(master))
-    });
-    let outcome = run::shared_out(&system, master, alone, stop, &progress, observer);
+    let outcome = run::planned(&system, master, &plan, &progress, &mut log);
     bar.finish_and_clear();
     let outcome = outcome?;
     log.map_or(Ok(()), |log| log.finish())?;

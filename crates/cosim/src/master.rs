@@ -2,17 +2,18 @@
 
 use anyhow::{Result, bail};
 use fmu_description::{Access, Variability};
+use serde::{Deserialize, Serialize};
 
 use crate::bond::Residual;
-use crate::crew::Crew;
 use crate::coupling::{self, BondStep, Coupling};
+use crate::crew::Crew;
 use crate::exchange::{Exchange, Order};
 use crate::faults::{Alteration, Faults, is_source};
 use crate::input_table::InputTable;
 use crate::instances::make;
 use crate::means::Means;
 use crate::schedule;
-use crate::slave::{Ahead, At, Slave, all};
+use crate::slave::{Ahead, At, Slave, State, all};
 use crate::spare;
 use crate::system::{Setting, System};
 use crate::wiring::{Link, Port, Wiring};
@@ -31,13 +32,26 @@ pub struct Master {
     /// Present time, s.
     time: f64,
     inputs: Option<InputTable>,
+    made: LastStep,
 }
 
-/// A running system at a communication point, as it was saved.
-pub struct Saved {
-    coupling: coupling::Saved,
+/// A running system at a communication point, as it was saved: with states of the instances, or
+/// bytes of them.
+#[derive(Deserialize, Serialize)]
+pub struct Saved<S = State> {
+    coupling: coupling::Saved<S>,
     steps: u64,
     time: f64,
+    made: LastStep,
+}
+
+/// The last communication step, where its length is chosen.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
+pub struct LastStep {
+    /// s.
+    pub length: f64,
+    /// Error beside what is allowed.
+    pub error: f64,
 }
 
 impl Master {
@@ -82,7 +96,16 @@ impl Master {
         let (means, bonds) = Means::new(&wiring, &exchange, derivatives.as_ref())?;
         let crew = Crew::new(system, threads)?;
         let slaves: Vec<Slave> = (0..system.fmus.len())
-            .map(|k| make(system, k, settings, is_staged, stepping.start, crew.worker(k)))
+            .map(|k| {
+                make(
+                    system,
+                    k,
+                    settings,
+                    is_staged,
+                    stepping.start,
+                    crew.worker(k),
+                )
+            })
             .collect::<Result<_>>()?;
         exchange.is_beside = crew.is_beside();
         initialize(&slaves, &wiring, stepping)?;
@@ -112,7 +135,24 @@ impl Master {
             steps: 0,
             time: stepping.start,
             inputs: None,
+            made: LastStep::default(),
         })
+    }
+
+    /// The last communication step, where its length is chosen.
+    pub fn last_step(&self) -> LastStep {
+        self.made
+    }
+
+    pub(crate) fn note_step(&mut self, made: LastStep) {
+        self.made = made;
+    }
+
+    /// From now on a component that ends a step early stops the step of all.
+    pub(crate) fn stop_early(&self) {
+        self.slaves()
+            .iter()
+            .for_each(|slave| slave.stop_early(true));
     }
 
     /// Present time, s: `t_0 + k·h` after k steps.
@@ -261,7 +301,28 @@ impl Master {
             coupling: self.coupling.save(self.time)?,
             steps: self.steps,
             time: self.time,
+            made: self.made,
         })
+    }
+
+    /// The same in bytes, for a run of the same system in another process.
+    ///
+    /// # Errors
+    /// An FMU that cannot serialize its state.
+    pub(crate) fn save_bytes(&self) -> Result<Saved<Vec<u8>>> {
+        Ok(Saved {
+            coupling: self.coupling.save_bytes(self.time)?,
+            steps: self.steps,
+            time: self.time,
+            made: self.made,
+        })
+    }
+
+    /// Back to such a state.
+    pub(crate) fn restore_bytes(&mut self, saved: Saved<Vec<u8>>) -> Result<()> {
+        self.coupling.restore_bytes(saved.coupling, saved.time)?;
+        self.go_on(saved.steps, saved.time, saved.made);
+        Ok(())
     }
 
     /// Back to a saved state of this run: from there it goes on as it did, bit for bit.
@@ -270,9 +331,13 @@ impl Master {
     /// A state of another run, or one that an FMU refuses.
     pub fn restore(&mut self, saved: &Saved) -> Result<()> {
         self.coupling.restore(&saved.coupling, saved.time)?;
-        (self.steps, self.time) = (saved.steps, saved.time);
-        self.inputs.iter_mut().for_each(InputTable::rewind);
+        self.go_on(saved.steps, saved.time, saved.made);
         Ok(())
+    }
+
+    fn go_on(&mut self, steps: u64, time: f64, made: LastStep) {
+        (self.steps, self.time, self.made) = (steps, time, made);
+        self.inputs.iter_mut().for_each(InputTable::rewind);
     }
 
     /// End the run for all.
@@ -312,7 +377,9 @@ fn initialize(slaves: &[Slave], wiring: &Wiring, stepping: Stepping) -> Result<(
         planned => planned,
     };
     let start = stepping.start;
-    all(slaves, Ahead::EnterInitialization(start), |s| s.enter_initialization(start))?;
+    all(slaves, Ahead::EnterInitialization(start), |s| {
+        s.enter_initialization(start)
+    })?;
     match ordered {
         Ok(mut exchange) => {
             exchange.is_beside = slaves.iter().any(Slave::is_elsewhere);
@@ -331,5 +398,9 @@ fn initialize(slaves: &[Slave], wiring: &Wiring, stepping: Stepping) -> Result<(
             }
         }
     }
-    all(slaves, Ahead::ExitInitialization, Slave::exit_initialization)
+    all(
+        slaves,
+        Ahead::ExitInitialization,
+        Slave::exit_initialization,
+    )
 }

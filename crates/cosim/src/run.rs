@@ -2,16 +2,19 @@
 //! and what came out of it.
 
 use std::fmt::Write as _;
+use std::fs;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 
 use crate::bond::Residual;
 use crate::crew::cores;
 use crate::master::Master;
 use crate::observer::{Function, Observer};
 use crate::slave::Ended;
-use crate::stepping::FixedSteps;
+use crate::snapshot::Going;
+use crate::stepping::{Control, StepCount, Steps};
 use crate::supervision::Supervision;
 use crate::system::System;
 use crate::verdict::Verdict;
@@ -25,11 +28,41 @@ pub struct Outcome {
     pub residuals: Vec<Residual>,
     /// Simulated time, s.
     pub simulated: f64,
+    /// Numbers and lengths of steps, where lengths were chosen.
+    pub chosen: Option<StepCount>,
     /// Time it took, without loading and initialization.
     pub elapsed: Duration,
     /// What is to be said of the result: divergence, energy that the coupling made, warnings of the
     /// FMUs.
     pub verdict: Verdict,
+}
+
+/// How a run is made.
+#[derive(Clone, Debug, Default)]
+pub struct Plan {
+    /// Stop time, s.
+    pub stop: f64,
+    /// How long the communication steps are.
+    pub control: Control,
+    /// The run is saved to these files, at the first communication point that is not before the
+    /// time, s, beside each.
+    pub snapshots: Vec<(f64, PathBuf)>,
+    /// It goes on from this file.
+    pub resume: Option<PathBuf>,
+    /// The experiment that made the master in one thread, where the run may be shared out: if its
+    /// first steps take long, they are made once more by as many threads as there are cores, which
+    /// then go on. What is observed is the same.
+    pub alone: Option<Experiment>,
+}
+
+impl Plan {
+    /// Steps of one length to `stop`, s.
+    pub fn to(stop: f64) -> Self {
+        Self {
+            stop,
+            ..Self::default()
+        }
+    }
 }
 
 /// As [`observed`], with a function as the observer.
@@ -59,64 +92,62 @@ pub fn observed(
     progress: &dyn Fn(u64, u64),
     observer: &mut dyn Observer,
 ) -> Result<Outcome> {
-    shared_out(system, master, None, stop, progress, observer)
+    planned(system, master, &Plan::to(stop), progress, observer)
 }
 
-/// As [`observed`], with `master` made in one thread by the experiment `alone`, where there is one:
-/// if the first steps take long, they are made once more by as many threads as there are cores,
-/// which then go on. What is observed is the same.
+/// The same by a plan; a run that is gone on with is observed from there on.
 ///
 /// # Errors
-/// As [`observed`].
-pub fn shared_out(
+/// As [`observed`]; what the plan asks for cannot be had of this system, or a file is none of its.
+pub fn planned(
     system: &System,
     mut master: Master,
-    alone: Option<&Experiment>,
-    stop: f64,
+    plan: &Plan,
     progress: &dyn Fn(u64, u64),
     observer: &mut dyn Observer,
 ) -> Result<Outcome> {
-    let start = master.time();
-    let mut steps = FixedSteps::new(master.stepping(), stop)?;
+    let Plan { stop, control, .. } = plan;
+    let mut steps = Steps::new(system, &master, *stop, control)?;
     let mut verdict = Verdict::default();
     if let Some(fixed) = system.fixed_step()
+        && let Steps::Fixed(steps) = &mut steps
         && steps.leave_rest()
     {
         verdict.note(format!(
             "the last step is not shortened to end at {stop} s, because `{fixed}` cannot vary its step"
         ));
     }
-    let all = steps.count();
     let mut supervision = Supervision::new(system, &master, verdict);
+    let mut going = Going {
+        system,
+        control,
+        master: &mut master,
+        steps: &mut steps,
+        supervision: &mut supervision,
+    };
+    if let Some(file) = &plan.resume {
+        let resumed = fs::read(file).map_err(Into::into);
+        let resumed = resumed.and_then(|bytes| going.resume(&bytes));
+        resumed.with_context(|| format!("`{}`", file.display()))?;
+    }
+    let start = going.master.time();
+    let mut due: Vec<_> = plan.snapshots.iter().filter(|(t, _)| *t >= start).collect();
+    save(&mut due, &going)?;
     let clock = Instant::now();
     observer.observe(&master)?;
-    let mut stepped = Duration::ZERO;
-    for k in 1..=all {
-        if observer.is_done() {
-            break;
-        }
-        let before = (k <= TRIAL).then(Instant::now);
-        let made = steps.make(k, &mut master);
+    let (mut trial, mut stepped) = (0, Duration::ZERO);
+    while !observer.is_done() && !steps.is_over(&master) {
+        trial += 1;
+        let before = (trial <= TRIAL).then(Instant::now);
+        let made = steps.make(&mut master);
         stepped += before.map_or(Duration::ZERO, |before| before.elapsed());
-        if let (TRIAL, Ok(_), Some(alone)) = (k, &made, alone)
+        let (k, all) = steps.so_far(&master);
+        if let (TRIAL, Ok(_), Some(alone)) = (trial, &made, &plan.alone)
             && let Some(threads) = worth(system, stepped, all - k)
         {
             drop(master);
-            let wide = Experiment {
-                threads,
-                ..alone.clone()
-            };
-            let (done, note) = match repeated(system, &wide, &steps) {
-                Ok(done) => (
-                    done,
-                    format!("the steps take long: {threads} threads make them (--threads 1: one)"),
-                ),
-                Err(error) => (
-                    repeated(system, alone, &steps)?,
-                    format!("one thread makes all steps, long as they are: {error:#}"),
-                ),
-            };
-            master = done;
+            let (done, again, note) = shared_out(system, plan, alone, threads)?;
+            (master, steps) = (done, again);
             supervision.note(note);
         }
         let observed = match made {
@@ -132,16 +163,31 @@ pub fn shared_out(
             return Err(supervision.explain(error, system, &master));
         }
         supervision.add(&master);
+        if !due.is_empty() {
+            save(
+                &mut due,
+                &mut Going {
+                    system,
+                    control,
+                    master: &mut master,
+                    steps: &mut steps,
+                    supervision: &mut supervision,
+                },
+            )?;
+        }
+        let (k, all) = steps.so_far(&master);
         if k % 256 == 0 {
             progress(k, all);
         }
     }
+    let (_, all) = steps.so_far(&master);
     progress(all, all);
     let elapsed = clock.elapsed();
     let (residuals, simulated) = (master.residuals().to_vec(), master.time() - start);
     Ok(Outcome {
         residuals,
         simulated,
+        chosen: steps.chosen(),
         elapsed,
         verdict: supervision.end(system, master)?,
     })
@@ -161,13 +207,46 @@ fn worth(system: &System, trial: Duration, left: u64) -> Option<usize> {
     (threads > 1 && step > LONG_STEP && step * left as f64 > LONG_RUN).then_some(threads)
 }
 
-/// The system after the first steps.
-fn repeated(system: &System, experiment: &Experiment, steps: &FixedSteps) -> Result<Master> {
-    let mut master = experiment.start(system)?;
-    for k in 1..=TRIAL {
-        steps.make(k, &mut master)?;
+/// The first steps once more, by several threads where they can; what is to be said of that.
+fn shared_out(
+    system: &System,
+    plan: &Plan,
+    alone: &Experiment,
+    threads: usize,
+) -> Result<(Master, Steps, String)> {
+    let again = |experiment: &Experiment| -> Result<(Master, Steps)> {
+        let mut master = experiment.start(system)?;
+        let mut steps = Steps::new(system, &master, plan.stop, &plan.control)?;
+        for _ in 0..TRIAL {
+            steps.make(&mut master)?;
+        }
+        Ok((master, steps))
+    };
+    let wide = Experiment {
+        threads,
+        ..alone.clone()
+    };
+    let note = format!("the steps take long: {threads} threads make them (--threads 1: one)");
+    again(&wide)
+        .map(|(master, steps)| (master, steps, note))
+        .or_else(|error| {
+            let (master, steps) = again(alone)?;
+            let note = format!("one thread makes all steps, long as they are: {error:#}");
+            Ok((master, steps, note))
+        })
+}
+
+/// Save the run to the files that are due.
+fn save(due: &mut Vec<&(f64, PathBuf)>, going: &Going) -> Result<()> {
+    let tolerance = 1e-6 * going.master.stepping().step;
+    let now = |(time, _): &&(f64, PathBuf)| *time <= going.master.time() + tolerance;
+    for (_, file) in due.extract_if(.., |snapshot| now(snapshot)) {
+        let written = going
+            .to_bytes()
+            .and_then(|bytes| Ok(fs::write(file, bytes)?));
+        written.with_context(|| format!("the snapshot `{}`", file.display()))?;
     }
-    Ok(master)
+    Ok(())
 }
 
 impl Outcome {
@@ -189,6 +268,17 @@ impl Outcome {
             line(format!(
                 "power residual of bond {}: peak {:.3} W, net {:.3e} J ({share:.1e} % of {:.3e} J turned over)",
                 r.bond, r.peak, r.energy, r.turnover
+            ));
+        }
+        if let Some(StepCount {
+            made,
+            computed,
+            lengths,
+        }) = self.chosen
+        {
+            let [shortest, longest] = lengths.unwrap_or_default();
+            line(format!(
+                "{made} communication steps of {shortest:.3e} s to {longest:.3e} s, {computed} computed"
             ));
         }
         line(format!(

@@ -26,7 +26,7 @@ use anyhow::{Context, Result, anyhow, bail, ensure};
 use fmu_description::Version;
 
 use answer::Answer;
-pub use answer::{At, Ended};
+pub use answer::{At, Ended, Stopped};
 pub(crate) use border::Ahead;
 use border::{Arguments, Border};
 use workers::Worker;
@@ -320,21 +320,27 @@ impl Slave {
     pub fn step(&self, t: f64, h: f64) -> Result<()> {
         let done = self.border.step(t, h);
         let is_discarded = matches!(&done, Err(e) if Answer::status(e) == Some(DISCARD));
+        let early = matches!(&done, Err(e) if e.downcast_ref::<Stopped>().is_some());
         let checked = self.check(done, None, At::Time(t));
-        match is_discarded {
-            true => checked.with_context(|| self.last_time()),
+        match is_discarded || early {
+            true => checked.with_context(|| self.stopped()),
             false => checked,
         }
     }
 
-    /// After a step that was discarded: how far it came, where the FMU tells.
+    /// After a step that was not made to its end: how far it came, where the FMU tells.
     #[cold]
-    fn last_time(&self) -> String {
-        let name = &self.name;
-        match self.border.time() {
-            Ok(time) => format!("the run ends at t = {time} s, the last successful time of {name}"),
-            Err(_) => format!("the run ends, because {name} does not make this step"),
+    fn stopped(&self) -> Stopped {
+        Stopped {
+            name: self.name.clone(),
+            time: self.border.time().ok(),
         }
+    }
+
+    /// From now on a step that the FMU ends early is left there, as [`Stopped`]; else it is gone on
+    /// with.
+    pub fn stop_early(&self, stops: bool) {
+        self.border.stop_early(stops);
     }
 
     /// The instance's own time, s: the end of its last successful step.
@@ -402,6 +408,32 @@ impl Slave {
     /// A state of another instance, or one that the FMU refuses.
     pub fn restore(&self, state: &State, at: At) -> Result<()> {
         self.check(self.border.restore(&*state.0), None, at)
+    }
+
+    /// The bytes of a state that it was saved in.
+    ///
+    /// # Errors
+    /// An FMU that cannot serialize its state.
+    pub fn state_to_bytes(&self, state: &State, at: At) -> Result<Vec<u8>> {
+        ensure!(
+            self.fmu.description.capabilities.serializes_state,
+            "{} (FMU `{}`) cannot write its state as bytes ({at})",
+            self.name,
+            self.fmu.file
+        );
+        let bytes = self.border.state_to_bytes(&*state.0);
+        bytes.map_err(|error| self.error(error, None, at))
+    }
+
+    /// A state to be restored, from bytes that an instance of the same FMU gave.
+    ///
+    /// # Errors
+    /// Bytes that the FMU refuses.
+    pub fn state_from_bytes(&self, bytes: &[u8], at: At) -> Result<State> {
+        let state = self.border.state_from_bytes(bytes);
+        state
+            .map(State)
+            .map_err(|error| self.error(error, None, at))
     }
 
     /// Back to where it was when it was made; false where it cannot be, so that another is needed.

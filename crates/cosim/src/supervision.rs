@@ -17,7 +17,7 @@ const ROUNDING: f64 = 1e-9;
 /// Watches the communication points of a run.
 #[derive(Clone, Debug)]
 pub struct Supervision {
-    watch: Watch,
+    pub(crate) watch: Watch,
     verdict: Verdict,
 }
 
@@ -78,7 +78,12 @@ impl Supervision {
         master.terminate()?;
         // Threads have said theirs one after the other.
         let mut said = messages::take();
-        let place = |m: &Message| system.structure.component(&m.instance).unwrap_or(usize::MAX);
+        let place = |m: &Message| {
+            system
+                .structure
+                .component(&m.instance)
+                .unwrap_or(usize::MAX)
+        };
         said.sort_by_key(place);
         for message in said {
             verdict.note(message.to_string());

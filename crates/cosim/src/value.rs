@@ -4,9 +4,10 @@ use std::ffi::CString;
 use std::fmt;
 
 use fmu_description::{Access, Kind, Variable};
+use serde::{Deserialize, Serialize};
 
 /// A value of a variable.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub enum Value {
     /// A floating-point number.
     Real(f64),

@@ -8,10 +8,11 @@ use crate::structure::{Connection, Power, Structure};
 use crate::transformation::{Linear, Transformation, along, unit_of};
 use anyhow::{Context, Result, bail};
 use fmu_description::{Access, Causality, Description, Kind, Variable, Version};
+use serde::{Deserialize, Serialize};
 use system_structure::DataType;
 
 /// A variable of a component: both as indices.
-#[derive(Clone, Copy, Debug, Eq, Hash, Ord, PartialEq, PartialOrd)]
+#[derive(Clone, Copy, Debug, Deserialize, Eq, Hash, Ord, PartialEq, PartialOrd, Serialize)]
 pub struct Port {
     /// Index of the component in the structure.
     pub component: usize,

@@ -1,12 +1,14 @@
 //! The schedules to choose from, and the times of a run.
 
+use serde::{Deserialize, Serialize};
+
 /// What is exchanged when, and in which order the components are stepped.
 ///
 /// The staged exchange of all but [`Schedule::Standard`] reads outputs again after inputs were set
 /// at the same communication point, in the order of direct feedthrough. FMI 2.0 (section 4.2.4)
 /// does not promise that: it asks an FMU for it. FMI 3.0 allows it in Event Mode, which the
 /// instances of that version are in during the exchange; one that has none is refused.
-#[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
 pub enum Schedule {
     /// All that FMI 2.0 promises between masters and FMUs. In initialization mode values are passed
     /// in the order of the initial dependencies, as by every schedule. Then, at every communication
@@ -40,7 +42,7 @@ impl Schedule {
 pub const STEP: f64 = 1e-3;
 
 /// Times and schedule of a run.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Stepping {
     /// Start, s.
     pub start: f64,
@@ -53,7 +55,7 @@ pub struct Stepping {
 }
 
 /// A clock that wakes up early and late, and now and then not at all.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Jitter {
     /// Equal seeds give equal runs.
     pub seed: u64,

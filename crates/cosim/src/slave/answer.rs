@@ -73,6 +73,29 @@ pub struct Ended {
     pub time: f64,
 }
 
+/// A component did not come to the end of its step: with all others it may be repeated to where it
+/// stopped.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub struct Stopped {
+    /// Name of the component.
+    pub name: String,
+    /// Its last successful time, s, where it tells.
+    pub time: Option<f64>,
+}
+
+impl std::fmt::Display for Stopped {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let name = &self.name;
+        match self.time {
+            Some(time) => write!(
+                f,
+                "the run ends at t = {time} s, the last successful time of {name}"
+            ),
+            None => write!(f, "the run ends, because {name} does not make this step"),
+        }
+    }
+}
+
 /// Calls a function of a library; an error where it is missing or does not do it.
 macro_rules! call {
     ($api:expr, $function:ident($($argument:expr),* $(,)?)) => {

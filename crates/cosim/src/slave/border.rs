@@ -102,6 +102,12 @@ pub trait Border {
     fn save(&self) -> Result<Box<dyn Any>>;
     /// Back to a state that this instance was saved in.
     fn restore(&self, state: &dyn Any) -> Result<()>;
+    /// The bytes of a state that this instance was saved in, and of what its border knows of it.
+    fn state_to_bytes(&self, state: &dyn Any) -> Result<Vec<u8>>;
+    /// A state of this instance, from the bytes of one of an instance of the same FMU.
+    fn state_from_bytes(&self, bytes: &[u8]) -> Result<Box<dyn Any>>;
+    /// Whether a step that the FMU ends early is left there, as [`Stopped`](super::answer::Stopped).
+    fn stop_early(&self, _stops: bool) {}
     /// Back to where it was when it was made; false where it cannot be.
     fn reset(&self) -> bool;
 }

@@ -5,6 +5,7 @@
 
 use anyhow::{Result, bail};
 use fmu_description::{ClockInterval, ClockTiming, Description, Kind, Variable};
+use serde::{Deserialize, Serialize};
 
 use crate::batch::{Batch, Layout};
 
@@ -75,6 +76,10 @@ pub struct Clock {
     pub next: f64,
 }
 
+/// What changes of a clock in a run: period, s, origin, ticks and next tick.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+pub struct Ticking(Option<f64>, f64, u32, f64);
+
 impl Clock {
     /// A clock in Initialization Mode, before anything is known of it.
     pub fn new((name, reference, timing): &(String, u32, ClockTiming)) -> Self {
@@ -91,6 +96,18 @@ impl Clock {
         let is_constant = timing.interval == ClockInterval::Constant;
         clock.asks = !is_constant && clock.timing.period.is_none();
         clock
+    }
+
+    /// What changes of it.
+    pub fn ticking(&self) -> Ticking {
+        Ticking(self.timing.period, self.origin, self.ticks, self.next)
+    }
+
+    /// As if this were what it came to.
+    pub fn go_on(&mut self, saved: Ticking) {
+        let Ticking(period, ..) = saved;
+        (self.timing.period, self.origin, self.ticks, self.next) =
+            (period, saved.1, saved.2, saved.3);
     }
 
     /// Whether its ticks are a period apart.

@@ -294,6 +294,25 @@ impl Border for Component {
         unsafe { call!(self.api, fmi2SetFMUstate(self.component, state)) }
     }
 
+    fn state_to_bytes(&self, state: &dyn Any) -> Result<Vec<u8>> {
+        let (api, c) = (&self.api, self.component);
+        // SAFETY: a state of this component, room for a size, and for as many bytes as it says.
+        let size = |s, n: &mut usize| unsafe { call!(api, fmi2SerializedFMUstateSize(c, s, n)) };
+        State::<f64>::to_bytes(&self.owner, state, size, |s, bytes| unsafe {
+            let (p, n) = (bytes.as_mut_ptr(), bytes.len());
+            call!(api, fmi2SerializeFMUstate(c, s, p, n))
+        })
+    }
+
+    fn state_from_bytes(&self, bytes: &[u8]) -> Result<Box<dyn Any>> {
+        let (api, c) = (&self.api, self.component);
+        // SAFETY: as many bytes as said, and room for one state, which is new.
+        State::<f64>::from_bytes(&self.owner, bytes, |bytes, s| unsafe {
+            let (p, n) = (bytes.as_ptr(), bytes.len());
+            call!(api, fmi2DeSerializeFMUstate(c, p, n, s))
+        })
+    }
+
     fn reset(&self) -> bool {
         self.start.set(f64::NAN);
         // SAFETY: the component is alive.

@@ -14,10 +14,11 @@ use anyhow::{Result, bail};
 use fmu_description::Access;
 use fmu_description::calls::Functions3;
 use fmu_description::functions::Pointer;
+use serde::{Deserialize, Serialize};
 
-use super::answer::{Answer, Ended, call};
+use super::answer::{Answer, Ended, Stopped, call};
 use super::border::{Arguments, Border};
-use super::clocks::{Clock, Interval, Plan};
+use super::clocks::{Clock, Interval, Plan, Ticking};
 use super::messages::{Speaker, receive_3};
 use super::owner::{Owner, State};
 use crate::batch::{Batch, Layout};
@@ -27,7 +28,7 @@ use crate::value::{Value, fits};
 const PASSES: usize = 100;
 
 /// Where an instance is in the state machine of the standard.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 enum Mode {
     /// Instantiated or Initialization Mode.
     Initialization,
@@ -47,12 +48,13 @@ macro_rules! by_function {
 }
 
 /// What is known of an instance beside a saved state of it.
+#[derive(Deserialize, Serialize)]
 struct Known {
     mode: Mode,
     time: f64,
     memory: Vec<u64>,
     texts: BTreeMap<usize, Value>,
-    clocks: Vec<Clock>,
+    clocks: Vec<Ticking>,
     active: Vec<u32>,
     announced: f64,
 }
@@ -63,6 +65,8 @@ pub struct Instance {
     instance: Pointer,
     has_events: bool,
     returns_early: bool,
+    /// A step that ends early is left there.
+    stops_early: Cell<bool>,
     mode: Cell<Mode>,
     /// End of the last step, s.
     time: Cell<f64>,
@@ -118,6 +122,7 @@ impl Instance {
             instance,
             has_events: arguments.has_events,
             returns_early: arguments.returns_early,
+            stops_early: Cell::new(false),
             mode: Cell::new(Mode::Initialization),
             time: Cell::new(f64::NAN),
             memory: RefCell::new(layout.initial.clone()),
@@ -488,12 +493,17 @@ impl Border for Instance {
             if early && !self.returns_early {
                 bail!("fmi3DoStep returned early, at {time} s, which it was not allowed to");
             }
+            let end = t + h;
+            let is_short = early && end - time > f64::EPSILON * end.abs();
+            if is_short && self.stops_early.get() {
+                let (name, time) = (String::new(), Some(time));
+                bail!(Stopped { name, time });
+            }
             if event && self.has_events {
                 self.enter_events()?;
                 self.settle()?;
             }
-            let end = t + h;
-            if !early || end - time <= f64::EPSILON * end.abs() {
+            if !is_short {
                 return Ok(());
             }
             stays = if time > from { 0 } else { stays + 1 };
@@ -611,7 +621,7 @@ impl Border for Instance {
             time: self.time.get(),
             memory: self.memory.borrow().clone(),
             texts: self.texts.borrow().clone(),
-            clocks: self.clocks.borrow().clone(),
+            clocks: self.clocks.borrow().iter().map(Clock::ticking).collect(),
             active: self.active.borrow().clone(),
             announced: self.announced.get(),
         };
@@ -630,10 +640,35 @@ impl Border for Instance {
         self.time.set(saved.time);
         self.memory.borrow_mut().clone_from(&saved.memory);
         self.texts.borrow_mut().clone_from(&saved.texts);
-        self.clocks.borrow_mut().clone_from(&saved.clocks);
+        for (clock, ticking) in self.clocks.borrow_mut().iter_mut().zip(&saved.clocks) {
+            clock.go_on(*ticking);
+        }
         self.active.borrow_mut().clone_from(&saved.active);
         self.announced.set(saved.announced);
         Ok(())
+    }
+
+    fn state_to_bytes(&self, state: &dyn Any) -> Result<Vec<u8>> {
+        let (api, i) = (&self.api, self.instance);
+        // SAFETY: a state of this instance, room for a size, and for as many bytes as it says.
+        let size = |s, n: &mut usize| unsafe { call!(api, fmi3SerializedFMUStateSize(i, s, n)) };
+        State::<Known>::to_bytes(&self.owner, state, size, |s, bytes| unsafe {
+            let (p, n) = (bytes.as_mut_ptr(), bytes.len());
+            call!(api, fmi3SerializeFMUState(i, s, p, n))
+        })
+    }
+
+    fn state_from_bytes(&self, bytes: &[u8]) -> Result<Box<dyn Any>> {
+        let (api, i) = (&self.api, self.instance);
+        // SAFETY: as many bytes as said, and room for one state, which is new.
+        State::<Known>::from_bytes(&self.owner, bytes, |bytes, s| unsafe {
+            let (p, n) = (bytes.as_ptr(), bytes.len());
+            call!(api, fmi3DeserializeFMUState(i, p, n, s))
+        })
+    }
+
+    fn stop_early(&self, stops: bool) {
+        self.stops_early.set(stops);
     }
 
     /// The memory of what was last given would have to be as new, too: another instance is made

@@ -7,6 +7,8 @@ use std::rc::Rc;
 
 use anyhow::{Context, Result};
 use fmu_description::functions::Pointer;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 /// An instance of either version; freed when it and all its saved states are dropped.
 pub struct Owner {
@@ -68,6 +70,39 @@ impl<T: 'static> State<T> {
             state,
             known,
         }))
+    }
+
+    /// The bytes of a state: what is known besides, then those that `write` writes into room of the
+    /// size that `size` tells.
+    pub fn to_bytes(
+        owner: &Rc<Owner>,
+        state: &dyn Any,
+        size: impl FnOnce(Pointer, &mut usize) -> Result<()>,
+        write: impl FnOnce(Pointer, &mut [u8]) -> Result<()>,
+    ) -> Result<Vec<u8>>
+    where
+        T: Serialize,
+    {
+        let (saved, state) = Self::of(owner, state)?;
+        let mut bytes = postcard::to_stdvec(&saved.known)?;
+        let (start, mut count) = (bytes.len(), 0);
+        size(state, &mut count)?;
+        bytes.resize(start + count, 0);
+        write(state, &mut bytes[start..])?;
+        Ok(bytes)
+    }
+
+    /// A state of this instance from such bytes, which `read` reads.
+    pub fn from_bytes(
+        owner: &Rc<Owner>,
+        bytes: &[u8],
+        read: impl FnOnce(&[u8], &mut Pointer) -> Result<()>,
+    ) -> Result<Box<dyn Any>>
+    where
+        T: DeserializeOwned,
+    {
+        let (known, bytes) = postcard::take_from_bytes(bytes)?;
+        Self::saved(owner, known, |state| read(bytes, state))
     }
 
     /// A state of this instance, and its handle.

@@ -22,8 +22,9 @@ use crate::batch::Batch;
 use crate::fmu::{Api, Fmu};
 use crate::value::Value;
 
-/// How often an empty queue is looked at before the thread sleeps: some 50 µs.
-const SPINS: usize = 2000;
+/// How often an empty queue is looked at, at most and at least, before the thread sleeps: the most
+/// are some 50 µs. Fewer times where that was in vain, as on a busy machine.
+const SPINS: [usize; 2] = [2000, 20];
 
 /// Calls of one instance that may be begun: batches are of one type each, with the same clocks.
 fn room(fmu: &Fmu) -> usize {
@@ -86,19 +87,26 @@ struct Seat {
 }
 
 /// Next of a queue: none at its end.
-fn next<T>(queue: &Receiver<T>, spins: usize) -> Option<T> {
-    for _ in 0..spins {
+fn next<T>(queue: &Receiver<T>, spins: &Cell<usize>) -> Option<T> {
+    let present = spins.get();
+    for _ in 0..present {
         match queue.try_recv() {
-            Ok(found) => return Some(found),
+            Ok(found) => {
+                spins.set((present + present / 4 + 1).min(SPINS[0]));
+                return Some(found);
+            }
             Err(TryRecvError::Empty) => spin_loop(),
             Err(TryRecvError::Disconnected) => return None,
         }
+    }
+    if present > 0 {
+        spins.set((present - present / 4).max(SPINS[1]));
     }
     queue.recv().ok()
 }
 
 /// All that a worker does.
-fn work(orders: &Receiver<Order>, spins: usize) {
+fn work(orders: &Receiver<Order>, spins: &Cell<usize>) {
     let (mut all, mut copies): (Vec<Seat>, Copies) = Default::default();
     while let Some(order) = next(orders, spins) {
         if let Task::Make(_, answers) = &order.task {
@@ -179,23 +187,23 @@ struct Thread {
     orders: Option<SyncSender<Order>>,
     handle: Option<JoinHandle<()>>,
     count: Cell<usize>,
-    spins: usize,
+    spins: Cell<usize>,
 }
 
 impl Worker {
     /// Start a thread for `count` instances at most; it spins before it sleeps where it has a core
     /// for itself.
     pub fn start(count: usize, spins: bool) -> Result<Self> {
-        let spins = if spins { SPINS } else { 0 };
+        let spins = if spins { SPINS[0] } else { 0 };
         // Room for some calls of each; where there is more, the master waits until it is done.
         let (orders, received) = sync_channel(32 * count.max(1));
         let thread = Builder::new().name("cosim".into());
-        let handle = thread.spawn(move || work(&received, spins));
+        let handle = thread.spawn(move || work(&received, &Cell::new(spins)));
         Ok(Self(Rc::new(Thread {
             orders: Some(orders),
             handle: Some(handle.context("a thread cannot be started")?),
             count: Cell::new(0),
-            spins,
+            spins: Cell::new(spins),
         })))
     }
 
@@ -276,7 +284,7 @@ impl There {
     }
 
     fn wait(&self) -> Result<Done> {
-        let done = next(&self.answers, self.thread.spins);
+        let done = next(&self.answers, &self.thread.spins);
         let mut done = done.ok_or_else(|| anyhow!("its thread has ended"))?;
         if !done.messages.is_empty() {
             messages::extend(std::mem::take(&mut done.messages));
@@ -373,7 +381,9 @@ impl Drop for SavedThere {
     fn drop(&mut self) {
         let key = self.key;
         // Where the thread has ended, the state has, too.
-        let _ = self.there.any(move |seat, _| Ok(seat.states.remove(&key).map(drop)));
+        let _ = self
+            .there
+            .any(move |seat, _| Ok(seat.states.remove(&key).map(drop)));
     }
 }
 
@@ -382,6 +392,27 @@ fn none(done: Result<()>) -> Result<f64> {
 }
 
 impl There {
+    /// A new state, which stays in the thread.
+    fn kept(
+        self: &Rc<Self>,
+        save: impl FnOnce(&dyn Border) -> Result<Box<dyn Any>> + Send + 'static,
+    ) -> Result<Box<dyn Any>> {
+        let key = self.saved.get();
+        self.saved.set(key + 1);
+        self.any(move |seat, border| {
+            seat.states.insert(key, save(border)?);
+            Ok(())
+        })?;
+        let there = self.clone();
+        Ok(Box::new(SavedThere { there, key }))
+    }
+
+    fn key(self: &Rc<Self>, state: &dyn Any) -> Result<usize> {
+        let own = state.downcast_ref::<SavedThere>();
+        let own = own.filter(|s| Rc::ptr_eq(&s.there, self));
+        Ok(own.context("a state of another instance")?.key)
+    }
+
     fn task(&self, ahead: Ahead) -> Task {
         match ahead {
             Ahead::EnterInitialization(t) => {
@@ -392,9 +423,10 @@ impl There {
             }
             Ahead::Step(t, h) => Task::Numbers(|b, [t, h]| none(b.step(t, h)), [t, h]),
             Ahead::EnterEvents => Task::Numbers(|b, _| none(b.enter_events()), [0.0; 2]),
-            Ahead::UpdateEvents => {
-                Task::Numbers(|b, _| b.update_events().map(|c| f64::from(u8::from(c))), [0.0; 2])
-            }
+            Ahead::UpdateEvents => Task::Numbers(
+                |b, _| b.update_events().map(|c| f64::from(u8::from(c))),
+                [0.0; 2],
+            ),
             Ahead::LeaveEvents => Task::Numbers(|b, _| none(b.leave_events()), [0.0; 2]),
             Ahead::Get(batch) => {
                 let room = self.room_for(batch.len());
@@ -517,34 +549,46 @@ impl Border for Remote {
     }
 
     fn tick(&self, t: f64, tolerance: f64) -> Result<()> {
-        let tick = self.0.number(|b, [t, by]| none(b.tick(t, by)), [t, tolerance]);
+        let tick = self
+            .0
+            .number(|b, [t, by]| none(b.tick(t, by)), [t, tolerance]);
         tick.map(drop)
     }
 
     /// What the FMUs of the thread have said comes along.
     fn terminate(&self) -> Result<()> {
-        let ended = self.0.any(|_, border| Ok((border.terminate(), messages::take())));
+        let ended = self
+            .0
+            .any(|_, border| Ok((border.terminate(), messages::take())));
         let (result, said) = ended?;
         messages::extend(said);
         result
     }
 
     fn save(&self) -> Result<Box<dyn Any>> {
-        let key = self.0.saved.get();
-        self.0.saved.set(key + 1);
-        self.0.any(move |seat, border| {
-            seat.states.insert(key, border.save()?);
-            Ok(())
-        })?;
-        let there = self.0.clone();
-        Ok(Box::new(SavedThere { there, key }))
+        self.0.kept(|border| border.save())
     }
 
     fn restore(&self, state: &dyn Any) -> Result<()> {
-        let own = state.downcast_ref::<SavedThere>();
-        let own = own.filter(|s| Rc::ptr_eq(&s.there, &self.0));
-        let key = own.context("a state of another instance")?.key;
-        self.0.any(move |seat, border| border.restore(&*seat.states[&key]))
+        let key = self.0.key(state)?;
+        self.0
+            .any(move |seat, border| border.restore(&*seat.states[&key]))
+    }
+
+    fn state_to_bytes(&self, state: &dyn Any) -> Result<Vec<u8>> {
+        let key = self.0.key(state)?;
+        self.0
+            .any(move |seat, border| border.state_to_bytes(&*seat.states[&key]))
+    }
+
+    fn state_from_bytes(&self, bytes: &[u8]) -> Result<Box<dyn Any>> {
+        let bytes = bytes.to_vec();
+        self.0.kept(move |border| border.state_from_bytes(&bytes))
+    }
+
+    fn stop_early(&self, stops: bool) {
+        // Where the thread has ended, the next call says so.
+        let _ = self.0.any(move |_, border| Ok(border.stop_early(stops)));
     }
 
     /// The thread ends with its run.

@@ -1,7 +1,7 @@
 //! Communication steps of one length, but for jitter that is asked for; the last one is shortened
 //! where it has to be and every component can.
 
-use anyhow::{Result, bail};
+use anyhow::{Result, bail, ensure};
 
 use crate::master::Master;
 use crate::schedule::Stepping;
@@ -13,6 +13,8 @@ pub struct FixedSteps {
     whole: u64,
     /// Part of one is left.
     has_rest: bool,
+    /// Steps that are made, with those whose ends are lost.
+    made: u64,
     /// s.
     stop: f64,
     stepping: Stepping,
@@ -35,6 +37,7 @@ impl FixedSteps {
         Ok(Self {
             whole: whole as u64,
             has_rest: steps - whole > 1e-6,
+            made: 0,
             stop,
             stepping,
         })
@@ -50,14 +53,33 @@ impl FixedSteps {
         std::mem::take(&mut self.has_rest)
     }
 
-    /// Make step number `k`, counted from 1; false where its end is a point that is lost.
-    pub fn make(&self, k: u64, master: &mut Master) -> Result<bool> {
+    /// Number of steps that are made, with those whose ends are lost.
+    pub fn made(&self) -> u64 {
+        self.made
+    }
+
+    /// Go on after so many steps, at `time`, s.
+    pub(super) fn go_on(&mut self, time: f64, made: u64) -> Result<()> {
+        let Stepping { start, step, .. } = self.stepping;
+        let grid = start + made as f64 * step;
+        ensure!(
+            (time - grid).abs() <= 1e-6 * step || self.stepping.jitter.is_some(),
+            "after {made} steps of {step} s the time must be {grid} s, not {time} s: the last one was shortened"
+        );
+        self.made = made;
+        Ok(())
+    }
+
+    /// Make the next step; false where its end is a point that is lost.
+    pub fn make(&mut self, master: &mut Master) -> Result<bool> {
+        let k = self.made + 1;
         let Stepping {
             start,
             step,
             jitter,
             ..
         } = self.stepping;
+        self.made = k;
         let is_last = k >= self.count();
         match (k > self.whole, jitter) {
             (true, _) => master.step_to(self.stop)?,

@@ -1,0 +1,117 @@
+//! Options of `cosim run` for the lengths of communication steps, and for runs that are gone on
+//! with.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail, ensure};
+use clap::Args;
+
+use crate::run::Plan;
+use crate::stepping::{Control, Limits};
+
+/// How long communication steps are; where a run is saved and gone on with.
+#[derive(Args, Clone)]
+pub struct StepArgs {
+    /// Choose the communication step, which begins with --step, by the energy that the coupling
+    /// makes or loses at the power bonds over a step: at most about this part of the energy that
+    /// passes
+    #[arg(long, value_name = "TOLERANCE", conflicts_with_all = ["doubling_tolerance", "interval"])]
+    pub energy_tolerance: Option<f64>,
+    /// Energy of a step from which on --energy-tolerance counts, J; below, it is a part of this
+    #[arg(long, value_name = "JOULE", default_value_t = 1.0)]
+    pub energy_scale: f64,
+    /// Choose the communication step by comparison with two of half the length: the difference of
+    /// connected outputs may be this part of nominal value and output
+    #[arg(long, value_name = "TOLERANCE", conflicts_with = "interval")]
+    pub doubling_tolerance: Option<f64>,
+    /// Repeat a step that a component does not make to its end, with all others to where it
+    /// stopped; with --energy-tolerance also one that makes or loses more than twice the energy
+    /// that is allowed
+    #[arg(long, conflicts_with = "interval")]
+    pub repeat_steps: bool,
+    /// Shortest and longest step that is chosen, s
+    #[arg(
+        long,
+        value_name = "SHORTEST,LONGEST",
+        value_delimiter = ',',
+        num_args = 2
+    )]
+    pub step_limits: Vec<f64>,
+    /// Least and largest change from one step that is chosen to the next
+    #[arg(
+        long,
+        value_name = "LEAST,LARGEST",
+        value_delimiter = ',',
+        num_args = 2
+    )]
+    pub step_change: Vec<f64>,
+    /// Safety, and with --energy-tolerance proportional and integral gain of the controller that
+    /// chooses steps
+    #[arg(long, value_name = "SAFETY,P,I", value_delimiter = ',', num_args = 3)]
+    pub step_controller: Vec<f64>,
+    /// Save the run to this file at the first communication point that is not before a time, s;
+    /// repeatable
+    #[arg(long = "snapshot", value_name = "TIME=FILE")]
+    pub snapshots: Vec<String>,
+    /// Go on from a file of --snapshot, of the same system with the same options
+    #[arg(long, value_name = "FILE")]
+    pub resume: Option<PathBuf>,
+}
+
+impl StepArgs {
+    /// The run to `stop`, s, that these arguments describe.
+    pub fn plan(&self, stop: f64) -> Result<Plan> {
+        let mut snapshots = Vec::new();
+        for text in &self.snapshots {
+            let parts = text.split_once('=');
+            let time = parts.and_then(|(time, _)| time.trim().parse().ok());
+            let (time, (_, file)): (f64, _) = (time.zip(parts))
+                .with_context(|| format!("--snapshot {text}: it must be TIME=FILE"))?;
+            ensure!(
+                time <= stop,
+                "--snapshot {text}: the run ends before, at {stop} s"
+            );
+            snapshots.push((time, PathBuf::from(file)));
+        }
+        Ok(Plan {
+            stop,
+            control: self.control()?,
+            snapshots,
+            resume: self.resume.clone(),
+            alone: None,
+        })
+    }
+
+    fn control(&self) -> Result<Control> {
+        let limits = self.limits();
+        Ok(match (self.energy_tolerance, self.doubling_tolerance) {
+            (Some(tolerance), _) => Control::Energy {
+                tolerance,
+                scale: self.energy_scale,
+                repeats: self.repeat_steps,
+                limits,
+            },
+            (None, Some(tolerance)) => Control::Doubling { tolerance, limits },
+            (None, None) if limits != Limits::default() => {
+                bail!("limits of steps need --energy-tolerance or --doubling-tolerance")
+            }
+            (None, None) if self.repeat_steps => Control::Repeated,
+            (None, None) => Control::Fixed,
+        })
+    }
+
+    fn limits(&self) -> Limits {
+        let mut limits = Limits::default();
+        if let [shortest, longest] = self.step_limits[..] {
+            limits.length = [shortest, longest];
+        }
+        if let [least, most] = self.step_change[..] {
+            limits.change = [least, most];
+        }
+        if let [safety, proportional, integral] = self.step_controller[..] {
+            (limits.safety, limits.proportional, limits.integral) =
+                (safety, proportional, integral);
+        }
+        limits
+    }
+}

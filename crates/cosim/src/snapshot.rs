@@ -1,0 +1,103 @@
+//! A run at a communication point as bytes, from which another process goes on to the same bits.
+
+use anyhow::{Context, Result, ensure};
+use serde::{Deserialize, Serialize};
+
+use crate::divergence::Watch;
+use crate::master::{Master, Saved, Stepping};
+use crate::stepping::{Control, Progress, Steps};
+use crate::supervision::Supervision;
+use crate::system::System;
+
+/// What the bytes begin with; the number is that of the format.
+const MARK: &[u8] = b"cosim snapshot 1\n";
+/// A checksum follows it.
+const HEADER: usize = MARK.len() + 4;
+
+#[derive(Deserialize, Serialize)]
+struct Snapshot {
+    /// Name of each component, and the token of its FMU.
+    components: Vec<[String; 2]>,
+    stepping: Stepping,
+    control: Control,
+    progress: Progress,
+    watch: Watch,
+    master: Saved<Vec<u8>>,
+}
+
+/// What goes on in a run.
+pub(crate) struct Going<'a> {
+    pub system: &'a System,
+    pub control: &'a Control,
+    pub master: &'a mut Master,
+    pub steps: &'a mut Steps,
+    pub supervision: &'a mut Supervision,
+}
+
+impl Going<'_> {
+    fn components(&self) -> Vec<[String; 2]> {
+        let all = self.system.structure.components.iter();
+        let fmus = self.system.fmus.iter();
+        all.zip(fmus)
+            .map(|(c, fmu)| [c.name.clone(), fmu.description.guid.clone()])
+            .collect()
+    }
+
+    /// The run as bytes.
+    ///
+    /// # Errors
+    /// An FMU that cannot serialize its state.
+    pub fn to_bytes(&self) -> Result<Vec<u8>> {
+        let snapshot = postcard::to_stdvec(&Snapshot {
+            components: self.components(),
+            stepping: self.master.stepping(),
+            control: self.control.clone(),
+            progress: self.steps.progress(),
+            watch: self.supervision.watch.clone(),
+            master: self.master.save_bytes()?,
+        })?;
+        let sum = crc32fast::hash(&snapshot).to_le_bytes();
+        Ok([MARK, &sum, &snapshot].concat())
+    }
+
+    /// Go on from such bytes.
+    ///
+    /// # Errors
+    /// Other or damaged bytes; a run of other components or steps.
+    pub fn resume(&mut self, bytes: &[u8]) -> Result<()> {
+        ensure!(
+            bytes.len() >= HEADER && bytes.starts_with(MARK),
+            "no snapshot of this version of cosim"
+        );
+        let (sum, bytes) = bytes[MARK.len()..].split_at(4);
+        ensure!(
+            crc32fast::hash(bytes).to_le_bytes() == sum,
+            "the snapshot is damaged: its checksum is wrong"
+        );
+        let snapshot: Snapshot = postcard::from_bytes(bytes).context("the snapshot is damaged")?;
+        for (own, [name, token]) in self.components().iter().zip(&snapshot.components) {
+            ensure!(
+                own[0] == *name && own[1] == *token,
+                "the snapshot has the component `{name}` of the FMU {token} where this system has `{}` of {}",
+                own[0],
+                own[1]
+            );
+        }
+        let [own, saved] = [self.components().len(), snapshot.components.len()];
+        ensure!(
+            own == saved,
+            "the snapshot is of {saved} components, this system has {own}"
+        );
+        let (own, saved) = (self.master.stepping(), snapshot.stepping);
+        ensure!(
+            own == saved && *self.control == snapshot.control,
+            "the snapshot is of a run with other steps: {saved:?}, {:?}, where this one has {own:?}, {:?}",
+            snapshot.control,
+            self.control
+        );
+        self.master.restore_bytes(snapshot.master)?;
+        self.steps.go_on(self.master, snapshot.progress)?;
+        self.supervision.watch = snapshot.watch;
+        Ok(())
+    }
+}
