@@ -184,6 +184,7 @@ impl System {
             schedule,
             input_derivatives: false,
             threads: None,
+            between: Default::default(),
             settings: conditions.settings.iter().map(setting).collect(),
             strict: conditions.strict,
             check: false,

@@ -178,6 +178,7 @@ impl Engine {
                 step: step
                     .context("`step`: the communication step must be a number greater than 0 s")?,
                 schedule: word(SCHEDULE).map_or(Ok(Schedule::default()), |name| schedule(&name))?,
+                between: Default::default(),
                 jitter: None,
             },
             stop: None,

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::bond::{BondSlots, Residual};
 use crate::exchange::{Exchange, Passed};
 use crate::means::Means;
+use crate::schedule::rates::{Known, Rates, Turn};
 use crate::slave::{Ahead, At, Failure, Slave, State, all};
 
 /// Passes of Event Mode after which discrete states that still change are a failure.
@@ -25,6 +26,8 @@ pub(crate) struct Coupling {
     /// A component whose step may not be varied.
     pub fixed: Option<String>,
     pub exchange: Exchange,
+    /// Where components have steps of their own, or inputs that are not held.
+    pub rates: Option<Rates>,
     /// Where the schedule passes derivatives.
     pub derivatives: Option<Exchange>,
     pub means: Means,
@@ -52,6 +55,7 @@ pub(crate) struct Saved<S = State> {
     means: Vec<f64>,
     residuals: Vec<Residual>,
     bond_steps: Vec<BondStep>,
+    rates: Option<Known>,
 }
 
 impl<S> Saved<S> {
@@ -71,6 +75,7 @@ impl<S> Saved<S> {
             means: self.means,
             residuals: self.residuals,
             bond_steps: self.bond_steps,
+            rates: self.rates,
         })
     }
 }
@@ -88,7 +93,8 @@ impl Coupling {
         let fits = self.exchange.fits(&saved.passed)
             && self.derivatives.is_some() == saved.derivatives.is_some()
             && self.means.values.len() == saved.means.len()
-            && self.residuals.len() == saved.residuals.len();
+            && self.residuals.len() == saved.residuals.len()
+            && self.rates.is_some() == saved.rates.is_some();
         ensure!(
             fits,
             "a state of a system or of faults that differ from these"
@@ -109,6 +115,7 @@ impl Coupling {
             means: self.means.values.clone(),
             residuals: self.residuals.clone(),
             bond_steps: self.bond_steps.clone(),
+            rates: self.rates.as_ref().map(|rates| rates.known.clone()),
         })
     }
 
@@ -128,6 +135,9 @@ impl Coupling {
         self.means.values.clone_from(&saved.means);
         self.residuals.clone_from(&saved.residuals);
         self.bond_steps.clone_from(&saved.bond_steps);
+        for (rates, known) in self.rates.iter_mut().zip(&saved.rates) {
+            rates.known.clone_from(known);
+        }
         Ok(())
     }
 
@@ -183,6 +193,10 @@ impl Coupling {
 
     /// Step a component from `t` by `h`, s, and read the mean efforts that it exerted.
     pub fn step(&mut self, component: usize, t: f64, h: f64) -> Result<()> {
+        if self.rates.is_some() {
+            self.look_ahead(component, t, h)?;
+            return self.make(component, [t, h], false);
+        }
         self.slaves[component].step(t, h)?;
         match &self.means.reads[component] {
             Some(read) => read.run(&self.slaves, &mut self.means.values, At::Time(t)),
@@ -190,8 +204,35 @@ impl Coupling {
         }
     }
 
+    fn look_ahead(&mut self, component: usize, t: f64, h: f64) -> Result<()> {
+        let values = &self.exchange.values;
+        self.rates.as_mut().map_or(Ok(()), |rates| {
+            rates.look_ahead(component, &self.slaves, values, [t, h])
+        })
+    }
+
+    /// The steps of a component that has its own, or their beginning.
+    fn make(&mut self, component: usize, time: [f64; 2], begins: bool) -> Result<()> {
+        let Some(rates) = &mut self.rates else {
+            return Ok(());
+        };
+        let turn = Turn {
+            component,
+            slaves: &self.slaves,
+            values: &self.exchange.values,
+            mean: self.means.reads[component].as_ref(),
+            means: &mut self.means.values,
+            faults: self.exchange.faults.as_mut(),
+            begins,
+        };
+        rates.make(turn, time)
+    }
+
     /// Step all components, by their means one after the other or all from the same values.
     pub fn step_all(&mut self, t: f64, h: f64, gives_means: bool) -> Result<()> {
+        if let Some(rates) = &self.rates {
+            rates.rest(&mut self.exchange.resting, t + h);
+        }
         // With faults the order of components is also that of their random numbers.
         if !self.is_beside || gives_means && self.exchange.faults.is_some() {
             for k in 0..self.count() {
@@ -200,42 +241,65 @@ impl Coupling {
                 }
                 self.step(k, t, h)?;
             }
-            return Ok(());
+        } else {
+            let ranks = std::mem::take(&mut self.ranks);
+            let mut ranked = ranks.iter();
+            let done = ranked.try_for_each(|rank| self.step_beside(rank, [t, h], gives_means));
+            self.ranks = ranks;
+            done?;
         }
-        let ranks = std::mem::take(&mut self.ranks);
-        let mut ranked = ranks.iter();
-        let done = ranked.try_for_each(|rank| self.step_beside(rank, [t, h], gives_means));
-        self.ranks = ranks;
-        done
+        if let Some(rates) = &mut self.rates {
+            rates.remember(&self.exchange.values, h);
+        }
+        Ok(())
     }
 
+    /// Those of other threads are begun before those of this one are made.
     fn step_beside(&mut self, rank: &[usize], [t, h]: [f64; 2], gives_means: bool) -> Result<()> {
-        let (at, slaves) = (At::Time(t), &self.slaves);
         let mut failure = Failure::default();
+        let is_elsewhere = |coupling: &Self, k: usize| coupling.slaves[k].is_elsewhere();
+        for k in rank.iter().copied() {
+            if is_elsewhere(self, k) {
+                failure.add(k, self.begin_step(k, [t, h], gives_means));
+            }
+        }
+        for k in rank.iter().copied() {
+            let given = if gives_means {
+                self.give_means(k, t)
+            } else {
+                Ok(())
+            };
+            let done = given.and_then(|()| match is_elsewhere(self, k) && self.rates.is_some() {
+                true => self.make(k, [t, h], false),
+                false => self.step(k, t, h),
+            });
+            self.slaves[k].drain();
+            failure.add(k, done);
+        }
+        failure.into()
+    }
+
+    /// Begin what [`Coupling::give_means`] and [`Coupling::step`] then make.
+    fn begin_step(&mut self, k: usize, [t, h]: [f64; 2], gives_means: bool) -> Result<()> {
+        let (at, slaves) = (At::Time(t), &self.slaves);
         let Means {
-            reads,
             writes,
             values,
             buffer,
+            ..
         } = &mut self.means;
-        let given = |k: usize| writes[k].as_ref().filter(|_| gives_means);
-        for k in rank.iter().copied() {
-            if let Some(write) = given(k) {
-                failure.add(k, write.begin(slaves, values, buffer, None, at));
-            }
-            slaves[k].begin(Ahead::Step(t, h));
-            if let Some(read) = &reads[k] {
-                read.begin(slaves);
-            }
+        if let Some(write) = writes[k].as_ref().filter(|_| gives_means) {
+            write.begin(slaves, values, buffer, None, at)?;
         }
-        for k in rank.iter().copied() {
-            let given = given(k).map_or(Ok(()), |write| write.end(slaves, at));
-            failure.add(k, given);
-            failure.add(k, slaves[k].step(t, h));
-            let mut reads = reads[k].iter();
-            failure.add(k, reads.try_for_each(|read| read.run(slaves, values, at)));
+        if self.rates.is_some() {
+            self.look_ahead(k, t, h)?;
+            return self.make(k, [t, h], true);
         }
-        failure.into()
+        slaves[k].begin(Ahead::Step(t, h));
+        if let Some(read) = &self.means.reads[k] {
+            read.begin(slaves);
+        }
+        Ok(())
     }
 
     /// All instances into Event Mode, where they have one.

@@ -22,8 +22,8 @@ pub fn cores() -> usize {
 }
 
 impl Crew {
-    /// Components of one kind go round, so that each thread has as many of them as another.
-    pub fn new(system: &System, count: usize) -> Result<Self> {
+    /// For components that make up to `parts` steps at a time. Components of one kind go round, so that each thread has as many of them as another.
+    pub fn new(system: &System, count: usize, parts: usize) -> Result<Self> {
         ensure!(count > 0, "{count} threads: there must be at least 1");
         let fmus = &system.fmus;
         let kind = |k: usize| fmus.iter().position(|fmu| Arc::ptr_eq(fmu, &fmus[k]));
@@ -36,7 +36,7 @@ impl Crew {
                 threads[k] = place % count;
             }
         }
-        let start = |_| Worker::start(fmus.len() / count + 1, count <= cores());
+        let start = |_| Worker::start(fmus.len() / count + 1, parts, count <= cores());
         let workers = (1..count).map(start).collect::<Result<_>>()?;
         Ok(Self { workers, threads })
     }

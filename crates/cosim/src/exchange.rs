@@ -29,6 +29,11 @@ impl Read {
         self.slave
     }
 
+    /// Slots of the values.
+    pub(crate) fn slots(&self) -> Range<usize> {
+        self.slots.clone()
+    }
+
     /// Begin to read where the instance is in another thread.
     pub(crate) fn begin(&self, slaves: &[Slave]) {
         slaves[self.slave].begin(Ahead::Get(&self.batch));
@@ -72,6 +77,11 @@ impl Write {
     /// Component that is written to.
     pub fn component(&self) -> usize {
         self.slave
+    }
+
+    /// Number of values.
+    pub(crate) fn len(&self) -> usize {
+        self.slots.len()
     }
 
     /// From now on values are altered on their way.
@@ -243,6 +253,8 @@ pub struct Exchange {
     ones: Vec<i32>,
     /// Instances are in several threads, so calls are begun for all before they are ended.
     pub(crate) is_beside: bool,
+    /// Components that have no communication point now; empty where all have.
+    pub(crate) resting: Vec<bool>,
     /// What is done to values on their way.
     pub(crate) faults: Option<Alteration>,
 }
@@ -308,6 +320,7 @@ impl Exchange {
             ones,
             slots,
             is_beside: false,
+            resting: Vec::new(),
             faults: None,
         })
     }
@@ -356,7 +369,8 @@ impl Exchange {
 
     /// Pass all values, stage by stage.
     pub fn run(&mut self, slaves: &[Slave], at: At) -> Result<()> {
-        for read in &self.first {
+        let is_new = |read: &&Read| self.resting.get(read.slave) != Some(&true);
+        for read in self.first.iter().filter(is_new) {
             read.run_any(slaves, &mut self.values, &mut self.wide, at)?;
         }
         self.run_again(slaves, at)
@@ -423,19 +437,20 @@ impl Exchange {
         if self.is_beside && self.wide.is_empty() {
             return self.read_beside(k, slaves, at);
         }
-        let mut reads = self.stages[k].reads.iter();
+        let is_new = |read: &&Read| self.resting.get(read.slave) != Some(&true);
+        let mut reads = self.stages[k].reads.iter().filter(is_new);
         reads.try_for_each(|read| read.run_any(slaves, &mut self.values, &mut self.wide, at))
     }
 
     fn read_beside(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
-        let (reads, values) = (&self.stages[k].reads, &mut self.values);
-        for read in reads {
-            read.begin(slaves);
-        }
+        let (all, values) = (&self.stages[k].reads, &mut self.values);
+        let is_new = |read: &&Read| self.resting.get(read.slave) != Some(&true);
+        let reads = all.iter().filter(is_new);
+        reads.clone().for_each(|read| read.begin(slaves));
         let mut failure = Failure::default();
         for is_elsewhere in [false, true] {
             let there = |read: &&Read| slaves[read.slave].is_elsewhere() == is_elsewhere;
-            for read in reads.iter().filter(there) {
+            for read in reads.clone().filter(there) {
                 failure.add(read.slave, read.run(slaves, values, at));
             }
         }
@@ -459,7 +474,9 @@ impl Exchange {
             return self.write_beside(k, slaves, at);
         }
         for write in &self.stages[k].writes {
-            if only.is_some_and(|slave| slave != write.slave) {
+            if only.is_some_and(|slave| slave != write.slave)
+                || self.resting.get(write.slave) == Some(&true)
+            {
                 continue;
             }
             if write.is_wide {
@@ -474,9 +491,11 @@ impl Exchange {
 
     /// Values are gathered in order, as faults draw their random numbers.
     fn write_beside(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
-        let (writes, mut faults) = (&self.stages[k].writes, self.faults.as_mut());
+        let mut faults = self.faults.as_mut();
+        let is_new = |write: &&Write| self.resting.get(write.slave) != Some(&true);
+        let writes = self.stages[k].writes.iter().filter(is_new);
         let mut failure = Failure::default();
-        for write in writes {
+        for write in writes.clone() {
             let (values, buffer) = (&self.values, &mut self.buffer);
             let begun = write.begin(slaves, values, buffer, faults.as_deref_mut(), at);
             failure.add(write.slave, begun);

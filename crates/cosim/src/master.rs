@@ -13,6 +13,7 @@ use crate::input_table::InputTable;
 use crate::instances::make;
 use crate::means::Means;
 use crate::schedule;
+use crate::schedule::rates::{Between, Pace, Rates};
 use crate::slave::{Ahead, At, Slave, State, all};
 use crate::spare;
 use crate::system::{Setting, System};
@@ -81,6 +82,7 @@ impl Master {
         let wiring = system.wiring()?;
         let is_staged = stepping.schedule != Schedule::Standard;
         let is_sequential = stepping.schedule == Schedule::GaussSeidel;
+        let has_ends = matches!(stepping.between, Between::Interpolated | Between::End);
         let order = if is_staged {
             Order::Stages
         } else {
@@ -93,8 +95,10 @@ impl Master {
                 passes_derivative(&wiring, link)
             })?);
         }
+        let rates = Rates::new(&system.structure, &wiring, &exchange, stepping)?;
         let (means, bonds) = Means::new(&wiring, &exchange, derivatives.as_ref())?;
-        let crew = Crew::new(system, threads)?;
+        let parts = Rates::most_parts(&system.structure, stepping.step);
+        let crew = Crew::new(system, threads, parts)?;
         let slaves: Vec<Slave> = (0..system.fmus.len())
             .map(|k| {
                 make(
@@ -119,8 +123,11 @@ impl Master {
             fixed: system.fixed_step().map(str::to_string),
             bond_steps: vec![BondStep::default(); bonds.len()],
             is_beside: crew.is_beside(),
-            ranks: crew.ranks(&wiring, |link| is_sequential && link.bond.is_some()),
+            ranks: crew.ranks(&wiring, |link| {
+                is_sequential && (link.bond.is_some() || has_ends)
+            }),
             slaves,
+            rates,
             exchange,
             derivatives,
             means,
@@ -213,13 +220,16 @@ impl Master {
             exchange,
             derivatives,
             means,
+            rates: paces,
             ..
         } = &mut self.coupling;
+        let paces = paces.iter_mut().flat_map(|r| &mut r.components);
+        let between = paces.flat_map(Pace::writes);
         let passed = exchange.writes();
         let rates = derivatives.iter_mut().flat_map(Exchange::writes);
         let given = means.writes.iter_mut().flatten();
         let fed = self.inputs.iter_mut().flat_map(InputTable::writes);
-        for write in passed.chain(rates).chain(given).chain(fed) {
+        for write in passed.chain(rates).chain(given).chain(between).chain(fed) {
             write.attach(&wiring, &mut alteration);
         }
         self.coupling.exchange.faults = Some(alteration);

@@ -4,9 +4,12 @@ mod choice;
 mod gauss_seidel;
 mod jacobi;
 mod jacobi_derivatives;
+pub(crate) mod rates;
 mod standard;
 
 use anyhow::Result;
+
+pub use rates::{Between, parse_rate};
 
 pub use choice::{Jitter, STEP, Schedule, Stepping, steps_in};
 

@@ -11,6 +11,8 @@ mod fmi3;
 mod instance;
 pub mod messages;
 mod owner;
+#[cfg(feature = "native")]
+mod remote;
 #[cfg_attr(not(feature = "native"), path = "slave/workers_of_module.rs")]
 pub(crate) mod workers;
 
@@ -131,7 +133,10 @@ impl Slave {
         };
         let border = match worker {
             None => instance::make(fmu, &fmu.api, &arguments),
-            Some(worker) => worker.make(fmu, &arguments),
+            #[cfg(feature = "native")]
+            Some(worker) => remote::make(worker, fmu, &arguments),
+            #[cfg(not(feature = "native"))]
+            Some(worker) => match *worker {},
         };
         let border = match border {
             Ok(Some(border)) => border,
@@ -184,6 +189,11 @@ impl Slave {
     /// Begin a call, where it is in another thread.
     pub(crate) fn begin(&self, ahead: Ahead) {
         self.border.begin(ahead);
+    }
+
+    /// Await and forget what is begun.
+    pub(crate) fn drain(&self) {
+        self.border.drain();
     }
 
     /// Ask for warnings and errors only, where the FMU has the standard categories; other messages

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Between;
+
 /// What is exchanged when, and in which order the components are stepped.
 ///
 /// The staged exchange of all but [`Schedule::Standard`] reads outputs again after inputs were set
@@ -50,6 +52,8 @@ pub struct Stepping {
     pub step: f64,
     /// Order of stepping.
     pub schedule: Schedule,
+    /// What continuous inputs are between communication points.
+    pub between: Between,
     /// How communication points stray from their grid, if they do.
     pub jitter: Option<Jitter>,
 }

@@ -48,6 +48,8 @@ pub trait Border {
     /// Begin a call where the instance is elsewhere. The same call, made later, is its end; calls
     /// end in the order in which they were begun.
     fn begin(&self, _ahead: Ahead) {}
+    /// Await and forget what is begun.
+    fn drain(&self) {}
     /// Switch these log categories on and no other.
     fn log_only(&self, categories: &[CString]) -> Result<()>;
     /// Whole values of a type that does not pass as numbers.

@@ -6,7 +6,6 @@
 use std::any::Any;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
-use std::ffi::CString;
 use std::hint::spin_loop;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -15,40 +14,26 @@ use std::thread::{Builder, JoinHandle};
 
 use anyhow::{Context, Result, anyhow, bail};
 
-use super::border::{Ahead, Arguments, Border};
-use super::instance;
+use super::border::Border;
 use super::messages::{self, Message};
 use crate::batch::Batch;
 use crate::fmu::{Api, Fmu};
-use crate::value::Value;
 
 /// How often an empty queue is looked at, at most and at least, before the thread sleeps: the most
 /// are some 50 µs. Fewer times where that was in vain, as on a busy machine.
 const SPINS: [usize; 2] = [2000, 20];
 
-/// Calls of one instance that may be begun: batches are of one type each, with the same clocks.
-fn room(fmu: &Fmu) -> usize {
-    8 + 16 * (1 + fmu.plan.clocks.len())
-}
-
-type Given = Box<dyn Any + Send>;
-type Make = Box<dyn FnOnce(&mut Copies) -> Result<Option<Box<dyn Border>>> + Send>;
+pub(super) type Given = Box<dyn Any + Send>;
+pub(super) type Make = Box<dyn FnOnce(&mut Copies) -> Result<Option<Box<dyn Border>>> + Send>;
 
 /// What a worker is to do with an instance.
-enum Task {
+pub(super) enum Task {
     /// Up to two numbers in, one out.
     Numbers(fn(&dyn Border, [f64; 2]) -> Result<f64>, [f64; 2]),
-    /// Values in or out.
+    /// Values or derivatives in or out; there are as many ones.
     Values(
-        fn(&dyn Border, &Batch, &mut [f64]) -> Result<()>,
-        Batch,
-        Vec<f64>,
-    ),
-    /// First derivatives in or out.
-    Derivatives(
         fn(&dyn Border, &Batch, &[i32], &mut [f64]) -> Result<()>,
         Batch,
-        Vec<i32>,
         Vec<f64>,
     ),
     /// What is rare, and may allocate.
@@ -59,10 +44,9 @@ enum Task {
 }
 
 /// What became of it.
-struct Done {
-    result: Result<f64>,
-    values: Vec<f64>,
-    ones: Vec<i32>,
+pub(super) struct Done {
+    pub result: Result<f64>,
+    pub values: Vec<f64>,
     given: Option<Given>,
     /// What the FMUs of the thread have said, where it failed or is asked for.
     messages: Vec<Message>,
@@ -76,12 +60,13 @@ struct Order {
 }
 
 /// Libraries of a thread, by the address of their FMU, which the master holds.
-type Copies = BTreeMap<usize, (Arc<Fmu>, Api)>;
+pub(super) type Copies = BTreeMap<usize, (Arc<Fmu>, Api)>;
 
 /// An instance in its thread.
-struct Seat {
+pub(super) struct Seat {
     border: Option<Box<dyn Border>>,
-    states: BTreeMap<usize, Box<dyn Any>>,
+    pub states: BTreeMap<usize, Box<dyn Any>>,
+    ones: Vec<i32>,
     answers: SyncSender<Done>,
     has_failed: bool,
 }
@@ -113,6 +98,7 @@ fn work(orders: &Receiver<Order>, spins: &Cell<usize>) {
             all.push(Seat {
                 border: None,
                 states: BTreeMap::new(),
+                ones: Vec::new(),
                 answers: answers.clone(),
                 has_failed: false,
             });
@@ -132,7 +118,6 @@ impl Seat {
         let mut done = Done {
             result: Ok(0.0),
             values: Vec::new(),
-            ones: Vec::new(),
             given: None,
             messages: Vec::new(),
         };
@@ -159,13 +144,9 @@ impl Seat {
                 match task {
                     Task::Numbers(call, numbers) => call(border, numbers),
                     Task::Values(call, batch, mut values) => {
-                        let result = call(border, &batch, &mut values);
+                        self.ones.resize(self.ones.len().max(batch.len()), 1);
+                        let result = call(border, &batch, &self.ones, &mut values);
                         done.values = values;
-                        result.map(|()| 0.0)
-                    }
-                    Task::Derivatives(call, batch, ones, mut values) => {
-                        let result = call(border, &batch, &ones, &mut values);
-                        (done.values, done.ones) = (values, ones);
                         result.map(|()| 0.0)
                     }
                     _ => Ok(0.0),
@@ -187,60 +168,26 @@ struct Thread {
     orders: Option<SyncSender<Order>>,
     handle: Option<JoinHandle<()>>,
     count: Cell<usize>,
+    parts: usize,
     spins: Cell<usize>,
 }
 
 impl Worker {
-    /// Start a thread for `count` instances at most; it spins before it sleeps where it has a core
+    /// Start a thread for `count` instances at most that make `parts` steps at a time; it spins before it sleeps where it has a core
     /// for itself.
-    pub fn start(count: usize, spins: bool) -> Result<Self> {
+    pub fn start(count: usize, parts: usize, spins: bool) -> Result<Self> {
         let spins = if spins { SPINS[0] } else { 0 };
         // Room for some calls of each; where there is more, the master waits until it is done.
-        let (orders, received) = sync_channel(32 * count.max(1));
+        let (orders, received) = sync_channel((32 + 4 * parts) * count.max(1));
         let thread = Builder::new().name("cosim".into());
         let handle = thread.spawn(move || work(&received, &Cell::new(spins)));
         Ok(Self(Rc::new(Thread {
             orders: Some(orders),
             handle: Some(handle.context("a thread cannot be started")?),
             count: Cell::new(0),
+            parts,
             spins: Cell::new(spins),
         })))
-    }
-
-    /// An instance in the thread, of a library of its own; none where the FMU gives none.
-    pub fn make(&self, fmu: &Arc<Fmu>, arguments: &Arguments) -> Result<Option<Box<dyn Border>>> {
-        let (answers, received) = sync_channel(room(fmu));
-        let number = self.0.count.get();
-        self.0.count.set(number + 1);
-        let there = Rc::new(There {
-            thread: self.0.clone(),
-            number,
-            answers: received,
-            begun: Cell::new(0),
-            saved: Cell::new(0),
-            spare: RefCell::default(),
-        });
-        let [name, token, resources] =
-            [arguments.name, arguments.token, arguments.resources].map(CString::from);
-        let (has_events, returns_early) = (arguments.has_events, arguments.returns_early);
-        let fmu = fmu.clone();
-        let make = move |copies: &mut Copies| {
-            let key = Arc::as_ptr(&fmu).addr();
-            if let std::collections::btree_map::Entry::Vacant(free) = copies.entry(key) {
-                free.insert((fmu.clone(), fmu.copied()?));
-            }
-            let arguments = Arguments {
-                name: &name,
-                token: &token,
-                resources: &resources,
-                has_events,
-                returns_early,
-            };
-            instance::make(&fmu, &copies[&key].1, &arguments)
-        };
-        there.send(Task::Make(Box::new(make), answers));
-        let is_made = there.wait()?.result? != 0.0;
-        Ok(is_made.then(|| Box::new(Remote(there)) as Box<dyn Border>))
     }
 }
 
@@ -253,16 +200,16 @@ impl Drop for Thread {
 }
 
 /// The master's end of an instance.
-struct There {
+pub(super) struct There {
     thread: Rc<Thread>,
     number: usize,
     answers: Receiver<Done>,
     /// Calls that are begun and not ended.
-    begun: Cell<usize>,
+    pub begun: Cell<usize>,
     /// States saved so far.
-    saved: Cell<usize>,
-    /// Buffers for values and for ones.
-    spare: RefCell<(Vec<Vec<f64>>, Vec<Vec<i32>>)>,
+    pub saved: Cell<usize>,
+    /// Buffers for values.
+    spare: RefCell<Vec<Vec<f64>>>,
 }
 
 impl Drop for There {
@@ -272,7 +219,33 @@ impl Drop for There {
 }
 
 impl There {
-    fn send(&self, task: Task) {
+    /// The end of a new instance that `make` makes, with room for so many begun calls.
+    pub fn new(worker: &Worker, room: usize, make: Make) -> Result<Option<Rc<Self>>> {
+        let (answers, received) = sync_channel(room + 4 * worker.0.parts);
+        let thread = worker.0.clone();
+        let number = thread.count.get();
+        thread.count.set(number + 1);
+        let there = Rc::new(Self {
+            thread,
+            number,
+            answers: received,
+            begun: Cell::new(0),
+            saved: Cell::new(0),
+            spare: RefCell::default(),
+        });
+        there.send(Task::Make(make, answers));
+        let is_made = there.wait()?.result? != 0.0;
+        Ok(is_made.then_some(there))
+    }
+
+    /// Await and forget what is begun.
+    pub fn drain(&self) {
+        while self.begun.get() > 0 {
+            let _ = self.end(|| Task::Free);
+        }
+    }
+
+    pub fn send(&self, task: Task) {
         let order = Order {
             number: self.number,
             is_first: self.begun.get() == 0,
@@ -283,7 +256,7 @@ impl There {
         let _ = orders.map(|orders| orders.send(order));
     }
 
-    fn wait(&self) -> Result<Done> {
+    pub fn wait(&self) -> Result<Done> {
         let done = next(&self.answers, &self.thread.spins);
         let mut done = done.ok_or_else(|| anyhow!("its thread has ended"))?;
         if !done.messages.is_empty() {
@@ -293,20 +266,19 @@ impl There {
     }
 
     /// End what is begun, else make it.
-    fn end(&self, task: impl FnOnce() -> Task) -> Result<Done> {
+    pub fn end(&self, task: impl FnOnce() -> Task) -> Result<Done> {
         match self.begun.get() {
             0 => self.send(task()),
             begun => self.begun.set(begun - 1),
         }
-        let mut done = self.wait()?;
-        match std::mem::replace(&mut done.result, Ok(0.0)) {
-            Ok(number) => done.result = Ok(number),
-            Err(error) => return Err(error),
+        let done = self.wait()?;
+        match done.result {
+            Err(error) => Err(error),
+            Ok(_) => Ok(done),
         }
-        Ok(done)
     }
 
-    fn number(
+    pub fn number(
         &self,
         call: fn(&dyn Border, [f64; 2]) -> Result<f64>,
         numbers: [f64; 2],
@@ -314,29 +286,25 @@ impl There {
         self.end(|| Task::Numbers(call, numbers))?.result
     }
 
-    fn buffer(&self, values: &[f64]) -> Vec<f64> {
-        let mut buffer = self.spare.borrow_mut().0.pop().unwrap_or_default();
+    pub fn buffer(&self, values: &[f64]) -> Vec<f64> {
+        let mut buffer = self.spare.borrow_mut().pop().unwrap_or_default();
         buffer.clear();
         buffer.extend_from_slice(values);
         buffer
     }
 
-    fn room_for(&self, count: usize) -> Vec<f64> {
+    pub fn room_for(&self, count: usize) -> Vec<f64> {
         let mut buffer = self.buffer(&[]);
         buffer.resize(count, 0.0);
         buffer
     }
 
-    fn keep(&self, done: Done) {
-        let mut spare = self.spare.borrow_mut();
-        spare.0.push(done.values);
-        if done.ones.capacity() > 0 {
-            spare.1.push(done.ones);
-        }
+    pub fn keep(&self, done: Done) {
+        self.spare.borrow_mut().push(done.values);
     }
 
     /// What is rare: nothing else may be begun.
-    fn any<T: Send + 'static>(
+    pub fn any<T: Send + 'static>(
         &self,
         call: impl FnOnce(&mut Seat, &dyn Border) -> Result<T> + Send + 'static,
     ) -> Result<T> {
@@ -350,249 +318,5 @@ impl There {
         let done = self.end(|| Task::Any(Box::new(task)))?;
         let given = done.given.and_then(|given| given.downcast().ok());
         given.map(|given| *given).context("nothing was given")
-    }
-
-    fn derivatives(
-        &self,
-        call: fn(&dyn Border, &Batch, &[i32], &mut [f64]) -> Result<()>,
-        batch: &Batch,
-        ones: &[i32],
-        values: &[f64],
-    ) -> Result<Done> {
-        self.end(|| {
-            let mut own = self.spare.borrow_mut().1.pop().unwrap_or_default();
-            own.clear();
-            own.extend_from_slice(&ones[..batch.len()]);
-            Task::Derivatives(call, batch.clone(), own, self.buffer(values))
-        })
-    }
-}
-
-/// An instance in another thread.
-struct Remote(Rc<There>);
-
-/// A state that is kept in the thread of its instance.
-struct SavedThere {
-    there: Rc<There>,
-    key: usize,
-}
-
-impl Drop for SavedThere {
-    fn drop(&mut self) {
-        let key = self.key;
-        // Where the thread has ended, the state has, too.
-        let _ = self
-            .there
-            .any(move |seat, _| Ok(seat.states.remove(&key).map(drop)));
-    }
-}
-
-fn none(done: Result<()>) -> Result<f64> {
-    done.map(|()| 0.0)
-}
-
-impl There {
-    /// A new state, which stays in the thread.
-    fn kept(
-        self: &Rc<Self>,
-        save: impl FnOnce(&dyn Border) -> Result<Box<dyn Any>> + Send + 'static,
-    ) -> Result<Box<dyn Any>> {
-        let key = self.saved.get();
-        self.saved.set(key + 1);
-        self.any(move |seat, border| {
-            seat.states.insert(key, save(border)?);
-            Ok(())
-        })?;
-        let there = self.clone();
-        Ok(Box::new(SavedThere { there, key }))
-    }
-
-    fn key(self: &Rc<Self>, state: &dyn Any) -> Result<usize> {
-        let own = state.downcast_ref::<SavedThere>();
-        let own = own.filter(|s| Rc::ptr_eq(&s.there, self));
-        Ok(own.context("a state of another instance")?.key)
-    }
-
-    fn task(&self, ahead: Ahead) -> Task {
-        match ahead {
-            Ahead::EnterInitialization(t) => {
-                Task::Numbers(|b, [t, _]| none(b.enter_initialization(t)), [t, 0.0])
-            }
-            Ahead::ExitInitialization => {
-                Task::Numbers(|b, _| none(b.exit_initialization()), [0.0; 2])
-            }
-            Ahead::Step(t, h) => Task::Numbers(|b, [t, h]| none(b.step(t, h)), [t, h]),
-            Ahead::EnterEvents => Task::Numbers(|b, _| none(b.enter_events()), [0.0; 2]),
-            Ahead::UpdateEvents => Task::Numbers(
-                |b, _| b.update_events().map(|c| f64::from(u8::from(c))),
-                [0.0; 2],
-            ),
-            Ahead::LeaveEvents => Task::Numbers(|b, _| none(b.leave_events()), [0.0; 2]),
-            Ahead::Get(batch) => {
-                let room = self.room_for(batch.len());
-                Task::Values(|b, batch, v| b.get(batch, v), batch.clone(), room)
-            }
-            Ahead::Set(batch, values) => {
-                let values = self.buffer(values);
-                Task::Values(|b, batch, v| b.set(batch, v), batch.clone(), values)
-            }
-        }
-    }
-
-    fn made(&self, ahead: Ahead) -> Result<f64> {
-        self.end(|| self.task(ahead))?.result
-    }
-}
-
-impl Border for Remote {
-    fn is_elsewhere(&self) -> bool {
-        true
-    }
-
-    fn begin(&self, ahead: Ahead) {
-        self.0.send(self.0.task(ahead));
-        self.0.begun.set(self.0.begun.get() + 1);
-    }
-
-    fn log_only(&self, categories: &[CString]) -> Result<()> {
-        let categories = categories.to_vec();
-        self.0.any(move |_, border| border.log_only(&categories))
-    }
-
-    fn get_whole(&self, batch: &Batch, values: &mut [Value]) -> Result<()> {
-        let (batch, mut own) = (batch.clone(), values.to_vec());
-        let read = self.0.any(move |_, border| {
-            border.get_whole(&batch, &mut own)?;
-            Ok(own)
-        });
-        values.clone_from_slice(&read?);
-        Ok(())
-    }
-
-    fn set_whole(&self, batch: &Batch, values: &[Value]) -> Result<()> {
-        let (batch, own) = (batch.clone(), values.to_vec());
-        self.0.any(move |_, border| border.set_whole(&batch, &own))
-    }
-
-    fn set_up(&self, start: f64) -> Result<()> {
-        self.0.any(move |_, border| border.set_up(start))
-    }
-
-    fn enter_initialization(&self, start: f64) -> Result<()> {
-        self.0.made(Ahead::EnterInitialization(start)).map(drop)
-    }
-
-    fn exit_initialization(&self) -> Result<()> {
-        self.0.made(Ahead::ExitInitialization).map(drop)
-    }
-
-    fn get(&self, batch: &Batch, values: &mut [f64]) -> Result<()> {
-        let done = self.0.end(|| self.0.task(Ahead::Get(batch)))?;
-        values.copy_from_slice(&done.values);
-        self.0.keep(done);
-        Ok(())
-    }
-
-    fn set(&self, batch: &Batch, values: &[f64]) -> Result<()> {
-        let done = self.0.end(|| self.0.task(Ahead::Set(batch, values)))?;
-        self.0.keep(done);
-        Ok(())
-    }
-
-    fn get_derivatives(&self, batch: &Batch, ones: &[i32], values: &mut [f64]) -> Result<()> {
-        let call = |b: &dyn Border, batch: &Batch, ones: &[i32], v: &mut [f64]| {
-            b.get_derivatives(batch, ones, v)
-        };
-        let done = self.0.derivatives(call, batch, ones, values)?;
-        values.copy_from_slice(&done.values);
-        self.0.keep(done);
-        Ok(())
-    }
-
-    fn set_derivatives(&self, batch: &Batch, ones: &[i32], values: &[f64]) -> Result<()> {
-        let call = |b: &dyn Border, batch: &Batch, ones: &[i32], v: &mut [f64]| {
-            b.set_derivatives(batch, ones, v)
-        };
-        let done = self.0.derivatives(call, batch, ones, values)?;
-        self.0.keep(done);
-        Ok(())
-    }
-
-    fn step(&self, t: f64, h: f64) -> Result<()> {
-        self.0.made(Ahead::Step(t, h)).map(drop)
-    }
-
-    fn time(&self) -> Result<f64> {
-        self.0.number(|b, _| b.time(), [0.0; 2])
-    }
-
-    fn enter_events(&self) -> Result<()> {
-        self.0.made(Ahead::EnterEvents).map(drop)
-    }
-
-    fn update_events(&self) -> Result<bool> {
-        Ok(self.0.made(Ahead::UpdateEvents)? != 0.0)
-    }
-
-    fn leave_events(&self) -> Result<()> {
-        self.0.made(Ahead::LeaveEvents).map(drop)
-    }
-
-    fn settle(&self) -> Result<()> {
-        self.0.number(|b, _| none(b.settle()), [0.0; 2]).map(drop)
-    }
-
-    /// Where the thread has ended, the next call says so.
-    fn next_event(&self) -> f64 {
-        let next = self.0.number(|b, _| Ok(b.next_event()), [0.0; 2]);
-        next.unwrap_or(f64::INFINITY)
-    }
-
-    fn tick(&self, t: f64, tolerance: f64) -> Result<()> {
-        let tick = self
-            .0
-            .number(|b, [t, by]| none(b.tick(t, by)), [t, tolerance]);
-        tick.map(drop)
-    }
-
-    /// What the FMUs of the thread have said comes along.
-    fn terminate(&self) -> Result<()> {
-        let ended = self
-            .0
-            .any(|_, border| Ok((border.terminate(), messages::take())));
-        let (result, said) = ended?;
-        messages::extend(said);
-        result
-    }
-
-    fn save(&self) -> Result<Box<dyn Any>> {
-        self.0.kept(|border| border.save())
-    }
-
-    fn restore(&self, state: &dyn Any) -> Result<()> {
-        let key = self.0.key(state)?;
-        self.0
-            .any(move |seat, border| border.restore(&*seat.states[&key]))
-    }
-
-    fn state_to_bytes(&self, state: &dyn Any) -> Result<Vec<u8>> {
-        let key = self.0.key(state)?;
-        self.0
-            .any(move |seat, border| border.state_to_bytes(&*seat.states[&key]))
-    }
-
-    fn state_from_bytes(&self, bytes: &[u8]) -> Result<Box<dyn Any>> {
-        let bytes = bytes.to_vec();
-        self.0.kept(move |border| border.state_from_bytes(&bytes))
-    }
-
-    fn stop_early(&self, stops: bool) {
-        // Where the thread has ended, the next call says so.
-        let _ = self.0.any(move |_, border| Ok(border.stop_early(stops)));
-    }
-
-    /// The thread ends with its run.
-    fn reset(&self) -> bool {
-        false
     }
 }

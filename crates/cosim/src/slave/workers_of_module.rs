@@ -1,19 +1,12 @@
 //! Modules run in the thread of their host.
 
-use anyhow::Result;
-
-use super::border::{Arguments, Border};
-use crate::fmu::Fmu;
+use anyhow::{Result, bail};
 
 /// There is none.
 pub enum Worker {}
 
 impl Worker {
-    pub fn start(_: usize, _: bool) -> Result<Self> {
-        anyhow::bail!("this program runs in one thread")
-    }
-
-    pub fn make(&self, _: &Fmu, _: &Arguments) -> Result<Option<Box<dyn Border>>> {
-        match *self {}
+    pub fn start(_: usize, _: usize, _: bool) -> Result<Self> {
+        bail!("this program runs in one thread")
     }
 }

@@ -76,6 +76,7 @@ fn run_args() -> RunArgs {
         schedule: Schedule::GaussSeidel,
         input_derivatives: false,
         threads: None,
+        between: Default::default(),
         settings: vec!["plain.u=21".into()],
         strict: false,
         check: false,

@@ -186,6 +186,7 @@ pub fn stepping(step: f64, schedule: Schedule) -> Stepping {
         start: 0.5,
         step,
         schedule,
+        between: Default::default(),
         jitter: None,
     }
 }
