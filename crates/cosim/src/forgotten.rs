@@ -53,8 +53,8 @@ impl System {
             ..Forgotten::default()
         };
         // Of how many components an input is not mentioned, and how many are counted only.
-        let mut found: BTreeMap<(*const Fmu, &str), usize> = BTreeMap::new();
-        let mut counted: BTreeMap<*const Fmu, (&str, usize)> = BTreeMap::new();
+        let mut found: BTreeMap<(usize, &str), usize> = BTreeMap::new();
+        let mut counted: BTreeMap<usize, (&str, usize)> = BTreeMap::new();
         for (component, (c, fmu)) in self.structure.components.iter().zip(&self.fmus).enumerate() {
             let lacking = |name: &&str| fmu.description.index(name).is_none();
             let declared = c.connectors.iter().map(|connector| connector.name.as_str());
@@ -62,7 +62,8 @@ impl System {
                 .filter(lacking)
                 .map(|name| format!("{}.{name}", c.name));
             forgotten.connectors.extend(lacking);
-            let kind = Arc::as_ptr(fmu);
+            let is_same = |other: &Arc<Fmu>| Arc::ptr_eq(other, fmu);
+            let kind = self.fmus.iter().position(is_same).unwrap_or(component);
             let (mut seen, mut is_counted) = (BTreeSet::new(), false);
             for (variable, v) in fmu.description.variables.iter().enumerate() {
                 let port = Port {
