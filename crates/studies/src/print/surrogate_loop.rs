@@ -5,8 +5,8 @@ use crate::studies::surrogate_loop::SurrogateRow;
 /// The rows as a table for people.
 pub fn text(rows: &[SurrogateRow]) -> String {
     let mut text = format!(
-        "{:<22}{:<12}{:>34}{:>24}{:>24}\n",
-        "load cells", "controller", "tip, mm (worst)", "current, A", "tip over physics"
+        "{:<22}{:<12}{:>8}{:>34}{:>24}{:>24}\n",
+        "load cells", "controller", "failed", "tip, mm (worst)", "current, A", "tip over physics"
     );
     let cell = |[mean, low, high]: [f64; 3], factor: f64| {
         format!(
@@ -19,11 +19,12 @@ pub fn text(rows: &[SurrogateRow]) -> String {
     for r in rows {
         let tip = format!("{} ({:.3})", cell(r.tip, 1e3), 1e3 * r.worst);
         let (current, ratio) = (cell(r.current, 1.0), cell(r.ratio, 1.0));
+        let failed = format!("{} of {}", r.failed[0], r.failed[1]);
         text += &format!(
-            "{:<22}{:<12}{tip:>34}{current:>24}{ratio:>24}\n",
+            "{:<22}{:<12}{failed:>8}{tip:>34}{current:>24}{ratio:>24}\n",
             r.sensors, r.model
         );
     }
-    text + "load cells: and encoders at the rods; tip: RMSE of the known error over the motion; current: required less true, root mean square; over physics: on the same \
-            machine and path; all: geometric mean over machines and paths with its 95 % interval, bootstrap over machines\n"
+    text + "load cells: and encoders at the rods; failed: stopped by the supervisor, or beyond the machine's limits; tip: RMSE of the known error over the motion; current: required less true, root mean square; over physics: on the same \
+            machine and path; all: geometric mean over the machines and paths that failed with no controller of the same sensors, with its 95 % interval, bootstrap over machines\n"
 }

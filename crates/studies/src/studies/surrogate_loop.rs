@@ -136,6 +136,8 @@ pub struct SurrogateRun {
     pub model: String,
     /// The machine.
     pub machine: String,
+    /// No limit of the machine was exceeded for long, and the supervisor did not stop it.
+    pub kept: bool,
     /// Root mean square of the tip's known error over the motion, m.
     pub tip: f64,
     /// Of the required less the true current of all axes, A.
@@ -205,8 +207,11 @@ pub struct SurrogateRow {
     pub sensors: &'static str,
     /// Model that the controller reckons with.
     pub model: &'static str,
-    /// Known error of the tip, root mean square over the motion, m: geometric mean over machines
-    /// and paths with its 95 % interval (bootstrap over machines, the paths of one drawn together).
+    /// How many runs were stopped or spoilt, of how many.
+    pub failed: [usize; 2],
+    /// Known error of the tip, root mean square over the motion, m: geometric mean over the
+    /// machines and paths that all controllers with these sensors kept, with its 95 % interval
+    /// (bootstrap over machines, the paths of one drawn together).
     pub tip: [f64; 3],
     /// The largest of them, m.
     pub worst: f64,
@@ -227,9 +232,12 @@ pub fn rows(runs: &[SurrogateRun]) -> Vec<SurrogateRow> {
     let row = |sensors: &'static str, model: &'static str| {
         // Runs come in the same order of paths and machines for each controller.
         let (own, physics) = (of(sensors, model), of(sensors, CONTROLLERS[0].0));
+        let all = CONTROLLERS.map(|(model, ..)| of(sensors, model));
         let mut machines: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
         for (k, run) in own.iter().enumerate() {
-            machines.entry(&run.machine).or_default().push(k);
+            if all.iter().all(|runs| runs[k].kept) {
+                machines.entry(&run.machine).or_default().push(k);
+            }
         }
         let machines: Vec<Vec<usize>> = machines.into_values().collect();
         let mean = |value: &dyn Fn(usize) -> f64| {
@@ -238,13 +246,18 @@ pub fn rows(runs: &[SurrogateRun]) -> Vec<SurrogateRow> {
                 let (sum, n) = logs.fold((0.0, 0.0), |(sum, n), &k| (sum + value(k).ln(), n + 1.0));
                 f64::exp(sum / n)
             };
-            bootstrap(machines.len(), of)
+            match machines.len() {
+                0 => [f64::NAN; 3],
+                count => bootstrap(count, of),
+            }
         };
+        let kept = machines.iter().flatten();
         SurrogateRow {
             sensors,
             model,
+            failed: [own.iter().filter(|run| !run.kept).count(), own.len()],
             tip: mean(&|k| own[k].tip),
-            worst: own.iter().map(|r| r.tip).fold(0.0, f64::max),
+            worst: kept.map(|&k| own[k].tip).fold(0.0, f64::max),
             current: mean(&|k| own[k].current),
             ratio: mean(&|k| own[k].tip / physics[k].tip),
         }
@@ -288,6 +301,7 @@ fn measure(system: &System, plan: &Plan, network: &RigNetwork) -> Result<(Surrog
         sensors: sensors.into(),
         model: model.into(),
         machine: plan.case.into(),
+        kept: !recorded.outcome.limits.is_bad(),
         tip: tracking.known.rmse,
         current: rms(run.current_errors(start)),
         predicted,
