@@ -9,9 +9,8 @@ mod standard;
 
 use anyhow::Result;
 
-pub use rates::{Between, parse_rate};
-
-pub use choice::{Jitter, STEP, Schedule, Stepping, steps_in};
+pub use choice::{Between, Jitter, STEP, Schedule, Stepping, steps_in};
+pub use rates::parse_rate;
 
 use crate::coupling::Coupling;
 

@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Between;
-
 /// What is exchanged when, and in which order the components are stepped.
 ///
 /// The staged exchange of all but [`Schedule::Standard`] reads outputs again after inputs were set
@@ -38,6 +36,24 @@ impl Schedule {
         ("jacobi", Self::Jacobi),
         ("gauss-seidel", Self::GaussSeidel),
     ];
+}
+
+/// What a continuous input is over a communication step.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
+pub enum Between {
+    /// Its value at the communication point before: an error of first order in the communication
+    /// step.
+    #[default]
+    Held,
+    /// On the line through the last two communication points, in the middle of each step of the
+    /// component: second order.
+    Extrapolated,
+    /// On the line to the value at the end, where the giver was stepped before (Gauss–Seidel), in
+    /// the middle of each step of the component: second order; else held.
+    Interpolated,
+    /// The value at the end, where the giver was stepped before (Gauss–Seidel), as the textbook has
+    /// it: first order; else held.
+    End,
 }
 
 /// Communication step where nobody asks for one, s.

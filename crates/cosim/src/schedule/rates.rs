@@ -7,30 +7,12 @@ use anyhow::{Result, bail, ensure};
 use fmu_description::{Access, Variability};
 use serde::{Deserialize, Serialize};
 
-use super::{Schedule, Stepping};
+use super::choice::{Between, Schedule, Stepping};
 use crate::exchange::{Exchange, Read, Write, reads, writes};
 use crate::faults::Alteration;
 use crate::slave::{Ahead, At, Slave};
 use crate::structure::Structure;
 use crate::wiring::{Link, Wiring};
-
-/// What a continuous input is over a communication step.
-#[derive(Clone, Copy, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
-pub enum Between {
-    /// Its value at the communication point before: an error of first order in the communication
-    /// step.
-    #[default]
-    Held,
-    /// On the line through the last two communication points, in the middle of each step of the
-    /// component: second order.
-    Extrapolated,
-    /// On the line to the value at the end, where the giver was stepped before (Gauss–Seidel), in
-    /// the middle of each step of the component: second order; else held.
-    Interpolated,
-    /// The value at the end, where the giver was stepped before (Gauss–Seidel), as the textbook has
-    /// it: first order; else held.
-    End,
-}
 
 /// The steps and inputs of all components.
 pub(crate) struct Rates {
