@@ -64,7 +64,7 @@ impl Drop for SavedThere {
         // Where the thread has ended, the state has, too.
         let _ = self
             .there
-            .any(move |seat, _| Ok(seat.states.remove(&key).map(drop)));
+            .any(move |_, states| Ok(states.remove(&key).map(drop)));
     }
 }
 
@@ -80,8 +80,8 @@ impl Remote {
     ) -> Result<Box<dyn Any>> {
         let key = self.0.saved.get();
         self.0.saved.set(key + 1);
-        self.0.any(move |seat, border| {
-            seat.states.insert(key, save(border)?);
+        self.0.any(move |border, states| {
+            states.insert(key, save(border)?);
             Ok(())
         })?;
         let there = self.0.clone();
@@ -141,12 +141,12 @@ impl Border for Remote {
 
     fn log_only(&self, categories: &[CString]) -> Result<()> {
         let categories = categories.to_vec();
-        self.0.any(move |_, border| border.log_only(&categories))
+        self.0.any(move |border, _| border.log_only(&categories))
     }
 
     fn get_whole(&self, batch: &Batch, values: &mut [Value]) -> Result<()> {
         let (batch, mut own) = (batch.clone(), values.to_vec());
-        let read = self.0.any(move |_, border| {
+        let read = self.0.any(move |border, _| {
             border.get_whole(&batch, &mut own)?;
             Ok(own)
         });
@@ -156,11 +156,11 @@ impl Border for Remote {
 
     fn set_whole(&self, batch: &Batch, values: &[Value]) -> Result<()> {
         let (batch, own) = (batch.clone(), values.to_vec());
-        self.0.any(move |_, border| border.set_whole(&batch, &own))
+        self.0.any(move |border, _| border.set_whole(&batch, &own))
     }
 
     fn set_up(&self, start: f64) -> Result<()> {
-        self.0.any(move |_, border| border.set_up(start))
+        self.0.any(move |border, _| border.set_up(start))
     }
 
     fn enter_initialization(&self, start: f64) -> Result<()> {
@@ -252,7 +252,7 @@ impl Border for Remote {
     fn terminate(&self) -> Result<()> {
         let ended = self
             .0
-            .any(|_, border| Ok((border.terminate(), messages::take())));
+            .any(|border, _| Ok((border.terminate(), messages::take())));
         let (result, said) = ended?;
         messages::extend(said);
         result
@@ -265,13 +265,13 @@ impl Border for Remote {
     fn restore(&self, state: &dyn Any) -> Result<()> {
         let key = self.key(state)?;
         self.0
-            .any(move |seat, border| border.restore(&*seat.states[&key]))
+            .any(move |border, states| border.restore(&*states[&key]))
     }
 
     fn state_to_bytes(&self, state: &dyn Any) -> Result<Vec<u8>> {
         let key = self.key(state)?;
         self.0
-            .any(move |seat, border| border.state_to_bytes(&*seat.states[&key]))
+            .any(move |border, states| border.state_to_bytes(&*states[&key]))
     }
 
     fn state_from_bytes(&self, bytes: &[u8]) -> Result<Box<dyn Any>> {
@@ -281,7 +281,10 @@ impl Border for Remote {
 
     fn stop_early(&self, stops: bool) {
         // Where the thread has ended, the next call says so.
-        let _ = self.0.any(move |_, border| Ok(border.stop_early(stops)));
+        let _ = self.0.any(move |border, _| {
+            border.stop_early(stops);
+            Ok(())
+        });
     }
 
     /// The thread ends with its run.

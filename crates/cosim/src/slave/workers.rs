@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread::{Builder, JoinHandle};
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow};
 
 use super::border::Border;
 use super::messages::{self, Message};
@@ -23,21 +23,21 @@ use crate::fmu::{Api, Fmu};
 /// are some 50 µs. Fewer times where that was in vain, as on a busy machine.
 const SPINS: [usize; 2] = [2000, 20];
 
-pub(super) type Given = Box<dyn Any + Send>;
-pub(super) type Make = Box<dyn FnOnce(&mut Copies) -> Result<Option<Box<dyn Border>>> + Send>;
+type Pass = fn(&dyn Border, &Batch, &[i32], &mut [f64]) -> Result<()>;
+type Rare = Box<dyn FnOnce(&dyn Border, &mut States) -> Result<Given> + Send>;
+/// Saved states, by number.
+pub(super) type States = BTreeMap<usize, Box<dyn Any>>;
+type Given = Box<dyn Any + Send>;
+type Make = Box<dyn FnOnce(&mut Copies) -> Result<Option<Box<dyn Border>>> + Send>;
 
 /// What a worker is to do with an instance.
 pub(super) enum Task {
     /// Up to two numbers in, one out.
     Numbers(fn(&dyn Border, [f64; 2]) -> Result<f64>, [f64; 2]),
     /// Values or derivatives in or out; there are as many ones.
-    Values(
-        fn(&dyn Border, &Batch, &[i32], &mut [f64]) -> Result<()>,
-        Batch,
-        Vec<f64>,
-    ),
+    Values(Pass, Batch, Vec<f64>),
     /// What is rare, and may allocate.
-    Any(Box<dyn FnOnce(&mut Seat) -> Result<Given> + Send>),
+    Any(Rare),
     /// A new instance; true where there is one.
     Make(Make, SyncSender<Done>),
     Free,
@@ -63,9 +63,9 @@ struct Order {
 pub(super) type Copies = BTreeMap<usize, (Arc<Fmu>, Api)>;
 
 /// An instance in its thread.
-pub(super) struct Seat {
+struct Seat {
     border: Option<Box<dyn Border>>,
-    pub states: BTreeMap<usize, Box<dyn Any>>,
+    states: States,
     ones: Vec<i32>,
     answers: SyncSender<Done>,
     has_failed: bool,
@@ -97,7 +97,7 @@ fn work(orders: &Receiver<Order>, spins: &Cell<usize>) {
         if let Task::Make(_, answers) = &order.task {
             all.push(Seat {
                 border: None,
-                states: BTreeMap::new(),
+                states: States::new(),
                 ones: Vec::new(),
                 answers: answers.clone(),
                 has_failed: false,
@@ -115,48 +115,41 @@ fn work(orders: &Receiver<Order>, spins: &Cell<usize>) {
 
 impl Seat {
     fn carry_out(&mut self, task: Task, copies: &mut Copies) -> Option<Done> {
-        let mut done = Done {
-            result: Ok(0.0),
-            values: Vec::new(),
-            given: None,
-            messages: Vec::new(),
-        };
-        let live = |border: &Option<Box<dyn Border>>, has_failed: bool| match border {
-            Some(_) if !has_failed => Ok(()),
-            _ => bail!("not done, because what was begun before it failed"),
-        };
-        done.result = match task {
+        let (mut values, mut given) = (Vec::new(), None);
+        let (border, has_failed) = (&mut self.border, self.has_failed);
+        let result = match task {
             Task::Free => {
                 self.states.clear();
-                self.border = None;
+                *border = None;
                 return None;
             }
-            Task::Make(make, _) => make(copies).map(|border| {
-                self.border = border;
-                f64::from(u8::from(self.border.is_some()))
+            Task::Make(make, _) => make(copies).map(|made| {
+                *border = made;
+                f64::from(u8::from(border.is_some()))
             }),
-            Task::Any(call) => call(self).map(|given| {
-                done.given = Some(given);
+            _ if has_failed || border.is_none() => Err(anyhow!("what was begun before it failed")),
+            Task::Numbers(call, numbers) => call(border.as_deref()?, numbers),
+            Task::Values(call, batch, own) => {
+                values = own;
+                self.ones.resize(self.ones.len().max(batch.len()), 1);
+                let done = call(border.as_deref()?, &batch, &self.ones, &mut values);
+                done.map(|()| 0.0)
+            }
+            Task::Any(call) => call(border.as_deref()?, &mut self.states).map(|done| {
+                given = Some(done);
                 0.0
             }),
-            task => live(&self.border, self.has_failed).and_then(|()| {
-                let border = self.border.as_deref().context("no instance")?;
-                match task {
-                    Task::Numbers(call, numbers) => call(border, numbers),
-                    Task::Values(call, batch, mut values) => {
-                        self.ones.resize(self.ones.len().max(batch.len()), 1);
-                        let result = call(border, &batch, &self.ones, &mut values);
-                        done.values = values;
-                        result.map(|()| 0.0)
-                    }
-                    _ => Ok(0.0),
-                }
-            }),
         };
-        if done.result.is_err() {
-            done.messages = messages::take();
-        }
-        Some(done)
+        let messages = match result {
+            Ok(_) => Vec::new(),
+            Err(_) => messages::take(),
+        };
+        Some(Done {
+            result,
+            values,
+            given,
+            messages,
+        })
     }
 }
 
@@ -306,14 +299,11 @@ impl There {
     /// What is rare: nothing else may be begun.
     pub fn any<T: Send + 'static>(
         &self,
-        call: impl FnOnce(&mut Seat, &dyn Border) -> Result<T> + Send + 'static,
+        call: impl FnOnce(&dyn Border, &mut States) -> Result<T> + Send + 'static,
     ) -> Result<T> {
         debug_assert_eq!(self.begun.get(), 0);
-        let task = move |seat: &mut Seat| {
-            let border = seat.border.take().context("no instance")?;
-            let result = call(seat, &*border);
-            seat.border = Some(border);
-            result.map(|given| Box::new(given) as Given)
+        let task = move |border: &dyn Border, states: &mut States| {
+            call(border, states).map(|given| Box::new(given) as Given)
         };
         let done = self.end(|| Task::Any(Box::new(task)))?;
         let given = done.given.and_then(|given| given.downcast().ok());
