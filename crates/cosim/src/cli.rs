@@ -69,6 +69,10 @@ pub struct SystemArgs {
     /// part or a whole multiple of the communication step; repeatable
     #[arg(long = "rate", value_name = "COMPONENT=TIME")]
     pub rates: Vec<String>,
+    /// Solve algebraic loops of declared dependencies, by Newton's method, in initialization and with
+    /// the schedules jacobi and gauss-seidel at every communication point
+    #[arg(long)]
+    pub solve_loops: bool,
     /// Parameter set for the system, in the packed system (`resources/heavy.ssv`) or a file;
     /// repeatable, before all other options
     #[arg(long, value_name = "FILE")]
@@ -104,6 +108,7 @@ impl SystemArgs {
         for set in &self.parameters {
             system.apply_set(set)?;
         }
+        system.structure.solves_loops = self.solve_loops;
         for name in &self.feedthrough {
             ensure!(
                 system.structure.component(name).is_some(),

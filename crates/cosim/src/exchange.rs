@@ -2,9 +2,10 @@
 //! has outputs there, then one write per component that receives them. Running it neither looks
 //! anything up nor allocates.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
+use crate::algebraic_loop::Unknowns;
 use crate::batch::Batch;
 use crate::faults::Alteration;
 use crate::slave::{Ahead, At, Failure, Slave};
@@ -210,6 +211,8 @@ impl Write {
 struct Stage {
     reads: Vec<Read>,
     writes: Vec<Write>,
+    /// Outputs that depend on each other through this stage.
+    unknowns: Option<Unknowns>,
 }
 
 /// What may be read together before which inputs are set.
@@ -264,10 +267,16 @@ impl Exchange {
     /// loop.
     pub fn new(wiring: &Wiring, order: Order, chosen: impl Fn(&Link) -> bool) -> Result<Self> {
         let is_initial = !matches!(order, Order::Stages | Order::AtOnce);
-        let levels = match order {
-            Order::AtOnce | Order::RepeatedAtOnce => vec![0; wiring.links.len()],
-            Order::Repeated => wiring.levels(is_initial, Undeclared::None)?,
-            _ => wiring.levels(is_initial, Undeclared::All)?,
+        let undeclared = match order {
+            Order::Repeated => Undeclared::None,
+            _ => Undeclared::All,
+        };
+        let (levels, loops) = match order {
+            Order::AtOnce | Order::RepeatedAtOnce => (vec![0; wiring.links.len()], Vec::new()),
+            _ => (
+                wiring.levels(is_initial, undeclared)?,
+                wiring.loops(is_initial, undeclared),
+            ),
         };
         let mut stages = Vec::new();
         let mut slots = BTreeMap::new();
@@ -297,7 +306,17 @@ impl Exchange {
                 writes
             });
             let writes = writes.into_iter().flatten().collect();
-            stages.push(Stage { reads, writes });
+            let read: BTreeSet<_> = reads.iter().flat_map(|read| read.slots.clone()).collect();
+            let of_stage = loops
+                .iter()
+                .flatten()
+                .filter(|port| read.contains(&slots[port]));
+            let unknowns = Unknowns::new(wiring, &slots, of_stage.copied())?;
+            stages.push(Stage {
+                reads,
+                writes,
+                unknowns,
+            });
         }
         let widest = stages
             .iter()
@@ -381,9 +400,22 @@ impl Exchange {
     pub fn run_again(&mut self, slaves: &[Slave], at: At) -> Result<()> {
         for k in 0..self.stages.len() {
             self.read_stage(k, slaves, at)?;
-            self.write_stage(k, None, slaves, at)?;
+            match self.stages[k].unknowns.take() {
+                None => self.write_stage(k, None, slaves, at)?,
+                Some(mut unknowns) => {
+                    let solved = unknowns.solve(self, k, slaves, at);
+                    self.stages[k].unknowns = Some(unknowns);
+                    solved?;
+                }
+            }
         }
         Ok(())
+    }
+
+    /// Set the inputs of a stage, then read its outputs.
+    pub(crate) fn write_and_read(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
+        self.write_stage(k, None, slaves, at)?;
+        self.read_stage(k, slaves, at)
     }
 
     /// Pass all values until none changes any more, bit for bit, at most `passes` times; the

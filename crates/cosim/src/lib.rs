@@ -17,6 +17,7 @@
 //! of WebAssembly calls, and the caller makes the steps and has them watched ([`supervision`]).
 #![deny(unsafe_code)]
 
+mod algebraic_loop;
 mod arrays;
 pub mod batch;
 pub mod bond;

@@ -51,7 +51,7 @@ impl Going<'_> {
         let snapshot = postcard::to_stdvec(&Snapshot {
             components: self.components(),
             stepping: self.master.stepping(),
-            control: self.control.clone(),
+            control: *self.control,
             progress: self.steps.progress(),
             watch: self.supervision.watch.clone(),
             master: self.master.save_bytes()?,

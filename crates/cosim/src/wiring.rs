@@ -1,7 +1,7 @@
 //! Who must be read before whom: connections resolved against the model descriptions and put in the
 //! order of direct feedthrough.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use crate::batch::{Batch, Layout};
 use crate::structure::{Connection, Power, Structure};
@@ -48,7 +48,7 @@ pub struct BondPorts {
 
 /// What breaks an algebraic loop.
 const REMEDY: &str = "no order of exchange resolves it. One of these components must have a state, or a delay of a communication step, between \
-     its input and its output, and must not list that input among the output's dependencies; or one of the connections must go";
+     its input and its output, and must not list that input among the output's dependencies; or one of the connections must go; or it is solved, which --solve-loops asks for";
 
 /// The system's connections with everything that is needed to order them.
 pub struct Wiring<'a> {
@@ -61,6 +61,8 @@ pub struct Wiring<'a> {
     /// Components of which outputs may be read again after inputs were set although they declare no
     /// dependencies.
     trusted: Vec<bool>,
+    /// Algebraic loops are solved.
+    solves_loops: bool,
 }
 
 /// Which dependencies count where an output declares none.
@@ -81,6 +83,7 @@ impl<'a> Wiring<'a> {
             links: Vec::new(),
             remarks: Vec::new(),
             driver: HashMap::new(),
+            solves_loops: structure.solves_loops,
             trusted: (structure.components.iter())
                 .map(|c| structure.feedthrough.contains(&c.name))
                 .collect(),
@@ -295,10 +298,12 @@ impl<'a> Wiring<'a> {
     /// # Errors
     /// An algebraic loop, by the names along it.
     pub fn levels(&self, initialization: bool, undeclared: Undeclared) -> Result<Vec<usize>> {
+        let loops = self.loops(initialization, undeclared);
         let mut search = Search {
             wiring: self,
             initialization,
             undeclared,
+            loops: &loops,
             known: HashMap::new(),
             path: Vec::new(),
         };
@@ -319,6 +324,40 @@ impl<'a> Wiring<'a> {
         Ok(levels)
     }
 
+    /// Outputs that depend on each other at once, loop by loop; none where loops are not solved.
+    pub fn loops(&self, initialization: bool, undeclared: Undeclared) -> Vec<Vec<Port>> {
+        let mut outputs: Vec<Port> = self.links.iter().map(|link| link.from).collect();
+        outputs.sort();
+        outputs.dedup();
+        if !self.solves_loops {
+            outputs.clear();
+        }
+        let needed = |output: Port| {
+            let inputs = self.dependencies(output, initialization, undeclared);
+            let inputs = inputs
+                .into_iter()
+                .map(move |variable| Port { variable, ..output });
+            inputs.filter_map(|input| self.driver(input).map(|k| self.links[k].from))
+        };
+        let all_needed = |output: Port| {
+            let (mut found, mut rest) = (BTreeSet::new(), vec![output]);
+            while let Some(next) = rest.pop() {
+                rest.extend(needed(next).filter(|output| found.insert(*output)));
+            }
+            found
+        };
+        let needed: BTreeMap<_, _> = outputs.iter().map(|o| (*o, all_needed(*o))).collect();
+        let mut loops: Vec<Vec<Port>> = Vec::new();
+        for (output, own) in needed.iter().filter(|(output, own)| own.contains(output)) {
+            if loops.iter().any(|known| known.contains(output)) {
+                continue;
+            }
+            let mutual = own.iter().filter(|other| needed[other].contains(output));
+            loops.push(mutual.copied().collect());
+        }
+        loops
+    }
+
     /// Whether a connected output depends on an input at once.
     fn is_awaited(&self, input: Port, initialization: bool, undeclared: Undeclared) -> bool {
         self.links.iter().any(|link| {
@@ -335,12 +374,19 @@ struct Search<'a> {
     wiring: &'a Wiring<'a>,
     initialization: bool,
     undeclared: Undeclared,
+    /// Those that are solved: all outputs of one are on one level.
+    loops: &'a [Vec<Port>],
     known: HashMap<Port, usize>,
     /// Outputs and the inputs between them, each depending on the next one.
     path: Vec<Port>,
 }
 
 impl Search<'_> {
+    fn is_solved_with(&self, one: Port, other: Port) -> bool {
+        let mut loops = self.loops.iter();
+        loops.any(|own| own.contains(&one) && own.contains(&other))
+    }
+
     fn level(&mut self, output: Port) -> Result<usize> {
         if let Some(level) = self.known.get(&output) {
             return Ok(*level);
@@ -354,16 +400,27 @@ impl Search<'_> {
             };
             bail!("algebraic loop{when}: {}; {REMEDY}", names.join(" -> "));
         }
+        let alone = [output];
+        let together = self.loops.iter().find(|own| own.contains(&output));
+        let together = together.map_or(&alone[..], Vec::as_slice);
         let mut level = 0;
-        for variable in (self.wiring).dependencies(output, self.initialization, self.undeclared) {
-            let input = Port { variable, ..output };
-            if let Some(driver) = self.wiring.driver(input) {
-                self.path.extend([output, input]);
-                level = level.max(1 + self.level(self.wiring.links[driver].from)?);
-                self.path.truncate(self.path.len() - 2);
+        for member in together {
+            let inputs = (self.wiring).dependencies(*member, self.initialization, self.undeclared);
+            for variable in inputs {
+                let input = Port {
+                    variable,
+                    ..*member
+                };
+                let driver = self.wiring.driver(input).map(|k| self.wiring.links[k].from);
+                if let Some(driver) = driver.filter(|d| !self.is_solved_with(*d, output)) {
+                    self.path.extend([output, input]);
+                    level = level.max(1 + self.level(driver)?);
+                    self.path.truncate(self.path.len() - 2);
+                }
             }
         }
-        self.known.insert(output, level);
+        self.known
+            .extend(together.iter().map(|member| (*member, level)));
         Ok(level)
     }
 }

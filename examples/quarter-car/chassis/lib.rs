@@ -2,9 +2,10 @@
 //! given.
 //!
 //! ```text
-//! F = −k s − d |ṡ|^e sign ṡ     ṡ = v − v_body     m dv_body/dt = −F
+//! F = −F_0 − k s − d |ṡ|^e sign ṡ     ṡ = v − v_body     m dv_body/dt = −F − F_0
 //! ```
-//! `F` acts on the wheel, `s` is by how much the wheel is nearer to the body than at rest.
+//! `F` acts on the wheel, `s` is by how much the wheel is nearer to the body than at rest,
+//! where the suspension carries the load `F_0`.
 
 use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use serde::{Deserialize, Serialize};
@@ -20,6 +21,7 @@ struct Parameters {
     exponent: f64,
     x_start: f64,
     s_start: f64,
+    load: f64,
 }
 
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
@@ -53,15 +55,16 @@ const VARIABLES: &[V] = &[
     V::parameter("exponent", "exponent of the damper's velocity", |p| &p.exponent, |p| &mut p.exponent).unit("1").min(0.1).max(2.0),
     V::parameter("x_start", "position at the start", |p| &p.x_start, |p| &mut p.x_start).unit("m"),
     V::parameter("s_start", "compression at the start", |p| &p.s_start, |p| &mut p.s_start).unit("m"),
+    V::parameter("F_0", "load that the suspension carries at rest", |p| &p.load, |p| &mut p.load).unit("N"),
     V::input("v", "velocity of the wheel", |u| &u.v, |u| &mut u.v).unit("m/s"),
-    V::output("F", "force on the wheel", |y| &y.force).unit("N").depends_on(&["v"]).initially_depends_on(&["v", "k", "d", "exponent", "s_start"]),
-    V::output("F_mean", "mean of F over the last step", |y| &y.mean).unit("N").depends_on(&[]).initially_depends_on(&["v", "k", "d", "exponent", "s_start"]),
+    V::output("F", "force on the wheel", |y| &y.force).unit("N").depends_on(&["v"]).initially_depends_on(&["v", "k", "d", "exponent", "s_start", "F_0"]),
+    V::output("F_mean", "mean of F over the last step", |y| &y.mean).unit("N").depends_on(&[]).initially_depends_on(&["v", "k", "d", "exponent", "s_start", "F_0"]),
     V::output("x_body", "position", |y| &y.x).unit("m").depends_on(&[]).initially_depends_on(&["x_start"]),
     V::output("v_body", "velocity", |y| &y.v).unit("m/s").depends_on(&[]).initially_depends_on(&[]),
 ];
 
 fn force(p: &Parameters, s: f64, s_dot: f64) -> f64 {
-    -p.k * s - p.d * s_dot.abs().powf(p.exponent).copysign(s_dot)
+    -p.load - p.k * s - p.d * s_dot.abs().powf(p.exponent).copysign(s_dot)
 }
 
 impl Model for Chassis {
@@ -84,6 +87,7 @@ impl Model for Chassis {
             exponent: 1.0,
             x_start: 0.0,
             s_start: 0.0,
+            load: 0.0,
         };
         (p, Input::default())
     }
@@ -124,7 +128,7 @@ impl Model for Chassis {
             let rate = |z: [f64; 4], share: f64| {
                 let s_dot = u.at::<Self>((f64::from(k) + share) * dt).v - z[1];
                 let force = force(p, z[2], s_dot);
-                [z[1], -force / p.m, s_dot, force]
+                [z[1], -(force + p.load) / p.m, s_dot, force]
             };
             let moved = |by: f64, rate: [f64; 4]| std::array::from_fn(|i| z[i] + by * rate[i]);
             let a = rate(z, 0.0);

@@ -2,9 +2,9 @@
 //! `road.period` is given also down and up again, under the force of a suspension.
 //!
 //! ```text
-//! m dv/dt = F − k (x − road(t))
+//! m dv/dt = F + F_0 − k (x − road(t))
 //! ```
-//! Positions are those beside rest. Under a force that is held over a step, or linear in it, the
+//! Positions are those beside rest, where the suspension carries the load `F_0`. Under a force that is held over a step, or linear in it, the
 //! motion is computed exactly, from one edge of the road to the next.
 
 use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
@@ -18,6 +18,7 @@ struct Parameters {
     height: f64,
     time: f64,
     period: f64,
+    load: f64,
 }
 
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
@@ -46,6 +47,7 @@ const VARIABLES: &[V] = &[
     V::parameter("road.height", "height of the road's step", |p| &p.height, |p| &mut p.height).unit("m"),
     V::parameter("road.time", "time of the first edge", |p| &p.time, |p| &mut p.time).unit("s"),
     V::parameter("road.period", "time from edge to edge, down and up in turn; 0: one edge", |p| &p.period, |p| &mut p.period).unit("s").min(0.0),
+    V::parameter("F_0", "load that the suspension carries at rest", |p| &p.load, |p| &mut p.load).unit("N"),
     V::input("f", "force of the suspension", |u| &u.f, |u| &mut u.f).unit("N"),
     V::output("x", "position", |y| &y.x).unit("m").depends_on(&[]).initially_depends_on(&["x_start"]),
     V::output("v", "velocity", |y| &y.v).unit("m/s").depends_on(&[]).initially_depends_on(&[]),
@@ -90,6 +92,7 @@ impl Model for Wheel {
             height: 0.1,
             time: 0.0,
             period: 0.0,
+            load: 0.0,
         };
         (p, Input::default())
     }
@@ -123,7 +126,7 @@ impl Model for Wheel {
             let to = (p.next_edge(edges) - t).clamp(from, h);
             let road = if edges % 2.0 == 1.0 { p.height } else { 0.0 };
             // Beside the position of rest, which moves with the force.
-            let rest = |s: f64| road + u.at::<Self>(s).f / p.k;
+            let rest = |s: f64| road + (u.at::<Self>(s).f + p.load) / p.k;
             let (x, v) = (self.x - rest(from), self.v - f_dot / p.k);
             let (sin, cos) = (w * (to - from)).sin_cos();
             self.x = rest(to) + x * cos + v / w * sin;

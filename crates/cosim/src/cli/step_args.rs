@@ -12,7 +12,7 @@ use crate::stepping::{Control, Limits};
 /// How long communication steps are; where a run is saved and gone on with.
 #[derive(Args, Clone)]
 pub struct StepArgs {
-    /// Choose the communication step, which begins with --step, by the energy that the coupling
+    /// Choose the communication step, which begins with the shortest, by the energy that the coupling
     /// makes or loses at the power bonds over a step: at most about this part of the energy that
     /// passes
     #[arg(long, value_name = "TOLERANCE", conflicts_with_all = ["doubling_tolerance", "interval"])]
@@ -20,7 +20,7 @@ pub struct StepArgs {
     /// Energy of a step from which on --energy-tolerance counts, J; below, it is a part of this
     #[arg(long, value_name = "JOULE", default_value_t = 1.0)]
     pub energy_scale: f64,
-    /// Choose the communication step by comparison with two of half the length: the difference of
+    /// Choose the communication step, which begins with --step, by comparison with two of half the length: the difference of
     /// connected outputs may be this part of nominal value and output
     #[arg(long, value_name = "TOLERANCE", conflicts_with = "interval")]
     pub doubling_tolerance: Option<f64>,

@@ -68,7 +68,10 @@ impl ChosenSteps {
             tolerance > 0.0 && tolerance.is_finite(),
             "tolerance {tolerance} of the communication steps must be greater than 0"
         );
+        let mut first = step;
         if let Control::Energy { scale, .. } = *control {
+            // A step that was too long to begin with would not be noticed before it is over.
+            first = limits.length[0];
             ensure!(
                 scale > 0.0 && scale.is_finite(),
                 "energy {scale} J from which on the tolerance counts must be greater than 0"
@@ -95,8 +98,8 @@ impl ChosenSteps {
             }
         });
         Ok(Self {
-            regulator: Regulator::new(limits, step)?,
-            control: control.clone(),
+            regulator: Regulator::new(limits, first)?,
+            control: *control,
             stop,
             count: StepCount::default(),
             before: vec![[0.0; 2]; master.residuals().len()],

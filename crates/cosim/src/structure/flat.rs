@@ -134,6 +134,8 @@ pub struct Structure {
     pub feedthrough: Vec<String>,
     /// Components with steps of their own, s; the last of several counts.
     pub rates: Vec<(String, f64)>,
+    /// Declared algebraic loops are solved.
+    pub solves_loops: bool,
     /// What was made of it that its file does not say.
     pub remarks: Vec<String>,
     /// Parameter values that match nothing, with their origin: by the standard they are passed

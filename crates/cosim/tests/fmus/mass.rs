@@ -15,6 +15,7 @@ struct Parameters {
     x_start: f64,
     x_dot_start: f64,
     fails_at: f64,
+    pauses_at: f64,
 }
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
 struct Input {
@@ -36,6 +37,7 @@ const VARIABLES: &[V] = &[
     V::parameter("x_start", "start position", |p| &p.x_start, |p| &mut p.x_start).unit("m"),
     V::parameter("x_dot_start", "start velocity", |p| &p.x_dot_start, |p| &mut p.x_dot_start).unit("m/s"),
     V::parameter("fails_at", "steps that begin here or later are refused", |p| &p.fails_at, |p| &mut p.fails_at).unit("s"),
+    V::parameter("pauses_at", "a step over this time ends there", |p| &p.pauses_at, |p| &mut p.pauses_at).unit("s"),
     V::input("f", "force", |u| &u.f, |u| &mut u.f).unit("N").min(-1e3).max(1e3),
     V::output("x", "position", |y| &y.x).unit("m").depends_on(&[]).initially_depends_on(&["x_start"]),
     V::output("x_dot", "velocity", |y| &y.x_dot).unit("m/s").depends_on(&[]).initially_depends_on(&["x_dot_start"]),
@@ -64,6 +66,7 @@ impl Model for Mass {
                 x_start: 1.0,
                 x_dot_start: 0.0,
                 fails_at: 1e9,
+                pauses_at: 1e9,
             },
             Input::default(),
         )
@@ -98,11 +101,16 @@ impl Model for Mass {
         if t >= p.fails_at {
             return Err(ModelError::new("`fails_at` is reached"));
         }
+        let rest = p.pauses_at - t;
+        let reached = Some(rest).filter(|rest| *rest > 1e-9 && *rest < h - 1e-9);
+        let h = reached.unwrap_or(h);
         let (a, jerk) = (u.value().f / p.m, u.derivative(1).f / p.m);
         self.x += h * (self.x_dot + h * (a / 2.0 + h * jerk / 6.0));
         self.x_dot += h * (a + h * jerk / 2.0);
         self.steps += 1;
-        Ok(StepEnd::WHOLE)
+        let mut end = StepEnd::WHOLE;
+        (end.reached, end.event) = (reached, reached.is_some());
+        Ok(end)
     }
 
     fn output_derivative(

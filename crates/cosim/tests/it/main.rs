@@ -3,11 +3,13 @@
 
 mod allocation;
 mod c_types;
+mod chosen_steps;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod events;
 mod faults;
 mod foreign;
 mod inputs;
+mod loops;
 mod oscillator;
 mod program;
 mod rates;

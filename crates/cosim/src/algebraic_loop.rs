@@ -1,0 +1,247 @@
+//! Algebraic loops: outputs that depend on each other at once, solved by Newton's method with
+//! derivatives by differences.
+//!
+//! The unknowns `y` are what the outputs of a loop pass on, `g(y)` is what they are after the inputs
+//! were set to it; sought is `g(y) = y`. Nothing here allocates unless it fails.
+
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+
+use anyhow::{Result, bail};
+use fmu_description::Access;
+
+use crate::exchange::Exchange;
+use crate::slave::{At, Slave};
+use crate::wiring::{Port, Wiring};
+
+/// Iterations after which a loop is not solved.
+const ITERATIONS: usize = 50;
+/// Residual beside 1 and the value up to which it is solved at once.
+const ROUNDING: f64 = 1e-14;
+/// The same where iterations do not make the residual smaller any more.
+const TOLERANCE: f64 = 1e-10;
+/// Change of an unknown for derivatives by differences, beside 1 and the value: the square root of
+/// the rounding.
+const CHANGE: f64 = 1.5e-8;
+/// Pivot beside the largest element up to which a loop has no one solution: derivatives by
+/// differences are known to about [`CHANGE`].
+const SINGULAR: f64 = 1e-7;
+
+/// The unknowns of the loops of a stage.
+#[derive(Debug)]
+pub(crate) struct Unknowns {
+    names: Vec<String>,
+    slots: Vec<usize>,
+    y: Vec<f64>,
+    residual: Vec<f64>,
+    /// Derivatives of `y − g(y)`, row by row, with the residual as the last column.
+    rows: Vec<Vec<f64>>,
+    /// Those of the last solution.
+    iterations: usize,
+    sizes: Vec<f64>,
+}
+
+impl Unknowns {
+    /// None where there are no such outputs.
+    ///
+    /// # Errors
+    /// An output that is not Real.
+    pub fn new(
+        wiring: &Wiring,
+        slots: &BTreeMap<Port, usize>,
+        outputs: impl Iterator<Item = Port>,
+    ) -> Result<Option<Self>> {
+        let ports: Vec<Port> = outputs.collect();
+        let (n, names) = (ports.len(), ports.iter().map(|port| wiring.name(*port)));
+        if let Some(port) = ports
+            .iter()
+            .find(|port| wiring.access(**port) != Access::Real)
+        {
+            bail!(
+                "`{}` is in an algebraic loop and not Real: such a loop cannot be solved",
+                wiring.name(*port)
+            );
+        }
+        Ok((n > 0).then(|| Self {
+            names: names.collect(),
+            slots: ports.iter().map(|port| slots[port]).collect(),
+            y: vec![0.0; n],
+            residual: vec![0.0; n],
+            rows: vec![vec![0.0; n + 1]; n],
+            iterations: 0,
+            sizes: vec![0.0; n],
+        }))
+    }
+
+    /// Solve the loops of stage `k`, whose outputs have just been read; then its inputs are set to
+    /// the solution, and its outputs are those.
+    ///
+    /// # Errors
+    /// No solution is found; what the FMUs refuse.
+    pub fn solve(
+        &mut self,
+        exchange: &mut Exchange,
+        k: usize,
+        slaves: &[Slave],
+        at: At,
+    ) -> Result<()> {
+        for (y, slot) in self.y.iter_mut().zip(&self.slots) {
+            *y = exchange.values[*slot];
+        }
+        let mut before = f64::INFINITY;
+        for iterations in 0..ITERATIONS {
+            self.iterations = iterations;
+            self.evaluate(exchange, k, slaves, at)?;
+            let residual = self.largest();
+            // The second clause: the best that rounding allows.
+            let is_best = residual <= TOLERANCE && residual > 0.5 * before;
+            if residual <= ROUNDING || is_best {
+                return Ok(());
+            }
+            before = residual;
+            self.differentiate(exchange, k, slaves, at)?;
+            if !eliminate(&mut self.rows, &mut self.sizes) {
+                return self.fail(at, "they have no solution, or more than one");
+            }
+            for (y, row) in self.y.iter_mut().zip(&self.rows) {
+                *y += row[row.len() - 1];
+            }
+        }
+        self.fail(at, "Newton's method does not find a solution")
+    }
+
+    /// `g(y) − y`, whatever the unknowns are.
+    fn evaluate(
+        &mut self,
+        exchange: &mut Exchange,
+        k: usize,
+        slaves: &[Slave],
+        at: At,
+    ) -> Result<()> {
+        self.put(exchange);
+        exchange.write_and_read(k, slaves, at)?;
+        let found = self.slots.iter().map(|slot| exchange.values[*slot]);
+        for ((residual, y), found) in self.residual.iter_mut().zip(&self.y).zip(found) {
+            *residual = found - y;
+        }
+        // What goes on is what was set.
+        self.put(exchange);
+        Ok(())
+    }
+
+    fn put(&self, exchange: &mut Exchange) {
+        for (y, slot) in self.y.iter().zip(&self.slots) {
+            exchange.values[*slot] = *y;
+        }
+    }
+
+    /// Largest residual, beside 1 and the value.
+    fn largest(&self) -> f64 {
+        let all = self.residual.iter().zip(&self.y);
+        all.map(|(residual, y)| residual.abs() / (1.0 + y.abs()))
+            .fold(0.0, |a: f64, b| if b.is_nan() { b } else { a.max(b) })
+    }
+
+    /// Derivatives at `y`, a column for each unknown.
+    fn differentiate(
+        &mut self,
+        exchange: &mut Exchange,
+        k: usize,
+        slaves: &[Slave],
+        at: At,
+    ) -> Result<()> {
+        for (row, residual) in self.rows.iter_mut().zip(&self.residual) {
+            row[self.slots.len()] = *residual;
+        }
+        for j in 0..self.slots.len() {
+            let moved = self.y[j] + CHANGE * (1.0 + self.y[j].abs());
+            let change = moved - self.y[j];
+            self.put(exchange);
+            exchange.values[self.slots[j]] = moved;
+            exchange.write_and_read(k, slaves, at)?;
+            for (i, row) in self.rows.iter_mut().enumerate() {
+                let before = self.residual[i] + self.y[i];
+                let slope = (exchange.values[self.slots[i]] - before) / change;
+                row[j] = f64::from(i == j) - slope;
+            }
+        }
+        Ok(())
+    }
+
+    #[cold]
+    fn fail(&self, at: At, why: &str) -> Result<()> {
+        let residuals = self.names.iter().zip(self.residual.iter().zip(&self.y));
+        let residuals: Vec<_> = residuals
+            .map(|(name, (residual, y))| {
+                format!("`{name}` is {y} and would become {}", y + residual)
+            })
+            .collect();
+        bail!(
+            "algebraic loop {at}: after {} iterations {}; {why}",
+            self.iterations,
+            residuals.join(", ")
+        )
+    }
+}
+
+/// Solve equations, given row by row with the right side last, by elimination with partial pivoting
+/// after the rows and columns are brought to one size, which needs room for `sizes` of columns; the
+/// solution is where the right side was. False where they have no one solution.
+fn eliminate(rows: &mut [Vec<f64>], sizes: &mut [f64]) -> bool {
+    let n = rows.len();
+    let largest = |all: &mut dyn Iterator<Item = f64>| all.fold(0.0, |a: f64, x| a.max(x.abs()));
+    for row in rows.iter_mut() {
+        let size = largest(&mut row[..n].iter().copied());
+        row.iter_mut().for_each(|x| *x /= size);
+    }
+    for (j, size) in sizes.iter_mut().enumerate() {
+        *size = largest(&mut rows.iter().map(|row| row[j]));
+        rows.iter_mut().for_each(|row| row[j] /= *size);
+    }
+    for k in 0..n {
+        let largest = (k..n).max_by(|a, b| rows[*a][k].abs().total_cmp(&rows[*b][k].abs()));
+        rows.swap(k, largest.unwrap_or(k));
+        // Also where it is no number.
+        if rows[k][k].abs().partial_cmp(&SINGULAR) != Some(Ordering::Greater) {
+            return false;
+        }
+        let (above, below) = rows.split_at_mut(k + 1);
+        for row in below {
+            let factor = row[k] / above[k][k];
+            for (x, pivot) in row[k..].iter_mut().zip(&above[k][k..]) {
+                *x -= factor * pivot;
+            }
+        }
+    }
+    for k in (0..n).rev() {
+        let known: f64 = (k + 1..n).map(|j| rows[k][j] * rows[j][n]).sum();
+        rows[k][n] = (rows[k][n] - known) / rows[k][k];
+    }
+    for (row, size) in rows.iter_mut().zip(sizes) {
+        row[n] /= *size;
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equations_are_solved_with_pivots_and_singular_ones_are_told() {
+        let mut rows = vec![
+            vec![0.0, 2.0, 0.0, 4.0],
+            vec![1.0, 0.0, 1.0, 3.0],
+            vec![1.0, 0.0, -1.0, 1.0],
+        ];
+        assert!(eliminate(&mut rows, &mut [0.0; 3]));
+        let solution: Vec<_> = rows.iter().map(|row| row[3]).collect();
+        assert_eq!(solution, [2.0, 2.0, 1.0]);
+        // Units may lie far apart: x = 2e-12, y = 3.
+        let mut rows = vec![vec![1e12, 1.0, 5.0], vec![1e9, -1e-3, -1e-3]];
+        assert!(eliminate(&mut rows, &mut [0.0; 2]));
+        assert!((rows[0][2] / 2e-12 - 1.0).abs() < 1e-14 && (rows[1][2] - 3.0).abs() < 1e-14);
+        let mut rows = vec![vec![1.0, 2.0, 1.0], vec![2.0, 4.0, 1.0]];
+        assert!(!eliminate(&mut rows, &mut [0.0; 2]));
+    }
+}
