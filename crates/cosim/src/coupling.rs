@@ -16,8 +16,6 @@ const PASSES: usize = 100;
 /// The coupled instances.
 pub(crate) struct Coupling {
     pub slaves: Vec<Slave>,
-    /// Instances are in several threads.
-    pub is_beside: bool,
     /// Components that Gauss–Seidel may step side by side: each after those whose mean effort it
     /// gets. Those of this thread come first.
     pub ranks: Vec<Vec<usize>>,
@@ -234,7 +232,7 @@ impl Coupling {
             rates.rest(&mut self.exchange.resting, t + h);
         }
         // With faults the order of components is also that of their random numbers.
-        if !self.is_beside || gives_means && self.exchange.faults.is_some() {
+        if !self.exchange.is_beside || gives_means && self.exchange.faults.is_some() {
             for k in 0..self.count() {
                 if gives_means {
                     self.give_means(k, t)?;

@@ -122,7 +122,6 @@ impl Master {
             timed: timed.collect(),
             fixed: system.fixed_step().map(str::to_string),
             bond_steps: vec![BondStep::default(); bonds.len()],
-            is_beside: crew.is_beside(),
             ranks: crew.ranks(&wiring, |link| {
                 is_sequential && (link.bond.is_some() || has_ends)
             }),

@@ -107,12 +107,9 @@ pub fn planned(
     observer: &mut dyn Observer,
 ) -> Result<Outcome> {
     let Plan { stop, control, .. } = plan;
-    let mut steps = Steps::new(system, &master, *stop, control)?;
+    let (mut steps, has_left_rest) = steps_of(system, &master, plan)?;
     let mut verdict = Verdict::default();
-    if let Some(fixed) = system.fixed_step()
-        && let Steps::Fixed(steps) = &mut steps
-        && steps.leave_rest()
-    {
+    if let Some(fixed) = system.fixed_step().filter(|_| has_left_rest) {
         verdict.note(format!(
             "the last step is not shortened to end at {stop} s, because `{fixed}` cannot vary its step"
         ));
@@ -207,6 +204,17 @@ fn worth(system: &System, trial: Duration, left: u64) -> Option<usize> {
     (threads > 1 && step > LONG_STEP && step * left as f64 > LONG_RUN).then_some(threads)
 }
 
+/// The steps of a plan; true where a shortened last one is left out, because a component cannot vary
+/// its step.
+fn steps_of(system: &System, master: &Master, plan: &Plan) -> Result<(Steps, bool)> {
+    let mut steps = Steps::new(system, master, plan.stop, &plan.control)?;
+    let has_left_rest = match &mut steps {
+        Steps::Fixed(steps) => system.fixed_step().is_some() && steps.leave_rest(),
+        Steps::Chosen(_) => false,
+    };
+    Ok((steps, has_left_rest))
+}
+
 /// The first steps once more, by several threads where they can; what is to be said of that.
 fn shared_out(
     system: &System,
@@ -216,7 +224,7 @@ fn shared_out(
 ) -> Result<(Master, Steps, String)> {
     let again = |experiment: &Experiment| -> Result<(Master, Steps)> {
         let mut master = experiment.start(system)?;
-        let mut steps = Steps::new(system, &master, plan.stop, &plan.control)?;
+        let (mut steps, _) = steps_of(system, &master, plan)?;
         for _ in 0..TRIAL {
             steps.make(&mut master)?;
         }

@@ -24,6 +24,10 @@ pub struct Arguments<'a> {
 }
 
 /// A call that may be begun before it is made.
+#[cfg_attr(
+    not(feature = "native"),
+    expect(dead_code, reason = "modules run in the thread of their host")
+)]
 #[derive(Clone, Copy, Debug)]
 pub enum Ahead<'a> {
     /// From this time, s.

@@ -166,8 +166,8 @@ struct Thread {
 }
 
 impl Worker {
-    /// Start a thread for `count` instances at most that make `parts` steps at a time; it spins before it sleeps where it has a core
-    /// for itself.
+    /// Start a thread for `count` instances at most that make `parts` steps at a time; it spins
+    /// before it sleeps where it has a core for itself.
     pub fn start(count: usize, parts: usize, spins: bool) -> Result<Self> {
         let spins = if spins { SPINS[0] } else { 0 };
         // Room for some calls of each; where there is more, the master waits until it is done.
