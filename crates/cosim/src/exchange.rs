@@ -310,7 +310,7 @@ impl Exchange {
             let of_stage = loops
                 .iter()
                 .flatten()
-                .filter(|port| read.contains(&slots[port]));
+                .filter(|port| slots.get(port).is_some_and(|slot| read.contains(slot)));
             let unknowns = Unknowns::new(wiring, &slots, of_stage.copied())?;
             stages.push(Stage {
                 reads,

@@ -33,22 +33,20 @@ pub struct StepArgs {
     #[arg(
         long,
         value_name = "SHORTEST,LONGEST",
-        value_delimiter = ',',
-        num_args = 2
+        value_parser = numbers::<2>
     )]
-    pub step_limits: Vec<f64>,
+    pub step_limits: Option<[f64; 2]>,
     /// Least and largest change from one step that is chosen to the next
     #[arg(
         long,
         value_name = "LEAST,LARGEST",
-        value_delimiter = ',',
-        num_args = 2
+        value_parser = numbers::<2>
     )]
-    pub step_change: Vec<f64>,
+    pub step_change: Option<[f64; 2]>,
     /// Safety, and with --energy-tolerance proportional and integral gain of the controller that
     /// chooses steps
-    #[arg(long, value_name = "SAFETY,P,I", value_delimiter = ',', num_args = 3)]
-    pub step_controller: Vec<f64>,
+    #[arg(long, value_name = "SAFETY,P,I", value_parser = numbers::<3>)]
+    pub step_controller: Option<[f64; 3]>,
     /// Save the run to this file at the first communication point that is not before a time, s;
     /// repeatable
     #[arg(long = "snapshot", value_name = "TIME=FILE")]
@@ -102,16 +100,20 @@ impl StepArgs {
 
     fn limits(&self) -> Limits {
         let mut limits = Limits::default();
-        if let [shortest, longest] = self.step_limits[..] {
-            limits.length = [shortest, longest];
-        }
-        if let [least, most] = self.step_change[..] {
-            limits.change = [least, most];
-        }
-        if let [safety, proportional, integral] = self.step_controller[..] {
-            (limits.safety, limits.proportional, limits.integral) =
-                (safety, proportional, integral);
+        limits.length = self.step_limits.unwrap_or(limits.length);
+        limits.change = self.step_change.unwrap_or(limits.change);
+        if let Some([safety, proportional, integral]) = self.step_controller {
+            (limits.safety, limits.proportional) = (safety, proportional);
+            limits.integral = integral;
         }
         limits
     }
+}
+
+/// Numbers with commas between them.
+fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let numbers = text.split(',').map(|number| number.trim().parse().ok());
+    let numbers: Option<Vec<f64>> = numbers.collect();
+    let numbers = numbers.and_then(|numbers| numbers.try_into().ok());
+    numbers.ok_or_else(|| format!("it must be {N} numbers with commas between them"))
 }
