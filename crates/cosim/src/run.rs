@@ -132,15 +132,15 @@ pub fn planned(
     save(&mut due, &going)?;
     let clock = Instant::now();
     observer.observe(&master)?;
-    let (mut trial, mut stepped) = (0, Duration::ZERO);
+    let (mut trial, mut shortest) = (0, Duration::MAX);
     while !observer.is_done() && !steps.is_over(&master) {
         trial += 1;
         let before = (trial <= TRIAL).then(Instant::now);
         let made = steps.make(&mut master);
-        stepped += before.map_or(Duration::ZERO, |before| before.elapsed());
+        shortest = before.map_or(shortest, |before| before.elapsed().min(shortest));
         let (k, all) = steps.so_far(&master);
         if let (TRIAL, Ok(_), Some(alone)) = (trial, &made, &plan.alone)
-            && let Some(threads) = worth(system, stepped, all - k)
+            && let Some(threads) = worth(system, shortest, all - k)
         {
             drop(master);
             let (done, again, note) = shared_out(system, plan, alone, threads)?;
@@ -192,14 +192,15 @@ pub fn planned(
 
 /// Steps after which it is decided how many threads go on.
 const TRIAL: u64 = 8;
-/// A step that takes less is not shared out, s.
+/// Where the shortest of them takes less, they are not shared out, s: others may have waited for a
+/// busy machine.
 const LONG_STEP: f64 = 100e-6;
 /// Nor is a run that will end sooner, s.
 const LONG_RUN: f64 = 0.5;
 
 /// Number of threads that are worth while.
-fn worth(system: &System, trial: Duration, left: u64) -> Option<usize> {
-    let step = trial.as_secs_f64() / TRIAL as f64;
+fn worth(system: &System, step: Duration, left: u64) -> Option<usize> {
+    let step = step.as_secs_f64();
     let threads = cores().min(system.fmus.len());
     (threads > 1 && step > LONG_STEP && step * left as f64 > LONG_RUN).then_some(threads)
 }
