@@ -182,6 +182,8 @@ impl System {
             stop_time: conditions.stop_time,
             schedule,
             input_derivatives: false,
+            threads: None,
+            between: Default::default(),
             settings: conditions.settings.iter().map(setting).collect(),
             strict: conditions.strict,
             check: false,

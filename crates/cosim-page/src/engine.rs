@@ -172,11 +172,13 @@ impl Engine {
             None => Some(preferred()),
         };
         let experiment = Experiment {
+            threads: 1,
             stepping: Stepping {
                 start: system.structure.start_time,
                 step: step
                     .context("`step`: the communication step must be a number greater than 0 s")?,
                 schedule: word(SCHEDULE).map_or(Ok(Schedule::default()), |name| schedule(&name))?,
+                between: Default::default(),
                 jitter: None,
             },
             stop: None,

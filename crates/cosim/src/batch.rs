@@ -5,15 +5,20 @@
 //! must be given too, as they were given last.
 
 use std::collections::{BTreeMap, HashMap};
-use std::ops::Range;
+use std::ops::{Deref, Range};
+use std::sync::Arc;
 
 use fmu_description::{Access, Description, Variability, Version};
 
 use crate::value::{Value, is_wide};
 
-/// Values of some variables of one instance and of one type.
+/// Values of some variables of one instance and of one type. A clone is the same plan.
+#[derive(Clone, Debug)]
+pub struct Batch(Arc<Planned>);
+
+/// What a batch has planned.
 #[derive(Debug)]
-pub struct Batch {
+pub struct Planned {
     pub(crate) access: Access,
     /// Variables by index in the description, one for each value.
     pub(crate) variables: Vec<usize>,
@@ -89,7 +94,7 @@ impl Batch {
         let of = |k: &usize| &description.variables[*k];
         let access = variables.first().map_or(Access::Real, |k| of(k).access());
         debug_assert!(variables.iter().all(|k| of(k).access() == access));
-        let mut batch = Self {
+        let mut batch = Planned {
             access,
             references: Vec::new(),
             passed: 0,
@@ -105,7 +110,7 @@ impl Batch {
         if description.fmi == Version::Fmi2 {
             batch.references = batch.variables.iter().map(|k| of(k).reference).collect();
             batch.passed = batch.references.len();
-            return batch;
+            return Self(Arc::new(batch));
         }
         batch.clocks = batch
             .variables
@@ -134,7 +139,7 @@ impl Batch {
             .enumerate()
             .all(|(k, place)| k == *place);
         batch.is_whole = in_order && batch.passed == batch.places.len();
-        batch
+        Self(Arc::new(batch))
     }
 
     /// Number of values.
@@ -145,6 +150,14 @@ impl Batch {
     /// True without values.
     pub fn is_empty(&self) -> bool {
         self.variables.is_empty()
+    }
+}
+
+impl Deref for Batch {
+    type Target = Planned;
+
+    fn deref(&self) -> &Planned {
+        &self.0
     }
 }
 

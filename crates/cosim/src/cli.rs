@@ -23,7 +23,9 @@ use crate::output;
 use crate::run::Experiment;
 use crate::scenario;
 pub use crate::schedule::STEP;
-use crate::signals::matching_any;
+use crate::schedule::{Between, parse_rate};
+use crate::signals::{matches_pattern, matching_any};
+use crate::structure::Structure;
 use crate::system::{FmuPlace, System};
 use crate::verdict::Verdict;
 use crate::wiring::Port;
@@ -63,6 +65,10 @@ pub struct SystemArgs {
     /// repeatable
     #[arg(long, value_name = "COMPONENT")]
     pub feedthrough: Vec<String>,
+    /// Step of a component, or of all that match a pattern with `*`, such as `emla_*=0.25ms`: a whole
+    /// part or a whole multiple of the communication step; repeatable
+    #[arg(long = "rate", value_name = "COMPONENT=TIME")]
+    pub rates: Vec<String>,
     /// Solve algebraic loops of declared dependencies, by Newton's method, in initialization and with
     /// the schedules jacobi and gauss-seidel at every communication point
     #[arg(long)]
@@ -110,6 +116,20 @@ impl SystemArgs {
             );
             system.structure.feedthrough.push(name.clone());
         }
+        for text in &self.rates {
+            let (pattern, step) = parse_rate(text).context("--rate")?;
+            let Structure {
+                components, rates, ..
+            } = &mut system.structure;
+            let names = components.iter().map(|c| &c.name);
+            let names = names.filter(|name| matches_pattern(pattern, name));
+            let before = rates.len();
+            rates.extend(names.map(|name| (name.clone(), step)));
+            ensure!(
+                rates.len() > before,
+                "--rate {text}: the system has no component of this name"
+            );
+        }
         Ok(system)
     }
 }
@@ -133,6 +153,16 @@ pub struct RunArgs {
     /// them
     #[arg(long)]
     pub input_derivatives: bool,
+    /// What continuous inputs are between communication points: held; extrapolated from the last two;
+    /// with --schedule gauss-seidel interpolated to the end of the step, or their value there, where
+    /// the giver is stepped before and no power bond gives the mean
+    #[arg(long, value_enum, default_value_t)]
+    pub between: Between,
+    /// Threads that the components are shared out to, with the same results; each has copies of the
+    /// FMUs' libraries for itself [default of cosim run: as many as there are cores where the first
+    /// steps take long, else 1]
+    #[arg(long, value_name = "NUMBER")]
+    pub threads: Option<usize>,
     /// Start value of any variable, repeatable, applied last; an enumeration item may be given by
     /// name, and the component left out where one alone has the variable
     #[arg(long = "set", value_name = "COMPONENT.VARIABLE=VALUE")]
@@ -190,8 +220,10 @@ impl RunArgs {
                 start: system.structure.start_time,
                 step,
                 schedule,
+                between: self.between,
                 jitter: None,
             },
+            threads: self.threads.unwrap_or(1),
             stop: self.stop_time,
             settings,
             faults: Faults::default(),
@@ -329,6 +361,26 @@ impl CsvArgs {
         };
         let (interval, stepping) = (self.interval, experiment.stepping);
         Log::create_with(path, system, &ports, interval, stepping, has_steps).map(Some)
+    }
+}
+
+impl ValueEnum for Between {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[
+            Self::Held,
+            Self::Extrapolated,
+            Self::Interpolated,
+            Self::End,
+        ]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(match self {
+            Self::Held => "held",
+            Self::Extrapolated => "extrapolated",
+            Self::Interpolated => "interpolated",
+            Self::End => "end",
+        }))
     }
 }
 

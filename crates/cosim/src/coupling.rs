@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use crate::bond::{BondSlots, Residual};
 use crate::exchange::{Exchange, Passed};
 use crate::means::Means;
-use crate::slave::{At, Slave, State};
+use crate::schedule::rates::{Known, Rates, Turn};
+use crate::slave::{Ahead, At, Failure, Slave, State, all};
 
 /// Passes of Event Mode after which discrete states that still change are a failure.
 const PASSES: usize = 100;
@@ -15,11 +16,16 @@ const PASSES: usize = 100;
 /// The coupled instances.
 pub(crate) struct Coupling {
     pub slaves: Vec<Slave>,
+    /// Components that Gauss–Seidel may step side by side: each after those whose mean effort it
+    /// gets. Those of this thread come first.
+    pub ranks: Vec<Vec<usize>>,
     /// Those that may have events at times of their own.
     pub timed: Vec<usize>,
     /// A component whose step may not be varied.
     pub fixed: Option<String>,
     pub exchange: Exchange,
+    /// Where components have steps of their own, or inputs that are not held.
+    pub rates: Option<Rates>,
     /// Where the schedule passes derivatives.
     pub derivatives: Option<Exchange>,
     pub means: Means,
@@ -47,6 +53,7 @@ pub(crate) struct Saved<S = State> {
     means: Vec<f64>,
     residuals: Vec<Residual>,
     bond_steps: Vec<BondStep>,
+    rates: Option<Known>,
 }
 
 impl<S> Saved<S> {
@@ -66,6 +73,7 @@ impl<S> Saved<S> {
             means: self.means,
             residuals: self.residuals,
             bond_steps: self.bond_steps,
+            rates: self.rates,
         })
     }
 }
@@ -83,7 +91,8 @@ impl Coupling {
         let fits = self.exchange.fits(&saved.passed)
             && self.derivatives.is_some() == saved.derivatives.is_some()
             && self.means.values.len() == saved.means.len()
-            && self.residuals.len() == saved.residuals.len();
+            && self.residuals.len() == saved.residuals.len()
+            && self.rates.is_some() == saved.rates.is_some();
         ensure!(
             fits,
             "a state of a system or of faults that differ from these"
@@ -104,6 +113,7 @@ impl Coupling {
             means: self.means.values.clone(),
             residuals: self.residuals.clone(),
             bond_steps: self.bond_steps.clone(),
+            rates: self.rates.as_ref().map(|rates| rates.known.clone()),
         })
     }
 
@@ -123,6 +133,9 @@ impl Coupling {
         self.means.values.clone_from(&saved.means);
         self.residuals.clone_from(&saved.residuals);
         self.bond_steps.clone_from(&saved.bond_steps);
+        for (rates, known) in self.rates.iter_mut().zip(&saved.rates) {
+            rates.known.clone_from(known);
+        }
         Ok(())
     }
 
@@ -178,6 +191,10 @@ impl Coupling {
 
     /// Step a component from `t` by `h`, s, and read the mean efforts that it exerted.
     pub fn step(&mut self, component: usize, t: f64, h: f64) -> Result<()> {
+        if self.rates.is_some() {
+            self.look_ahead(component, t, h)?;
+            return self.make(component, [t, h], false);
+        }
         self.slaves[component].step(t, h)?;
         match &self.means.reads[component] {
             Some(read) => read.run(&self.slaves, &mut self.means.values, At::Time(t)),
@@ -185,10 +202,108 @@ impl Coupling {
         }
     }
 
+    fn look_ahead(&mut self, component: usize, t: f64, h: f64) -> Result<()> {
+        let values = &self.exchange.values;
+        self.rates.as_mut().map_or(Ok(()), |rates| {
+            rates.look_ahead(component, &self.slaves, values, [t, h])
+        })
+    }
+
+    /// The steps of a component that has its own, or their beginning.
+    fn make(&mut self, component: usize, time: [f64; 2], begins: bool) -> Result<()> {
+        let Some(rates) = &mut self.rates else {
+            return Ok(());
+        };
+        let turn = Turn {
+            component,
+            slaves: &self.slaves,
+            values: &self.exchange.values,
+            mean: self.means.reads[component].as_ref(),
+            means: &mut self.means.values,
+            faults: self.exchange.faults.as_mut(),
+            begins,
+        };
+        rates.make(turn, time)
+    }
+
+    /// Step all components, by their means one after the other or all from the same values.
+    pub fn step_all(&mut self, t: f64, h: f64, gives_means: bool) -> Result<()> {
+        if let Some(rates) = &self.rates {
+            rates.rest(&mut self.exchange.resting, t + h);
+        }
+        // With faults the order of components is also that of their random numbers.
+        if !self.exchange.is_beside || gives_means && self.exchange.faults.is_some() {
+            for k in 0..self.count() {
+                if gives_means {
+                    self.give_means(k, t)?;
+                }
+                self.step(k, t, h)?;
+            }
+        } else {
+            let ranks = std::mem::take(&mut self.ranks);
+            let mut ranked = ranks.iter();
+            let done = ranked.try_for_each(|rank| self.step_beside(rank, [t, h], gives_means));
+            self.ranks = ranks;
+            done?;
+        }
+        if let Some(rates) = &mut self.rates {
+            rates.remember(&self.exchange.values, h);
+        }
+        Ok(())
+    }
+
+    /// Those of other threads are begun before those of this one are made.
+    fn step_beside(&mut self, rank: &[usize], [t, h]: [f64; 2], gives_means: bool) -> Result<()> {
+        let mut failure = Failure::default();
+        let is_elsewhere = |coupling: &Self, k: usize| coupling.slaves[k].is_elsewhere();
+        for k in rank.iter().copied() {
+            if is_elsewhere(self, k) {
+                failure.add(k, self.begin_step(k, [t, h], gives_means));
+            }
+        }
+        for k in rank.iter().copied() {
+            let given = if gives_means {
+                self.give_means(k, t)
+            } else {
+                Ok(())
+            };
+            let done = given.and_then(|()| match is_elsewhere(self, k) && self.rates.is_some() {
+                true => self.make(k, [t, h], false),
+                false => self.step(k, t, h),
+            });
+            self.slaves[k].drain();
+            failure.add(k, done);
+        }
+        failure.into()
+    }
+
+    /// Begin what [`Coupling::give_means`] and [`Coupling::step`] then make.
+    fn begin_step(&mut self, k: usize, [t, h]: [f64; 2], gives_means: bool) -> Result<()> {
+        let (at, slaves) = (At::Time(t), &self.slaves);
+        let Means {
+            writes,
+            values,
+            buffer,
+            ..
+        } = &mut self.means;
+        if let Some(write) = writes[k].as_ref().filter(|_| gives_means) {
+            write.begin(slaves, values, buffer, None, at)?;
+        }
+        if self.rates.is_some() {
+            self.look_ahead(k, t, h)?;
+            return self.make(k, [t, h], true);
+        }
+        slaves[k].begin(Ahead::Step(t, h));
+        if let Some(read) = &self.means.reads[k] {
+            read.begin(slaves);
+        }
+        Ok(())
+    }
+
     /// All instances into Event Mode, where they have one.
     pub fn enter_events(&self, t: f64) -> Result<()> {
         let at = At::Time(t);
-        self.slaves.iter().try_for_each(|s| s.enter_events(at))
+        all(&self.slaves, Ahead::EnterEvents, |s| s.enter_events(at))
     }
 
     /// Out of Event Mode, once no discrete state changes any more; where one does, the values are
@@ -197,11 +312,12 @@ impl Coupling {
         let at = At::Time(t);
         for _ in 0..PASSES {
             let mut again = false;
-            for slave in &self.slaves {
+            all(&self.slaves, Ahead::UpdateEvents, |slave| {
                 again |= slave.update_events(at)?;
-            }
+                Ok(())
+            })?;
             if !again {
-                return self.slaves.iter().try_for_each(|s| s.leave_events(at));
+                return all(&self.slaves, Ahead::LeaveEvents, |s| s.leave_events(at));
             }
             self.exchange.run_again(&self.slaves, at)?;
         }

@@ -8,7 +8,7 @@ use std::ops::Range;
 use crate::algebraic_loop::{Passing, Unknowns};
 use crate::batch::Batch;
 use crate::faults::Alteration;
-use crate::slave::{At, Slave};
+use crate::slave::{Ahead, At, Failure, Slave};
 use crate::transformation::Transformation;
 use crate::value::{Value, is_wide};
 use crate::wiring::{Link, Port, Undeclared, Wiring};
@@ -28,6 +28,16 @@ impl Read {
     /// Component that is read.
     pub fn component(&self) -> usize {
         self.slave
+    }
+
+    /// Slots of the values.
+    pub(crate) fn slots(&self) -> Range<usize> {
+        self.slots.clone()
+    }
+
+    /// Begin to read where the instance is in another thread.
+    pub(crate) fn begin(&self, slaves: &[Slave]) {
+        slaves[self.slave].begin(Ahead::Get(&self.batch));
     }
 
     fn run_any(
@@ -70,6 +80,11 @@ impl Write {
         self.slave
     }
 
+    /// Number of values.
+    pub(crate) fn len(&self) -> usize {
+        self.slots.len()
+    }
+
     /// From now on values are altered on their way.
     pub(crate) fn attach(&mut self, wiring: &Wiring, faults: &mut Alteration) {
         for (place, variable) in self.batch.variables.iter().enumerate() {
@@ -96,6 +111,31 @@ impl Write {
     ) -> Result<()> {
         let buffer = self.gather(values, buffer, faults);
         slaves[self.slave].set(&self.batch, buffer, at)
+    }
+
+    /// Set the inputs of an instance in this thread; of one in another, begin to.
+    pub(crate) fn begin(
+        &self,
+        slaves: &[Slave],
+        values: &[f64],
+        buffer: &mut [f64],
+        faults: Option<&mut Alteration>,
+        at: At,
+    ) -> Result<()> {
+        let (buffer, slave) = (self.gather(values, buffer, faults), &slaves[self.slave]);
+        if slave.is_elsewhere() {
+            slave.begin(Ahead::Set(&self.batch, buffer));
+            return Ok(());
+        }
+        slave.set(&self.batch, buffer, at)
+    }
+
+    /// The end of what was begun.
+    pub(crate) fn end(&self, slaves: &[Slave], at: At) -> Result<()> {
+        match slaves[self.slave].is_elsewhere() {
+            true => slaves[self.slave].set(&self.batch, &[], at),
+            false => Ok(()),
+        }
     }
 
     fn gather<'a>(
@@ -214,6 +254,10 @@ pub struct Exchange {
     buffer: Vec<f64>,
     wide_buffer: Vec<Value>,
     ones: Vec<i32>,
+    /// Instances are in several threads, so calls are begun for all before they are ended.
+    pub(crate) is_beside: bool,
+    /// Components that have no communication point now; empty where all have.
+    pub(crate) resting: Vec<bool>,
     /// What is done to values on their way.
     pub(crate) faults: Option<Alteration>,
 }
@@ -294,6 +338,8 @@ impl Exchange {
             wide_buffer: Vec::new(),
             ones,
             slots,
+            is_beside: false,
+            resting: Vec::new(),
             faults: None,
         })
     }
@@ -342,7 +388,8 @@ impl Exchange {
 
     /// Pass all values, stage by stage.
     pub fn run(&mut self, slaves: &[Slave], at: At) -> Result<()> {
-        for read in &self.first {
+        let is_new = |read: &&Read| self.resting.get(read.slave) != Some(&true);
+        for read in self.first.iter().filter(is_new) {
             read.run_any(slaves, &mut self.values, &mut self.wide, at)?;
         }
         self.run_again(slaves, at)
@@ -420,8 +467,27 @@ impl Exchange {
     }
 
     fn read_stage(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
-        let mut reads = self.stages[k].reads.iter();
+        if self.is_beside && self.wide.is_empty() {
+            return self.read_beside(k, slaves, at);
+        }
+        let is_new = |read: &&Read| self.resting.get(read.slave) != Some(&true);
+        let mut reads = self.stages[k].reads.iter().filter(is_new);
         reads.try_for_each(|read| read.run_any(slaves, &mut self.values, &mut self.wide, at))
+    }
+
+    fn read_beside(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
+        let (all, values) = (&self.stages[k].reads, &mut self.values);
+        let is_new = |read: &&Read| self.resting.get(read.slave) != Some(&true);
+        let reads = all.iter().filter(is_new);
+        reads.clone().for_each(|read| read.begin(slaves));
+        let mut failure = Failure::default();
+        for is_elsewhere in [false, true] {
+            let there = |read: &&Read| slaves[read.slave].is_elsewhere() == is_elsewhere;
+            for read in reads.clone().filter(there) {
+                failure.add(read.slave, read.run(slaves, values, at));
+            }
+        }
+        failure.into()
     }
 
     /// Set the inputs of a stage, or those of one component.
@@ -437,8 +503,13 @@ impl Exchange {
         if let (Some(faults), At::Time(t), None) = (&mut faults, at, only) {
             faults.begin(t);
         }
+        if self.is_beside && self.wide.is_empty() && only.is_none() {
+            return self.write_beside(k, slaves, at);
+        }
         for write in &self.stages[k].writes {
-            if only.is_some_and(|slave| slave != write.slave) {
+            if only.is_some_and(|slave| slave != write.slave)
+                || self.resting.get(write.slave) == Some(&true)
+            {
                 continue;
             }
             if write.is_wide {
@@ -449,6 +520,23 @@ impl Exchange {
             write.run(slaves, &self.values, &mut self.buffer, faults, at)?;
         }
         Ok(())
+    }
+
+    /// Values are gathered in order, as faults draw their random numbers.
+    fn write_beside(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
+        let mut faults = self.faults.as_mut();
+        let is_new = |write: &&Write| self.resting.get(write.slave) != Some(&true);
+        let writes = self.stages[k].writes.iter().filter(is_new);
+        let mut failure = Failure::default();
+        for write in writes.clone() {
+            let (values, buffer) = (&self.values, &mut self.buffer);
+            let begun = write.begin(slaves, values, buffer, faults.as_deref_mut(), at);
+            failure.add(write.slave, begun);
+        }
+        for write in writes {
+            failure.add(write.slave, write.end(slaves, at));
+        }
+        failure.into()
     }
 
     /// Pass all first time derivatives; [`Exchange::values`] then holds derivatives.

@@ -15,6 +15,8 @@ use crate::system::{Setting, System};
 pub struct Experiment {
     /// Start, communication step and schedule.
     pub stepping: Stepping,
+    /// Threads that the components are shared out to.
+    pub threads: usize,
     /// Stop time, s, where it is not that of the system's default experiment.
     pub stop: Option<f64>,
     /// Start values, applied in this order after those of the system.
@@ -29,7 +31,7 @@ impl Experiment {
     /// The initialized system at its start time.
     pub fn start(&self, system: &System) -> Result<Master> {
         messages::take();
-        let mut master = Master::new(system, &self.settings, self.stepping)?;
+        let mut master = Master::side_by_side(system, &self.settings, self.stepping, self.threads)?;
         if let Some(table) = &self.inputs {
             master.feed(InputTable::new(system, table)?)?;
         }

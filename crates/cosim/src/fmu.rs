@@ -12,7 +12,7 @@ use fmu_description::{Archive, Description, Version};
 
 use crate::batch::{Batch, Layout};
 use crate::slave::clocks::{self, Plan};
-use library::Library;
+use library::{Library, Unpacked};
 
 /// A loaded FMU. The library and the files that it needs live as long as any instance.
 pub struct Fmu {
@@ -24,6 +24,11 @@ pub struct Fmu {
     /// Where the unpacked resources are, as the version wants it: a URI or a path.
     pub resources: String,
     pub(crate) api: Api,
+    #[cfg_attr(
+        not(feature = "native"),
+        expect(dead_code, reason = "modules are not copied")
+    )]
+    unpacked: Unpacked,
     pub(crate) layout: Layout,
     pub(crate) plan: Arc<Plan>,
     pub(crate) instances: AtomicUsize,
@@ -41,7 +46,24 @@ pub(crate) enum Api {
     Fmi3(Arc<Functions3>),
 }
 
+impl Api {
+    fn of(library: Library, version: Version) -> Self {
+        match version {
+            Version::Fmi2 => Self::Fmi2(Arc::new(Functions2::of(library))),
+            Version::Fmi3 => Self::Fmi3(Arc::new(Functions3::of(library))),
+        }
+    }
+}
+
 impl Fmu {
+    /// The functions of a copy of its library, for another thread: global variables are not shared.
+    #[cfg(feature = "native")]
+    pub(crate) fn copied(&self) -> Result<Api> {
+        let copy = self.unpacked.copy();
+        let copy = copy.with_context(|| format!("a copy of the library of FMU `{}`", self.file))?;
+        Ok(Api::of(copy, self.description.fmi))
+    }
+
     /// Load an FMU from its bytes; `file` is its name for messages.
     pub fn load(file: &str, bytes: Vec<u8>) -> Result<Arc<Self>> {
         Self::open(file, bytes).with_context(|| format!("FMU `{file}` cannot be loaded"))
@@ -67,15 +89,14 @@ impl Fmu {
                 "its clock `{name}` is triggered from outside, which nothing does: it never ticks"
             )
         }));
-        let api = match description.fmi {
-            Version::Fmi2 => Api::Fmi2(Arc::new(Functions2::of(library))),
-            Version::Fmi3 => Api::Fmi3(Arc::new(Functions3::of(library))),
-        };
+        let unpacked = library.unpacked();
+        let api = Api::of(library, description.fmi);
         let layout = Layout::new(&description);
         Ok(Arc::new(Self {
             file: file.to_string(),
             resources,
             api,
+            unpacked,
             plan: Arc::new(Plan::new(&description, &layout)),
             layout,
             description,

@@ -1,14 +1,19 @@
 //! What a system structure may have forgotten, and what is to be said of that.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use anyhow::{Result, ensure};
 use fmu_description::Kind;
 
+use crate::fmu::Fmu;
 use crate::schedule::Schedule;
 use crate::system::{Setting, System};
 use crate::verdict::Verdict;
 use crate::wiring::Port;
+
+/// Components of an FMU of which inputs that are not mentioned are named; further ones are counted.
+const NAMED: usize = 3;
 
 /// What a system structure may have forgotten, as `component.variable`.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -19,7 +24,7 @@ pub struct Forgotten {
     /// their start values; elements of an array, and members of a structure, are one item.
     pub inputs: Vec<String>,
     /// Inputs of the FMU without a connector: the structure does not use them, and they keep their
-    /// start values.
+    /// start values. Of an FMU with many components the first three are named, the others counted.
     pub unmentioned: Vec<String>,
     /// Bound values that match no variable, with their origin.
     pub values: Vec<String>,
@@ -47,6 +52,9 @@ impl System {
             remarks,
             ..Forgotten::default()
         };
+        // Of how many components an input is not mentioned, and how many are counted only.
+        let mut found: BTreeMap<(usize, &str), usize> = BTreeMap::new();
+        let mut counted: BTreeMap<usize, (&str, usize)> = BTreeMap::new();
         for (component, (c, fmu)) in self.structure.components.iter().zip(&self.fmus).enumerate() {
             let lacking = |name: &&str| fmu.description.index(name).is_none();
             let declared = c.connectors.iter().map(|connector| connector.name.as_str());
@@ -54,6 +62,9 @@ impl System {
                 .filter(lacking)
                 .map(|name| format!("{}.{name}", c.name));
             forgotten.connectors.extend(lacking);
+            let is_same = |other: &Arc<Fmu>| Arc::ptr_eq(other, fmu);
+            let kind = self.fmus.iter().position(is_same).unwrap_or(component);
+            let (mut seen, mut is_counted) = (BTreeSet::new(), false);
             for (variable, v) in fmu.description.variables.iter().enumerate() {
                 let port = Port {
                     component,
@@ -63,18 +74,32 @@ impl System {
                     || c.parameters.iter().any(|p| p.name == v.name)
                     || settings.iter().any(|s| s.port == port);
                 let group = v.name.split(['[', '.']).next().unwrap_or(&v.name);
-                let name = format!("{}.{group}", c.name);
                 let is_declared = c.connectors.iter().any(|c| c.name == v.name);
-                let names = if is_declared {
-                    &mut forgotten.inputs
-                } else {
-                    &mut forgotten.unmentioned
-                };
-                if v.is_input() && v.kind != Kind::Clock && !is_given && !names.contains(&name) {
-                    names.push(name);
+                if !v.is_input() || v.kind == Kind::Clock || is_given {
+                    continue;
+                }
+                if !seen.insert((group, is_declared)) {
+                    continue;
+                }
+                let name = format!("{}.{group}", c.name);
+                if is_declared {
+                    forgotten.inputs.push(name);
+                    continue;
+                }
+                let copies = found.entry((kind, group)).or_insert(0);
+                *copies += 1;
+                match *copies <= NAMED {
+                    true => forgotten.unmentioned.push(name),
+                    false => is_counted = true,
                 }
             }
+            counted.entry(kind).or_insert((&fmu.file, 0)).1 += usize::from(is_counted);
         }
+        let counted = counted.into_values().filter(|(_, count)| *count > 0);
+        forgotten.unmentioned.extend(
+            counted
+                .map(|(file, count)| format!("and those of {count} more components of `{file}`")),
+        );
         Ok(forgotten)
     }
 }

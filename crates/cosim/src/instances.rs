@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result};
 
+use crate::slave::workers::Worker;
 use crate::slave::{At, Slave};
 use crate::spare;
 use crate::system::{Setting, System};
@@ -10,22 +11,35 @@ use crate::wiring::Port;
 /// An instance of the component with the index `k` for itself, with the system's parameter values,
 /// then `settings`.
 pub fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Slave> {
-    make(system, k, settings, false, system.structure.start_time)
+    make(
+        system,
+        k,
+        settings,
+        false,
+        system.structure.start_time,
+        None,
+    )
 }
 
-/// The same for a run from `start`, s; `is_staged` as in [`Slave::new`].
+/// The same for a run from `start`, s, maybe in the thread of a worker; `is_staged` as in
+/// [`Slave::new`].
 pub(crate) fn make(
     system: &System,
     k: usize,
     settings: &[Setting],
     is_staged: bool,
     start: f64,
+    worker: Option<&Worker>,
 ) -> Result<Slave> {
     let component = &system.structure.components[k];
     let fmu = &system.fmus[k];
-    let slave = match spare::take(fmu, &component.name, is_staged) {
+    let spare = match worker {
+        None => spare::take(fmu, &component.name, is_staged),
+        Some(_) => None,
+    };
+    let slave = match spare {
         Some(slave) => slave,
-        None => Slave::new(fmu, &component.name, is_staged)?,
+        None => Slave::at(worker, fmu, &component.name, is_staged)?,
     };
     slave.set_up(start)?;
     for p in &component.parameters {

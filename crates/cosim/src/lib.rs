@@ -25,6 +25,7 @@ pub mod cells;
 #[cfg(feature = "native")]
 pub mod cli;
 mod coupling;
+pub mod crew;
 #[cfg(feature = "native")]
 pub mod csv;
 pub mod describe;

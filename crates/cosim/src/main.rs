@@ -153,7 +153,10 @@ fn run_system(args: &OneRunArgs) -> Result<Verdict> {
     let mut verdict = run.forgotten(&system, &experiment)?;
     verdict.extend(preferred);
     verdict.extend(args.inputs.add_to(&mut experiment, &system)?);
-    let plan = args.steps.plan(experiment.stop(&system)?)?;
+    let mut plan = args.steps.plan(experiment.stop(&system)?)?;
+    if args.run.threads.is_none() && plan.resume.is_none() {
+        plan.alone = Some(experiment.clone());
+    }
     let master = experiment.start(&system)?;
     let has_steps = plan.control != Control::Fixed;
     let useful = || connected(&system);
@@ -197,6 +200,10 @@ fn bench(args: &BenchArgs) -> Result<Verdict> {
     let instances = system.structure.components.len();
     let step = experiment.stepping.step;
     let [median, worst, best] = [median, worst, best].map(run::Outcome::real_time_factor);
+    let threads = match experiment.threads {
+        1 => "one thread".into(),
+        threads => format!("{threads} threads"),
+    };
     if args.json {
         print(format_args!(
             "{{\"real_time_factor\":{{\"median\":{median},\"worst\":{worst},\"best\":{best}}},\"runs\":{runs},\
@@ -205,7 +212,7 @@ fn bench(args: &BenchArgs) -> Result<Verdict> {
     } else {
         print(format_args!(
             "coupled real-time factor: median {median:.1} of {runs} runs ({worst:.1} to {best:.1}), {simulated:.3} s in steps of {step} s, \
-             {instances} instances, one thread\n"
+             {instances} instances, {threads}\n"
         ))?;
     }
     Ok(Verdict::default())

@@ -6,13 +6,15 @@ use serde::{Deserialize, Serialize};
 
 use crate::bond::Residual;
 use crate::coupling::{self, BondStep, Coupling};
+use crate::crew::Crew;
 use crate::exchange::{Exchange, Order};
 use crate::faults::{Alteration, Faults, is_source};
 use crate::input_table::InputTable;
 use crate::instances::make;
 use crate::means::Means;
-use crate::schedule;
-use crate::slave::{At, Slave, State};
+use crate::schedule::rates::{Pace, Rates};
+use crate::schedule::{self, Between};
+use crate::slave::{Ahead, At, Slave, State, all};
 use crate::spare;
 use crate::system::{Setting, System};
 use crate::wiring::{Link, Port, Wiring};
@@ -58,6 +60,18 @@ impl Master {
     /// values, then `settings`, in this order; afterwards all connections are passed at the start
     /// time.
     pub fn new(system: &System, settings: &[Setting], stepping: Stepping) -> Result<Self> {
+        Self::side_by_side(system, settings, stepping, 1)
+    }
+
+    /// The same with the components in several threads, this one among them: each is made, stepped
+    /// and freed by one thread, which has a copy of its library for itself. The results are the
+    /// same, bit for bit.
+    pub fn side_by_side(
+        system: &System,
+        settings: &[Setting],
+        stepping: Stepping,
+        threads: usize,
+    ) -> Result<Self> {
         if !(stepping.step.is_finite() && stepping.step > 0.0 && stepping.start.is_finite()) {
             bail!(
                 "step {} s from {} s: both must be finite and the step > 0",
@@ -67,22 +81,37 @@ impl Master {
         }
         let wiring = system.wiring()?;
         let is_staged = stepping.schedule != Schedule::Standard;
+        let is_sequential = stepping.schedule == Schedule::GaussSeidel;
+        let has_ends = matches!(stepping.between, Between::Interpolated | Between::End);
         let order = if is_staged {
             Order::Stages
         } else {
             Order::AtOnce
         };
-        let exchange = Exchange::new(&wiring, order, |_| true)?;
+        let mut exchange = Exchange::new(&wiring, order, |_| true)?;
         let mut derivatives = None;
         if stepping.schedule == Schedule::JacobiDerivatives {
             derivatives = Some(Exchange::new(&wiring, Order::Stages, |link| {
                 passes_derivative(&wiring, link)
             })?);
         }
+        let rates = Rates::new(&system.structure, &wiring, &exchange, stepping)?;
         let (means, bonds) = Means::new(&wiring, &exchange, derivatives.as_ref())?;
+        let parts = Rates::most_parts(&system.structure, stepping.step);
+        let crew = Crew::new(system, threads, parts)?;
         let slaves: Vec<Slave> = (0..system.fmus.len())
-            .map(|k| make(system, k, settings, is_staged, stepping.start))
+            .map(|k| {
+                make(
+                    system,
+                    k,
+                    settings,
+                    is_staged,
+                    stepping.start,
+                    crew.worker(k),
+                )
+            })
             .collect::<Result<_>>()?;
+        exchange.is_beside = crew.is_beside();
         initialize(&slaves, &wiring, stepping)?;
         let residuals = bonds
             .iter()
@@ -93,7 +122,11 @@ impl Master {
             timed: timed.collect(),
             fixed: system.fixed_step().map(str::to_string),
             bond_steps: vec![BondStep::default(); bonds.len()],
+            ranks: crew.ranks(&wiring, |link| {
+                is_sequential && (link.bond.is_some() || has_ends)
+            }),
             slaves,
+            rates,
             exchange,
             derivatives,
             means,
@@ -186,13 +219,16 @@ impl Master {
             exchange,
             derivatives,
             means,
+            rates: paces,
             ..
         } = &mut self.coupling;
+        let paces = paces.iter_mut().flat_map(|r| &mut r.components);
+        let between = paces.flat_map(Pace::writes);
         let passed = exchange.writes();
         let rates = derivatives.iter_mut().flat_map(Exchange::writes);
         let given = means.writes.iter_mut().flatten();
         let fed = self.inputs.iter_mut().flat_map(InputTable::writes);
-        for write in passed.chain(rates).chain(given).chain(fed) {
+        for write in passed.chain(rates).chain(given).chain(between).chain(fed) {
             write.attach(&wiring, &mut alteration);
         }
         self.coupling.exchange.faults = Some(alteration);
@@ -349,11 +385,15 @@ fn initialize(slaves: &[Slave], wiring: &Wiring, stepping: Stepping) -> Result<(
         Err(_) if is_standard => Exchange::new(wiring, Order::RepeatedAtOnce, |_| true),
         planned => planned,
     };
-    for slave in slaves {
-        slave.enter_initialization(stepping.start)?;
-    }
+    let start = stepping.start;
+    all(slaves, Ahead::EnterInitialization(start), |s| {
+        s.enter_initialization(start)
+    })?;
     match ordered {
-        Ok(mut exchange) => exchange.run(slaves, At::Initialization)?,
+        Ok(mut exchange) => {
+            exchange.is_beside = slaves.iter().any(Slave::is_elsewhere);
+            exchange.run(slaves, At::Initialization)?;
+        }
         Err(_) => {
             let passes = wiring.links.len() + 1;
             let changing = repeated()?.settle(slaves, At::Initialization, passes)?;
@@ -367,8 +407,9 @@ fn initialize(slaves: &[Slave], wiring: &Wiring, stepping: Stepping) -> Result<(
             }
         }
     }
-    for slave in slaves {
-        slave.exit_initialization()?;
-    }
-    Ok(())
+    all(
+        slaves,
+        Ahead::ExitInitialization,
+        Slave::exit_initialization,
+    )
 }

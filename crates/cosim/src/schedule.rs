@@ -4,11 +4,13 @@ mod choice;
 mod gauss_seidel;
 mod jacobi;
 mod jacobi_derivatives;
+pub(crate) mod rates;
 mod standard;
 
 use anyhow::Result;
 
-pub use choice::{Jitter, STEP, Schedule, Stepping, steps_in};
+pub use choice::{Between, Jitter, STEP, Schedule, Stepping, steps_in};
+pub use rates::parse_rate;
 
 use crate::coupling::Coupling;
 

@@ -11,6 +11,10 @@ mod fmi3;
 mod instance;
 pub mod messages;
 mod owner;
+#[cfg(feature = "native")]
+mod remote;
+#[cfg_attr(not(feature = "native"), path = "slave/workers_of_module.rs")]
+pub(crate) mod workers;
 
 use std::any::Any;
 use std::ffi::CString;
@@ -25,7 +29,9 @@ use fmu_description::Version;
 
 use answer::Answer;
 pub use answer::{At, Ended, Stopped};
+pub(crate) use border::Ahead;
 use border::{Arguments, Border};
+use workers::Worker;
 
 /// `fmi2Discard`, `fmi3Discard`.
 const DISCARD: std::ffi::c_int = 2;
@@ -36,6 +42,45 @@ pub struct Slave {
     fmu: Arc<Fmu>,
     name: String,
     has_events: bool,
+}
+
+/// The first error in the order of components, where several are at work: what was begun is ended
+/// all the same.
+#[derive(Default)]
+pub(crate) struct Failure(Option<(usize, anyhow::Error)>);
+
+impl Failure {
+    /// What became of a component's call; its calls come in their order.
+    pub fn add(&mut self, component: usize, done: Result<()>) {
+        if let Err(error) = done
+            && self.0.as_ref().is_none_or(|(first, _)| component < *first)
+        {
+            self.0 = Some((component, error));
+        }
+    }
+}
+
+impl From<Failure> for Result<()> {
+    fn from(failure: Failure) -> Self {
+        failure.0.map_or(Ok(()), |(_, error)| Err(error))
+    }
+}
+
+/// A call of all instances, side by side where they are in several threads.
+pub(crate) fn all(
+    slaves: &[Slave],
+    ahead: Ahead,
+    mut call: impl FnMut(&Slave) -> Result<()>,
+) -> Result<()> {
+    if !slaves.iter().any(Slave::is_elsewhere) {
+        return slaves.iter().try_for_each(call);
+    }
+    let mut failure = Failure::default();
+    slaves.iter().for_each(|slave| slave.begin(ahead));
+    for (k, slave) in slaves.iter().enumerate() {
+        failure.add(k, call(slave));
+    }
+    failure.into()
 }
 
 /// A saved state of an instance.
@@ -49,6 +94,16 @@ impl Slave {
     /// instance then goes through where its FMU has one. Without, it goes there for clocks and for
     /// inputs that are discrete.
     pub fn new(fmu: &Arc<Fmu>, name: &str, is_staged: bool) -> Result<Self> {
+        Self::at(None, fmu, name, is_staged)
+    }
+
+    /// The same in the thread of a worker.
+    pub(crate) fn at(
+        worker: Option<&Worker>,
+        fmu: &Arc<Fmu>,
+        name: &str,
+        is_staged: bool,
+    ) -> Result<Self> {
         let c_string = |text: &str| {
             CString::new(text).map_err(|_| anyhow!("{name}: `{text}` has a NUL character"))
         };
@@ -76,7 +131,13 @@ impl Slave {
             has_events,
             returns_early: has_events && description.capabilities.variable_step,
         };
-        let border = instance::make(fmu, &arguments);
+        let border = match worker {
+            None => instance::make(fmu, &fmu.api, &arguments),
+            #[cfg(feature = "native")]
+            Some(worker) => remote::make(worker, fmu, &arguments),
+            #[cfg(not(feature = "native"))]
+            Some(worker) => match *worker {},
+        };
         let border = match border {
             Ok(Some(border)) => border,
             Ok(None) | Err(_) => {
@@ -118,6 +179,21 @@ impl Slave {
     /// Whether it goes through Event Mode.
     pub fn has_events(&self) -> bool {
         self.has_events
+    }
+
+    /// Whether it is in another thread.
+    pub(crate) fn is_elsewhere(&self) -> bool {
+        self.border.is_elsewhere()
+    }
+
+    /// Begin a call, where it is in another thread.
+    pub(crate) fn begin(&self, ahead: Ahead) {
+        self.border.begin(ahead);
+    }
+
+    /// Await and forget what is begun.
+    pub(crate) fn drain(&self) {
+        self.border.drain();
     }
 
     /// Ask for warnings and errors only, where the FMU has the standard categories; other messages

@@ -36,12 +36,12 @@ pub fn count() -> usize {
 }
 
 /// Keep instances that have been terminated. One of an FMU that allows no second in the process is
-/// not kept.
+/// not kept, nor is one of another thread.
 pub(crate) fn keep(slaves: Vec<Slave>, is_staged: bool) {
     SPARES.with_borrow_mut(|spares| {
         let Some(spares) = spares else { return };
         for slave in slaves {
-            if !slave.fmu().description.capabilities.only_once {
+            if !slave.is_elsewhere() && !slave.fmu().description.capabilities.only_once {
                 spares.push(Spare { slave, is_staged });
             }
         }

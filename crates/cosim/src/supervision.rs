@@ -5,7 +5,7 @@ use anyhow::Result;
 use crate::bond::Residual;
 use crate::divergence::Watch;
 use crate::master::Master;
-use crate::slave::messages;
+use crate::slave::messages::{self, Message};
 use crate::system::System;
 use crate::verdict::Verdict;
 
@@ -76,7 +76,16 @@ impl Supervision {
     pub fn end(&self, system: &System, master: Master) -> Result<Verdict> {
         let mut verdict = self.verdict(system, &master);
         master.terminate()?;
-        for message in messages::take() {
+        // Threads have said theirs one after the other.
+        let mut said = messages::take();
+        let place = |m: &Message| {
+            system
+                .structure
+                .component(&m.instance)
+                .unwrap_or(usize::MAX)
+        };
+        said.sort_by_key(place);
+        for message in said {
             verdict.note(message.to_string());
         }
         Ok(verdict)

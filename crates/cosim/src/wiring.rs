@@ -211,7 +211,7 @@ impl<'a> Wiring<'a> {
         })
     }
 
-    fn variable(&self, p: Port) -> &'a Variable {
+    pub(crate) fn variable(&self, p: Port) -> &'a Variable {
         &self.components[p.component].1.variables[p.variable]
     }
 

@@ -76,6 +76,7 @@ impl StepArgs {
             control: self.control()?,
             snapshots,
             resume: self.resume.clone(),
+            alone: None,
         })
     }
 

@@ -1,18 +1,30 @@
 //! The shared library of an FMU that was unpacked for it.
 #![allow(unsafe_code)]
 
+use std::fs;
+use std::path::PathBuf;
+use std::sync::Arc;
+
 use anyhow::{Context, Result, anyhow};
 use fmu_description::calls::Exports;
 use fmu_description::library::{self, resources};
 use fmu_description::{Archive, Description, Remark, platform};
-use tempfile::TempDir;
+use tempfile::{Builder, TempDir, TempPath};
 
 use crate::output;
 
 /// A library. What was unpacked is removed after it was closed.
 pub struct Library {
     own: library::Library,
-    _folder: TempDir,
+    _copy: Option<TempPath>,
+    unpacked: Unpacked,
+}
+
+/// The folder of an unpacked FMU, and its library there.
+#[derive(Clone)]
+pub struct Unpacked {
+    folder: Arc<TempDir>,
+    library: PathBuf,
 }
 
 impl Library {
@@ -39,8 +51,41 @@ impl Library {
             library::Library::open(&path).map_err(|error| failed(&error.to_string()))
         })?;
         let resources = resources(folder.path(), description.fmi);
-        let _folder = folder;
-        Ok((Self { own, _folder }, resources, remark))
+        let unpacked = Unpacked {
+            folder: Arc::new(folder),
+            library: path,
+        };
+        let loaded = Self {
+            own,
+            _copy: None,
+            unpacked,
+        };
+        Ok((loaded, resources, remark))
+    }
+
+    /// Where it is.
+    pub fn unpacked(&self) -> Unpacked {
+        self.unpacked.clone()
+    }
+}
+
+impl Unpacked {
+    /// A copy of the library beside it, with global variables of its own.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn copy(&self) -> Result<Library> {
+        let name = self.library.file_name().unwrap_or_default();
+        let beside = self.library.parent().unwrap_or(self.folder.path());
+        let copy = Builder::new().suffix(name).tempfile_in(beside)?;
+        let copy = copy.into_temp_path();
+        fs::copy(&self.library, &copy)?;
+        let own = library::Library::open(&copy)?;
+        Ok(Library {
+            own,
+            _copy: Some(copy),
+            unpacked: self.clone(),
+        })
     }
 }
 

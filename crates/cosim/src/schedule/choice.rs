@@ -38,6 +38,24 @@ impl Schedule {
     ];
 }
 
+/// What a continuous input is over a communication step.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
+pub enum Between {
+    /// Its value at the communication point before: an error of first order in the communication
+    /// step.
+    #[default]
+    Held,
+    /// On the line through the last two communication points, in the middle of each step of the
+    /// component: second order.
+    Extrapolated,
+    /// On the line to the value at the end, where the giver was stepped before (Gauss–Seidel), in
+    /// the middle of each step of the component: second order; else held.
+    Interpolated,
+    /// The value at the end, where the giver was stepped before (Gauss–Seidel), as the textbook has
+    /// it: first order; else held.
+    End,
+}
+
 /// Communication step where nobody asks for one, s.
 pub const STEP: f64 = 1e-3;
 
@@ -50,6 +68,8 @@ pub struct Stepping {
     pub step: f64,
     /// Order of stepping.
     pub schedule: Schedule,
+    /// What continuous inputs are between communication points.
+    pub between: Between,
     /// How communication points stray from their grid, if they do.
     pub jitter: Option<Jitter>,
 }

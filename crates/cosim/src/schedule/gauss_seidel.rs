@@ -7,10 +7,7 @@ use crate::coupling::Coupling;
 
 /// Step the components in their order, then pass all connections.
 pub fn advance(coupling: &mut Coupling, t: f64, h: f64, end: f64) -> Result<()> {
-    for k in 0..coupling.count() {
-        coupling.give_means(k, t)?;
-        coupling.step(k, t, h)?;
-    }
+    coupling.step_all(t, h, true)?;
     coupling.note_bonds(h, true);
     coupling.enter_events(end)?;
     coupling.pass(end)?;

@@ -6,9 +6,7 @@ use crate::coupling::Coupling;
 
 /// Step all components, then pass all connections.
 pub fn advance(coupling: &mut Coupling, t: f64, h: f64, end: f64) -> Result<()> {
-    for k in 0..coupling.count() {
-        coupling.step(k, t, h)?;
-    }
+    coupling.step_all(t, h, false)?;
     coupling.note_bonds(h, false);
     coupling.enter_events(end)?;
     coupling.pass(end)?;

@@ -17,9 +17,7 @@ pub fn prepare(coupling: &mut Coupling, t: f64) -> Result<()> {
 
 /// Step all components, read all outputs.
 pub fn advance(coupling: &mut Coupling, t: f64, h: f64, end: f64) -> Result<()> {
-    for k in 0..coupling.count() {
-        coupling.step(k, t, h)?;
-    }
+    coupling.step_all(t, h, false)?;
     coupling.note_bonds(h, false);
     coupling.read(end)?;
     coupling.account(h);

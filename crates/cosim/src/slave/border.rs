@@ -23,9 +23,37 @@ pub struct Arguments<'a> {
     pub returns_early: bool,
 }
 
+/// A call that may be begun before it is made.
+#[cfg_attr(
+    not(feature = "native"),
+    expect(dead_code, reason = "modules run in the thread of their host")
+)]
+#[derive(Clone, Copy, Debug)]
+pub enum Ahead<'a> {
+    /// From this time, s.
+    EnterInitialization(f64),
+    ExitInitialization,
+    /// From a time by a step, both s.
+    Step(f64, f64),
+    Get(&'a Batch),
+    Set(&'a Batch, &'a [f64]),
+    EnterEvents,
+    UpdateEvents,
+    LeaveEvents,
+}
+
 /// The calls of one version of FMI. What the version does not have is done without a call. An error
 /// is an [`Answer`](super::answer::Answer), or says more.
 pub trait Border {
+    /// The instance is in another thread, so that its calls can be begun.
+    fn is_elsewhere(&self) -> bool {
+        false
+    }
+    /// Begin a call where the instance is elsewhere. The same call, made later, is its end; calls
+    /// end in the order in which they were begun.
+    fn begin(&self, _ahead: Ahead) {}
+    /// Await and forget what is begun.
+    fn drain(&self) {}
     /// Switch these log categories on and no other.
     fn log_only(&self, categories: &[CString]) -> Result<()>;
     /// Whole values of a type that does not pass as numbers.

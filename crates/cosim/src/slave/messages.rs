@@ -73,6 +73,12 @@ pub(crate) fn add(instance: &str, is_warning: bool, text: &str) {
     });
 }
 
+/// Keep what was said in another thread.
+#[cfg(feature = "native")]
+pub(super) fn extend(others: Vec<Message>) {
+    MESSAGES.with_borrow_mut(|messages| messages.extend(others));
+}
+
 /// Names of the living instances, by the number that each has as its environment.
 static NAMES: Mutex<BTreeMap<usize, String>> = Mutex::new(BTreeMap::new());
 

@@ -108,6 +108,7 @@ mod tests {
                 start: 0.5,
                 step,
                 schedule: Default::default(),
+                between: Default::default(),
                 jitter: None,
             };
             FixedSteps::new(stepping, stop).map(|s| (s.whole, s.has_rest))

@@ -132,6 +132,8 @@ pub struct Structure {
     /// Components whose outputs may be read again after inputs were set although they declare no
     /// dependencies.
     pub feedthrough: Vec<String>,
+    /// Components with steps of their own, s; the last of several counts.
+    pub rates: Vec<(String, f64)>,
     /// Declared algebraic loops are solved.
     pub solves_loops: bool,
     /// What was made of it that its file does not say.

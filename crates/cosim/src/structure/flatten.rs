@@ -29,6 +29,9 @@ const DEFAULT: &str = "SystemStructure.ssd";
 /// Type of the annotation of a component whose outputs may be read again after its inputs were set.
 const FEEDTHROUGH: &str = "io.github.hdrm-fmu.feedthrough";
 
+/// Type of the annotation that gives a component a step of its own: `<Rate step="0.25e-3"/>`, s.
+const RATE: &str = "io.github.hdrm-fmu.rate";
+
 /// Deepest nesting of files, so that a file that names itself ends somewhere.
 const DEPTH: usize = 16;
 
@@ -181,6 +184,16 @@ impl Flattening<'_> {
             Kind::Fmu => {
                 if component.annotations.iter().any(|a| a.kind == FEEDTHROUGH) {
                     self.structure.feedthrough.push(path.to_string());
+                }
+                for annotation in component.annotations.iter().filter(|a| a.kind == RATE) {
+                    if let Some(rate) = annotation.content.child("Rate") {
+                        let step = rate.required("step")?;
+                        let step: Option<f64> = step.parse().ok().filter(|s| *s > 0.0);
+                        let step = step.with_context(|| {
+                            rate.error("step of a Rate must be a time greater than 0, s".into())
+                        })?;
+                        self.structure.rates.push((path.to_string(), step));
+                    }
                 }
                 self.structure.components.push(Component {
                     name: path.to_string(),

@@ -6,6 +6,7 @@
 use allocation_counter::measure;
 use cosim::faults::Faults;
 use cosim::master::{Master, Schedule};
+use cosim::system::System;
 
 use super::support::{link, oscillator_links, ssd, stepping, system};
 
@@ -22,26 +23,35 @@ fn a_step_allocates_nothing() {
         Schedule::Jacobi,
         Schedule::JacobiDerivatives,
     ] {
-        let mut master = None;
-        let start = measure(|| {
-            master = Some(Master::new(&system, &[], stepping(1e-3, schedule)).unwrap());
-        });
-        assert_ne!(start.count_total, 0, "the counter counts");
-        let mut master = master.expect("made");
-        let mut faults = Faults::default();
-        for effect in [
-            "bias:1e-9",
-            "gain:1",
-            "freeze@2",
-            "drop:0.5",
-            "delay:0.01",
-            "noise:1e-9",
-        ] {
-            faults.add(&system, &format!("spring.x={effect}")).unwrap();
+        for threads in [1, 2] {
+            stepped(&system, schedule, threads);
         }
-        faults.add(&system, "mass.f=delay:0.001").unwrap();
-        master.alter(&system, &faults).unwrap();
-        let steps = measure(|| (0..100).for_each(|_| master.step().unwrap()));
-        assert_eq!(steps.count_total, 0, "{schedule:?}");
     }
+}
+
+fn stepped(system: &System, schedule: Schedule, threads: usize) {
+    let mut master = None;
+    let start = measure(|| {
+        let stepping = stepping(1e-3, schedule);
+        master = Some(Master::side_by_side(system, &[], stepping, threads).unwrap());
+    });
+    assert_ne!(start.count_total, 0, "the counter counts");
+    let mut master = master.expect("made");
+    let mut faults = Faults::default();
+    for effect in [
+        "bias:1e-9",
+        "gain:1",
+        "freeze@2",
+        "drop:0.5",
+        "delay:0.01",
+        "noise:1e-9",
+    ] {
+        faults.add(system, &format!("spring.x={effect}")).unwrap();
+    }
+    faults.add(system, "mass.f=delay:0.001").unwrap();
+    master.alter(system, &faults).unwrap();
+    // Buffers that go between threads are made once.
+    (0..5).for_each(|_| master.step().unwrap());
+    let steps = measure(|| (0..100).for_each(|_| master.step().unwrap()));
+    assert_eq!(steps.count_total, 0, "{schedule:?}, {threads} threads");
 }

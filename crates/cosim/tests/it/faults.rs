@@ -32,6 +32,7 @@ fn faults(system: &System, texts: &[&str], seed: u64) -> anyhow::Result<Faults> 
 
 fn experiment(system: &System, step: f64, schedule: Schedule, faults: Faults) -> Experiment {
     Experiment {
+        threads: 1,
         stepping: stepping(step, schedule),
         stop: None,
         settings: settings(system, &["spring.k=1"]).unwrap(),
@@ -73,6 +74,7 @@ fn each_effect_does_what_it_says_from_and_until_its_times() {
     let system = spring("effects");
     let run = |texts: &[&str]| -> anyhow::Result<Vec<f64>> {
         let experiment = Experiment {
+            threads: 1,
             inputs: rising(),
             ..experiment(&system, 0.25, Schedule::Jacobi, faults(&system, texts, 1)?)
         };

@@ -75,6 +75,8 @@ fn run_args() -> RunArgs {
         stop_time: Some(1.0),
         schedule: Schedule::GaussSeidel,
         input_derivatives: false,
+        threads: None,
+        between: Default::default(),
         settings: vec!["plain.u=21".into()],
         strict: false,
         check: false,

@@ -34,6 +34,7 @@ fn started(system: &System, schedule: Schedule) -> Master {
         values: vec![0.0, 1.0],
     };
     let experiment = Experiment {
+        threads: 1,
         stepping: stepping(0.01, schedule),
         stop: None,
         settings: settings(system, &["spring.k=23", "spring.m=0.1", "mass.x_start=0.3"]).unwrap(),

@@ -88,6 +88,32 @@ pub fn oscillator_links(motion: &str, force: &str, bond: &str) -> String {
         + &link(("spring", "F"), ("mass", "f"), &format!("{force}{bond}"))
 }
 
+/// Oscillators side by side, each pushed by the acceleration of the one before; numbered from 1.
+pub fn oscillators(count: usize) -> String {
+    let one = oscillator();
+    let between = |tag: &str| {
+        let (start, end) = (format!("<ssd:{tag}>"), format!("</ssd:{tag}>"));
+        let from = one.find(&start).unwrap() + start.len();
+        one[from..one.find(&end).unwrap()].to_string()
+    };
+    let (mut elements, mut connections) = (String::new(), String::new());
+    for k in 1..=count {
+        let numbered = |text: String| {
+            let [spring, mass] = ["spring", "mass"].map(|name| format!("\"{name}{k}\""));
+            text.replace("\"spring\"", &spring)
+                .replace("\"mass\"", &mass)
+        };
+        elements += &numbered(between("Elements"));
+        connections += &numbered(between("Connections"));
+        if k > 1 {
+            let [from, to] = [format!("mass{}", k - 1), format!("spring{k}")];
+            connections += &link((&from, "x_ddot"), (&to, "x_ddot"), "");
+        }
+    }
+    one.replace(&between("Elements"), &elements)
+        .replace(&between("Connections"), &connections)
+}
+
 /// Pack a system and load it. `name` keeps the files of several tests apart.
 pub fn system(name: &str, structure: &str) -> anyhow::Result<System> {
     edited(name, structure, |_, description| description.to_string())
@@ -186,6 +212,7 @@ pub fn stepping(step: f64, schedule: Schedule) -> Stepping {
         start: 0.5,
         step,
         schedule,
+        between: Default::default(),
         jitter: None,
     }
 }

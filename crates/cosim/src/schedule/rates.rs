@@ -1,0 +1,358 @@
+//! Steps of components that are a whole part or a whole multiple of the communication step, and
+//! what continuous inputs are between communication points.
+
+use std::collections::BTreeMap;
+
+use anyhow::{Result, bail, ensure};
+use fmu_description::{Access, Variability};
+use serde::{Deserialize, Serialize};
+
+use super::choice::{Between, Schedule, Stepping};
+use crate::exchange::{Exchange, Read, Write, reads, writes};
+use crate::faults::Alteration;
+use crate::slave::{Ahead, At, Slave};
+use crate::structure::Structure;
+use crate::wiring::{Link, Wiring};
+
+/// The steps and inputs of all components.
+pub(crate) struct Rates {
+    /// Communication step, s.
+    step: f64,
+    between: Between,
+    pub components: Vec<Pace>,
+    pub known: Known,
+}
+
+/// What is remembered from one communication point to the next.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+pub(crate) struct Known {
+    /// Values at the communication point before, and the step from there, s: 0 where there is none.
+    before: Vec<f64>,
+    length: f64,
+    /// Time that each component has reached, s.
+    pub reached: Vec<f64>,
+}
+
+/// The steps and inputs of one component.
+#[derive(Default)]
+pub(crate) struct Pace {
+    /// Steps in a communication step.
+    parts: usize,
+    /// Communication steps in a step.
+    every: usize,
+    /// Ends of inputs, from those that were stepped before.
+    reads: Vec<Read>,
+    writes: Vec<Write>,
+    /// Slots of the inputs' values in the exchange.
+    sources: Vec<usize>,
+    ends: Vec<f64>,
+    mixed: Vec<f64>,
+    buffer: Vec<f64>,
+    sums: Vec<f64>,
+}
+
+/// Parts of a communication step in a step of `own`, s, or communication steps in it.
+fn whole(step: f64, own: f64, name: &str) -> Result<[usize; 2]> {
+    let is_whole = |ratio: f64| (ratio - ratio.round()).abs() <= 1e-9 * ratio && ratio < 1e6;
+    if own > 0.0 && own <= step && is_whole(step / own) {
+        return Ok([(step / own).round() as usize, 1]);
+    }
+    if own > step && is_whole(own / step) {
+        return Ok([1, (own / step).round() as usize]);
+    }
+    bail!(
+        "the step of `{name}`, {own} s, must be a whole part or a whole multiple of the communication step, {step} s"
+    )
+}
+
+impl Rates {
+    /// Of a system; none where every component makes each communication step with held inputs.
+    pub fn new(
+        structure: &Structure,
+        wiring: &Wiring,
+        exchange: &Exchange,
+        stepping: Stepping,
+    ) -> Result<Option<Self>> {
+        let Stepping {
+            start,
+            step,
+            schedule,
+            between,
+            ..
+        } = stepping;
+        if structure.rates.is_empty() && between == Between::Held {
+            return Ok(None);
+        }
+        let is_sequential = schedule == Schedule::GaussSeidel;
+        let needs_order = matches!(between, Between::Interpolated | Between::End);
+        ensure!(
+            is_sequential || !needs_order,
+            "inputs can be {between:?} with the schedule gauss-seidel only: no component is stepped before another"
+        );
+        ensure!(
+            schedule != Schedule::JacobiDerivatives,
+            "input derivatives say what inputs are between communication points: components have no other steps or inputs then"
+        );
+        let mut components = Vec::new();
+        for (k, component) in structure.components.iter().enumerate() {
+            let own = structure.rates.iter().rfind(|(c, _)| *c == component.name);
+            let [parts, every] = own.map_or(Ok([1, 1]), |(name, own)| whole(step, *own, name))?;
+            let is_taken = |link: &Link| {
+                let is_before = is_sequential && link.from.component < k;
+                let of = |p| wiring.variable(p).variability == Variability::Continuous;
+                let is_real = wiring.access(link.from) == Access::Real
+                    && wiring.access(link.to) == Access::Real;
+                link.to.component == k
+                    && !link.is_initial
+                    && is_real
+                    && of(link.from)
+                    && of(link.to)
+                    && !(is_before && link.bond.is_some())
+                    && (is_before || !needs_order)
+            };
+            let mut pace = Pace {
+                parts,
+                every,
+                ..Pace::default()
+            };
+            if between != Between::Held && (every == 1 || between == Between::End) {
+                let links = wiring.links.iter().filter(|link| is_taken(link));
+                pace.plan(wiring, exchange, links, needs_order);
+            }
+            components.push(pace);
+        }
+        let known = Known {
+            before: exchange.values.clone(),
+            length: 0.0,
+            reached: vec![start; components.len()],
+        };
+        Ok(Some(Self {
+            step,
+            between,
+            components,
+            known,
+        }))
+    }
+
+    /// Most steps of a component in a communication step.
+    pub fn most_parts(structure: &Structure, step: f64) -> usize {
+        let parts = structure.rates.iter().map(|(_, own)| step / own);
+        parts.fold(1.0, f64::max).round().min(1e6) as usize
+    }
+
+    /// Whether the component makes a step to `end`, s.
+    pub fn is_due(&self, component: usize, end: f64) -> bool {
+        let every = self.components[component].every as f64;
+        every == 1.0 || end - self.known.reached[component] > (every - 0.5) * self.step
+    }
+
+    /// Before a step by `h`, s: what is to be passed at its end rests where no step is made to there.
+    pub fn rest(&self, resting: &mut Vec<bool>, end: f64) {
+        if self.components.iter().any(|pace| pace.every > 1) {
+            resting.clear();
+            resting.extend((0..self.components.len()).map(|k| !self.is_due(k, end)));
+        }
+    }
+
+    /// After a step by `h`, s.
+    pub fn remember(&mut self, values: &[f64], h: f64) {
+        self.known.before.copy_from_slice(values);
+        self.known.length = h;
+    }
+
+    /// What the inputs of a component come to at the end of a step from `t` by `h`, both s.
+    pub fn look_ahead(
+        &mut self,
+        component: usize,
+        slaves: &[Slave],
+        values: &[f64],
+        [t, h]: [f64; 2],
+    ) -> Result<()> {
+        let Pace {
+            reads,
+            sources,
+            ends,
+            ..
+        } = &mut self.components[component];
+        if !reads.is_empty() {
+            let mut reads = reads.iter();
+            return reads.try_for_each(|read| read.run(slaves, ends, At::Time(t)));
+        }
+        let Known { before, length, .. } = &self.known;
+        let share = if *length > 0.0 { h / length } else { 0.0 };
+        for (end, slot) in ends.iter_mut().zip(sources) {
+            *end = values[*slot] + share * (values[*slot] - before[*slot]);
+        }
+        Ok(())
+    }
+
+    /// Make the steps of a component from `t` by `h`, both s, or begin to, where `is_begun` is
+    /// false and it is in another thread; the mean that is left is that over all of them.
+    pub fn make(&mut self, turn: Turn, [t, h]: [f64; 2]) -> Result<()> {
+        let (k, at) = (turn.component, At::Time(t));
+        if !self.is_due(k, t + h) {
+            return Ok(());
+        }
+        let Turn {
+            slaves,
+            values,
+            mean,
+            means,
+            mut faults,
+            begins,
+            ..
+        } = turn;
+        let start = self.known.reached[k];
+        let pace = &mut self.components[k];
+        let (start, length, parts) = match pace.every {
+            1 => (t, h / pace.parts as f64, pace.parts),
+            _ => (start, t + h - start, 1),
+        };
+        let slots = mean.map_or(0..0, Read::slots);
+        pace.sums.clear();
+        pace.sums.resize(slots.len(), 0.0);
+        for part in 0..=parts {
+            let share = match self.between {
+                Between::End if part == 0 => Some(1.0),
+                Between::Held | Between::End => None,
+                _ => Some(((part as f64 + 0.5) / parts as f64).min(1.0)),
+            };
+            if let Some(share) = share {
+                pace.set(share, slaves, values, faults.as_deref_mut(), begins, at)?;
+            }
+            if part == parts {
+                break;
+            }
+            let from = start + part as f64 * length;
+            if begins {
+                slaves[k].begin(Ahead::Step(from, length));
+                mean.into_iter().for_each(|read| read.begin(slaves));
+                continue;
+            }
+            slaves[k].step(from, length)?;
+            if let Some(read) = mean {
+                read.run(slaves, means, at)?;
+                let news = &means[slots.clone()];
+                pace.sums
+                    .iter_mut()
+                    .zip(news)
+                    .for_each(|(sum, new)| *sum += new);
+            }
+        }
+        if !begins {
+            self.known.reached[k] = t + h;
+            let all = means[slots].iter_mut().zip(&pace.sums);
+            all.for_each(|(mean, sum)| *mean = sum / parts as f64);
+        }
+        Ok(())
+    }
+}
+
+/// What a component's turn needs.
+pub(crate) struct Turn<'a> {
+    pub component: usize,
+    pub slaves: &'a [Slave],
+    /// Values last passed.
+    pub values: &'a [f64],
+    /// How the mean efforts are read, and where to.
+    pub mean: Option<&'a Read>,
+    pub means: &'a mut [f64],
+    pub faults: Option<&'a mut Alteration>,
+    /// Calls are begun, not made.
+    pub begins: bool,
+}
+
+impl Pace {
+    fn plan<'a>(
+        &mut self,
+        wiring: &Wiring,
+        exchange: &Exchange,
+        links: impl Iterator<Item = &'a Link> + Clone,
+        reads_ends: bool,
+    ) {
+        let mut slots = BTreeMap::new();
+        let planned = reads(wiring, links.clone().map(|link| link.from), &mut slots);
+        let targets = links.map(|l| (l.to, slots[&l.from], l.transformation.clone()));
+        self.writes = writes(wiring, targets);
+        self.sources = vec![0; slots.len()];
+        for (port, slot) in &slots {
+            self.sources[*slot] = exchange.slot(*port).unwrap_or_default();
+        }
+        self.ends = vec![0.0; slots.len()];
+        self.mixed = self.ends.clone();
+        let widest = self.writes.iter().map(Write::len).max();
+        self.buffer = vec![0.0; widest.unwrap_or(0)];
+        if reads_ends {
+            self.reads = planned;
+        }
+    }
+
+    /// What is set in steps.
+    pub fn writes(&mut self) -> impl Iterator<Item = &mut Write> {
+        self.writes.iter_mut()
+    }
+
+    /// Set the inputs to what they are at this share of the step.
+    fn set(
+        &mut self,
+        share: f64,
+        slaves: &[Slave],
+        values: &[f64],
+        mut faults: Option<&mut Alteration>,
+        begins: bool,
+        at: At,
+    ) -> Result<()> {
+        for ((mixed, end), slot) in self.mixed.iter_mut().zip(&self.ends).zip(&self.sources) {
+            let now = values[*slot];
+            *mixed = if share == 1.0 {
+                *end
+            } else {
+                now + share * (end - now)
+            };
+        }
+        for write in &self.writes {
+            let (mixed, buffer, faults) = (&self.mixed, &mut self.buffer, faults.as_deref_mut());
+            match begins {
+                true => write.begin(slaves, mixed, buffer, faults, at)?,
+                false => write.run(slaves, mixed, buffer, faults, at)?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A component's step, `0.25ms`, `60s` or `0.001` in s, and the pattern that names the components.
+///
+/// # Errors
+/// Another text.
+pub fn parse_rate(text: &str) -> Result<(&str, f64)> {
+    let parsed = text.split_once('=').and_then(|(name, length)| {
+        let length = length.trim();
+        let units = [("us", 1e-6), ("ms", 1e-3), ("s", 1.0), ("", 1.0)];
+        let (number, unit) = units
+            .iter()
+            .find_map(|(unit, scale)| Some((length.strip_suffix(unit)?, scale)))?;
+        let number: f64 = number.trim().parse().ok()?;
+        (number.is_finite() && number > 0.0).then_some((name.trim(), number * unit))
+    });
+    parsed.ok_or_else(|| {
+        anyhow::anyhow!(
+            "`{text}` must be COMPONENT=TIME with a time in us, ms or s that is greater than 0"
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_are_whole_parts_and_multiples() {
+        assert_eq!(parse_rate("emla_*= 0.25ms").unwrap(), ("emla_*", 0.25e-3));
+        assert_eq!(parse_rate("a=60s").unwrap(), ("a", 60.0));
+        assert!(parse_rate("a=0ms").is_err() && parse_rate("a").is_err());
+        assert_eq!(whole(1e-3, 0.25e-3, "a").unwrap(), [4, 1]);
+        assert_eq!(whole(0.1, 0.3, "a").unwrap(), [1, 3]);
+        assert!(whole(1e-3, 0.3e-3, "a").is_err() && whole(1e-3, 1.5e-3, "a").is_err());
+    }
+}

@@ -1,0 +1,294 @@
+//! The master's side of an instance in another thread: each call becomes a task of its worker, and
+//! may be begun before it is made.
+
+use std::any::Any;
+use std::collections::btree_map::Entry;
+use std::ffi::CString;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use anyhow::{Context, Result};
+
+use super::border::{Ahead, Arguments, Border};
+use super::workers::{Copies, Task, There, Worker};
+use super::{instance, messages};
+use crate::batch::Batch;
+use crate::fmu::Fmu;
+use crate::value::Value;
+
+/// An instance in another thread.
+struct Remote(Rc<There>);
+
+/// Calls of one instance that may be begun: batches are of one type each, with the same clocks.
+fn room(fmu: &Fmu) -> usize {
+    8 + 16 * (1 + fmu.plan.clocks.len())
+}
+
+/// An instance in the thread of a worker, of a library of its own; none where the FMU gives none.
+pub fn make(
+    worker: &Worker,
+    fmu: &Arc<Fmu>,
+    arguments: &Arguments,
+) -> Result<Option<Box<dyn Border>>> {
+    let [name, token, resources] =
+        [arguments.name, arguments.token, arguments.resources].map(CString::from);
+    let (has_events, returns_early) = (arguments.has_events, arguments.returns_early);
+    let own = fmu.clone();
+    let make = move |copies: &mut Copies| {
+        let key = Arc::as_ptr(&own).addr();
+        if let Entry::Vacant(free) = copies.entry(key) {
+            free.insert((own.clone(), own.copied()?));
+        }
+        let arguments = Arguments {
+            name: &name,
+            token: &token,
+            resources: &resources,
+            has_events,
+            returns_early,
+        };
+        instance::make(&own, &copies[&key].1, &arguments)
+    };
+    let made = There::new(worker, room(fmu), Box::new(make))?;
+    Ok(made.map(|there| Box::new(Remote(there)) as Box<dyn Border>))
+}
+
+/// A state that is kept in the thread of its instance.
+struct SavedThere {
+    there: Rc<There>,
+    key: usize,
+}
+
+impl Drop for SavedThere {
+    fn drop(&mut self) {
+        let key = self.key;
+        // Where the thread has ended, the state has, too.
+        let _ = self
+            .there
+            .any(move |_, states| Ok(states.remove(&key).map(drop)));
+    }
+}
+
+fn none(done: Result<()>) -> Result<f64> {
+    done.map(|()| 0.0)
+}
+
+impl Remote {
+    /// A new state, which stays in the thread.
+    fn kept(
+        &self,
+        save: impl FnOnce(&dyn Border) -> Result<Box<dyn Any>> + Send + 'static,
+    ) -> Result<Box<dyn Any>> {
+        let key = self.0.saved.get();
+        self.0.saved.set(key + 1);
+        self.0.any(move |border, states| {
+            states.insert(key, save(border)?);
+            Ok(())
+        })?;
+        let there = self.0.clone();
+        Ok(Box::new(SavedThere { there, key }))
+    }
+
+    fn key(&self, state: &dyn Any) -> Result<usize> {
+        let own = state.downcast_ref::<SavedThere>();
+        let own = own.filter(|s| Rc::ptr_eq(&s.there, &self.0));
+        Ok(own.context("a state of another instance")?.key)
+    }
+
+    fn task(&self, ahead: Ahead) -> Task {
+        match ahead {
+            Ahead::EnterInitialization(t) => {
+                Task::Numbers(|b, [t, _]| none(b.enter_initialization(t)), [t, 0.0])
+            }
+            Ahead::ExitInitialization => {
+                Task::Numbers(|b, _| none(b.exit_initialization()), [0.0; 2])
+            }
+            Ahead::Step(t, h) => Task::Numbers(|b, [t, h]| none(b.step(t, h)), [t, h]),
+            Ahead::EnterEvents => Task::Numbers(|b, _| none(b.enter_events()), [0.0; 2]),
+            Ahead::UpdateEvents => Task::Numbers(
+                |b, _| b.update_events().map(|c| f64::from(u8::from(c))),
+                [0.0; 2],
+            ),
+            Ahead::LeaveEvents => Task::Numbers(|b, _| none(b.leave_events()), [0.0; 2]),
+            Ahead::Get(batch) => {
+                let room = self.0.room_for(batch.len());
+                Task::Values(|b, batch, _, v| b.get(batch, v), batch.clone(), room)
+            }
+            Ahead::Set(batch, values) => {
+                let values = self.0.buffer(values);
+                Task::Values(|b, batch, _, v| b.set(batch, v), batch.clone(), values)
+            }
+        }
+    }
+
+    fn made(&self, ahead: Ahead) -> Result<f64> {
+        self.0.end(|| self.task(ahead))?.result
+    }
+}
+
+impl Border for Remote {
+    fn is_elsewhere(&self) -> bool {
+        true
+    }
+
+    fn begin(&self, ahead: Ahead) {
+        self.0.send(self.task(ahead));
+        self.0.begun.set(self.0.begun.get() + 1);
+    }
+
+    fn drain(&self) {
+        self.0.drain();
+    }
+
+    fn log_only(&self, categories: &[CString]) -> Result<()> {
+        let categories = categories.to_vec();
+        self.0.any(move |border, _| border.log_only(&categories))
+    }
+
+    fn get_whole(&self, batch: &Batch, values: &mut [Value]) -> Result<()> {
+        let (batch, mut own) = (batch.clone(), values.to_vec());
+        let read = self.0.any(move |border, _| {
+            border.get_whole(&batch, &mut own)?;
+            Ok(own)
+        });
+        values.clone_from_slice(&read?);
+        Ok(())
+    }
+
+    fn set_whole(&self, batch: &Batch, values: &[Value]) -> Result<()> {
+        let (batch, own) = (batch.clone(), values.to_vec());
+        self.0.any(move |border, _| border.set_whole(&batch, &own))
+    }
+
+    fn set_up(&self, start: f64) -> Result<()> {
+        self.0.any(move |border, _| border.set_up(start))
+    }
+
+    fn enter_initialization(&self, start: f64) -> Result<()> {
+        self.made(Ahead::EnterInitialization(start)).map(drop)
+    }
+
+    fn exit_initialization(&self) -> Result<()> {
+        self.made(Ahead::ExitInitialization).map(drop)
+    }
+
+    fn get(&self, batch: &Batch, values: &mut [f64]) -> Result<()> {
+        let done = self.0.end(|| self.task(Ahead::Get(batch)))?;
+        values.copy_from_slice(&done.values);
+        self.0.keep(done);
+        Ok(())
+    }
+
+    fn set(&self, batch: &Batch, values: &[f64]) -> Result<()> {
+        let done = self.0.end(|| self.task(Ahead::Set(batch, values)))?;
+        self.0.keep(done);
+        Ok(())
+    }
+
+    fn get_derivatives(&self, batch: &Batch, _: &[i32], values: &mut [f64]) -> Result<()> {
+        let done = self.0.end(|| {
+            let room = self.0.room_for(batch.len());
+            Task::Values(
+                |b, batch, ones, v| b.get_derivatives(batch, ones, v),
+                batch.clone(),
+                room,
+            )
+        })?;
+        values.copy_from_slice(&done.values);
+        self.0.keep(done);
+        Ok(())
+    }
+
+    fn set_derivatives(&self, batch: &Batch, _: &[i32], values: &[f64]) -> Result<()> {
+        let done = self.0.end(|| {
+            let room = self.0.buffer(values);
+            Task::Values(
+                |b, batch, ones, v| b.set_derivatives(batch, ones, v),
+                batch.clone(),
+                room,
+            )
+        })?;
+        self.0.keep(done);
+        Ok(())
+    }
+
+    fn step(&self, t: f64, h: f64) -> Result<()> {
+        self.made(Ahead::Step(t, h)).map(drop)
+    }
+
+    fn time(&self) -> Result<f64> {
+        self.0.number(|b, _| b.time(), [0.0; 2])
+    }
+
+    fn enter_events(&self) -> Result<()> {
+        self.made(Ahead::EnterEvents).map(drop)
+    }
+
+    fn update_events(&self) -> Result<bool> {
+        Ok(self.made(Ahead::UpdateEvents)? != 0.0)
+    }
+
+    fn leave_events(&self) -> Result<()> {
+        self.made(Ahead::LeaveEvents).map(drop)
+    }
+
+    fn settle(&self) -> Result<()> {
+        self.0.number(|b, _| none(b.settle()), [0.0; 2]).map(drop)
+    }
+
+    /// Where the thread has ended, the next call says so.
+    fn next_event(&self) -> f64 {
+        let next = self.0.number(|b, _| Ok(b.next_event()), [0.0; 2]);
+        next.unwrap_or(f64::INFINITY)
+    }
+
+    fn tick(&self, t: f64, tolerance: f64) -> Result<()> {
+        let tick = self
+            .0
+            .number(|b, [t, by]| none(b.tick(t, by)), [t, tolerance]);
+        tick.map(drop)
+    }
+
+    /// What the FMUs of the thread have said comes along.
+    fn terminate(&self) -> Result<()> {
+        let ended = self
+            .0
+            .any(|border, _| Ok((border.terminate(), messages::take())));
+        let (result, said) = ended?;
+        messages::extend(said);
+        result
+    }
+
+    fn save(&self) -> Result<Box<dyn Any>> {
+        self.kept(|border| border.save())
+    }
+
+    fn restore(&self, state: &dyn Any) -> Result<()> {
+        let key = self.key(state)?;
+        self.0
+            .any(move |border, states| border.restore(&*states[&key]))
+    }
+
+    fn state_to_bytes(&self, state: &dyn Any) -> Result<Vec<u8>> {
+        let key = self.key(state)?;
+        self.0
+            .any(move |border, states| border.state_to_bytes(&*states[&key]))
+    }
+
+    fn state_from_bytes(&self, bytes: &[u8]) -> Result<Box<dyn Any>> {
+        let bytes = bytes.to_vec();
+        self.kept(move |border| border.state_from_bytes(&bytes))
+    }
+
+    fn stop_early(&self, stops: bool) {
+        // Where the thread has ended, the next call says so.
+        let _ = self.0.any(move |border, _| {
+            border.stop_early(stops);
+            Ok(())
+        });
+    }
+
+    /// The thread ends with its run.
+    fn reset(&self) -> bool {
+        false
+    }
+}
