@@ -193,8 +193,8 @@ pub fn planned(
 /// Steps after which it is decided how many threads go on.
 const TRIAL: u64 = 8;
 /// Where the shortest of them takes less, they are not shared out, s: others may have waited for a
-/// busy machine.
-const LONG_STEP: f64 = 100e-6;
+/// busy machine. Ten times what handing a step out and back costs there.
+const LONG_STEP: f64 = 500e-6;
 /// Nor is a run that will end sooner, s.
 const LONG_RUN: f64 = 0.5;
 
