@@ -27,7 +27,7 @@ const CHANGE: f64 = 1.5e-8;
 const SINGULAR: f64 = 1e-7;
 
 /// The exchange through which the outputs of loops depend on each other.
-pub(crate) trait Passing {
+pub(crate) trait LoopStage {
     /// What is passed, by slot.
     fn values(&mut self) -> &mut [f64];
     /// Set the inputs to that, then read the outputs.
@@ -85,7 +85,7 @@ impl Unknowns {
     ///
     /// # Errors
     /// No solution is found; what the FMUs refuse.
-    pub fn solve(&mut self, stage: &mut dyn Passing, at: At) -> Result<()> {
+    pub fn solve(&mut self, stage: &mut dyn LoopStage, at: At) -> Result<()> {
         for (y, slot) in self.y.iter_mut().zip(&self.slots) {
             *y = stage.values()[*slot];
         }
@@ -112,7 +112,7 @@ impl Unknowns {
     }
 
     /// `g(y) − y`, whatever the unknowns are.
-    fn evaluate(&mut self, stage: &mut dyn Passing) -> Result<()> {
+    fn evaluate(&mut self, stage: &mut dyn LoopStage) -> Result<()> {
         self.put(stage);
         stage.write_and_read()?;
         let found = self.slots.iter().map(|slot| stage.values()[*slot]);
@@ -124,7 +124,7 @@ impl Unknowns {
         Ok(())
     }
 
-    fn put(&self, stage: &mut dyn Passing) {
+    fn put(&self, stage: &mut dyn LoopStage) {
         for (y, slot) in self.y.iter().zip(&self.slots) {
             stage.values()[*slot] = *y;
         }
@@ -138,7 +138,7 @@ impl Unknowns {
     }
 
     /// Derivatives at `y`, a column for each unknown.
-    fn differentiate(&mut self, stage: &mut dyn Passing) -> Result<()> {
+    fn differentiate(&mut self, stage: &mut dyn LoopStage) -> Result<()> {
         for (row, residual) in self.rows.iter_mut().zip(&self.residual) {
             row[self.slots.len()] = *residual;
         }

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use crate::bond::{BondSlots, Residual};
 use crate::exchange::{Exchange, Passed};
 use crate::means::Means;
-use crate::schedule::rates::{Known, Rates, Turn};
-use crate::slave::{Ahead, At, Failure, Slave, State, all};
+use crate::schedule::rates::{ComponentStep, PastValues, Rates};
+use crate::slave::{At, BegunCall, Failure, Slave, State, all};
 
 /// Passes of Event Mode after which discrete states that still change are a failure.
 const PASSES: usize = 100;
@@ -53,7 +53,7 @@ pub(crate) struct Saved<S = State> {
     means: Vec<f64>,
     residuals: Vec<Residual>,
     bond_steps: Vec<BondStep>,
-    rates: Option<Known>,
+    rates: Option<PastValues>,
 }
 
 impl<S> Saved<S> {
@@ -214,7 +214,7 @@ impl Coupling {
         let Some(rates) = &mut self.rates else {
             return Ok(());
         };
-        let turn = Turn {
+        let turn = ComponentStep {
             component,
             slaves: &self.slaves,
             values: &self.exchange.values,
@@ -293,7 +293,7 @@ impl Coupling {
             self.look_ahead(k, t, h)?;
             return self.make(k, [t, h], true);
         }
-        slaves[k].begin(Ahead::Step(t, h));
+        slaves[k].begin(BegunCall::Step(t, h));
         if let Some(read) = &self.means.reads[k] {
             read.begin(slaves);
         }
@@ -303,7 +303,7 @@ impl Coupling {
     /// All instances into Event Mode, where they have one.
     pub fn enter_events(&self, t: f64) -> Result<()> {
         let at = At::Time(t);
-        all(&self.slaves, Ahead::EnterEvents, |s| s.enter_events(at))
+        all(&self.slaves, BegunCall::EnterEvents, |s| s.enter_events(at))
     }
 
     /// Out of Event Mode, once no discrete state changes any more; where one does, the values are
@@ -312,12 +312,12 @@ impl Coupling {
         let at = At::Time(t);
         for _ in 0..PASSES {
             let mut again = false;
-            all(&self.slaves, Ahead::UpdateEvents, |slave| {
+            all(&self.slaves, BegunCall::UpdateEvents, |slave| {
                 again |= slave.update_events(at)?;
                 Ok(())
             })?;
             if !again {
-                return all(&self.slaves, Ahead::LeaveEvents, |s| s.leave_events(at));
+                return all(&self.slaves, BegunCall::LeaveEvents, |s| s.leave_events(at));
             }
             self.exchange.run_again(&self.slaves, at)?;
         }

@@ -5,10 +5,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use crate::algebraic_loop::{Passing, Unknowns};
+use crate::algebraic_loop::{LoopStage, Unknowns};
 use crate::batch::Batch;
 use crate::faults::Alteration;
-use crate::slave::{Ahead, At, Failure, Slave};
+use crate::slave::{At, BegunCall, Failure, Slave};
 use crate::transformation::Transformation;
 use crate::value::{Value, is_wide};
 use crate::wiring::{Link, Port, Undeclared, Wiring};
@@ -37,7 +37,7 @@ impl Read {
 
     /// Begin to read where the instance is in another thread.
     pub(crate) fn begin(&self, slaves: &[Slave]) {
-        slaves[self.slave].begin(Ahead::Get(&self.batch));
+        slaves[self.slave].begin(BegunCall::Get(&self.batch));
     }
 
     fn run_any(
@@ -124,7 +124,7 @@ impl Write {
     ) -> Result<()> {
         let (buffer, slave) = (self.gather(values, buffer, faults), &slaves[self.slave]);
         if slave.is_elsewhere() {
-            slave.begin(Ahead::Set(&self.batch, buffer));
+            slave.begin(BegunCall::Set(&self.batch, buffer));
             return Ok(());
         }
         slave.set(&self.batch, buffer, at)
@@ -404,7 +404,7 @@ impl Exchange {
                 None => self.write_stage(k, None, slaves, at)?,
                 Some(mut unknowns) => {
                     let exchange = &mut *self;
-                    let mut stage = Solved {
+                    let mut stage = SolvedStage {
                         exchange,
                         k,
                         slaves,
@@ -600,14 +600,14 @@ impl Exchange {
 }
 
 /// A stage whose loops are being solved.
-struct Solved<'a> {
+struct SolvedStage<'a> {
     exchange: &'a mut Exchange,
     k: usize,
     slaves: &'a [Slave],
     at: At,
 }
 
-impl Passing for Solved<'_> {
+impl LoopStage for SolvedStage<'_> {
     fn values(&mut self) -> &mut [f64] {
         &mut self.exchange.values
     }

@@ -12,9 +12,9 @@ use crate::faults::{Alteration, Faults, is_source};
 use crate::input_table::InputTable;
 use crate::instances::make;
 use crate::means::Means;
-use crate::schedule::rates::{Pace, Rates};
+use crate::schedule::rates::{ComponentRate, Rates};
 use crate::schedule::{self, Between};
-use crate::slave::{Ahead, At, Slave, State, all};
+use crate::slave::{At, BegunCall, Slave, State, all};
 use crate::spare;
 use crate::system::{Setting, System};
 use crate::wiring::{Link, Port, Wiring};
@@ -223,7 +223,7 @@ impl Master {
             ..
         } = &mut self.coupling;
         let paces = paces.iter_mut().flat_map(|r| &mut r.components);
-        let between = paces.flat_map(Pace::writes);
+        let between = paces.flat_map(ComponentRate::writes);
         let passed = exchange.writes();
         let rates = derivatives.iter_mut().flat_map(Exchange::writes);
         let given = means.writes.iter_mut().flatten();
@@ -386,7 +386,7 @@ fn initialize(slaves: &[Slave], wiring: &Wiring, stepping: Stepping) -> Result<(
         planned => planned,
     };
     let start = stepping.start;
-    all(slaves, Ahead::EnterInitialization(start), |s| {
+    all(slaves, BegunCall::EnterInitialization(start), |s| {
         s.enter_initialization(start)
     })?;
     match ordered {
@@ -409,7 +409,7 @@ fn initialize(slaves: &[Slave], wiring: &Wiring, stepping: Stepping) -> Result<(
     }
     all(
         slaves,
-        Ahead::ExitInitialization,
+        BegunCall::ExitInitialization,
         Slave::exit_initialization,
     )
 }

@@ -13,7 +13,7 @@ use crate::crew::cores;
 use crate::master::Master;
 use crate::observer::{Function, Observer};
 use crate::slave::Ended;
-use crate::snapshot::Going;
+use crate::snapshot::RunState;
 use crate::stepping::{Control, StepCount, Steps};
 use crate::supervision::Supervision;
 use crate::system::System;
@@ -115,7 +115,7 @@ pub fn planned(
         ));
     }
     let mut supervision = Supervision::new(system, &master, verdict);
-    let mut going = Going {
+    let mut state = RunState {
         system,
         control,
         master: &mut master,
@@ -124,12 +124,12 @@ pub fn planned(
     };
     if let Some(file) = &plan.resume {
         let resumed = fs::read(file).map_err(Into::into);
-        let resumed = resumed.and_then(|bytes| going.resume(&bytes));
+        let resumed = resumed.and_then(|bytes| state.resume(&bytes));
         resumed.with_context(|| format!("`{}`", file.display()))?;
     }
-    let start = going.master.time();
+    let start = state.master.time();
     let mut due: Vec<_> = plan.snapshots.iter().filter(|(t, _)| *t >= start).collect();
-    save(&mut due, &going)?;
+    save(&mut due, &state)?;
     let clock = Instant::now();
     observer.observe(&master)?;
     let (mut trial, mut shortest) = (0, Duration::MAX);
@@ -163,7 +163,7 @@ pub fn planned(
         if !due.is_empty() {
             save(
                 &mut due,
-                &Going {
+                &RunState {
                     system,
                     control,
                     master: &mut master,
@@ -246,11 +246,11 @@ fn shared_out(
 }
 
 /// Save the run to the files that are due.
-fn save(due: &mut Vec<&(f64, PathBuf)>, going: &Going) -> Result<()> {
-    let tolerance = 1e-6 * going.master.stepping().step;
-    let now = |(time, _): &&(f64, PathBuf)| *time <= going.master.time() + tolerance;
+fn save(due: &mut Vec<&(f64, PathBuf)>, state: &RunState) -> Result<()> {
+    let tolerance = 1e-6 * state.master.stepping().step;
+    let now = |(time, _): &&(f64, PathBuf)| *time <= state.master.time() + tolerance;
     for (_, file) in due.extract_if(.., |snapshot| now(snapshot)) {
-        let written = going
+        let written = state
             .to_bytes()
             .and_then(|bytes| Ok(fs::write(file, bytes)?));
         written.with_context(|| format!("the snapshot `{}`", file.display()))?;

@@ -29,7 +29,7 @@ use fmu_description::Version;
 
 use answer::Answer;
 pub use answer::{At, Ended, Stopped};
-pub(crate) use border::Ahead;
+pub(crate) use border::BegunCall;
 use border::{Arguments, Border};
 use workers::Worker;
 
@@ -69,7 +69,7 @@ impl From<Failure> for Result<()> {
 /// A call of all instances, side by side where they are in several threads.
 pub(crate) fn all(
     slaves: &[Slave],
-    ahead: Ahead,
+    ahead: BegunCall,
     mut call: impl FnMut(&Slave) -> Result<()>,
 ) -> Result<()> {
     if !slaves.iter().any(Slave::is_elsewhere) {
@@ -187,7 +187,7 @@ impl Slave {
     }
 
     /// Begin a call, where it is in another thread.
-    pub(crate) fn begin(&self, ahead: Ahead) {
+    pub(crate) fn begin(&self, ahead: BegunCall) {
         self.border.begin(ahead);
     }
 

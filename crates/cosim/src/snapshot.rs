@@ -25,8 +25,8 @@ struct Snapshot {
     master: Saved<Vec<u8>>,
 }
 
-/// What goes on in a run.
-pub(crate) struct Going<'a> {
+/// All of a run that changes from one communication point to the next.
+pub(crate) struct RunState<'a> {
     pub system: &'a System,
     pub control: &'a Control,
     pub master: &'a mut Master,
@@ -34,7 +34,7 @@ pub(crate) struct Going<'a> {
     pub supervision: &'a mut Supervision,
 }
 
-impl Going<'_> {
+impl RunState<'_> {
     fn components(&self) -> Vec<[String; 2]> {
         let all = self.system.structure.components.iter();
         let fmus = self.system.fmus.iter();

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::choice::{Between, Schedule, Stepping};
 use crate::exchange::{Exchange, Read, Write, reads, writes};
 use crate::faults::Alteration;
-use crate::slave::{Ahead, At, Slave};
+use crate::slave::{At, BegunCall, Slave};
 use crate::structure::Structure;
 use crate::wiring::{Link, Wiring};
 
@@ -19,13 +19,13 @@ pub(crate) struct Rates {
     /// Communication step, s.
     step: f64,
     between: Between,
-    pub components: Vec<Pace>,
-    pub known: Known,
+    pub components: Vec<ComponentRate>,
+    pub known: PastValues,
 }
 
 /// What is remembered from one communication point to the next.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
-pub(crate) struct Known {
+pub(crate) struct PastValues {
     /// Values at the communication point before, and the step from there, s: 0 where there is none.
     before: Vec<f64>,
     length: f64,
@@ -35,7 +35,7 @@ pub(crate) struct Known {
 
 /// The steps and inputs of one component.
 #[derive(Default)]
-pub(crate) struct Pace {
+pub(crate) struct ComponentRate {
     /// Steps in a communication step.
     parts: usize,
     /// Communication steps in a step.
@@ -110,10 +110,10 @@ impl Rates {
                     && !(is_before && link.bond.is_some())
                     && (is_before || !needs_order)
             };
-            let mut pace = Pace {
+            let mut pace = ComponentRate {
                 parts,
                 every,
-                ..Pace::default()
+                ..ComponentRate::default()
             };
             if between != Between::Held && (every == 1 || between == Between::End) {
                 let links = wiring.links.iter().filter(|link| is_taken(link));
@@ -121,7 +121,7 @@ impl Rates {
             }
             components.push(pace);
         }
-        let known = Known {
+        let known = PastValues {
             before: exchange.values.clone(),
             length: 0.0,
             reached: vec![start; components.len()],
@@ -168,7 +168,7 @@ impl Rates {
         values: &[f64],
         [t, h]: [f64; 2],
     ) -> Result<()> {
-        let Pace {
+        let ComponentRate {
             reads,
             sources,
             ends,
@@ -178,7 +178,7 @@ impl Rates {
             let mut reads = reads.iter();
             return reads.try_for_each(|read| read.run(slaves, ends, At::Time(t)));
         }
-        let Known { before, length, .. } = &self.known;
+        let PastValues { before, length, .. } = &self.known;
         let share = if *length > 0.0 { h / length } else { 0.0 };
         for (end, slot) in ends.iter_mut().zip(sources) {
             *end = values[*slot] + share * (values[*slot] - before[*slot]);
@@ -188,12 +188,12 @@ impl Rates {
 
     /// Make the steps of a component from `t` by `h`, both s, or begin to, where `is_begun` is
     /// false and it is in another thread; the mean that is left is that over all of them.
-    pub fn make(&mut self, turn: Turn, [t, h]: [f64; 2]) -> Result<()> {
+    pub fn make(&mut self, turn: ComponentStep, [t, h]: [f64; 2]) -> Result<()> {
         let (k, at) = (turn.component, At::Time(t));
         if !self.is_due(k, t + h) {
             return Ok(());
         }
-        let Turn {
+        let ComponentStep {
             slaves,
             values,
             mean,
@@ -225,7 +225,7 @@ impl Rates {
             }
             let from = start + part as f64 * length;
             if begins {
-                slaves[k].begin(Ahead::Step(from, length));
+                slaves[k].begin(BegunCall::Step(from, length));
                 mean.into_iter().for_each(|read| read.begin(slaves));
                 continue;
             }
@@ -249,7 +249,7 @@ impl Rates {
 }
 
 /// What a component's turn needs.
-pub(crate) struct Turn<'a> {
+pub(crate) struct ComponentStep<'a> {
     pub component: usize,
     pub slaves: &'a [Slave],
     /// Values last passed.
@@ -262,7 +262,7 @@ pub(crate) struct Turn<'a> {
     pub begins: bool,
 }
 
-impl Pace {
+impl ComponentRate {
     fn plan<'a>(
         &mut self,
         wiring: &Wiring,

@@ -29,7 +29,7 @@ pub struct Arguments<'a> {
     expect(dead_code, reason = "modules run in the thread of their host")
 )]
 #[derive(Clone, Copy, Debug)]
-pub enum Ahead<'a> {
+pub enum BegunCall<'a> {
     /// From this time, s.
     EnterInitialization(f64),
     ExitInitialization,
@@ -51,7 +51,7 @@ pub trait Border {
     }
     /// Begin a call where the instance is elsewhere. The same call, made later, is its end; calls
     /// end in the order in which they were begun.
-    fn begin(&self, _ahead: Ahead) {}
+    fn begin(&self, _ahead: BegunCall) {}
     /// Await and forget what is begun.
     fn drain(&self) {}
     /// Switch these log categories on and no other.

@@ -9,15 +9,15 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result};
 
-use super::border::{Ahead, Arguments, Border};
-use super::workers::{Copies, Task, There, Worker};
+use super::border::{Arguments, BegunCall, Border};
+use super::workers::{Copies, RemoteInstance, Task, Worker};
 use super::{instance, messages};
 use crate::batch::Batch;
 use crate::fmu::Fmu;
 use crate::value::Value;
 
 /// An instance in another thread.
-struct Remote(Rc<There>);
+struct Remote(Rc<RemoteInstance>);
 
 /// Calls of one instance that may be begun: batches are of one type each, with the same clocks.
 fn room(fmu: &Fmu) -> usize {
@@ -48,17 +48,17 @@ pub fn make(
         };
         instance::make(&own, &copies[&key].1, &arguments)
     };
-    let made = There::new(worker, room(fmu), Box::new(make))?;
+    let made = RemoteInstance::new(worker, room(fmu), Box::new(make))?;
     Ok(made.map(|there| Box::new(Remote(there)) as Box<dyn Border>))
 }
 
 /// A state that is kept in the thread of its instance.
-struct SavedThere {
-    there: Rc<There>,
+struct RemoteState {
+    there: Rc<RemoteInstance>,
     key: usize,
 }
 
-impl Drop for SavedThere {
+impl Drop for RemoteState {
     fn drop(&mut self) {
         let key = self.key;
         // Where the thread has ended, the state has, too.
@@ -85,42 +85,42 @@ impl Remote {
             Ok(())
         })?;
         let there = self.0.clone();
-        Ok(Box::new(SavedThere { there, key }))
+        Ok(Box::new(RemoteState { there, key }))
     }
 
     fn key(&self, state: &dyn Any) -> Result<usize> {
-        let own = state.downcast_ref::<SavedThere>();
+        let own = state.downcast_ref::<RemoteState>();
         let own = own.filter(|s| Rc::ptr_eq(&s.there, &self.0));
         Ok(own.context("a state of another instance")?.key)
     }
 
-    fn task(&self, ahead: Ahead) -> Task {
+    fn task(&self, ahead: BegunCall) -> Task {
         match ahead {
-            Ahead::EnterInitialization(t) => {
+            BegunCall::EnterInitialization(t) => {
                 Task::Numbers(|b, [t, _]| none(b.enter_initialization(t)), [t, 0.0])
             }
-            Ahead::ExitInitialization => {
+            BegunCall::ExitInitialization => {
                 Task::Numbers(|b, _| none(b.exit_initialization()), [0.0; 2])
             }
-            Ahead::Step(t, h) => Task::Numbers(|b, [t, h]| none(b.step(t, h)), [t, h]),
-            Ahead::EnterEvents => Task::Numbers(|b, _| none(b.enter_events()), [0.0; 2]),
-            Ahead::UpdateEvents => Task::Numbers(
+            BegunCall::Step(t, h) => Task::Numbers(|b, [t, h]| none(b.step(t, h)), [t, h]),
+            BegunCall::EnterEvents => Task::Numbers(|b, _| none(b.enter_events()), [0.0; 2]),
+            BegunCall::UpdateEvents => Task::Numbers(
                 |b, _| b.update_events().map(|c| f64::from(u8::from(c))),
                 [0.0; 2],
             ),
-            Ahead::LeaveEvents => Task::Numbers(|b, _| none(b.leave_events()), [0.0; 2]),
-            Ahead::Get(batch) => {
+            BegunCall::LeaveEvents => Task::Numbers(|b, _| none(b.leave_events()), [0.0; 2]),
+            BegunCall::Get(batch) => {
                 let room = self.0.room_for(batch.len());
                 Task::Values(|b, batch, _, v| b.get(batch, v), batch.clone(), room)
             }
-            Ahead::Set(batch, values) => {
+            BegunCall::Set(batch, values) => {
                 let values = self.0.buffer(values);
                 Task::Values(|b, batch, _, v| b.set(batch, v), batch.clone(), values)
             }
         }
     }
 
-    fn made(&self, ahead: Ahead) -> Result<f64> {
+    fn made(&self, ahead: BegunCall) -> Result<f64> {
         self.0.end(|| self.task(ahead))?.result
     }
 }
@@ -130,7 +130,7 @@ impl Border for Remote {
         true
     }
 
-    fn begin(&self, ahead: Ahead) {
+    fn begin(&self, ahead: BegunCall) {
         self.0.send(self.task(ahead));
         self.0.begun.set(self.0.begun.get() + 1);
     }
@@ -164,22 +164,22 @@ impl Border for Remote {
     }
 
     fn enter_initialization(&self, start: f64) -> Result<()> {
-        self.made(Ahead::EnterInitialization(start)).map(drop)
+        self.made(BegunCall::EnterInitialization(start)).map(drop)
     }
 
     fn exit_initialization(&self) -> Result<()> {
-        self.made(Ahead::ExitInitialization).map(drop)
+        self.made(BegunCall::ExitInitialization).map(drop)
     }
 
     fn get(&self, batch: &Batch, values: &mut [f64]) -> Result<()> {
-        let done = self.0.end(|| self.task(Ahead::Get(batch)))?;
+        let done = self.0.end(|| self.task(BegunCall::Get(batch)))?;
         values.copy_from_slice(&done.values);
         self.0.keep(done);
         Ok(())
     }
 
     fn set(&self, batch: &Batch, values: &[f64]) -> Result<()> {
-        let done = self.0.end(|| self.task(Ahead::Set(batch, values)))?;
+        let done = self.0.end(|| self.task(BegunCall::Set(batch, values)))?;
         self.0.keep(done);
         Ok(())
     }
@@ -212,7 +212,7 @@ impl Border for Remote {
     }
 
     fn step(&self, t: f64, h: f64) -> Result<()> {
-        self.made(Ahead::Step(t, h)).map(drop)
+        self.made(BegunCall::Step(t, h)).map(drop)
     }
 
     fn time(&self) -> Result<f64> {
@@ -220,15 +220,15 @@ impl Border for Remote {
     }
 
     fn enter_events(&self) -> Result<()> {
-        self.made(Ahead::EnterEvents).map(drop)
+        self.made(BegunCall::EnterEvents).map(drop)
     }
 
     fn update_events(&self) -> Result<bool> {
-        Ok(self.made(Ahead::UpdateEvents)? != 0.0)
+        Ok(self.made(BegunCall::UpdateEvents)? != 0.0)
     }
 
     fn leave_events(&self) -> Result<()> {
-        self.made(Ahead::LeaveEvents).map(drop)
+        self.made(BegunCall::LeaveEvents).map(drop)
     }
 
     fn settle(&self) -> Result<()> {

@@ -24,7 +24,7 @@ use crate::fmu::{Api, Fmu};
 const SPINS: [usize; 2] = [2000, 20];
 
 type Pass = fn(&dyn Border, &Batch, &[i32], &mut [f64]) -> Result<()>;
-type Rare = Box<dyn FnOnce(&dyn Border, &mut States) -> Result<Given> + Send>;
+type AnyCall = Box<dyn FnOnce(&dyn Border, &mut States) -> Result<Given> + Send>;
 /// Saved states, by number.
 pub(super) type States = BTreeMap<usize, Box<dyn Any>>;
 type Given = Box<dyn Any + Send>;
@@ -37,7 +37,7 @@ pub(super) enum Task {
     /// Values or derivatives in or out; there are as many ones.
     Values(Pass, Batch, Vec<f64>),
     /// What is rare, and may allocate.
-    Any(Rare),
+    Any(AnyCall),
     /// A new instance; true where there is one.
     Make(Make, SyncSender<Done>),
     Free,
@@ -63,7 +63,7 @@ struct Order {
 pub(super) type Copies = BTreeMap<usize, (Arc<Fmu>, Api)>;
 
 /// An instance in its thread.
-struct Seat {
+struct HostedInstance {
     border: Option<Box<dyn Border>>,
     states: States,
     ones: Vec<i32>,
@@ -92,10 +92,10 @@ fn next<T>(queue: &Receiver<T>, spins: &Cell<usize>) -> Option<T> {
 
 /// All that a worker does.
 fn work(orders: &Receiver<Order>, spins: &Cell<usize>) {
-    let (mut all, mut copies): (Vec<Seat>, Copies) = Default::default();
+    let (mut all, mut copies): (Vec<HostedInstance>, Copies) = Default::default();
     while let Some(order) = next(orders, spins) {
         if let Task::Make(_, answers) = &order.task {
-            all.push(Seat {
+            all.push(HostedInstance {
                 border: None,
                 states: States::new(),
                 ones: Vec::new(),
@@ -113,7 +113,7 @@ fn work(orders: &Receiver<Order>, spins: &Cell<usize>) {
     }
 }
 
-impl Seat {
+impl HostedInstance {
     fn carry_out(&mut self, task: Task, copies: &mut Copies) -> Option<Done> {
         let (mut values, mut given) = (Vec::new(), None);
         let (border, has_failed) = (&mut self.border, self.has_failed);
@@ -193,7 +193,7 @@ impl Drop for Thread {
 }
 
 /// The master's end of an instance.
-pub(super) struct There {
+pub(super) struct RemoteInstance {
     thread: Rc<Thread>,
     number: usize,
     answers: Receiver<Done>,
@@ -205,13 +205,13 @@ pub(super) struct There {
     spare: RefCell<Vec<Vec<f64>>>,
 }
 
-impl Drop for There {
+impl Drop for RemoteInstance {
     fn drop(&mut self) {
         self.send(Task::Free);
     }
 }
 
-impl There {
+impl RemoteInstance {
     /// The end of a new instance that `make` makes, with room for so many begun calls.
     pub fn new(worker: &Worker, room: usize, make: Make) -> Result<Option<Rc<Self>>> {
         let (answers, received) = sync_channel(room + 4 * worker.0.parts);
