@@ -190,6 +190,7 @@ impl<M: Model> Instance<M> {
             }
             match place {
                 Some(place) => *place.get_mut(&mut all.du, i) += seed,
+                None if seed == 0.0 => {}
                 None => {
                     let dx = all.dx.get_or_insert_with(|| vec![0.0; self.layout.states]);
                     dx[self.layout.offset(row) + i] += seed;
