@@ -214,7 +214,7 @@ impl Coupling {
         let Some(rates) = &mut self.rates else {
             return Ok(());
         };
-        let turn = ComponentStep {
+        let steps = ComponentStep {
             component,
             slaves: &self.slaves,
             values: &self.exchange.values,
@@ -223,7 +223,7 @@ impl Coupling {
             faults: self.exchange.faults.as_mut(),
             begins,
         };
-        rates.make(turn, time)
+        rates.make(steps, time)
     }
 
     /// Step all components, by their means one after the other or all from the same values.

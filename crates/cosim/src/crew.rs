@@ -22,7 +22,8 @@ pub fn cores() -> usize {
 }
 
 impl Crew {
-    /// For components that make up to `parts` steps at a time. Components of one kind go round, so that each thread has as many of them as another.
+    /// For components that make up to `parts` steps at a time. Components of one kind go round, so
+    /// that each thread has as many of them as another.
     pub fn new(system: &System, count: usize, parts: usize) -> Result<Self> {
         ensure!(count > 0, "{count} threads: there must be at least 1");
         let fmus = &system.fmus;

@@ -122,12 +122,15 @@ impl Write {
         faults: Option<&mut Alteration>,
         at: At,
     ) -> Result<()> {
-        let (buffer, slave) = (self.gather(values, buffer, faults), &slaves[self.slave]);
-        if slave.is_elsewhere() {
-            slave.begin(BegunCall::Set(&self.batch, buffer));
-            return Ok(());
+        let slave = &slaves[self.slave];
+        if !slave.is_elsewhere() {
+            return self.run(slaves, values, buffer, faults, at);
         }
-        slave.set(&self.batch, buffer, at)
+        slave.begin(BegunCall::Set(
+            &self.batch,
+            self.gather(values, buffer, faults),
+        ));
+        Ok(())
     }
 
     /// The end of what was begun.
@@ -388,8 +391,8 @@ impl Exchange {
 
     /// Pass all values, stage by stage.
     pub fn run(&mut self, slaves: &[Slave], at: At) -> Result<()> {
-        let is_new = |read: &&Read| self.resting.get(read.slave) != Some(&true);
-        for read in self.first.iter().filter(is_new) {
+        let resting = &self.resting;
+        for read in self.first.iter().filter(|r| !rests(resting, r.slave)) {
             read.run_any(slaves, &mut self.values, &mut self.wide, at)?;
         }
         self.run_again(slaves, at)
@@ -470,15 +473,14 @@ impl Exchange {
         if self.is_beside && self.wide.is_empty() {
             return self.read_beside(k, slaves, at);
         }
-        let is_new = |read: &&Read| self.resting.get(read.slave) != Some(&true);
-        let mut reads = self.stages[k].reads.iter().filter(is_new);
+        let (all, resting) = (&self.stages[k].reads, &self.resting);
+        let mut reads = all.iter().filter(|read| !rests(resting, read.slave));
         reads.try_for_each(|read| read.run_any(slaves, &mut self.values, &mut self.wide, at))
     }
 
     fn read_beside(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
         let (all, values) = (&self.stages[k].reads, &mut self.values);
-        let is_new = |read: &&Read| self.resting.get(read.slave) != Some(&true);
-        let reads = all.iter().filter(is_new);
+        let reads = (all.iter()).filter(|read| !rests(&self.resting, read.slave));
         reads.clone().for_each(|read| read.begin(slaves));
         let mut failure = Failure::default();
         for is_elsewhere in [false, true] {
@@ -507,9 +509,7 @@ impl Exchange {
             return self.write_beside(k, slaves, at);
         }
         for write in &self.stages[k].writes {
-            if only.is_some_and(|slave| slave != write.slave)
-                || self.resting.get(write.slave) == Some(&true)
-            {
+            if only.is_some_and(|slave| slave != write.slave) || rests(&self.resting, write.slave) {
                 continue;
             }
             if write.is_wide {
@@ -525,8 +525,8 @@ impl Exchange {
     /// Values are gathered in order, as faults draw their random numbers.
     fn write_beside(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
         let mut faults = self.faults.as_mut();
-        let is_new = |write: &&Write| self.resting.get(write.slave) != Some(&true);
-        let writes = self.stages[k].writes.iter().filter(is_new);
+        let all = self.stages[k].writes.iter();
+        let writes = all.filter(|write| !rests(&self.resting, write.slave));
         let mut failure = Failure::default();
         for write in writes.clone() {
             let (values, buffer) = (&self.values, &mut self.buffer);
@@ -597,6 +597,11 @@ impl Exchange {
         }
         text
     }
+}
+
+/// Whether a component has no communication point now.
+fn rests(resting: &[bool], component: usize) -> bool {
+    resting.get(component) == Some(&true)
 }
 
 /// A stage whose loops are being solved.

@@ -42,6 +42,8 @@ pub struct Slave {
     fmu: Arc<Fmu>,
     name: String,
     has_events: bool,
+    /// In another thread.
+    is_elsewhere: bool,
 }
 
 /// The first error in the order of components, where several are at work: what was begun is ended
@@ -161,6 +163,7 @@ impl Slave {
             fmu: fmu.clone(),
             name: name.to_string(),
             has_events,
+            is_elsewhere: worker.is_some(),
         };
         slave.log_only_trouble()?;
         Ok(slave)
@@ -183,7 +186,7 @@ impl Slave {
 
     /// Whether it is in another thread.
     pub(crate) fn is_elsewhere(&self) -> bool {
-        self.border.is_elsewhere()
+        self.is_elsewhere
     }
 
     /// Begin a call, where it is in another thread.

@@ -110,16 +110,16 @@ impl Rates {
                     && !(is_before && link.bond.is_some())
                     && (is_before || !needs_order)
             };
-            let mut pace = ComponentRate {
+            let mut rate = ComponentRate {
                 parts,
                 every,
                 ..ComponentRate::default()
             };
             if between != Between::Held && (every == 1 || between == Between::End) {
                 let links = wiring.links.iter().filter(|link| is_taken(link));
-                pace.plan(wiring, exchange, links, needs_order);
+                rate.plan(wiring, exchange, links, needs_order);
             }
-            components.push(pace);
+            components.push(rate);
         }
         let known = PastValues {
             before: exchange.values.clone(),
@@ -148,7 +148,7 @@ impl Rates {
 
     /// Before a step by `h`, s: what is to be passed at its end rests where no step is made to there.
     pub fn rest(&self, resting: &mut Vec<bool>, end: f64) {
-        if self.components.iter().any(|pace| pace.every > 1) {
+        if self.components.iter().any(|rate| rate.every > 1) {
             resting.clear();
             resting.extend((0..self.components.len()).map(|k| !self.is_due(k, end)));
         }
@@ -186,10 +186,10 @@ impl Rates {
         Ok(())
     }
 
-    /// Make the steps of a component from `t` by `h`, both s, or begin to, where `is_begun` is
-    /// false and it is in another thread; the mean that is left is that over all of them.
-    pub fn make(&mut self, turn: ComponentStep, [t, h]: [f64; 2]) -> Result<()> {
-        let (k, at) = (turn.component, At::Time(t));
+    /// Make the steps of a component from `t` by `h`, both s, or begin them where it is in another
+    /// thread and `begins` says so; the mean that is left is that over all of them.
+    pub fn make(&mut self, step: ComponentStep, [t, h]: [f64; 2]) -> Result<()> {
+        let (k, at) = (step.component, At::Time(t));
         if !self.is_due(k, t + h) {
             return Ok(());
         }
@@ -201,16 +201,16 @@ impl Rates {
             mut faults,
             begins,
             ..
-        } = turn;
+        } = step;
         let start = self.known.reached[k];
-        let pace = &mut self.components[k];
-        let (start, length, parts) = match pace.every {
-            1 => (t, h / pace.parts as f64, pace.parts),
+        let rate = &mut self.components[k];
+        let (start, length, parts) = match rate.every {
+            1 => (t, h / rate.parts as f64, rate.parts),
             _ => (start, t + h - start, 1),
         };
         let slots = mean.map_or(0..0, Read::slots);
-        pace.sums.clear();
-        pace.sums.resize(slots.len(), 0.0);
+        rate.sums.clear();
+        rate.sums.resize(slots.len(), 0.0);
         for part in 0..=parts {
             let share = match self.between {
                 Between::End if part == 0 => Some(1.0),
@@ -218,7 +218,7 @@ impl Rates {
                 _ => Some(((part as f64 + 0.5) / parts as f64).min(1.0)),
             };
             if let Some(share) = share {
-                pace.set(share, slaves, values, faults.as_deref_mut(), begins, at)?;
+                rate.set(share, slaves, values, faults.as_deref_mut(), begins, at)?;
             }
             if part == parts {
                 break;
@@ -233,7 +233,7 @@ impl Rates {
             if let Some(read) = mean {
                 read.run(slaves, means, at)?;
                 let news = &means[slots.clone()];
-                pace.sums
+                rate.sums
                     .iter_mut()
                     .zip(news)
                     .for_each(|(sum, new)| *sum += new);
@@ -241,14 +241,14 @@ impl Rates {
         }
         if !begins {
             self.known.reached[k] = t + h;
-            let all = means[slots].iter_mut().zip(&pace.sums);
+            let all = means[slots].iter_mut().zip(&rate.sums);
             all.for_each(|(mean, sum)| *mean = sum / parts as f64);
         }
         Ok(())
     }
 }
 
-/// What a component's turn needs.
+/// What the steps of a component need.
 pub(crate) struct ComponentStep<'a> {
     pub component: usize,
     pub slaves: &'a [Slave],

@@ -45,11 +45,7 @@ pub enum BegunCall<'a> {
 /// The calls of one version of FMI. What the version does not have is done without a call. An error
 /// is an [`Answer`](super::answer::Answer), or says more.
 pub trait Border {
-    /// The instance is in another thread, so that its calls can be begun.
-    fn is_elsewhere(&self) -> bool {
-        false
-    }
-    /// Begin a call where the instance is elsewhere. The same call, made later, is its end; calls
+    /// Begin a call where the instance is in another thread. The same call, made later, is its end; calls
     /// end in the order in which they were begun.
     fn begin(&self, _ahead: BegunCall) {}
     /// Await and forget what is begun.

@@ -126,10 +126,6 @@ impl Remote {
 }
 
 impl Border for Remote {
-    fn is_elsewhere(&self) -> bool {
-        true
-    }
-
     fn begin(&self, ahead: BegunCall) {
         self.0.send(self.task(ahead));
         self.0.begun.set(self.0.begun.get() + 1);
