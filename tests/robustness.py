@@ -173,7 +173,7 @@ def address(calls, seed):
 
 def thread():
     """ThreadSanitizer; the first report ends it."""
-    built = Sanitized("thread", "TSAN_OPTIONS", "halt_on_error=1:exitcode=98", ["torture"])
+    built = Sanitized("thread", "TSAN_OPTIONS", "halt_on_error=1:exitcode=98", ["torture", "cosim"])
     built.run("torture", "threads", "--threads", 8, "--steps", 100)
     print(f"ThreadSanitizer: tests of the border, 8 threads of each of {len(built.fmus)} FMUs: 0 reports")
 

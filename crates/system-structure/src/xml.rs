@@ -27,31 +27,36 @@ impl Node {
     pub(crate) fn parse(text: &str, file: &str, root: &str) -> Result<Self, StructureError> {
         let file: Arc<str> = file.into();
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let fail = |at: usize, reason: String| StructureError {
+        let fail = |line: usize, text: String| StructureError {
             file: file.to_string(),
-            line: line(text, at),
-            text: reason,
+            line,
+            text,
         };
         if !text.trim_start().starts_with('<') {
-            return Err(fail(0, "it is no XML".into()));
+            return Err(fail(1, "it is no XML".into()));
         }
         let mut reader = Reader::from_str(text);
         let mut open: Vec<Node> = Vec::new();
+        let (mut line, mut counted) = (1, 0);
         loop {
             let event = reader.read_event();
             let at = usize::try_from(reader.buffer_position()).unwrap_or_default();
+            // Only what is new is counted: thousands of elements are read in one pass.
+            let new = text.as_bytes().get(counted..at).unwrap_or_default();
+            line += new.iter().filter(|byte| **byte == b'\n').count();
+            counted += new.len();
             let mut closed = None;
-            match event.map_err(|e| fail(at, format!("it is no XML: {e}")))? {
+            match event.map_err(|e| fail(line, format!("it is no XML: {e}")))? {
                 Event::Start(element) => {
-                    let node = node(&element, &file, line(text, at));
-                    open.push(node.map_err(|reason| fail(at, reason))?);
+                    let node = node(&element, &file, line);
+                    open.push(node.map_err(|reason| fail(line, reason))?);
                 }
                 Event::Empty(element) => {
-                    let node = node(&element, &file, line(text, at));
-                    closed = Some(node.map_err(|reason| fail(at, reason))?);
+                    let node = node(&element, &file, line);
+                    closed = Some(node.map_err(|reason| fail(line, reason))?);
                 }
                 Event::End(_) => closed = open.pop(),
-                Event::Eof => return Err(fail(at, format!("it has no element {root}"))),
+                Event::Eof => return Err(fail(line, format!("it has no element {root}"))),
                 _ => {}
             }
             match (closed, open.last_mut()) {
@@ -132,11 +137,6 @@ impl Node {
             text,
         }
     }
-}
-
-fn line(text: &str, at: usize) -> usize {
-    let before = text.as_bytes().iter().take(at);
-    1 + before.filter(|byte| **byte == b'\n').count()
 }
 
 fn node(element: &BytesStart, file: &Arc<str>, line: usize) -> Result<Node, String> {

@@ -1,6 +1,10 @@
 /* An FMU of FMI 2.0 whose code is not made for threads: a step counts in a global variable, and y is what it came to, n. */
 #include <stdlib.h>
 
+#ifndef LOOPS
+#define LOOPS 20000
+#endif
+
 static volatile int counter;
 typedef struct {
     double y, n;
@@ -8,7 +12,7 @@ typedef struct {
 
 void *fmi2Instantiate(const char *name, int type, const char *guid, const char *resources, const void *functions, int visible, int logging) {
     instance *c = calloc(1, sizeof *c);
-    c->n = 20000;
+    c->n = LOOPS;
     return c;
 }
 void fmi2FreeInstance(void *c) { free(c); }

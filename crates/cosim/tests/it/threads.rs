@@ -54,11 +54,13 @@ fn experiment(system: &System, schedule: Schedule, threads: usize) -> Experiment
     }
 }
 
+/// More steps are asked for by the environment: `THREAD_STEPS=100000`.
 #[test]
 fn every_number_of_threads_gives_the_same_bits() {
     let system = system("beside", &oscillators(5)).unwrap();
+    let steps = std::env::var("THREAD_STEPS").map_or(1000, |steps| steps.parse().unwrap());
     for schedule in SCHEDULES {
-        let of = |threads| bits(&system, &experiment(&system, schedule, threads), 1000);
+        let of = |threads| bits(&system, &experiment(&system, schedule, threads), steps);
         let alone = of(1);
         assert!(alone.iter().any(|b| f64::from_bits(*b) != 0.0));
         for threads in [2, 4, 7] {
