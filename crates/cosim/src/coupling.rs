@@ -19,7 +19,7 @@ pub(crate) struct Coupling {
     /// Components that Gauss–Seidel may step side by side: each after those whose mean effort it
     /// gets. Those of this thread come first.
     pub ranks: Vec<Vec<usize>>,
-    /// Those that may have events at times of their own.
+    /// Those that have an Event Mode, and so may have events at times of their own.
     pub timed: Vec<usize>,
     /// A component whose step may not be varied.
     pub fixed: Option<String>,
@@ -300,10 +300,15 @@ impl Coupling {
         Ok(())
     }
 
+    /// Those that have an Event Mode.
+    fn timed(&self) -> impl Iterator<Item = &Slave> + Clone {
+        self.timed.iter().map(|k| &self.slaves[*k])
+    }
+
     /// All instances into Event Mode, where they have one.
     pub fn enter_events(&self, t: f64) -> Result<()> {
         let at = At::Time(t);
-        all(&self.slaves, BegunCall::EnterEvents, |s| s.enter_events(at))
+        all(self.timed(), BegunCall::EnterEvents, |s| s.enter_events(at))
     }
 
     /// Out of Event Mode, once no discrete state changes any more; where one does, the values are
@@ -312,12 +317,12 @@ impl Coupling {
         let at = At::Time(t);
         for _ in 0..PASSES {
             let mut again = false;
-            all(&self.slaves, BegunCall::UpdateEvents, |slave| {
+            all(self.timed(), BegunCall::UpdateEvents, |slave| {
                 again |= slave.update_events(at)?;
                 Ok(())
             })?;
             if !again {
-                return all(&self.slaves, BegunCall::LeaveEvents, |s| s.leave_events(at));
+                return all(self.timed(), BegunCall::LeaveEvents, |s| s.leave_events(at));
             }
             self.exchange.run_again(&self.slaves, at)?;
         }
@@ -326,15 +331,13 @@ impl Coupling {
 
     /// All instances out of Event Mode, each for itself.
     pub fn settle(&self, t: f64) -> Result<()> {
-        let mut timed = self.timed.iter();
-        timed.try_for_each(|k| self.slaves[*k].settle(At::Time(t)))
+        self.timed().try_for_each(|s| s.settle(At::Time(t)))
     }
 
     /// Time of the first event before `end`, s, at which a step is split; none where a component
     /// cannot vary its step.
     pub fn split(&self, end: f64) -> Option<f64> {
-        let events = self.timed.iter().map(|k| self.slaves[*k].next_event());
-        let first = events.reduce(f64::min)?;
+        let first = self.timed().map(Slave::next_event).reduce(f64::min)?;
         (first < end && self.fixed.is_none()).then_some(first)
     }
 

@@ -386,7 +386,7 @@ fn initialize(slaves: &[Slave], wiring: &Wiring, stepping: Stepping) -> Result<(
         planned => planned,
     };
     let start = stepping.start;
-    all(slaves, BegunCall::EnterInitialization(start), |s| {
+    all(slaves.iter(), BegunCall::EnterInitialization(start), |s| {
         s.enter_initialization(start)
     })?;
     match ordered {
@@ -408,7 +408,7 @@ fn initialize(slaves: &[Slave], wiring: &Wiring, stepping: Stepping) -> Result<(
         }
     }
     all(
-        slaves,
+        slaves.iter(),
         BegunCall::ExitInitialization,
         Slave::exit_initialization,
     )

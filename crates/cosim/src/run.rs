@@ -9,7 +9,6 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 
 use crate::bond::Residual;
-use crate::crew::cores;
 use crate::master::Master;
 use crate::observer::{Function, Observer};
 use crate::slave::Ended;
@@ -17,6 +16,7 @@ use crate::snapshot::RunState;
 use crate::stepping::{Control, StepCount, Steps};
 use crate::supervision::Supervision;
 use crate::system::System;
+use crate::trial::Trial;
 use crate::verdict::Verdict;
 
 pub use crate::experiment::Experiment;
@@ -51,7 +51,7 @@ pub struct Plan {
     pub resume: Option<PathBuf>,
     /// The experiment that made the master in one thread, where the run may be shared out: if its
     /// first steps take long, they are made once more by as many threads as there are cores, which
-    /// then go on. What is observed is the same.
+    /// then go on if they are faster. What is observed is the same.
     pub alone: Option<Experiment>,
 }
 
@@ -132,20 +132,18 @@ pub fn planned(
     save(&mut due, &state)?;
     let clock = Instant::now();
     observer.observe(&master)?;
-    let (mut trial, mut shortest) = (0, Duration::MAX);
+    let mut trial = plan.alone.as_ref().map(Trial::new);
     while !observer.is_done() && !steps.is_over(&master) {
-        trial += 1;
-        let before = (trial <= TRIAL).then(Instant::now);
+        let before = trial.is_some().then(Instant::now);
         let made = steps.make(&mut master);
-        shortest = before.map_or(shortest, |before| before.elapsed().min(shortest));
-        let (k, all) = steps.so_far(&master);
-        if let (TRIAL, Ok(_), Some(alone)) = (trial, &made, &plan.alone)
-            && let Some(threads) = worth(system, shortest, all - k)
+        if let (Some(own), Some(before), Ok(_)) = (&mut trial, before, &made)
+            && own.is_over(before.elapsed())
         {
-            drop(master);
-            let (done, again, note) = shared_out(system, plan, alone, threads)?;
-            (master, steps) = (done, again);
-            supervision.note(note);
+            let (k, all) = steps.so_far(&master);
+            if let Some(wide) = own.wide(system, plan, all - k, &mut supervision) {
+                (master, steps) = wide;
+            }
+            trial = None;
         }
         let observed = match made {
             Ok(false) => continue,
@@ -190,59 +188,15 @@ pub fn planned(
     })
 }
 
-/// Steps after which it is decided how many threads go on.
-const TRIAL: u64 = 8;
-/// Where the shortest of them takes less, they are not shared out, s: others may have waited for a
-/// busy machine. Ten times what handing a step out and back costs there.
-const LONG_STEP: f64 = 500e-6;
-/// Nor is a run that will end sooner, s.
-const LONG_RUN: f64 = 0.5;
-
-/// Number of threads that are worth while.
-fn worth(system: &System, step: Duration, left: u64) -> Option<usize> {
-    let step = step.as_secs_f64();
-    let threads = cores().min(system.fmus.len());
-    (threads > 1 && step > LONG_STEP && step * left as f64 > LONG_RUN).then_some(threads)
-}
-
 /// The steps of a plan; true where a shortened last one is left out, because a component cannot vary
 /// its step.
-fn steps_of(system: &System, master: &Master, plan: &Plan) -> Result<(Steps, bool)> {
+pub(crate) fn steps_of(system: &System, master: &Master, plan: &Plan) -> Result<(Steps, bool)> {
     let mut steps = Steps::new(system, master, plan.stop, &plan.control)?;
     let has_left_rest = match &mut steps {
         Steps::Fixed(steps) => system.fixed_step().is_some() && steps.leave_rest(),
         Steps::Chosen(_) => false,
     };
     Ok((steps, has_left_rest))
-}
-
-/// The first steps once more, by several threads where they can; what is to be said of that.
-fn shared_out(
-    system: &System,
-    plan: &Plan,
-    alone: &Experiment,
-    threads: usize,
-) -> Result<(Master, Steps, String)> {
-    let again = |experiment: &Experiment| -> Result<(Master, Steps)> {
-        let mut master = experiment.start(system)?;
-        let (mut steps, _) = steps_of(system, &master, plan)?;
-        for _ in 0..TRIAL {
-            steps.make(&mut master)?;
-        }
-        Ok((master, steps))
-    };
-    let wide = Experiment {
-        threads,
-        ..alone.clone()
-    };
-    let note = format!("the steps take long: {threads} threads make them (--threads 1: one)");
-    again(&wide)
-        .map(|(master, steps)| (master, steps, note))
-        .or_else(|error| {
-            let (master, steps) = again(alone)?;
-            let note = format!("one thread makes all steps, long as they are: {error:#}");
-            Ok((master, steps, note))
-        })
 }
 
 /// Save the run to the files that are due.

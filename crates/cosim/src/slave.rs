@@ -68,18 +68,18 @@ impl From<Failure> for Result<()> {
     }
 }
 
-/// A call of all instances, side by side where they are in several threads.
-pub(crate) fn all(
-    slaves: &[Slave],
+/// A call of all these instances, side by side where they are in several threads.
+pub(crate) fn all<'a>(
+    mut slaves: impl Iterator<Item = &'a Slave> + Clone,
     ahead: BegunCall,
     mut call: impl FnMut(&Slave) -> Result<()>,
 ) -> Result<()> {
-    if !slaves.iter().any(Slave::is_elsewhere) {
-        return slaves.iter().try_for_each(call);
+    if !slaves.clone().any(Slave::is_elsewhere) {
+        return slaves.try_for_each(call);
     }
     let mut failure = Failure::default();
-    slaves.iter().for_each(|slave| slave.begin(ahead));
-    for (k, slave) in slaves.iter().enumerate() {
+    slaves.clone().for_each(|slave| slave.begin(ahead));
+    for (k, slave) in slaves.enumerate() {
         failure.add(k, call(slave));
     }
     failure.into()

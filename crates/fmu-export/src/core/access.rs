@@ -208,15 +208,24 @@ impl<M: Model> Instance<M> {
         ))
     }
 
+    /// Makes `output` hold what may be read of a row. What is fresh has been initialized.
+    #[inline(always)]
+    pub(super) fn refresh_for(&mut self, row: &Variable<M>) -> Result<(), Fault> {
+        if !self.fresh {
+            match self.state.phase {
+                Phase::Instantiated => self.start_output(row)?,
+                _ => self.refresh()?,
+            }
+        }
+        Ok(())
+    }
+
     /// All values of a row, of which element `i` is asked for.
     #[inline(always)]
     pub(super) fn values<T: Value>(&mut self, run: &Run<M>, i: usize) -> Result<&[T], Fault> {
         let row = run.row;
         let values = if let Some(place) = T::output(&row.place) {
-            match self.state.phase {
-                Phase::Instantiated => self.start_output(row)?,
-                _ => self.refresh()?,
-            }
+            self.refresh_for(row)?;
             place.slice(&self.output)
         } else if let Some(place) = T::input(&row.place) {
             place.slice(&self.state.input.value)

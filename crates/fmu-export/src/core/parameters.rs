@@ -197,7 +197,7 @@ impl<M: Model> Instance<M> {
         match &row.place {
             Place::StringParameter(get, _) => Ok(get(&self.state.parameters)),
             Place::StringOut(get) => {
-                self.refresh()?;
+                self.refresh_for(row)?;
                 Ok(get(&self.output))
             }
             _ => Err(self.not_gettable(row, i, self.names.string)),
