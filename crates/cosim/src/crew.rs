@@ -31,20 +31,13 @@ impl Crew {
         let count = count.min(fmus.len()).max(1);
         let mut order: Vec<usize> = (0..fmus.len()).collect();
         let mut threads = vec![0; fmus.len()];
-        if count > 1 {
-            order.sort_by_cached_key(|k| kind(*k));
-            for (place, k) in order.into_iter().enumerate() {
-                threads[k] = place % count;
-            }
+        order.sort_by_cached_key(|k| kind(*k));
+        for (place, k) in order.into_iter().enumerate() {
+            threads[k] = place % count;
         }
         let start = |_| Worker::start(fmus.len() / count + 1, parts, count <= cores());
         let workers = (1..count).map(start).collect::<Result<_>>()?;
         Ok(Self { workers, threads })
-    }
-
-    /// There is more than one thread.
-    pub fn is_beside(&self) -> bool {
-        !self.workers.is_empty()
     }
 
     /// The worker of a component, where it is not in this thread.

@@ -111,7 +111,7 @@ impl Master {
                 )
             })
             .collect::<Result<_>>()?;
-        exchange.is_beside = crew.is_beside();
+        exchange.is_beside = slaves.iter().any(Slave::is_elsewhere);
         initialize(&slaves, &wiring, stepping)?;
         let residuals = bonds
             .iter()

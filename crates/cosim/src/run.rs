@@ -16,7 +16,7 @@ use crate::snapshot::RunState;
 use crate::stepping::{Control, StepCount, Steps};
 use crate::supervision::Supervision;
 use crate::system::System;
-use crate::trial::Trial;
+use crate::trial;
 use crate::verdict::Verdict;
 
 pub use crate::experiment::Experiment;
@@ -132,18 +132,18 @@ pub fn planned(
     save(&mut due, &state)?;
     let clock = Instant::now();
     observer.observe(&master)?;
-    let mut trial = plan.alone.as_ref().map(Trial::new);
+    let (mut tried, mut shortest) = (0, Duration::MAX);
     while !observer.is_done() && !steps.is_over(&master) {
-        let before = trial.is_some().then(Instant::now);
+        tried += 1;
+        let before = (tried <= trial::STEPS).then(Instant::now);
         let made = steps.make(&mut master);
-        if let (Some(own), Some(before), Ok(_)) = (&mut trial, before, &made)
-            && own.is_over(before.elapsed())
-        {
+        shortest = before.map_or(shortest, |before| before.elapsed().min(shortest));
+        if let (trial::STEPS, Ok(_), Some(alone)) = (tried, &made, &plan.alone) {
             let (k, all) = steps.so_far(&master);
-            if let Some(wide) = own.wide(system, plan, all - k, &mut supervision) {
+            let trial = (system, plan, alone);
+            if let Some(wide) = trial::wide(trial, shortest, all - k, &mut supervision) {
                 (master, steps) = wide;
             }
-            trial = None;
         }
         let observed = match made {
             Ok(false) => continue,

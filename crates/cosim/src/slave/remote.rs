@@ -10,8 +10,8 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 
 use super::border::{Arguments, BegunCall, Border};
-use super::workers::{Copies, RemoteInstance, Task, Worker};
-use super::{instance, messages};
+use super::instance;
+use super::workers::{Copies, Pass, RemoteInstance, Task, Worker};
 use crate::batch::Batch;
 use crate::fmu::Fmu;
 use crate::value::Value;
@@ -68,6 +68,9 @@ impl Drop for RemoteState {
     }
 }
 
+const GET: Pass = |b, batch, _, values| b.get(batch, values);
+const SET: Pass = |b, batch, _, values| b.set(batch, values);
+
 fn none(done: Result<()>) -> Result<f64> {
     done.map(|()| 0.0)
 }
@@ -78,11 +81,10 @@ impl Remote {
         &self,
         save: impl FnOnce(&dyn Border) -> Result<Box<dyn Any>> + Send + 'static,
     ) -> Result<Box<dyn Any>> {
-        let key = self.0.saved.get();
-        self.0.saved.set(key + 1);
-        self.0.any(move |border, states| {
+        let key = self.0.any(move |border, states| {
+            let key = states.keys().last().map_or(0, |last| last + 1);
             states.insert(key, save(border)?);
-            Ok(())
+            Ok(key)
         })?;
         let there = self.0.clone();
         Ok(Box::new(RemoteState { there, key }))
@@ -109,15 +111,32 @@ impl Remote {
                 [0.0; 2],
             ),
             BegunCall::LeaveEvents => Task::Numbers(|b, _| none(b.leave_events()), [0.0; 2]),
-            BegunCall::Get(batch) => {
-                let room = self.0.room_for(batch.len());
-                Task::Values(|b, batch, _, v| b.get(batch, v), batch.clone(), room)
-            }
-            BegunCall::Set(batch, values) => {
-                let values = self.0.buffer(values);
-                Task::Values(|b, batch, _, v| b.set(batch, v), batch.clone(), values)
-            }
+            BegunCall::Get(batch) => self.reading(GET, batch),
+            BegunCall::Set(batch, values) => self.writing(SET, batch, values),
         }
+    }
+
+    fn reading(&self, pass: Pass, batch: &Batch) -> Task {
+        Task::Values(pass, batch.clone(), self.0.buffer(batch.len()))
+    }
+
+    fn writing(&self, pass: Pass, batch: &Batch, values: &[f64]) -> Task {
+        let mut own = self.0.buffer(values.len());
+        own.copy_from_slice(values);
+        Task::Values(pass, batch.clone(), own)
+    }
+
+    fn read(&self, pass: Pass, batch: &Batch, values: &mut [f64]) -> Result<()> {
+        let done = self.0.end(|| self.reading(pass, batch))?;
+        values.copy_from_slice(&done.values);
+        self.0.keep(done);
+        Ok(())
+    }
+
+    fn write(&self, pass: Pass, batch: &Batch, values: &[f64]) -> Result<()> {
+        self.0
+            .keep(self.0.end(|| self.writing(pass, batch, values))?);
+        Ok(())
     }
 
     fn made(&self, ahead: BegunCall) -> Result<f64> {
@@ -168,43 +187,27 @@ impl Border for Remote {
     }
 
     fn get(&self, batch: &Batch, values: &mut [f64]) -> Result<()> {
-        let done = self.0.end(|| self.task(BegunCall::Get(batch)))?;
-        values.copy_from_slice(&done.values);
-        self.0.keep(done);
-        Ok(())
+        self.read(GET, batch, values)
     }
 
     fn set(&self, batch: &Batch, values: &[f64]) -> Result<()> {
-        let done = self.0.end(|| self.task(BegunCall::Set(batch, values)))?;
-        self.0.keep(done);
-        Ok(())
+        self.write(SET, batch, values)
     }
 
     fn get_derivatives(&self, batch: &Batch, _: &[i32], values: &mut [f64]) -> Result<()> {
-        let done = self.0.end(|| {
-            let room = self.0.room_for(batch.len());
-            Task::Values(
-                |b, batch, ones, v| b.get_derivatives(batch, ones, v),
-                batch.clone(),
-                room,
-            )
-        })?;
-        values.copy_from_slice(&done.values);
-        self.0.keep(done);
-        Ok(())
+        self.read(
+            |b, batch, ones, v| b.get_derivatives(batch, ones, v),
+            batch,
+            values,
+        )
     }
 
     fn set_derivatives(&self, batch: &Batch, _: &[i32], values: &[f64]) -> Result<()> {
-        let done = self.0.end(|| {
-            let room = self.0.buffer(values);
-            Task::Values(
-                |b, batch, ones, v| b.set_derivatives(batch, ones, v),
-                batch.clone(),
-                room,
-            )
-        })?;
-        self.0.keep(done);
-        Ok(())
+        self.write(
+            |b, batch, ones, v| b.set_derivatives(batch, ones, v),
+            batch,
+            values,
+        )
     }
 
     fn step(&self, t: f64, h: f64) -> Result<()> {
@@ -244,14 +247,8 @@ impl Border for Remote {
         tick.map(drop)
     }
 
-    /// What the FMUs of the thread have said comes along.
     fn terminate(&self) -> Result<()> {
-        let ended = self
-            .0
-            .any(|border, _| Ok((border.terminate(), messages::take())));
-        let (result, said) = ended?;
-        messages::extend(said);
-        result
+        self.0.any(|border, _| border.terminate())
     }
 
     fn save(&self) -> Result<Box<dyn Any>> {

@@ -23,7 +23,8 @@ use crate::fmu::{Api, Fmu};
 /// are some 50 µs. Fewer times where that was in vain, as on a busy machine.
 const SPINS: [usize; 2] = [2000, 20];
 
-type Pass = fn(&dyn Border, &Batch, &[i32], &mut [f64]) -> Result<()>;
+/// Passes a batch with as many ones.
+pub(super) type Pass = fn(&dyn Border, &Batch, &[i32], &mut [f64]) -> Result<()>;
 type AnyCall = Box<dyn FnOnce(&dyn Border, &mut States) -> Result<Given> + Send>;
 /// Saved states, by number.
 pub(super) type States = BTreeMap<usize, Box<dyn Any>>;
@@ -34,7 +35,7 @@ type Make = Box<dyn FnOnce(&mut Copies) -> Result<Option<Box<dyn Border>>> + Sen
 pub(super) enum Task {
     /// Up to two numbers in, one out.
     Numbers(fn(&dyn Border, [f64; 2]) -> Result<f64>, [f64; 2]),
-    /// Values or derivatives in or out; there are as many ones.
+    /// Values or derivatives in or out.
     Values(Pass, Batch, Vec<f64>),
     /// What is rare, and may allocate.
     Any(AnyCall),
@@ -48,7 +49,7 @@ pub(super) struct Done {
     pub result: Result<f64>,
     pub values: Vec<f64>,
     given: Option<Given>,
-    /// What the FMUs of the thread have said, where it failed or is asked for.
+    /// What the FMUs of the thread have said, where it failed or was rare.
     messages: Vec<Message>,
 }
 
@@ -103,12 +104,12 @@ fn work(orders: &Receiver<Order>, spins: &Cell<usize>) {
                 has_failed: false,
             });
         }
-        let seat = &mut all[order.number];
-        seat.has_failed &= !order.is_first;
-        if let Some(done) = seat.carry_out(order.task, &mut copies) {
-            seat.has_failed |= done.result.is_err();
+        let instance = &mut all[order.number];
+        instance.has_failed &= !order.is_first;
+        if let Some(done) = instance.carry_out(order.task, &mut copies) {
+            instance.has_failed |= done.result.is_err();
             // Nobody may be waiting any more.
-            let _ = seat.answers.send(done);
+            let _ = instance.answers.send(done);
         }
     }
 }
@@ -140,9 +141,11 @@ impl HostedInstance {
                 0.0
             }),
         };
-        let messages = match result {
-            Ok(_) => Vec::new(),
-            Err(_) => messages::take(),
+        let is_quiet = result.is_ok() && given.is_none();
+        let messages = if is_quiet {
+            Vec::new()
+        } else {
+            messages::take()
         };
         Some(Done {
             result,
@@ -199,8 +202,6 @@ pub(super) struct RemoteInstance {
     answers: Receiver<Done>,
     /// Calls that are begun and not ended.
     pub begun: Cell<usize>,
-    /// States saved so far.
-    pub saved: Cell<usize>,
     /// Buffers for values.
     spare: RefCell<Vec<Vec<f64>>>,
 }
@@ -223,7 +224,6 @@ impl RemoteInstance {
             number,
             answers: received,
             begun: Cell::new(0),
-            saved: Cell::new(0),
             spare: RefCell::default(),
         });
         there.send(Task::Make(make, answers));
@@ -279,15 +279,9 @@ impl RemoteInstance {
         self.end(|| Task::Numbers(call, numbers))?.result
     }
 
-    pub fn buffer(&self, values: &[f64]) -> Vec<f64> {
+    /// With any values.
+    pub fn buffer(&self, count: usize) -> Vec<f64> {
         let mut buffer = self.spare.borrow_mut().pop().unwrap_or_default();
-        buffer.clear();
-        buffer.extend_from_slice(values);
-        buffer
-    }
-
-    pub fn room_for(&self, count: usize) -> Vec<f64> {
-        let mut buffer = self.buffer(&[]);
         buffer.resize(count, 0.0);
         buffer
     }
