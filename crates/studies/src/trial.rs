@@ -43,6 +43,8 @@ pub enum Fate {
     Kept,
     /// The controller stopped the machine by its brakes, and it no longer swings.
     Stopped,
+    /// The same, because a rod carried more than its rated force: the load is more than it holds.
+    Overloaded,
     /// It swung, was far off, or failed.
     Lost,
 }
@@ -117,7 +119,7 @@ impl Trial {
                 let tracking = evaluation.evaluate(&recording, start)?;
                 Some(tracking.known.rmse)
             }
-            Fate::Stopped | Fate::Lost => None,
+            Fate::Stopped | Fate::Overloaded | Fate::Lost => None,
         };
         let swing = watch.rods.iter().map(|rod| rod.square).fold(0.0, f64::max);
         Ok(Self {
@@ -161,8 +163,8 @@ struct Watch {
     rods: Vec<Rod>,
     time: f64,
     force: f64,
-    /// When the controller braked, s.
-    braked: Option<f64>,
+    /// When the controller braked, s, and the rod that carried more than its rated force then.
+    braked: Option<(f64, Option<usize>)>,
     has_brakes: bool,
     /// When the run ends that is not braked, s.
     end: f64,
@@ -223,7 +225,8 @@ impl Observer for Watch {
             self.ended = Some((Fate::Lost, "a rod's force".into()));
         }
         if brakes.iter().any(|brake| *brake != 0.0) {
-            self.braked.get_or_insert(self.time);
+            let overloaded = self.rods.iter().position(|rod| rod.mean.abs() > 1.0);
+            self.braked.get_or_insert((self.time, overloaded));
         }
         match self.braked {
             None if *error > FAR => {
@@ -232,7 +235,9 @@ impl Observer for Watch {
             None if self.time > self.end - 0.5 * dt => {
                 self.ended = Some((Fate::Kept, String::new()));
             }
-            Some(braked) if self.time - braked > 0.99 * STANDS => self.ended = Some(self.stopped()),
+            Some((braked, overloaded)) if self.time - braked > 0.99 * STANDS => {
+                self.ended = Some(self.stopped(overloaded));
+            }
             _ => {}
         }
         Ok(())
@@ -244,12 +249,16 @@ impl Observer for Watch {
 }
 
 impl Watch {
-    /// What became of a run that was braked.
-    fn stopped(&self) -> (Fate, String) {
+    /// What became of a run that was braked, with the rod that was overloaded.
+    fn stopped(&self, overloaded: Option<usize>) -> (Fate, String) {
         let standing = |rod: &Rod| rod.square < STILL * STILL;
-        match self.rods.iter().position(|rod| !standing(rod)) {
-            None => (Fate::Stopped, "the controller braked".into()),
-            Some(k) => (Fate::Lost, format!("rod {} swings under its brake", k + 1)),
+        match (self.rods.iter().position(|rod| !standing(rod)), overloaded) {
+            (Some(k), _) => (Fate::Lost, format!("rod {} swings under its brake", k + 1)),
+            (None, Some(k)) => {
+                let why = format!("the controller braked: rod {} is overloaded", k + 1);
+                (Fate::Overloaded, why)
+            }
+            (None, None) => (Fate::Stopped, "the controller braked".into()),
         }
     }
 }
