@@ -130,7 +130,7 @@ def test_a_machine_that_swings_is_lost_early_and_spoils_the_verdict(fmu_dir, tmp
 
 
 def test_margins_enclose_the_border_of_stability(fmu_dir, tmp_path):
-    """Each change of a law without adaptation has a factor that is stable and one, 14 % beyond, that is not, or the largest that is tried."""
+    """Each change of a law without adaptation has a factor that is stable and one beyond that is not, 9 % below what is asked for and 19 % above, or the largest that is tried."""
     options = ["--law", "modular_integral", "--place", "start", "--payload", 300, "--csv", tmp_path / "m.csv", "--check"]
     done = call("hdrm-fmu", "margins", "--system", fmu_dir / "Real.ssp", *options)
     rows = list(csv.DictReader((tmp_path / "m.csv").open()))
@@ -142,7 +142,7 @@ def test_margins_enclose_the_border_of_stability(fmu_dir, tmp_path):
         if row["change"].startswith("delay"):
             assert stable == int(stable) and (not row["beyond"] or float(row["beyond"]) == stable + 1)
         elif row["beyond"]:
-            assert 1.13 < float(row["beyond"]) / stable < 1.14, row
+            assert float(row["beyond"]) / stable == pytest.approx(2 ** (1 / 8) if stable < 2 else 4 ** (1 / 8)), row
         else:
             assert stable == 8
         below += stable < target and row["limit"] == "stability"

@@ -16,7 +16,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::machine_file::MachineFile;
-use crate::measures::run::{motion_start, tip_error_port};
+use crate::measures::run::{end, motion_start, tip_error_port};
 use crate::measures::tracking::Evaluation;
 
 /// Tip error from which on a run is lost, m.
@@ -95,14 +95,9 @@ impl Trial {
         let mut watch = Watch::new(system, experiment)?;
         let ports = evaluation.ports();
         let mut recording = Recording::new(system, &ports)?;
-        let controller = tip_error_port(system)?.component;
         let mut run = || -> Result<f64> {
             let master = experiment.start(system)?;
-            let end = (system.port_of(controller, "motion_end")).and_then(|p| master.number(p));
-            watch.end = match (experiment.stop, end) {
-                (None, Ok(end)) if end > master.time() => end,
-                _ => experiment.stop(system)?,
-            };
+            watch.end = end(system, experiment, &master)?;
             // A machine that brakes at the end is seen to stand as well.
             let stop = watch.end + if watch.has_brakes { STANDS } else { 0.0 };
             let observers = &mut Observers(vec![&mut recording, &mut watch]);
@@ -316,7 +311,8 @@ impl Store {
         let Some(folder) = &self.folder else {
             return make();
         };
-        let mut made_of = format!("{} {:?}", self.system, experiment.stepping);
+        let Experiment { stepping, stop, .. } = experiment;
+        let mut made_of = format!("{} {stepping:?} {stop:?}", self.system);
         for setting in &experiment.settings {
             let value = match fs::read(&setting.value) {
                 Ok(bytes) => sha256(&bytes),

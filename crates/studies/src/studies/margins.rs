@@ -9,13 +9,14 @@
 
 use std::f64::consts::PI;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use cosim::{Experiment, Setting, System, Verdict, start_value};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::grid::following;
 use crate::laws::Law;
+use crate::measures::run::motion_end;
 use crate::start_values::over;
 use crate::trial::{Fate, Store};
 
@@ -23,15 +24,18 @@ use crate::trial::{Fate, Store};
 /// the rated force, falls with its time constant of 2 s, to a fifth of [`UNSTABLE`] at the end.
 const END: f64 = 8.0;
 const PUSH_START: f64 = 1.0;
+/// Rest after a path, s: what the path's own accelerations leave in the measure falls to a tenth.
+const REST: f64 = 5.0;
 /// Push downwards, N, and how long it lasts, s.
 const PUSH: f64 = -1000.0;
 const PUSH_DURATION: f64 = 0.05;
 /// A rod whose force swings at the end with this root mean square over the rated force is unstable:
 /// some 1 kN of amplitude.
 const UNSTABLE: f64 = 0.01;
-/// Largest factor that is tried, and halvings of its logarithm: 2^(3/16) is 14 %.
+/// Largest factor that is tried, and halvings of the logarithm between it, [`FACTOR`] and 1: to
+/// 2^(1/8), 9 %, below [`FACTOR`], and to 4^(1/8), 19 %, above.
 const MOST: f64 = 8.0;
-const HALVINGS: u32 = 4;
+const HALVINGS: u32 = 3;
 /// Most steps of delay that are added: the sensors have no more.
 const STEPS: u32 = 3;
 /// What a law is asked for.
@@ -175,13 +179,19 @@ pub struct Margin {
 /// The largest factor, or number of steps, that is stable, and the smallest that is not with its limit.
 type Border = (f64, Option<(f64, Limit)>);
 
-/// Bisects the logarithm of a factor from 1 to [`MOST`]; `limit` tells what a factor meets, the one
-/// of 1 meets none.
+/// Bisects the logarithm of a factor from 1 to [`FACTOR`], or from there to [`MOST`], so that what a
+/// law is asked for is tried itself; `limit` tells what a factor meets, the one of 1 meets none.
 fn bisect(limit: &dyn Fn(f64) -> Result<Option<Limit>>) -> Result<Border> {
     let Some(mut met) = limit(MOST)? else {
         return Ok((MOST, None));
     };
-    let (mut low, mut high) = (1.0_f64, MOST);
+    let (mut low, mut high) = match limit(FACTOR)? {
+        None => (FACTOR, MOST),
+        Some(limit) => {
+            met = limit;
+            (1.0, FACTOR)
+        }
+    };
     for _ in 0..HALVINGS {
         let middle = (low * high).sqrt();
         match limit(middle)? {
@@ -246,7 +256,13 @@ pub fn run(
             settings.extend(following(system, place.0)?);
         }
         let mut nominal = over(system, base, settings)?;
-        nominal.stop = place.1.map(|_| END);
+        nominal.stop = Some(match place.1 {
+            Some(_) => END,
+            None => {
+                let end = motion_end(system, &nominal.start(system)?);
+                end.with_context(|| format!("path {} has no end", place.0))? + REST
+            }
+        });
         let limit = |factor: f64, change: Option<Change>| {
             let mut experiment = nominal.clone();
             if let Some(change) = change {
@@ -334,8 +350,8 @@ pub fn judge(margins: &[Margin], verdict: &mut Verdict) {
 mod tests {
     use super::*;
 
-    /// What is unstable from 2.6 on is found between 2.6/1.14 and 2.6·1.14; what is stable
-    /// everywhere has no bound. The limit is that of the border, not of the largest factor.
+    /// What is unstable from 2.6 on is found between 2.6/1.19 and 2.6·1.19, from 1.4 on to 1.09; what
+    /// is stable everywhere has no bound. The limit is that of the border, not of the largest factor.
     #[test]
     fn bisection_closes_in_on_the_border() {
         let limit = |factor: f64| match factor {
@@ -343,12 +359,13 @@ mod tests {
             2.6..4.0 => Some(Limit::Force),
             _ => Some(Limit::Stability),
         };
-        let (low, beyond) = bisect(&|factor| Ok(limit(factor))).expect("no error");
-        let (high, met) = beyond.expect("a border");
-        assert!(
-            low < 2.6 && high >= 2.6 && high / low < 1.14 && met == Limit::Force,
-            "{low} {high}"
-        );
+        for (border, width) in [(2.6, 1.19), (1.4, 1.0906)] {
+            let scaled = |factor: f64| Ok(limit(2.6 / border * factor));
+            let (low, beyond) = bisect(&scaled).expect("no error");
+            let (high, met) = beyond.expect("a border");
+            let is_around = low < border && high >= border && high / low < width;
+            assert!(is_around && met == Limit::Force, "{low} {high}");
+        }
         assert_eq!(bisect(&|_| Ok(None)).expect("no error"), (MOST, None));
         let steps = count(&|steps| Ok((steps > 1.5).then_some(Limit::Stability)));
         assert_eq!(
