@@ -26,6 +26,8 @@ CI_STEPS = 100_000
 ASAN_CALLS = 100_000
 # The test that is run under the sanitizers and Miri: the C border of both versions, as importers call it.
 BORDER = ["-p", "fmu-export", "--test", "border"]
+# Schedules of coupled runs under them. There are no input derivatives in FMI 3.0.
+COUPLED = (["gauss-seidel"], ["jacobi", "--input-derivatives"], ["gauss-seidel", "--fmi", 3])
 MEMCHECK = ["--leak-check=full", "--show-leak-kinds=definite", "--errors-for-leak-kinds=definite"]
 HELGRIND = ["--tool=helgrind", "--suppressions=crates/torture/helgrind.supp"]
 # Folder in an FMU of each version for this machine.
@@ -149,6 +151,12 @@ class Sanitized:
         files = self.fmus if program == "torture" else []
         execute(self.programs[program], *arguments, *files, env=self.environment)
 
+    def coupled(self, *more):
+        """Five instances, over the whole cubic trajectory unless it is said otherwise."""
+        for schedule in COUPLED:
+            system = ["--system", ROOT / "system/SystemStructure.ssd", "--fmu-dir", self.folder / "fmu"]
+            self.run("cosim", "run", "--quiet", *more, "--schedule", *schedule, *system)
+
 
 def address(calls, seed):
     """AddressSanitizer and LeakSanitizer, with everything that is off by default; the first report ends it."""
@@ -160,14 +168,10 @@ def address(calls, seed):
     built.run("torture", "calls", "--calls", calls, "--batch", 5000, "--seed", seed)
     built.run("torture", "life", "--instances", 300, "--loads", 3)
     built.run("torture", "threads", "--threads", 4, "--steps", 50)
-    # Five instances over the whole cubic trajectory. There are no input derivatives in FMI 3.0.
-    runs = (["gauss-seidel"], ["jacobi", "--input-derivatives"], ["gauss-seidel", "--fmi", 3])
-    for schedule in runs:
-        system = ["--system", ROOT / "system/SystemStructure.ssd", "--fmu-dir", built.folder / "fmu"]
-        built.run("cosim", "run", "--quiet", "--schedule", *schedule, *system)
+    built.coupled()
     print(
         f"AddressSanitizer and LeakSanitizer: tests of the border, {calls} random calls, 300 instances of each of {len(built.fmus)} FMUs over "
-        f"3 loads and unloads, 4 threads each, {len(runs)} coupled runs of 5 instances over the whole trajectory: 0 reports"
+        f"3 loads and unloads, 4 threads each, {len(COUPLED)} coupled runs of 5 instances over the whole trajectory: 0 reports"
     )
 
 
@@ -175,7 +179,11 @@ def thread():
     """ThreadSanitizer; the first report ends it."""
     built = Sanitized("thread", "TSAN_OPTIONS", "halt_on_error=1:exitcode=98", ["torture", "cosim"])
     built.run("torture", "threads", "--threads", 8, "--steps", 100)
-    print(f"ThreadSanitizer: tests of the border, 8 threads of each of {len(built.fmus)} FMUs: 0 reports")
+    built.coupled("--threads", 3, "--stop-time", 2)
+    print(
+        f"ThreadSanitizer: tests of the border, 8 threads of each of {len(built.fmus)} FMUs, {len(COUPLED)} coupled runs of 5 instances in "
+        "3 threads: 0 reports"
+    )
 
 
 def miri():
