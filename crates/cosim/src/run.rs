@@ -65,10 +65,10 @@ impl Plan {
     }
 }
 
-/// As [`observed`], with a function as the observer.
+/// As [`planned`], by steps of one length to `stop`, s, with a function as the observer.
 ///
 /// # Errors
-/// As [`observed`].
+/// As [`planned`].
 pub fn run(
     system: &System,
     master: Master,
@@ -76,29 +76,18 @@ pub fn run(
     progress: &dyn Fn(u64, u64),
     observe: impl FnMut(&Master) -> Result<()>,
 ) -> Result<Outcome> {
-    observed(system, master, stop, progress, &mut Function(observe))
+    let plan = Plan::to(stop);
+    planned(system, master, &plan, progress, &mut Function(observe))
 }
 
-/// Step `master`, which runs `system`, to `stop`, s; the last step is shortened where it has to be.
-/// The `observer` sees every communication point, the first included, and may end the run;
-/// `progress` is given the numbers of finished and of all steps from time to time.
+/// Step `master`, which runs `system`, by a plan; the last step is shortened where it has to be. The
+/// `observer` sees every communication point, the first included, and may end the run; a run that is
+/// gone on with is observed from there on. `progress` is given the numbers of finished and of all
+/// steps from time to time.
 ///
 /// # Errors
-/// Besides what went wrong: where the loops of the system began to diverge before.
-pub fn observed(
-    system: &System,
-    master: Master,
-    stop: f64,
-    progress: &dyn Fn(u64, u64),
-    observer: &mut dyn Observer,
-) -> Result<Outcome> {
-    planned(system, master, &Plan::to(stop), progress, observer)
-}
-
-/// The same by a plan; a run that is gone on with is observed from there on.
-///
-/// # Errors
-/// As [`observed`]; what the plan asks for cannot be had of this system, or a file is none of its.
+/// Besides what went wrong: where the loops of the system began to diverge before. What the plan
+/// asks for cannot be had of this system, or a file is none of its.
 pub fn planned(
     system: &System,
     mut master: Master,

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 use cosim::observer::{Observer, Observers};
-use cosim::run::observed;
+use cosim::run::{Plan, planned};
 use cosim::{Experiment, Master, Port, Recording, Signals, System, start_value};
 use rig_data::data::sha256;
 use serde::de::DeserializeOwned;
@@ -101,7 +101,7 @@ impl Trial {
             // A machine that brakes at the end is seen to stand as well.
             let stop = watch.end + if watch.has_brakes { STANDS } else { 0.0 };
             let observers = &mut Observers(vec![&mut recording, &mut watch]);
-            let outcome = observed(system, master, stop, &|_, _| (), observers)?;
+            let outcome = planned(system, master, &Plan::to(stop), &|_, _| (), observers)?;
             Ok(outcome.simulated)
         };
         let run = run();

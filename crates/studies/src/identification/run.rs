@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 use capability::Motion;
-use cosim::run::observed;
+use cosim::run::{Plan, planned};
 use cosim::{Experiment, Port, Recording, Setting, System};
 use hdrm::DOF;
 use nalgebra::{DMatrix, DVector};
@@ -183,7 +183,7 @@ impl Commissioning {
         let master = experiment.start(system)?;
         // The path begins once the tip has gone to its first point: encoders have wrong zeros.
         let end = motion_end(system, &master).context("the excitation has no end")?;
-        observed(system, master, end, &|_, _| (), &mut recording)?;
+        planned(system, master, &Plan::to(end), &|_, _| (), &mut recording)?;
         let samples = self.samples(&recording, &ports, end - DURATION)?;
         estimate(&self.model, &samples, BIN)
     }
