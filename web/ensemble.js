@@ -24,8 +24,8 @@ export function forEngine({ world = "ideal", trajectory, ...rest }) {
 }
 
 export class Ensemble {
-  static async open(parts) {
-    return Object.assign(new Ensemble(), { parts, main: await Engine.open(parts), ghosts: new Map(), saved: [] });
+  static async begin(parts) {
+    return Object.assign(new Ensemble(), { parts, main: await Engine.begin(parts), ghosts: new Map(), saved: [] });
   }
 
   get all() {

@@ -39,11 +39,10 @@ class LivePage extends Page {
   }
 
   async open() {
-    const [engine, system] = await Promise.all([part("engine"), part("system")]);
-    this.ensemble = await Ensemble.open({ engine, system });
-    // The picture is made while the worker starts the run.
-    this.pictured = new Promise((turn) => setTimeout(turn)).then(() => this.picture());
-    await Promise.all([this.ofAddress(), this.pictured]);
+    this.ensemble = await Ensemble.begin({ engine: part("engine"), system: part("system") });
+    // The picture is made while the worker opens the archive and starts the run.
+    this.pictured = new Promise((turn) => document.addEventListener("DOMContentLoaded", turn)).then(() => this.picture());
+    await Promise.all([this.ensemble.main.opened, this.ofAddress(), this.pictured]);
     window.addEventListener("hashchange", () => this.attempt(() => this.ofAddress()));
   }
 

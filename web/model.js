@@ -1,7 +1,7 @@
 /* The page of an FMU or an SSP package with WebAssembly: inputs, parameters, runs over one another. */
 import { Engine } from "./engine.js";
 import { Page, element, html, scripted, tickBox } from "./page.js";
-import { archive, download, part, textOf } from "./parts.js";
+import { archive, download, part, textOf, unpacked } from "./parts.js";
 import { Recorder } from "./records.js";
 import { Scope } from "./scopes.js";
 import { addressOf, elements, settingsOf } from "./variables.js";
@@ -79,9 +79,8 @@ class ModelPage extends Page {
   }
 
   async open() {
-    this.engineBytes = await part("engine");
-    const system = await part("system");
-    if (system) await this.load("", system, settingsOf(location.hash).settings);
+    const system = part("system");
+    if (system) await this.load("", await unpacked(system), settingsOf(location.hash).settings);
     else this.say("Drop an FMU or SSP with WebAssembly onto this page.");
   }
 
@@ -93,7 +92,7 @@ class ModelPage extends Page {
   /* The model of a file, in the place of the one before. */
   async load(name, bytes, settings = {}) {
     const fmus = await fmusOf(name, bytes);
-    const engine = await Engine.open({ engine: this.engineBytes, system: bytes });
+    const engine = await Engine.open({ engine: part("engine"), system: bytes });
     await engine.restart(settings);
     this.engine?.close();
     Object.assign(this, { engine, fmus, runs: [], values: settings, signals: new Map() });
