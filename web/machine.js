@@ -24,6 +24,7 @@ const PATH = "waypoints";
 class LivePage extends Page {
   constructor() {
     super();
+    document.body.classList.add("starting");
     this.data = json("scene");
     this.log = [];
     this.waypoints = [];
@@ -48,7 +49,14 @@ class LivePage extends Page {
 
   picture() {
     this.scene = new LiveScene(element("stage"), this.data, (force) => this.push(force), (point) => this.addWaypoint(point));
-    requestAnimationFrame((now) => this.tick(now));
+  }
+
+  /* Shows the page, once. Before there is something that moves it would only keep the processor that starts the machine busy: without a
+   * graphics processor each picture of the window takes long. */
+  reveal() {
+    if (!document.body.classList.contains("starting")) return;
+    document.body.classList.remove("starting");
+    if (this.scene) requestAnimationFrame((now) => this.tick(now));
   }
 
   ofAddress() {
@@ -79,6 +87,7 @@ class LivePage extends Page {
       await this.watch();
       // It moves before the panel follows.
       if (playing) this.play();
+      this.reveal();
       this.panel.build(this.variables);
       await this.follow();
       history.replaceState(null, "", addressOf(settings, this.laws));
@@ -492,6 +501,7 @@ const live = new LivePage();
 const opened = live.open();
 opened.catch((error) => {
   live.playing = false;
+  live.reveal();
   live.alarm(2, `The machine cannot be started: ${error.message}`);
 });
 scripted(live, opened);
