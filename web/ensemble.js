@@ -12,7 +12,7 @@ const LATE = 0.05;
 
 /* Structure of the package for each world, and what an operator calls it. */
 export const WORLDS = {
-  ideal: { structure: "SystemStructure.ssd", text: "ideal: as the controller thinks it is" },
+  ideal: { structure: "SystemStructure.ssd", text: "ideal: as the controller plans" },
   real: { structure: "Real.ssd", text: "as built: drives, mounting, sensors" },
   electric: { structure: "Electric.ssd", text: "fed by a battery" },
 };

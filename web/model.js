@@ -31,6 +31,12 @@ function between({ times, values }, t) {
   return values[k - 1] + ((t - times[k - 1]) / (times[k] - times[k - 1])) * (values[k] - values[k - 1]);
 }
 
+/* What a number may be, in words. */
+function bounds(min, max) {
+  const [low, high] = [min, max].map((bound) => (Number.isFinite(bound) ? String(bound).replace("-", "−") : null));
+  return low && high ? `${low} to ${high}` : low ? `at least ${low}` : high ? `at most ${high}` : "";
+}
+
 /* Columns of a CSV file by name; the first one is the time. */
 function columnsOf(text) {
   const lines = text.replace("\ufeff", "").split(/\r?\n/).filter((line) => line.trim() && !line.startsWith("#"));
@@ -165,6 +171,7 @@ class ModelPage extends Page {
       field.addEventListener("change", () => (slider.value = field.value));
       row.append(slider);
     }
+    if (isNumber && bounds(min, max)) row.append(html`<small>${bounds(min, max)}</small>`);
     if (isNumber && causality === "input") row.append(this.signal(name, short, field));
     return row;
   }
@@ -237,7 +244,7 @@ class ModelPage extends Page {
     run.add(history, 1 + run.names.length);
     this.draw(run, history);
     element("clock").textContent = `${Number(time.toPrecision(6))} s`;
-    if (factor) element("factor").textContent = `${factor.toPrecision(3)} ×`;
+    if (factor) element("factor").textContent = `${Number(factor.toPrecision(3))} ×`;
     if (performance.now() - (this.drawn ?? 0) < 50) return;
     this.scopes.forEach((scope) => scope.draw(time));
     this.drawn = performance.now();

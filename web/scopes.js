@@ -179,7 +179,10 @@ export class Scope {
     context.strokeStyle = this.ink.line;
     context.fillStyle = this.ink.soft;
     context.lineWidth = 1;
-    const step = roundStep(high - low, Math.max((box.bottom - box.top) / 30, 2));
+    const count = Math.max((box.bottom - box.top) / 30, 2);
+    let step = roundStep(high - low, count);
+    // One number by itself would be no scale.
+    if (Math.floor(high / step) <= Math.ceil(low / step)) step = roundStep(high - low, 2 * count);
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
     context.textAlign = "right";
     context.textBaseline = "middle";
