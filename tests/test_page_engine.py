@@ -328,10 +328,10 @@ def test_play_keeps_pace_and_each_row_comes_once(either):
     seen = either("""
         const engine = await open(archives["system.ssp"]);
         await engine.restart();
-        await engine.watch(["hdrm.x[1]"]);
         const times = [];
         let frames = 0;
         engine.onframe = ({ history }) => { frames += 1; for (let k = 0; k < history.length; k += 2) times.push(history[k]); };
+        await engine.watch(["hdrm.x[1]"]);
         const begin = performance.now();
         await engine.play(0.5);
         while (engine.time < 0.2 || frames < 5) await new Promise((resolve) => setTimeout(resolve, 20));

@@ -460,6 +460,7 @@
       this.command("watch", { names });
       Object.assign(this, { columns: 1 + names.length, rows: [] });
       this.take();
+      this.report();
       return null;
     }
 
