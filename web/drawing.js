@@ -26,6 +26,7 @@ class MachineDrawing {
   constructor(canvas, bodies, { keep = false, plain = false }) {
     Object.assign(this, { canvas, bodies, plain });
     const context = canvas.getContext("webgl2", { alpha: false, antialias: !plain, preserveDrawingBuffer: keep });
+    if (!context) throw new Error("This browser has no WebGL 2, or it is switched off: nothing can be drawn in three dimensions.");
     this.renderer = new THREE.WebGLRenderer({ canvas, context });
     this.sharpness(1);
     Object.assign(this.renderer.shadowMap, { enabled: true, autoUpdate: !plain }, plain && { type: BASIC_SHADOWS });

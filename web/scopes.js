@@ -10,13 +10,7 @@ const STRETCHES = 500;
 
 class Trace {
   constructor({ label, color, dashed = false }, stretch) {
-    Object.assign(this, { label, color, dashed, stretch });
-    this.clear();
-  }
-
-  clear() {
-    [this.indices, this.low, this.high] = [[], [], []];
-    this.last = NaN;
+    Object.assign(this, { label, color, dashed, stretch, indices: [], low: [], high: [], last: NaN });
   }
 
   push(t, y) {
@@ -114,11 +108,6 @@ export class Scope {
       this.legend.append(trace.text);
     }
     this.canvas.setAttribute("aria-label", `${this.legend.textContent} over time`);
-  }
-
-  clear() {
-    this.traces.forEach((trace) => trace.clear());
-    this.range = null;
   }
 
   /* After a jump back to `time`. */
