@@ -417,3 +417,11 @@ def test_the_verdict_and_the_end(page):
     advance(page, 0.4)
     until(page, lambda: page.find_element(By.ID, "broken").is_displayed())
     assert any(word in shown(page, "broken") for word in ("broken", "lost", "Overloaded"))
+
+
+def test_without_a_picture_it_says_why():
+    chrome = chromium("disable-3d-apis")
+    chrome.get(PAGE.as_uri())
+    until(chrome, lambda: chrome.find_element(By.ID, "broken").is_displayed())
+    assert "no WebGL 2" in shown(chrome, "broken")
+    chrome.quit()

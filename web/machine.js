@@ -43,7 +43,7 @@ class LivePage extends Page {
     this.ensemble = await Ensemble.begin({ engine: part("engine"), system: part("system") });
     // The picture is made while the worker opens the archive and starts the run.
     this.pictured = new Promise((turn) => document.addEventListener("DOMContentLoaded", turn)).then(() => this.picture());
-    await Promise.all([this.ensemble.main.opened, this.ofAddress(), this.pictured]);
+    await Promise.all([this.ensemble.main.opened, this.ofAddress()]);
     window.addEventListener("hashchange", () => this.attempt(() => this.ofAddress()));
   }
 
