@@ -61,6 +61,7 @@ pub mod structure;
 pub mod supervision;
 pub mod system;
 pub mod transformation;
+#[cfg(feature = "native")]
 mod trial;
 pub mod units;
 pub mod value;

@@ -74,6 +74,7 @@ pub(crate) fn add(instance: &str, is_warning: bool, text: &str) {
 }
 
 /// Keep what was said in another thread.
+#[cfg(feature = "native")]
 pub(crate) fn extend(others: Vec<Message>) {
     MESSAGES.with_borrow_mut(|messages| messages.extend(others));
 }
