@@ -405,6 +405,19 @@ impl Coupling {
         }
     }
 
+    /// Flow of each bond as last passed.
+    pub fn flows(&self) -> Vec<f64> {
+        let bonds = self.bonds.iter();
+        bonds.map(|b| self.exchange.values[b.flow_slot]).collect()
+    }
+
+    /// The flows were these before the step, whatever was given over it.
+    pub fn note_flows_before(&mut self, flows: &[f64]) {
+        for (bond_step, flow) in self.bond_steps.iter_mut().zip(flows) {
+            bond_step.flow_before = *flow;
+        }
+    }
+
     /// Add the step to the bonds' residuals; the velocities at its end have just been read.
     pub fn account(&mut self, h: f64) {
         let bonds = self.bond_steps.iter().zip(&self.bonds);

@@ -1,6 +1,6 @@
 //! The co-simulation master: a system's instances, initialized, and stepped by a schedule.
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use fmu_description::{Access, Variability};
 use serde::{Deserialize, Serialize};
 
@@ -133,6 +133,12 @@ impl Master {
             bonds,
             residuals,
         };
+        if coupling.exchange.over_step.is_some() {
+            // Refused now rather than in the first step.
+            coupling.save(stepping.start).context(
+                "loops are solved by repeated steps with the schedule standard, for which every component must save its state",
+            )?;
+        }
         schedule::begin(stepping.schedule, &mut coupling, stepping.start)?;
         coupling.tick(stepping.start, TOLERANCE * stepping.step, is_staged)?;
         Ok(Self {

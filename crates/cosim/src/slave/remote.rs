@@ -207,6 +207,23 @@ impl Border for Remote {
         Ok(())
     }
 
+    fn directional(
+        &self,
+        outputs: &Batch,
+        inputs: &Batch,
+        seeds: &[f64],
+        rates: &mut [f64],
+    ) -> Result<()> {
+        let (outputs, inputs) = (outputs.clone(), inputs.clone());
+        let (seeds, mut own) = (seeds.to_vec(), rates.to_vec());
+        let found = self.0.any(move |border, _| {
+            border.directional(&outputs, &inputs, &seeds, &mut own)?;
+            Ok(own)
+        });
+        rates.copy_from_slice(&found?);
+        Ok(())
+    }
+
     fn step(&self, t: f64, h: f64) -> Result<()> {
         self.made(BegunCall::Step(t, h)).map(drop)
     }
