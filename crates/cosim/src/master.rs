@@ -4,6 +4,7 @@ use anyhow::{Context, Result, bail};
 use fmu_description::{Access, Variability};
 use serde::{Deserialize, Serialize};
 
+use crate::balance::Balance;
 use crate::bond::Residual;
 use crate::coupling::{self, BondStep, Coupling};
 use crate::crew::Crew;
@@ -96,6 +97,7 @@ impl Master {
             })?);
         }
         let rates = Rates::new(&system.structure, &wiring, &exchange, stepping)?;
+        let balance = Balance::new(&wiring, stepping, rates.is_some())?;
         let (means, bonds) = Means::new(&wiring, &exchange, derivatives.as_ref())?;
         let parts = Rates::most_parts(&system.structure, stepping.step);
         let crew = Crew::new(system, threads, parts)?;
@@ -128,6 +130,7 @@ impl Master {
             slaves,
             rates,
             exchange,
+            balance,
             derivatives,
             means,
             bonds,
@@ -226,6 +229,7 @@ impl Master {
             derivatives,
             means,
             rates: paces,
+            balance,
             ..
         } = &mut self.coupling;
         let paces = paces.iter_mut().flat_map(|r| &mut r.components);
@@ -234,6 +238,8 @@ impl Master {
         let rates = derivatives.iter_mut().flat_map(Exchange::writes);
         let given = means.writes.iter_mut().flatten();
         let fed = self.inputs.iter_mut().flat_map(InputTable::writes);
+        let balanced = balance.iter_mut().flat_map(|b| &mut b.writes);
+        let given = given.chain(balanced);
         for write in passed.chain(rates).chain(given).chain(between).chain(fed) {
             write.attach(&wiring, &mut alteration);
         }
