@@ -1,8 +1,6 @@
 //! `rust-fmi` reads and runs FMUs that our kit made, so that our reader is not the only one that
 //! does.
 
-use std::fs;
-
 use cosim::fmu::Fmu;
 use fmi::fmi2;
 use fmi::fmi3;
