@@ -48,8 +48,8 @@ pub(crate) trait LoopStage {
 #[derive(Debug)]
 struct Influence {
     component: usize,
-    outputs: Batch,
-    inputs: Batch,
+    /// Outputs and inputs.
+    of: [Batch; 2],
     /// How fast the inputs change with the unknown.
     seeds: Vec<f64>,
     /// The outputs among the unknowns.
@@ -82,8 +82,10 @@ fn influences(wiring: &Wiring, ports: &[Port], unknown: Port) -> Option<Vec<Infl
         }
         found.push(Influence {
             component,
-            outputs: wiring.batch(component, rows.iter().map(|k| ports[*k].variable)),
-            inputs: wiring.batch(component, inputs.iter().map(|(variable, _)| *variable)),
+            of: [
+                wiring.batch(component, rows.iter().map(|k| ports[*k].variable)),
+                wiring.batch(component, inputs.iter().map(|(variable, _)| *variable)),
+            ],
             seeds: inputs.iter().map(|(_, seed)| *seed).collect(),
             rates: vec![0.0; rows.len()],
             rows,
@@ -212,8 +214,8 @@ impl Unknowns {
                     row[j] = f64::from(i == j);
                 }
                 for on in all {
-                    let batches = [&on.outputs, &on.inputs];
-                    slaves[on.component].directional(batches, &on.seeds, &mut on.rates, at)?;
+                    let of = on.of.each_ref();
+                    slaves[on.component].directional(of, &on.seeds, &mut on.rates, at)?;
                     for (i, rate) in on.rows.iter().zip(&on.rates) {
                         self.rows[*i][j] -= rate;
                     }

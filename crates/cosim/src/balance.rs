@@ -1,15 +1,17 @@
-//! Corrections of the inputs along power bonds, so that the coupling keeps energy nearly: what effort
-//! and flow lacked over a step is added to them over the next one (NEPCE: Benedikt, Watzenig, Zehetner,
-//! Hofer 2013; Sadjina and Pedersen 2019, arXiv 1606.05168, also where an output depends on the corrected input
-//! at once: it is read with the input as it is, and the correction is given to the step alone).
+//! Corrections of the inputs along power bonds, so that the coupling nearly keeps energy: what effort
+//! and flow lacked over a step is added to them over the next one (NEPCE: Benedikt et al. 2013;
+//! Sadjina and Pedersen 2019, arXiv 1606.05168). Where an output depends on a corrected input at once,
+//! it is read with the input as it is: the correction is for the step alone.
 //!
-//! Over a step from t the receiver of an effort was given `F` where its mean was `F̄`. Over the next one, of `h'` after `h`,
+//! Over a step of `h` the receiver of an effort was given `F` where its mean was `F̄`. Over the next
+//! one, of `h'` from `F'` and `v'`,
 //! ```text
 //! u_F = F' + (F̄ − F) r     u_v = v' + (v̄ − v) r     r = min(1, h/h')
 //! ```
-//! `F̄` is the mean that the bond names, `v̄` that of the ends of the step. So effort and flow are those of the middle of the
-//! step, to the second order, and what is lacked does not add up. Where lengths are chosen, a longer step gets back the impulse that was
-//! lacked, and a shorter one no more than was lacked on average.
+//! `F̄` is the mean that the bond names, `v̄` that of the ends of the step. So effort and flow are
+//! those of the middle of the step, to the second order, and what is lacked does not add up. A
+//! longer step gets back the impulse that was lacked, a shorter one no more than was lacked on
+//! average.
 
 use anyhow::{Result, ensure};
 

@@ -332,13 +332,13 @@ impl Slave {
     /// How fast Real outputs change with Real inputs that change as fast as `seeds` say.
     pub(crate) fn directional(
         &self,
-        [outputs, inputs]: [&Batch; 2],
+        of: [&Batch; 2],
         seeds: &[f64],
         rates: &mut [f64],
         at: At,
     ) -> Result<()> {
-        let done = self.border.directional(outputs, inputs, seeds, rates);
-        self.check(done, Some(outputs), at)
+        let done = self.border.directional(of, seeds, rates);
+        self.check(done, Some(of[0]), at)
     }
 
     /// A communication step from `t` by `h`, both s.

@@ -54,8 +54,8 @@ pub enum Between {
     /// The value at the end, where the giver was stepped before (Gauss–Seidel), as the textbook has
     /// it: first order; else held.
     End,
-    /// Effort and flow of power bonds with what they lacked over the step before: second order; else
-    /// held.
+    /// Effort and flow of power bonds with what they lacked over the step before: second order;
+    /// others held.
     Balanced,
 }
 

@@ -239,13 +239,8 @@ impl Border for Component {
         unsafe { call!(api, fmi2SetRealInputDerivatives(c, vr, n, ones, values)) }
     }
 
-    fn directional(
-        &self,
-        outputs: &Batch,
-        inputs: &Batch,
-        seeds: &[f64],
-        rates: &mut [f64],
-    ) -> Result<()> {
+    fn directional(&self, of: [&Batch; 2], seeds: &[f64], rates: &mut [f64]) -> Result<()> {
+        let [outputs, inputs] = of;
         let (n, m) = (outputs.references.len(), inputs.references.len());
         assert!(n == rates.len() && m == seeds.len());
         let (y, u) = (outputs.references.as_ptr(), inputs.references.as_ptr());

@@ -468,13 +468,8 @@ impl Border for Instance {
     }
 
     /// Other elements of the arrays that are passed do not change.
-    fn directional(
-        &self,
-        outputs: &Batch,
-        inputs: &Batch,
-        seeds: &[f64],
-        rates: &mut [f64],
-    ) -> Result<()> {
+    fn directional(&self, of: [&Batch; 2], seeds: &[f64], rates: &mut [f64]) -> Result<()> {
+        let [outputs, inputs] = of;
         assert!(outputs.len() == rates.len() && inputs.len() == seeds.len());
         let mut passed = self.passed.borrow_mut();
         // Every variable has slots of its own there, so that there is room for both.

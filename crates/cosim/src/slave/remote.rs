@@ -207,17 +207,11 @@ impl Border for Remote {
         Ok(())
     }
 
-    fn directional(
-        &self,
-        outputs: &Batch,
-        inputs: &Batch,
-        seeds: &[f64],
-        rates: &mut [f64],
-    ) -> Result<()> {
-        let (outputs, inputs) = (outputs.clone(), inputs.clone());
+    fn directional(&self, of: [&Batch; 2], seeds: &[f64], rates: &mut [f64]) -> Result<()> {
+        let of = of.map(Batch::clone);
         let (seeds, mut own) = (seeds.to_vec(), rates.to_vec());
         let found = self.0.any(move |border, _| {
-            border.directional(&outputs, &inputs, &seeds, &mut own)?;
+            border.directional(of.each_ref(), &seeds, &mut own)?;
             Ok(own)
         });
         rates.copy_from_slice(&found?);

@@ -133,7 +133,8 @@ impl Regulator {
     ///
     /// With `remembers` it follows the largest of the errors of late, each beside the square of its
     /// length, to which a residual of energy is proportional: a power that changes its sign shows
-    /// no error there, but the coupling is no better, and steps that swing with it cost more than steady ones.
+    /// no error there, but the coupling is no better, and steps that swing with it cost more than
+    /// steady ones.
     pub fn new(limits: Limits, length: f64, remembers: bool) -> Result<Self> {
         limits.check()?;
         let next = length.clamp(limits.length[0], limits.length[1]);
@@ -226,8 +227,8 @@ mod tests {
         assert!(r.follow(1e-3, f64::NAN).is_err());
     }
 
-    /// A single error of 4 at 1 ms, then none: after a step of 2 ms it counts as 16, faded over two of
-    /// the fifty milliseconds.
+    /// A single error of 4 at 1 ms, then none: after a step of 2 ms it counts as 16, faded over two
+    /// of the fifty milliseconds.
     #[test]
     fn an_error_is_remembered_beside_the_square_of_its_length() {
         let mut r = Regulator::new(Limits::default(), 1e-3, true).unwrap();
