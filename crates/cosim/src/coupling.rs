@@ -5,7 +5,7 @@ use anyhow::{Result, bail, ensure};
 use serde::{Deserialize, Serialize};
 
 use crate::balance::Balance;
-use crate::bond::{BondSlots, Residual};
+use crate::bond::{BondSlots, BondStep, Residual};
 use crate::exchange::{Exchange, Passed};
 use crate::means::Means;
 use crate::schedule::rates::{ComponentStep, PastValues, Rates};
@@ -35,20 +35,6 @@ pub(crate) struct Coupling {
     pub bonds: Vec<BondSlots>,
     pub residuals: Vec<Residual>,
     pub bond_steps: Vec<BondStep>,
-}
-
-/// What went through a bond in the step just made.
-#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
-pub struct BondStep {
-    effort_exerted: f64,
-    flow_given: f64,
-    effort_given: f64,
-    flow_before: f64,
-    /// s.
-    pub(crate) length: f64,
-    /// Mean effort and flow beside those at the beginning, as outputs have them.
-    pub(crate) effort_lacked: f64,
-    pub(crate) flow_lacked: f64,
 }
 
 /// What the instances and the plans remember from one communication point to the next; states of

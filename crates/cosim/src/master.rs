@@ -5,8 +5,8 @@ use fmu_description::{Access, Variability};
 use serde::{Deserialize, Serialize};
 
 use crate::balance::Balance;
-use crate::bond::Residual;
-use crate::coupling::{self, BondStep, Coupling};
+use crate::bond::{BondStep, Residual};
+use crate::coupling::{self, Coupling};
 use crate::crew::Crew;
 use crate::exchange::{Exchange, Order};
 use crate::faults::{Alteration, Faults, is_source};
