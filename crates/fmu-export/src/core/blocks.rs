@@ -48,13 +48,13 @@ impl<M: Model> Instance<M> {
             }
             if T::input(&run.row.place).is_none() {
                 let element = self.layout.elements(block)?.start;
-                self.check_settable(element, value(from))?;
+                self.check_settable(element, &value(from))?;
                 parameters = true;
             }
             for j in 0..n {
                 let value = value(from + j);
                 if !value.is_within(run.bounds) {
-                    return Err(not_allowed(run.row, first + j, value));
+                    return Err(not_allowed(run.row, first + j, &value));
                 }
             }
             (k, from) = (k + 1, from + n);
@@ -83,9 +83,9 @@ impl<M: Model> Instance<M> {
         for (j, input) in inputs.iter().enumerate() {
             let value = value(j);
             if !value.is_within(bounds) {
-                return Err(not_allowed(row, j, value));
+                return Err(not_allowed(row, j, &value));
             }
-            changed |= !input.is_same(value);
+            changed |= !input.is_same(&value);
         }
         if !changed {
             return Ok(());
@@ -113,7 +113,7 @@ impl<M: Model> Instance<M> {
             .iter_mut()
             .zip(all)
         {
-            changed |= !input.is_same(value);
+            changed |= !input.is_same(&value);
             *input = value;
             sets += 1;
         }
@@ -142,7 +142,7 @@ impl<M: Model> Instance<M> {
                 let mut changed = false;
                 for (j, input) in inputs.iter_mut().enumerate() {
                     let value = value(from + j);
-                    changed |= !input.is_same(value);
+                    changed |= !input.is_same(&value);
                     *input = value;
                 }
                 if let Some(counter) = run.row.counter {
@@ -174,7 +174,7 @@ impl<M: Model> Instance<M> {
                 pairs.push((element, value(pairs.len())));
             }
         }
-        self.set_parameters(|k| pairs.get(k).copied())
+        self.set_parameters(|k| pairs.get(k).cloned())
     }
 
     /// Gets blocks: `put(j, values)` receives those of each, of which the first is the `j`-th of
@@ -257,7 +257,7 @@ fn finite<'a, M: Model, T: Value>(
 fn none_finite<M: Model, T: Value>(row: &Variable<M>, values: &[T], first: usize) -> Fault {
     let wrong = values.iter().position(|value| !value.is_finite());
     let k = wrong.expect("one is not finite");
-    not_finite(row, first + k, values[k])
+    not_finite(row, first + k, &values[k])
 }
 
 #[cold]

@@ -246,7 +246,7 @@ impl<M: Model> Instance<M> {
         self.exchange.rate = rate;
         let event = event?;
         self.state.event = t;
-        let is_moved = before.iter().zip(&after).any(|(a, b)| !a.is_same(*b));
+        let is_moved = before.iter().zip(&after).any(|(a, b)| !a.is_same(b));
         self.tell(Kind::Event, format!("t = {t} s: events handled"));
         Ok(Happened { event, is_moved })
     }

@@ -51,7 +51,7 @@ functions! { ($) Fmi2 export_fmi2_functions;
     fmi2GetString [GET] (vr: *const ValueReference, n: usize, value: *mut Str)
         |b| {
             let (vr, value) = (array("vr", vr, n)?, array_mut("value", value, n)?);
-            b.get_texts(n, |k| vr.get(k), value)
+            b.get_texts((0..n).map(|k| vr.get(k)), value)
         };
     fmi2SetReal [I | N | S | M | C] (vr: *const ValueReference, n: usize, value: *const Real)
         |b| { let vr = array("vr", vr, n)?; b.instance.check_between_events(|k| vr.at(k))?; set(b, vr, array("value", value, n)?, |x: Real| x) };
@@ -62,7 +62,7 @@ functions! { ($) Fmi2 export_fmi2_functions;
     fmi2SetString [I | N | S | M] (vr: *const ValueReference, n: usize, value: *const Str)
         |b| {
             let (vr, value) = (array("vr", vr, n)?, texts("value", value, n)?);
-            b.set_texts(|k| vr.get(k), &value)
+            b.set_texts(vr.iter(), &value)
         };
 
     fmi2GetFMUstate [I | N | S | M | C | T] (state: *mut FmuState)
