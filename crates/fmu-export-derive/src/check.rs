@@ -33,7 +33,9 @@ fn unfit(kind: Kind, role: Role) -> Option<&'static str> {
             Some("`&'static str` can only be an output")
         }
         (Kind::Real | Kind::Struct, _) => None,
-        (_, Role::State) => Some("a state that is integrated is an f64, or an array or a Vec of f64"),
+        (_, Role::State) => {
+            Some("a state that is integrated is an f64, or an array or a Vec of f64")
+        }
         _ => None,
     }
 }

@@ -226,7 +226,11 @@ fn kind(ty: &Type) -> Result<(Kind, Shape)> {
 
 /// What a Vec is of; None for another type.
 fn vector_of(path: &TypePath) -> Option<&Type> {
-    let last = path.path.segments.last().filter(|last| last.ident == "Vec")?;
+    let last = path
+        .path
+        .segments
+        .last()
+        .filter(|last| last.ident == "Vec")?;
     match &last.arguments {
         PathArguments::AngleBracketed(list) => match list.args.first()? {
             GenericArgument::Type(element) => Some(element),

@@ -147,27 +147,28 @@ fn fields(field: &Field, role: Role) -> Option<&'static str> {
 /// Accessors of a slice of all elements.
 fn slices(field: &Field, name: &str) -> TokenStream {
     let (member, name) = (&field.ident, Ident::new(name, Span::call_site()));
-    let [get, get_mut] = [("", "as_flattened"), ("_mut", "as_flattened_mut")].map(|(ending, flat)| {
-        let at = format_ident!("get{ending}");
-        let place = match ending {
-            "" => quote!(&At::#at(s).#member),
-            _ => quote!(&mut At::#at(s).#member),
-        };
-        let flat = flattened(field, flat);
-        let slice = match (&field.shape, ending) {
-            (Shape::Scalar, "") => quote!(::core::slice::from_ref(#place)),
-            (Shape::Scalar, _) => quote!(::core::slice::from_mut(#place)),
-            _ => quote!((#place) #flat),
-        };
-        let numbers = format_ident!("numbers{ending}");
-        match field.kind {
-            Kind::Choice => {
-                let ty = field.value();
-                quote!(__fmu::Of::<#ty>::#numbers(#slice))
+    let [get, get_mut] =
+        [("", "as_flattened"), ("_mut", "as_flattened_mut")].map(|(ending, flat)| {
+            let at = format_ident!("get{ending}");
+            let place = match ending {
+                "" => quote!(&At::#at(s).#member),
+                _ => quote!(&mut At::#at(s).#member),
+            };
+            let flat = flattened(field, flat);
+            let slice = match (&field.shape, ending) {
+                (Shape::Scalar, "") => quote!(::core::slice::from_ref(#place)),
+                (Shape::Scalar, _) => quote!(::core::slice::from_mut(#place)),
+                _ => quote!((#place) #flat),
+            };
+            let numbers = format_ident!("numbers{ending}");
+            match field.kind {
+                Kind::Choice => {
+                    let ty = field.value();
+                    quote!(__fmu::Of::<#ty>::#numbers(#slice))
+                }
+                _ => slice,
             }
-            _ => slice,
-        }
-    });
+        });
     quote!(::fmu_export::Fields::#name(|s| #get, |s| #get_mut))
 }
 

@@ -128,8 +128,8 @@ pub use core::length::{Length, Resize};
 pub use core::log::Log;
 pub use core::message::Level;
 pub use core::model::{Evaluation, Model, ModelExchange, SetString, Variable};
-pub use core::place::Fields;
 pub use core::parameter_file::{read_parameter_file, read_placed_file};
+pub use core::place::Fields;
 #[doc(hidden)]
 pub use core::sizes::fitted;
 pub use core::step_end::StepEnd;
@@ -156,7 +156,7 @@ pub use {
 #[cfg(feature = "derive")]
 pub mod prelude {
     pub use crate::{
-        Binary, Choice, Enumeration, Event, Info, Input, InputPolynomial, Model, ModelError, Ode, Output,
-        Parameters, State, StepEnd, Unit, Variable, derived, export_fmu,
+        Binary, Choice, Enumeration, Event, Info, Input, InputPolynomial, Model, ModelError, Ode,
+        Output, Parameters, State, StepEnd, Unit, Variable, derived, export_fmu,
     };
 }

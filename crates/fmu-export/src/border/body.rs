@@ -4,13 +4,13 @@
 use super::answer::Answer;
 use super::call::{COMMON_STATES, CS, Call, EXCHANGE_STATES, L, ME};
 use super::log::{Log, Logger};
-use crate::{Binary, Model};
 use crate::core::fault::{self, Fault};
 use crate::core::guard::{Entered, Guarded};
 use crate::core::instance::Instance;
 use crate::core::message::{Kind, Message};
 use crate::core::panic::{self, Panic};
 use crate::core::place::Names;
+use crate::{Binary, Model};
 use std::ffi::{CString, c_void};
 use std::sync::Arc;
 

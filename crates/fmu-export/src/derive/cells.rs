@@ -29,8 +29,8 @@ pub trait Cells: Sized {
 }
 
 macro_rules! cells {
-    ($($([$($of:tt)*])? $type:ty: $zero:expr;)*) => {$(
-        impl$(<$($of)*>)? Cells for $type {
+    ($([$($of:ident)?] $type:ty: $zero:expr;)*) => {$(
+        impl$(<$of>)? Cells for $type {
             const ZERO: Self = $zero;
             const LEN: usize = 1;
 
@@ -48,9 +48,8 @@ macro_rules! cells {
 }
 
 cells! {
-    f64: 0.0; f32: 0.0; i8: 0; u8: 0; i16: 0; u16: 0; i32: 0; u32: 0; i64: 0; u64: 0; bool: false;
-    String: String::new();
-    Binary: Binary::new();
+    [] f64: 0.0; [] f32: 0.0; [] bool: false; [] String: String::new(); [] Binary: Binary::new();
+    [] i8: 0; [] u8: 0; [] i16: 0; [] u16: 0; [] i32: 0; [] u32: 0; [] i64: 0; [] u64: 0;
     [E] Choice<E>: Choice::NONE;
 }
 

@@ -240,7 +240,9 @@ impl<M: Model> Variable<M> {
             Place::Text(get, _) => Some(get(p).to_owned()),
             place => input!(place, |place| place.get(u, i).written())
                 .or_else(|| parameter!(place, |place| place.get(p, i).written()))
-                .or_else(|| output!(place, |place| place.get(y, i).written()).filter(|_| is_constant)),
+                .or_else(|| {
+                    output!(place, |place| place.get(y, i).written()).filter(|_| is_constant)
+                }),
         }
     }
 }

@@ -5,8 +5,8 @@ use super::point::Point;
 use crate::core::dependencies::Knowns;
 use crate::core::layout::{Element, Layout};
 use crate::core::place::{Place, output};
-use crate::core::value::Value;
 use crate::core::sizes::fitted;
+use crate::core::value::Value;
 use crate::{Evaluation, Model, ModelError};
 use std::collections::BTreeSet;
 
