@@ -10,6 +10,7 @@ pub use crate::border::export::Exported;
 pub use crate::border::library::Library;
 
 use super::component::{Body, Fmi2};
+use super::description::lacking;
 use super::ffi::*;
 use crate::Model;
 use crate::border::arguments::{Array, ArrayMut, array, array_mut, place, texts};
@@ -191,7 +192,8 @@ fn get<M: Model, C: Copy, T: Value>(
     (b.instance).get(|k| vr.at(k), |k, value| values.put(k, to_c(value)))
 }
 
-/// fmi2ExportFiles: hands every file of the FMU beside the binaries to `receive`; 0 if all is well.
+/// fmi2ExportFiles: hands every file of the FMU beside the binaries to `receive`; 0 if all is well, 2
+/// if a variable is of a type that FMI 2.0 does not have.
 ///
 /// # Safety
 /// `receive` may be called with `context`.
@@ -201,5 +203,10 @@ pub unsafe fn export_files<X: Exported>(
     receive: Option<ReceiveFile>,
 ) -> c_int {
     // SAFETY: forwarded.
-    unsafe { files::export(library, context, receive, super::files::files::<X::Model>) }
+    let status =
+        unsafe { files::export(library, context, receive, super::files::files::<X::Model>) };
+    match lacking::<X::Model>() {
+        Some(_) => 2,
+        None => status,
+    }
 }

@@ -68,14 +68,15 @@ functions! { ($) Fmi3 export_fmi3_values;
     fmi3GetString [GET] (vr: *const ValueReference, n: usize, values: *mut Str, n_values: usize)
         |b| {
             let (vr, values) = (array(VR, vr, n)?, array_mut("values", values, n_values)?);
-            let elements = elements(b, vr, n_values, Kind::String, false)?;
+            let elements = elements(b, vr, n_values, Kind::String, None::<&[String]>)?;
             b.get_texts(elements.into_iter(), values)
         };
     fmi3SetString [SET] (vr: *const ValueReference, n: usize, values: *const Str, n_values: usize)
         |b| {
             let (vr, values) = (array(VR, vr, n)?, texts("values", values, n_values)?);
-            let elements = elements(b, vr, n_values, Kind::String, true)?;
-            b.set_texts(elements.into_iter(), &values)?;
+            let values = values.into_iter().map(str::to_owned).collect::<Vec<_>>();
+            let elements = elements(b, vr, n_values, Kind::String, Some(&values))?;
+            b.instance.set_texts(elements.into_iter().zip(values).collect())?;
             b.note_set();
             Ok(())
         };
@@ -84,7 +85,7 @@ functions! { ($) Fmi3 export_fmi3_values;
         |b| {
             let (vr, sizes) = (array(VR, vr, n)?, array_mut("valueSizes", sizes, n_values)?);
             let values = array_mut("values", values, n_values)?;
-            let elements = elements(b, vr, n_values, Kind::Binary, false)?;
+            let elements = elements(b, vr, n_values, Kind::Binary, None::<&[crate::Binary]>)?;
             let mut found = Vec::with_capacity(elements.len());
             b.instance.get(|k| elements.get(k).copied(), |_, value: crate::Binary| found.push(value))?;
             b.bytes = found;
@@ -98,9 +99,9 @@ functions! { ($) Fmi3 export_fmi3_values;
         |b| {
             let (vr, sizes) = (array(VR, vr, n)?, array("valueSizes", sizes, n_values)?);
             let values = array("values", values, n_values)?;
-            let elements = elements(b, vr, n_values, Kind::Binary, true)?;
             let value = |k| bytes(&format!("values[{k}]"), values.get(k), sizes.get(k)).map(crate::Binary::from);
             let given = (0..n_values).map(value).collect::<Result<Vec<_>, _>>()?;
+            let elements = elements(b, vr, n_values, Kind::Binary, Some(&given))?;
             b.instance.set(|k| Some((*elements.get(k)?, given.get(k)?.clone())))?;
             b.note_set();
             Ok(())
@@ -211,26 +212,32 @@ pub(super) fn not_settable_as<M: Model>(
     refuse!("`{variable}` is {kind} and cannot be set as {name}; it must be set as {right}")
 }
 
-/// The elements that `n_values` texts or values of Binary are for.
-fn elements<M: Model>(
+/// The elements that `n_values` texts or values of Binary are for, which are `given` to be set, or
+/// got.
+fn elements<M: Model, T: Value>(
     b: &mut Body<M>,
     vr: Array<ValueReference>,
     n_values: usize,
     kind: Kind,
-    is_set: bool,
+    given: Option<&[T]>,
 ) -> Result<Vec<u32>, Fault> {
-    if !is_set {
+    if given.is_none() {
         b.check_update(|k| vr.at(k))?;
     }
+    let mut from = 0;
     for number in vr.iter() {
-        let (run, first, _) = b.instance.layout.block(number)?;
-        let name = kind.name(b.instance.names);
+        let (run, first, n) = b.instance.layout.block(number)?;
         if run.row.place.kind() != kind {
-            match is_set {
-                true => not_settable_as(b, number, name)?,
-                false => return Err(b.instance.not_gettable(run.row, first, name)),
-            }
+            let name = kind.name(b.instance.names);
+            return Err(match given.map(|given| given.get(from)) {
+                Some(Some(value)) => b
+                    .instance
+                    .not_settable(run.row, first, &value.shown(), kind),
+                Some(None) => return not_settable_as(b, number, name).map(|()| Vec::new()),
+                None => b.instance.not_gettable(run.row, first, name),
+            });
         }
+        from += n;
     }
     let elements = b.elements(vr.len(), |k| vr.get(k))?;
     match elements.len() {
