@@ -45,13 +45,13 @@ macro_rules! arrays {
             pub(crate) struct Output {
                 /// The vector as it was in the last step
                 #[fmu($($said)* len = p.n, depends_on())]
-                pub(crate) vector: Vec<$type $(<$of>)?>,
+                pub(crate) last: Vec<$type $(<$of>)?>,
                 /// The matrix
                 #[fmu($($said)* depends_on($module.matrix), initially_depends_on($module.matrix))]
-                pub(crate) matrix: [[$type $(<$of>)?; 2]; 2],
+                pub(crate) now: [[$type $(<$of>)?; 2]; 2],
                 /// The matrix of the parameters
                 #[fmu($($said)* len = (p.n, 2), depends_on(), initially_depends_on($module.matrix))]
-                pub(crate) parameters: Vec<$type $(<$of>)?>,
+                pub(crate) given: Vec<$type $(<$of>)?>,
             }
         }
     };
@@ -93,9 +93,9 @@ macro_rules! model {
             fn output(&self, p: &Parameters, u: &Input, _: &()) -> Result<Output, ModelError> {
                 Ok(Output {
                     $($module: $module::Output {
-                        vector: self.0.$module.vector.clone(),
-                        matrix: u.$module.matrix.clone(),
-                        parameters: p.$module[1].matrix.clone(),
+                        last: self.0.$module.vector.clone(),
+                        now: u.$module.matrix.clone(),
+                        given: p.$module[1].matrix.clone(),
                     },)*
                 })
             }

@@ -47,7 +47,7 @@ impl<M: Model> Instance<M> {
                 return Ok(false);
             }
             if !value.is_within(run.bounds) {
-                return Err(not_allowed(run.row, i, &value));
+                return Err(self.not_allowed(run.row, i, &value));
             }
             k += 1;
         }
@@ -88,7 +88,7 @@ impl<M: Model> Instance<M> {
                     break;
                 }
                 if !value.is_within(run.bounds) {
-                    return Err(not_allowed(run.row, i, &value));
+                    return Err(self.not_allowed(run.row, i, &value));
                 }
                 k += 1;
             }
@@ -160,14 +160,33 @@ impl<M: Model> Instance<M> {
     #[cold]
     pub(crate) fn check_settable<T: Value>(&self, element: u32, value: &T) -> Result<(), Fault> {
         let (i, row) = self.layout.find(element)?;
+        match self.is_settable::<T>(row) {
+            true => Ok(()),
+            false => Err(self.not_settable(row, i, &value.shown(), T::KIND)),
+        }
+    }
+
+    /// Whether a row is an input, or a parameter that can be set now.
+    #[cold]
+    pub(crate) fn is_settable<T: Value>(&self, row: &Variable<M>) -> bool {
         let is_open = match self.state.phase {
             Phase::Configuration => row.structural,
             phase => row.tunable || !(row.structural || phase.is_running()),
         };
-        if T::parameter(&row.place).is_some() && is_open {
-            return Ok(());
-        }
-        Err(self.not_settable(row, i, &value.shown(), T::KIND))
+        T::input(&row.place).is_some() || T::parameter(&row.place).is_some() && is_open
+    }
+
+    /// Name of an element, of a matrix as long as it is now.
+    #[cold]
+    pub(crate) fn name(&self, row: &Variable<M>, i: usize) -> String {
+        let dimensions: Vec<_> = row.dimensions(&self.state.parameters).collect();
+        row.name_in(&dimensions, i)
+    }
+
+    #[cold]
+    pub(crate) fn not_allowed(&self, row: &Variable<M>, i: usize, value: &impl Display) -> Fault {
+        let (name, allowed) = (self.name(row, i), allowed(row));
+        Fault::Discarded(format!("`{name}` = {value} must be {allowed}"))
     }
 
     #[cold]
@@ -178,7 +197,7 @@ impl<M: Model> Instance<M> {
         value: &str,
         given: Kind,
     ) -> Fault {
-        let (name, kind) = (row.element_name(i), row.kind(self.names));
+        let (name, kind) = (self.name(row, i), row.kind(self.names));
         let reason = match row.causality {
             Causality::Output
             | Causality::Local
@@ -201,7 +220,7 @@ impl<M: Model> Instance<M> {
 
     #[cold]
     pub(crate) fn not_gettable(&self, row: &Variable<M>, i: usize, given: &str) -> Fault {
-        let (name, names) = (row.element_name(i), self.names);
+        let (name, names) = (self.name(row, i), self.names);
         let (kind, right) = (row.kind(names), row.access(names));
         Fault::Refused(format!(
             "`{name}` is {kind} and cannot be read as {given}; it must be read as {right}"
@@ -261,12 +280,6 @@ impl<M: Model> Instance<M> {
         }
         Ok(())
     }
-}
-
-#[cold]
-pub(crate) fn not_allowed<M: Model>(row: &Variable<M>, i: usize, value: &impl Display) -> Fault {
-    let (name, allowed) = (row.element_name(i), allowed(row));
-    Fault::Discarded(format!("`{name}` = {value} must be {allowed}"))
 }
 
 /// The model has given a vector that is not as long as its row.

@@ -1,7 +1,7 @@
 //! Setting and getting numbers by block: a row as one array. A batch is checked completely before
 //! anything is written.
 
-use super::access::{not_allowed, not_as_long, not_finite};
+use super::access::{not_as_long, not_finite};
 use super::causality::Causality;
 use super::fault::{Fault, refuse};
 use super::instance::Instance;
@@ -54,7 +54,7 @@ impl<M: Model> Instance<M> {
             for j in 0..n {
                 let value = value(from + j);
                 if !value.is_within(run.bounds) {
-                    return Err(not_allowed(run.row, first + j, &value));
+                    return Err(self.not_allowed(run.row, first + j, &value));
                 }
             }
             (k, from) = (k + 1, from + n);
@@ -83,7 +83,7 @@ impl<M: Model> Instance<M> {
         for (j, input) in inputs.iter().enumerate() {
             let value = value(j);
             if !value.is_within(bounds) {
-                return Err(not_allowed(row, j, &value));
+                return Err(self.not_allowed(row, j, &value));
             }
             changed |= !input.is_same(&value);
         }
@@ -226,7 +226,7 @@ impl<M: Model> Instance<M> {
     #[inline(never)]
     pub(crate) fn start_output(&mut self, row: &Variable<M>) -> Result<(), Fault> {
         if row.causality != Causality::Constant {
-            let (name, kind) = (row.element_name(0), row.kind(self.names));
+            let (name, kind) = (self.name(row, 0), row.kind(self.names));
             return refuse!("`{name}` is {kind} and has no value before initialization");
         }
         self.output = sizes::output::<M>(&self.state.parameters);

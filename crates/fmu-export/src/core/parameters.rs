@@ -176,7 +176,7 @@ impl<M: Model> Instance<M> {
                     Given::Explicit => *place.get_mut(&mut parameters, i) = place.get(numbers, i),
                     Given::Start if !value.is_same(&start) => overridden.push(format!(
                         "`{}` = {}, its start value, was set; {} from {} stays in force",
-                        row.element_name(i),
+                        self.name(row, i),
                         start.shown(),
                         value.shown(),
                         sources.join(", "),

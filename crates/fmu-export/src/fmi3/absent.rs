@@ -57,6 +57,9 @@ fn no_clock<M: Model>(b: &Body<M>, vr: Array<ValueReference>) -> Result<(), Faul
         return Ok(());
     };
     let (run, first, _) = b.instance.layout.block(number)?;
-    let (name, kind) = (run.row.element_name(first), run.row.kind(b.instance.names));
+    let (name, kind) = (
+        b.instance.name(run.row, first),
+        run.row.kind(b.instance.names),
+    );
     refuse!("`{name}` is {kind}; it must be a Clock, and this FMU has none")
 }

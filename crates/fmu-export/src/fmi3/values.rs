@@ -10,7 +10,6 @@ use crate::Model;
 use crate::border::arguments::{Array, ArrayMut, array, array_mut, bytes, texts};
 use crate::border::call::{C, G};
 use crate::border::functions::functions;
-use crate::core::access::not_allowed;
 use crate::core::fault::{Fault, refuse};
 use crate::core::place::Kind;
 use crate::core::value::Value;
@@ -192,7 +191,11 @@ fn check_integers<M: Model>(
         for k in from..(from + n).min(len) {
             let value = value.as_ref().map_or(0, |value| value(k));
             if i32::try_from(value).is_err() {
-                return Err(not_allowed(run.row, first + k - from, &value));
+                if is_integer && !b.instance.is_settable::<i32>(run.row) {
+                    let (i, value) = (first + k - from, value.to_string());
+                    return Err(b.instance.not_settable(run.row, i, &value, Kind::Integer));
+                }
+                return Err(b.instance.not_allowed(run.row, first + k - from, &value));
             }
         }
         from += n;
@@ -208,7 +211,11 @@ pub(super) fn not_settable_as<M: Model>(
 ) -> Result<(), Fault> {
     let (run, first, _) = b.instance.layout.block(number)?;
     let (row, names) = (run.row, b.instance.names);
-    let (variable, kind, right) = (row.element_name(first), row.kind(names), row.access(names));
+    let (variable, kind, right) = (
+        b.instance.name(row, first),
+        row.kind(names),
+        row.access(names),
+    );
     refuse!("`{variable}` is {kind} and cannot be set as {name}; it must be set as {right}")
 }
 
