@@ -157,9 +157,12 @@ impl Session<'_> {
         names: [&'static str; 2],
     ) -> (Access, &'static str) {
         let first = vr.first().and_then(|vr| self.fmu.find(*vr));
-        let is_int32 = first.is_some_and(|v| v.access() == Access::Integer);
-        match (kind, is_int32) {
-            (Access::Int64, true) => (Access::Integer, names[1]),
+        match (kind, first.map(Variable::access)) {
+            (Access::Int64, Some(Access::Integer)) => (Access::Integer, names[1]),
+            // So read, but not so set, by `Functions`.
+            (Access::Int64, Some(Access::UInt64)) if names[0] == "fmi2GetInteger" => {
+                (Access::UInt64, "fmi3GetUInt64")
+            }
             _ => (kind, self.fmu.functions.name(names[0])),
         }
     }
