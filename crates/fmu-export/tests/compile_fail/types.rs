@@ -7,7 +7,7 @@ struct Wrong {
     maybe: Option<f64>,
     /// Half a mass
     #[fmu(unit = "kg", start = 1.0)]
-    single: i8,
+    single: isize,
     /// How many
     #[fmu(start = 1)]
     count: usize,
