@@ -130,7 +130,7 @@ def test_a_machine_that_swings_is_lost_early_and_spoils_the_verdict(fmu_dir, tmp
 
 
 def test_margins_enclose_the_border_of_stability(fmu_dir, tmp_path):
-    """Each change of a law without adaptation has a factor that is stable and one, 14 % beyond, that is not, or the largest that is tried."""
+    """Each change of a law without adaptation has a factor that is stable and one beyond that is not, 9 % below what is asked for and 19 % above, or the largest that is tried."""
     options = ["--law", "modular_integral", "--place", "start", "--payload", 300, "--csv", tmp_path / "m.csv", "--check"]
     done = call("hdrm-fmu", "margins", "--system", fmu_dir / "Real.ssp", *options)
     rows = list(csv.DictReader((tmp_path / "m.csv").open()))
@@ -140,13 +140,16 @@ def test_margins_enclose_the_border_of_stability(fmu_dir, tmp_path):
         stable, target = float(row["stable"]), 2
         assert stable > 0, row
         if row["change"].startswith("delay"):
-            assert stable == int(stable) and (not row["unstable"] or float(row["unstable"]) == stable + 1)
-        elif row["unstable"]:
-            assert 1.13 < float(row["unstable"]) / stable < 1.14, row
+            assert stable == int(stable) and (not row["beyond"] or float(row["beyond"]) == stable + 1)
+        elif row["beyond"]:
+            assert float(row["beyond"]) / stable == pytest.approx(2 ** (1 / 8) if stable < 2 else 4 ** (1 / 8)), row
         else:
             assert stable == 8
-        below += stable < target
+        below += stable < target and row["limit"] == "stability"
     assert done.returncode == (2 if below else 0), done.stdout
+    # Twice the inertias ask the lift for 94 kN, which no law can hold: a limit of its own.
+    heavier = next(row for row in rows if row["change"] == "inertia x")
+    assert heavier["limit"] == "force" and "by the rods' force" in done.stdout and "carries more than its rated force" in done.stdout + done.stderr
 
 
 def test_a_tournament_goes_on_where_it_was_interrupted(fmu_dir, tmp_path):
@@ -159,7 +162,7 @@ def test_a_tournament_goes_on_where_it_was_interrupted(fmu_dir, tmp_path):
     assert {row["law"] for row in found["rows"]} == {"modular_integral_identified", "cascade"}
     assert "2 of 2 machines identified" in first.stderr and found["excitation"]["base"] > 15, first.stderr
     for row, trials in zip(found["tuned"], found["runs"]):
-        assert row["tried"] == 2 and len(trials) == 3 and all(t["fate"] in ("kept", "stopped", "lost") for t in trials), row
+        assert row["tried"] == 2 and len(trials) == 3 and all(t["fate"] in ("kept", "stopped", "overloaded", "lost") for t in trials), row
     files = sorted((tmp_path / "store").iterdir())
     times = {f: f.stat().st_mtime_ns for f in files}
     files[-1].unlink()

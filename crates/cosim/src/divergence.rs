@@ -1,7 +1,7 @@
 //! The signature of a communication step that is too long: a value that jumps up and down from one
 //! communication point to the next, ever further. A loop of components does that long before one of
 //! them refuses a value. A physical oscillation does not, because many communication steps resolve
-//! it; noise does, but it does not grow.
+//! it; noise does, but it does not grow beyond what it was before.
 
 use serde::{Deserialize, Serialize};
 
@@ -28,6 +28,8 @@ struct Growth {
     first: f64,
     /// Largest change in the last window.
     last: f64,
+    /// Largest change in all windows before the first.
+    ever: f64,
 }
 
 /// Watches values that are exchanged. What is done at every step is kept in one array for each
@@ -97,9 +99,10 @@ impl Growth {
             self.windows += 1;
         } else {
             self.windows = 0;
+            self.ever = self.ever.max(self.last).max(largest);
         }
         self.last = largest;
-        let is_far = largest > ROUNDING.max(TOTAL * self.first);
+        let is_far = largest > ROUNDING.max(TOTAL * self.first).max(self.ever);
         (self.windows >= 2 && is_far).then_some(self.since)
     }
 }
@@ -138,6 +141,13 @@ mod tests {
         assert_eq!(diverged(|t| (0.3 * t).sin() * 1.5f64.powf(t)), None);
         assert_eq!(diverged(|t| (7919.0 * t * t).sin()), None);
         assert_eq!(diverged(|t| 1e6 + (-1.0f64).powf(t)), None);
+        // The noise of a reading that rested meanwhile, as an encoder's does.
+        let rests = |t: f64| match t as u32 {
+            80..160 => 1e-7 * (-0.9f64).powf(t),
+            160..168 => 1e-4 * (-1.0f64).powf(t),
+            _ => (-1.0f64).powf(t),
+        };
+        assert_eq!(diverged(rests), None);
         // A value at rest, of which first nothing, then the last digit of a larger one is left.
         let digits = |t: f64| 2e-11 + 1e-27 * (-2.0f64).powf(t.min(36.0));
         assert_eq!(diverged(digits), None);

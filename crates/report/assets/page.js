@@ -25,6 +25,7 @@ cards();
 tracking();
 ownPath();
 worlds();
+recorded();
 robustness();
 studies();
 chooseRun("signals-run", signals);

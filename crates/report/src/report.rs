@@ -17,6 +17,7 @@ mod errors;
 pub mod figures;
 mod own_path;
 mod page;
+mod recorded;
 mod request;
 mod runs;
 mod samples;
@@ -35,6 +36,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use conditions::conditions;
+pub use recorded::Recorded;
 pub use request::Request;
 use request::kept;
 use runs::{Run, Shown};
@@ -58,6 +60,7 @@ pub struct Report {
     #[serde(skip)]
     cells: Vec<Cell<TipError>>,
     worlds: Vec<Value>,
+    recorded: Recorded,
     errors: Vec<Value>,
     runs: Vec<Run>,
     /// Runs that failed, with the reason.
@@ -117,6 +120,7 @@ impl Report {
             table: inertia_json(&cells),
             cells,
             worlds,
+            recorded: request.recorded.clone(),
             errors,
             runs,
             energy,

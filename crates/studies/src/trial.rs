@@ -16,7 +16,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::machine_file::MachineFile;
-use crate::measures::run::{motion_start, tip_error_port};
+use crate::measures::run::{end, motion_start, tip_error_port};
 use crate::measures::tracking::Evaluation;
 
 /// Tip error from which on a run is lost, m.
@@ -43,6 +43,8 @@ pub enum Fate {
     Kept,
     /// The controller stopped the machine by its brakes, and it no longer swings.
     Stopped,
+    /// The same, because a rod carried more than its rated force: the load is more than it holds.
+    Overloaded,
     /// It swung, was far off, or failed.
     Lost,
 }
@@ -93,14 +95,9 @@ impl Trial {
         let mut watch = Watch::new(system, experiment)?;
         let ports = evaluation.ports();
         let mut recording = Recording::new(system, &ports)?;
-        let controller = tip_error_port(system)?.component;
         let mut run = || -> Result<f64> {
             let master = experiment.start(system)?;
-            let end = (system.port_of(controller, "motion_end")).and_then(|p| master.number(p));
-            watch.end = match (experiment.stop, end) {
-                (None, Ok(end)) if end > master.time() => end,
-                _ => experiment.stop(system)?,
-            };
+            watch.end = end(system, experiment, &master)?;
             // A machine that brakes at the end is seen to stand as well.
             let stop = watch.end + if watch.has_brakes { STANDS } else { 0.0 };
             let observers = &mut Observers(vec![&mut recording, &mut watch]);
@@ -117,7 +114,7 @@ impl Trial {
                 let tracking = evaluation.evaluate(&recording, start)?;
                 Some(tracking.known.rmse)
             }
-            Fate::Stopped | Fate::Lost => None,
+            Fate::Stopped | Fate::Overloaded | Fate::Lost => None,
         };
         let swing = watch.rods.iter().map(|rod| rod.square).fold(0.0, f64::max);
         Ok(Self {
@@ -161,8 +158,8 @@ struct Watch {
     rods: Vec<Rod>,
     time: f64,
     force: f64,
-    /// When the controller braked, s.
-    braked: Option<f64>,
+    /// When the controller braked, s, and the rod that carried more than its rated force then.
+    braked: Option<(f64, Option<usize>)>,
     has_brakes: bool,
     /// When the run ends that is not braked, s.
     end: f64,
@@ -223,7 +220,8 @@ impl Observer for Watch {
             self.ended = Some((Fate::Lost, "a rod's force".into()));
         }
         if brakes.iter().any(|brake| *brake != 0.0) {
-            self.braked.get_or_insert(self.time);
+            let overloaded = self.rods.iter().position(|rod| rod.mean.abs() > 1.0);
+            self.braked.get_or_insert((self.time, overloaded));
         }
         match self.braked {
             None if *error > FAR => {
@@ -232,7 +230,9 @@ impl Observer for Watch {
             None if self.time > self.end - 0.5 * dt => {
                 self.ended = Some((Fate::Kept, String::new()));
             }
-            Some(braked) if self.time - braked > 0.99 * STANDS => self.ended = Some(self.stopped()),
+            Some((braked, overloaded)) if self.time - braked > 0.99 * STANDS => {
+                self.ended = Some(self.stopped(overloaded));
+            }
             _ => {}
         }
         Ok(())
@@ -244,12 +244,16 @@ impl Observer for Watch {
 }
 
 impl Watch {
-    /// What became of a run that was braked.
-    fn stopped(&self) -> (Fate, String) {
+    /// What became of a run that was braked, with the rod that was overloaded.
+    fn stopped(&self, overloaded: Option<usize>) -> (Fate, String) {
         let standing = |rod: &Rod| rod.square < STILL * STILL;
-        match self.rods.iter().position(|rod| !standing(rod)) {
-            None => (Fate::Stopped, "the controller braked".into()),
-            Some(k) => (Fate::Lost, format!("rod {} swings under its brake", k + 1)),
+        match (self.rods.iter().position(|rod| !standing(rod)), overloaded) {
+            (Some(k), _) => (Fate::Lost, format!("rod {} swings under its brake", k + 1)),
+            (None, Some(k)) => {
+                let why = format!("the controller braked: rod {} is overloaded", k + 1);
+                (Fate::Overloaded, why)
+            }
+            (None, None) => (Fate::Stopped, "the controller braked".into()),
         }
     }
 }
@@ -307,7 +311,8 @@ impl Store {
         let Some(folder) = &self.folder else {
             return make();
         };
-        let mut made_of = format!("{} {:?}", self.system, experiment.stepping);
+        let Experiment { stepping, stop, .. } = experiment;
+        let mut made_of = format!("{} {stepping:?} {stop:?}", self.system);
         for setting in &experiment.settings {
             let value = match fs::read(&setting.value) {
                 Ok(bytes) => sha256(&bytes),

@@ -54,14 +54,15 @@ pub fn run(workspace: &Workspace) -> Result<()> {
     })?;
     let report = out.join("report.html");
     phases.run("the report: its runs, page and figures", || {
+        let recorded = workspace.root.join("docs/recorded");
         let mut command = run(&["report"]);
-        execute(
-            command
-                .arg("--out")
-                .arg(&report)
-                .arg("--figures")
-                .arg(out.join("figures")),
-        )
+        command.arg("--out").arg(&report);
+        command.arg("--figures").arg(out.join("figures"));
+        for study in ["tournament", "margins"] {
+            let file = recorded.join(study).with_extension("json");
+            command.arg(format!("--{study}")).arg(file);
+        }
+        execute(&mut command)
     })?;
     print!("\n{}", phases.table());
     println!("open {} in a browser", report.display());

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::report::{Report, Request, figures};
+use crate::report::{Recorded, Report, Request, figures};
 use anyhow::Result;
 use cosim::Verdict;
 use cosim::cli::{bar, find, print};
@@ -15,6 +15,7 @@ const ELECTRIC: &str = "Electric.ssp";
 
 /// Make the runs, then write page and figures; a run that failed is named in the page and here.
 pub fn report(args: &ReportArgs) -> Result<Verdict> {
+    let recorded = Recorded::read(args.tournament.as_deref(), args.margins.as_deref())?;
     let bench = args.machine.bench().without_path().build()?;
     let path = args.machine.on_path(&bench)?;
     let packed = |path: &Path| args.machine.bench().packed(path);
@@ -40,6 +41,7 @@ pub fn report(args: &ReportArgs) -> Result<Verdict> {
         testbed: testbed.as_ref(),
         real: real.as_ref(),
         bending: bending.as_ref(),
+        recorded,
         path,
         base: &base,
     };

@@ -7,13 +7,14 @@ const TEMPLATE: &str = include_str!("../../assets/report.html");
 const STYLE: &str = include_str!("../../assets/report.css");
 const PLOTLY: &str = include_str!("../../assets/plotly/plotly.min.js");
 const THREE: &str = include_str!("../../assets/three/three.min.js");
-const SCRIPTS: [&str; 13] = [
+const SCRIPTS: [&str; 14] = [
     include_str!("../../assets/data.js"),
     include_str!("../../assets/plots.js"),
     include_str!("../../assets/tracking.js"),
     include_str!("../../assets/path.js"),
     include_str!("../../assets/robustness.js"),
     include_str!("../../assets/worlds.js"),
+    include_str!("../../assets/recorded.js"),
     include_str!("../../assets/signals.js"),
     include_str!("../../assets/stability.js"),
     include_str!("../../assets/energy.js"),

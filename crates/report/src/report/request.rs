@@ -5,6 +5,8 @@ use std::fmt::Display;
 use anyhow::Result;
 use cosim::{Experiment, System};
 
+use super::recorded::Recorded;
+
 /// Inertia error with which the adaptation is shown besides nominal inertias.
 pub const UNCERTAIN: f64 = 1.4;
 
@@ -22,6 +24,8 @@ pub struct Request<'a> {
     pub bending: Option<&'a System>,
     /// The machine fed by a battery, where there is one.
     pub electric: Option<&'a System>,
+    /// What was recorded of studies that take hours.
+    pub recorded: Recorded,
     /// A path of the reader's own by its name, and the experiment that follows it.
     pub path: Option<(String, Experiment)>,
 }

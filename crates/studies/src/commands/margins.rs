@@ -13,7 +13,7 @@ use crate::bench::MachineArgs;
 use crate::laws;
 use crate::print::files::{conditions, write};
 use crate::print::verdict::finish;
-use crate::studies::margins::{self, CHANGES, Margin, PAYLOADS, PLACES};
+use crate::studies::margins::{self, CHANGES, Limit, Margin, PAYLOADS, PLACES};
 use crate::trial::Store;
 use crate::worlds::World;
 
@@ -82,18 +82,19 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
     print(text(&modes, &margins))?;
     margins::judge(&margins, &mut verdict);
     write(args.csv.as_deref(), |file| {
-        writeln!(file, "law,place,payload [kg],change,stable,unstable")?;
+        writeln!(file, "law,place,payload [kg],change,stable,beyond,limit")?;
         for m in &margins {
-            let what = CHANGES
-                .iter()
-                .find(|(c, _)| *c == m.change)
-                .map(|(_, what)| *what);
-            let unstable = m.unstable.map(|v| v.to_string()).unwrap_or_default();
-            let what = what.unwrap_or_default().replace(',', "");
+            let what = m.change.name().replace(',', "");
+            let beyond = m.beyond.map(|(beyond, _)| beyond.to_string());
+            let limit = m.beyond.map_or("", |(_, limit)| limit_name(limit));
             writeln!(
                 file,
-                "{},{},{},{what},{},{unstable}",
-                m.law, m.place, m.payload, m.stable
+                "{},{},{},{what},{},{},{limit}",
+                m.law,
+                m.place,
+                m.payload,
+                m.stable,
+                beyond.unwrap_or_default()
             )?;
         }
         Ok(())
@@ -102,25 +103,55 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
     finish(found, verdict, args.json.as_deref(), args.machine.check())
 }
 
-/// The least margin of each law and change, with the place and the payload that have it.
+const fn limit_name(limit: Limit) -> &'static str {
+    match limit {
+        Limit::Stability => "stability",
+        Limit::Force => "force",
+    }
+}
+
+/// The least margin of each law and change, with the place and the payload that have it; one that a
+/// rod's force ends earlier stands below it.
 fn text(laws: &[&str], margins: &[Margin]) -> String {
-    let least = margins::least(margins);
+    let [stability, force] =
+        [Limit::Stability, Limit::Force].map(|limit| margins::least(margins, limit));
     let mut text = format!("{:<22}", "stable up to");
     for law in laws {
         let _ = write!(text, "{law:>28}");
     }
     text += "\n";
     for (change, what) in CHANGES {
+        let of = |least: &[&Margin], law: &str| {
+            let margin = least.iter().find(|m| m.law == law && m.change == change);
+            margin.map(|m| {
+                (
+                    m.stable,
+                    m.beyond.is_some(),
+                    format!("{}, {} kg", m.place, m.payload),
+                )
+            })
+        };
         let _ = write!(text, "{what:<22}");
+        let mut of_force = String::new();
         for law in laws {
-            let cell = least.iter().find(|m| m.law == *law && m.change == change);
-            let cell = cell.map_or("-".into(), |m| {
-                let more = if m.unstable.is_none() { "+" } else { "" };
-                format!("{:.2}{more} ({}, {} kg)", m.stable, m.place, m.payload)
+            let loops = of(&stability, law);
+            let rods = of(&force, law).filter(|(rods, ends, _)| {
+                *ends && loops.as_ref().is_none_or(|(stable, ..)| rods < stable)
+            });
+            let cell = loops.map_or("-".into(), |(stable, ends, place)| {
+                let more = if ends { "" } else { "+" };
+                format!("{stable:.2}{more} ({place})")
             });
             let _ = write!(text, "{cell:>28}");
+            let cell = rods.map_or(String::new(), |(rods, _, place)| {
+                format!("{rods:.2} ({place})")
+            });
+            let _ = write!(of_force, "{cell:>28}");
         }
         text += "\n";
+        if !of_force.trim().is_empty() {
+            let _ = writeln!(text, "{:<22}{of_force}", "  by the rods' force");
+        }
     }
     text + "least over places and payloads (where); +: the largest that is tried; 0: unstable without any change; runs from rest and on paths, by bisection\n"
 }

@@ -25,6 +25,12 @@ pub struct ReportArgs {
     /// minutes more
     #[arg(long)]
     pub bending: bool,
+    /// Show the laws tuned alike: the JSON file of `tournament`
+    #[arg(long, value_name = "FILE")]
+    pub tournament: Option<PathBuf>,
+    /// Show the laws' margins: the JSON file of `margins`
+    #[arg(long, value_name = "FILE")]
+    pub margins: Option<PathBuf>,
 }
 
 #[derive(Args)]

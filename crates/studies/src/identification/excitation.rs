@@ -14,6 +14,7 @@ use machine::Machine;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
 use serde_json::json;
 use tip_path::{Finding, PathFile, TipPath, check};
 
@@ -100,7 +101,8 @@ impl Excitation {
     /// # Errors
     /// No series of a useful size that the machine can follow.
     pub fn of(model: &Model) -> Result<Self> {
-        let drawn = (0..DRAWN).filter_map(|seed| Self::draw(model, seed).transpose());
+        let drawn = (0..DRAWN).into_par_iter();
+        let drawn = drawn.filter_map(|seed| Self::draw(model, seed).transpose());
         let drawn: Vec<Self> = drawn.collect::<Result<_>>()?;
         let best = drawn
             .into_iter()
@@ -118,6 +120,7 @@ impl Excitation {
         let zeta = machine.start.zeta;
         let tree = Tree::new(machine)?;
         let mut series = zeta.map(|start| Series::draw(start, &mut random));
+        let strokes = tree.configuration(&zeta).strokes;
         for (k, series) in series.iter_mut().enumerate() {
             let range = machine.limits.zeta()[k];
             let free = (zeta[k] - range[0]).min(range[1] - zeta[k]);
@@ -126,7 +129,6 @@ impl Excitation {
                 let [angle, rate, _] = series.at(t);
                 way = way.max((angle - zeta[k]).abs());
                 if k < 3 {
-                    let strokes = tree.configuration(&zeta).strokes;
                     speed = speed.max((strokes[k].prime * rate).abs());
                 }
             }

@@ -25,7 +25,7 @@ use crate::bench;
 use crate::grid::Case;
 use crate::laws::of_modes;
 use crate::machine_file::MachineFile;
-use crate::measures::run::tip_error_port;
+use crate::measures::run::{motion_end, tip_error_port};
 use crate::start_values::over;
 use crate::trial::Store;
 
@@ -182,7 +182,7 @@ impl Commissioning {
         let mut recording = Recording::new(system, &ports)?;
         let master = experiment.start(system)?;
         // The path begins once the tip has gone to its first point: encoders have wrong zeros.
-        let end = master.number(system.port_of(controller, "motion_end")?)?;
+        let end = motion_end(system, &master).context("the excitation has no end")?;
         observed(system, master, end, &|_, _| (), &mut recording)?;
         let samples = self.samples(&recording, &ports, end - DURATION)?;
         estimate(&self.model, &samples, BIN)

@@ -40,6 +40,26 @@ pub fn motion_start(system: &System, experiment: &Experiment) -> Result<f64> {
     }
 }
 
+/// When the reference comes to its end, s; nothing for a controller that does not say it, or whose
+/// reference goes on.
+pub fn motion_end(system: &System, master: &Master) -> Option<f64> {
+    let controller = tip_error_port(system).ok()?.component;
+    let end = master.number(system.port_of(controller, MOTION_END).ok()?);
+    end.ok().filter(|end| *end > master.time())
+}
+
+/// When a run ends, s: at the stop time asked for, else at the end of the motion, else at that of the
+/// default experiment.
+///
+/// # Errors
+/// None of them is known.
+pub fn end(system: &System, experiment: &Experiment, master: &Master) -> Result<f64> {
+    match (experiment.stop, motion_end(system, master)) {
+        (None, Some(end)) => Ok(end),
+        _ => experiment.stop(system),
+    }
+}
+
 /// What came out of a run.
 #[derive(Clone, Debug)]
 pub struct Outcome {
@@ -77,11 +97,7 @@ pub fn run(
     let tip_error = tip_error_port(system)?;
     let of_controller = |name| parameter(system.port_of(tip_error.component, name)?);
     let mut tip = TipError::new(of_controller(MOTION_START).unwrap_or(0.0));
-    let end = of_controller(MOTION_END).ok();
-    let stop = match (experiment.stop, end.filter(|end| *end > master.time())) {
-        (None, Some(end)) => end,
-        _ => experiment.stop(system)?,
-    };
+    let stop = end(system, experiment, &master)?;
     let mut watch = LimitWatch::new(system, &parameter, file.as_ref())?;
     let mut limits = reference(system, &parameter)?;
     let mut signals = Signals::new(system, &[&[tip_error], watch.ports()].concat())?;

@@ -44,7 +44,7 @@ impl Counts {
         for trial in trials {
             match trial.fate {
                 Fate::Kept => counts.kept += 1,
-                Fate::Stopped => counts.stopped += 1,
+                Fate::Stopped | Fate::Overloaded => counts.stopped += 1,
                 Fate::Lost => counts.lost += 1,
             }
             counts.forced += usize::from(trial.force > FORCE);

@@ -9,13 +9,14 @@
 
 use std::f64::consts::PI;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use cosim::{Experiment, Setting, System, Verdict, start_value};
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::grid::following;
 use crate::laws::Law;
+use crate::measures::run::motion_end;
 use crate::start_values::over;
 use crate::trial::{Fate, Store};
 
@@ -23,15 +24,18 @@ use crate::trial::{Fate, Store};
 /// the rated force, falls with its time constant of 2 s, to a fifth of [`UNSTABLE`] at the end.
 const END: f64 = 8.0;
 const PUSH_START: f64 = 1.0;
+/// Rest after a path, s: what the path's own accelerations leave in the measure falls to a tenth.
+const REST: f64 = 5.0;
 /// Push downwards, N, and how long it lasts, s.
 const PUSH: f64 = -1000.0;
 const PUSH_DURATION: f64 = 0.05;
 /// A rod whose force swings at the end with this root mean square over the rated force is unstable:
 /// some 1 kN of amplitude.
 const UNSTABLE: f64 = 0.01;
-/// Largest factor that is tried, and halvings of its logarithm: 2^(3/16) is 14 %.
+/// Largest factor that is tried, and halvings of the logarithm between it, [`FACTOR`] and 1: to
+/// 2^(1/8), 9 %, below [`FACTOR`], and to 4^(1/8), 19 %, above.
 const MOST: f64 = 8.0;
-const HALVINGS: u32 = 4;
+const HALVINGS: u32 = 3;
 /// Most steps of delay that are added: the sensors have no more.
 const STEPS: u32 = 3;
 /// What a law is asked for.
@@ -54,7 +58,7 @@ pub const PLACES: [Place; 5] = [
 pub const PAYLOADS: [f64; 2] = [1.0, 300.0];
 
 /// What is changed, and to which side.
-#[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Change {
     /// Steps of delay of the readings, added.
@@ -126,6 +130,13 @@ impl Change {
         names.iter().map(|name| scaled(name, by, 0.0)).collect()
     }
 
+    /// Its name in [`CHANGES`].
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        let named = CHANGES.iter().find(|(change, _)| *change == self);
+        named.expect("all changes have names").1
+    }
+
     fn is_of(self, law: &Law) -> bool {
         self != Self::Adaptation || law.name.starts_with("adaptive")
     }
@@ -137,13 +148,23 @@ impl Change {
     }
 }
 
+/// What ends a margin.
+#[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Limit {
+    /// The machine swings, or leaves its path.
+    Stability,
+    /// A rod carries more than its rated force, and the controller stops the machine.
+    Force,
+}
+
 /// How far a law is from instability in one place with one payload.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Margin {
     /// Law.
     pub law: String,
     /// Pose or path.
-    pub place: &'static str,
+    pub place: String,
     /// Payload, kg.
     pub payload: f64,
     /// What is changed.
@@ -151,26 +172,44 @@ pub struct Margin {
     /// Largest factor, or number of steps, that was found stable; 0 where the machine is unstable
     /// without any change.
     pub stable: f64,
-    /// Smallest that was found unstable; none up to the largest that is tried.
-    pub unstable: Option<f64>,
+    /// Smallest that was not, and why; none up to the largest that is tried.
+    pub beyond: Option<(f64, Limit)>,
 }
 
-/// Bisects the logarithm of a factor from 1 to [`MOST`]; `is_stable` tells of a factor, the one of
-/// 1 is stable. The largest that is stable, and the smallest that is not.
-fn bisect(is_stable: &dyn Fn(f64) -> Result<bool>) -> Result<(f64, Option<f64>)> {
-    if is_stable(MOST)? {
+/// The largest factor, or number of steps, that is stable, and the smallest that is not with its limit.
+type Border = (f64, Option<(f64, Limit)>);
+
+/// Bisects the logarithm of a factor from 1 to [`FACTOR`], or from there to [`MOST`], so that what a
+/// law is asked for is tried itself; `limit` tells what a factor meets, the one of 1 meets none.
+fn bisect(limit: &dyn Fn(f64) -> Result<Option<Limit>>) -> Result<Border> {
+    let Some(mut met) = limit(MOST)? else {
         return Ok((MOST, None));
-    }
-    let (mut low, mut high) = (1.0_f64, MOST);
+    };
+    let (mut low, mut high) = match limit(FACTOR)? {
+        None => (FACTOR, MOST),
+        Some(limit) => {
+            met = limit;
+            (1.0, FACTOR)
+        }
+    };
     for _ in 0..HALVINGS {
         let middle = (low * high).sqrt();
-        if is_stable(middle)? {
-            low = middle;
-        } else {
-            high = middle;
+        match limit(middle)? {
+            None => low = middle,
+            Some(limit) => (high, met) = (middle, limit),
         }
     }
-    Ok((low, Some(high)))
+    Ok((low, Some((high, met))))
+}
+
+/// Counts steps up to [`STEPS`] until `limit` tells of one.
+fn count(limit: &dyn Fn(f64) -> Result<Option<Limit>>) -> Result<Border> {
+    for steps in (1..=STEPS).map(f64::from) {
+        if let Some(limit) = limit(steps)? {
+            return Ok((steps - 1.0, Some((steps, limit))));
+        }
+    }
+    Ok((f64::from(STEPS), None))
 }
 
 /// Margins of `laws` in these places with these payloads, on all cores.
@@ -217,8 +256,14 @@ pub fn run(
             settings.extend(following(system, place.0)?);
         }
         let mut nominal = over(system, base, settings)?;
-        nominal.stop = place.1.map(|_| END);
-        let is_stable = |factor: f64, change: Option<Change>| {
+        nominal.stop = Some(match place.1 {
+            Some(_) => END,
+            None => {
+                let end = motion_end(system, &nominal.start(system)?);
+                end.with_context(|| format!("path {} has no end", place.0))? + REST
+            }
+        });
+        let limit = |factor: f64, change: Option<Change>| {
             let mut experiment = nominal.clone();
             if let Some(change) = change {
                 experiment
@@ -228,42 +273,39 @@ pub fn run(
             let what = if change.is_some() { what } else { "as it is" };
             let name = format!("{} {} {payload} {what} {factor:.4}", law.name, place.0);
             let trial = store.trial(&name, system, &experiment)?;
-            Ok(trial.fate == Fate::Kept && trial.swing < UNSTABLE)
+            Ok(match trial.fate {
+                Fate::Kept if trial.swing < UNSTABLE => None,
+                Fate::Overloaded => Some(Limit::Force),
+                Fate::Kept | Fate::Stopped | Fate::Lost => Some(Limit::Stability),
+            })
         };
-        let (stable, unstable) = if !is_stable(1.0, None)? {
-            (0.0, Some(1.0))
-        } else if change == Change::Delay {
-            let mut unstable = None;
-            for steps in 1..=STEPS {
-                if !is_stable(f64::from(steps), Some(change))? {
-                    unstable = Some(f64::from(steps));
-                    break;
-                }
-            }
-            (
-                unstable.map_or(f64::from(STEPS), |steps| steps - 1.0),
-                unstable,
-            )
-        } else {
-            bisect(&|factor| is_stable(factor, Some(change)))?
+        let changed = |factor| limit(factor, Some(change));
+        let (stable, beyond) = match (limit(1.0, None)?, change) {
+            (Some(limit), _) => (0.0, Some((1.0, limit))),
+            (None, Change::Delay) => count(&changed)?,
+            (None, _) => bisect(&changed)?,
         };
         done();
         Ok(Margin {
             law: law.name.clone(),
-            place: place.0,
+            place: place.0.into(),
             payload,
             change,
             stable,
-            unstable,
+            beyond,
         })
     };
     points.into_par_iter().map(one).collect()
 }
 
-/// The least margin of each law and change, in the order of the runs.
-pub fn least(margins: &[Margin]) -> Vec<&Margin> {
+/// The least margin of each law and change that ends at `limit` or not at all, in the order of the
+/// runs.
+pub fn least(margins: &[Margin], limit: Limit) -> Vec<&Margin> {
     let mut least: Vec<&Margin> = Vec::new();
     for margin in margins {
+        if margin.beyond.is_some_and(|(_, met)| met != limit) {
+            continue;
+        }
         let same = |m: &&mut &Margin| m.law == margin.law && m.change == margin.change;
         match least.iter_mut().find(same) {
             Some(known) if margin.stable < known.stable => *known = margin,
@@ -274,11 +316,16 @@ pub fn least(margins: &[Margin]) -> Vec<&Margin> {
     least
 }
 
-/// Margins below what a law is asked for spoil the verdict.
+/// Margins of stability below what a law is asked for spoil the verdict. Where a rod's force ends
+/// them, no law could do better: that is noted.
 pub fn judge(margins: &[Margin], verdict: &mut Verdict) {
-    for margin in least(margins) {
-        let target = margin.change.target();
-        if margin.stable < target {
+    for limit in [Limit::Stability, Limit::Force] {
+        for margin in least(margins, limit) {
+            let target = margin.change.target();
+            if margin.stable >= target {
+                continue;
+            }
+            let what = margin.change.name();
             let Margin {
                 law,
                 place,
@@ -286,13 +333,15 @@ pub fn judge(margins: &[Margin], verdict: &mut Verdict) {
                 stable,
                 ..
             } = margin;
-            let (_, what) = CHANGES
-                .iter()
-                .find(|(change, _)| *change == margin.change)
-                .expect("one of all");
-            verdict.object(format!(
-                "{law}: stable up to {what} {stable:.2}, {place} with {payload} kg, but {target} is asked for"
-            ));
+            let text = format!("{law}: up to {what} {stable:.2}, {place} with {payload} kg");
+            match limit {
+                Limit::Stability => {
+                    verdict.object(format!("{text}, it is stable, but {target} is asked for"));
+                }
+                Limit::Force => verdict.note(format!(
+                    "{text}, the rods hold the machine; beyond, one carries more than its rated force and the controller stops it"
+                )),
+            }
         }
     }
 }
@@ -301,43 +350,58 @@ pub fn judge(margins: &[Margin], verdict: &mut Verdict) {
 mod tests {
     use super::*;
 
-    /// What is unstable from 2.6 on is found between 2.6/1.14 and 2.6·1.14; what is stable
-    /// everywhere has no bound.
+    /// What is unstable from 2.6 on is found between 2.6/1.19 and 2.6·1.19, from 1.4 on to 1.09; what
+    /// is stable everywhere has no bound. The limit is that of the border, not of the largest factor.
     #[test]
     fn bisection_closes_in_on_the_border() {
-        let (low, high) = bisect(&|factor| Ok(factor < 2.6)).expect("no error");
-        let high = high.expect("a border");
-        assert!(
-            low < 2.6 && high >= 2.6 && high / low < 1.14,
-            "{low} {high}"
+        let limit = |factor: f64| match factor {
+            ..2.6 => None,
+            2.6..4.0 => Some(Limit::Force),
+            _ => Some(Limit::Stability),
+        };
+        for (border, width) in [(2.6, 1.19), (1.4, 1.0906)] {
+            let scaled = |factor: f64| Ok(limit(2.6 / border * factor));
+            let (low, beyond) = bisect(&scaled).expect("no error");
+            let (high, met) = beyond.expect("a border");
+            let is_around = low < border && high >= border && high / low < width;
+            assert!(is_around && met == Limit::Force, "{low} {high}");
+        }
+        assert_eq!(bisect(&|_| Ok(None)).expect("no error"), (MOST, None));
+        let steps = count(&|steps| Ok((steps > 1.5).then_some(Limit::Stability)));
+        assert_eq!(
+            steps.expect("no error"),
+            (1.0, Some((2.0, Limit::Stability)))
         );
-        assert_eq!(bisect(&|_| Ok(true)).expect("no error"), (MOST, None));
     }
 
+    /// A rod's force is nobody's instability.
     #[test]
     fn the_least_margin_is_judged() {
-        let margin = |place, stable| Margin {
+        let margin = |place: &str, stable, limit| Margin {
             law: "pd".into(),
-            place,
+            place: place.into(),
             payload: 300.0,
             change: Change::Gain,
             stable,
-            unstable: None,
+            beyond: Some((1.1 * stable, limit)),
         };
         let margins = [
-            margin("start", 3.0),
-            margin("reach", 1.5),
-            margin("folded", 2.5),
+            margin("start", 3.0, Limit::Stability),
+            margin("reach", 1.5, Limit::Stability),
+            margin("folded", 1.2, Limit::Force),
         ];
         let mut verdict = Verdict::default();
         judge(&margins, &mut verdict);
         let texts: Vec<_> = verdict.findings().iter().map(|f| &*f.text).collect();
         assert_eq!(
-            texts,
-            ["pd: stable up to loop gain x 1.50, reach with 300 kg, but 2 is asked for"]
+            texts[0],
+            "pd: up to loop gain x 1.50, reach with 300 kg, it is stable, but 2 is asked for"
+        );
+        assert!(
+            texts[1].starts_with("pd: up to loop gain x 1.20, folded with 300 kg, the rods hold")
         );
         let mut good = Verdict::default();
-        judge(&margins[..1], &mut good);
+        judge(&[margins[0].clone(), margins[2].clone()], &mut good);
         assert!(!good.is_bad());
     }
 }
