@@ -2,7 +2,6 @@
 
 use super::binary::Binary;
 use super::copied::copied;
-use super::value::Kept;
 use std::path::Path;
 use std::slice;
 
@@ -38,6 +37,15 @@ impl Kind {
             other => other.plain(),
         }
     }
+}
+
+/// Where rows keep values of a type.
+pub(crate) trait Kept: Sized {
+    const KIND: Kind;
+
+    fn input<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Write<U, Self>>;
+    fn parameter<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Write<P, Self>>;
+    fn output<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Read<Y, Self>>;
 }
 
 /// The types of rows, and where the elements of each can live: of inputs, of parameters, of what is

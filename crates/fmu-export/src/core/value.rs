@@ -3,17 +3,8 @@
 use super::binary::Binary;
 use super::enumeration::numbered;
 use super::model::{Model, Variable};
-use super::place::{Kind, Place, Read, Write};
+use super::place::Kept;
 use std::fmt::Display;
-
-/// Where rows keep values of a type.
-pub(crate) trait Kept: Sized {
-    const KIND: Kind;
-
-    fn input<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Write<U, Self>>;
-    fn parameter<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Write<P, Self>>;
-    fn output<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Read<Y, Self>>;
-}
 
 /// A type of variable.
 pub(crate) trait Value: Kept + Clone + Default + Display + 'static {
