@@ -47,7 +47,7 @@ impl<M: Model> Instance<M> {
                 return Ok(false);
             }
             if !value.is_within(run.bounds) {
-                return Err(self.not_allowed(run.row, i, &value));
+                return Err(self.not_allowed(run.row, i, value));
             }
             k += 1;
         }
@@ -88,7 +88,7 @@ impl<M: Model> Instance<M> {
                     break;
                 }
                 if !value.is_within(run.bounds) {
-                    return Err(self.not_allowed(run.row, i, &value));
+                    return Err(self.not_allowed(run.row, i, value));
                 }
                 k += 1;
             }
@@ -184,7 +184,7 @@ impl<M: Model> Instance<M> {
     }
 
     #[cold]
-    pub(crate) fn not_allowed(&self, row: &Variable<M>, i: usize, value: &impl Display) -> Fault {
+    pub(crate) fn not_allowed(&self, row: &Variable<M>, i: usize, value: impl Display) -> Fault {
         let (name, allowed) = (self.name(row, i), allowed(row));
         Fault::Discarded(format!("`{name}` = {value} must be {allowed}"))
     }

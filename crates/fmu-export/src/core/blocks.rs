@@ -54,7 +54,7 @@ impl<M: Model> Instance<M> {
             for j in 0..n {
                 let value = value(from + j);
                 if !value.is_within(run.bounds) {
-                    return Err(self.not_allowed(run.row, first + j, &value));
+                    return Err(self.not_allowed(run.row, first + j, value));
                 }
             }
             (k, from) = (k + 1, from + n);
@@ -83,7 +83,7 @@ impl<M: Model> Instance<M> {
         for (j, input) in inputs.iter().enumerate() {
             let value = value(j);
             if !value.is_within(bounds) {
-                return Err(self.not_allowed(row, j, &value));
+                return Err(self.not_allowed(row, j, value));
             }
             changed |= !input.is_same(&value);
         }

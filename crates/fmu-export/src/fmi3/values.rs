@@ -195,7 +195,7 @@ fn check_integers<M: Model>(
                     let (i, value) = (first + k - from, value.to_string());
                     return Err(b.instance.not_settable(run.row, i, &value, Kind::Integer));
                 }
-                return Err(b.instance.not_allowed(run.row, first + k - from, &value));
+                return Err(b.instance.not_allowed(run.row, first + k - from, value));
             }
         }
         from += n;
