@@ -7,6 +7,7 @@ REPORT_BROWSER=required in the environment, as in CI.
 import base64
 import os
 import shutil
+from pathlib import Path
 
 import pytest
 from selenium import webdriver
@@ -50,6 +51,16 @@ def chromium(*flags):
     return chrome
 
 
+def webkit():
+    """A driver of WebKit, the other engine that Debian has with one (webkit2gtk-driver), which needs a screen: `xvfb-run`."""
+    options = webdriver.WebKitGTKOptions()
+    options.binary_location = next(str(path) for path in Path("/usr/lib").glob("*/webkit2gtk-4.*/MiniBrowser"))
+    options.add_argument("--automation")
+    driver = webdriver.WebKitGTK(options=options, service=webdriver.WebKitGTKService(shutil.which("WebKitWebDriver")))
+    driver.set_script_timeout(600)
+    return driver
+
+
 def until(chrome, condition):
     """Waits for it. How long is no measure: a page that never gets there ends the wait, a busy machine does not."""
     return WebDriverWait(chrome, 300, 0.05).until(lambda _: condition())
@@ -76,6 +87,8 @@ def drop(chrome, name, content):
 
 def noise(chrome):
     """What the browser has complained of since this was asked last."""
+    if chrome.name != "chrome":
+        return []  # It has no such list.
     return [e for e in chrome.get_log("browser") if e["level"] != "INFO" and not any(a in e["message"] for a in ADVICE)]
 
 

@@ -280,6 +280,76 @@ def test_waypoints_of_a_file(page):
     until(page, lambda: "out of reach" in shown(page, "message"))
 
 
+def test_waypoints_that_are_clicked(page):
+    """In the boom's plane: two of them become the path."""
+    restart(page, trajectory="rates", controller__settle_time=0)
+    advance(page, 0.05)
+    page.execute_script("document.getElementById('waypoint-click').click()")
+    canvas = page.find_element(By.ID, "machine")
+    for x, y in ((150, 40), (130, 20)):
+        ActionChains(page).move_to_element_with_offset(canvas, x, y).click().perform()
+    until(page, lambda: "follows your waypoints" in shown(page, "message"))
+    page.execute_script("document.getElementById('waypoint-click').click()")
+    way = run(page, "return JSON.parse(JSON.parse(new URLSearchParams(location.hash.slice(1)).get('files')).waypoints)")
+    assert [abs(point["position"][2]) < 1e-3 for point in way["waypoints"]] == [True, True], "the machine looks straight ahead"
+    page.execute_script("document.getElementById('waypoint-clear').click()")
+
+
+def test_the_tip_is_pushed_by_dragging(page):
+    """The farther, the harder; let go, the force ends."""
+    restart(page, trajectory="rates", controller__settle_time=0)
+    page.execute_script("document.querySelector('[data-view=side]').click()")
+    until(page, lambda: shown(page, "clock") == "0.00 s")
+    force = lambda: sum(get(page, f"hdrm.wrench_env[{k}]") ** 2 for k in (1, 2, 3)) ** 0.5
+    ball = run(
+        page,
+        """const { clientWidth, clientHeight } = document.getElementById("machine");
+        const eye = new THREE.PerspectiveCamera(35, clientWidth / clientHeight, 0.05, 60);
+        eye.position.set(1.6, 1.5, 5.9);
+        eye.lookAt(1.6, 1.4, 0);
+        eye.updateMatrixWorld();
+        const tip = await Promise.all([1, 2, 3].map((k) => machine.get(`hdrm.tip.position[${k}]`)));
+        const { x, y } = new THREE.Vector3(...tip).project(eye);
+        return [Math.round(0.5 * x * clientWidth), Math.round(-0.5 * y * clientHeight)];""",
+    )
+    canvas = page.find_element(By.ID, "machine")
+    ActionChains(page).move_to_element_with_offset(canvas, *ball).click_and_hold().move_by_offset(30, 0).perform()
+    until(page, lambda: force() > 10)
+    weak = force()
+    ActionChains(page).move_by_offset(60, 0).perform()
+    until(page, lambda: force() > 2 * weak)
+    ActionChains(page).release().perform()
+    until(page, lambda: force() == 0)
+
+
+def test_a_gamepad_leads(page):
+    """One with the standard layout: the left stick to the right slews to the right."""
+    restart(page, trajectory="rates", controller__settle_time=0)
+    pad = "navigator.getGamepads = () => [{ connected: true, id: 'pad', axes: given[0], buttons: [] }]"
+    run(page, pad + "; await new Promise((turn) => requestAnimationFrame(() => requestAnimationFrame(turn)))", [0, 0, 0, 0])  # at rest
+    run(page, pad, [1, 0, 0, 0])
+    until(page, lambda: get(page, "controller.rate.joint[1]") == pytest.approx(-0.15))
+    run(page, "navigator.getGamepads = () => []")
+    until(page, lambda: get(page, "controller.rate.joint[1]") == 0)
+
+
+def test_moments_and_settings_lead_back(page):
+    """A kept moment, and the downloaded settings as a file: law, load and payload are as they were."""
+    restart(page, trajectory="path", controller__path_file="iso9283-cube:1", controller__mode="pd_gravity", hdrm__payload__mass=220)
+    advance(page, 0.1)
+    page.execute_script("document.getElementById('save').click()")
+    until(page, lambda: page.execute_script("return document.getElementById('moments').textContent"))
+    kept = downloaded(page, "settings")
+    advance(page, 0.3)
+    page.execute_script("document.querySelector('#moments button').click()")
+    until(page, lambda: page.execute_script("return machine.time") == pytest.approx(0.1))
+    slide(page, "Payload", 400)
+    until(page, lambda: get(page, "hdrm.payload.mass") == 400)
+    drop(page, "machine.json", kept.encode())
+    until(page, lambda: "Settings of the file" in shown(page, "message"))
+    assert (get(page, "controller.mode"), get(page, "hdrm.payload.mass")) == (6, 220) and "iso9283-cube" in page.current_url
+
+
 def test_recording(page):
     """Every communication point is in the CSV; after a step back it ends where the run is."""
     restart(page, trajectory="rates")
@@ -347,3 +417,11 @@ def test_the_verdict_and_the_end(page):
     advance(page, 0.4)
     until(page, lambda: page.find_element(By.ID, "broken").is_displayed())
     assert any(word in shown(page, "broken") for word in ("broken", "lost", "Overloaded"))
+
+
+def test_without_a_picture_it_says_why():
+    chrome = chromium("disable-3d-apis")
+    chrome.get(PAGE.as_uri())
+    until(chrome, lambda: chrome.find_element(By.ID, "broken").is_displayed())
+    assert "no WebGL 2" in shown(chrome, "broken")
+    chrome.quit()

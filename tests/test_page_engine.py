@@ -1,7 +1,8 @@
 """The engine of the pages (`web/engine.js`, `web/worker.js`, `crates/cosim-page`) in Node and in Chromium: the coupled run has the native one's
 bits, saved states go on as they did, what is refused costs nothing, a trap is named, memory does not grow.
 
-Engine, worker and system are those in `target/web/machine.html` (`cargo xtask web`), or in what MACHINE_PAGE names.
+Engine, worker and system are those in `target/web/machine.html` (`cargo xtask web`), or in what MACHINE_PAGE names. With PAGE_BROWSER=webkit in
+the environment the browser is WebKit: `xvfb-run python -m pytest`. PAGE_STEPS communication points of the coupled run are compared.
 """
 
 import base64
@@ -19,13 +20,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import wasmtime
-from browser import chromium, noise
+from browser import chromium, noise, webkit
 from conftest import FMU_DIR
 from fmpy_master import ROOT
 from native import call
 
 PAGE = Path(os.environ.get("MACHINE_PAGE", FMU_DIR.parent / "web/machine.html")).resolve()
 STEP = 1e-3
+STEPS = int(os.environ.get("PAGE_STEPS", 10_000))
 # Gathers the frames' history, of which each row comes once: rows of time and values, from the present communication point on.
 ROWS = """
   async function rows(engine, names, seconds) {
@@ -75,7 +77,7 @@ def opened(folder):
         const open = (system) => Engine.open({{ engine: bytes("engine.wasm"), system }});
         </script>"""
     )
-    chrome = chromium()
+    chrome = webkit() if os.environ.get("PAGE_BROWSER") == "webkit" else chromium()
     chrome.get(page.as_uri())
     return chrome
 
@@ -124,7 +126,7 @@ def either(request):
     return request.getfixturevalue(request.param)
 
 
-@pytest.mark.parametrize("system, structure, steps", [("Manipulator", "SystemStructure.ssd", 10_000), ("Real", "Real.ssd", 2_000)])
+@pytest.mark.parametrize("system, structure, steps", [("Manipulator", "SystemStructure.ssd", STEPS), ("Real", "Real.ssd", 2_000)])
 def test_the_run_in_the_page_is_the_native_one(either, fmu_dir, tmp_path, system, structure, steps):
     done = call("cosim", "run", "--quiet", "--system", fmu_dir / f"{system}.ssp", "--stop-time", steps * STEP, "--csv", tmp_path / "a.csv", "--signals", "*")
     assert done.returncode == 0, done.stderr
@@ -326,10 +328,10 @@ def test_play_keeps_pace_and_each_row_comes_once(either):
     seen = either("""
         const engine = await open(archives["system.ssp"]);
         await engine.restart();
-        await engine.watch(["hdrm.x[1]"]);
         const times = [];
         let frames = 0;
         engine.onframe = ({ history }) => { frames += 1; for (let k = 0; k < history.length; k += 2) times.push(history[k]); };
+        await engine.watch(["hdrm.x[1]"]);
         const begin = performance.now();
         await engine.play(0.5);
         while (engine.time < 0.2 || frames < 5) await new Promise((resolve) => setTimeout(resolve, 20));

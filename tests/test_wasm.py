@@ -1,5 +1,6 @@
 """FMUs as WebAssembly: the plain module and the component of FMI-LS-WASM do what the library of Linux does, bit for bit."""
 
+import base64
 import gzip
 import hashlib
 import json
@@ -8,12 +9,14 @@ import shutil
 import struct
 import subprocess
 from ctypes import byref, c_double, c_size_t, c_void_p
+from functools import cache
 from pathlib import Path
 
 import pytest
 import wasmtime
 from wasmtime import component as components
 
+from browser import chromium, run
 from conftest import FMU_DIR, NAMES, WORLD
 from fmu import DISCARD, ERROR, FATAL, Refused
 from native import cargo_fmu
@@ -23,6 +26,8 @@ from wasm_host import ENGINE, Component, FmuWasm, Lost, Plain, module_of
 WASM_DIR = Path(os.environ.get("WASM_DIR", FMU_DIR.parent / "wasm")).resolve()
 ALL = (*NAMES, *WORLD)
 STEPS, H = int(os.environ.get("WASM_STEPS", 10_000)), 1e-3
+STEPS_SCRIPT = Path(__file__).with_name("wasm_steps.mjs")
+BYTES = "return trace(Uint8Array.from(atob(given[0]), (letter) => letter.charCodeAt(0)), given[1])"
 LARGEST = 640_000  # bytes of a module, compressed: 600 000 of those that are handed out, whose whole program is optimised at once; these are 6 % larger
 
 
@@ -122,20 +127,74 @@ def trace(instance, steps):
     return digest.hexdigest(), lost
 
 
-def test_steps_outputs_and_discards_are_those_of_the_library(fmu):
+def plan(fmu):
+    """What `wasm_steps.mjs` is to do, as `trace` does it."""
+    variable = lambda name: [fmu.variables[name].valueReference, fmu.length(name)]
+    inputs = [dict(zip(("start", "scale"), around(fmu, name)), variable=variable(name)) for name in reals(fmu, "input")]
+    return {
+        "token": fmu.description.guid,
+        "parameters": [[variable(name), value] for name, value in parameters(fmu).items()],
+        "inputs": inputs,
+        "outputs": [variable(name) for name in reals(fmu, "output")],
+        "steps": STEPS,
+        "h": H,
+    }
+
+
+@pytest.fixture
+def in_node(tmp_path):
+    def run(module, plan):
+        script = f"""import {{ readFileSync }} from "node:fs"; import {{ trace }} from {json.dumps(STEPS_SCRIPT.as_uri())};
+            console.log(JSON.stringify(await trace(readFileSync("module.wasm"), {json.dumps(plan)})));"""
+        (tmp_path / "module.wasm").write_bytes(module)
+        done = subprocess.run(["node", "--input-type=module", "-e", script], cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return json.loads(done.stdout)
+
+    if shutil.which("node") is None:
+        pytest.skip("there is no node")
+    return run
+
+
+@pytest.fixture(scope="module")
+def in_browser(tmp_path_factory):
+    page = tmp_path_factory.mktemp("page") / "page.html"
+    page.write_text(f"<!doctype html><title>steps</title><script>{STEPS_SCRIPT.read_text().replace('export async', 'async')}</script>")
+    chrome = chromium()
+    chrome.get(page.as_uri())
+    yield lambda module, plan: run(chrome, BYTES, base64.b64encode(module).decode(), plan)
+    chrome.quit()
+
+
+def parameters(fmu):
     """The network weighs fully, where there is one: its arithmetic is the same on every target."""
-    traces, states = [], []
-    for instance in hosts(fmu):
-        if "alpha" in fmu.variables and fmu.identifier == "Emla":
-            instance.set("alpha", 1.0)
-        instance.initialize()
-        traces.append(trace(instance, STEPS))
-        states.append(instance.serialize())
-    native, plain, component = traces
-    assert plain == native and component == native
-    assert states[1] == states[0] and states[2] == states[0]
-    lost = native[1]
+    return {"alpha": 1.0} if fmu.identifier == "Emla" else {}
+
+
+def traced(fmu, instance):
+    """Trace and state in the end."""
+    for name, value in parameters(fmu).items():
+        instance.set(name, value)
+    instance.initialize()
+    return trace(instance, STEPS), instance.serialize()
+
+
+@cache
+def of_library(fmu):
+    (digest, lost), state = traced(fmu, fmu.instance())
     assert {status for _, status, _ in lost} == {DISCARD} and STEPS // 1000 <= len(lost) <= STEPS // 100, (len(lost), lost[:3])
+    return (digest, lost), state
+
+
+def test_steps_outputs_and_discards_are_those_of_the_library(fmu):
+    for host in (Plain, Component):
+        assert traced(fmu, host(fmu)) == of_library(fmu), host
+
+
+@pytest.mark.parametrize("where", ["in_node", "in_browser"])
+def test_steps_outputs_and_discards_in_node_and_a_browser(fmu, where, request):
+    (digest, lost), _ = of_library(fmu)
+    assert request.getfixturevalue(where)(module_of(fmu.bytes), plan(fmu)) == [digest, [[k, status] for k, status, _ in lost]]
 
 
 def test_states_are_saved_carried_and_reset(fmu):
@@ -264,40 +323,6 @@ def test_the_check_has_no_complaint(fmu):
     assert done.returncode == 0 and "world `co-simulation-fmu`" in done.stdout, done.stdout
     done = cargo_fmu("check", "--only", "nothing but types", "--strict", fmu.path)
     assert done.returncode == 0 and " 0 failed" in done.stdout, done.stdout
-
-
-@pytest.mark.parametrize("name", ["Hdrm", "Emla"])
-def test_steps_in_node_are_those_of_the_library(fmus, name, tmp_path):
-    if shutil.which("node") is None:
-        pytest.skip("there is no node")
-    fmu = fmus[name]
-    parameters = {"alpha": [1.0]} if name == "Emla" else {}
-    inputs = {"v_d": 0.05, "v_q": 0.1} if name == "Emla" else {"tau_wrist": 0.01, "wrench_env[1]": 0.02}
-    outputs = reals(fmu, "output")
-    native, digest = fmu.instance(), hashlib.sha256()
-    for parameter, values in parameters.items():
-        native.set(parameter, *values)
-    native.initialize()
-    for k in range(STEPS):
-        for name, scale in inputs.items():
-            native.set(name, *(((k * 7919 + j * 104729) % 2001 - 1000) * scale for j in range(fmu.length(name))))
-        native.step(k * H, H)
-        for name in outputs:
-            digest.update(bits(native.get(name)))
-    vr = lambda name: fmu.variables[name].valueReference
-    plan = {
-        "token": fmu.description.guid,
-        "steps": STEPS,
-        "h": H,
-        "parameters": [[vr(name), values] for name, values in parameters.items()],
-        "inputs": [[vr(name), fmu.length(name), scale] for name, scale in inputs.items()],
-        "outputs": [[vr(name), fmu.length(name)] for name in outputs],
-    }
-    (tmp_path / "plan.json").write_text(json.dumps(plan))
-    (tmp_path / "module.wasm").write_bytes(module_of(fmu.bytes))
-    script = Path(__file__).with_name("wasm_steps.mjs")
-    done = subprocess.run(["node", script, tmp_path / "module.wasm", tmp_path / "plan.json"], capture_output=True, text=True)
-    assert done.stdout.strip() == digest.hexdigest(), done.stderr
 
 
 @pytest.fixture(scope="module")

@@ -26,6 +26,7 @@ class MachineDrawing {
   constructor(canvas, bodies, { keep = false, plain = false }) {
     Object.assign(this, { canvas, bodies, plain });
     const context = canvas.getContext("webgl2", { alpha: false, antialias: !plain, preserveDrawingBuffer: keep });
+    if (!context) throw new Error("This browser has no WebGL 2, or it is switched off: nothing can be drawn in three dimensions.");
     this.renderer = new THREE.WebGLRenderer({ canvas, context });
     this.sharpness(1);
     Object.assign(this.renderer.shadowMap, { enabled: true, autoUpdate: !plain }, plain && { type: BASIC_SHADOWS });
@@ -164,7 +165,8 @@ class MachineDrawing {
       const p = this.middles[j].clone().applyMatrix4(this.groups[j].matrixWorld).project(this.camera);
       span.hidden = !show || !span.textContent || p.z > 1 || Math.abs(p.x) > 1 || Math.abs(p.y) > 1;
       if (span.hidden) return;
-      const at = { x: (0.5 + 0.5 * p.x) * width, y: (0.5 - 0.5 * p.y) * height, reach: 3.6 * span.textContent.length };
+      const reach = 3.6 * span.textContent.length;
+      const at = { x: Math.min(Math.max((0.5 + 0.5 * p.x) * width, reach), width - reach), y: (0.5 - 0.5 * p.y) * height, reach };
       while (placed.some((o) => Math.abs(o.y - at.y) < 16 && Math.abs(o.x - at.x) < o.reach + at.reach)) at.y += 4;
       placed.push(at);
       span.style.left = `${at.x}px`;

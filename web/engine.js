@@ -12,15 +12,25 @@ export class Engine {
   onframe = null;
   /* Of what runs: name, structures, parameters, components, start, stop, step. */
   about = null;
+  /* A promise: the archive has been opened. */
+  opened = null;
 
-  /* Open a packed system or an FMU: parts = {engine: bytes of the engine's module, system: bytes of the archive}. */
-  static async open({ engine, system, worker = document.getElementById("part-worker").textContent }) {
+  /* Begin to open a packed system or an FMU: engine is the master's module, system the archive, each as bytes or as the text that a page
+   * carries. Commands may follow at once; they wait for their turn. */
+  static async begin({ engine, system, worker = document.getElementById("part-worker").textContent }) {
     const own = new Engine();
     own.#worker = await started(worker);
     own.#worker.onmessage = (message) => own.#receive(message);
     own.#worker.onerror = (error) => own.#fail(new Error(error.message ?? String(error)));
+    own.opened = own.#ask("open", { engine, system });
+    return own;
+  }
+
+  /* The same, opened. */
+  static async open(parts) {
+    const own = await Engine.begin(parts);
     try {
-      await own.#ask("open", { engine, system });
+      await own.opened;
     } catch (error) {
       own.close();
       throw error;

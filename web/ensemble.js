@@ -12,7 +12,7 @@ const LATE = 0.05;
 
 /* Structure of the package for each world, and what an operator calls it. */
 export const WORLDS = {
-  ideal: { structure: "SystemStructure.ssd", text: "ideal: as the controller thinks it is" },
+  ideal: { structure: "SystemStructure.ssd", text: "ideal: as the controller plans" },
   real: { structure: "Real.ssd", text: "as built: drives, mounting, sensors" },
   electric: { structure: "Electric.ssd", text: "fed by a battery" },
 };
@@ -24,8 +24,8 @@ export function forEngine({ world = "ideal", trajectory, ...rest }) {
 }
 
 export class Ensemble {
-  static async open(parts) {
-    return Object.assign(new Ensemble(), { parts, main: await Engine.open(parts), ghosts: new Map(), saved: [] });
+  static async begin(parts) {
+    return Object.assign(new Ensemble(), { parts, main: await Engine.begin(parts), ghosts: new Map(), saved: [] });
   }
 
   get all() {

@@ -78,10 +78,13 @@ export class LiveScene {
     this.waypoints = new THREE.Group();
     drawing.base.add(this.waypoints);
     this.theme();
-    drawing.size(stage);
-    drawing.view("wide");
     this.pointer();
-    new ResizeObserver(() => { drawing.size(stage); this.dirty = true; }).observe(stage);
+    this.sight = "wide";
+    // A view that nobody has turned since fits the new size too: a phone that is held upright shows all of the machine.
+    new ResizeObserver(() => { drawing.size(stage); if (this.sight) this.view(this.sight); this.dirty = true; }).observe(stage);
+    drawing.size(stage);
+    drawing.view(this.sight);
+    drawing.controls.addEventListener("start", () => (this.sight = null));
     drawing.controls.addEventListener("change", () => (this.dirty = true));
   }
 
@@ -99,6 +102,7 @@ export class LiveScene {
   }
 
   view(name) {
+    this.sight = name;
     this.drawing.view(name);
     this.dirty = true;
   }

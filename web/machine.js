@@ -24,6 +24,7 @@ const PATH = "waypoints";
 class LivePage extends Page {
   constructor() {
     super();
+    document.body.classList.add("starting");
     this.data = json("scene");
     this.log = [];
     this.waypoints = [];
@@ -39,17 +40,23 @@ class LivePage extends Page {
   }
 
   async open() {
-    const [engine, system] = await Promise.all([part("engine"), part("system")]);
-    this.ensemble = await Ensemble.open({ engine, system });
-    // The picture is made while the worker starts the run.
-    this.pictured = new Promise((turn) => setTimeout(turn)).then(() => this.picture());
-    await Promise.all([this.ofAddress(), this.pictured]);
+    this.ensemble = await Ensemble.begin({ engine: part("engine"), system: part("system") });
+    // The picture is made while the worker opens the archive and starts the run.
+    this.pictured = new Promise((turn) => document.addEventListener("DOMContentLoaded", turn)).then(() => this.picture());
+    await Promise.all([this.ensemble.main.opened, this.ofAddress()]);
     window.addEventListener("hashchange", () => this.attempt(() => this.ofAddress()));
   }
 
   picture() {
     this.scene = new LiveScene(element("stage"), this.data, (force) => this.push(force), (point) => this.addWaypoint(point));
-    requestAnimationFrame((now) => this.tick(now));
+  }
+
+  /* Shows the page, once. Before there is something that moves it would only keep the processor that starts the machine busy: without a
+   * graphics processor each picture of the window takes long. */
+  reveal() {
+    if (!document.body.classList.contains("starting")) return;
+    document.body.classList.remove("starting");
+    if (this.scene) requestAnimationFrame((now) => this.tick(now));
   }
 
   ofAddress() {
@@ -80,6 +87,7 @@ class LivePage extends Page {
       await this.watch();
       // It moves before the panel follows.
       if (playing) this.play();
+      this.reveal();
       this.panel.build(this.variables);
       await this.follow();
       history.replaceState(null, "", addressOf(settings, this.laws));
@@ -493,6 +501,7 @@ const live = new LivePage();
 const opened = live.open();
 opened.catch((error) => {
   live.playing = false;
+  live.reveal();
   live.alarm(2, `The machine cannot be started: ${error.message}`);
 });
 scripted(live, opened);

@@ -1,7 +1,7 @@
 /* The page of an FMU or an SSP package with WebAssembly: inputs, parameters, runs over one another. */
 import { Engine } from "./engine.js";
 import { Page, element, html, scripted, tickBox } from "./page.js";
-import { archive, download, part, textOf } from "./parts.js";
+import { archive, download, part, textOf, unpacked } from "./parts.js";
 import { Recorder } from "./records.js";
 import { Scope } from "./scopes.js";
 import { addressOf, elements, settingsOf } from "./variables.js";
@@ -29,6 +29,12 @@ function between({ times, values }, t) {
   if (k < 0) return values.at(-1);
   if (k === 0) return values[0];
   return values[k - 1] + ((t - times[k - 1]) / (times[k] - times[k - 1])) * (values[k] - values[k - 1]);
+}
+
+/* What a number may be, in words. */
+function bounds(min, max) {
+  const [low, high] = [min, max].map((bound) => (Number.isFinite(bound) ? String(bound).replace("-", "−") : null));
+  return low && high ? `${low} to ${high}` : low ? `at least ${low}` : high ? `at most ${high}` : "";
 }
 
 /* Columns of a CSV file by name; the first one is the time. */
@@ -79,9 +85,8 @@ class ModelPage extends Page {
   }
 
   async open() {
-    this.engineBytes = await part("engine");
-    const system = await part("system");
-    if (system) await this.load("", system, settingsOf(location.hash).settings);
+    const system = part("system");
+    if (system) await this.load("", await unpacked(system), settingsOf(location.hash).settings);
     else this.say("Drop an FMU or SSP with WebAssembly onto this page.");
   }
 
@@ -93,7 +98,7 @@ class ModelPage extends Page {
   /* The model of a file, in the place of the one before. */
   async load(name, bytes, settings = {}) {
     const fmus = await fmusOf(name, bytes);
-    const engine = await Engine.open({ engine: this.engineBytes, system: bytes });
+    const engine = await Engine.open({ engine: part("engine"), system: bytes });
     await engine.restart(settings);
     this.engine?.close();
     Object.assign(this, { engine, fmus, runs: [], values: settings, signals: new Map() });
@@ -166,6 +171,7 @@ class ModelPage extends Page {
       field.addEventListener("change", () => (slider.value = field.value));
       row.append(slider);
     }
+    if (isNumber && bounds(min, max)) row.append(html`<small>${bounds(min, max)}</small>`);
     if (isNumber && causality === "input") row.append(this.signal(name, short, field));
     return row;
   }
@@ -238,7 +244,7 @@ class ModelPage extends Page {
     run.add(history, 1 + run.names.length);
     this.draw(run, history);
     element("clock").textContent = `${Number(time.toPrecision(6))} s`;
-    if (factor) element("factor").textContent = `${factor.toPrecision(3)} ×`;
+    if (factor) element("factor").textContent = `${Number(factor.toPrecision(3))} ×`;
     if (performance.now() - (this.drawn ?? 0) < 50) return;
     this.scopes.forEach((scope) => scope.draw(time));
     this.drawn = performance.now();

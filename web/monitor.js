@@ -26,6 +26,15 @@ export class Monitor {
     this.scopes.forEach(({ scope }) => scope.remove());
     this.scopes.clear();
     this.makeScopes();
+    element("scope-choice").replaceChildren(...this.offered.map(({ name, title }) => tickBox(title, this.chosen.has(name), (on) => {
+      this.chosen[on ? "add" : "delete"](name);
+      this.makeScopes();
+    })));
+  }
+
+  /* The scopes that the system has signals for. */
+  get offered() {
+    return SCOPES.filter(({ signal }) => this.places[signal]);
   }
 
   ghostColor(k) {
@@ -34,8 +43,7 @@ export class Monitor {
 
   /* The scopes that are chosen; those that are there stay. */
   makeScopes() {
-    const offered = SCOPES.filter(({ signal }) => this.places[signal]);
-    for (const description of offered) {
+    for (const description of this.offered) {
       const { name, title, unit, labels, ghosts, truth } = description;
       if (this.scopes.has(name) === this.chosen.has(name)) continue;
       this.scopes.get(name)?.scope.remove();
@@ -46,10 +54,6 @@ export class Monitor {
       const planned = truth ? labels.map((_, k) => scope.add("", k, true)) : [];
       this.scopes.set(name, { description, scope, traces, beside, planned });
     }
-    element("scope-choice").replaceChildren(...offered.map(({ name, title }) => tickBox(title, this.chosen.has(name), (on) => {
-      this.chosen[on ? "add" : "delete"](name);
-      this.makeScopes();
-    })));
   }
 
   /* Takes a frame of the machine; false for one of other variables. */

@@ -6,10 +6,11 @@ async function decompressed(bytes, format) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/* The binary part of that name; nothing where the page has none. */
-export async function part(name) {
-  const text = document.getElementById(`part-${name}`)?.textContent.trim();
-  if (!text) return null;
+/* The text of the binary part of that name, base64 of a gzip, which an engine takes as it is; nothing where the page has none. */
+export const part = (name) => document.getElementById(`part-${name}`)?.textContent.trim();
+
+/* The bytes of such a text. */
+export async function unpacked(text) {
   const response = await fetch(`data:application/octet-stream;base64,${text}`);
   return decompressed(await response.arrayBuffer(), "gzip");
 }

@@ -10,13 +10,7 @@ const STRETCHES = 500;
 
 class Trace {
   constructor({ label, color, dashed = false }, stretch) {
-    Object.assign(this, { label, color, dashed, stretch });
-    this.clear();
-  }
-
-  clear() {
-    [this.indices, this.low, this.high] = [[], [], []];
-    this.last = NaN;
+    Object.assign(this, { label, color, dashed, stretch, indices: [], low: [], high: [], last: NaN });
   }
 
   push(t, y) {
@@ -116,11 +110,6 @@ export class Scope {
     this.canvas.setAttribute("aria-label", `${this.legend.textContent} over time`);
   }
 
-  clear() {
-    this.traces.forEach((trace) => trace.clear());
-    this.range = null;
-  }
-
   /* After a jump back to `time`. */
   cut(time) {
     this.traces.forEach((trace) => trace.keep(-Infinity, time));
@@ -179,7 +168,10 @@ export class Scope {
     context.strokeStyle = this.ink.line;
     context.fillStyle = this.ink.soft;
     context.lineWidth = 1;
-    const step = roundStep(high - low, Math.max((box.bottom - box.top) / 30, 2));
+    const count = Math.max((box.bottom - box.top) / 30, 2);
+    let step = roundStep(high - low, count);
+    // One number by itself would be no scale.
+    if (Math.floor(high / step) <= Math.ceil(low / step)) step = roundStep(high - low, 2 * count);
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
     context.textAlign = "right";
     context.textBaseline = "middle";

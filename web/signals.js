@@ -33,7 +33,7 @@ export const SCOPES = [
   { name: "speed", title: "Rod speeds", unit: "mm/s", signal: "speed", labels: ACTUATORS, of: (v) => 1000 * v },
   { name: "power", title: "Electrical power", unit: "kW", signal: "power", labels: ACTUATORS, of: (v) => v / 1000 },
   { name: "winding", title: "Winding temperatures", unit: "°C", signal: "winding", labels: ACTUATORS, of: celsius },
-  { name: "masses", title: "Estimated masses, dashed as they are", unit: "kg", signal: "masses", labels: ["column", "lift boom", "tilt boom", "wrist", "payload"], truth: true },
+  { name: "masses", title: "Learnt masses (dashed: the true ones)", unit: "kg", signal: "masses", labels: ["column", "lift boom", "tilt boom", "wrist", "payload"], truth: true },
   { name: "link", title: "DC link", unit: "V", signal: "link", labels: ["voltage"] },
   { name: "charge", title: "Battery charge", unit: "%", signal: "charge", labels: ["charge"], of: (v) => 100 * v },
   { name: "pack", title: "Battery current", unit: "A", signal: "pack", labels: ["current"] },

@@ -10,6 +10,12 @@
   const text = new TextDecoder();
   const bytes = new TextEncoder();
 
+  /* What a page carries as text, base64 of a gzip, as a stream of this type. */
+  async function unpacked(part, type) {
+    const { body } = await fetch(`data:application/octet-stream;base64,${part}`);
+    return new Response(body.pipeThrough(new DecompressionStream("gzip")), { headers: { "content-type": type } });
+  }
+
   /* A memory and its views, which a growing memory leaves behind. */
   class Memory {
     constructor(memory, allocate, free) {
@@ -378,14 +384,18 @@
 
     async open({ engine, system }) {
       this.playing = false;
-      const module = this.module ?? await WebAssembly.compile(engine);
+      const isText = (part) => typeof part === "string";
+      const compiled = () => (isText(engine) ? WebAssembly.compileStreaming(unpacked(engine, "application/wasm")) : WebAssembly.compile(engine));
+      const [module, archive] = await Promise.all([
+        this.module ?? compiled(),
+        isText(system) ? unpacked(system, "application/zip").then((all) => all.arrayBuffer()).then((all) => new Uint8Array(all)) : system]);
       const host = new Host();
       const { exports } = await WebAssembly.instantiate(module, host.imports(module));
       host.serve(exports);
       const [before, hostBefore] = [this.engine, this.host];
       [this.engine, this.host] = [exports, host];
       try {
-        this.answer(this.withBytes(system, (at, size) => exports.engine_open(at, size)));
+        this.answer(exports.engine_open(this.host.own.place(archive), archive.length));
       } catch (error) {
         [this.engine, this.host] = [before, hostBefore];
         throw error;
@@ -450,6 +460,7 @@
       this.command("watch", { names });
       Object.assign(this, { columns: 1 + names.length, rows: [] });
       this.take();
+      this.report();
       return null;
     }
 

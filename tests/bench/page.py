@@ -146,6 +146,7 @@ def frames(rounds):
     """The live machine as it opens."""
     for who, *flags in rounds * [("renderer",), ("browser", "disable-gpu-compositing")]:
         chrome = chromium(*flags)
+        time.sleep(2)  # The browser's own start is no part of it.
         begin = time.monotonic()
         chrome.get(PAGE.as_uri())
         run(chrome, "while (!(machine.time > 0)) await new Promise((turn) => setTimeout(turn, 5))")

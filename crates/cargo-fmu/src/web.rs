@@ -112,12 +112,13 @@ impl Page<'_> {
         Ok(page)
     }
 
-    /// A module and those that it imports as one script: each import stands in a line of its own,
-    /// and no two modules give one name to different things.
+    /// A module and those that it imports as one script, which runs where it stands: each import
+    /// stands in a line of its own, and no two modules give one name to different things.
     fn bundle(&self, entry: &str) -> Result<String> {
         let (mut order, mut text) = (Vec::new(), String::new());
         self.visit(entry, &mut order, &mut text)?;
-        script("module", entry, &text)
+        let own = format!("(() => {{\n\"use strict\";\n{text}}})();\n");
+        script("text/javascript", entry, &own)
     }
 
     fn visit(&self, name: &str, order: &mut Vec<String>, text: &mut String) -> Result<()> {

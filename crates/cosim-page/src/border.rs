@@ -19,11 +19,9 @@ thread_local! {
     static ANSWER: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
-/// Of all that is passed.
-const ALIGNMENT: usize = 8;
-
+/// Of bytes, so that a `Vec` of them can be made of what is passed.
 fn layout(size: usize) -> Option<Layout> {
-    Layout::from_size_align(size.max(1), ALIGNMENT).ok()
+    Layout::array::<u8>(size.max(1)).ok()
 }
 
 /// Memory of this size; 0 where there is none.
@@ -85,19 +83,20 @@ fn with_engine(work: impl FnOnce(&mut Engine) -> Result<Value>) -> usize {
     }))
 }
 
-/// Open a package in place of the one before; the size of the answer.
+/// Open a package in place of the one before; the size of the answer. The bytes are ours from now
+/// on: a copy of them would stay in a memory that never shrinks.
 ///
 /// # Safety
-/// As many bytes as said.
+/// As many bytes as said, at least one, from [`engine_allocate`].
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn engine_open(address: *const u8, size: usize) -> usize {
+pub unsafe extern "C" fn engine_open(address: *mut u8, size: usize) -> usize {
     panic::set_hook(Box::new(|panicked| {
         answered(Err(anyhow::anyhow!(
             "the engine failed in an unforeseen way: {panicked}"
         )));
     }));
     // SAFETY: as the caller promises.
-    let opened = Engine::open(unsafe { bytes(address, size) });
+    let opened = Engine::open(unsafe { Vec::from_raw_parts(address, size, size) });
     answered(opened.map(|engine| {
         ENGINE.set(Some(engine));
         Value::Null

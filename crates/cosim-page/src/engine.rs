@@ -54,9 +54,10 @@ impl Engine {
     /// # Errors
     /// It is neither, or it is damaged.
     pub fn open(bytes: Vec<u8>) -> Result<Self> {
-        let package = Package::of_bytes(NAME, bytes.clone())?;
+        let package = Package::of_bytes(NAME, bytes)?;
         let source = if package.holds("modelDescription.xml") {
-            let mut system = System::of_archives(vec![(PathBuf::from(ALONE), bytes)], &[])?;
+            let files = vec![(PathBuf::from(ALONE), package.into_bytes())];
+            let mut system = System::of_archives(files, &[])?;
             // As `cosim run` calls it, whose files are named so.
             system.structure.components[0].name = system.fmus[0].description.identifier.clone();
             Source::Fmu(system)

@@ -39,6 +39,11 @@ impl Package {
         })
     }
 
+    /// The bytes of a packed system, empty of a folder.
+    pub fn into_bytes(self) -> Vec<u8> {
+        self.archive.map_or_else(Vec::new, Archive::into_bytes)
+    }
+
     /// Where it came from.
     pub fn path(&self) -> &Path {
         &self.path

@@ -68,6 +68,11 @@ pub enum ArchiveError {
 }
 
 impl Archive {
+    /// The bytes that it was opened with.
+    pub fn into_bytes(self) -> Vec<u8> {
+        self.zip.into_inner().into_inner()
+    }
+
     /// Open an archive. One with an unsafe path or a link is refused as a whole.
     pub fn open(bytes: Vec<u8>) -> Result<Self, ArchiveError> {
         // From its first byte: else a package that was cut off would open as the last FMU that is

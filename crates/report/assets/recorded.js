@@ -13,10 +13,11 @@ function tournamentTable({ rows, tuned }) {
   const gainsOf = (law) => tuned.find((t) => t.law === law)?.gains.map(([name, value]) => `${name} ${short(value)}`).join(", ") ?? "";
   const lines = rows.map(({ law, counts, error, ratio }) => row([
     escape(lawName(law)), counts.lost, counts.stopped, counts.kept, error.median === null ? "&ndash;" : mm(error.median, 3), error.worst === null ? "&ndash;" : mm(error.worst, 3),
-    ratio ? `${ratio[0].toFixed(2)} <small>(${ratio[1].toFixed(2)} to ${ratio[2].toFixed(2)})</small>` : "", `<small>${escape(gainsOf(law))}</small>`,
+    ratio ? `${ratio[0].toFixed(2)} <small>(${ratio[1].toFixed(2)} to ${ratio[2].toFixed(2)})</small>` : "",
   ]));
+  const gains = rows.map(({ law }) => `<b>${escape(lawName(law))}</b> ${escape(gainsOf(law))}`);
   element("tournament-table").innerHTML =
-    table(["law", "lost", "stopped", "kept", "median, mm", "worst, mm", "error over that of adaptive integral (95 %)", "tuned gains"], lines);
+    table(["law", "lost", "stopped", "kept", "median, mm", "worst, mm", "error over that of adaptive integral (95 %)"], lines) + `<p>Tuned gains: ${gains.join("; ")}.</p>`;
 }
 
 /* All places and payloads as small marks, the least as a large one; delay, in steps, has a panel of its own. */
