@@ -6,6 +6,8 @@ import shutil
 import fmpy
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
@@ -20,10 +22,10 @@ A = [0.0, W, -W, 0.0]
 TOLERANCE = 7e-10
 
 
-def pack(out, *sizes):
+def pack(out, *sizes, example="state_space"):
     options = [option for size in sizes for option in ("--size", size)]
     environment = {"CARGO_TARGET_DIR": str(FMU_DIR.parent)}
-    arguments = ("pack", "--profile", "release", "--example", "state_space", "--out", out, *options)
+    arguments = ("pack", "--profile", "release", "--example", example, "--out", out, *options)
     return cargo_fmu(*arguments, cwd=ROOT, environment=environment)
 
 
@@ -111,3 +113,184 @@ def test_a_size_that_is_not_there_is_refused_when_packing(tmp_path):
     ]:
         done = pack(tmp_path, size)
         assert done.returncode != 0 and reason in done.stderr, done.stderr
+
+
+SINGLE = [float(np.float32(x)) for x in (0.1, -1e-40, 99.875, 1 / 3)]
+# By the name in the examples: the functions, values, and one that is refused with what must be said of it.
+TYPES = {
+    "real": ("Float64", [1 / 3, -0.0, 5e-324, 99.9], None),
+    "integer": ("Int32", [-100, 0, 99, 100], (101, "from -100 to 100")),
+    "boolean": ("Boolean", [True, False, False, True], None),
+    "text": ("String", ["", "ä€", "x" * 300, "%s"], None),
+    "choice": ("Int64", [1, 2, 3, 1], (4, "1 (Closed) or 2 (Half) or 3 (Open)")),
+    "float32": ("Float32", SINGLE, (math.inf, "from -99.9 to 99.9")),
+    "int8": ("Int8", [-100, -1, 99, 100], (101, "from -100 to 100")),
+    "uint8": ("UInt8", [0, 1, 199, 200], (201, "finite and at most 200")),
+    "int16": ("Int16", [-(2**15), -1, 0, 2**15 - 1], None),
+    "uint16": ("UInt16", [0, 1, 2, 2**16 - 1], None),
+    "uint32": ("UInt32", [0, 1, 2, 2**32 - 1], None),
+    "int64": ("Int64", [-(2**53), -1, 2**53 + 1, 2**63 - 1], (-(2**53) - 1, "finite and at least -9007199254740992")),
+    "uint64": ("UInt64", [0, 1, 2**53 + 1, 2**64 - 1], None),
+    "binary": ("Binary", [b"", b"\0", b"\0\xff\n", bytes(range(256))], None),
+}
+
+
+def taken(kind, n, shift=0):
+    values = TYPES[kind][1]
+    return [values[(k + shift) % len(values)] for k in range(n)]
+
+
+class Arrays3:
+    """An instance of FMI 3.0, its variables by name."""
+
+    def __init__(self, archive, folder):
+        description = fmpy.read_model_description(str(archive))
+        self.variables = {v.name: v for v in description.modelVariables}
+        self.kinds = [kind for kind in TYPES if f"{kind}.vector" in self.variables]
+        self.said = []
+        self.fmu = FMU3Slave(guid=description.guid, unzipDirectory=fmpy.extract(str(archive), str(folder)), modelIdentifier=description.coSimulation.modelIdentifier, instanceName="x")
+        self.fmu.instantiate(loggingOn=True, eventModeUsed=True, logMessage=lambda _e, _s, _c, text: self.said.append(text.decode()))
+
+    def access(self, verb, name):
+        return getattr(self.fmu, verb + TYPES[name.split(".")[0].split("[")[0]][0])
+
+    def set(self, name, values):
+        self.access("set", name)([self.variables[name].valueReference], values)
+
+    def get(self, name, n):
+        return self.access("get", name)([self.variables[name].valueReference], nValues=n)
+
+    def resize(self, n):
+        self.fmu.enterConfigurationMode()
+        self.fmu.setUInt64([self.variables["n"].valueReference], [n])
+        self.fmu.exitConfigurationMode()
+
+
+@pytest.fixture(scope="module")
+def arrays(tmp_path_factory):
+    out = tmp_path_factory.mktemp("arrays")
+    for example in ("arrays2", "arrays3"):
+        done = pack(out, example=example)
+        assert done.returncode == 0, done.stderr
+        assert ("not packed for FMI 2.0: variable `float32[1].array` is Float32" in done.stderr) == (example == "arrays3")
+    assert sorted(p.name for p in out.iterdir()) == ["Arrays2.fmu", "fmi3"]
+    return out
+
+
+def test_arrays_of_each_type_are_described(arrays):
+    for archive in sorted(arrays.rglob("*.fmu")):
+        assert validate_fmu(str(archive)) == []
+        done = cargo_fmu("check", archive)
+        assert done.returncode == 0 and " 0 failed" in done.stdout, done.stdout
+
+
+@pytest.mark.parametrize("name", ["Arrays2", "Arrays3"])
+def test_arrays_of_each_type_are_set_and_read_in_fmi_3(arrays, tmp_path, name):
+    x = Arrays3(arrays / f"fmi3/{name}.fmu", tmp_path)
+    start = {kind: x.get(f"{kind}.vector", 3) for kind in x.kinds}
+    n = 5
+    x.resize(n)
+    for kind in x.kinds:
+        assert x.get(f"{kind}.vector", n) == [start[kind][0]] * n
+        for variable, count, shift in [(f"{kind}[1].array", 3, 1), (f"{kind}[2].matrix", 2 * n, 2), (f"{kind}.vector", n, 0), (f"{kind}.matrix", 4, 3)]:
+            x.set(variable, taken(kind, count, shift))
+            assert x.get(variable, count) == taken(kind, count, shift), variable
+            with pytest.raises(FMICallException):
+                x.set(variable, taken(kind, count + 1))
+    x.fmu.enterInitializationMode()
+    x.fmu.exitInitializationMode()
+
+    def seen():
+        found = {f"{kind}.{output}": x.get(f"{kind}.{output}", count) for kind in x.kinds for output, count in [("last", n), ("now", 4), ("given", 2 * n)]}
+        return found | {f"{kind}.vector": x.get(f"{kind}.vector", n) for kind in x.kinds}
+
+    for kind in x.kinds:
+        assert seen()[f"{kind}.now"] == taken(kind, 4, 3) and seen()[f"{kind}.given"] == taken(kind, 2 * n, 2)
+        x.set(f"{kind}.vector", taken(kind, n, 1))
+        x.set(f"{kind}[2].matrix", taken(kind, 2 * n, 3))  # tunable
+        with pytest.raises(FMICallException):
+            x.set(f"{kind}[1].array", taken(kind, 3))
+        assert seen()[f"{kind}.last"] == taken(kind, n) and seen()[f"{kind}.given"] == taken(kind, 2 * n, 3)
+    if name == "Arrays3":
+        # Enumerations and Int64 in one call: both, or none.
+        both = [x.variables[v].valueReference for v in ("choice.vector", "int64.vector")]
+        before = x.fmu.getInt64(both, nValues=2 * n)
+        assert before == taken("choice", n, 1) + taken("int64", n, 1)
+        with pytest.raises(FMICallException):
+            x.fmu.setInt64(both, [3, 1, 2, 3, 1] + [0, 0, 0, 0, TYPES["int64"][2][0]])
+        assert "`int64.vector[5]` = -9007199254740993 must be finite and at least -9007199254740992" in x.said[-1]
+        assert x.fmu.getInt64(both, nValues=2 * n) == before
+        x.fmu.setInt64(both, [3, 1, 2, 3, 1] + [5, 4, 3, 2, 1])
+        assert x.get("int64.vector", n) == [5, 4, 3, 2, 1]
+    for kind in x.kinds:
+        if TYPES[kind][2]:
+            wrong, reason = TYPES[kind][2]
+            before = seen()
+            with pytest.raises(FMICallException):
+                x.set(f"{kind}.vector", [*taken(kind, 2), wrong, *taken(kind, n - 3)])
+            assert f"`{kind}.vector[3]` = {wrong} must be {reason}" in x.said[-1], x.said[-1]
+            assert seen() == before
+    x.fmu.enterStepMode()
+    x.fmu.doStep(currentCommunicationPoint=0.0, communicationStepSize=0.1)
+    after = seen()
+    assert all(after[f"{kind}.last"] == after[f"{kind}.vector"] for kind in x.kinds)
+    state = x.fmu.getFMUState()
+    serialized = x.fmu.serializeFMUState(state)
+    x.fmu.reset()
+    assert {kind: x.get(f"{kind}.vector", 3) for kind in x.kinds} == start
+    for saved in (state, x.fmu.deserializeFMUState(serialized)):
+        x.fmu.setFMUState(saved)
+        assert seen() == after
+        x.fmu.reset()
+    x.fmu.freeInstance()
+
+
+def test_arrays_of_each_type_are_elements_in_fmi_2(arrays, tmp_path):
+    description = fmpy.read_model_description(str(arrays / "Arrays2.fmu"))
+    reference = {v.name: v.valueReference for v in description.modelVariables}
+    fmu = FMU2Slave(guid=description.guid, unzipDirectory=fmpy.extract(str(arrays / "Arrays2.fmu"), str(tmp_path / "2")), modelIdentifier="Arrays2", instanceName="x")
+    fmu.instantiate()
+    access = {"real": "Real", "integer": "Integer", "boolean": "Boolean", "text": "String", "choice": "Integer"}
+
+    def elements(name, n):
+        columns = 2 if name.split(".")[1] in ("matrix", "now", "given") else 0
+        return [reference[f"{name}[{1 + k // columns},{1 + k % columns}]" if columns else f"{name}[{k + 1}]"] for k in range(n)]
+
+    def call(verb, name, n, *values):
+        kind = name.split(".")[0].split("[")[0]
+        got = getattr(fmu, verb + access[kind])(elements(name, n), *values)
+        return [v.decode() if isinstance(v, bytes) else v for v in got] if verb == "get" else None
+
+    other = Arrays3(arrays / "fmi3/Arrays2.fmu", tmp_path / "3")
+    fmu.setupExperiment()
+    fmu.enterInitializationMode()
+    other.fmu.enterInitializationMode()
+    sizes = {"[1].array": 3, "[2].matrix": 6, ".vector": 3, ".matrix": 4}
+    for kind in access:
+        for shift, (name, n) in enumerate(sizes.items()):
+            values = taken(kind, n, shift)
+            call("set", kind + name, n, values)
+            other.set(kind + name, values)
+            assert call("get", kind + name, n) == values
+        call("set", f"{kind}.vector", 1, taken(kind, 1, 3))
+        assert call("get", f"{kind}.vector", 3) == taken(kind, 1, 3) + taken(kind, 3, 2)[1:]
+        call("set", f"{kind}.vector", 3, taken(kind, 3, 2))
+        if TYPES[kind][2]:
+            with pytest.raises(FMICallException):
+                call("set", f"{kind}.vector", 3, [*taken(kind, 2), TYPES[kind][2][0]])
+            assert call("get", f"{kind}.vector", 3) == taken(kind, 3, 2)
+    for instance in (fmu, other.fmu):
+        instance.exitInitializationMode()
+    other.fmu.enterStepMode()
+    for instance in (fmu, other.fmu):
+        instance.doStep(currentCommunicationPoint=0.0, communicationStepSize=0.1)
+    outputs = [(f"{kind}.{output}", n) for kind in access for output, n in [("last", 3), ("now", 4), ("given", 6)]]
+    found = {name: call("get", name, n) for name, n in outputs}
+    assert found == {name: other.get(name, n) for name, n in outputs}  # the same bits in both versions
+    state = fmu.getFMUstate()
+    fmu.reset()
+    fmu.setFMUstate(fmu.deSerializeFMUstate(fmu.serializeFMUstate(state)))
+    assert {name: call("get", name, n) for name, n in outputs} == found
+    for instance in (fmu, other.fmu):
+        instance.terminate()
+        instance.freeInstance()

@@ -20,6 +20,7 @@ from browser import chromium, run
 from conftest import FMU_DIR, NAMES, WORLD
 from fmu import DISCARD, ERROR, FATAL, Refused
 from native import cargo_fmu
+from system import Parameter, System
 from wasm_host import ENGINE, Component, FmuWasm, Lost, Plain, module_of
 
 # Copies of the FMUs of FMI 3.0 with WebAssembly; `cargo xtask test` makes them.
@@ -195,6 +196,47 @@ def test_steps_outputs_and_discards_are_those_of_the_library(fmu):
 def test_steps_outputs_and_discards_in_node_and_a_browser(fmu, where, request):
     (digest, lost), _ = of_library(fmu)
     assert request.getfixturevalue(where)(module_of(fmu.bytes), plan(fmu)) == [digest, [[k, status] for k, status, _ in lost]]
+
+
+def coupled(fmus, host):
+    """A hash of all outputs of the five coupled FMUs, which exchange them before each step, while the tip moves; and the largest tip error, m."""
+    system = System.read(FMU_DIR / "Manipulator.ssp", "standard.ssd")
+    parts = {name: host(fmus[Path(file).stem]) for name, file in system.components.items()}
+    inputs = {name: {n: around(part.fmu, n)[0] for n in reals(part.fmu, "input")} for name, part in parts.items()}
+    outputs = {name: reals(part.fmu, "output") for name, part in parts.items()}
+    element = {(name, e): (n, i) for name, part in parts.items() for n in inputs[name] for i, e in enumerate(part.fmu.elements(n))}
+    system.parameters["controller"]["settle_time"] = Parameter(0.0, "Real", "s")
+    for name, part in parts.items():
+        for variable, parameter in system.parameters[name].items():
+            if (name, variable) in element:
+                n, i = element[name, variable]
+                inputs[name][n][i] = parameter.value
+            else:
+                part.set(variable, parameter.value)
+        set_reals(part, list(inputs[name]), sum(inputs[name].values(), []))
+        part.initialize()
+    digest, largest = hashlib.sha256(), 0.0
+    for k in range(STEPS // 10):
+        found = {}
+        for name, part in parts.items():
+            values = get_reals(part, outputs[name])
+            digest.update(bits(values))
+            found.update(zip(((name, e) for n in outputs[name] for e in part.fmu.elements(n)), values))
+        largest = max(largest, found["controller", "tip_error_norm"])
+        for link in system.links:
+            n, i = element[link.target]
+            inputs[link.target[0]][n][i] = found[link.source]
+        for name, part in parts.items():
+            set_reals(part, list(inputs[name]), sum(inputs[name].values(), []))
+            part.step(k * H, H)
+    return digest.hexdigest(), largest
+
+
+def test_the_coupled_run_is_that_of_the_libraries(fmus):
+    digest, largest = coupled(fmus, lambda fmu: fmu.instance())
+    assert 0 < largest < 1e-3, "the machine follows"
+    for host in (Plain, Component):
+        assert coupled(fmus, host)[0] == digest, host
 
 
 def test_states_are_saved_carried_and_reset(fmu):

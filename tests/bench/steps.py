@@ -1,8 +1,10 @@
-"""Error beside component steps of the quarter car and of an oscillator of two masses: steps of one length, by energy, by doubling.
+"""Error beside component steps of the quarter car and of an oscillator of two masses: steps of one length, by energy, by doubling; inputs of power
+bonds held or balanced.
 
     python tests/bench/steps.py target/fmu-examples [--program target/release/cosim] [--csv out.csv]
 
-The folder holds Chassis.fmu and Wheel.fmu. The error is the root mean square over time of what body and wheel are beside the exact solution
+The folder holds Chassis.fmu and Wheel.fmu. `--machine target/fmu` adds the machine of Manipulator.ssp there, whose error is the root mean square
+distance of its tip from a run at 10 us. The error is the root mean square over time of what body and wheel are beside the exact solution
 (closed form; of the damper of exponent 0.5 SciPy's DOP853), beside the root mean square of the exact ones.
 """
 
@@ -12,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 import zipfile
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -113,11 +116,54 @@ METHODS = {
 }
 
 
+MACHINE = {
+    # The tip goes 100 mm down in 0.8 s: onto a soft plane 93 mm below it, or with 200 kg more half-way.
+    "machine, contact": (["hdrm.contact.stiffness=2e4", "hdrm.contact.offset=2.995"], None),
+    "machine, load picked up": ([], "time,hdrm.load.mass\n0,0\n0.6,200\n"),
+}
+
+
+def machine_run(program, ssp, folder, case, options):
+    """Component steps, times, positions of the tip (mm), a row for each."""
+    settings, table = MACHINE[case]
+    out, given = Path(folder) / "machine.csv", Path(folder) / "input.csv"
+    command = [program, "run", "--quiet", "--system", ssp, "--stop-time", "1.4", "--csv", out, "--signals", "hdrm.tip.position*", *options]
+    command += [f"--set={text}" for text in ["controller.trajectory=cubic", "controller.settle_time=0.2", *settings]]
+    if table:
+        given.write_text(table)
+        command += ["--input", given]
+    text = subprocess.run([*map(str, command)], check=True, capture_output=True, text=True).stdout
+    rows = np.genfromtxt(out, delimiter=",", names=True)
+    count = next((line.split(", ")[1].split()[0] for line in text.splitlines() if " computed" in line), len(rows) - 1)
+    tip = np.column_stack([rows[name] for name in rows.dtype.names if name.startswith("hdrmtipposition")])
+    return 5 * int(count), rows["time"], 1e3 * tip
+
+
+def machine(program, fmus, folder):
+    """Rows of the table for the machine."""
+    ssp = Path(fmus) / "Manipulator.ssp"
+    for case in MACHINE:
+        _, exact_times, exact = machine_run(program, ssp, folder, case, ["--step", "1e-5"])
+        for method, all_options in METHODS.items():
+            for options in all_options[1:]:
+                for between in ("held", "balanced"):
+                    chosen = [*options, "--between", between]
+                    try:
+                        steps, times, tip = machine_run(program, ssp, folder, case, chosen)
+                    except subprocess.CalledProcessError:  # the run ends where it diverges
+                        yield [case, between, method, " ".join(chosen), 0, np.inf]
+                        continue
+                    beside = np.column_stack([np.interp(times, exact_times, column) for column in exact.T])
+                    wrong = np.sqrt(np.trapezoid(((tip - beside) ** 2).sum(axis=1), times) / times[-1])
+                    yield [case, between, method, " ".join(chosen), steps, wrong]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("fmus")
     parser.add_argument("--program", default="target/release/cosim")
     parser.add_argument("--csv")
+    parser.add_argument("--machine", help="folder with Manipulator.ssp")
     parser.add_argument("--case", help="only cases whose name has this")
     arguments = parser.parse_args()
     table = []
@@ -126,12 +172,16 @@ def main():
         for name, case in CASES.items():
             if arguments.case and arguments.case not in name:
                 continue
-            for schedule, means in (("gauss-seidel", "with"), ("jacobi", "without")):
+            for (schedule, means), between in product((("gauss-seidel", "with"), ("jacobi", "without")), ("held", "balanced")):
                 for method, all_options in METHODS.items():
                     for options in all_options:
+                        options = [*options, "--between", between]
                         steps, wrong, _ = run(arguments.program, ssp, case, ["--schedule", schedule, *options])
                         table.append([name, means, method, " ".join(options), steps, wrong])
-                        print(f"{name:40} {means:8} mean efforts  {' '.join(options):44} {steps:9} component steps  error {wrong:.2e}", flush=True)
+                        print(f"{name:40} {means:8} mean efforts  {' '.join(options):64} {steps:9} component steps  error {wrong:.2e}", flush=True)
+        for row in machine(arguments.program, arguments.machine, folder) if arguments.machine else []:
+            table.append(row)
+            print(f"{row[0]:40} {row[3]:64} {row[4]:9} component steps  error {row[5]:.2e} mm", flush=True)
     if arguments.csv:
         with open(arguments.csv, "w", newline="") as file:
             csv.writer(file).writerows([["case", "mean efforts", "method", "options", "component steps", "error"], *table])

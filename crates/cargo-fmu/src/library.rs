@@ -3,7 +3,9 @@
 #![allow(unsafe_code)] // loads a library, and receives C strings and bytes
 
 use std::collections::BTreeMap;
+use std::error::Error;
 use std::ffi::{CStr, c_char, c_int, c_void};
+use std::fmt;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
@@ -17,6 +19,18 @@ use crate::archive::Entries;
 type Receive = unsafe extern "C" fn(*mut c_void, *const c_char, *const u8, usize);
 /// The C functions `fmi2ExportFiles` and `fmi3ExportFiles`.
 pub type ExportFiles = unsafe extern "C" fn(*mut c_void, Option<Receive>) -> c_int;
+
+/// A variable of a type that FMI 2.0 does not have, in words.
+#[derive(Debug)]
+pub struct Lacking(String);
+
+impl fmt::Display for Lacking {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl Error for Lacking {}
 
 #[derive(Default)]
 struct ReceivedFiles {
@@ -56,6 +70,7 @@ pub unsafe fn received(export: ExportFiles) -> Result<Entries> {
     // SAFETY: the context is what `receive` expects, and outlives the call.
     let status = unsafe { export((&raw mut received).cast(), Some(receive)) };
     match received.reason {
+        Some(reason) if status == 2 => Err(Lacking(reason).into()),
         Some(reason) => bail!("{reason}"),
         None if status != 0 => bail!("the function for the files returned {status}"),
         None => Ok(received.files),

@@ -9,6 +9,7 @@ use anyhow::{Context, Result, ensure};
 use fmu_description::Version;
 
 use crate::archive::Entries;
+use crate::library::Lacking;
 use crate::notices::Notices;
 use crate::platform::Platform;
 use crate::target::{Target, Tools};
@@ -77,7 +78,7 @@ impl Platforms {
 pub const FMI3_FOLDER: &str = "fmi3";
 
 /// Build and pack FMUs into the folder `out`, and for FMI 3.0 into [`FMI3_FOLDER`] there; the files
-/// of FMI 2.0.
+/// of FMI 2.0, and of a model with types that only FMI 3.0 has, that of FMI 3.0.
 pub fn fmus(
     workspace: &Workspace,
     sources: &[Source],
@@ -127,8 +128,13 @@ pub fn fmus(
         .map(|((library, package), libraries)| {
             let notices = notices.files(workspace, &package.name, &triples)?;
             let beside = beside(workspace, package, notices)?;
-            fmu(Version::Fmi3, library, &libraries, &beside, &out_3)?;
-            fmu(Version::Fmi2, library, &libraries, &beside, out)
+            let of_3 = fmu(Version::Fmi3, library, &libraries, &beside, &out_3)?;
+            let of_2 = fmu(Version::Fmi2, library, &libraries, &beside, out);
+            of_2.or_else(|error| {
+                let lacking = error.downcast::<Lacking>()?;
+                eprintln!("not packed for FMI 2.0: {lacking}");
+                Ok(of_3)
+            })
         });
     packed.collect()
 }
@@ -137,7 +143,11 @@ pub fn fmus(
 pub fn of_fmi3(fmus: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let beside = |fmu: &PathBuf| {
         let (folder, name) = (fmu.parent()?, fmu.file_name()?);
-        Some(folder.join(FMI3_FOLDER).join(name)).filter(|path| path.is_file())
+        let beside = match folder.ends_with(FMI3_FOLDER) {
+            true => fmu.clone(),
+            false => folder.join(FMI3_FOLDER).join(name),
+        };
+        Some(beside).filter(|path| path.is_file())
     };
     let missing = |fmu: &PathBuf| format!("{} has no fellow of FMI 3.0 in fmi3/", fmu.display());
     let of_3 = fmus

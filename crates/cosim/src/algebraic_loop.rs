@@ -1,8 +1,9 @@
-//! Algebraic loops: outputs that depend on each other at once, solved by Newton's method with
-//! derivatives by differences.
+//! Algebraic loops: outputs that depend on each other at once, solved by Newton's method.
 //!
 //! The unknowns `y` are what the outputs of a loop pass on, `g(y)` is what they are after the inputs
-//! were set to it; sought is `g(y) = y`. Nothing here allocates unless it fails.
+//! were set to it; sought is `g(y) = y`. The derivatives of `g` with respect to one of the unknowns
+//! are directional derivatives of the FMUs that it is passed to where all of them have some, else
+//! differences. Nothing here allocates unless it fails.
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -10,7 +11,8 @@ use std::collections::BTreeMap;
 use anyhow::{Result, bail};
 use fmu_description::Access;
 
-use crate::slave::At;
+use crate::batch::Batch;
+use crate::slave::{At, Slave};
 use crate::wiring::{Port, Wiring};
 
 /// Iterations after which a loop is not solved.
@@ -26,12 +28,70 @@ const CHANGE: f64 = 1.5e-8;
 /// differences are known to about [`CHANGE`].
 const SINGULAR: f64 = 1e-7;
 
-/// The exchange through which the outputs of loops depend on each other.
+/// What makes the outputs of loops depend on each other.
 pub(crate) trait LoopStage {
     /// What is passed, by slot.
     fn values(&mut self) -> &mut [f64];
     /// Set the inputs to that, then read the outputs.
     fn write_and_read(&mut self) -> Result<()>;
+    /// Back to before that was done, with the values from then.
+    fn rewind(&mut self) -> Result<()> {
+        Ok(())
+    }
+    /// The instances whose directional derivatives are those of what is passed, if they are.
+    fn derivatives_of(&self) -> Option<&[Slave]> {
+        None
+    }
+}
+
+/// How the outputs of one component change with an unknown that is passed to it.
+#[derive(Debug)]
+struct Influence {
+    component: usize,
+    /// Outputs and inputs.
+    of: [Batch; 2],
+    /// How fast the inputs change with the unknown.
+    seeds: Vec<f64>,
+    /// The outputs among the unknowns.
+    rows: Vec<usize>,
+    rates: Vec<f64>,
+}
+
+/// How the outputs `ports` change with one of them, for each component that it is passed to; none
+/// where one of these has no directional derivatives.
+fn influences(wiring: &Wiring, ports: &[Port], unknown: Port) -> Option<Vec<Influence>> {
+    let links = wiring.links.iter().filter(|link| link.from == unknown);
+    if links.clone().any(|link| link.is_initial) {
+        return None;
+    }
+    let mut inputs: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
+    for link in links {
+        let input = (link.to.variable, link.transformation.of_derivative(1.0));
+        inputs.entry(link.to.component).or_default().push(input);
+    }
+    let mut found = Vec::new();
+    for (component, inputs) in inputs {
+        let own = (0..ports.len()).filter(|k| ports[*k].component == component);
+        let rows: Vec<_> = own.collect();
+        if rows.is_empty() {
+            continue;
+        }
+        let capabilities = &wiring.description(component).capabilities;
+        if !capabilities.directional_derivatives {
+            return None;
+        }
+        found.push(Influence {
+            component,
+            of: [
+                wiring.batch(component, rows.iter().map(|k| ports[*k].variable)),
+                wiring.batch(component, inputs.iter().map(|(variable, _)| *variable)),
+            ],
+            seeds: inputs.iter().map(|(_, seed)| *seed).collect(),
+            rates: vec![0.0; rows.len()],
+            rows,
+        });
+    }
+    Some(found)
 }
 
 /// The unknowns of the loops of a stage.
@@ -41,6 +101,8 @@ pub(crate) struct Unknowns {
     slots: Vec<usize>,
     y: Vec<f64>,
     residual: Vec<f64>,
+    /// By unknown, where directional derivatives say how the outputs change with it.
+    influences: Vec<Option<Vec<Influence>>>,
     /// Derivatives of `y − g(y)`, row by row, with the residual as the last column.
     rows: Vec<Vec<f64>>,
     /// Those of the last solution.
@@ -74,6 +136,9 @@ impl Unknowns {
             slots: ports.iter().map(|port| slots[port]).collect(),
             y: vec![0.0; n],
             residual: vec![0.0; n],
+            influences: (ports.iter())
+                .map(|port| influences(wiring, &ports, *port))
+                .collect(),
             rows: vec![vec![0.0; n + 1]; n],
             iterations: 0,
             sizes: vec![0.0; n],
@@ -100,7 +165,7 @@ impl Unknowns {
                 return Ok(());
             }
             before = residual;
-            self.differentiate(stage)?;
+            self.differentiate(stage, at)?;
             if !eliminate(&mut self.rows, &mut self.sizes) {
                 return self.fail(at, "they have no solution, or more than one");
             }
@@ -113,6 +178,7 @@ impl Unknowns {
 
     /// `g(y) − y`, whatever the unknowns are.
     fn evaluate(&mut self, stage: &mut dyn LoopStage) -> Result<()> {
+        stage.rewind()?;
         self.put(stage);
         stage.write_and_read()?;
         let found = self.slots.iter().map(|slot| stage.values()[*slot]);
@@ -138,11 +204,25 @@ impl Unknowns {
     }
 
     /// Derivatives at `y`, a column for each unknown.
-    fn differentiate(&mut self, stage: &mut dyn LoopStage) -> Result<()> {
+    fn differentiate(&mut self, stage: &mut dyn LoopStage, at: At) -> Result<()> {
         for (row, residual) in self.rows.iter_mut().zip(&self.residual) {
             row[self.slots.len()] = *residual;
         }
         for j in 0..self.slots.len() {
+            if let (Some(all), Some(slaves)) = (&mut self.influences[j], stage.derivatives_of()) {
+                for (i, row) in self.rows.iter_mut().enumerate() {
+                    row[j] = f64::from(i == j);
+                }
+                for on in all {
+                    let of = on.of.each_ref();
+                    slaves[on.component].directional(of, &on.seeds, &mut on.rates, at)?;
+                    for (i, rate) in on.rows.iter().zip(&on.rates) {
+                        self.rows[*i][j] -= rate;
+                    }
+                }
+                continue;
+            }
+            stage.rewind()?;
             let moved = self.y[j] + CHANGE * (1.0 + self.y[j].abs());
             let change = moved - self.y[j];
             self.put(stage);
@@ -175,7 +255,8 @@ impl Unknowns {
 
 /// Solve equations, given row by row with the right side last, by elimination with partial pivoting
 /// after the rows and columns are brought to one size, which needs room for `sizes` of columns; the
-/// solution is where the right side was. False where they have no one solution.
+/// solution is where the right side was. False where they have no one solution. A decomposition of
+/// `nalgebra` would allocate its permutation in each solution, and a step allocates nothing.
 fn eliminate(rows: &mut [Vec<f64>], sizes: &mut [f64]) -> bool {
     let n = rows.len();
     let largest = |all: &mut dyn Iterator<Item = f64>| all.fold(0.0, |a: f64, x| a.max(x.abs()));

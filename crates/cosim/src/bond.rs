@@ -40,6 +40,20 @@ pub struct BondSlots {
     pub power: Power,
 }
 
+/// What went through a bond in the step just made.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
+pub(crate) struct BondStep {
+    pub effort_exerted: f64,
+    pub flow_given: f64,
+    pub effort_given: f64,
+    pub flow_before: f64,
+    /// s.
+    pub length: f64,
+    /// Mean effort and flow beside those at the beginning, as outputs have them.
+    pub effort_lacked: f64,
+    pub flow_lacked: f64,
+}
+
 /// Power residual of one bond, accumulated over a run.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Residual {

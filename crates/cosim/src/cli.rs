@@ -70,7 +70,8 @@ pub struct SystemArgs {
     #[arg(long = "rate", value_name = "COMPONENT=TIME")]
     pub rates: Vec<String>,
     /// Solve algebraic loops of declared dependencies, by Newton's method, in initialization and with
-    /// the schedules jacobi and gauss-seidel at every communication point
+    /// the schedules jacobi and gauss-seidel at every communication point; with standard by steps that
+    /// are repeated from saved states, and outputs that declare no dependencies have all
     #[arg(long)]
     pub solve_loops: bool,
     /// Parameter set for the system, in the packed system (`resources/heavy.ssv`) or a file;
@@ -155,7 +156,8 @@ pub struct RunArgs {
     pub input_derivatives: bool,
     /// What continuous inputs are between communication points: held; extrapolated from the last two;
     /// with --schedule gauss-seidel interpolated to the end of the step, or their value there, where
-    /// the giver is stepped before and no power bond gives the mean
+    /// the giver is stepped before and no power bond gives the mean; balanced: effort and flow of
+    /// power bonds with what they lacked over the step before, others held
     #[arg(long, value_enum, default_value_t)]
     pub between: Between,
     /// Threads that the components are shared out to, with the same results; each has copies of the
@@ -371,6 +373,7 @@ impl ValueEnum for Between {
             Self::Extrapolated,
             Self::Interpolated,
             Self::End,
+            Self::Balanced,
         ]
     }
 
@@ -380,6 +383,7 @@ impl ValueEnum for Between {
             Self::Extrapolated => "extrapolated",
             Self::Interpolated => "interpolated",
             Self::End => "end",
+            Self::Balanced => "balanced",
         }))
     }
 }

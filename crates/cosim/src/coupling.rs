@@ -4,7 +4,8 @@
 use anyhow::{Result, bail, ensure};
 use serde::{Deserialize, Serialize};
 
-use crate::bond::{BondSlots, Residual};
+use crate::balance::Balance;
+use crate::bond::{BondSlots, BondStep, Residual};
 use crate::exchange::{Exchange, Passed};
 use crate::means::Means;
 use crate::schedule::rates::{ComponentStep, PastValues, Rates};
@@ -26,21 +27,14 @@ pub(crate) struct Coupling {
     pub exchange: Exchange,
     /// Where components have steps of their own, or inputs that are not held.
     pub rates: Option<Rates>,
+    /// Where the inputs of power bonds are corrected.
+    pub balance: Option<Balance>,
     /// Where the schedule passes derivatives.
     pub derivatives: Option<Exchange>,
     pub means: Means,
     pub bonds: Vec<BondSlots>,
     pub residuals: Vec<Residual>,
     pub bond_steps: Vec<BondStep>,
-}
-
-/// What went through a bond in the step just made.
-#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
-pub struct BondStep {
-    effort_exerted: f64,
-    flow_given: f64,
-    effort_given: f64,
-    flow_before: f64,
 }
 
 /// What the instances and the plans remember from one communication point to the next; states of
@@ -228,6 +222,10 @@ impl Coupling {
 
     /// Step all components, by their means one after the other or all from the same values.
     pub fn step_all(&mut self, t: f64, h: f64, gives_means: bool) -> Result<()> {
+        if let Some(balance) = &mut self.balance {
+            let bonds = self.bonds.iter().zip(&self.bond_steps);
+            balance.set(bonds, &self.slaves, &mut self.exchange, [t, h])?;
+        }
         if let Some(rates) = &self.rates {
             rates.rest(&mut self.exchange.resting, t + h);
         }
@@ -388,31 +386,53 @@ impl Coupling {
                 .zip(slot)
                 .map_or(0.0, |(d, slot)| half * d.values[slot])
         };
-        for (bond_step, bond) in self.bond_steps.iter_mut().zip(&self.bonds) {
-            let effort_exerted = bond.transformation.of(self.means.values[bond.mean_slot]);
+        for (k, (bond_step, bond)) in self.bond_steps.iter_mut().zip(&self.bonds).enumerate() {
+            let mean = self.means.values[bond.mean_slot];
+            let effort_exerted = bond.transformation.of(mean);
+            let effort_before = self.exchange.values[bond.effort_slot];
             let flow_before = self.exchange.values[bond.flow_slot];
-            let held = self.exchange.values[bond.effort_slot] + rise(bond.derivative_slots.0);
+            let balance = self.balance.as_ref();
+            let before = [effort_before, flow_before];
+            let [effort, flow] = balance.map_or(before, |balance| balance.given(k));
+            let held = effort + rise(bond.derivative_slots.0);
             let held = bond.transformation.of(held);
             let effort_given = if gives_means && bond.mean_given {
                 effort_exerted
             } else {
                 held
             };
-            let flow_given = flow_before + rise(bond.derivative_slots.1);
+            let flow_given = flow + rise(bond.derivative_slots.1);
             *bond_step = BondStep {
                 effort_exerted,
                 flow_given,
                 effort_given,
                 flow_before,
+                length: h,
+                effort_lacked: mean - effort_before,
+                flow_lacked: 0.0,
             };
+        }
+    }
+
+    /// Flow of each bond as last passed.
+    pub fn flows(&self) -> Vec<f64> {
+        let bonds = self.bonds.iter();
+        bonds.map(|b| self.exchange.values[b.flow_slot]).collect()
+    }
+
+    /// The flows were these before the step, whatever was given over it.
+    pub fn note_flows_before(&mut self, flows: &[f64]) {
+        for (bond_step, flow) in self.bond_steps.iter_mut().zip(flows) {
+            bond_step.flow_before = *flow;
         }
     }
 
     /// Add the step to the bonds' residuals; the velocities at its end have just been read.
     pub fn account(&mut self, h: f64) {
-        let bonds = self.bond_steps.iter().zip(&self.bonds);
+        let bonds = self.bond_steps.iter_mut().zip(&self.bonds);
         for (residual, (given, bond)) in self.residuals.iter_mut().zip(bonds) {
             let moved = 0.5 * (given.flow_before + self.exchange.values[bond.flow_slot]);
+            given.flow_lacked = moved - given.flow_before;
             let exerted = given.effort_exerted * given.flow_given;
             residual.add(h, bond.power, exerted, given.effort_given * moved);
         }

@@ -13,7 +13,7 @@ use crate::transformation::Transformation;
 use crate::value::{Value, is_wide};
 use crate::wiring::{Link, Port, Undeclared, Wiring};
 use anyhow::Result;
-use fmu_description::Access;
+use fmu_description::{Access, Variability};
 use serde::{Deserialize, Serialize};
 
 /// Values of one component's variables of one type, read together.
@@ -257,6 +257,8 @@ pub struct Exchange {
     buffer: Vec<f64>,
     wide_buffer: Vec<Value>,
     ones: Vec<i32>,
+    /// Outputs that depend on each other over a step: [`Order::AtOnce`] only.
+    pub(crate) over_step: Option<Unknowns>,
     /// Instances are in several threads, so calls are begun for all before they are ended.
     pub(crate) is_beside: bool,
     /// Components that have no communication point now; empty where all have.
@@ -321,6 +323,16 @@ impl Exchange {
                 unknowns,
             });
         }
+        let mut over_step = None;
+        if order == Order::AtOnce {
+            let loops = wiring.loops(false, Undeclared::AllOverStep);
+            let is_continuous = |port: &Port| {
+                let variability = wiring.variable(*port).variability;
+                wiring.access(*port) == Access::Real && variability == Variability::Continuous
+            };
+            let outputs = loops.into_iter().flatten().filter(is_continuous);
+            over_step = Unknowns::new(wiring, &slots, outputs)?;
+        }
         let widest = stages
             .iter()
             .flat_map(|s| &s.writes)
@@ -341,6 +353,7 @@ impl Exchange {
             wide_buffer: Vec::new(),
             ones,
             slots,
+            over_step,
             is_beside: false,
             resting: Vec::new(),
             faults: None,
@@ -621,6 +634,11 @@ impl LoopStage for SolvedStage<'_> {
         let (k, slaves, at) = (self.k, self.slaves, self.at);
         self.exchange.write_stage(k, None, slaves, at)?;
         self.exchange.read_stage(k, slaves, at)
+    }
+
+    /// What is done to values on their way is in no derivative of an FMU.
+    fn derivatives_of(&self) -> Option<&[Slave]> {
+        self.exchange.faults.is_none().then_some(self.slaves)
     }
 }
 

@@ -19,6 +19,7 @@
 
 mod algebraic_loop;
 mod arrays;
+mod balance;
 pub mod batch;
 pub mod bond;
 pub mod cells;

@@ -1,11 +1,12 @@
 //! The co-simulation master: a system's instances, initialized, and stepped by a schedule.
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use fmu_description::{Access, Variability};
 use serde::{Deserialize, Serialize};
 
-use crate::bond::Residual;
-use crate::coupling::{self, BondStep, Coupling};
+use crate::balance::Balance;
+use crate::bond::{BondStep, Residual};
+use crate::coupling::{self, Coupling};
 use crate::crew::Crew;
 use crate::exchange::{Exchange, Order};
 use crate::faults::{Alteration, Faults, is_source};
@@ -96,6 +97,7 @@ impl Master {
             })?);
         }
         let rates = Rates::new(&system.structure, &wiring, &exchange, stepping)?;
+        let balance = Balance::new(&wiring, stepping, rates.is_some())?;
         let (means, bonds) = Means::new(&wiring, &exchange, derivatives.as_ref())?;
         let parts = Rates::most_parts(&system.structure, stepping.step);
         let crew = Crew::new(system, threads, parts)?;
@@ -128,11 +130,18 @@ impl Master {
             slaves,
             rates,
             exchange,
+            balance,
             derivatives,
             means,
             bonds,
             residuals,
         };
+        if coupling.exchange.over_step.is_some() {
+            // Refused now rather than in the first step.
+            coupling.save(stepping.start).context(
+                "loops are solved by repeated steps with the schedule standard, for which every component must save its state",
+            )?;
+        }
         schedule::begin(stepping.schedule, &mut coupling, stepping.start)?;
         coupling.tick(stepping.start, TOLERANCE * stepping.step, is_staged)?;
         Ok(Self {
@@ -220,6 +229,7 @@ impl Master {
             derivatives,
             means,
             rates: paces,
+            balance,
             ..
         } = &mut self.coupling;
         let paces = paces.iter_mut().flat_map(|r| &mut r.components);
@@ -228,6 +238,8 @@ impl Master {
         let rates = derivatives.iter_mut().flat_map(Exchange::writes);
         let given = means.writes.iter_mut().flatten();
         let fed = self.inputs.iter_mut().flat_map(InputTable::writes);
+        let balanced = balance.iter_mut().flat_map(|b| &mut b.writes);
+        let given = given.chain(balanced);
         for write in passed.chain(rates).chain(given).chain(between).chain(fed) {
             write.attach(&wiring, &mut alteration);
         }

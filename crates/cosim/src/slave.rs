@@ -329,6 +329,18 @@ impl Slave {
         self.check(done, Some(batch), at)
     }
 
+    /// How fast Real outputs change with Real inputs that change as fast as `seeds` say.
+    pub(crate) fn directional(
+        &self,
+        of: [&Batch; 2],
+        seeds: &[f64],
+        rates: &mut [f64],
+        at: At,
+    ) -> Result<()> {
+        let done = self.border.directional(of, seeds, rates);
+        self.check(done, Some(of[0]), at)
+    }
+
     /// A communication step from `t` by `h`, both s.
     pub fn step(&self, t: f64, h: f64) -> Result<()> {
         let done = self.border.step(t, h);

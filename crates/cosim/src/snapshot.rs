@@ -10,7 +10,7 @@ use crate::supervision::Supervision;
 use crate::system::System;
 
 /// What the bytes begin with; the number is that of the format.
-const MARK: &[u8] = b"cosim snapshot 1\n";
+const MARK: &[u8] = b"cosim snapshot 2\n";
 /// A checksum follows it.
 const HEADER: usize = MARK.len() + 4;
 

@@ -80,6 +80,7 @@ impl Steps {
                 made: steps.made(),
                 next: 0.0,
                 error: 0.0,
+                length: 0.0,
             },
             Self::Chosen(steps) => steps.progress(),
         }

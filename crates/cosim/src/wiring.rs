@@ -72,6 +72,9 @@ pub enum Undeclared {
     All,
     /// None: the order is that of what is declared.
     None,
+    /// All inputs, also of outputs that are read right after the step: they depend on what inputs
+    /// are over it.
+    AllOverStep,
 }
 
 impl<'a> Wiring<'a> {
@@ -279,11 +282,14 @@ impl<'a> Wiring<'a> {
         undeclared: Undeclared,
     ) -> Vec<usize> {
         let description = self.components[output.component].1;
-        if !initialization && self.is_read_once(output) {
+        let is_over_step = undeclared == Undeclared::AllOverStep;
+        if !initialization && !is_over_step && self.is_read_once(output) {
             return Vec::new();
         }
         match undeclared {
-            Undeclared::All => description.feedthrough(output.variable, initialization),
+            Undeclared::All | Undeclared::AllOverStep => {
+                description.feedthrough(output.variable, initialization)
+            }
             Undeclared::None => description
                 .declared_feedthrough(output.variable, initialization)
                 .unwrap_or_default(),

@@ -28,13 +28,12 @@ pub(crate) fn check(field: &Field, role: Role) -> Result<()> {
 /// Why a struct of this role cannot have a field of this type.
 fn unfit(kind: Kind, role: Role) -> Option<&'static str> {
     match (kind, role) {
-        (Kind::Text, Role::Output) => Some("a String can only be a parameter; use `&'static str`"),
-        (Kind::Text, Role::Input | Role::State) => Some("a String can only be a parameter"),
         (Kind::StaticText, Role::Parameter) => Some("a text that can be set is a String"),
         (Kind::StaticText, Role::Input | Role::State) => {
             Some("`&'static str` can only be an output")
         }
-        (Kind::Integer | Kind::Boolean | Kind::Choice, Role::State) => {
+        (Kind::Real | Kind::Struct, _) => None,
+        (_, Role::State) => {
             Some("a state that is integrated is an f64, or an array or a Vec of f64")
         }
         _ => None,
@@ -44,7 +43,7 @@ fn unfit(kind: Kind, role: Role) -> Option<&'static str> {
 /// Why a key cannot be said of this field.
 fn misplaced(key: &str, field: &Field, role: Role) -> Option<String> {
     let (kind, said) = (field.kind, &field.said);
-    let is_number = matches!(kind, Kind::Real | Kind::Integer);
+    let is_number = kind.is_number();
     let of = |what: &str| Some(format!("only {what} has it"));
     match key {
         "name" => None,
@@ -56,10 +55,10 @@ fn misplaced(key: &str, field: &Field, role: Role) -> Option<String> {
         _ if kind == Kind::Struct => {
             Some("say it of the fields of the struct; the struct itself is no variable".to_owned())
         }
-        "unit" | "display_unit" | "nominal" if kind != Kind::Real => of("a Real (f64)"),
-        "min" | "max" if !is_number => of("a Real (f64) or an Integer (i32)"),
-        "tunable" if role != Role::Parameter || kind == Kind::Text => {
-            of("a parameter that is no text")
+        "unit" | "display_unit" | "nominal" if !kind.is_float() => of("an f64 or f32"),
+        "min" | "max" if !is_number => of("an f64, an f32 or an integer"),
+        "tunable" if role != Role::Parameter || field.is_meaning(role) => {
+            of("a parameter that is no String")
         }
         "len" if !matches!(field.shape, Shape::Vector) => {
             Some("only a Vec has it; an array has its length in its type".to_owned())
@@ -75,18 +74,18 @@ fn misplaced(key: &str, field: &Field, role: Role) -> Option<String> {
             Some("a structural parameter is set before initialization".to_owned())
         }
         "constant" if matches!(field.shape, Shape::Vector) => of("a number or an array"),
-        "constant" if role != Role::Parameter || matches!(kind, Kind::Text | Kind::Choice) => {
+        "constant" if role != Role::Parameter || !(is_number || kind == Kind::Boolean) => {
             of("a number or a Boolean among the parameters")
         }
         "tunable" | "min" | "max" if said.has("constant") => {
             Some("a constant cannot be set".to_owned())
         }
         "discrete" if role == Role::State => None,
-        "discrete" if kind != Kind::Real || !matches!(role, Role::Input | Role::Output) => {
-            of("a state, or a Real (f64) that is an input or an output")
+        "discrete" if !kind.is_float() || !matches!(role, Role::Input | Role::Output) => {
+            of("a state, or an f64 or f32 that is an input or an output")
         }
         "beside_evaluation" if role != Role::Input => of("an input"),
-        "set" if kind != Kind::Text => of("a String parameter"),
+        "set" if !field.is_meaning(role) => of("a String parameter"),
         "local" if !matches!(role, Role::Output | Role::State) => of("an output or a state"),
         "calculated" if role != Role::Output => of("a field of the outputs"),
         "calculated" if said.has("local") => Some("a variable is not local, too".to_owned()),
@@ -127,12 +126,12 @@ fn missing(field: &Field, role: Role) -> Option<String> {
             "`{name}` is a size without bounds: write `min = 1, max = …`"
         ));
     }
-    if field.kind == Kind::Real && said.unit.is_none() {
+    if field.kind.is_float() && said.unit.is_none() {
         return Some(format!(
             "`{name}` has no unit: write `#[fmu(unit = \"…\")]`, with \"1\" for a number without one"
         ));
     }
-    if role == Role::Parameter && field.kind != Kind::Text && said.start.is_none() {
+    if role == Role::Parameter && !field.kind.is_heap() && said.start.is_none() {
         return Some(format!(
             "`{name}` has no start value: write `#[fmu(start = …)]`"
         ));

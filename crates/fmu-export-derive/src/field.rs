@@ -6,7 +6,7 @@ use proc_macro2::Span;
 use syn::spanned::Spanned;
 use syn::{
     Error, Expr, ExprLit, Field as SynField, GenericArgument, Ident, Lit, PathArguments, Result,
-    Type,
+    Type, TypePath,
 };
 
 /// What the fields of a struct are.
@@ -29,6 +29,8 @@ pub(crate) enum Kind {
     /// `&'static str`.
     StaticText,
     Choice,
+    /// Another type, by its name in `Fields`.
+    Other(&'static str),
     /// A struct with variables of its own.
     Struct,
 }
@@ -36,7 +38,28 @@ pub(crate) enum Kind {
 impl Kind {
     /// Whether there are arrays of it that are variables.
     fn has_arrays(self) -> bool {
-        matches!(self, Kind::Real | Kind::Integer | Kind::Boolean)
+        !matches!(self, Kind::StaticText | Kind::Struct)
+    }
+
+    /// Whether it has a unit, and may be continuous.
+    pub(crate) fn is_float(self) -> bool {
+        matches!(self, Kind::Real | Kind::Other("Float32"))
+    }
+
+    /// Whether it has bounds, and may be a constant.
+    pub(crate) fn is_number(self) -> bool {
+        matches!(self, Kind::Real | Kind::Integer) || self.is_other() && self != Self::BINARY
+    }
+
+    /// Whether its values are on the heap.
+    pub(crate) fn is_heap(self) -> bool {
+        matches!(self, Kind::Text | Self::BINARY)
+    }
+
+    const BINARY: Self = Kind::Other("Binary");
+
+    fn is_other(self) -> bool {
+        matches!(self, Kind::Other(_))
     }
 }
 
@@ -100,6 +123,24 @@ impl Field {
         }
     }
 
+    /// The type of one value: of an array of arrays, or of a Vec, that of what is in it.
+    pub(crate) fn value(&self) -> &Type {
+        let mut ty = &self.ty;
+        while let Type::Array(array) = ty {
+            ty = &array.elem;
+        }
+        match (ty, &self.shape) {
+            (Type::Path(path), Shape::Vector) => vector_of(path).unwrap_or(ty),
+            _ => ty,
+        }
+    }
+
+    /// Whether it is a text that may mean other parameters.
+    pub(crate) fn is_meaning(&self, role: Role) -> bool {
+        let is_text = self.kind == Kind::Text && role == Role::Parameter;
+        is_text && matches!(self.shape, Shape::Scalar)
+    }
+
     /// How many structs an array of structs has.
     pub(crate) fn structs(&self) -> Result<Option<usize>> {
         let (Kind::Struct, Shape::Array(lengths)) = (self.kind, &self.shape) else {
@@ -142,7 +183,7 @@ fn kind(ty: &Type) -> Result<(Kind, Shape)> {
                 }
                 _ => Err(wrong(
                     ty,
-                    "an array must be of f64, i32 or bool, of arrays of them, or of structs",
+                    "an array is of f64, f32, an integer, bool, String, Binary or Choice<…>, of arrays of one of them, or of structs",
                 )),
             }
         }
@@ -164,15 +205,12 @@ fn kind(ty: &Type) -> Result<(Kind, Shape)> {
             let Some(last) = path.path.segments.last() else {
                 return Ok((Kind::Struct, Shape::Scalar));
             };
-            if let ("Vec", PathArguments::AngleBracketed(list)) =
-                (last.ident.to_string().as_str(), &last.arguments)
-                && let Some(GenericArgument::Type(element)) = list.args.first()
-            {
+            if let Some(element) = vector_of(path) {
                 return match kind(element)? {
                     (kind, Shape::Scalar) if kind.has_arrays() => Ok((kind, Shape::Vector)),
                     _ => Err(wrong(
                         ty,
-                        "a Vec must be of f64, i32 or bool; a matrix is in one row by row, with `len = (2, 3)`",
+                        "a Vec is of f64, f32, an integer, bool, String, Binary or Choice<…>; a matrix is in one row by row, with `len = (2, 3)`",
                     )),
                 };
             }
@@ -181,8 +219,24 @@ fn kind(ty: &Type) -> Result<(Kind, Shape)> {
         }
         _ => Err(wrong(
             ty,
-            "this type cannot be a variable; it must be f64, i32, bool, an array or a Vec of one of them, String, Choice<…> or a struct",
+            "this type cannot be a variable; it must be f64, f32, an integer, bool, String, Binary, Choice<…>, an array or a Vec of one of them, or a struct",
         )),
+    }
+}
+
+/// What a Vec is of; None for another type.
+fn vector_of(path: &TypePath) -> Option<&Type> {
+    let last = path
+        .path
+        .segments
+        .last()
+        .filter(|last| last.ident == "Vec")?;
+    match &last.arguments {
+        PathArguments::AngleBracketed(list) => match list.args.first()? {
+            GenericArgument::Type(element) => Some(element),
+            _ => None,
+        },
+        _ => None,
     }
 }
 
@@ -197,14 +251,22 @@ fn named(ty: &Type, name: &str, arguments: &PathArguments) -> Result<Kind> {
             ty,
             "a variable always has a value: use the type without Option, and a bool beside it that says whether it counts",
         )),
-        "f32" => Err(wrong(ty, "a Real of FMI is an f64")),
-        "u8" | "u16" | "u32" | "u64" | "usize" | "i8" | "i16" | "i64" | "isize" => Err(wrong(
+        "f32" => Ok(Kind::Other("Float32")),
+        "i8" => Ok(Kind::Other("Int8")),
+        "u8" => Ok(Kind::Other("UInt8")),
+        "i16" => Ok(Kind::Other("Int16")),
+        "u16" => Ok(Kind::Other("UInt16")),
+        "u32" => Ok(Kind::Other("UInt32")),
+        "i64" => Ok(Kind::Other("Int64")),
+        "u64" => Ok(Kind::Other("UInt64")),
+        "Binary" => Ok(Kind::BINARY),
+        "usize" | "isize" => Err(wrong(
             ty,
-            "an Integer of FMI is an i32; use `min = 0` for one that is not negative, `structural` for a size",
+            "an integer of FMI has a number of bits: use i32, `structural` for a size, or i64",
         )),
         "str" | "char" => Err(wrong(
             ty,
-            "a String of FMI is a String as a parameter and a `&'static str` as an output",
+            "a text of FMI is a String; one that never changes may be a `&'static str` as an output",
         )),
         _ => Ok(Kind::Struct),
     }

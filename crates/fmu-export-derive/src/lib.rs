@@ -7,31 +7,32 @@
 //!
 //! | Field | Variable |
 //! |---|---|
-//! | `f64`, `i32`, `bool` | Real, Integer, Boolean |
-//! | `[f64; N]`, `[i32; N]`, `[bool; N]` | a vector: `x[1]`, `x[2]`, …; at most 64 kB |
-//! | `[[f64; N]; M]` and so on | a matrix: `x[1,1]`, `x[1,2]`, … |
-//! | `Vec<f64>`, `Vec<i32>`, `Vec<bool>` | a vector or matrix with the lengths of `len` |
-//! | `[S; 2]`, `S` a struct with the same derive | its variables twice: `motor[1].R`, `motor[2].R` |
-//! | `String` (a parameter), `&'static str` (an output) | String |
+//! | `f64`, `i32`, `bool`, `String` | Real, Integer, Boolean, String; in FMI 3.0 Float64, Int32, Boolean, String |
 //! | `Choice<E>`, `E` with `#[derive(Enumeration)]` | Enumeration |
+//! | `f32`, `i8`, `u8`, `i16`, `u16`, `u32`, `i64`, `u64`, `Binary` | Float32, Int8, … UInt64, Binary: of FMI 3.0 only |
+//! | `&'static str` (an output) | String |
+//! | `[T; N]`, `T` any of these but `&'static str` | a vector: `x[1]`, `x[2]`, …; at most 64 kB |
+//! | `[[T; N]; M]` and so on | a matrix: `x[1,1]`, `x[1,2]`, … |
+//! | `Vec<T>` | a vector or matrix with the lengths of `len` |
+//! | `[S; 2]`, `S` a struct with the same derive | its variables twice: `motor[1].R`, `motor[2].R` |
 //! | a struct with the same derive | its variables, with the field's name before theirs: `motor.R` |
 //!
 //! | `#[fmu(…)]` on a field | of | means |
 //! |---|---|---|
-//! | `unit = "N.m"` | Real | its unit, `"1"` for none; must be there. `unit = MINE` with `const MINE: Unit` for one that is not known |
-//! | `display_unit = "kN.m"` | Real | what tools show |
-//! | `start = 2.5` | parameters, inputs, states | start value; must be there for a parameter, except a String. `p.x_0` in a state: of the parameters `p` and inputs `u` |
-//! | `min = 0.0`, `max = 1.0` | Real, Integer | bounds; what is set outside is refused |
-//! | `nominal = 1e5` | Real | typical magnitude |
+//! | `unit = "N.m"` | `f64`, `f32` | its unit, `"1"` for none; must be there. `unit = MINE` with `const MINE: Unit` for one that is not known |
+//! | `display_unit = "kN.m"` | `f64`, `f32` | what tools show |
+//! | `start = 2.5` | parameters, inputs, states | start value; must be there for a parameter, except a String or Binary. Of an array one for all elements, or an array. `p.x_0` in a state: of the parameters `p` and inputs `u` |
+//! | `min = 0.0`, `max = 1.0` | numbers | bounds; what is set outside is refused |
+//! | `nominal = 1e5` | `f64`, `f32` | typical magnitude |
 //! | `len = 5000`, `len = p.n`, `len = (2, p.n)` | a `Vec` | its lengths, row by row: numbers, or structural parameters of the model's parameters `p`. `start` is then of the element with the index `i`, from 0 |
 //! | `structural` | Integer parameters | a size, with `min` and `max`: a structural parameter in FMI 3.0, a constant in FMI 2.0 |
 //! | `name = "R"` | all | name, where it is not the field's |
 //! | `at = 17` | all | value reference (of the first element), where it is not the next one |
 //! | `tunable` | parameters | may be set between steps |
 //! | `constant` | parameters | cannot be set: always `start` |
-//! | `discrete` | Real inputs and outputs | changes at communication points only |
-//! | | states | is not integrated: `event` changes it; may be an i32, bool or `Choice` |
-//! | `set = read_file` | String parameters | `fn(&mut Self, &str, Option<&Path>) -> Result<(), String>` sets it, and whatever the text means |
+//! | `discrete` | inputs and outputs, `f64` and `f32` | changes at communication points only |
+//! | | states | is not integrated: `event` changes it; may be of any type |
+//! | `set = read_file` | a `String` among the parameters | `fn(&mut Self, &str, Option<&Path>) -> Result<(), String>` sets it, and whatever the text means |
 //! | `depends_on(u, w[2], v[i], v[i - 1])` | outputs | the inputs that act on it at once; `depends_on()` none. Without it: all. With `model_exchange` states too; where none is named, and not `no_states`: all of them |
 //! | `initially_depends_on(u, gain)` | outputs | the inputs and parameters that act on it in Initialization Mode; `parameters` for all of them |
 //! | `rate_depends_on(u, x[i])` | states | the inputs and states that act on the derivative, for Model Exchange. Without it: all |
@@ -51,7 +52,7 @@
 //!
 //! Beside the rows each derive implements what a model's struct must have: `Clone` and serde's
 //! traits, and for all but parameters a `Default` of zeros and `Copy`, which needs a struct without
-//! vectors (not serde's for outputs).
+//! vectors, Strings and Binary (not serde's for outputs).
 //! `#[fmu(table_only)]` on the struct leaves them to you.
 //!
 //! On an enumeration, `#[derive(Enumeration)]` makes the items from the variants, in order and

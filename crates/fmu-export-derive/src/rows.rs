@@ -112,12 +112,12 @@ fn parts(field: &Field, role: Role, k: usize) -> Vec<TokenStream> {
 
 /// Name of the function that makes the row.
 fn constructor(field: &Field, role: Role) -> Ident {
-    let ty = match field.kind {
-        Kind::Real => "",
-        Kind::Integer | Kind::Choice => "integer_",
-        Kind::Boolean => "boolean_",
-        Kind::Text | Kind::StaticText => "string_",
-        Kind::Struct => unreachable!("has no row of its own"),
+    let (ty, of) = match field.kind {
+        Kind::Real => ("", ""),
+        Kind::Integer => ("integer_", ""),
+        Kind::Boolean => ("boolean_", ""),
+        _ if fields(field, role).is_some() => ("", "_of"),
+        _ => ("string_", ""),
     };
     let causality = match role {
         Role::Parameter if field.said.has("constant") => "constant",
@@ -131,15 +131,67 @@ fn constructor(field: &Field, role: Role) -> Ident {
         Shape::Scalar => "",
         _ => "s",
     };
-    Ident::new(&format!("{ty}{causality}{plural}"), field.span())
+    Ident::new(&format!("{ty}{causality}{plural}{of}"), field.span())
+}
+
+/// What `Fields` calls the accessors of a type that has no constructors of its own.
+fn fields(field: &Field, role: Role) -> Option<&'static str> {
+    match field.kind {
+        Kind::Text if !field.is_meaning(role) => Some("String"),
+        Kind::Choice => Some("Integer"),
+        Kind::Other(name) => Some(name),
+        _ => None,
+    }
+}
+
+/// Accessors of a slice of all elements.
+fn slices(field: &Field, name: &str) -> TokenStream {
+    let (member, name) = (&field.ident, Ident::new(name, Span::call_site()));
+    let [get, get_mut] =
+        [("", "as_flattened"), ("_mut", "as_flattened_mut")].map(|(ending, flat)| {
+            let at = format_ident!("get{ending}");
+            let place = match ending {
+                "" => quote!(&At::#at(s).#member),
+                _ => quote!(&mut At::#at(s).#member),
+            };
+            let flat = flattened(field, flat);
+            let slice = match (&field.shape, ending) {
+                (Shape::Scalar, "") => quote!(::core::slice::from_ref(#place)),
+                (Shape::Scalar, _) => quote!(::core::slice::from_mut(#place)),
+                _ => quote!((#place) #flat),
+            };
+            let numbers = format_ident!("numbers{ending}");
+            match field.kind {
+                Kind::Choice => {
+                    let ty = field.value();
+                    quote!(__fmu::Of::<#ty>::#numbers(#slice))
+                }
+                _ => slice,
+            }
+        });
+    quote!(::fmu_export::Fields::#name(|s| #get, |s| #get_mut))
 }
 
 fn accessors(field: &Field, role: Role) -> TokenStream {
-    let (member, ty) = (&field.ident, &field.ty);
+    let member = &field.ident;
     if field.said.has("constant") {
         let value = (field.said.start.as_ref()).map(|start| start_value(field, start));
-        let flat = flattened(field, "as_flattened");
-        return quote!(|_| (&#value) #flat);
+        let (flat, ty) = (flattened(field, "as_flattened"), &field.ty);
+        return match (fields(field, role), &field.shape) {
+            (None, _) => quote!(|_| (&#value) #flat),
+            (Some(name), shape) => {
+                let name = Ident::new(name, Span::call_site());
+                let slice = match shape {
+                    Shape::Scalar => quote!(::core::slice::from_ref(VALUE)),
+                    _ => quote!(VALUE #flat),
+                };
+                let none = quote!(|_| ::core::unreachable!("a constant"));
+                quote!(::fmu_export::Fields::#name(|_| { const VALUE: &#ty = &#value; #slice }, #none))
+            }
+        };
+    }
+    if let Some(name) = fields(field, role) {
+        return slices(field, name);
     }
     let is_written = matches!(role, Role::Parameter | Role::Input);
     match (field.kind, is_written) {
@@ -154,11 +206,6 @@ fn accessors(field: &Field, role: Role) -> TokenStream {
             quote!(|s| At::get(s).#member.as_str(), #set)
         }
         (Kind::StaticText, _) => quote!(|s| At::get(s).#member),
-        (Kind::Choice, true) => quote! {
-            |s| __fmu::Of::<#ty>::number(&At::get(s).#member),
-            |s| __fmu::Of::<#ty>::number_mut(&mut At::get_mut(s).#member)
-        },
-        (Kind::Choice, false) => quote!(|s| __fmu::Of::<#ty>::number(&At::get(s).#member)),
         (_, true) => {
             let [read, write] =
                 ["as_flattened", "as_flattened_mut"].map(|name| flattened(field, name));
@@ -218,7 +265,7 @@ fn size(field: &Field) -> TokenStream {
 
 /// What the row says beside name, description and place.
 fn more(field: &Field, role: Role) -> TokenStream {
-    let (said, ty) = (&field.said, &field.ty);
+    let (said, ty) = (&field.said, field.value());
     let mut calls = TokenStream::new();
     match &said.unit {
         Some(Expr::Lit(name)) => calls.extend(quote!(.unit(#name))),
@@ -247,7 +294,7 @@ fn more(field: &Field, role: Role) -> TokenStream {
     }
     calls.extend(shape(field, role));
     for flag in ["structural", "tunable", "discrete", "beside_evaluation"] {
-        if said.has(flag) && (flag != "discrete" || field.kind == Kind::Real) {
+        if said.has(flag) && (flag != "discrete" || field.kind.is_float()) {
             let flag = Ident::new(flag, Span::call_site());
             calls.extend(quote!(.#flag()));
         }
@@ -362,7 +409,7 @@ fn collect(tokens: TokenStream, is_vector: bool, names: &mut Vec<String>) -> Opt
 /// A bound, which is an f64 whatever the type of the variable.
 fn bound(value: &Expr, kind: Kind) -> TokenStream {
     match kind {
-        Kind::Integer if !is_literal(value) => quote!((#value) as f64),
+        Kind::Integer | Kind::Other(_) if !is_literal(value) => quote!((#value) as f64),
         _ => real(value),
     }
 }

@@ -157,10 +157,8 @@ fn data(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
         // With a lifetime, the compiler takes a bound that does not hold for one that may.
         let structs = (fields.iter()).filter(|field| field.kind == Kind::Struct);
         let structs = structs.map(|field| &field.ty);
-        if !fields
-            .iter()
-            .any(|field| matches!(field.shape, Shape::Vector))
-        {
+        let is_heap = |field: &Field| matches!(field.shape, Shape::Vector) || field.kind.is_heap();
+        if !fields.iter().any(is_heap) {
             impls.extend(quote! {
                 impl ::core::marker::Copy for #ident where #(for<'a> #structs: ::core::marker::Copy),* {}
             });

@@ -29,23 +29,44 @@ pub(crate) fn real(value: &Expr) -> TokenStream {
 /// A start value as the field needs it: a number for an array is that of each element.
 pub(crate) fn start_value(field: &Field, start: &Expr) -> TokenStream {
     let value = match field.kind {
-        Kind::Real => real(start),
-        Kind::Text => return quote!(::core::convert::From::from(#start)),
+        kind if kind.is_float() => real(start),
+        kind if kind.is_heap() => each(start, &|start| quote!(::core::convert::From::from(#start))),
         Kind::Choice => {
-            let ty = &field.ty;
-            return quote!(__fmu::Of::<#ty>::choice(#start));
+            let ty = field.value();
+            each(start, &|start| quote!(__fmu::Of::<#ty>::choice(#start)))
         }
         _ => quote!(#start),
     };
+    let is_of_each = match start {
+        Expr::Lit(_) | Expr::Unary(_) => true,
+        Expr::Path(_) => field.kind == Kind::Choice,
+        _ => false,
+    };
     match (&field.shape, start) {
-        (Shape::Array(lengths), Expr::Lit(_) | Expr::Unary(_)) => filled(value, lengths),
+        (Shape::Array(lengths), _) if is_of_each => filled(value, lengths, field.kind.is_heap()),
+        // Another array, as a whole.
+        (Shape::Array(_), start) if !matches!(start, Expr::Array(_)) => quote!(#start),
         _ => value,
     }
 }
 
+/// An array with each of its elements converted, or what is no array itself.
+fn each(start: &Expr, convert: &dyn Fn(&Expr) -> TokenStream) -> TokenStream {
+    match start {
+        Expr::Array(array) => {
+            let values = array.elems.iter().map(|start| each(start, convert));
+            quote!([#(#values),*])
+        }
+        start => convert(start),
+    }
+}
+
 /// Arrays with the same value everywhere.
-fn filled(value: TokenStream, lengths: &[Expr]) -> TokenStream {
-    let wrap = |value, len| quote!([#value; #len]);
+fn filled(value: TokenStream, lengths: &[Expr], is_heap: bool) -> TokenStream {
+    let wrap = |value, len| match is_heap {
+        true => quote!(::core::array::from_fn::<_, { #len }, _>(|_| #value)),
+        false => quote!([#value; #len]),
+    };
     lengths.iter().rev().fold(value, wrap)
 }
 
@@ -99,15 +120,16 @@ pub(crate) fn zero(field: &Field) -> TokenStream {
             let zero = element(field);
             quote!(::core::array::from_fn(|_| #zero))
         }
-        Shape::Array(lengths) => filled(element(field), lengths),
+        Shape::Array(lengths) => filled(element(field), lengths, field.kind.is_heap()),
         Shape::Vector => quote!(::std::vec::Vec::new()),
     }
 }
 
 fn element(field: &Field) -> TokenStream {
     match field.kind {
-        Kind::Real => quote!(0.0),
-        Kind::Integer => quote!(0),
+        Kind::Real | Kind::Other("Float32") => quote!(0.0),
+        Kind::Other("Binary") => quote!(::core::default::Default::default()),
+        Kind::Integer | Kind::Other(_) => quote!(0),
         Kind::Boolean => quote!(false),
         Kind::StaticText => quote!(""),
         Kind::Text | Kind::Choice => quote!(::core::default::Default::default()),

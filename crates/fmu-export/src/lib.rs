@@ -112,6 +112,7 @@ pub mod tables;
 #[cfg(target_arch = "wasm32")]
 mod wasm;
 
+pub use core::binary::Binary;
 pub use core::carried::{Carried, Counted};
 pub use core::causality::{ALL_PARAMETERS, NO_STATES};
 pub use core::check::check;
@@ -128,6 +129,7 @@ pub use core::log::Log;
 pub use core::message::Level;
 pub use core::model::{Evaluation, Model, ModelExchange, SetString, Variable};
 pub use core::parameter_file::{read_parameter_file, read_placed_file};
+pub use core::place::Fields;
 #[doc(hidden)]
 pub use core::sizes::fitted;
 pub use core::step_end::StepEnd;
@@ -154,7 +156,7 @@ pub use {
 #[cfg(feature = "derive")]
 pub mod prelude {
     pub use crate::{
-        Choice, Enumeration, Event, Info, Input, InputPolynomial, Model, ModelError, Ode, Output,
-        Parameters, State, StepEnd, Unit, Variable, derived, export_fmu,
+        Binary, Choice, Enumeration, Event, Info, Input, InputPolynomial, Model, ModelError, Ode,
+        Output, Parameters, State, StepEnd, Unit, Variable, derived, export_fmu,
     };
 }

@@ -43,8 +43,6 @@ pub enum Fate {
     Kept,
     /// The controller stopped the machine by its brakes, and it no longer swings.
     Stopped,
-    /// The same, because a rod carried more than its rated force: the load is more than it holds.
-    Overloaded,
     /// It swung, was far off, or failed.
     Lost,
 }
@@ -60,6 +58,9 @@ pub struct Trial {
     pub rmse: Option<f64>,
     /// Largest rod force over the rated one, or over the controller's limit where that is larger.
     pub force: f64,
+    /// Largest mean of a rod's force over the rated one, until it braked: what it carries, without
+    /// what swings.
+    pub load: f64,
     /// Mean square of the swinging at the end of the run, over the rated force, its root.
     pub swing: f64,
     /// Simulated time, s.
@@ -81,6 +82,7 @@ impl Trial {
             why,
             rmse: None,
             force: 0.0,
+            load: 0.0,
             swing: 0.0,
             time: 0.0,
         }
@@ -114,7 +116,7 @@ impl Trial {
                 let tracking = evaluation.evaluate(&recording, start)?;
                 Some(tracking.known.rmse)
             }
-            Fate::Stopped | Fate::Overloaded | Fate::Lost => None,
+            Fate::Stopped | Fate::Lost => None,
         };
         let swing = watch.rods.iter().map(|rod| rod.square).fold(0.0, f64::max);
         Ok(Self {
@@ -122,6 +124,7 @@ impl Trial {
             why,
             rmse,
             force: watch.force,
+            load: watch.load,
             swing: swing.sqrt(),
             time,
         })
@@ -158,8 +161,9 @@ struct Watch {
     rods: Vec<Rod>,
     time: f64,
     force: f64,
-    /// When the controller braked, s, and the rod that carried more than its rated force then.
-    braked: Option<(f64, Option<usize>)>,
+    load: f64,
+    /// When the controller braked, s.
+    braked: Option<f64>,
     has_brakes: bool,
     /// When the run ends that is not braked, s.
     end: f64,
@@ -194,6 +198,7 @@ impl Watch {
                 .collect(),
             time: experiment.stepping.start,
             force: 0.0,
+            load: 0.0,
             braked: None,
             has_brakes: ports.len() > 4,
             end: f64::INFINITY,
@@ -212,16 +217,18 @@ impl Observer for Watch {
         let (forces, brakes) = rest.split_at(self.rods.len());
         for (k, (rod, force)) in (1..).zip(self.rods.iter_mut().zip(forces)) {
             self.force = self.force.max(rod.add(*force, dt));
-            if self.braked.is_none() && rod.square > SWINGS * SWINGS {
-                self.ended = Some((Fate::Lost, format!("rod {k} swings")));
+            if self.braked.is_none() {
+                self.load = self.load.max(rod.mean.abs());
+                if rod.square > SWINGS * SWINGS {
+                    self.ended = Some((Fate::Lost, format!("rod {k} swings")));
+                }
             }
         }
         if self.force > HUGE {
             self.ended = Some((Fate::Lost, "a rod's force".into()));
         }
         if brakes.iter().any(|brake| *brake != 0.0) {
-            let overloaded = self.rods.iter().position(|rod| rod.mean.abs() > 1.0);
-            self.braked.get_or_insert((self.time, overloaded));
+            self.braked.get_or_insert(self.time);
         }
         match self.braked {
             None if *error > FAR => {
@@ -230,9 +237,7 @@ impl Observer for Watch {
             None if self.time > self.end - 0.5 * dt => {
                 self.ended = Some((Fate::Kept, String::new()));
             }
-            Some((braked, overloaded)) if self.time - braked > 0.99 * STANDS => {
-                self.ended = Some(self.stopped(overloaded));
-            }
+            Some(braked) if self.time - braked > 0.99 * STANDS => self.ended = Some(self.stopped()),
             _ => {}
         }
         Ok(())
@@ -244,16 +249,12 @@ impl Observer for Watch {
 }
 
 impl Watch {
-    /// What became of a run that was braked, with the rod that was overloaded.
-    fn stopped(&self, overloaded: Option<usize>) -> (Fate, String) {
+    /// What became of a run that was braked.
+    fn stopped(&self) -> (Fate, String) {
         let standing = |rod: &Rod| rod.square < STILL * STILL;
-        match (self.rods.iter().position(|rod| !standing(rod)), overloaded) {
-            (Some(k), _) => (Fate::Lost, format!("rod {} swings under its brake", k + 1)),
-            (None, Some(k)) => {
-                let why = format!("the controller braked: rod {} is overloaded", k + 1);
-                (Fate::Overloaded, why)
-            }
-            (None, None) => (Fate::Stopped, "the controller braked".into()),
+        match self.rods.iter().position(|rod| !standing(rod)) {
+            None => (Fate::Stopped, "the controller braked".into()),
+            Some(k) => (Fate::Lost, format!("rod {} swings under its brake", k + 1)),
         }
     }
 }

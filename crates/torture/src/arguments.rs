@@ -114,6 +114,43 @@ pub fn integer_for(r: &mut Random, v: Option<&Variable>, valid: bool) -> i32 {
     }
 }
 
+/// A value of a variable of any type, as a text; one that is not `valid` may be out of its bounds.
+pub fn value_for(r: &mut Random, v: &Variable, element: usize, valid: bool) -> String {
+    let whole = |r: &mut Random, least: i128, most: i128| -> String {
+        let [min, max] = v.bounds();
+        let start = v
+            .start_of(element)
+            .and_then(|start| start.parse().ok())
+            .unwrap_or(0);
+        let fits = |n: i128| (min..=max).contains(&(n as f64)) || !valid;
+        let near = |r: &mut Random| (start + r.below(7) as i128 - 3).clamp(least, most);
+        let n = if r.one_in(2) {
+            near(r)
+        } else {
+            r.of(&[least, most, 0, 1, 2])
+        };
+        if fits(n) { n } else { start.clamp(least, most) }.to_string()
+    };
+    match v.access() {
+        Access::Real => real_for(r, Some(v), element, valid).to_string(),
+        Access::Float32 if valid => {
+            ((real_for(r, Some(v), element, true) * 0.999) as f32).to_string()
+        }
+        Access::Float32 => (real_for(r, Some(v), element, false) as f32).to_string(),
+        Access::Int8 => whole(r, i8::MIN.into(), i8::MAX.into()),
+        Access::UInt8 => whole(r, 0, u8::MAX.into()),
+        Access::Int16 => whole(r, i16::MIN.into(), i16::MAX.into()),
+        Access::UInt16 => whole(r, 0, u16::MAX.into()),
+        Access::Integer => whole(r, i32::MIN.into(), i32::MAX.into()),
+        Access::UInt32 => whole(r, 0, u32::MAX.into()),
+        Access::Int64 => whole(r, i64::MIN.into(), i64::MAX.into()),
+        Access::UInt64 => whole(r, 0, u64::MAX.into()),
+        Access::Boolean | Access::Clock => r.one_in(2).to_string(),
+        Access::String => r.of(&["", "a", "{}", "\u{e4}"]).to_string(),
+        Access::Binary => r.of(&["", "00", "ff00", "0123456789abcdef"]).to_string(),
+    }
+}
+
 /// Each of the references with each of its elements; an unknown one is taken for a scalar.
 pub fn elements<'a>(
     fmu: &'a Fmu,

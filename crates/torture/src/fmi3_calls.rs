@@ -9,6 +9,7 @@ use anyhow::{Result, bail};
 use cargo_fmu::fmi::Functions3;
 use cargo_fmu::fmi::order::Mode;
 use cargo_fmu::fmi::symbols::*;
+use fmu_description::{Access, Causality};
 use std::ptr;
 
 /// Elements of inputs up to which an adjoint derivative is compared with the directional ones.
@@ -163,11 +164,18 @@ impl<'a> Session<'a> {
         let (f, c) = (self.fmi3(), self.instances[i].c);
         let r = &mut self.random;
         let variables = &self.fmu.description.variables;
-        let vr = variables[r.below(variables.len())].reference;
+        let v = &variables[r.below(variables.len())];
+        let (vr, access) = (v.reference, v.access());
         let size = self.fmu.functions.count(&[vr]);
         let mut room = vec![0_u64; size + 2];
         let (p, q) = (&raw const vr, room.as_mut_ptr());
-        let which = r.below(24);
+        let has_sizes = (variables.iter()).any(|v| v.causality == Causality::StructuralParameter);
+        let which = match r.below(24) {
+            // What this FMU has.
+            13 | 14 if has_sizes => 15,
+            0..11 if !matches!(access, Access::Real | Access::Integer | Access::Boolean) => 15,
+            which => which,
+        };
         macro_rules! call {
             ($name:ident($($argument:expr),*)) => { (stringify!($name), (f.$name)(c $(, $argument)*)) };
         }

@@ -141,6 +141,7 @@ impl Session<'_> {
             11 => self.simple(i, "fmi2CancelStep"),
             49..53 if self.fmu.functions.fmi3().is_some() => self.event_call(i),
             53 if self.fmu.functions.fmi3().is_some() => self.absent(i),
+            54..57 if self.fmu.functions.fmi3().is_some() => self.typed(i),
             12 => self.set_debug_logging(i),
             13..15 => self.status(i),
             15 if self.random.one_in(2) => Ok(self.instantiate(i)),

@@ -4,6 +4,7 @@ use crate::arguments::*;
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use anyhow::{Result, bail};
+use cargo_fmu::fmi::names_of;
 use cargo_fmu::fmi::order::Mode;
 use cargo_fmu::fmi::symbols::*;
 use fmu_description::{Access, Causality, Variable};
@@ -156,9 +157,12 @@ impl Session<'_> {
         names: [&'static str; 2],
     ) -> (Access, &'static str) {
         let first = vr.first().and_then(|vr| self.fmu.find(*vr));
-        let is_int32 = first.is_some_and(|v| v.access() == Access::Integer);
-        match (kind, is_int32) {
-            (Access::Int64, true) => (Access::Integer, names[1]),
+        match (kind, first.map(Variable::access)) {
+            (Access::Int64, Some(Access::Integer)) => (Access::Integer, names[1]),
+            // So read, but not so set, by `Functions`.
+            (Access::Int64, Some(Access::UInt64)) if names[0] == "fmi2GetInteger" => {
+                (Access::UInt64, "fmi3GetUInt64")
+            }
             _ => (kind, self.fmu.functions.name(names[0])),
         }
     }
@@ -191,6 +195,58 @@ impl Session<'_> {
         Ok(self.with_variables(i, name, status, expect, &vr, is_null))
     }
 
+    /// Gets or sets a variable of one of the types that FMI 3.0 has beside those above, or a text or
+    /// enumeration. What is set is read back.
+    pub fn typed(&mut self, i: usize) -> Result<Call> {
+        let others = [
+            Access::Real,
+            Access::Integer,
+            Access::Boolean,
+            Access::Clock,
+        ];
+        let variables = &self.fmu.description.variables;
+        let all: Vec<_> = (variables.iter())
+            .filter(|v| !others.contains(&v.access()))
+            .collect();
+        let r = &mut self.random;
+        if all.is_empty() {
+            return self.absent(i);
+        }
+        let (v, valid, is_set) = (r.of(&all), r.one_in(2), r.one_in(2));
+        let (access, vr) = (v.access(), [v.reference]);
+        let [get, set] = names_of(access);
+        if !is_set {
+            let expect = self.readable(&vr, access);
+            self.trace(i, format_args!("{get}({vr:?})"));
+            let (status, _) = self.instances[i].values(v);
+            return Ok(self.with_variables(i, get, status, expect, &vr, false));
+        }
+        let values: Vec<_> = (0..v.size()).map(|k| value_for(r, v, k, valid)).collect();
+        let numbers: Vec<_> = values
+            .iter()
+            .map(|value| value.parse().unwrap_or(0.0))
+            .collect();
+        let expect = match access {
+            Access::String => match self.is_settable(i, access)(v) {
+                true => Expect::FileDecides,
+                false => Expect::Refused,
+            },
+            Access::Binary => self.settable(i, &vr, access, &vec![0.0; values.len()], false),
+            _ => self.settable(i, &vr, access, &numbers, false),
+        };
+        self.trace(i, format_args!("{set}({vr:?}, {values:?})"));
+        let status = self.instances[i].set_values(v, &values);
+        let mode = self.instances[i].known.mode;
+        self.note_set(i, status);
+        if status == OK && matches!(mode, Mode::Initialization | Mode::Event) {
+            let (got, back) = self.instances[i].values(v);
+            if (got, &back) != (OK, &values) {
+                bail!("`{}`: {values:?} was set, {back:?} came back", v.name);
+            }
+        }
+        Ok(self.with_variables(i, set, status, expect, &vr, false))
+    }
+
     pub fn set_string(&mut self, i: usize) -> Result<Call> {
         let wanted = self.is_settable(i, Access::String);
         let r = &mut self.random;
@@ -212,12 +268,11 @@ impl Session<'_> {
             values[0] = ptr::null();
         }
         let find = |vr: &u32| self.fmu.find(*vr);
-        let is_string = |vr: &u32| find(vr).is_some_and(|v| v.access() == Access::String);
-        let is_running = self.is_running(i);
-        let expect = match vr.is_empty() {
-            true => Expect::Done,
-            false if is_running || !vr.iter().all(is_string) => Expect::Refused,
-            false => Expect::FileDecides,
+        let can_be_set = self.is_settable(i, Access::String);
+        let expect = match vr.iter().all(|vr| find(vr).is_some_and(&can_be_set)) {
+            _ if vr.is_empty() => Expect::Done,
+            true => Expect::FileDecides,
+            false => Expect::Refused,
         };
         let name = self.fmu.functions.name("fmi2SetString");
         self.trace(i, format_args!("{name}({vr:?}, {texts:?}, {values:?})"));

@@ -15,6 +15,14 @@ use super::order::Mode;
 use super::symbols::{ABSENT, OK, Pointer, WARNING};
 use super::text;
 
+/// Types that are read as numbers of C.
+const INTEGERS: [Access; 4] = [
+    Access::Integer,
+    Access::Int64,
+    Access::UInt64,
+    Access::Boolean,
+];
+
 /// How an instance is made and what is asked of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Manner<'a> {
@@ -471,15 +479,26 @@ impl<'a> Instance<'a> {
         let of = |access| references(&description.variables, |v| v.access() == access);
         let reals = self.must_read(&of(Access::Real))?;
         let mut bits: Vec<_> = reals.iter().map(|value| value.to_bits()).collect();
-        for access in [
-            Access::Integer,
-            Access::Int64,
-            Access::UInt64,
-            Access::Boolean,
-        ] {
+        for access in INTEGERS {
             let (status, values) = self.integers(access, &of(access));
             self.must(&format!("fmi2Get{access:?} of all variables"), status)?;
             bits.extend(values.iter().map(|value| u64::from(value.cast_unsigned())));
+        }
+        for v in &description.variables {
+            // What has no place in a c_int.
+            if v.access().is_number()
+                && !INTEGERS.contains(&v.access())
+                && v.access() != Access::Real
+            {
+                let (status, values) = self.values(v);
+                self.must(&format!("reading `{}`", v.name), status)?;
+                bits.extend(
+                    values
+                        .iter()
+                        .filter_map(|value| value.parse().ok())
+                        .map(f64::to_bits),
+                );
+            }
         }
         Ok(bits)
     }

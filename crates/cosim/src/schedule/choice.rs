@@ -54,6 +54,9 @@ pub enum Between {
     /// The value at the end, where the giver was stepped before (Gauss–Seidel), as the textbook has
     /// it: first order; else held.
     End,
+    /// Effort and flow of power bonds with what they lacked over the step before: second order;
+    /// others held.
+    Balanced,
 }
 
 /// Communication step where nobody asks for one, s.

@@ -80,7 +80,7 @@ impl Rates {
             between,
             ..
         } = stepping;
-        if structure.rates.is_empty() && between == Between::Held {
+        if structure.rates.is_empty() && matches!(between, Between::Held | Between::Balanced) {
             return Ok(None);
         }
         let is_sequential = schedule == Schedule::GaussSeidel;
@@ -214,7 +214,7 @@ impl Rates {
         for part in 0..=parts {
             let share = match self.between {
                 Between::End if part == 0 => Some(1.0),
-                Between::Held | Between::End => None,
+                Between::Held | Between::End | Between::Balanced => None,
                 _ => Some(((part as f64 + 0.5) / parts as f64).min(1.0)),
             };
             if let Some(share) = share {

@@ -2,7 +2,9 @@
 
 use anyhow::Result;
 
-use crate::coupling::Coupling;
+use crate::algebraic_loop::LoopStage;
+use crate::coupling::{Coupling, Saved};
+use crate::slave::At;
 
 /// Read all outputs at the start time.
 pub fn begin(coupling: &mut Coupling, t: f64) -> Result<()> {
@@ -15,11 +17,55 @@ pub fn prepare(coupling: &mut Coupling, t: f64) -> Result<()> {
     coupling.settle(t)
 }
 
-/// Step all components, read all outputs.
+/// Step all components, read all outputs. Where loops are solved, that is repeated until the inputs
+/// of a loop have had over the step what its outputs are at the end.
 pub fn advance(coupling: &mut Coupling, t: f64, h: f64, end: f64) -> Result<()> {
-    coupling.step_all(t, h, false)?;
-    coupling.note_bonds(h, false);
-    coupling.read(end)?;
+    match coupling.exchange.over_step.take() {
+        None => make(coupling, t, h, end)?,
+        Some(mut unknowns) => {
+            let saved = &coupling.save(t)?;
+            let flows = coupling.flows();
+            let step = &mut RepeatedStep {
+                coupling,
+                saved,
+                time: [t, h, end],
+            };
+            let solved = unknowns.solve(step, At::Time(end));
+            coupling.exchange.over_step = Some(unknowns);
+            solved?;
+            coupling.note_flows_before(&flows);
+        }
+    }
     coupling.account(h);
     Ok(())
+}
+
+fn make(coupling: &mut Coupling, t: f64, h: f64, end: f64) -> Result<()> {
+    coupling.step_all(t, h, false)?;
+    coupling.note_bonds(h, false);
+    coupling.read(end)
+}
+
+/// A step whose inputs are sought.
+struct RepeatedStep<'a> {
+    coupling: &'a mut Coupling,
+    saved: &'a Saved,
+    /// From, by and to, s.
+    time: [f64; 3],
+}
+
+impl LoopStage for RepeatedStep<'_> {
+    fn values(&mut self) -> &mut [f64] {
+        &mut self.coupling.exchange.values
+    }
+
+    fn write_and_read(&mut self) -> Result<()> {
+        let [t, h, end] = self.time;
+        prepare(self.coupling, t)?;
+        make(self.coupling, t, h, end)
+    }
+
+    fn rewind(&mut self) -> Result<()> {
+        self.coupling.restore(self.saved, self.time[0])
+    }
 }

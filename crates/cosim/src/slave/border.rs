@@ -70,6 +70,8 @@ pub trait Border {
     fn get_derivatives(&self, batch: &Batch, ones: &[i32], values: &mut [f64]) -> Result<()>;
     /// First time derivatives of Real inputs.
     fn set_derivatives(&self, batch: &Batch, ones: &[i32], values: &[f64]) -> Result<()>;
+    /// How fast Real outputs change with Real inputs that change as fast as `seeds` say.
+    fn directional(&self, of: [&Batch; 2], seeds: &[f64], rates: &mut [f64]) -> Result<()>;
     /// A communication step.
     fn step(&self, t: f64, h: f64) -> Result<()>;
     /// The instance's own time, s.

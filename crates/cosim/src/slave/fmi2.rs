@@ -239,6 +239,26 @@ impl Border for Component {
         unsafe { call!(api, fmi2SetRealInputDerivatives(c, vr, n, ones, values)) }
     }
 
+    fn directional(&self, of: [&Batch; 2], seeds: &[f64], rates: &mut [f64]) -> Result<()> {
+        let [outputs, inputs] = of;
+        let (n, m) = (outputs.references.len(), inputs.references.len());
+        assert!(n == rates.len() && m == seeds.len());
+        let (y, u) = (outputs.references.as_ptr(), inputs.references.as_ptr());
+        let (api, c, seeds, rates) = (
+            &self.api,
+            self.component,
+            seeds.as_ptr(),
+            rates.as_mut_ptr(),
+        );
+        // SAFETY: as many readable references as seeds, and as there is room for rates.
+        unsafe {
+            call!(
+                api,
+                fmi2GetDirectionalDerivative(c, y, n, u, m, seeds, rates)
+            )
+        }
+    }
+
     fn step(&self, t: f64, h: f64) -> Result<()> {
         // SAFETY: plain values.
         let Err(error) = (unsafe { call!(self.api, fmi2DoStep(self.component, t, h, 1)) }) else {

@@ -467,6 +467,37 @@ impl Border for Instance {
         bail!("FMI 3.0 has no derivatives of inputs")
     }
 
+    /// Other elements of the arrays that are passed do not change.
+    fn directional(&self, of: [&Batch; 2], seeds: &[f64], rates: &mut [f64]) -> Result<()> {
+        let [outputs, inputs] = of;
+        assert!(outputs.len() == rates.len() && inputs.len() == seeds.len());
+        let mut passed = self.passed.borrow_mut();
+        // Every variable has slots of its own there, so that there is room for both.
+        let (given, found) = passed.split_at_mut(inputs.passed);
+        assert!(outputs.passed <= found.len());
+        given.fill(0);
+        for (seed, place) in seeds.iter().zip(&inputs.places) {
+            given[*place] = seed.to_bits();
+        }
+        let (y, u) = (&outputs.references, &inputs.references);
+        let (n, m, y, u) = (y.len(), u.len(), y.as_ptr(), u.as_ptr());
+        // SAFETY: readable references, and as many seeds and as much room as their arrays have
+        // elements.
+        unsafe {
+            let (api, i) = (&self.api, self.instance);
+            let (seeds, a) = (given.as_ptr().cast(), given.len());
+            let (rates, b) = (found.as_mut_ptr().cast(), outputs.passed);
+            call!(
+                api,
+                fmi3GetDirectionalDerivative(i, y, n, u, m, seeds, a, rates, b)
+            )?;
+        }
+        for (rate, place) in rates.iter_mut().zip(&outputs.places) {
+            *rate = f64::from_bits(found[*place]);
+        }
+        Ok(())
+    }
+
     /// A step that ends early is gone on with, after the event that ended it.
     fn step(&self, t: f64, h: f64) -> Result<()> {
         if self.mode.get() == Mode::Event {

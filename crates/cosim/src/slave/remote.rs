@@ -210,6 +210,17 @@ impl Border for Remote {
         )
     }
 
+    fn directional(&self, of: [&Batch; 2], seeds: &[f64], rates: &mut [f64]) -> Result<()> {
+        let of = of.map(Batch::clone);
+        let (seeds, mut own) = (seeds.to_vec(), rates.to_vec());
+        let found = self.0.any(move |border, _| {
+            border.directional(of.each_ref(), &seeds, &mut own)?;
+            Ok(own)
+        });
+        rates.copy_from_slice(&found?);
+        Ok(())
+    }
+
     fn step(&self, t: f64, h: f64) -> Result<()> {
         self.made(BegunCall::Step(t, h)).map(drop)
     }

@@ -67,6 +67,7 @@ impl ChosenSteps {
             tolerance > 0.0 && tolerance.is_finite(),
             "tolerance {tolerance} of the communication steps must be greater than 0"
         );
+        let remembers = matches!(control, Control::Energy { .. });
         let mut first = step;
         if let Control::Energy { scale, .. } = *control {
             // A step that was too long to begin with would not be noticed before it is over.
@@ -97,7 +98,7 @@ impl ChosenSteps {
             }
         });
         Ok(Self {
-            regulator: Regulator::new(limits, first)?,
+            regulator: Regulator::new(limits, first, remembers)?,
             control: *control,
             stop,
             count: StepCount::default(),
@@ -128,11 +129,13 @@ impl ChosenSteps {
             made: self.count.made,
             next: self.regulator.next,
             error: self.regulator.before,
+            length: self.regulator.length,
         }
     }
 
     pub(super) fn go_on(&mut self, progress: Progress) {
         (self.regulator.next, self.regulator.before) = (progress.next, progress.error);
+        self.regulator.length = progress.length;
     }
 
     /// Make a step.

@@ -105,8 +105,10 @@ pub(crate) struct Progress {
     pub made: u64,
     /// Length of the next step, s, where it is chosen.
     pub next: f64,
-    /// Error of the last step beside what is allowed.
+    /// Error that the controller follows, beside what is allowed.
     pub error: f64,
+    /// Length of the step before, s.
+    pub length: f64,
 }
 
 /// Chooses lengths.
@@ -117,17 +119,31 @@ pub(super) struct Regulator {
     pub next: f64,
     /// Error of the step before beside what is allowed; 0: there was none.
     pub before: f64,
+    /// Its length, s.
+    pub length: f64,
+    /// Errors are remembered.
+    remembers: bool,
 }
+
+/// Time over which an error is remembered, beside the longest step.
+const MEMORY: f64 = 5.0;
 
 impl Regulator {
     /// Begins with steps of `length`, s, as far as the limits have it.
-    pub fn new(limits: Limits, length: f64) -> Result<Self> {
+    ///
+    /// With `remembers` it follows the largest of the errors of late, each beside the square of its
+    /// length, to which a residual of energy is proportional: a power that changes its sign shows
+    /// no error there, but the coupling is no better, and steps that swing with it cost more than
+    /// steady ones.
+    pub fn new(limits: Limits, length: f64, remembers: bool) -> Result<Self> {
         limits.check()?;
         let next = length.clamp(limits.length[0], limits.length[1]);
         Ok(Self {
             limits,
             next,
             before: 0.0,
+            length: next,
+            remembers,
         })
     }
 
@@ -158,6 +174,13 @@ impl Regulator {
             !error.is_nan(),
             "the error of the communication step is no number"
         );
+        let mut error = error;
+        if self.remembers {
+            let faded = (-length / (MEMORY * longest)).exp();
+            let remembered = self.before * (length / self.length).powi(2);
+            error = error.max(faded * remembered);
+        }
+        self.length = length;
         let before = if self.before > 0.0 {
             self.before
         } else {
@@ -185,7 +208,7 @@ mod tests {
     /// The law by hand, within its limits; where nothing is wrong the step grows as fast as it may.
     #[test]
     fn the_length_follows_the_error_within_the_limits() {
-        let mut r = Regulator::new(Limits::default(), 1e-3).unwrap();
+        let mut r = Regulator::new(Limits::default(), 1e-3, false).unwrap();
         r.follow(1e-3, 2.0).unwrap();
         let first = 0.99 * 2.0_f64.powf(-0.15) * 1e-3;
         assert!((r.next - first).abs() < 1e-18, "{}", r.next);
@@ -204,9 +227,22 @@ mod tests {
         assert!(r.follow(1e-3, f64::NAN).is_err());
     }
 
+    /// A single error of 4 at 1 ms, then none: after a step of 2 ms it counts as 16, faded over two
+    /// of the fifty milliseconds.
+    #[test]
+    fn an_error_is_remembered_beside_the_square_of_its_length() {
+        let mut r = Regulator::new(Limits::default(), 1e-3, true).unwrap();
+        r.follow(1e-3, 4.0).unwrap();
+        r.follow(2e-3, 0.0).unwrap();
+        let expected = 16.0 * (-2e-3_f64 / 50e-3).exp();
+        assert!((r.before / expected - 1.0).abs() < 1e-14, "{}", r.before);
+        let length = 2e-3 * 0.99 * expected.powf(-0.35) * 4.0_f64.powf(0.2);
+        assert!((r.next / length - 1.0).abs() < 1e-14, "{}", r.next);
+    }
+
     #[test]
     fn the_last_steps_meet_the_stop_time_and_none_is_tiny() {
-        let r = Regulator::new(Limits::default(), 1e-3).unwrap();
+        let r = Regulator::new(Limits::default(), 1e-3, false).unwrap();
         assert_eq!(r.end(0.5, 2.0), 0.501);
         assert_eq!(r.end(0.5, 0.5011), 0.5 + 0.5 * (0.5011 - 0.5));
         assert_eq!(r.end(0.5, 0.5008), 0.5008);
@@ -240,7 +276,7 @@ mod tests {
             (Limits { safety: 1.5, ..d }, "safety"),
             (Limits { integral: 0.0, ..d }, "gains"),
         ] {
-            let error = Regulator::new(limits, 1e-3).unwrap_err().to_string();
+            let error = Regulator::new(limits, 1e-3, false).unwrap_err().to_string();
             assert!(error.contains(word), "{error}");
         }
     }

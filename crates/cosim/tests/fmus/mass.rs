@@ -53,6 +53,7 @@ impl Model for Mass {
     type Evaluation = ();
     const INFO: Info = Info::new("Mass", "free mass")
         .with_input_derivatives()
+        .with_directional_derivatives()
         .with_output_derivatives();
 
     fn variables() -> &'static [Variable<Self>] {
@@ -111,6 +112,19 @@ impl Model for Mass {
         let mut end = StepEnd::WHOLE;
         (end.reached, end.event) = (reached, reached.is_some());
         Ok(end)
+    }
+
+    fn directional_derivative(
+        &self,
+        p: &Parameters,
+        _u: &Input,
+        _now: &(),
+        du: &Input,
+    ) -> Result<Output, ModelError> {
+        Ok(Output {
+            x_ddot: du.f / p.m,
+            ..Output::default()
+        })
     }
 
     fn output_derivative(

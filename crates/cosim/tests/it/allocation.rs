@@ -5,10 +5,11 @@
 
 use allocation_counter::measure;
 use cosim::faults::Faults;
-use cosim::master::{Master, Schedule};
+use cosim::master::{Master, Schedule, Stepping};
+use cosim::schedule::Between;
 use cosim::system::System;
 
-use super::support::{link, oscillator_links, ssd, stepping, system};
+use super::support::{link, oscillator_links, settings, ssd, stepping, system};
 
 #[test]
 fn a_step_allocates_nothing() {
@@ -24,15 +25,34 @@ fn a_step_allocates_nothing() {
         Schedule::JacobiDerivatives,
     ] {
         for threads in [1, 2] {
-            stepped(&system, schedule, threads);
+            stepped(&system, stepping(1e-3, schedule), threads);
         }
     }
+    let between = Between::Balanced;
+    for schedule in [Schedule::Standard, Schedule::GaussSeidel] {
+        let stepping = stepping(1e-3, schedule);
+        stepped(
+            &system,
+            Stepping {
+                between,
+                ..stepping
+            },
+            1,
+        );
+    }
+    let links = oscillator_links("", "", "") + &link(("mass", "x_ddot"), ("spring", "x_ddot"), "");
+    let mut solved = super::support::system("allocation_loop", &ssd(&links)).unwrap();
+    solved.structure.solves_loops = true;
+    let settings = settings(&solved, &["spring.m=0.5"]).unwrap();
+    let jacobi = stepping(1e-3, Schedule::Jacobi);
+    let mut master = Master::new(&solved, &settings, jacobi).unwrap();
+    let steps = measure(|| (0..100).for_each(|_| master.step().unwrap()));
+    assert_eq!(steps.count_total, 0, "with a loop");
 }
 
-fn stepped(system: &System, schedule: Schedule, threads: usize) {
+fn stepped(system: &System, stepping: Stepping, threads: usize) {
     let mut master = None;
     let start = measure(|| {
-        let stepping = stepping(1e-3, schedule);
         master = Some(Master::side_by_side(system, &[], stepping, threads).unwrap());
     });
     assert_ne!(start.count_total, 0, "the counter counts");
@@ -53,5 +73,5 @@ fn stepped(system: &System, schedule: Schedule, threads: usize) {
     // Buffers that go between threads are made once.
     (0..5).for_each(|_| master.step().unwrap());
     let steps = measure(|| (0..100).for_each(|_| master.step().unwrap()));
-    assert_eq!(steps.count_total, 0, "{schedule:?}, {threads} threads");
+    assert_eq!(steps.count_total, 0, "{stepping:?}, {threads} threads");
 }

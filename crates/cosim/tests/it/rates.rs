@@ -43,20 +43,46 @@ fn exact() -> f64 {
 
 /// Halving H divides the error by 2^order up to terms of relative size H·w = 0.7 %, of which the
 /// first step, which is held, is one: 5 % are allowed, and orders 1 and 2 differ by 100 %. The mass
-/// makes four steps in each.
+/// makes four steps in each, but for balanced inputs of the power bond, which all components step with.
 #[test]
-fn held_inputs_are_of_first_order_and_extrapolated_ones_of_second() {
+fn held_inputs_are_of_first_order_extrapolated_and_balanced_ones_of_second() {
     let mut system = system("rates-order", &oscillator()).unwrap();
-    for (inputs, order) in [(Between::Held, 1), (Between::Extrapolated, 2)] {
+    for (inputs, schedule, order) in [
+        (Between::Held, Schedule::Jacobi, 1),
+        (Between::Extrapolated, Schedule::Jacobi, 2),
+        (Between::Balanced, Schedule::Jacobi, 2),
+        (Between::Balanced, Schedule::GaussSeidel, 2),
+    ] {
         let mut error = |step: f64, steps: u32| {
-            system.structure.rates = vec![("mass".into(), step / 4.0)];
-            let mut master = master(&system, between(step, Schedule::Jacobi, inputs), 1);
+            let rates = vec![("mass".into(), step / 4.0)];
+            system.structure.rates = match inputs {
+                Between::Balanced => Vec::new(),
+                _ => rates,
+            };
+            let mut master = master(&system, between(step, schedule, inputs), 1);
             (0..steps).for_each(|_| master.step().unwrap());
             (number(&system, &master, "mass.x") - exact()).abs()
         };
         let ratio = error(1.0 / 512.0, 1024) / error(1.0 / 1024.0, 2048);
         let expected = f64::from(2i32.pow(order));
         assert!((ratio / expected - 1.0).abs() < 0.05, "{inputs:?}: {ratio}");
+    }
+}
+
+#[test]
+fn what_cannot_be_balanced_is_refused() {
+    let loose = ssd(&link(("mass", "x"), ("spring", "x"), ""));
+    for (structure, is_rated, part) in [
+        (loose, false, "no power bond"),
+        (oscillator(), true, "all components make each"),
+    ] {
+        let mut system = system("rates-unbalanced", &structure).unwrap();
+        if is_rated {
+            system.structure.rates = vec![("mass".into(), 0.02)];
+        }
+        let balanced = between(0.01, Schedule::Jacobi, Between::Balanced);
+        let error = Master::new(&system, &[], balanced).err().unwrap();
+        assert!(error.to_string().contains(part), "{error}");
     }
 }
 

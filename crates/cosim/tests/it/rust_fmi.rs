@@ -1,39 +1,23 @@
 //! `rust-fmi` reads and runs FMUs that our kit made, so that our reader is not the only one that
 //! does.
 
-use std::fs;
-
-use cargo_fmu::library::files_of;
 use cosim::fmu::Fmu;
 use fmi::fmi2;
 use fmi::fmi3;
 use fmi::fmi3::GetSet as _;
 use fmu_description::Version;
 
-use super::support::{fmu, library, write_zip};
+use super::support::{files, fmu, packed};
 
 /// The spring of FMI 3.0 with its description changed by `edit`.
 fn spring_of_3(edit: impl Fn(&str) -> String) -> Vec<u8> {
-    let library = library("spring");
-    let mut files = files_of(&library, Version::Fmi3).unwrap();
-    let text = edit(std::str::from_utf8(&files["modelDescription.xml"]).unwrap());
-    files.insert("modelDescription.xml".into(), text.into_bytes());
-    let platform = fmi_platform();
-    files.insert(
-        format!("binaries/{platform}/Spring{}", std::env::consts::DLL_SUFFIX),
-        fs::read(library).unwrap(),
-    );
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    write_zip(&mut bytes, &files.into_iter().collect::<Vec<_>>());
-    bytes.into_inner()
-}
-
-fn fmi_platform() -> String {
-    let system = match std::env::consts::OS {
-        "macos" => "darwin",
-        other => other,
-    };
-    format!("{}-{system}", std::env::consts::ARCH)
+    let mut files = files("spring", Version::Fmi3);
+    for (name, bytes) in &mut files {
+        if name == "modelDescription.xml" {
+            *bytes = edit(std::str::from_utf8(bytes).unwrap()).into_bytes();
+        }
+    }
+    packed(&files)
 }
 
 /// The text without the attributes `names` and without units.

@@ -5,8 +5,10 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use cargo_fmu::library::files_of;
 use cosim::master::{Schedule, Stepping};
 use cosim::system::{FmuPlace, Setting, System};
+use fmu_description::Version;
 use zip::CompressionMethod;
 use zip::write::SimpleFileOptions;
 
@@ -126,6 +128,16 @@ pub fn edited(
     structure: &str,
     edit: impl Fn(&str, &str) -> String,
 ) -> anyhow::Result<System> {
+    edited_of(Version::Fmi2, name, structure, edit)
+}
+
+/// The same with FMUs of a version of FMI.
+pub fn edited_of(
+    version: Version,
+    name: &str,
+    structure: &str,
+    edit: impl Fn(&str, &str) -> String,
+) -> anyhow::Result<System> {
     let dir = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
     fs::create_dir_all(&dir).unwrap();
     let path = dir.join("system.ssp");
@@ -135,7 +147,7 @@ pub fn edited(
     )];
     for example in ["spring", "mass"] {
         let model = example[..1].to_uppercase() + &example[1..];
-        let mut files = files(example);
+        let mut files = files(example, version);
         for (name, bytes) in &mut files {
             if name == "modelDescription.xml" {
                 let text = edit(example, std::str::from_utf8(bytes).unwrap());
@@ -156,17 +168,31 @@ pub fn load(path: &Path) -> anyhow::Result<System> {
 
 /// The FMU of an example.
 pub fn fmu(example: &str) -> Vec<u8> {
-    packed(&files(example))
+    packed(&files(example, Version::Fmi2))
 }
 
-fn packed(files: &[(String, Vec<u8>)]) -> Vec<u8> {
+pub fn packed(files: &[(String, Vec<u8>)]) -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
     write_zip(&mut bytes, files);
     bytes.into_inner()
 }
 
-fn files(example: &str) -> Vec<(String, Vec<u8>)> {
-    let (_, files) = cargo_fmu::pack::contents(&library(example)).unwrap();
+pub fn files(example: &str, version: Version) -> Vec<(String, Vec<u8>)> {
+    let library = library(example);
+    if version == Version::Fmi2 {
+        let (_, files) = cargo_fmu::pack::contents(&library).unwrap();
+        return files.into_iter().collect();
+    }
+    let mut files = files_of(&library, version).unwrap();
+    let system = match std::env::consts::OS {
+        "macos" => "darwin",
+        other => other,
+    };
+    let platform = format!("{}-{system}", std::env::consts::ARCH);
+    let model = example[..1].to_uppercase() + &example[1..];
+    let suffix = std::env::consts::DLL_SUFFIX;
+    let file = format!("binaries/{platform}/{model}{suffix}");
+    files.insert(file, fs::read(library).unwrap());
     files.into_iter().collect()
 }
 

@@ -4,13 +4,13 @@
 use super::answer::Answer;
 use super::call::{COMMON_STATES, CS, Call, EXCHANGE_STATES, L, ME};
 use super::log::{Log, Logger};
-use crate::Model;
 use crate::core::fault::{self, Fault};
 use crate::core::guard::{Entered, Guarded};
 use crate::core::instance::Instance;
 use crate::core::message::{Kind, Message};
 use crate::core::panic::{self, Panic};
 use crate::core::place::Names;
+use crate::{Binary, Model};
 use std::ffi::{CString, c_void};
 use std::sync::Arc;
 
@@ -44,6 +44,8 @@ pub(crate) struct Body<M: Model, V: Version> {
     pub(crate) log: Arc<Log<V::Logger>>,
     /// Texts that the importer was given by the last get.
     pub(crate) strings: Vec<CString>,
+    /// Values of Binary that it was given by the last get.
+    pub(crate) bytes: Vec<Binary>,
     /// The interface it was made for, [`CS`] or [`ME`].
     pub(crate) interface: u16,
     pub(crate) own: V,

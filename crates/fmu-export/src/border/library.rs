@@ -102,6 +102,7 @@ impl<V: Version> Request<'_, V> {
                 instance,
                 log: Arc::clone(&log),
                 strings: Vec::new(),
+                bytes: Vec::new(),
                 interface: self.interface,
                 own: self.own,
             };

@@ -5,37 +5,27 @@ use super::body::{Body, Version};
 use super::log::c_string;
 use crate::Model;
 use crate::core::fault::Fault;
-use crate::core::phase::Phase;
-use crate::core::place::Place;
 use std::ffi::c_char;
 
 impl<M: Model, V: Version> Body<M, V> {
-    /// Sets texts, the `k`-th of them in `number(k)`.
+    /// Sets the texts of elements.
     pub(crate) fn set_texts(
         &mut self,
-        number: impl Fn(usize) -> u32,
+        elements: impl Iterator<Item = u32>,
         texts: &[&str],
     ) -> Result<(), Fault> {
-        let pairs: Vec<_> = (texts.iter().enumerate())
-            .map(|(k, text)| (number(k), *text))
-            .collect();
-        self.instance.set_texts(&pairs)
+        let texts = texts.iter().map(|text| (*text).to_owned());
+        self.instance.set_texts(elements.zip(texts).collect())
     }
 
-    /// Gets `n` texts, which stay valid until the next call of it.
+    /// Gets the texts of elements, which stay valid until the next call of it.
     pub(crate) fn get_texts(
         &mut self,
-        n: usize,
-        number: impl Fn(usize) -> u32,
+        elements: impl ExactSizeIterator<Item = u32>,
         to: ArrayMut<*const c_char>,
     ) -> Result<(), Fault> {
-        let mut strings = Vec::with_capacity(n);
-        for number in (0..n).map(number) {
-            let (_, row) = self.instance.layout.find_any(number)?;
-            let is_output = matches!(row.place, Place::StringOut(_));
-            if is_output && self.instance.state.phase == Phase::Instantiated {
-                self.instance.start_output(row)?;
-            }
+        let mut strings = Vec::with_capacity(elements.len());
+        for number in elements {
             strings.push(c_string(self.instance.text(number)?));
         }
         self.strings = strings;

@@ -1,4 +1,4 @@
-//! Setting and getting numbers by element. A batch is checked completely before anything is
+//! Setting and getting values by element. A batch is checked completely before anything is
 //! written.
 //!
 //! Elements of one row that follow each other are read and written through one look at the row.
@@ -13,7 +13,6 @@ use super::place::Kind;
 use super::value::{Value, allowed};
 use crate::Model;
 use std::fmt::Display;
-use std::mem;
 
 impl<M: Model> Instance<M> {
     /// Sets elements: `pair(k)` is the number of the `k`-th and its value, None at the end of the
@@ -48,7 +47,7 @@ impl<M: Model> Instance<M> {
                 return Ok(false);
             }
             if !value.is_within(run.bounds) {
-                return Err(not_allowed(run.row, i, value));
+                return Err(self.not_allowed(run.row, i, value));
             }
             k += 1;
         }
@@ -58,7 +57,8 @@ impl<M: Model> Instance<M> {
         while let Some((element, value)) = pair(k)
             && let Some(input) = inputs.get_mut(run.index(element))
         {
-            changed |= !mem::replace(input, value).is_same(value);
+            changed |= !input.is_same(&value);
+            *input = value;
             k += 1;
         }
         if changed {
@@ -79,7 +79,7 @@ impl<M: Model> Instance<M> {
         while let Some((element, value)) = pair(k) {
             let run = self.layout.run(element)?;
             if T::input(&run.row.place).is_none() {
-                self.check_settable(element, value)?;
+                self.check_settable(element, &value)?;
                 parameters = true;
             }
             while let Some((element, value)) = pair(k) {
@@ -88,7 +88,7 @@ impl<M: Model> Instance<M> {
                     break;
                 }
                 if !value.is_within(run.bounds) {
-                    return Err(not_allowed(run.row, i, value));
+                    return Err(self.not_allowed(run.row, i, value));
                 }
                 k += 1;
             }
@@ -120,8 +120,8 @@ impl<M: Model> Instance<M> {
             while let Some((element, value)) = pair(k)
                 && let Some(input) = inputs.get_mut(run.index(element))
             {
-                let old = mem::replace(input, value);
-                changed |= !old.is_same(value);
+                changed |= !input.is_same(&value);
+                *input = value;
                 k += 1;
             }
             if let Some(counter) = run.row.counter {
@@ -158,16 +158,35 @@ impl<M: Model> Instance<M> {
 
     /// Refuses what is neither an input nor a parameter that can be set now.
     #[cold]
-    pub(crate) fn check_settable<T: Value>(&self, element: u32, value: T) -> Result<(), Fault> {
+    pub(crate) fn check_settable<T: Value>(&self, element: u32, value: &T) -> Result<(), Fault> {
         let (i, row) = self.layout.find(element)?;
+        match self.is_settable::<T>(row) {
+            true => Ok(()),
+            false => Err(self.not_settable(row, i, &value.shown(), T::KIND)),
+        }
+    }
+
+    /// Whether a row is an input, or a parameter that can be set now.
+    #[cold]
+    pub(crate) fn is_settable<T: Value>(&self, row: &Variable<M>) -> bool {
         let is_open = match self.state.phase {
             Phase::Configuration => row.structural,
             phase => row.tunable || !(row.structural || phase.is_running()),
         };
-        if T::parameter(&row.place).is_some() && is_open {
-            return Ok(());
-        }
-        Err(self.not_settable(row, i, value, T::KIND))
+        T::input(&row.place).is_some() || T::parameter(&row.place).is_some() && is_open
+    }
+
+    /// Name of an element, of a matrix as long as it is now.
+    #[cold]
+    pub(crate) fn name(&self, row: &Variable<M>, i: usize) -> String {
+        let dimensions: Vec<_> = row.dimensions(&self.state.parameters).collect();
+        row.name_in(&dimensions, i)
+    }
+
+    #[cold]
+    pub(crate) fn not_allowed(&self, row: &Variable<M>, i: usize, value: impl Display) -> Fault {
+        let (name, allowed) = (self.name(row, i), allowed(row));
+        Fault::Discarded(format!("`{name}` = {value} must be {allowed}"))
     }
 
     #[cold]
@@ -175,10 +194,10 @@ impl<M: Model> Instance<M> {
         &self,
         row: &Variable<M>,
         i: usize,
-        value: impl Display,
+        value: &str,
         given: Kind,
     ) -> Fault {
-        let (name, kind) = (row.element_name(i), row.kind(self.names));
+        let (name, kind) = (self.name(row, i), row.kind(self.names));
         let reason = match row.causality {
             Causality::Output
             | Causality::Local
@@ -201,23 +220,21 @@ impl<M: Model> Instance<M> {
 
     #[cold]
     pub(crate) fn not_gettable(&self, row: &Variable<M>, i: usize, given: &str) -> Fault {
-        let (name, names) = (row.element_name(i), self.names);
+        let (name, names) = (self.name(row, i), self.names);
         let (kind, right) = (row.kind(names), row.access(names));
         Fault::Refused(format!(
             "`{name}` is {kind} and cannot be read as {given}; it must be read as {right}"
         ))
     }
 
-    /// Makes `output` hold what may be read of a row. What is fresh has been initialized.
+    /// Makes `output` agree with the state, as far as there is one: what is fresh is of a state.
     #[inline(always)]
     pub(super) fn refresh_for(&mut self, row: &Variable<M>) -> Result<(), Fault> {
-        if !self.fresh {
-            match self.state.phase {
-                Phase::Instantiated => self.start_output(row)?,
-                _ => self.refresh()?,
-            }
+        match self.state.phase {
+            _ if self.fresh => Ok(()),
+            Phase::Instantiated => self.start_output(row),
+            _ => Ok(self.refresh()?),
         }
-        Ok(())
     }
 
     /// All values of a row, of which element `i` is asked for.
@@ -253,23 +270,17 @@ impl<M: Model> Instance<M> {
             let run = self.layout.run(first)?;
             let (row, values) = (run.row, self.values::<T>(&run, run.index(first))?);
             while let Some(element) = element(k)
-                && let Some(&value) = values.get(run.index(element))
+                && let Some(value) = values.get(run.index(element))
             {
                 if !value.is_finite() {
                     return Err(not_finite(row, run.index(element), value));
                 }
-                put(k, value);
+                put(k, value.clone());
                 k += 1;
             }
         }
         Ok(())
     }
-}
-
-#[cold]
-pub(crate) fn not_allowed<M: Model>(row: &Variable<M>, i: usize, value: impl Display) -> Fault {
-    let (name, allowed) = (row.element_name(i), allowed(row));
-    Fault::Discarded(format!("`{name}` = {value} must be {allowed}"))
 }
 
 /// The model has given a vector that is not as long as its row.
@@ -283,7 +294,7 @@ pub(crate) fn not_as_long<M: Model>(row: &Variable<M>, found: usize, needed: usi
 }
 
 #[cold]
-pub(crate) fn not_finite<M: Model>(row: &Variable<M>, i: usize, value: impl Display) -> Fault {
+pub(crate) fn not_finite<M: Model>(row: &Variable<M>, i: usize, value: &impl Display) -> Fault {
     let name = row.element_name(i);
     Fault::Refused(format!("`{name}` became {value}; it must be finite"))
 }

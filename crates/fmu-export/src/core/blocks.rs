@@ -1,7 +1,7 @@
 //! Setting and getting numbers by block: a row as one array. A batch is checked completely before
 //! anything is written.
 
-use super::access::{not_allowed, not_as_long, not_finite};
+use super::access::{not_as_long, not_finite};
 use super::causality::Causality;
 use super::fault::{Fault, refuse};
 use super::instance::Instance;
@@ -48,13 +48,13 @@ impl<M: Model> Instance<M> {
             }
             if T::input(&run.row.place).is_none() {
                 let element = self.layout.elements(block)?.start;
-                self.check_settable(element, value(from))?;
+                self.check_settable(element, &value(from))?;
                 parameters = true;
             }
             for j in 0..n {
                 let value = value(from + j);
                 if !value.is_within(run.bounds) {
-                    return Err(not_allowed(run.row, first + j, value));
+                    return Err(self.not_allowed(run.row, first + j, value));
                 }
             }
             (k, from) = (k + 1, from + n);
@@ -83,9 +83,9 @@ impl<M: Model> Instance<M> {
         for (j, input) in inputs.iter().enumerate() {
             let value = value(j);
             if !value.is_within(bounds) {
-                return Err(not_allowed(row, j, value));
+                return Err(self.not_allowed(row, j, value));
             }
-            changed |= !input.is_same(value);
+            changed |= !input.is_same(&value);
         }
         if !changed {
             return Ok(());
@@ -113,7 +113,7 @@ impl<M: Model> Instance<M> {
             .iter_mut()
             .zip(all)
         {
-            changed |= !input.is_same(value);
+            changed |= !input.is_same(&value);
             *input = value;
             sets += 1;
         }
@@ -142,7 +142,7 @@ impl<M: Model> Instance<M> {
                 let mut changed = false;
                 for (j, input) in inputs.iter_mut().enumerate() {
                     let value = value(from + j);
-                    changed |= !input.is_same(value);
+                    changed |= !input.is_same(&value);
                     *input = value;
                 }
                 if let Some(counter) = run.row.counter {
@@ -174,7 +174,7 @@ impl<M: Model> Instance<M> {
                 pairs.push((element, value(pairs.len())));
             }
         }
-        self.set_parameters(|k| pairs.get(k).copied())
+        self.set_parameters(|k| pairs.get(k).cloned())
     }
 
     /// Gets blocks: `put(j, values)` receives those of each, of which the first is the `j`-th of
@@ -226,7 +226,7 @@ impl<M: Model> Instance<M> {
     #[inline(never)]
     pub(crate) fn start_output(&mut self, row: &Variable<M>) -> Result<(), Fault> {
         if row.causality != Causality::Constant {
-            let (name, kind) = (row.element_name(0), row.kind(self.names));
+            let (name, kind) = (self.name(row, 0), row.kind(self.names));
             return refuse!("`{name}` is {kind} and has no value before initialization");
         }
         self.output = sizes::output::<M>(&self.state.parameters);
@@ -257,7 +257,7 @@ fn finite<'a, M: Model, T: Value>(
 fn none_finite<M: Model, T: Value>(row: &Variable<M>, values: &[T], first: usize) -> Fault {
     let wrong = values.iter().position(|value| !value.is_finite());
     let k = wrong.expect("one is not finite");
-    not_finite(row, first + k, values[k])
+    not_finite(row, first + k, &values[k])
 }
 
 #[cold]

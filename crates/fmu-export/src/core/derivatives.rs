@@ -49,7 +49,7 @@ impl<M: Model> Instance<M> {
         let mut highest = 0;
         for k in 0..n {
             let (i, row) = self.layout.find(element(k))?;
-            let name = || row.element_name(i);
+            let name = || self.name(row, i);
             if !matches!(row.place, Place::RealIn(_)) || row.discrete {
                 let (name, kind) = (name(), row.kind(self.names));
                 return refuse!(
@@ -109,7 +109,7 @@ impl<M: Model> Instance<M> {
             return Ok(());
         };
         let (i, row) = self.layout.find(number(k))?;
-        let (name, order) = (row.element_name(i), order(k));
+        let (name, order) = (self.name(row, i), order(k));
         refuse!("`{name}`: order of derivative = {order} must be 1")
     }
 
@@ -123,7 +123,7 @@ impl<M: Model> Instance<M> {
         for k in 0..n {
             let (i, row) = self.layout.find(element(k))?;
             if !matches!(row.place, Place::RealOut(_)) || row.causality != Causality::Output {
-                let (name, kind) = (row.element_name(i), row.kind(self.names));
+                let (name, kind) = (self.name(row, i), row.kind(self.names));
                 return refuse!("`{name}` is {kind}; it must be a Real output");
             }
         }
@@ -145,8 +145,7 @@ impl<M: Model> Instance<M> {
             Place::RealIn(place) => Ok((i, row, Some(place))),
             _ if row.is_state() => Ok((i, row, None)),
             _ => {
-                let (name, kind, real) =
-                    (row.element_name(i), row.kind(self.names), self.names.real);
+                let (name, kind, real) = (self.name(row, i), row.kind(self.names), self.names.real);
                 let state = if M::MODEL_EXCHANGE.is_some() {
                     " or a continuous state"
                 } else {
@@ -161,7 +160,7 @@ impl<M: Model> Instance<M> {
     fn unknown(&self, number: u32) -> Result<Element<M>, Fault> {
         let (i, row) = self.layout.find(number)?;
         if !(matches!(row.place, Place::RealOut(_)) || row.place.is_behind()) {
-            let (name, kind) = (row.element_name(i), row.kind(self.names));
+            let (name, kind) = (self.name(row, i), row.kind(self.names));
             let real = self.names.real;
             return refuse!("unknown `{name}` is {kind}; it must be a {real} output");
         }
@@ -185,7 +184,7 @@ impl<M: Model> Instance<M> {
             let (i, row, place) = self.known(known(k))?;
             let seed = seed(k);
             if !seed.is_finite() {
-                let name = row.element_name(i);
+                let name = self.name(row, i);
                 return discard!("known `{name}`: seed = {seed} must be finite");
             }
             match place {
@@ -305,7 +304,7 @@ impl<M: Model> Instance<M> {
             return Ok(value);
         }
         let (i, row, _) = self.known(known)?;
-        let name = row.element_name(i);
+        let name = self.name(row, i);
         refuse!("adjoint derivative by `{name}` became {value}; it must be finite")
     }
 
@@ -321,7 +320,7 @@ impl<M: Model> Instance<M> {
         for (&number, &seed) in unknowns.iter().zip(seed) {
             let (i, row) = self.unknown(number)?;
             if !seed.is_finite() {
-                let name = row.element_name(i);
+                let name = self.name(row, i);
                 return discard!("unknown `{name}`: seed = {seed} must be finite");
             }
             if let Some(&position) = positions.get(&number) {
@@ -485,7 +484,7 @@ impl<M: Model> Instance<M> {
             let (i, row) = self.layout.find(element(k))?;
             let value = value((i, row));
             if !value.is_finite() {
-                let name = row.element_name(i);
+                let name = self.name(row, i);
                 return refuse!("{what} of `{name}` became {value}; it must be finite");
             }
             put(k, value);

@@ -98,7 +98,7 @@ impl<M: Model> Instance<M> {
     fn name_behind(&self, at: usize) -> String {
         let behind = self.layout.iter().filter(|(_, row)| row.place.is_behind());
         let (i, row) = behind.into_iter().nth(at).expect("counted");
-        row.element_name(i)
+        self.name(row, i)
     }
 
     /// The numbers of a row behind the table; other rows, and other types, are refused: element `i`.
@@ -210,7 +210,7 @@ impl<M: Model> Instance<M> {
         for number in (0..).map_while(number) {
             let (i, row) = self.layout.find_any(number)?;
             if !matches!(row.place, Place::RealIn(_)) || row.discrete {
-                let (name, kind) = (row.element_name(i), row.kind(self.names));
+                let (name, kind) = (self.name(row, i), row.kind(self.names));
                 return refuse!(
                     "`{name}` is {kind}; in Continuous-Time Mode only continuous inputs can be set"
                 );
@@ -246,7 +246,7 @@ impl<M: Model> Instance<M> {
         self.exchange.rate = rate;
         let event = event?;
         self.state.event = t;
-        let is_moved = before.iter().zip(&after).any(|(a, b)| !a.is_same(*b));
+        let is_moved = before.iter().zip(&after).any(|(a, b)| !a.is_same(b));
         self.tell(Kind::Event, format!("t = {t} s: events handled"));
         Ok(Happened { event, is_moved })
     }

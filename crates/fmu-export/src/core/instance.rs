@@ -135,6 +135,14 @@ impl<M: Model> Instance<M> {
         self.tell(Kind::Event, "reset to the state after instantiation");
     }
 
+    /// The state, to be put back if the second of two changes fails.
+    #[cold]
+    pub(crate) fn snapshot(&self) -> State<M> {
+        let mut state = self.state.clone();
+        state.first = self.room.first;
+        state
+    }
+
     /// Puts another state in place of the present one.
     pub(crate) fn replace(&mut self, state: State<M>) {
         self.state = state;

@@ -7,6 +7,7 @@
 //! messages into calls of its logger.
 
 pub(crate) mod access;
+pub(crate) mod binary;
 pub(crate) mod blocks;
 pub(crate) mod carried;
 pub(crate) mod causality;

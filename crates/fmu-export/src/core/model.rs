@@ -9,7 +9,7 @@ use super::info::Info;
 use super::input::InputPolynomial;
 use super::length::{Length, Resize};
 use super::log::Log;
-use super::place::{Place, Write};
+use super::place::{Place, Write, input};
 use super::room::Room;
 use super::step_end::StepEnd;
 use super::unit::Unit;
@@ -334,14 +334,9 @@ pub(crate) fn zero<M: Model>(like: &M::Input) -> M::Input {
         let Some(Resize::Input(resize)) = row.resize else {
             continue;
         };
-        match &row.place {
-            Place::RealIn(place) => {
-                resize(&mut zero, place.len(like));
-                place.slice_mut(&mut zero).fill(0.0);
-            }
-            Place::IntegerIn(place) => resize(&mut zero, place.len(like)),
-            Place::BooleanIn(place) => resize(&mut zero, place.len(like)),
-            _ => {}
+        input!(&row.place, |place| resize(&mut zero, place.len(like)));
+        if let Place::RealIn(place) = &row.place {
+            place.slice_mut(&mut zero).fill(0.0);
         }
     }
     zero

@@ -1,4 +1,4 @@
-//! Parameters: numbers set one by one, and texts that may set all of them.
+//! Parameters: values set one by one, and texts that may set all of them.
 //!
 //! What is in force does not depend on the order of setting: it is the start values and the
 //! explicit numbers that texts read, then what each text sets (a file, say), then every number that
@@ -11,28 +11,16 @@ use super::instance::{Instance, hear, listen, warn};
 use super::layout::Layout;
 use super::message::Kind;
 use super::phase::Phase;
-use super::place::{self, Place};
+use super::place::{self, Place, parameter};
 use super::state::Given;
 use super::value::{Value, allowed};
 use crate::Model;
-
-/// Runs `$then` with the place of a parameter that is a number; None for other rows.
-macro_rules! number {
-    ($place:expr, |$number:ident| $then:expr) => {
-        match $place {
-            Place::RealParameter($number) => Some($then),
-            Place::IntegerParameter($number) => Some($then),
-            Place::BooleanParameter($number) => Some($then),
-            _ => None,
-        }
-    };
-}
 
 /// The first parameter that is not finite, in its bounds and in its enumeration: its name, value,
 /// and what it must be.
 pub(crate) fn out_of_bounds<M: Model>(layout: &Layout<M>, p: &M::Parameters) -> Option<String> {
     layout.iter().find_map(|(i, row)| {
-        number!(&row.place, |place| {
+        parameter!(&row.place, |place| {
             let value = place.get(p, i);
             (!value.is_allowed(row)).then(|| {
                 let (name, allowed) = (row.element_name(i), allowed(row));
@@ -62,9 +50,9 @@ impl<M: Model> Instance<M> {
             let Some(place) = T::parameter(&row.place) else {
                 continue;
             };
+            let is_start = !is_running && value.is_same(&place.slice(&self.start)[i]);
             *place.get_mut(&mut parameters, i) = value;
             texts_read |= row.read_by_texts;
-            let is_start = !is_running && value.is_same(place.get(&self.start, i));
             given[self.layout.slot(element)] = if is_start {
                 Given::Start
             } else {
@@ -88,34 +76,44 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Sets texts. `values` are pairs of element and text.
-    pub(crate) fn set_texts(&mut self, values: &[(u32, &str)]) -> Result<(), Fault> {
-        if values.is_empty() {
-            return Ok(());
-        }
-        let mut given = self.state.given.clone();
-        let mut texts = self.texts(&self.state.parameters, &given);
-        for &(element, value) in values {
+    /// Sets texts. `values` are pairs of element and text, in any order those that may mean other
+    /// parameters and those that are values as numbers are.
+    pub(crate) fn set_texts(&mut self, values: Vec<(u32, String)>) -> Result<(), Fault> {
+        let (mut texts, mut plain) = (Vec::new(), Vec::new());
+        for (element, value) in values {
             let (i, row) = self.layout.find(element)?;
             match &row.place {
-                Place::StringParameter(get, _) if !self.state.phase.is_running() => {
-                    let is_start = value == get(&self.start);
-                    let element = self.layout.slot(element);
-                    texts[element] = (!is_start).then(|| value.to_owned());
-                    given[element] = if is_start {
-                        Given::Start
-                    } else {
-                        Given::Explicit
-                    };
-                }
-                _ => {
-                    return Err(self.not_settable(
-                        row,
-                        i,
-                        format!("\"{value}\""),
-                        place::Kind::String,
-                    ));
-                }
+                Place::Text(..) if !self.state.phase.is_running() => texts.push((element, value)),
+                Place::StringIn(_) | Place::StringParameter(_) => plain.push((element, value)),
+                _ => return Err(self.not_settable(row, i, &value.shown(), place::Kind::String)),
+            }
+        }
+        let plain = |k: usize| plain.get(k).cloned();
+        match &texts[..] {
+            [] => self.set(plain),
+            texts => {
+                let before = self.snapshot();
+                let done = self.set_meaning(texts).and_then(|()| self.set(plain));
+                done.inspect_err(|_| self.replace(before))
+            }
+        }
+    }
+
+    /// Sets texts that may mean other parameters.
+    fn set_meaning(&mut self, values: &[(u32, String)]) -> Result<(), Fault> {
+        let mut given = self.state.given.clone();
+        let mut texts = self.texts(&self.state.parameters, &given);
+        for (element, value) in values {
+            let (_, row) = self.layout.find(*element)?;
+            if let Place::Text(get, _) = &row.place {
+                let is_start = value == get(&self.start);
+                let slot = self.layout.slot(*element);
+                texts[slot] = (!is_start).then(|| value.clone());
+                given[slot] = if is_start {
+                    Given::Start
+                } else {
+                    Given::Explicit
+                };
             }
         }
         self.state.parameters = self.composed(&texts, &self.state.parameters.clone(), &given)?;
@@ -128,7 +126,7 @@ impl<M: Model> Instance<M> {
     fn texts(&self, p: &M::Parameters, given: &[Given]) -> Vec<Option<String>> {
         let mut texts = vec![None; given.len()];
         for (number, (_, row)) in self.layout.numbered() {
-            if let Place::StringParameter(get, _) = &row.place
+            if let Place::Text(get, _) = &row.place
                 && given[self.layout.slot(number)] == Given::Explicit
             {
                 texts[self.layout.slot(number)] = Some(get(p).to_owned());
@@ -148,13 +146,13 @@ impl<M: Model> Instance<M> {
         let mut parameters = self.start.clone();
         for (number, (i, row)) in self.layout.numbered() {
             if row.read_by_texts && given[self.layout.slot(number)] == Given::Explicit {
-                number!(&row.place, |place| *place.get_mut(&mut parameters, i) =
+                parameter!(&row.place, |place| *place.get_mut(&mut parameters, i) =
                     place.get(numbers, i));
             }
         }
         let mut sources = Vec::new();
         for (number, (_, row)) in self.layout.numbered() {
-            if let (Place::StringParameter(_, set), Some(text)) =
+            if let (Place::Text(_, set), Some(text)) =
                 (&row.place, &texts[self.layout.slot(number)])
             {
                 let source = format!("`{}` = \"{text}\"", row.name);
@@ -172,13 +170,15 @@ impl<M: Model> Instance<M> {
         }
         let mut overridden = Vec::new();
         for (number, (i, row)) in self.layout.numbered() {
-            number!(&row.place, |place| {
+            parameter!(&row.place, |place| {
                 let (start, value) = (place.get(&self.start, i), place.get(&parameters, i));
                 match given[self.layout.slot(number)] {
                     Given::Explicit => *place.get_mut(&mut parameters, i) = place.get(numbers, i),
-                    Given::Start if !value.is_same(start) => overridden.push(format!(
-                        "`{}` = {start}, its start value, was set; {value} from {} stays in force",
-                        row.element_name(i),
+                    Given::Start if !value.is_same(&start) => overridden.push(format!(
+                        "`{}` = {}, its start value, was set; {} from {} stays in force",
+                        self.name(row, i),
+                        start.shown(),
+                        value.shown(),
                         sources.join(", "),
                     )),
                     _ => {}
@@ -195,12 +195,18 @@ impl<M: Model> Instance<M> {
     pub(crate) fn text(&mut self, element: u32) -> Result<&str, Fault> {
         let (i, row) = self.layout.find_any(element)?;
         match &row.place {
-            Place::StringParameter(get, _) => Ok(get(&self.state.parameters)),
-            Place::StringOut(get) => {
+            Place::Text(get, _) => Ok(get(&self.state.parameters)),
+            Place::TextOut(get) => {
                 self.refresh_for(row)?;
                 Ok(get(&self.output))
             }
-            _ => Err(self.not_gettable(row, i, self.names.string)),
+            _ => {
+                let run = match self.layout.run(element) {
+                    Err(unknown) if row.place.kind() == place::Kind::String => return Err(unknown),
+                    found => found.map_err(|_| self.not_gettable(row, i, "String"))?,
+                };
+                Ok(&self.values::<String>(&run, i)?[i])
+            }
         }
     }
 }

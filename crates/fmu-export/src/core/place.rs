@@ -1,24 +1,14 @@
 //! Where the elements of a row live in a model's structs, and their type.
 
+use super::binary::Binary;
 use super::copied::copied;
 use std::path::Path;
 use std::slice;
 
-/// Type of a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
-    Real,
-    Integer,
-    Boolean,
-    String,
-}
-
-/// What a border calls the types.
+/// What a border calls the types; of others the name is the same everywhere.
 pub(crate) struct Names {
     pub(crate) real: &'static str,
     pub(crate) integer: &'static str,
-    pub(crate) boolean: &'static str,
-    pub(crate) string: &'static str,
     /// An Integer that is a size.
     pub(crate) size: &'static str,
     /// An Integer with an enumeration.
@@ -32,8 +22,6 @@ impl Names {
     pub(crate) const PLAIN: Self = Self {
         real: "Real",
         integer: "Integer",
-        boolean: "Boolean",
-        string: "String",
         size: "Integer",
         enumeration: "Integer",
         enumeration_access: "Integer",
@@ -46,30 +34,174 @@ impl Kind {
         match self {
             Kind::Real => names.real,
             Kind::Integer => names.integer,
-            Kind::Boolean => names.boolean,
-            Kind::String => names.string,
+            other => other.plain(),
         }
     }
 }
 
-/// Where the elements of a row live, and their type.
-pub(crate) enum Place<P, U, Y> {
-    RealIn(Write<U, f64>),
-    IntegerIn(Write<U, i32>),
-    BooleanIn(Write<U, bool>),
-    RealOut(Read<Y, f64>),
-    IntegerOut(Read<Y, i32>),
-    BooleanOut(Read<Y, bool>),
-    StringOut(fn(&Y) -> &str),
-    RealParameter(Write<P, f64>),
-    IntegerParameter(Write<P, i32>),
-    BooleanParameter(Write<P, bool>),
-    StringParameter(fn(&P) -> &str, SetText<P>),
-    /// The derivative of the state that the row is named after, behind the table.
-    Derivative,
-    /// An event indicator, behind the table.
-    Indicator,
+/// Where rows keep values of a type.
+pub(crate) trait Kept: Sized {
+    const KIND: Kind;
+
+    fn input<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Write<U, Self>>;
+    fn parameter<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Write<P, Self>>;
+    fn output<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Read<Y, Self>>;
 }
+
+/// The types of rows, and where the elements of each can live: of inputs, of parameters, of what is
+/// computed.
+macro_rules! types {
+    ($($(#[$doc:meta])* $kind:ident $type:ty: $input:ident $parameter:ident $output:ident;)*) => {
+        /// Type of a row.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub(crate) enum Kind {
+            $($kind,)*
+        }
+
+        impl Kind {
+            fn plain(self) -> &'static str {
+                match self {
+                    $(Kind::$kind => stringify!($kind),)*
+                }
+            }
+        }
+
+        /// Where the elements of a row live, and their type.
+        pub(crate) enum Place<P, U, Y> {
+            $($input(Write<U, $type>), $parameter(Write<P, $type>), $output(Read<Y, $type>),)*
+            /// A text that a function gives.
+            TextOut(fn(&Y) -> &str),
+            /// A text that may mean other parameters, such as a file of them.
+            Text(fn(&P) -> &str, SetText<P>),
+            /// The derivative of the state that the row is named after, behind the table.
+            Derivative,
+            /// An event indicator, behind the table.
+            Indicator,
+        }
+
+        impl<P, U, Y> Place<P, U, Y> {
+            /// Its type.
+            pub(crate) fn kind(&self) -> Kind {
+                match self {
+                    $(Place::$input(_) | Place::$parameter(_) | Place::$output(_) => Kind::$kind,)*
+                    Place::TextOut(_) | Place::Text(..) => Kind::String,
+                    Place::Derivative | Place::Indicator => Kind::Real,
+                }
+            }
+        }
+
+        $(impl Kept for $type {
+            const KIND: Kind = Kind::$kind;
+
+            #[inline]
+            fn input<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Write<U, Self>> {
+                if let Place::$input(place) = place { Some(place) } else { None }
+            }
+
+            #[inline]
+            fn parameter<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Write<P, Self>> {
+                if let Place::$parameter(place) = place { Some(place) } else { None }
+            }
+
+            #[inline]
+            fn output<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Read<Y, Self>> {
+                if let Place::$output(place) = place { Some(place) } else { None }
+            }
+        })*
+
+        /// Accessors of a row of any type: of all its elements, to read and to write. Those of a scalar
+        /// give a slice of one.
+        pub enum Fields<S> {
+            $($(#[$doc])* $kind(fn(&S) -> &[$type], fn(&mut S) -> &mut [$type]),)*
+        }
+
+        impl<P, U, Y> Place<P, U, Y> {
+            pub(crate) const fn of_input(fields: Fields<U>) -> Self {
+                match fields {
+                    $(Fields::$kind(get, get_mut) => Place::$input(Write::Vector(get, get_mut)),)*
+                }
+            }
+
+            pub(crate) const fn of_parameter(fields: Fields<P>) -> Self {
+                match fields {
+                    $(Fields::$kind(get, get_mut) => Place::$parameter(Write::Vector(get, get_mut)),)*
+                }
+            }
+
+            pub(crate) const fn of_output(fields: Fields<Y>) -> Self {
+                match fields {
+                    $(Fields::$kind(get, _) => Place::$output(Read::Vector(get)),)*
+                }
+            }
+        }
+    };
+}
+
+types! {
+    /// Real of FMI 2.0, Float64 of FMI 3.0.
+    Real f64: RealIn RealParameter RealOut;
+    /// Integer of FMI 2.0, Int32 of FMI 3.0.
+    Integer i32: IntegerIn IntegerParameter IntegerOut;
+    /// Truth values.
+    Boolean bool: BooleanIn BooleanParameter BooleanOut;
+    /// Texts.
+    String String: StringIn StringParameter StringOut;
+    /// FMI 3.0 only, as all below.
+    Float32 f32: Float32In Float32Parameter Float32Out;
+    /// Whole numbers of 8 bits.
+    Int8 i8: Int8In Int8Parameter Int8Out;
+    /// The same from 0.
+    UInt8 u8: UInt8In UInt8Parameter UInt8Out;
+    /// Of 16 bits.
+    Int16 i16: Int16In Int16Parameter Int16Out;
+    /// The same from 0.
+    UInt16 u16: UInt16In UInt16Parameter UInt16Out;
+    /// Of 32 bits from 0.
+    UInt32 u32: UInt32In UInt32Parameter UInt32Out;
+    /// Of 64 bits.
+    Int64 i64: Int64In Int64Parameter Int64Out;
+    /// The same from 0.
+    UInt64 u64: UInt64In UInt64Parameter UInt64Out;
+    /// Bytes.
+    Binary Binary: BinaryIn BinaryParameter BinaryOut;
+}
+
+/// Runs `$then` with what is in a place of any of the kinds; None for other places.
+macro_rules! one_of {
+    ($place:expr, |$at:ident| $then:expr; $($kind:ident)*) => {
+        match $place {
+            $($crate::core::place::Place::$kind($at) => Some($then),)*
+            _ => None,
+        }
+    };
+}
+
+/// The same of inputs.
+macro_rules! input {
+    ($place:expr, |$at:ident| $then:expr) => {
+        $crate::core::place::one_of!($place, |$at| $then; RealIn IntegerIn BooleanIn StringIn Float32In Int8In
+            UInt8In Int16In UInt16In UInt32In Int64In UInt64In BinaryIn)
+    };
+}
+
+/// The same of parameters, without texts that may mean other parameters.
+macro_rules! parameter {
+    ($place:expr, |$at:ident| $then:expr) => {
+        $crate::core::place::one_of!($place, |$at| $then; RealParameter IntegerParameter BooleanParameter
+            StringParameter Float32Parameter Int8Parameter UInt8Parameter Int16Parameter UInt16Parameter
+            UInt32Parameter Int64Parameter UInt64Parameter BinaryParameter)
+    };
+}
+
+/// The same of what is computed, without texts that a function gives.
+macro_rules! output {
+    ($place:expr, |$at:ident| $then:expr) => {
+        $crate::core::place::one_of!($place, |$at| $then; RealOut IntegerOut BooleanOut StringOut Float32Out
+            Int8Out UInt8Out Int16Out UInt16Out UInt32Out Int64Out UInt64Out BinaryOut)
+    };
+}
+
+pub(crate) use {input, one_of, output, parameter};
 
 /// Setter of a String parameter: parameters, text, the FMU's resources folder if the importer gave
 /// one.
@@ -95,34 +227,11 @@ copied! {
 
 impl<P, U, Y> Place<P, U, Y> {
     pub(crate) fn len(&self, p: &P, u: &U, y: &Y) -> usize {
-        match self {
-            Place::RealIn(place) => place.len(u),
-            Place::IntegerIn(place) => place.len(u),
-            Place::BooleanIn(place) => place.len(u),
-            Place::RealOut(place) => place.len(y),
-            Place::IntegerOut(place) => place.len(y),
-            Place::BooleanOut(place) => place.len(y),
-            Place::RealParameter(place) => place.len(p),
-            Place::IntegerParameter(place) => place.len(p),
-            Place::BooleanParameter(place) => place.len(p),
-            Place::StringParameter(..) | Place::StringOut(_) | Place::Indicator => 1,
-            Place::Derivative => 0, // as many as the state has
-        }
-    }
-
-    /// Its type.
-    pub(crate) fn kind(&self) -> Kind {
-        match self {
-            Place::RealIn(_) | Place::RealOut(_) | Place::RealParameter(_) => Kind::Real,
-            Place::Derivative | Place::Indicator => Kind::Real,
-            Place::IntegerIn(_) | Place::IntegerOut(_) | Place::IntegerParameter(_) => {
-                Kind::Integer
-            }
-            Place::BooleanIn(_) | Place::BooleanOut(_) | Place::BooleanParameter(_) => {
-                Kind::Boolean
-            }
-            Place::StringParameter(..) | Place::StringOut(_) => Kind::String,
-        }
+        let of_input = input!(self, |place| place.len(u));
+        let known = of_input.or_else(|| parameter!(self, |place| place.len(p)));
+        let found = known.or_else(|| output!(self, |place| place.len(y)));
+        // A derivative has as many as its state.
+        found.unwrap_or(usize::from(!self.is_derivative()))
     }
 
     /// Whether the row is the derivative of a state.
@@ -135,12 +244,13 @@ impl<P, U, Y> Place<P, U, Y> {
         matches!(self, Place::Derivative | Place::Indicator)
     }
 
+    /// Whether its elements are floating-point numbers, which have units and may be continuous.
     pub(crate) fn is_real(&self) -> bool {
-        self.kind() == Kind::Real
+        matches!(self.kind(), Kind::Real | Kind::Float32)
     }
 }
 
-impl<S, T: Copy> Read<S, T> {
+impl<S, T: Clone> Read<S, T> {
     fn len(&self, s: &S) -> usize {
         self.slice(s).len()
     }
@@ -156,11 +266,11 @@ impl<S, T: Copy> Read<S, T> {
 
     #[inline]
     pub(crate) fn get(&self, s: &S, i: usize) -> T {
-        self.slice(s)[i]
+        self.slice(s)[i].clone()
     }
 }
 
-impl<S, T: Copy> Write<S, T> {
+impl<S, T: Clone> Write<S, T> {
     pub(crate) fn len(&self, s: &S) -> usize {
         self.slice(s).len()
     }
@@ -176,7 +286,7 @@ impl<S, T: Copy> Write<S, T> {
 
     #[inline]
     pub(crate) fn get(&self, s: &S, i: usize) -> T {
-        self.slice(s)[i]
+        self.slice(s)[i].clone()
     }
 
     /// All elements of the row, to write.

@@ -9,7 +9,7 @@ use super::enumeration::{Enumeration, Items};
 use super::layout::state;
 use super::length::Length;
 use super::model::{Model, SetString, Variable};
-use super::place::{Names, Place, Read, Write};
+use super::place::{Fields, Names, Place, Read, Write};
 use super::setters::setters;
 use super::unit::Unit;
 use std::ops::RangeInclusive;
@@ -60,6 +60,20 @@ macro_rules! readable_rows {
     )*};
 }
 
+macro_rules! rows_of {
+    ($($scalar:ident $vector:ident $what:literal $causality:ident $place:ident $owner:ident;)*) => {$(
+        #[doc = concat!("A scalar ", $what, " of any type.")]
+        pub const fn $scalar(name: &'static str, description: &'static str, fields: Fields<M::$owner>) -> Self {
+            Self::row(name, description, Causality::$causality, Place::$place(fields), true)
+        }
+
+        #[doc = concat!("A vector ", $what, " of any type.")]
+        pub const fn $vector(name: &'static str, description: &'static str, fields: Fields<M::$owner>) -> Self {
+            Self::row(name, description, Causality::$causality, Place::$place(fields), false)
+        }
+    )*};
+}
+
 impl<M: Model> Variable<M> {
     writable_rows! {
         input inputs "Real input" Input RealIn Input f64;
@@ -85,13 +99,22 @@ impl<M: Model> Variable<M> {
         boolean_constant boolean_constants "Boolean constant" Constant BooleanOut bool;
     }
 
+    rows_of! {
+        input_of inputs_of "input" Input of_input Input;
+        parameter_of parameters_of "parameter" Parameter of_parameter Parameters;
+        output_of outputs_of "output" Output of_output Output;
+        local_of locals_of "local variable" Local of_output Output;
+        calculated_parameter_of calculated_parameters_of "parameter that is calculated of others" CalculatedParameter of_output Output;
+        constant_of constants_of "constant" Constant of_output Output;
+    }
+
     /// A String output.
     pub const fn string_output(
         name: &'static str,
         description: &'static str,
         get: fn(&M::Output) -> &str,
     ) -> Self {
-        let place = Place::StringOut(get);
+        let place = Place::TextOut(get);
         Self::row(name, description, Causality::Output, place, true)
     }
 
@@ -104,7 +127,7 @@ impl<M: Model> Variable<M> {
         get: fn(&M::Parameters) -> &str,
         set: SetString<M>,
     ) -> Self {
-        let place = Place::StringParameter(get, set);
+        let place = Place::Text(get, set);
         Self::row(name, description, Causality::Parameter, place, true)
     }
 

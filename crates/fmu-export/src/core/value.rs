@@ -1,29 +1,41 @@
-//! The three types with fixed size: Real, Integer (and Enumeration), Boolean.
+//! What the types of rows have in common, and what is allowed of each.
 
+use super::binary::Binary;
 use super::enumeration::numbered;
 use super::model::{Model, Variable};
-use super::place::{Kind, Place, Read, Write};
+use super::place::Kept;
 use std::fmt::Display;
 
-/// A type of variable: where rows keep it, what is allowed.
-pub(crate) trait Value: Copy + Default + Display + 'static {
-    const KIND: Kind;
-
-    fn input<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Write<U, Self>>;
-    fn parameter<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Write<P, Self>>;
-    fn output<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Read<Y, Self>>;
-
+/// A type of variable.
+pub(crate) trait Value: Kept + Clone + Default + Display + 'static {
     /// Whether the value is finite, in the row's bounds and in its enumeration.
     #[inline]
-    fn is_allowed<M: Model>(self, row: &Variable<M>) -> bool {
+    fn is_allowed<M: Model>(&self, row: &Variable<M>) -> bool {
         self.is_within(row.bounds())
     }
 
     /// The same with [`Variable::bounds`] of the row.
-    fn is_within(self, bounds: [f64; 2]) -> bool;
+    fn is_within(&self, bounds: [f64; 2]) -> bool;
 
     /// Whether the two are the same bits.
-    fn is_same(self, other: Self) -> bool;
+    fn is_same(&self, other: &Self) -> bool;
+
+    /// Its bits, so that none is mistaken for another one.
+    fn write_bytes(&self, to: &mut Vec<u8>);
+
+    /// As a model description has it: of numbers the shortest that reads back as the same.
+    fn written(&self) -> String {
+        self.to_string()
+    }
+
+    /// In a message.
+    #[cold]
+    fn shown(&self) -> String {
+        self.to_string()
+    }
+
+    /// Values near it, moved by a part of its size, of which some may be allowed.
+    fn moved<M: Model>(&self, part: f64, row: &Variable<M>) -> Vec<Self>;
 
     /// The value of time, if it is of this type.
     fn of_time(_time: f64) -> Option<Self> {
@@ -36,60 +48,54 @@ pub(crate) trait Value: Copy + Default + Display + 'static {
     }
 
     /// Whether the value may be given out: no NaN, no infinity.
-    fn is_finite(self) -> bool {
+    fn is_finite(&self) -> bool {
         true
     }
 
     /// The same of all of them.
     #[inline]
     fn are_finite(values: &[Self]) -> bool {
-        values.iter().all(|value| value.is_finite())
+        values.iter().all(Value::is_finite)
     }
 }
 
-macro_rules! places {
-    ($input:ident $parameter:ident $output:ident) => {
+/// What floating-point numbers have in common.
+macro_rules! float {
+    () => {
         #[inline]
-        fn input<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Write<U, Self>> {
-            if let Place::$input(place) = place {
-                Some(place)
-            } else {
-                None
-            }
+        fn is_same(&self, other: &Self) -> bool {
+            self.to_bits() == other.to_bits()
+        }
+
+        fn write_bytes(&self, to: &mut Vec<u8>) {
+            to.extend(self.to_le_bytes());
+        }
+
+        fn written(&self) -> String {
+            format!("{self:?}")
+        }
+
+        fn moved<M: Model>(&self, part: f64, row: &Variable<M>) -> Vec<Self> {
+            let size = row.nominal.unwrap_or(1.0).max(self.abs().into());
+            let parts = [1.0, 0.1, 1e-3]
+                .into_iter()
+                .flat_map(|of| [of * part, -of * part]);
+            parts.map(|part| self + (part * size) as Self).collect()
         }
 
         #[inline]
-        fn parameter<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Write<P, Self>> {
-            if let Place::$parameter(place) = place {
-                Some(place)
-            } else {
-                None
-            }
-        }
-
-        #[inline]
-        fn output<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Read<Y, Self>> {
-            if let Place::$output(place) = place {
-                Some(place)
-            } else {
-                None
-            }
+        fn is_finite(&self) -> bool {
+            self.abs() <= Self::MAX // one comparison, which NaN fails too
         }
     };
 }
 
 impl Value for f64 {
-    const KIND: Kind = Kind::Real;
-    places!(RealIn RealParameter RealOut);
+    float!();
 
     #[inline]
-    fn is_within(self, [min, max]: [f64; 2]) -> bool {
-        min <= self && self <= max
-    }
-
-    #[inline]
-    fn is_same(self, other: f64) -> bool {
-        self.to_bits() == other.to_bits()
+    fn is_within(&self, [min, max]: [f64; 2]) -> bool {
+        min <= *self && *self <= max
     }
 
     fn of_time(time: f64) -> Option<f64> {
@@ -98,11 +104,6 @@ impl Value for f64 {
 
     fn of_reals(values: &[f64]) -> Option<&[f64]> {
         Some(values)
-    }
-
-    #[inline]
-    fn is_finite(self) -> bool {
-        self.abs() <= f64::MAX // one comparison, which NaN fails too
     }
 
     /// Without a branch for each: of what is not finite all bits of the exponent are set, and one
@@ -116,33 +117,103 @@ impl Value for f64 {
     }
 }
 
-impl Value for i32 {
-    const KIND: Kind = Kind::Integer;
-    places!(IntegerIn IntegerParameter IntegerOut);
+impl Value for f32 {
+    float!();
 
+    /// Bounds are written with fewer digits than an f64 has: the nearest f32 is meant.
     #[inline]
-    fn is_within(self, bounds: [f64; 2]) -> bool {
-        f64::from(self).is_within(bounds)
-    }
-
-    #[inline]
-    fn is_same(self, other: i32) -> bool {
-        self == other
+    fn is_within(&self, [min, max]: [f64; 2]) -> bool {
+        self.is_finite() && min as f32 <= *self && *self <= max as f32
     }
 }
 
-impl Value for bool {
-    const KIND: Kind = Kind::Boolean;
-    places!(BooleanIn BooleanParameter BooleanOut);
+/// Whole numbers, which `$wide` holds with bounds.
+macro_rules! integer {
+    ($($type:ty: $wide:ty;)*) => {$(
+        impl Value for $type {
+            #[inline]
+            fn is_within(&self, [min, max]: [f64; 2]) -> bool {
+                min as $wide <= <$wide>::from(*self) && <$wide>::from(*self) <= max as $wide
+            }
 
+            #[inline]
+            fn is_same(&self, other: &Self) -> bool {
+                self == other
+            }
+
+            fn write_bytes(&self, to: &mut Vec<u8>) {
+                to.extend(self.to_le_bytes());
+            }
+
+            fn moved<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<Self> {
+                vec![self.saturating_add(1), self.saturating_sub(1)]
+            }
+        }
+    )*};
+}
+
+// Conversions to 128 bits are exact within bounds, and saturate beyond.
+integer! { i8: f64; u8: f64; i16: f64; u16: f64; i32: f64; u32: f64; i64: i128; u64: i128; }
+
+impl Value for bool {
     #[inline]
-    fn is_within(self, _bounds: [f64; 2]) -> bool {
+    fn is_within(&self, _bounds: [f64; 2]) -> bool {
         true
     }
 
     #[inline]
-    fn is_same(self, other: bool) -> bool {
+    fn is_same(&self, other: &bool) -> bool {
         self == other
+    }
+
+    fn write_bytes(&self, to: &mut Vec<u8>) {
+        to.push((*self).into());
+    }
+
+    fn moved<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<bool> {
+        vec![!self]
+    }
+}
+
+impl Value for String {
+    fn is_within(&self, _bounds: [f64; 2]) -> bool {
+        true
+    }
+
+    fn is_same(&self, other: &String) -> bool {
+        self == other
+    }
+
+    fn write_bytes(&self, to: &mut Vec<u8>) {
+        to.extend((self.len() as u64).to_le_bytes());
+        to.extend(self.as_bytes());
+    }
+
+    fn shown(&self) -> String {
+        format!("\"{self}\"")
+    }
+
+    fn moved<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<String> {
+        vec![format!("{self}'")]
+    }
+}
+
+impl Value for Binary {
+    fn is_within(&self, _bounds: [f64; 2]) -> bool {
+        true
+    }
+
+    fn is_same(&self, other: &Binary) -> bool {
+        self == other
+    }
+
+    fn write_bytes(&self, to: &mut Vec<u8>) {
+        to.extend((self.len() as u64).to_le_bytes());
+        to.extend(&self.0);
+    }
+
+    fn moved<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<Binary> {
+        vec![Binary([&self[..], &[0]].concat())]
     }
 }
 

@@ -1,25 +1,27 @@
 //! Arrays of any length as serde has them: the elements one after the other, without their number.
 
+use super::Choice;
+use crate::Binary;
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::ser::SerializeTuple;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use std::marker::PhantomData;
 
-/// Numbers, and arrays of them, and so on.
+/// Values, and arrays of them, and so on.
 pub trait Cells: Sized {
-    /// All of them are zero.
+    /// All of them are zero, or empty.
     const ZERO: Self;
-    /// How many numbers there are.
+    /// How many values there are.
     const LEN: usize;
 
-    /// Writes the numbers.
+    /// Writes the values.
     ///
     /// # Errors
     /// Those of the serializer.
     fn write<S: SerializeTuple>(&self, to: &mut S) -> Result<(), S::Error>;
 
-    /// Reads the numbers.
+    /// Reads the values.
     ///
     /// # Errors
     /// Those of the deserializer.
@@ -27,8 +29,8 @@ pub trait Cells: Sized {
 }
 
 macro_rules! cells {
-    ($($type:ty: $zero:literal)*) => {$(
-        impl Cells for $type {
+    ($([$($of:ident)?] $type:ty: $zero:expr;)*) => {$(
+        impl$(<$of>)? Cells for $type {
             const ZERO: Self = $zero;
             const LEN: usize = 1;
 
@@ -45,7 +47,11 @@ macro_rules! cells {
     )*};
 }
 
-cells! { f64: 0.0 i32: 0 bool: false }
+cells! {
+    [] f64: 0.0; [] f32: 0.0; [] bool: false; [] String: String::new(); [] Binary: Binary::new();
+    [] i8: 0; [] u8: 0; [] i16: 0; [] u16: 0; [] i32: 0; [] u32: 0; [] i64: 0; [] u64: 0;
+    [E] Choice<E>: Choice::NONE;
+}
 
 impl<T: Cells, const N: usize> Cells for [T; N] {
     const ZERO: Self = [T::ZERO; N];
@@ -82,7 +88,7 @@ impl<'de, T: Cells> Deserialize<'de> for Read<T> {
             type Value = Read<T>;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                write!(f, "{} numbers", T::LEN)
+                write!(f, "{} values", T::LEN)
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut from: A) -> Result<Read<T>, A::Error> {

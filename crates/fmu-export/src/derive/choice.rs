@@ -5,6 +5,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use std::marker::PhantomData;
 use std::ops::Deref;
+use std::slice;
 
 /// An enumeration without data: `#[derive(Enumeration)]` makes it the type of a variable.
 #[diagnostic::on_unimplemented(
@@ -26,32 +27,36 @@ pub trait Item: Copy + Send + 'static {
 /// `*choice` is the item, to compare or to match; `item.into()` makes a choice of an item. It holds
 /// a number, because that is what importers set; the border lets no number pass that is not of an
 /// item.
+#[repr(transparent)]
 pub struct Choice<E>(i32, PhantomData<E>);
+
+impl<E> Choice<E> {
+    /// No item: what derivatives and seeds of inputs hold.
+    pub(super) const NONE: Self = Self(0, PhantomData);
+
+    /// The numbers of the items.
+    #[inline]
+    pub(super) fn numbers(choices: &[Self]) -> &[i32] {
+        // SAFETY: a choice is a number, and nothing else.
+        unsafe { slice::from_raw_parts(choices.as_ptr().cast(), choices.len()) }
+    }
+
+    /// The same, to write.
+    #[inline]
+    pub(super) fn numbers_mut(choices: &mut [Self]) -> &mut [i32] {
+        // SAFETY: as above; every number is a choice.
+        unsafe { slice::from_raw_parts_mut(choices.as_mut_ptr().cast(), choices.len()) }
+    }
+}
 
 /// What is behind the type of a field.
 pub trait Enumerated {
     /// Of the items.
     const ENUMERATION: Enumeration;
-
-    /// Number of the item, from 1.
-    fn number(&self) -> &i32;
-
-    /// The same, to write.
-    fn number_mut(&mut self) -> &mut i32;
 }
 
 impl<E: Item> Enumerated for Choice<E> {
     const ENUMERATION: Enumeration = E::ENUMERATION;
-
-    #[inline]
-    fn number(&self) -> &i32 {
-        &self.0
-    }
-
-    #[inline]
-    fn number_mut(&mut self) -> &mut i32 {
-        &mut self.0
-    }
 }
 
 impl<E: Item> Deref for Choice<E> {
@@ -82,11 +87,10 @@ impl<E> Clone for Choice<E> {
 
 impl<E> Copy for Choice<E> {}
 
-/// No item: what derivatives and seeds of inputs hold.
 impl<E> Default for Choice<E> {
     #[inline]
     fn default() -> Self {
-        Self(0, PhantomData)
+        Self::NONE
     }
 }
 

@@ -32,8 +32,8 @@ use serde::{Serialize, de::DeserializeOwned};
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot be a parameter",
     label = "not a type of parameter",
-    note = "a parameter is an f64, an i32, a bool, an array or a Vec of one of them, a String, a Choice<…>, or a struct with \
-            #[derive(Parameters)]"
+    note = "a parameter is an f64, an f32, an integer, a bool, a String, a Binary, a Choice<…>, an array or a Vec of one of them, or \
+            a struct with #[derive(Parameters)]"
 )]
 pub trait Parameters: Clone + Serialize + DeserializeOwned {
     /// The start values.
@@ -44,7 +44,8 @@ pub trait Parameters: Clone + Serialize + DeserializeOwned {
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot be an input",
     label = "not a type of input",
-    note = "an input is an f64, an i32, a bool, an array or a Vec of one of them, a Choice<…>, or a struct with #[derive(Input)]"
+    note = "an input is an f64, an f32, an integer, a bool, a String, a Binary, a Choice<…>, an array or a Vec of one of them, or a \
+            struct with #[derive(Input)]"
 )]
 pub trait Input: Clone + Default + Serialize + DeserializeOwned {
     /// The start values.
@@ -55,8 +56,8 @@ pub trait Input: Clone + Default + Serialize + DeserializeOwned {
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot be an output",
     label = "not a type of output",
-    note = "an output is an f64, an i32, a bool, an array or a Vec of one of them, a &'static str, a Choice<…>, or a struct with \
-            #[derive(Output)]"
+    note = "an output is an f64, an f32, an integer, a bool, a String, a Binary, a Choice<…>, an array or a Vec of one of them, a \
+            &'static str, or a struct with #[derive(Output)]"
 )]
 pub trait Output: Clone + Default {}
 

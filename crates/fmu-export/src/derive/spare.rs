@@ -5,7 +5,7 @@
 //! goes through [`Of`]: its functions are those of the type where it has what they need, and else
 //! those of [`Spare`], which are never called, because what has such a field does not compile.
 
-use super::{Choice, Enumerated, Item, Output, Part, Rows, Vector};
+use super::{Choice, Item, Output, Part, Rows, Vector};
 use crate::Model;
 use serde::{Serialize, de::DeserializeOwned};
 use std::marker::PhantomData;
@@ -73,13 +73,13 @@ impl<E: Item> Of<Choice<E>> {
     }
 
     #[inline]
-    pub fn number(choice: &Choice<E>) -> &i32 {
-        choice.number()
+    pub fn numbers(choices: &[Choice<E>]) -> &[i32] {
+        Choice::numbers(choices)
     }
 
     #[inline]
-    pub fn number_mut(choice: &mut Choice<E>) -> &mut i32 {
-        choice.number_mut()
+    pub fn numbers_mut(choices: &mut [Choice<E>]) -> &mut [i32] {
+        Choice::numbers_mut(choices)
     }
 }
 
@@ -125,11 +125,11 @@ pub trait Spare<T>: Sized {
         unreachable!()
     }
 
-    fn number(_: &T) -> &i32 {
+    fn numbers(_: &[T]) -> &[i32] {
         unreachable!()
     }
 
-    fn number_mut(_: &mut T) -> &mut i32 {
+    fn numbers_mut(_: &mut [T]) -> &mut [i32] {
         unreachable!()
     }
 }

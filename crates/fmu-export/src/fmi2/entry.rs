@@ -10,6 +10,7 @@ pub use crate::border::export::Exported;
 pub use crate::border::library::Library;
 
 use super::component::{Body, Fmi2};
+use super::description::lacking;
 use super::ffi::*;
 use crate::Model;
 use crate::border::arguments::{Array, ArrayMut, array, array_mut, place, texts};
@@ -51,7 +52,7 @@ functions! { ($) Fmi2 export_fmi2_functions;
     fmi2GetString [GET] (vr: *const ValueReference, n: usize, value: *mut Str)
         |b| {
             let (vr, value) = (array("vr", vr, n)?, array_mut("value", value, n)?);
-            b.get_texts(n, |k| vr.get(k), value)
+            b.get_texts((0..n).map(|k| vr.get(k)), value)
         };
     fmi2SetReal [I | N | S | M | C] (vr: *const ValueReference, n: usize, value: *const Real)
         |b| { let vr = array("vr", vr, n)?; b.instance.check_between_events(|k| vr.at(k))?; set(b, vr, array("value", value, n)?, |x: Real| x) };
@@ -62,7 +63,7 @@ functions! { ($) Fmi2 export_fmi2_functions;
     fmi2SetString [I | N | S | M] (vr: *const ValueReference, n: usize, value: *const Str)
         |b| {
             let (vr, value) = (array("vr", vr, n)?, texts("value", value, n)?);
-            b.set_texts(|k| vr.get(k), &value)
+            b.set_texts(vr.iter(), &value)
         };
 
     fmi2GetFMUstate [I | N | S | M | C | T] (state: *mut FmuState)
@@ -191,7 +192,8 @@ fn get<M: Model, C: Copy, T: Value>(
     (b.instance).get(|k| vr.at(k), |k, value| values.put(k, to_c(value)))
 }
 
-/// fmi2ExportFiles: hands every file of the FMU beside the binaries to `receive`; 0 if all is well.
+/// fmi2ExportFiles: hands every file of the FMU beside the binaries to `receive`; 0 if all is well, 2
+/// if a variable is of a type that FMI 2.0 does not have.
 ///
 /// # Safety
 /// `receive` may be called with `context`.
@@ -201,5 +203,10 @@ pub unsafe fn export_files<X: Exported>(
     receive: Option<ReceiveFile>,
 ) -> c_int {
     // SAFETY: forwarded.
-    unsafe { files::export(library, context, receive, super::files::files::<X::Model>) }
+    let status =
+        unsafe { files::export(library, context, receive, super::files::files::<X::Model>) };
+    match lacking::<X::Model>() {
+        Some(_) => 2,
+        None => status,
+    }
 }

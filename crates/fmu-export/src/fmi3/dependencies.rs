@@ -27,7 +27,10 @@ impl<M: Model> Body<M> {
         let phase = self.instance.state.phase;
         let initially = matches!(phase, Phase::Instantiated | Phase::Initialization);
         if !row.is_unknown(initially) {
-            let (name, kind) = (row.element_name(first), row.kind(self.instance.names));
+            let (name, kind) = (
+                self.instance.name(row, first),
+                row.kind(self.instance.names),
+            );
             return refuse!(
                 "`{name}` is {kind}; it must be a variable of ModelStructure in this mode"
             );

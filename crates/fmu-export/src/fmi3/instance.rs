@@ -49,8 +49,6 @@ pub(crate) type Body<M> = body::Body<M, Fmi3>;
 pub(crate) const NAMES: Names = Names {
     real: "Float64",
     integer: "Int32",
-    boolean: "Boolean",
-    string: "String",
     size: "UInt64",
     enumeration: "Enumeration",
     enumeration_access: "Int64",

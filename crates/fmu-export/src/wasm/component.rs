@@ -322,8 +322,9 @@ functions! { ($) export_component_methods "fmi:fmi3/co-simulation@3.0.0#[method]
         result(status, Events { flags, time })
     }
     "get-string" get_string(this: This, vr: *const ValueReference, n: usize) -> Answer {
-        let mut values = vec![ptr::null(); n];
-        let status = e::fmi3GetString::<X>(instance(this), vr, n, values.as_mut_ptr(), n);
+        let count = count::<X>(this, (vr, n));
+        let mut values = vec![ptr::null(); count];
+        let status = e::fmi3GetString::<X>(instance(this), vr, n, values.as_mut_ptr(), count);
         let texts = match status {
             Status::Ok => values.into_iter().map(|text| List::of(CStr::from_ptr(text).to_bytes())).collect(),
             _ => Vec::new(),
@@ -331,8 +332,10 @@ functions! { ($) export_component_methods "fmi:fmi3/co-simulation@3.0.0#[method]
         result(status, List::kept(texts))
     }
     "get-binary" get_binary(this: This, vr: *const ValueReference, n: usize) -> Answer {
-        let (mut sizes, mut values) = (vec![0; n], vec![ptr::null(); n]);
-        let status = e::fmi3GetBinary::<X>(instance(this), vr, n, sizes.as_mut_ptr(), values.as_mut_ptr(), n);
+        let count = count::<X>(this, (vr, n));
+        let (mut sizes, mut values) = (vec![0; count], vec![ptr::null(); count]);
+        let (sizes_at, values_at) = (sizes.as_mut_ptr(), values.as_mut_ptr());
+        let status = e::fmi3GetBinary::<X>(instance(this), vr, n, sizes_at, values_at, count);
         let values = sizes.into_iter().zip(values).map(|(len, at)| List::at(at, len)).collect();
         result(status, List::kept::<List>(values))
     }

@@ -29,7 +29,7 @@ struct Parameters {
 #[derive(Parameters)]
 struct Texts {
     /// Names
-    names: Vec<String>,
+    names: Vec<&'static str>,
 }
 
 #[derive(Input)]

@@ -7,7 +7,7 @@ struct Wrong {
     maybe: Option<f64>,
     /// Half a mass
     #[fmu(unit = "kg", start = 1.0)]
-    single: f32,
+    single: isize,
     /// How many
     #[fmu(start = 1)]
     count: usize,
@@ -16,13 +16,13 @@ struct Wrong {
     many: Vec<f64>,
     /// Names
     #[fmu(start = "a")]
-    names: [String; 2],
+    names: [&'static str; 2],
 }
 
 #[derive(Output)]
 struct Seen {
     /// What it does
-    does: String,
+    does: char,
 }
 
 #[derive(State)]

@@ -44,7 +44,7 @@ impl Counts {
         for trial in trials {
             match trial.fate {
                 Fate::Kept => counts.kept += 1,
-                Fate::Stopped | Fate::Overloaded => counts.stopped += 1,
+                Fate::Stopped => counts.stopped += 1,
                 Fate::Lost => counts.lost += 1,
             }
             counts.forced += usize::from(trial.force > FORCE);
@@ -112,6 +112,7 @@ mod tests {
                 why: String::new(),
                 rmse: None,
                 force,
+                load: 0.0,
                 swing: 0.0,
                 time: 1.0,
             },

@@ -483,6 +483,7 @@ mod tests {
                 why: String::new(),
                 rmse: *rmse,
                 force: 0.5,
+                load: 0.4,
                 swing: 0.0,
                 time: 1.0,
             };

@@ -32,65 +32,39 @@ fn is_given(v: &Variable) -> bool {
 fn starts(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let instance = Instance::initializing(fmu, "starts")?;
     for v in fmu.description.variables.iter().filter(|v| is_given(v)) {
-        let Some(start) = v.start_of(0).filter(|_| v.size() == 1) else {
-            check_array(&instance, v, outcome)?;
+        if v.start.is_empty() || v.access() == Access::Clock {
             continue;
-        };
-        let vr = [v.reference];
-        let (status, is_equal, value) = match v.access() {
-            Access::Real => {
-                let (status, values) = instance.reals(&vr);
-                let expected = start.trim().parse::<f64>();
-                (
-                    status,
-                    expected.is_ok_and(|e| e == values[0]),
-                    values[0].to_string(),
-                )
-            }
-            Access::String => {
-                let (status, values) = instance.texts(&vr);
-                (status, start == values[0], format!("`{}`", values[0]))
-            }
-            access => {
-                let (status, values) = instance.integers(access, &vr);
-                let expected = match start.trim() {
-                    "true" => Some(1),
-                    "false" => Some(0),
-                    number => number.parse().ok(),
-                };
-                (status, expected == Some(values[0]), values[0].to_string())
-            }
-        };
+        }
+        let (status, values) = instance.values(v);
         instance.must(
             &format!("reading `{}` in Initialization Mode", v.name),
             status,
         )?;
-        if !is_equal {
-            outcome.fail(format!(
-                "`{}` is {value}, its start value is {start}",
-                v.name
-            ));
+        for (k, value) in values.iter().enumerate() {
+            let start = v.start_of(k).unwrap_or("nothing");
+            if !is_same(v.access(), start, value) {
+                let element = match v.size() {
+                    1 => format!("`{}`", v.name),
+                    _ => format!("element {} of `{}`", k + 1, v.name),
+                };
+                outcome.fail(format!("{element} is {value}, its start value is {start}"));
+            }
         }
     }
     Ok(())
 }
 
-/// The start values of an array of Float64.
-fn check_array(instance: &Instance, v: &Variable, outcome: &mut Outcome) -> Result<()> {
-    if v.access() != Access::Real || v.start.is_empty() {
-        return Ok(());
+/// Whether two texts are the same value.
+fn is_same(access: Access, a: &str, b: &str) -> bool {
+    let (a, b) = (a.trim(), b.trim());
+    match access {
+        Access::Real => a.parse::<f64>().is_ok_and(|a| b.parse() == Ok(a)),
+        Access::Float32 => a.parse::<f32>().is_ok_and(|a| b.parse() == Ok(a)),
+        Access::Boolean => [("true", "1"), ("false", "0")].contains(&(b, a)) || a == b,
+        Access::String => a == b,
+        Access::Binary => a.eq_ignore_ascii_case(b),
+        _ => a.parse::<i128>().is_ok_and(|a| b.parse() == Ok(a)),
     }
-    for (k, value) in instance.read(v)?.iter().enumerate() {
-        let start = v.start_of(k).unwrap_or("nothing");
-        if start.parse() != Ok(*value) {
-            let number = k + 1;
-            outcome.fail(format!(
-                "element {number} of `{}` is {value}, its start value is {start}",
-                v.name
-            ));
-        }
-    }
-    Ok(())
 }
 
 /// Values near the start values, inside the bounds.
@@ -131,7 +105,50 @@ fn read_back(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
             ));
         }
     }
+    let others = |v: &&Variable| v.is_input() && !is_real_input(v) && v.access() != Access::Clock;
+    for v in fmu.description.variables.iter().filter(others) {
+        let (status, values) = instance.values(v);
+        instance.must(&format!("reading `{}`", v.name), status)?;
+        let Some(values) = values
+            .iter()
+            .map(|value| other(v, value))
+            .collect::<Option<Vec<_>>>()
+        else {
+            continue;
+        };
+        let status = instance.set_values(v, &values);
+        if status > WARNING {
+            let reason = told(&instance.messages());
+            outcome.remark(format!("`{}` = {values:?} was refused{reason}", v.name));
+            continue;
+        }
+        let (_, back) = instance.values(v);
+        if back != values {
+            outcome.remark(format!(
+                "`{}`: {values:?} was set, {back:?} came back",
+                v.name
+            ));
+        }
+    }
     Ok(())
+}
+
+/// Another value of an element than it has; None where there is none within its bounds.
+fn other(v: &Variable, value: &str) -> Option<String> {
+    match v.access() {
+        Access::Boolean => Some((value != "true").to_string()),
+        Access::String => Some(format!("{value}x")),
+        Access::Binary => Some(format!("{value}0a")),
+        Access::Float32 => None, // as Float64
+        _ => {
+            let ([min, max], value) = (v.bounds(), value.parse::<i128>().ok()?);
+            let fits = |value: &i128| (min..=max).contains(&(*value as f64));
+            [value ^ 1, value + 1]
+                .into_iter()
+                .find(fits)
+                .map(|v| v.to_string())
+        }
+    }
 }
 
 /// What acts at once is seen by reading outputs after an input was set, which not every FMU has to

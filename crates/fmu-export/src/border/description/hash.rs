@@ -10,9 +10,10 @@ use crate::core::info::{Experiment, Info};
 use crate::core::layout::Layout;
 use crate::core::length::Length;
 use crate::core::model::Variable;
-use crate::core::place::Place;
+use crate::core::place::{Place, input, output, parameter};
 use crate::core::sizes::{self, Start};
 use crate::core::unit::{DisplayUnit, Unit};
+use crate::core::value::Value;
 use crate::{Model, border::log::CATEGORIES};
 use uuid::Uuid;
 
@@ -58,7 +59,7 @@ impl Bytes {
     }
 
     fn reals(&mut self, values: &[f64]) {
-        self.each(values, |all, x| all.0.extend(x.to_le_bytes()));
+        self.values(values);
     }
 
     fn each<T>(&mut self, values: &[T], mut write: impl FnMut(&mut Self, &T)) {
@@ -216,32 +217,17 @@ impl Bytes {
         u: &M::Input,
         y: &M::Output,
     ) {
-        let is_constant = row.causality == Causality::Constant;
-        match &row.place {
-            Place::RealIn(place) => self.reals(place.slice(u)),
-            Place::RealParameter(place) => self.reals(place.slice(p)),
-            Place::RealOut(place) if is_constant => self.reals(place.slice(y)),
-            Place::IntegerIn(place) => self.integers(place.slice(u)),
-            Place::IntegerParameter(place) => self.integers(place.slice(p)),
-            Place::IntegerOut(place) if is_constant => self.integers(place.slice(y)),
-            Place::BooleanIn(place) => self.booleans(place.slice(u)),
-            Place::BooleanParameter(place) => self.booleans(place.slice(p)),
-            Place::BooleanOut(place) if is_constant => self.booleans(place.slice(y)),
-            Place::StringParameter(get, _) => self.text(get(p)),
-            Place::RealOut(_)
-            | Place::IntegerOut(_)
-            | Place::BooleanOut(_)
-            | Place::StringOut(_)
-            | Place::Derivative
-            | Place::Indicator => {}
+        input!(&row.place, |place| self.values(place.slice(u)));
+        parameter!(&row.place, |place| self.values(place.slice(p)));
+        if row.causality == Causality::Constant {
+            output!(&row.place, |place| self.values(place.slice(y)));
+        }
+        if let Place::Text(get, _) = &row.place {
+            self.text(get(p));
         }
     }
 
-    fn integers(&mut self, values: &[i32]) {
-        self.each(values, |all, n| all.0.extend(n.to_le_bytes()));
-    }
-
-    fn booleans(&mut self, values: &[bool]) {
-        self.each(values, |all, yes| all.flags([*yes]));
+    fn values<T: Value>(&mut self, values: &[T]) {
+        self.each(values, |all, value| value.write_bytes(&mut all.0));
     }
 }

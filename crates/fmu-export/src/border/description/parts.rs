@@ -7,8 +7,9 @@ use crate::core::enumeration::Enumeration;
 use crate::core::info::Info;
 use crate::core::layout::Layout;
 use crate::core::model::Variable;
-use crate::core::place::Place;
+use crate::core::place::{Kind, Place, input, output, parameter};
 use crate::core::unit::{DIMENSIONS, Unit};
+use crate::core::value::Value;
 use crate::{KNOWN_UNITS, Model};
 
 /// The root, with what may be said of the model.
@@ -185,10 +186,13 @@ pub(crate) fn type_attributes<M: Model>(
 ) -> Vec<(&'static str, String)> {
     let mut attributes = Vec::new();
     let mut add = |name, value: Option<String>| attributes.extend(value.map(|value| (name, value)));
-    let is_real = row.place.is_real();
+    let kind = row.place.kind();
     let bound = |x: f64| {
-        x.is_finite()
-            .then(|| if is_real { real(x) } else { x.to_string() })
+        x.is_finite().then(|| match kind {
+            Kind::Real => real(x),
+            Kind::Float32 => (x as f32).written(),
+            _ => x.to_string(),
+        })
     };
     add("declaredType", row.enumeration.map(|e| e.name.to_owned()));
     add("unit", row.unit_of(i).map(str::to_owned));
@@ -233,17 +237,12 @@ impl<M: Model> Variable<M> {
     ) -> Option<String> {
         let is_constant = self.causality == Causality::Constant;
         match &self.place {
-            Place::RealIn(place) => Some(real(place.get(u, i))),
-            Place::IntegerIn(place) => Some(place.get(u, i).to_string()),
-            Place::BooleanIn(place) => Some(place.get(u, i).to_string()),
-            Place::RealParameter(place) => Some(real(place.get(p, i))),
-            Place::IntegerParameter(place) => Some(place.get(p, i).to_string()),
-            Place::BooleanParameter(place) => Some(place.get(p, i).to_string()),
-            Place::StringParameter(get, _) => Some(get(p).to_owned()),
-            Place::RealOut(place) => is_constant.then(|| real(place.get(y, i))),
-            Place::IntegerOut(place) => is_constant.then(|| place.get(y, i).to_string()),
-            Place::BooleanOut(place) => is_constant.then(|| place.get(y, i).to_string()),
-            Place::StringOut(_) | Place::Derivative | Place::Indicator => None,
+            Place::Text(get, _) => Some(get(p).to_owned()),
+            place => input!(place, |place| place.get(u, i).written())
+                .or_else(|| parameter!(place, |place| place.get(p, i).written()))
+                .or_else(|| {
+                    output!(place, |place| place.get(y, i).written()).filter(|_| is_constant)
+                }),
         }
     }
 }

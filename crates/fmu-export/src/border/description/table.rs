@@ -6,7 +6,7 @@ use crate::core::causality::Causality;
 use crate::core::dependencies::Knowns;
 use crate::core::layout::{Layout, state};
 use crate::core::model::Variable;
-use crate::core::place::{Kind, Place};
+use crate::core::place::{Kind, Place, input, parameter};
 use crate::core::sizes::{self, Start};
 use crate::core::value::Value;
 use crate::{Enumeration, Model, ModelExchange, Unit};
@@ -174,9 +174,9 @@ fn attributes<M: Model>(row: &Variable<M>, i: usize) -> Result<(), String> {
         && (!matches!(
             row.causality,
             Causality::Parameter | Causality::CalculatedParameter
-        ) || matches!(row.place, Place::StringParameter(..)))
+        ) || matches!(row.place, Place::Text(..)))
     {
-        return Err("only numeric parameters can be tunable".to_owned());
+        return Err("only parameters can be tunable, except texts that may mean others".to_owned());
     }
     let varies = matches!(
         row.causality,
@@ -269,7 +269,22 @@ fn same_unit<M: Model>(
 }
 
 fn bounds<M: Model>(row: &Variable<M>) -> Result<(), String> {
-    let fits = |x: f64| x.is_infinite() || x == f64::from(x as i32) || row.place.is_real();
+    let whole = match row.place.kind() {
+        Kind::Int8 => i8::MIN.into()..=i8::MAX.into(),
+        Kind::UInt8 => u8::MIN.into()..=u8::MAX.into(),
+        Kind::Int16 => i16::MIN.into()..=i16::MAX.into(),
+        Kind::UInt16 => u16::MIN.into()..=u16::MAX.into(),
+        Kind::UInt32 => u32::MIN.into()..=u32::MAX.into(),
+        Kind::Int64 => i64::MIN.into()..=i64::MAX.into(),
+        Kind::UInt64 => u64::MIN.into()..=u64::MAX.into(),
+        _ => i32::MIN.into()..=i128::from(i32::MAX),
+    };
+    let fits = |x: f64| match row.place.kind() {
+        _ if x.is_infinite() => true,
+        Kind::Real => true,
+        Kind::Float32 => (x as f32).is_finite(),
+        _ => x.fract() == 0.0 && whole.contains(&(x as i128)),
+    };
     if !(row.min <= row.max && fits(row.min) && fits(row.max)) {
         return Err(format!(
             "min = {} and max = {} are no bounds",
@@ -300,11 +315,7 @@ fn start<M: Model>(
             }
         }
     }
-    match &row.place {
-        Place::RealIn(place) => check(row, &place.slice(u)[i..i + n]),
-        Place::IntegerIn(place) => check(row, &place.slice(u)[i..i + n]),
-        Place::RealParameter(place) => check(row, &place.slice(p)[i..i + n]),
-        Place::IntegerParameter(place) => check(row, &place.slice(p)[i..i + n]),
-        _ => Ok(()),
-    }
+    input!(&row.place, |place| check(row, &place.slice(u)[i..i + n]))
+        .or_else(|| parameter!(&row.place, |place| check(row, &place.slice(p)[i..i + n])))
+        .unwrap_or(Ok(()))
 }

@@ -4,7 +4,7 @@ use super::point::{Point, known};
 use super::trial::Trial;
 use crate::Model;
 use crate::core::causality::Causality;
-use crate::core::place::Place;
+use crate::core::place::output;
 use crate::core::sizes;
 use std::collections::BTreeMap;
 
@@ -49,13 +49,10 @@ impl<M: Model> Trial<M> {
             if row.causality == Causality::Constant {
                 continue; // in no field; the compiler may put equal ones in one place
             }
-            let address = match &row.place {
-                Place::RealOut(place) => (&raw const place.slice(&y)[i]).addr(),
-                Place::IntegerOut(place) => (&raw const place.slice(&y)[i]).addr(),
-                Place::BooleanOut(place) => (&raw const place.slice(&y)[i]).addr(),
-                _ => continue,
-            };
-            if let Some(first) = places.insert(address, k) {
+            let address = output!(&row.place, |place| (&raw const place.slice(&y)[i]).addr());
+            if let Some(address) = address
+                && let Some(first) = places.insert(address, k)
+            {
                 self.share_a_field(first, k);
             }
         }

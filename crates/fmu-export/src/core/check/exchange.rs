@@ -45,7 +45,7 @@ impl<M: Model> Trial<M> {
             let name = self.name(state);
             let (_, shown) = self.layout.iter().nth(state).expect("counted");
             if let Place::RealOut(place) = &shown.place
-                && !(moved[k].is_same(x[k]) && place.get(&y, i).is_same(x[k]))
+                && !(moved[k].is_same(&x[k]) && place.get(&y, i).is_same(&x[k]))
             {
                 return Err(format!(
                     "state {k} was set to {}, but `states` gives {}, and `{name}` is {}",

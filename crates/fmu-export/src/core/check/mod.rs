@@ -9,11 +9,13 @@ mod start;
 mod trial;
 
 use crate::Model;
+use crate::fmi2::description::lacking;
 use trial::Trial;
 
 /// What is wrong with a model's table, as far as trying can tell; empty if nothing is.
 ///
-/// - [`model_description`](crate::model_description) finds no mistake.
+/// - [`model_description`](crate::model_description) finds no mistake, or for a model with types that
+///   FMI 2.0 does not have, [`model_description3`](crate::model_description3).
 /// - The model initializes, gives outputs that are finite and in their enumerations, and steps, all
 ///   with its start values; the derivatives it declares are there.
 /// - Each input and parameter reads back what was written, and writing it changes no other one:
@@ -42,7 +44,11 @@ use trial::Trial;
 /// assert_eq!(fmu_export::check::<Lag>(), [""; 0]);
 /// ```
 pub fn check<M: Model>() -> Vec<String> {
-    if let Err(reason) = crate::model_description::<M>() {
+    let described = match lacking::<M>() {
+        None => crate::model_description::<M>(),
+        Some(_) => crate::model_description3::<M>(),
+    };
+    if let Err(reason) = described {
         return vec![reason];
     }
     let mut trial = Trial::<M>::new();

@@ -2,27 +2,21 @@
 
 use crate::Model;
 use crate::core::layout::Element;
-use crate::core::model::Variable;
-use crate::core::place::Place;
 use crate::core::value::Value;
 
-/// Runs `$then` with the place of an input or a parameter that is a number, and where it lives in a
-/// [`Point`].
+/// Runs `$then` with the place of an input or a parameter, and where it lives in a [`Point`].
 macro_rules! known {
     ($row:expr, $point:expr, |$place:ident, $owner:ident| $then:expr) => {
-        known!(
-            $row, $point, $place, $owner, $then;
-            RealIn u, IntegerIn u, BooleanIn u, RealParameter p, IntegerParameter p, BooleanParameter p
-        )
-    };
-    ($row:expr, $point:expr, $place:ident, $owner:ident, $then:expr; $($kind:ident $of:ident),*) => {
-        match &$row.place {
-            $(Place::$kind($place) => {
-                let $owner = $point.$of();
-                Some($then)
-            })*
-            _ => None,
-        }
+        crate::core::place::input!(&$row.place, |$place| {
+            let $owner = $point.u();
+            $then
+        })
+        .or_else(|| {
+            crate::core::place::parameter!(&$row.place, |$place| {
+                let $owner = $point.p();
+                $then
+            })
+        })
     };
 }
 
@@ -46,7 +40,7 @@ impl<M: Model> Point<M> {
         &mut self.1
     }
 
-    /// The number in an element, as text: equal texts are equal bits.
+    /// The value in an element, as text: equal texts are equal bits.
     pub(super) fn read(&mut self, (i, row): Element<M>) -> Option<String> {
         known!(row, self, |place, owner| place.get(owner, i).to_string())
     }
@@ -70,44 +64,13 @@ impl<M: Model> Point<M> {
             let moved = value.moved(part, row);
             let other = moved
                 .into_iter()
-                .find(|v| !v.is_same(value) && v.is_allowed(row));
+                .find(|v| !v.is_same(&value) && v.is_allowed(row));
+            let is_moved = other.is_some();
             if let Some(other) = other {
                 *place.get_mut(owner, i) = other;
             }
-            other.is_some()
+            is_moved
         })
         .unwrap_or(false)
-    }
-}
-
-/// Values near another one.
-trait Nearby: Value {
-    fn moved<M: Model>(self, part: f64, row: &Variable<M>) -> Vec<Self>;
-}
-
-impl Nearby for f64 {
-    fn moved<M: Model>(self, part: f64, row: &Variable<M>) -> Vec<f64> {
-        let size = row.nominal.unwrap_or(1.0).max(self.abs());
-        let steps = [
-            part,
-            -part,
-            0.1 * part,
-            -0.1 * part,
-            1e-3 * part,
-            -1e-3 * part,
-        ];
-        steps.iter().map(|part| self + part * size).collect()
-    }
-}
-
-impl Nearby for i32 {
-    fn moved<M: Model>(self, _part: f64, _row: &Variable<M>) -> Vec<i32> {
-        vec![self.saturating_add(1), self.saturating_sub(1)]
-    }
-}
-
-impl Nearby for bool {
-    fn moved<M: Model>(self, _part: f64, _row: &Variable<M>) -> Vec<bool> {
-        vec![!self]
     }
 }

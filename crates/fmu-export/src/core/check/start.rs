@@ -4,7 +4,7 @@ use super::point::Point;
 use super::trial::Trial;
 use crate::core::layout::Element;
 use crate::core::model::zero;
-use crate::core::place::Place;
+use crate::core::place::{Place, output};
 use crate::core::value::{Value, allowed};
 use crate::{Evaluation, InputPolynomial, Model, ModelError};
 
@@ -16,7 +16,7 @@ impl<M: Model> Trial<M> {
     pub(super) fn texts(&mut self) {
         let texts = |p: &M::Parameters| -> Vec<Option<String>> {
             let text = |(_, row): Element<M>| match &row.place {
-                Place::StringParameter(get, _) => Some(get(p).to_owned()),
+                Place::Text(get, _) => Some(get(p).to_owned()),
                 _ => None,
             };
             self.layout.iter().map(text).collect()
@@ -25,7 +25,7 @@ impl<M: Model> Trial<M> {
         let mut read = Vec::new();
         for (k, (_, row)) in self.layout.iter().enumerate() {
             let mut p = self.start.0.clone();
-            if let Place::StringParameter(_, set) = &row.place
+            if let Place::Text(_, set) = &row.place
                 && set(&mut p, WRITTEN, None).is_ok()
             {
                 read.push((k, texts(&p)));
@@ -57,22 +57,20 @@ impl<M: Model> Trial<M> {
         let y = model.output(p, u, &now).map_err(what("output"))?;
         for (i, row) in self.layout.iter() {
             let name = row.element_name(i);
-            match &row.place {
-                Place::RealOut(place) if !place.get(&y, i).is_finite() => {
-                    return Err(format!(
-                        "`{name}` = {} with the start values must be finite",
-                        place.get(&y, i)
-                    ));
-                }
-                Place::IntegerOut(place)
-                    if row.enumeration.is_some() && !place.get(&y, i).is_allowed(row) =>
-                {
-                    let (value, allowed) = (place.get(&y, i), allowed(row));
-                    return Err(format!(
-                        "`{name}` = {value} with the start values must be {allowed}"
-                    ));
-                }
-                _ => {}
+            let wrong = output!(&row.place, |place| {
+                let value = place.get(&y, i);
+                let allowed = match row.enumeration {
+                    Some(_) if !value.is_allowed(row) => allowed(row),
+                    _ if !value.is_finite() => "finite".to_owned(),
+                    _ => continue,
+                };
+                format!(
+                    "`{name}` = {} with the start values must be {allowed}",
+                    value.shown()
+                )
+            });
+            if let Some(wrong) = wrong {
+                return Err(wrong);
             }
         }
         if info.output_derivatives {

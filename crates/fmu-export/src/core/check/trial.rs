@@ -4,8 +4,9 @@
 use super::point::Point;
 use crate::core::dependencies::Knowns;
 use crate::core::layout::{Element, Layout};
-use crate::core::place::Place;
+use crate::core::place::{Place, output};
 use crate::core::sizes::fitted;
+use crate::core::value::Value;
 use crate::{Evaluation, Model, ModelError};
 use std::collections::BTreeSet;
 
@@ -64,10 +65,8 @@ pub(super) fn output<M: Model>(
 pub(super) fn texts<M: Model>(layout: &Layout<M>, y: &M::Output) -> Vec<String> {
     let text = |(i, row): Element<M>| match &row.place {
         Place::RealOut(place) => format!("{:x}", place.get(y, i).to_bits()),
-        Place::IntegerOut(place) => place.get(y, i).to_string(),
-        Place::BooleanOut(place) => place.get(y, i).to_string(),
-        Place::StringOut(get) => get(y).to_owned(),
-        _ => String::new(),
+        Place::TextOut(get) => get(y).to_owned(),
+        place => output!(place, |place| place.get(y, i).written()).unwrap_or_default(),
     };
     layout.iter().map(text).collect()
 }

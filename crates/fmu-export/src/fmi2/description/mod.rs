@@ -7,6 +7,7 @@ use super::component::Fmi2;
 use crate::Model;
 use crate::border::body::Version;
 use crate::border::description::{Dialect, flag, table};
+use crate::core::place::{Kind, Names};
 
 /// The text of `modelDescription.xml` of FMI 2.0, or what is wrong with the table of variables.
 ///
@@ -16,8 +17,21 @@ pub fn model_description<M: Model>() -> Result<String, String> {
     described::<M>("")
 }
 
+/// The first variable whose type FMI 2.0 does not have, in words.
+pub(crate) fn lacking<M: Model>() -> Option<String> {
+    const KNOWN: [Kind; 4] = [Kind::Real, Kind::Integer, Kind::Boolean, Kind::String];
+    let row = (M::variables().iter()).find(|row| !KNOWN.contains(&row.place.kind()))?;
+    let (name, kind) = (row.name, row.place.kind().name(&Names::PLAIN));
+    Some(format!(
+        "variable `{name}` is {kind}, a type of FMI 3.0; FMI 2.0 has f64, i32, bool, String and enumerations"
+    ))
+}
+
 /// The same with sizes that are said when the FMU is packed.
 pub(crate) fn described<M: Model>(sizes: &str) -> Result<String, String> {
+    if let Some(reason) = lacking::<M>() {
+        return Err(reason);
+    }
     let info = &M::INFO;
     let derivatives = flag(info.directional_derivatives || M::MODEL_EXCHANGE.is_some());
     let order = if info.output_derivatives { "1" } else { "0" };

@@ -48,7 +48,7 @@ fn of_block<M: Model>(
     let element = row.type_name(&NAMES);
     let update = row.has_intermediate_update().then_some("true");
     let (_, initial) = row.causality_and_initial();
-    let is_text = row.place.kind() == Kind::String;
+    let is_text = matches!(row.place.kind(), Kind::String | Kind::Binary);
     let [texts, numbers] = match starts {
         Some(starts) if is_text => [starts, Vec::new()],
         starts => [Vec::new(), starts.unwrap_or_default()],

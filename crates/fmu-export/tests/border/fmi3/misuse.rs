@@ -141,7 +141,7 @@ fn other_types_out_of_place_are_refused() {
         );
         refused(
             &fmu,
-            "`held` is a Float64 input and cannot be set as Float32; it must be set as Float64",
+            "`held` = 1: a Float64 input cannot be set as Float32; it must be set as Float64",
             || fmi3SetFloat32(c, &vr::HELD, 1, &1.0, 1),
         );
         refused(&fmu, "unknown value reference 18", || {
