@@ -7,25 +7,12 @@ use super::phase::Phase;
 use super::rates::Rates;
 use super::sizes::{fit, sizes};
 use super::state::State;
-use super::value::Value;
 use crate::Model;
 
 impl<M: Model> Instance<M> {
     /// Sets sizes: vectors that become longer or shorter get their start values.
-    pub(super) fn configure<T: Value>(
-        &mut self,
-        pair: impl Fn(usize) -> Option<(u32, T)>,
-    ) -> Result<(), Fault> {
-        let (mut p, mut u) = (
-            self.state.parameters.clone(),
-            self.state.input.value.clone(),
-        );
-        for (element, value) in (0..).map_while(pair) {
-            let (i, row) = self.layout.find(element)?;
-            if let Some(place) = T::parameter(&row.place) {
-                *place.get_mut(&mut p, i) = value;
-            }
-        }
+    pub(super) fn configure(&mut self, mut p: M::Parameters) -> Result<(), Fault> {
+        let mut u = self.state.input.value.clone();
         fit::<M>(
             &mut p,
             &mut u,

@@ -38,9 +38,6 @@ impl<M: Model> Instance<M> {
         &mut self,
         pair: impl Fn(usize) -> Option<(u32, T)>,
     ) -> Result<(), Fault> {
-        if self.state.phase == Phase::Configuration {
-            return self.configure(pair);
-        }
         let is_running = self.state.phase.is_running();
         let mut parameters = self.state.parameters.clone();
         let mut given = self.state.given.clone();
@@ -59,7 +56,23 @@ impl<M: Model> Instance<M> {
                 Given::Explicit
             };
         }
-        if let (true, Some(model)) = (is_running, &mut self.state.model) {
+        match self.state.phase {
+            Phase::Configuration => self.configure(parameters),
+            _ => self.take_parameters(parameters, given, texts_read),
+        }
+    }
+
+    /// Puts parameters in force; `texts_read` says that one was set that texts read. Apart from what
+    /// is of one type, because a library has that for each type.
+    #[cold]
+    #[inline(never)]
+    fn take_parameters(
+        &mut self,
+        mut parameters: M::Parameters,
+        given: Vec<Given>,
+        texts_read: bool,
+    ) -> Result<(), Fault> {
+        if let (true, Some(model)) = (self.state.phase.is_running(), &mut self.state.model) {
             listen(self.wanted, model);
             if let Err(error) = model.tune(&parameters) {
                 hear(&mut self.messages, model);
