@@ -14,12 +14,14 @@ from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import Select
 
 from browser import chromium, noise, until
-from native import hdrm_fmu
+from fmpy_master import ROOT
+from native import call, hdrm_fmu
 
 # A cut-off motion: 2 s of it are enough to see things move, and the runs stay short.
 STOP_TIME = "6"
 TRAJECTORIES = ("cubic", "triangular")
 MODES = ("adaptive", "modular", "pd")
+RECORDED = ROOT / "docs/recorded"
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +30,8 @@ def written(fmu_dir, tmp_path_factory):
     folder = tmp_path_factory.mktemp("report")
     subprocess.run(
         [hdrm_fmu(), "report", "--system", fmu_dir / "Manipulator.ssp", "--stop-time", STOP_TIME]
-        + ["--out", folder / "report.html", "--figures", folder / "figures"],
+        + ["--out", folder / "report.html", "--figures", folder / "figures"]
+        + [f"--{study}={RECORDED / study}.json" for study in ("tournament", "margins")],
         check=True,
     )
     return folder
@@ -90,6 +93,22 @@ def test_plots_hold_curves(browser):
     for trajectory in TRAJECTORIES:
         names = browser.execute_script(f"return document.getElementById('path-{trajectory}').data.map((t) => t.name)")
         assert names == ["PD", "modular", "adaptive", "desired"]
+
+
+def test_recorded_studies_are_shown(browser):
+    """Laws tuned alike in the order of the file, and a mark for each margin."""
+    laws = [row["law"] for row in json.loads((RECORDED / "tournament.json").read_text())["rows"]]
+    shown = browser.execute_script("return [...document.querySelectorAll('#tournament-table tr td:first-child')].map((cell) => cell.textContent)")
+    assert shown == [law.replace("_", " ") for law in laws]
+    marks = browser.execute_script("return document.getElementById('margins-plot').data.flatMap((trace) => trace.x)")
+    margins = json.loads((RECORDED / "margins.json").read_text())["margins"]
+    assert sorted(marks) == sorted(margin["stable"] for margin in margins)
+
+
+def test_a_file_of_another_study_is_refused(fmu_dir, tmp_path):
+    files = ["--margins", RECORDED / "tournament.json", "--out", tmp_path / "report.html"]
+    done = call("hdrm-fmu", "report", "--system", fmu_dir / "Manipulator.ssp", *files)
+    assert done.returncode == 1 and "no list `margins` is in it" in done.stderr and not (tmp_path / "report.html").exists()
 
 
 def test_paths_in_space_are_drawn(browser):
