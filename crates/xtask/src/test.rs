@@ -173,8 +173,11 @@ fn pytest(workspace: &Workspace, fmi_sim: Option<PathBuf>) -> Result<()> {
     let mut command = workspace.command(python.program());
     execute(
         command
-            // Two processes, as CI has two cores; tests of one file share what they build.
+            // Two processes, as CI has two cores; tests of one file share what they build. One that
+            // crashes ends the run: what would take its place waits for ever (pytest-xdist 3.8 with
+            // `loadfile`).
             .args(["-m", "pytest", "tests", "-n", "2", "--dist", "loadfile"])
+            .args(["--max-worker-restart", "0"])
             .env("FMU_DIR", workspace.fmu_dir())
             .envs(is_ci().then_some(("REPORT_BROWSER", "required")))
             .envs(fmi_sim.map(|program| ("FMI_SIM", program))),
