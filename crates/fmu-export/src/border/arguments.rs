@@ -36,12 +36,6 @@ impl<T: Copy> Array<T> {
         (0..self.1).map(move |k| unsafe { self.0.add(k).read_unaligned() })
     }
 
-    /// `n` elements from the `k`-th on.
-    pub(crate) fn part(self, k: usize, n: usize) -> Self {
-        assert!(k <= self.1 && n <= self.1 - k);
-        Self(self.0.wrapping_add(k), n)
-    }
-
     /// The `k`-th element, which must exist.
     #[inline]
     pub(crate) fn get(self, k: usize) -> T {
@@ -54,12 +48,6 @@ impl<T: Copy> ArrayMut<T> {
     #[inline]
     pub(crate) fn len(self) -> usize {
         self.1
-    }
-
-    /// `n` elements from the `k`-th on.
-    pub(crate) fn part(self, k: usize, n: usize) -> Self {
-        assert!(k <= self.1 && n <= self.1 - k);
-        Self(self.0.wrapping_add(k), n)
     }
 
     /// Writes the `k`-th element.

@@ -137,6 +137,7 @@ macro_rules! export_fmi3 {
 
             $crate::export_fmi3_functions!($exported);
             $crate::export_fmi3_values!($exported);
+            $crate::export_fmi3_numbers!($exported);
             $crate::export_fmi3_absent!($exported);
         };
     };

@@ -47,7 +47,7 @@ impl<M: Model> Instance<M> {
                 return Ok(false);
             }
             if !value.is_within(run.bounds) {
-                return Err(self.not_allowed(run.row, i, value));
+                return Err(self.not_allowed(run.row, i, &value));
             }
             k += 1;
         }
@@ -79,7 +79,7 @@ impl<M: Model> Instance<M> {
         while let Some((element, value)) = pair(k) {
             let run = self.layout.run(element)?;
             if T::input(&run.row.place).is_none() {
-                self.check_settable(element, &value)?;
+                self.check_settable(element, T::KIND, &|| value.shown())?;
                 parameters = true;
             }
             while let Some((element, value)) = pair(k) {
@@ -88,13 +88,13 @@ impl<M: Model> Instance<M> {
                     break;
                 }
                 if !value.is_within(run.bounds) {
-                    return Err(self.not_allowed(run.row, i, value));
+                    return Err(self.not_allowed(run.row, i, &value));
                 }
                 k += 1;
             }
         }
         if parameters {
-            self.set_parameters(pair)?;
+            self.set_parameters(&|k| pair(k).map(|(element, value)| (element, value.any())))?;
         }
         self.set_inputs(pair)
     }
@@ -158,22 +158,29 @@ impl<M: Model> Instance<M> {
 
     /// Refuses what is neither an input nor a parameter that can be set now.
     #[cold]
-    pub(crate) fn check_settable<T: Value>(&self, element: u32, value: &T) -> Result<(), Fault> {
+    #[inline(never)]
+    pub(crate) fn check_settable(
+        &self,
+        element: u32,
+        kind: Kind,
+        value: &dyn Fn() -> String,
+    ) -> Result<(), Fault> {
         let (i, row) = self.layout.find(element)?;
-        match self.is_settable::<T>(row) {
+        match self.is_settable(row, kind) {
             true => Ok(()),
-            false => Err(self.not_settable(row, i, &value.shown(), T::KIND)),
+            false => Err(self.not_settable(row, i, &value(), kind)),
         }
     }
 
-    /// Whether a row is an input, or a parameter that can be set now.
+    /// Whether a row is of the kind, and an input or a parameter that can be set now.
     #[cold]
-    pub(crate) fn is_settable<T: Value>(&self, row: &Variable<M>) -> bool {
+    fn is_settable(&self, row: &Variable<M>, kind: Kind) -> bool {
         let is_open = match self.state.phase {
             Phase::Configuration => row.structural,
             phase => row.tunable || !(row.structural || phase.is_running()),
         };
-        T::input(&row.place).is_some() || T::parameter(&row.place).is_some() && is_open
+        let place = &row.place;
+        place.kind() == kind && (place.is_input() || place.is_parameter() && is_open)
     }
 
     /// Name of an element, of a matrix as long as it is now.
@@ -184,7 +191,7 @@ impl<M: Model> Instance<M> {
     }
 
     #[cold]
-    pub(crate) fn not_allowed(&self, row: &Variable<M>, i: usize, value: impl Display) -> Fault {
+    pub(crate) fn not_allowed(&self, row: &Variable<M>, i: usize, value: &dyn Display) -> Fault {
         let (name, allowed) = (self.name(row, i), allowed(row));
         Fault::Discarded(format!("`{name}` = {value} must be {allowed}"))
     }
@@ -294,7 +301,7 @@ pub(crate) fn not_as_long<M: Model>(row: &Variable<M>, found: usize, needed: usi
 }
 
 #[cold]
-pub(crate) fn not_finite<M: Model>(row: &Variable<M>, i: usize, value: &impl Display) -> Fault {
+pub(crate) fn not_finite<M: Model>(row: &Variable<M>, i: usize, value: &dyn Display) -> Fault {
     let name = row.element_name(i);
     Fault::Refused(format!("`{name}` became {value}; it must be finite"))
 }

@@ -1,4 +1,4 @@
-//! Setting and getting numbers by block: a row as one array. A batch is checked completely before
+//! Setting and getting reals by block: a row as one array. A batch is checked completely before
 //! anything is written.
 
 use super::access::{not_as_long, not_finite};
@@ -8,7 +8,7 @@ use super::instance::Instance;
 use super::layout::TIME;
 use super::model::Variable;
 use super::phase::Phase;
-use super::place::Write;
+use super::place::{Kept, Kind, Write};
 use super::sizes;
 use super::value::Value;
 use crate::Model;
@@ -17,22 +17,22 @@ impl<M: Model> Instance<M> {
     /// Sets blocks: `number(k)` is that of the `k`-th, None at the end of the batch; `value(j)` is
     /// the `j`-th of all `len` values, which `all` gives one after the other.
     #[inline]
-    pub(crate) fn set_blocks<T: Value, I: Iterator<Item = T>>(
+    pub(crate) fn set_blocks<I: Iterator<Item = f64>>(
         &mut self,
         number: impl Fn(usize) -> Option<u32> + Copy,
         len: usize,
-        value: impl Fn(usize) -> T + Copy,
+        value: impl Fn(usize) -> f64 + Copy,
         all: impl Fn() -> I,
     ) -> Result<(), Fault> {
         if number(1).is_none()
             && let Some(number) = number(0)
         {
             if let Some(run) = self.layout.whole(number, len) {
-                if let Some(place) = T::input(&run.row.place) {
+                if let Some(place) = f64::input(&run.row.place) {
                     return self.set_whole_input(run.row, run.bounds, place, len, value);
                 }
             } else if let Some(run) = self.layout.long(number, len)
-                && let Some(place) = T::input(&run.row.place)
+                && let Some(place) = f64::input(&run.row.place)
                 && all().fold(true, |ok, value| ok & value.is_within(run.bounds))
             {
                 self.set_long_input(run.row, place, all());
@@ -46,15 +46,15 @@ impl<M: Model> Instance<M> {
             if n > len - from {
                 return too_few(len);
             }
-            if T::input(&run.row.place).is_none() {
+            if f64::input(&run.row.place).is_none() {
                 let element = self.layout.elements(block)?.start;
-                self.check_settable(element, &value(from))?;
+                self.check_settable(element, Kind::Real, &|| value(from).shown())?;
                 parameters = true;
             }
             for j in 0..n {
                 let value = value(from + j);
                 if !value.is_within(run.bounds) {
-                    return Err(self.not_allowed(run.row, first + j, value));
+                    return Err(self.not_allowed(run.row, first + j, &value));
                 }
             }
             (k, from) = (k + 1, from + n);
@@ -70,20 +70,20 @@ impl<M: Model> Instance<M> {
 
     /// Sets all elements of an input, which is what most batches do.
     #[inline]
-    fn set_whole_input<T: Value>(
+    fn set_whole_input(
         &mut self,
         row: &Variable<M>,
         bounds: [f64; 2],
-        place: &Write<M::Input, T>,
+        place: &Write<M::Input, f64>,
         len: usize,
-        value: impl Fn(usize) -> T,
+        value: impl Fn(usize) -> f64,
     ) -> Result<(), Fault> {
         let inputs = &mut place.slice_mut(&mut self.state.input.value)[..len];
         let mut changed = row.counter.is_some();
         for (j, input) in inputs.iter().enumerate() {
             let value = value(j);
             if !value.is_within(bounds) {
-                return Err(self.not_allowed(row, j, value));
+                return Err(self.not_allowed(row, j, &value));
             }
             changed |= !input.is_same(&value);
         }
@@ -101,11 +101,11 @@ impl<M: Model> Instance<M> {
     }
 
     /// Sets all elements of a long input to what has been checked.
-    fn set_long_input<T: Value>(
+    fn set_long_input(
         &mut self,
         row: &Variable<M>,
-        place: &Write<M::Input, T>,
-        all: impl Iterator<Item = T>,
+        place: &Write<M::Input, f64>,
+        all: impl Iterator<Item = f64>,
     ) {
         let (mut changed, mut sets) = (row.counter.is_some(), 0);
         for (input, value) in place
@@ -128,16 +128,16 @@ impl<M: Model> Instance<M> {
     /// Writes what are inputs in a checked batch. They are held: where rows are arrays, nobody
     /// gives derivatives.
     #[inline]
-    fn set_input_blocks<T: Value>(
+    fn set_input_blocks(
         &mut self,
         number: impl Fn(usize) -> Option<u32>,
-        value: impl Fn(usize) -> T,
+        value: impl Fn(usize) -> f64,
     ) -> Result<(), Fault> {
         let (mut is_changed, mut is_evaluated) = (false, false);
         let (mut k, mut from) = (0, 0);
         while let Some(block) = number(k) {
             let (run, first, n) = self.layout.block(block)?;
-            if let Some(place) = T::input(&run.row.place) {
+            if let Some(place) = f64::input(&run.row.place) {
                 let inputs = &mut place.slice_mut(&mut self.state.input.value)[first..first + n];
                 let mut changed = false;
                 for (j, input) in inputs.iter_mut().enumerate() {
@@ -163,10 +163,10 @@ impl<M: Model> Instance<M> {
     /// Writes what are parameters in a checked batch.
     #[cold]
     #[inline(never)]
-    fn set_parameter_blocks<T: Value>(
+    fn set_parameter_blocks(
         &mut self,
         number: impl Fn(usize) -> Option<u32>,
-        value: impl Fn(usize) -> T,
+        value: impl Fn(usize) -> f64,
     ) -> Result<(), Fault> {
         let mut pairs = Vec::new();
         for block in (0..).map_while(number) {
@@ -174,22 +174,22 @@ impl<M: Model> Instance<M> {
                 pairs.push((element, value(pairs.len())));
             }
         }
-        self.set_parameters(|k| pairs.get(k).cloned())
+        self.set_parameters(&|k| pairs.get(k).map(|&(element, value)| (element, value.any())))
     }
 
     /// Gets blocks: `put(j, values)` receives those of each, of which the first is the `j`-th of
     /// all `len` values.
     #[inline]
-    pub(crate) fn get_blocks<T: Value>(
+    pub(crate) fn get_blocks(
         &mut self,
         number: impl Fn(usize) -> Option<u32>,
         len: usize,
-        mut put: impl FnMut(usize, &[T]),
+        mut put: impl FnMut(usize, &[f64]),
     ) -> Result<(), Fault> {
         if number(1).is_none()
             && let Some(run) = number(0).and_then(|number| self.layout.whole(number, len))
             && let row = run.row
-            && let Some(place) = T::output(&row.place)
+            && let Some(place) = f64::output(&row.place)
             && self.state.phase != Phase::Instantiated
         {
             // All elements of an output, which is what most batches are.
@@ -203,9 +203,8 @@ impl<M: Model> Instance<M> {
             let (run, first, n) = match self.layout.block(block) {
                 Ok(found) if found.2 <= len - from => found,
                 Ok(_) => return too_few(len),
-                Err(_) if block == TIME && T::of_time(0.0).is_some() && from < len => {
-                    let time = T::of_time(self.state.time).expect("asked for above");
-                    put(from, &[time]);
+                Err(_) if block == TIME && from < len => {
+                    put(from, &[self.state.time]);
                     from += 1;
                     continue;
                 }
@@ -237,16 +236,16 @@ impl<M: Model> Instance<M> {
 
 /// `n` values of a row from `first` on, which may be given out.
 #[inline]
-fn finite<'a, M: Model, T: Value>(
+fn finite<'a, M: Model>(
     row: &Variable<M>,
-    values: &'a [T],
+    values: &'a [f64],
     first: usize,
     n: usize,
-) -> Result<&'a [T], Fault> {
+) -> Result<&'a [f64], Fault> {
     let Some(values) = values.get(first..first + n) else {
         return Err(not_as_long(row, values.len(), n));
     };
-    match T::are_finite(values) {
+    match f64::are_finite(values) {
         true => Ok(values),
         false => Err(none_finite(row, values, first)),
     }
@@ -254,7 +253,7 @@ fn finite<'a, M: Model, T: Value>(
 
 #[cold]
 #[inline(never)]
-fn none_finite<M: Model, T: Value>(row: &Variable<M>, values: &[T], first: usize) -> Fault {
+fn none_finite<M: Model>(row: &Variable<M>, values: &[f64], first: usize) -> Fault {
     let wrong = values.iter().position(|value| !value.is_finite());
     let k = wrong.expect("one is not finite");
     not_finite(row, first + k, &values[k])
@@ -262,12 +261,12 @@ fn none_finite<M: Model, T: Value>(row: &Variable<M>, values: &[T], first: usize
 
 #[cold]
 #[inline(never)]
-fn too_few(len: usize) -> Result<(), Fault> {
+pub(super) fn too_few(len: usize) -> Result<(), Fault> {
     refuse!("nValues = {len} is less than the number of elements of these variables")
 }
 
 #[cold]
 #[inline(never)]
-fn too_many(len: usize, needed: usize) -> Result<(), Fault> {
+pub(super) fn too_many(len: usize, needed: usize) -> Result<(), Fault> {
     refuse!("nValues = {len} must be {needed}, the number of elements of these variables")
 }

@@ -9,7 +9,7 @@ use super::info::Info;
 use super::input::InputPolynomial;
 use super::length::{Length, Resize};
 use super::log::Log;
-use super::place::{Place, Write, input};
+use super::place::{Place, Write, each};
 use super::room::Room;
 use super::step_end::StepEnd;
 use super::unit::Unit;
@@ -334,7 +334,9 @@ pub(crate) fn zero<M: Model>(like: &M::Input) -> M::Input {
         let Some(Resize::Input(resize)) = row.resize else {
             continue;
         };
-        input!(&row.place, |place| resize(&mut zero, place.len(like)));
+        if let Some(values) = row.place.input_values(like) {
+            resize(&mut zero, each!(Values, values, |values| values.len()));
+        }
         if let Place::RealIn(place) = &row.place {
             place.slice_mut(&mut zero).fill(0.0);
         }

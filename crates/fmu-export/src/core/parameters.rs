@@ -11,7 +11,7 @@ use super::instance::{Instance, hear, listen, warn};
 use super::layout::Layout;
 use super::message::Kind;
 use super::phase::Phase;
-use super::place::{self, Place, parameter};
+use super::place::{self, AnyValue, Place, each};
 use super::state::Given;
 use super::value::{Value, allowed};
 use crate::Model;
@@ -20,13 +20,13 @@ use crate::Model;
 /// and what it must be.
 pub(crate) fn out_of_bounds<M: Model>(layout: &Layout<M>, p: &M::Parameters) -> Option<String> {
     layout.iter().find_map(|(i, row)| {
-        parameter!(&row.place, |place| {
-            let value = place.get(p, i);
+        each!(Values, row.place.parameter_values(p)?, |values| {
+            let value = &values[i];
             (!value.is_allowed(row)).then(|| {
                 let (name, allowed) = (row.element_name(i), allowed(row));
                 format!("`{name}` = {value} must be {allowed}")
             })
-        })?
+        })
     })
 }
 
@@ -34,9 +34,9 @@ impl<M: Model> Instance<M> {
     /// Writes the parameters of a checked batch, and tells a running model.
     #[cold]
     #[inline(never)]
-    pub(crate) fn set_parameters<T: Value>(
+    pub(crate) fn set_parameters(
         &mut self,
-        pair: impl Fn(usize) -> Option<(u32, T)>,
+        pair: &dyn Fn(usize) -> Option<(u32, AnyValue)>,
     ) -> Result<(), Fault> {
         let is_running = self.state.phase.is_running();
         let mut parameters = self.state.parameters.clone();
@@ -44,11 +44,11 @@ impl<M: Model> Instance<M> {
         let mut texts_read = false;
         for (element, value) in (0..).map_while(pair) {
             let (i, row) = self.layout.find(element)?;
-            let Some(place) = T::parameter(&row.place) else {
+            if !row.place.put_parameter(&mut parameters, i, value) {
                 continue;
-            };
-            let is_start = !is_running && value.is_same(&place.slice(&self.start)[i]);
-            *place.get_mut(&mut parameters, i) = value;
+            }
+            let is_same = row.place.is_same_parameter(i, &parameters, &self.start);
+            let is_start = !is_running && is_same;
             texts_read |= row.read_by_texts;
             given[self.layout.slot(element)] = if is_start {
                 Given::Start
@@ -62,10 +62,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Puts parameters in force; `texts_read` says that one was set that texts read. Apart from what
-    /// is of one type, because a library has that for each type.
-    #[cold]
-    #[inline(never)]
+    /// Puts parameters in force; `texts_read` says that one was set that texts read.
     fn take_parameters(
         &mut self,
         mut parameters: M::Parameters,
@@ -159,8 +156,7 @@ impl<M: Model> Instance<M> {
         let mut parameters = self.start.clone();
         for (number, (i, row)) in self.layout.numbered() {
             if row.read_by_texts && given[self.layout.slot(number)] == Given::Explicit {
-                parameter!(&row.place, |place| *place.get_mut(&mut parameters, i) =
-                    place.get(numbers, i));
+                row.place.copy_parameter(i, numbers, &mut parameters);
             }
         }
         let mut sources = Vec::new();
@@ -183,20 +179,23 @@ impl<M: Model> Instance<M> {
         }
         let mut overridden = Vec::new();
         for (number, (i, row)) in self.layout.numbered() {
-            parameter!(&row.place, |place| {
-                let (start, value) = (place.get(&self.start, i), place.get(&parameters, i));
-                match given[self.layout.slot(number)] {
-                    Given::Explicit => *place.get_mut(&mut parameters, i) = place.get(numbers, i),
-                    Given::Start if !value.is_same(&start) => overridden.push(format!(
+            match given[self.layout.slot(number)] {
+                Given::Explicit => row.place.copy_parameter(i, numbers, &mut parameters),
+                Given::Start if !row.place.is_same_parameter(i, &self.start, &parameters) => {
+                    let [start, value] = [&self.start, &parameters].map(|p| {
+                        let values = row.place.parameter_values(p);
+                        values.map(|found| each!(Values, found, |all| all[i].shown()))
+                    });
+                    overridden.push(format!(
                         "`{}` = {}, its start value, was set; {} from {} stays in force",
                         self.name(row, i),
-                        start.shown(),
-                        value.shown(),
+                        start.unwrap_or_default(),
+                        value.unwrap_or_default(),
                         sources.join(", "),
-                    )),
-                    _ => {}
+                    ));
                 }
-            });
+                _ => {}
+            }
         }
         for text in overridden {
             self.tell(Kind::Warning, text);

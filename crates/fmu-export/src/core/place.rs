@@ -1,7 +1,7 @@
 //! Where the elements of a row live in a model's structs, and their type.
 
-use super::binary::Binary;
 use super::copied::copied;
+use super::value::Value;
 use std::path::Path;
 use std::slice;
 
@@ -43,6 +43,8 @@ impl Kind {
 pub(crate) trait Kept: Sized {
     const KIND: Kind;
 
+    fn any(self) -> AnyValue;
+
     fn input<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Write<U, Self>>;
     fn parameter<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Write<P, Self>>;
     fn output<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Read<Y, Self>>;
@@ -51,7 +53,7 @@ pub(crate) trait Kept: Sized {
 /// The types of rows, and where the elements of each can live: of inputs, of parameters, of what is
 /// computed.
 macro_rules! types {
-    ($($(#[$doc:meta])* $kind:ident $type:ty: $input:ident $parameter:ident $output:ident;)*) => {
+    (($d:tt) $($(#[$doc:meta])* $kind:ident $type:ty: $input:ident $parameter:ident $output:ident;)*) => {
         /// Type of a row.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub(crate) enum Kind {
@@ -80,6 +82,15 @@ macro_rules! types {
         }
 
         impl<P, U, Y> Place<P, U, Y> {
+            pub(crate) fn is_input(&self) -> bool {
+                matches!(self, $(Place::$input(_))|*)
+            }
+
+            /// Whether it holds values of parameters, no text that may mean others.
+            pub(crate) fn is_parameter(&self) -> bool {
+                matches!(self, $(Place::$parameter(_))|*)
+            }
+
             /// Its type.
             pub(crate) fn kind(&self) -> Kind {
                 match self {
@@ -90,8 +101,114 @@ macro_rules! types {
             }
         }
 
+        /// All values of a row.
+        pub(crate) enum Values<'a> {
+            $($kind(&'a [$type]),)*
+        }
+
+        /// All values of a row, to write.
+        pub(crate) enum ValuesMut<'a> {
+            $($kind(&'a mut [$type]),)*
+        }
+
+        /// A value of any type.
+        pub(crate) enum AnyValue {
+            $($kind($type),)*
+        }
+
+        /// Runs `$then` with values of any type, of [`Values`] or of [`ValuesMut`].
+        macro_rules! each {
+            ($d of:ident, $d values:expr, |$d at:pat_param| $d then:expr) => {
+                match $d values {
+                    $($crate::core::place::$d of::$kind($d at) => $d then,)*
+                }
+            };
+        }
+
+        /// Runs `$then` with the type of a kind as `$T`.
+        macro_rules! typed {
+            ($d kind:expr, $d T:ident => $d then:expr) => {
+                match $d kind {
+                    $($crate::core::place::Kind::$kind => {
+                        type $d T = $type;
+                        $d then
+                    })*
+                }
+            };
+        }
+
+        pub(crate) use {each, typed};
+
+        /// The values of an input, a parameter, or what is computed; None of other places, and of
+        /// texts that functions give.
+        impl<P, U, Y> Place<P, U, Y> {
+            pub(crate) fn input_values<'a>(&self, u: &'a U) -> Option<Values<'a>> {
+                match self {
+                    $(Place::$input(place) => Some(Values::$kind(place.slice(u))),)*
+                    _ => None,
+                }
+            }
+
+            pub(crate) fn input_values_mut<'a>(&self, u: &'a mut U) -> Option<ValuesMut<'a>> {
+                match self {
+                    $(Place::$input(place) => Some(ValuesMut::$kind(place.slice_mut(u))),)*
+                    _ => None,
+                }
+            }
+
+            pub(crate) fn parameter_values<'a>(&self, p: &'a P) -> Option<Values<'a>> {
+                match self {
+                    $(Place::$parameter(place) => Some(Values::$kind(place.slice(p))),)*
+                    _ => None,
+                }
+            }
+
+            pub(crate) fn parameter_values_mut<'a>(&self, p: &'a mut P) -> Option<ValuesMut<'a>> {
+                match self {
+                    $(Place::$parameter(place) => Some(ValuesMut::$kind(place.slice_mut(p))),)*
+                    _ => None,
+                }
+            }
+
+            pub(crate) fn output_values<'a>(&self, y: &'a Y) -> Option<Values<'a>> {
+                match self {
+                    $(Place::$output(place) => Some(Values::$kind(place.slice(y))),)*
+                    _ => None,
+                }
+            }
+
+            /// Writes element `i` of a parameter; false for other places and other types.
+            pub(crate) fn put_parameter(&self, p: &mut P, i: usize, value: AnyValue) -> bool {
+                match (self.parameter_values_mut(p), value) {
+                    $((Some(ValuesMut::$kind(values)), AnyValue::$kind(value)) => values[i] = value,)*
+                    _ => return false,
+                }
+                true
+            }
+
+            /// Copies element `i` of a parameter.
+            pub(crate) fn copy_parameter(&self, i: usize, from: &P, to: &mut P) {
+                match self {
+                    $(Place::$parameter(place) => *place.get_mut(to, i) = place.get(from, i),)*
+                    _ => {}
+                }
+            }
+
+            /// Whether element `i` of a parameter is the same in both.
+            pub(crate) fn is_same_parameter(&self, i: usize, a: &P, b: &P) -> bool {
+                match (self.parameter_values(a), self.parameter_values(b)) {
+                    $((Some(Values::$kind(a)), Some(Values::$kind(b))) => a[i].is_same(&b[i]),)*
+                    _ => true,
+                }
+            }
+        }
+
         $(impl Kept for $type {
             const KIND: Kind = Kind::$kind;
+
+            fn any(self) -> AnyValue {
+                AnyValue::$kind(self)
+            }
 
             #[inline]
             fn input<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Write<U, Self>> {
@@ -137,7 +254,7 @@ macro_rules! types {
     };
 }
 
-types! {
+types! { ($)
     /// Real of FMI 2.0, Float64 of FMI 3.0.
     Real f64: RealIn RealParameter RealOut;
     /// Integer of FMI 2.0, Int32 of FMI 3.0.
@@ -163,45 +280,8 @@ types! {
     /// The same from 0.
     UInt64 u64: UInt64In UInt64Parameter UInt64Out;
     /// Bytes.
-    Binary Binary: BinaryIn BinaryParameter BinaryOut;
+    Binary crate::Binary: BinaryIn BinaryParameter BinaryOut;
 }
-
-/// Runs `$then` with what is in a place of any of the kinds; None for other places.
-macro_rules! one_of {
-    ($place:expr, |$at:ident| $then:expr; $($kind:ident)*) => {
-        match $place {
-            $($crate::core::place::Place::$kind($at) => Some($then),)*
-            _ => None,
-        }
-    };
-}
-
-/// The same of inputs.
-macro_rules! input {
-    ($place:expr, |$at:ident| $then:expr) => {
-        $crate::core::place::one_of!($place, |$at| $then; RealIn IntegerIn BooleanIn StringIn Float32In Int8In
-            UInt8In Int16In UInt16In UInt32In Int64In UInt64In BinaryIn)
-    };
-}
-
-/// The same of parameters, without texts that may mean other parameters.
-macro_rules! parameter {
-    ($place:expr, |$at:ident| $then:expr) => {
-        $crate::core::place::one_of!($place, |$at| $then; RealParameter IntegerParameter BooleanParameter
-            StringParameter Float32Parameter Int8Parameter UInt8Parameter Int16Parameter UInt16Parameter
-            UInt32Parameter Int64Parameter UInt64Parameter BinaryParameter)
-    };
-}
-
-/// The same of what is computed, without texts that a function gives.
-macro_rules! output {
-    ($place:expr, |$at:ident| $then:expr) => {
-        $crate::core::place::one_of!($place, |$at| $then; RealOut IntegerOut BooleanOut StringOut Float32Out
-            Int8Out UInt8Out Int16Out UInt16Out UInt32Out Int64Out UInt64Out BinaryOut)
-    };
-}
-
-pub(crate) use {input, one_of, output, parameter};
 
 /// Setter of a String parameter: parameters, text, the FMU's resources folder if the importer gave
 /// one.
@@ -227,11 +307,23 @@ copied! {
 
 impl<P, U, Y> Place<P, U, Y> {
     pub(crate) fn len(&self, p: &P, u: &U, y: &Y) -> usize {
-        let of_input = input!(self, |place| place.len(u));
-        let known = of_input.or_else(|| parameter!(self, |place| place.len(p)));
-        let found = known.or_else(|| output!(self, |place| place.len(y)));
-        // A derivative has as many as its state.
-        found.unwrap_or(usize::from(!self.is_derivative()))
+        match self.values(p, u, y) {
+            Some(values) => each!(Values, values, |values| values.len()),
+            // A derivative has as many as its state.
+            None => usize::from(!self.is_derivative()),
+        }
+    }
+
+    /// Its values, wherever they are.
+    pub(crate) fn values<'a>(&self, p: &'a P, u: &'a U, y: &'a Y) -> Option<Values<'a>> {
+        let of_input = self.input_values(u);
+        let known = of_input.or_else(|| self.parameter_values(p));
+        known.or_else(|| self.output_values(y))
+    }
+
+    /// Whether the values are of `Output`.
+    pub(crate) fn is_computed(&self) -> bool {
+        !(self.is_input() || self.is_parameter())
     }
 
     /// Whether the row is the derivative of a state.
@@ -251,10 +343,6 @@ impl<P, U, Y> Place<P, U, Y> {
 }
 
 impl<S, T: Clone> Read<S, T> {
-    fn len(&self, s: &S) -> usize {
-        self.slice(s).len()
-    }
-
     /// All elements of the row.
     #[inline]
     pub(crate) fn slice<'a>(&self, s: &'a S) -> &'a [T] {

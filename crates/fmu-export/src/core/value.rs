@@ -37,9 +37,15 @@ pub(crate) trait Value: Kept + Clone + Default + Display + 'static {
     /// Values near it, moved by a part of its size, of which some may be allowed.
     fn moved<M: Model>(&self, part: f64, row: &Variable<M>) -> Vec<Self>;
 
-    /// The value of time, if it is of this type.
-    fn of_time(_time: f64) -> Option<Self> {
-        None
+    /// The bits of a number, of a whole one with its sign and as many as the longest has; of no
+    /// meaning for other types.
+    fn bits(&self) -> u64 {
+        0
+    }
+
+    /// The number of these bits.
+    fn of_bits(_bits: u64) -> Self {
+        Self::default()
     }
 
     /// These numbers, if they are of this type.
@@ -98,10 +104,6 @@ impl Value for f64 {
         min <= *self && *self <= max
     }
 
-    fn of_time(time: f64) -> Option<f64> {
-        Some(time)
-    }
-
     fn of_reals(values: &[f64]) -> Option<&[f64]> {
         Some(values)
     }
@@ -119,6 +121,14 @@ impl Value for f64 {
 
 impl Value for f32 {
     float!();
+
+    fn bits(&self) -> u64 {
+        self.to_bits().into()
+    }
+
+    fn of_bits(bits: u64) -> f32 {
+        f32::from_bits(bits as u32)
+    }
 
     /// Bounds are written with fewer digits than an f64 has: the nearest f32 is meant.
     #[inline]
@@ -148,6 +158,14 @@ macro_rules! integer {
             fn moved<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<Self> {
                 vec![self.saturating_add(1), self.saturating_sub(1)]
             }
+
+            fn bits(&self) -> u64 {
+                *self as u64
+            }
+
+            fn of_bits(bits: u64) -> Self {
+                bits as Self
+            }
         }
     )*};
 }
@@ -172,6 +190,14 @@ impl Value for bool {
 
     fn moved<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<bool> {
         vec![!self]
+    }
+
+    fn bits(&self) -> u64 {
+        (*self).into()
+    }
+
+    fn of_bits(bits: u64) -> bool {
+        bits != 0
     }
 }
 

@@ -4,7 +4,7 @@
 use super::ffi::*;
 use super::instance::{Body, Fmi3};
 use super::order::ANY;
-use super::values::{VR, not_settable_as};
+use super::values::VR;
 use crate::Model;
 use crate::border::arguments::{Array, array};
 use crate::border::call::{E, M, N};
@@ -48,7 +48,7 @@ fn not_read<M: Model>(b: &Body<M>, vr: Array<ValueReference>, name: &str) -> Res
 /// Setting variables as a type that none of them has.
 fn not_set<M: Model>(b: &Body<M>, vr: Array<ValueReference>, name: &str) -> Result<(), Fault> {
     vr.at(0)
-        .map_or(Ok(()), |number| not_settable_as(b, number, name))
+        .map_or(Ok(()), |number| b.instance.not_settable_as(number, name))
 }
 
 /// What is for clocks only, of which there are none.

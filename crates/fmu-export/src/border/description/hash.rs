@@ -4,13 +4,13 @@
 //! needs.
 
 use super::parts::{enumerations, units_in_use};
-use crate::core::causality::{Causality, Dependencies};
+use crate::core::causality::Dependencies;
 use crate::core::enumeration::Enumeration;
 use crate::core::info::{Experiment, Info};
 use crate::core::layout::Layout;
 use crate::core::length::Length;
 use crate::core::model::Variable;
-use crate::core::place::{Place, input, output, parameter};
+use crate::core::place::{Place, each};
 use crate::core::sizes::{self, Start};
 use crate::core::unit::{DisplayUnit, Unit};
 use crate::core::value::Value;
@@ -217,10 +217,8 @@ impl Bytes {
         u: &M::Input,
         y: &M::Output,
     ) {
-        input!(&row.place, |place| self.values(place.slice(u)));
-        parameter!(&row.place, |place| self.values(place.slice(p)));
-        if row.causality == Causality::Constant {
-            output!(&row.place, |place| self.values(place.slice(y)));
+        if let Some(values) = row.start_values(p, u, y) {
+            each!(Values, values, |values| self.values(values));
         }
         if let Place::Text(get, _) = &row.place {
             self.text(get(p));

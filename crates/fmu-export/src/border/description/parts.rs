@@ -7,7 +7,7 @@ use crate::core::enumeration::Enumeration;
 use crate::core::info::Info;
 use crate::core::layout::Layout;
 use crate::core::model::Variable;
-use crate::core::place::{Kind, Place, input, output, parameter};
+use crate::core::place::{Kind, Place, Values, each};
 use crate::core::unit::{DIMENSIONS, Unit};
 use crate::core::value::Value;
 use crate::{KNOWN_UNITS, Model};
@@ -227,7 +227,19 @@ impl<M: Model> Variable<M> {
         }
     }
 
-    /// Start value of an input, a parameter or a constant; what is computed has none.
+    /// Start values of an input, a parameter or a constant; what is computed has none.
+    pub(crate) fn start_values<'a>(
+        &self,
+        p: &'a M::Parameters,
+        u: &'a M::Input,
+        y: &'a M::Output,
+    ) -> Option<Values<'a>> {
+        let is_constant = self.causality == Causality::Constant;
+        let values = self.place.values(p, u, y);
+        values.filter(|_| is_constant || !self.place.is_computed())
+    }
+
+    /// Start value of an element, as [`start_values`](Self::start_values) or a text.
     pub(crate) fn start(
         &self,
         p: &M::Parameters,
@@ -235,14 +247,11 @@ impl<M: Model> Variable<M> {
         y: &M::Output,
         i: usize,
     ) -> Option<String> {
-        let is_constant = self.causality == Causality::Constant;
         match &self.place {
             Place::Text(get, _) => Some(get(p).to_owned()),
-            place => input!(place, |place| place.get(u, i).written())
-                .or_else(|| parameter!(place, |place| place.get(p, i).written()))
-                .or_else(|| {
-                    output!(place, |place| place.get(y, i).written()).filter(|_| is_constant)
-                }),
+            _ => Some(each!(Values, self.start_values(p, u, y)?, |values| values
+                [i]
+                .written())),
         }
     }
 }

@@ -6,7 +6,7 @@ use crate::core::causality::Causality;
 use crate::core::dependencies::Knowns;
 use crate::core::layout::{Layout, state};
 use crate::core::model::Variable;
-use crate::core::place::{Kind, Place, input, parameter};
+use crate::core::place::{Kind, Place, each};
 use crate::core::sizes::{self, Start};
 use crate::core::value::Value;
 use crate::{Enumeration, Model, ModelExchange, Unit};
@@ -315,7 +315,9 @@ fn start<M: Model>(
             }
         }
     }
-    input!(&row.place, |place| check(row, &place.slice(u)[i..i + n]))
-        .or_else(|| parameter!(&row.place, |place| check(row, &place.slice(p)[i..i + n])))
-        .unwrap_or(Ok(()))
+    let of_input = row.place.input_values(u);
+    match of_input.or_else(|| row.place.parameter_values(p)) {
+        Some(values) => each!(Values, values, |values| check(row, &values[i..i + n])),
+        None => Ok(()),
+    }
 }

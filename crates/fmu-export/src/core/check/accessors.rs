@@ -1,10 +1,10 @@
 //! Each row has a field of its own, which both of its accessors are of.
 
-use super::point::{Point, known};
+use super::point::Point;
 use super::trial::Trial;
 use crate::Model;
 use crate::core::causality::Causality;
-use crate::core::place::output;
+use crate::core::place::each;
 use crate::core::sizes;
 use std::collections::BTreeMap;
 
@@ -12,26 +12,26 @@ impl<M: Model> Trial<M> {
     /// Writes each input and parameter, and reads all.
     pub(super) fn accessors(&mut self) {
         let elements: Vec<_> = self.layout.iter().collect();
-        let read = |point: &mut Point<M>| -> Vec<_> {
+        let read = |point: &Point<M>| -> Vec<_> {
             elements
                 .iter()
                 .map(|&element| point.read(element))
                 .collect()
         };
-        let before = read(&mut self.start.clone());
+        let before = read(&self.start);
         for (k, element) in self.layout.samples() {
             let mut point = self.start.clone();
-            let lengths = known!(element.1, point, |place, owner| {
-                (place.slice(owner).len(), place.slice_mut(owner).len())
-            });
-            if lengths.is_some_and(|(read, write)| read != write) {
+            let found = point.values(element.1);
+            let len = found.map(|found| each!(Values, found, |values| values.len()));
+            let found = point.values_mut(element.1);
+            if len != found.map(|found| each!(ValuesMut, found, |values| values.len())) {
                 self.has_two_fields(k);
                 continue;
             }
             if !point.perturb(element, 0.25) {
                 continue;
             }
-            let after = read(&mut point);
+            let after = read(&point);
             if after[k] == before[k] {
                 self.has_two_fields(k);
             }
@@ -49,8 +49,8 @@ impl<M: Model> Trial<M> {
             if row.causality == Causality::Constant {
                 continue; // in no field; the compiler may put equal ones in one place
             }
-            let address = output!(&row.place, |place| (&raw const place.slice(&y)[i]).addr());
-            if let Some(address) = address
+            if let Some(values) = row.place.output_values(&y)
+                && let address = each!(Values, values, |values| (&raw const values[i]).addr())
                 && let Some(first) = places.insert(address, k)
             {
                 self.share_a_field(first, k);

@@ -2,25 +2,9 @@
 
 use crate::Model;
 use crate::core::layout::Element;
+use crate::core::model::Variable;
+use crate::core::place::{Values, ValuesMut, each};
 use crate::core::value::Value;
-
-/// Runs `$then` with the place of an input or a parameter, and where it lives in a [`Point`].
-macro_rules! known {
-    ($row:expr, $point:expr, |$place:ident, $owner:ident| $then:expr) => {
-        crate::core::place::input!(&$row.place, |$place| {
-            let $owner = $point.u();
-            $then
-        })
-        .or_else(|| {
-            crate::core::place::parameter!(&$row.place, |$place| {
-                let $owner = $point.p();
-                $then
-            })
-        })
-    };
-}
-
-pub(super) use known;
 
 /// Parameters and inputs.
 pub(super) struct Point<M: Model>(pub(super) M::Parameters, pub(super) M::Input);
@@ -32,17 +16,20 @@ impl<M: Model> Clone for Point<M> {
 }
 
 impl<M: Model> Point<M> {
-    pub(super) fn p(&mut self) -> &mut M::Parameters {
-        &mut self.0
+    /// The values of an input or a parameter.
+    pub(super) fn values(&self, row: &Variable<M>) -> Option<Values<'_>> {
+        let of_input = row.place.input_values(&self.1);
+        of_input.or_else(|| row.place.parameter_values(&self.0))
     }
 
-    pub(super) fn u(&mut self) -> &mut M::Input {
-        &mut self.1
+    pub(super) fn values_mut(&mut self, row: &Variable<M>) -> Option<ValuesMut<'_>> {
+        let of_input = row.place.input_values_mut(&mut self.1);
+        of_input.or_else(|| row.place.parameter_values_mut(&mut self.0))
     }
 
     /// The value in an element, as text: equal texts are equal bits.
-    pub(super) fn read(&mut self, (i, row): Element<M>) -> Option<String> {
-        known!(row, self, |place, owner| place.get(owner, i).to_string())
+    pub(super) fn read(&self, (i, row): Element<M>) -> Option<String> {
+        Some(each!(Values, self.values(row)?, |values| values[i].to_string()))
     }
 
     /// Counts that all inputs are set, to what they are.
@@ -59,18 +46,17 @@ impl<M: Model> Point<M> {
         if row.structural {
             return false; // the table would be another one
         }
-        known!(row, self, |place, owner| {
-            let value = place.get(owner, i);
-            let moved = value.moved(part, row);
-            let other = moved
-                .into_iter()
-                .find(|v| !v.is_same(&value) && v.is_allowed(row));
-            let is_moved = other.is_some();
-            if let Some(other) = other {
-                *place.get_mut(owner, i) = other;
+        let Some(values) = self.values_mut(row) else {
+            return false;
+        };
+        each!(ValuesMut, values, |values| {
+            let moved = values[i].moved(part, row);
+            let is_other = |v: &_| !values[i].is_same(v) && v.is_allowed(row);
+            match moved.into_iter().find(is_other) {
+                Some(other) => values[i] = other,
+                None => return false,
             }
-            is_moved
-        })
-        .unwrap_or(false)
+        });
+        true
     }
 }

@@ -4,7 +4,7 @@ use super::point::Point;
 use super::trial::Trial;
 use crate::core::layout::Element;
 use crate::core::model::zero;
-use crate::core::place::{Place, output};
+use crate::core::place::{Place, each};
 use crate::core::value::{Value, allowed};
 use crate::{Evaluation, InputPolynomial, Model, ModelError};
 
@@ -57,21 +57,21 @@ impl<M: Model> Trial<M> {
         let y = model.output(p, u, &now).map_err(what("output"))?;
         for (i, row) in self.layout.iter() {
             let name = row.element_name(i);
-            let wrong = output!(&row.place, |place| {
-                let value = place.get(&y, i);
+            let Some(values) = row.place.output_values(&y) else {
+                continue;
+            };
+            each!(Values, values, |values| {
+                let value = &values[i];
                 let allowed = match row.enumeration {
                     Some(_) if !value.is_allowed(row) => allowed(row),
                     _ if !value.is_finite() => "finite".to_owned(),
                     _ => continue,
                 };
-                format!(
+                return Err(format!(
                     "`{name}` = {} with the start values must be {allowed}",
                     value.shown()
-                )
-            });
-            if let Some(wrong) = wrong {
-                return Err(wrong);
-            }
+                ));
+            })
         }
         if info.output_derivatives {
             let zero = zero::<M>(u);

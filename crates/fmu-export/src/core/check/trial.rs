@@ -4,7 +4,7 @@
 use super::point::Point;
 use crate::core::dependencies::Knowns;
 use crate::core::layout::{Element, Layout};
-use crate::core::place::{Place, output};
+use crate::core::place::{Place, each};
 use crate::core::sizes::fitted;
 use crate::core::value::Value;
 use crate::{Evaluation, Model, ModelError};
@@ -66,7 +66,9 @@ pub(super) fn texts<M: Model>(layout: &Layout<M>, y: &M::Output) -> Vec<String> 
     let text = |(i, row): Element<M>| match &row.place {
         Place::RealOut(place) => format!("{:x}", place.get(y, i).to_bits()),
         Place::TextOut(get) => get(y).to_owned(),
-        place => output!(place, |place| place.get(y, i).written()).unwrap_or_default(),
+        place => (place.output_values(y)).map_or(String::new(), |values| {
+            each!(Values, values, |values| values[i].written())
+        }),
     };
     layout.iter().map(text).collect()
 }
