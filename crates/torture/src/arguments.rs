@@ -102,53 +102,49 @@ pub fn real_for(r: &mut Random, v: Option<&Variable>, element: usize, valid: boo
     }
 }
 
-/// An Integer or Boolean value for a variable.
-pub fn integer_for(r: &mut Random, v: Option<&Variable>, valid: bool) -> i32 {
-    match v {
-        Some(v) if valid && matches!(v.access(), Access::Integer | Access::Int64) => {
-            let [min, max] = v.bounds().map(|b| b.clamp(-8.0, 8.0) as i32);
-            min + r.below((max - min + 1) as usize) as i32
-        }
-        Some(_) if valid => r.of(&[0, 1]),
-        _ => integer(r),
-    }
-}
-
-/// A value of a variable of any type, as a text; one that is not `valid` may be out of its bounds.
-pub fn value_for(r: &mut Random, v: &Variable, element: usize, valid: bool) -> String {
-    let whole = |r: &mut Random, least: i128, most: i128| -> String {
-        let [min, max] = v.bounds();
-        let start = v
-            .start_of(element)
-            .and_then(|start| start.parse().ok())
-            .unwrap_or(0);
-        let fits = |n: i128| (min..=max).contains(&(n as f64)) || !valid;
-        let near = |r: &mut Random| (start + r.below(7) as i128 - 3).clamp(least, most);
-        let n = if r.one_in(2) {
-            near(r)
-        } else {
-            r.of(&[least, most, 0, 1, 2])
-        };
-        if fits(n) { n } else { start.clamp(least, most) }.to_string()
-    };
-    match v.access() {
-        Access::Real => real_for(r, Some(v), element, valid).to_string(),
+/// A value of this type for an element of a variable, as a text; one that is not `valid` may be out
+/// of its bounds.
+pub fn value_for(
+    r: &mut Random,
+    v: Option<&Variable>,
+    access: Access,
+    element: usize,
+    valid: bool,
+) -> String {
+    let [least, most]: [i128; 2] = match access {
+        Access::Real => return real_for(r, v, element, valid).to_string(),
+        // Within bounds also after rounding.
         Access::Float32 if valid => {
-            ((real_for(r, Some(v), element, true) * 0.999) as f32).to_string()
+            return ((real_for(r, v, element, true) * 0.999) as f32).to_string();
         }
-        Access::Float32 => (real_for(r, Some(v), element, false) as f32).to_string(),
-        Access::Int8 => whole(r, i8::MIN.into(), i8::MAX.into()),
-        Access::UInt8 => whole(r, 0, u8::MAX.into()),
-        Access::Int16 => whole(r, i16::MIN.into(), i16::MAX.into()),
-        Access::UInt16 => whole(r, 0, u16::MAX.into()),
-        Access::Integer => whole(r, i32::MIN.into(), i32::MAX.into()),
-        Access::UInt32 => whole(r, 0, u32::MAX.into()),
-        Access::Int64 => whole(r, i64::MIN.into(), i64::MAX.into()),
-        Access::UInt64 => whole(r, 0, u64::MAX.into()),
-        Access::Boolean | Access::Clock => r.one_in(2).to_string(),
-        Access::String => r.of(&["", "a", "{}", "\u{e4}"]).to_string(),
-        Access::Binary => r.of(&["", "00", "ff00", "0123456789abcdef"]).to_string(),
-    }
+        Access::Float32 => return (real_for(r, v, element, false) as f32).to_string(),
+        Access::Boolean if valid => return r.one_in(2).to_string(),
+        Access::Boolean => return r.of(&[0, 1, 2, 7, 100]).to_string(),
+        Access::String => return r.of(&["", "a", "{}", "\u{e4}"]).to_string(),
+        Access::Binary => return r.of(&["", "00", "ff00", "0123456789abcdef"]).to_string(),
+        Access::Clock => return r.one_in(2).to_string(),
+        Access::Int8 => [i8::MIN.into(), i8::MAX.into()],
+        Access::UInt8 => [0, u8::MAX.into()],
+        Access::Int16 => [i16::MIN.into(), i16::MAX.into()],
+        Access::UInt16 => [0, u16::MAX.into()],
+        Access::Integer => [i32::MIN.into(), i32::MAX.into()],
+        Access::UInt32 => [0, u32::MAX.into()],
+        Access::Int64 => [i64::MIN.into(), i64::MAX.into()],
+        Access::UInt64 => [0, u64::MAX.into()],
+    };
+    let start = v
+        .and_then(|v| v.start_of(element))
+        .and_then(|start| start.parse().ok());
+    let start: i128 = start.unwrap_or(0);
+    let number = match r.one_in(2) {
+        true => start + r.below(7) as i128 - 3,
+        false => r.of(&[least, most, 0, 1, 2]),
+    };
+    let [min, max] = v.map_or([f64::NEG_INFINITY, f64::INFINITY], Variable::bounds);
+    let fits = !valid || (min..=max).contains(&(number as f64));
+    if fits { number } else { start }
+        .clamp(least, most)
+        .to_string()
 }
 
 /// Each of the references with each of its elements; an unknown one is taken for a scalar.
@@ -215,7 +211,8 @@ mod tests {
             assert!(outside > 100, "{outside}");
             let mode = description.variables.iter().find(|v| v.name == "mode");
             for _ in 0..20 {
-                let item = integer_for(&mut r, mode, true);
+                let item = value_for(&mut r, mode, Access::Integer, 0, true);
+                let item: i32 = item.parse().unwrap();
                 assert!(mode.is_none() || (1..=8).contains(&item), "{item}");
             }
         }

@@ -1,13 +1,15 @@
 //! Random calls of an instance for Model Exchange, in any order, against its call order: a call that
 //! is refused changes nothing, one that is right is done.
 
+use std::ffi::c_int;
 use std::path::Path;
 
 use anyhow::{Result, bail, ensure};
+use cargo_fmu::fmi::functions::Functions;
 use cargo_fmu::fmi::instance::Manner;
-use cargo_fmu::fmi::symbols::{DISCARD, ERROR, OK};
+use cargo_fmu::fmi::symbols::{DISCARD, ERROR, OK, Pointer};
 use cargo_fmu::fmi::{Fmu, Instance};
-use fmu_description::Causality;
+use fmu_description::Variable;
 
 use crate::arguments::{place, room, seeds};
 use crate::random::Random;
@@ -28,7 +30,13 @@ pub fn run(path: &Path, calls: usize, seed: u64) -> Result<()> {
     let mut state = 'I';
     for k in 0..calls {
         let before = instance.bytes()?;
-        let (name, allowed, is_valid, status, next) = call(&instance, &mut r, state);
+        let Call {
+            name,
+            allowed,
+            is_valid,
+            status,
+            next,
+        } = call(&instance, &mut r, state);
         let said = || format!("call {k}: {name} in {state} gave {status}");
         let is_right = is_valid && allowed.contains(state);
         match status {
@@ -72,24 +80,49 @@ fn new(fmu: &Fmu) -> Result<Instance<'_>> {
     Instance::with(fmu, "exchange", manner)
 }
 
-/// A call: its name, where it is allowed, whether its arguments are right, its status, and the state
-/// it leads to.
-type Call = (&'static str, &'static str, bool, i32, Option<char>);
+/// A call that was made.
+struct Call {
+    name: &'static str,
+    /// The states that it is allowed in.
+    allowed: &'static str,
+    /// Its arguments are right.
+    is_valid: bool,
+    status: i32,
+    /// The state that it leads to.
+    next: Option<char>,
+}
+
+impl Call {
+    fn new(name: &'static str, allowed: &'static str, is_valid: bool, status: i32) -> Self {
+        let next = None;
+        Self {
+            name,
+            allowed,
+            is_valid,
+            status,
+            next,
+        }
+    }
+
+    /// One without arguments that leads to another state.
+    fn to(next: char, name: &'static str, allowed: &'static str, status: i32) -> Self {
+        Self {
+            next: Some(next),
+            ..Self::new(name, allowed, true, status)
+        }
+    }
+}
 
 fn call(instance: &Instance, r: &mut Random, state: char) -> Call {
     let (fmu, c) = (instance.fmu, instance.c);
     let (f, d) = (&fmu.functions, &fmu.description);
     let is_3 = f.fmi3().is_some();
-    let states: usize = (d.derivatives.iter())
-        .map(|u| d.variables[u.variable].size())
-        .sum();
+    let derivatives = d.derivatives.iter().map(|u| d.variables[u.variable].size());
+    let states: usize = derivatives.sum();
     let right = r.below(4) > 0;
-    let n = |of: usize, r: &mut Random| {
-        if right {
-            of
-        } else {
-            r.of(&[0, of + 1, of.saturating_sub(1)])
-        }
+    let n = |of: usize, r: &mut Random| match right {
+        true => of,
+        false => r.of(&[0, of + 1, of.saturating_sub(1)]),
     };
     let is_null = !right && r.one_in(4);
     let (mut next, mut ends, mut told) = (0.0, false, [false; 2]);
@@ -98,126 +131,92 @@ fn call(instance: &Instance, r: &mut Random, state: char) -> Call {
     unsafe {
         match r.below(13) {
             0 if state == 'I' => {
-                let status = f
-                    .setup_experiment(c, Default::default())
-                    .max(f.enter_initialization_mode(c, Default::default()));
-                ("fmi2EnterInitializationMode", "I", true, status, Some('N'))
+                let begun = f.setup_experiment(c, Default::default());
+                let status = begun.max(f.enter_initialization_mode(c, Default::default()));
+                Call::to('N', "fmi2EnterInitializationMode", "I", status)
             }
-            1 => (
-                "fmi2ExitInitializationMode",
-                "N",
-                true,
-                f.exit_initialization_mode(c),
-                Some('E'),
-            ),
-            2 if r.one_in(8) => ("fmi2Terminate", "EC", true, f.terminate(c), Some('T')),
-            3 if r.one_in(8) => ("fmi2Reset", STATES, true, f.reset(c), Some('I')),
-            4 => (
-                "fmi2EnterEventMode",
-                if is_3 { "C" } else { "EC" },
-                true,
-                f.enter_event_mode(c),
-                Some('E'),
-            ),
-            5 | 6 => (
-                "fmi2NewDiscreteStates",
-                "E",
-                true,
-                f.handle_events(c, &mut next, &mut ends),
-                Some('C'),
-            ),
-            7 => (
-                "fmi2CompletedIntegratorStep",
-                "C",
-                true,
-                f.completed_integrator_step(c, &mut told),
-                None,
-            ),
+            1 => {
+                let status = f.exit_initialization_mode(c);
+                Call::to('E', "fmi2ExitInitializationMode", "N", status)
+            }
+            2 if r.one_in(8) => Call::to('T', "fmi2Terminate", "EC", f.terminate(c)),
+            3 if r.one_in(8) => Call::to('I', "fmi2Reset", STATES, f.reset(c)),
+            4 => {
+                let allowed = if is_3 { "C" } else { "EC" };
+                Call::to('E', "fmi2EnterEventMode", allowed, f.enter_event_mode(c))
+            }
+            5 | 6 => {
+                let status = f.handle_events(c, &mut next, &mut ends);
+                Call::to('C', "fmi2NewDiscreteStates", "E", status)
+            }
+            7 => {
+                let status = f.completed_integrator_step(c, &mut told);
+                Call::new("fmi2CompletedIntegratorStep", "C", true, status)
+            }
             8 => {
                 let count = n(states, r);
                 let x = seeds(r, count, right);
                 let is_valid = x.len() == states && x.iter().all(|x| x.is_finite());
-                (
-                    "fmi2SetContinuousStates",
-                    "C",
-                    is_valid,
-                    f.set_continuous_states(c, x.as_ptr(), x.len()),
-                    None,
-                )
+                let status = f.set_continuous_states(c, x.as_ptr(), x.len());
+                Call::new("fmi2SetContinuousStates", "C", is_valid, status)
             }
             9 => {
-                let t = if right {
-                    0.0
-                } else {
-                    r.of(&[f64::NAN, f64::INFINITY, -1.0])
+                let t = match right {
+                    true => 0.0,
+                    false => r.of(&[f64::NAN, f64::INFINITY, -1.0]),
                 };
-                ("fmi2SetTime", "EC", right, f.set_time(c, t), None)
+                Call::new("fmi2SetTime", "EC", right, f.set_time(c, t))
             }
-            10 => {
-                let n = n(states, r);
-                let mut x = vec![0.0; n];
-                let to = room(&mut x, is_null);
-                let is_valid = n == states && (!is_null || n == 0);
-                match r.below(3) {
-                    0 => (
+            which @ (10 | 11) => {
+                let nominals = if is_3 { "NECT" } else { "IECT" };
+                let (name, allowed, get, of): (_, _, Get, _) = match (which, r.below(3)) {
+                    (11, _) => (
+                        "fmi2GetEventIndicators",
+                        "NECT",
+                        Functions::get_event_indicators,
+                        d.event_indicators,
+                    ),
+                    (_, 0) => (
                         "fmi2GetDerivatives",
                         reads,
-                        is_valid,
-                        f.get_derivatives(c, to, n),
-                        None,
+                        Functions::get_derivatives,
+                        states,
                     ),
-                    1 => (
+                    (_, 1) => (
                         "fmi2GetContinuousStates",
                         "NECT",
-                        is_valid,
-                        f.get_continuous_states(c, to, n),
-                        None,
+                        Functions::get_continuous_states,
+                        states,
                     ),
                     _ => (
                         "fmi2GetNominalsOfContinuousStates",
-                        if is_3 { "NECT" } else { "IECT" },
-                        is_valid,
-                        f.get_nominals(c, to, n),
-                        None,
+                        nominals,
+                        Functions::get_nominals,
+                        states,
                     ),
-                }
-            }
-            11 => {
-                let n = n(d.event_indicators, r);
-                let mut z = vec![0.0; n];
-                let to = room(&mut z, is_null);
-                let is_valid = n == d.event_indicators && (!is_null || n == 0);
-                (
-                    "fmi2GetEventIndicators",
-                    "NECT",
-                    is_valid,
-                    f.get_event_indicators(c, to, n),
-                    None,
-                )
+                };
+                let n = n(of, r);
+                let mut x = vec![0.0; n];
+                let is_valid = n == of && (!is_null || n == 0);
+                Call::new(name, allowed, is_valid, get(f, c, room(&mut x, is_null), n))
             }
             _ => {
-                let inputs = d
-                    .variables
-                    .iter()
-                    .filter(|v| v.causality == Causality::Input && v.kind.name() == "Real");
+                let is_input = |v: &&Variable| v.is_input() && v.kind.name() == "Real";
+                let inputs = d.variables.iter().filter(is_input);
                 let Some(input) = inputs.min_by_key(|v| (v.reference + r.below(7) as u32) % 7)
                 else {
-                    return ("fmi2Reset", STATES, true, f.reset(c), Some('I'));
+                    return Call::to('I', "fmi2Reset", STATES, f.reset(c));
                 };
                 let mut value = seeds(r, input.size(), right);
                 let to = place(&mut value[0], is_null);
                 let status = f.set_real(c, &input.reference, 1, to);
                 // Bounds, and inputs that are discrete, are looked at elsewhere.
-                let is_refused = status != OK;
-                let name = "fmi2SetReal";
-                (
-                    name,
-                    if is_refused { "" } else { "INEC" },
-                    !is_null,
-                    status,
-                    None,
-                )
+                let allowed = if status == OK { "INEC" } else { "" };
+                Call::new("fmi2SetReal", allowed, !is_null, status)
             }
         }
     }
 }
+
+/// A function that gets numbers of a kind of which there are so many.
+type Get = unsafe fn(&Functions, Pointer, *mut f64, usize) -> c_int;

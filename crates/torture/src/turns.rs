@@ -5,6 +5,7 @@ use std::ffi::c_int;
 use anyhow::{Context, Result, bail, ensure};
 use cargo_fmu::fmi::order::{Mode, is_allowed};
 use cargo_fmu::fmi::symbols::{DISCARD, OK};
+use fmu_description::Access;
 
 use crate::oracle::{Call, judge};
 use crate::session::{INSTANCES, Session};
@@ -141,16 +142,17 @@ impl Session<'_> {
             11 => self.simple(i, "fmi2CancelStep"),
             49..53 if self.fmu.functions.fmi3().is_some() => self.event_call(i),
             53 if self.fmu.functions.fmi3().is_some() => self.absent(i),
-            54..57 if self.fmu.functions.fmi3().is_some() => self.typed(i),
+            54 if self.fmu.functions.fmi3().is_some() => self.get_other(i),
+            55..57 if self.fmu.functions.fmi3().is_some() => self.set_other(i),
             12 => self.set_debug_logging(i),
             13..15 => self.status(i),
             15 if self.random.one_in(2) => Ok(self.instantiate(i)),
-            16..22 => self.set_real(i),
-            22..24 => self.set_integer(i),
+            16..22 => self.set(i, Access::Real),
+            22..24 => self.set_other(i),
             24 => self.set_string(i),
-            25..30 => self.get_real(i),
-            30..32 => self.get_integer(i),
-            32 => self.get_string(i),
+            25..30 => self.get(i, Access::Real),
+            30..32 => self.get_other(i),
+            32 => self.get(i, Access::String),
             33..35 if self.fmu.functions.fmi3().is_some() => self.adjoint(i),
             33..35 => self.set_input_derivatives(i),
             35..37 => self.get_output_derivatives(i),

@@ -4,7 +4,6 @@ use crate::arguments::*;
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use anyhow::{Result, bail};
-use cargo_fmu::fmi::names_of;
 use cargo_fmu::fmi::order::Mode;
 use cargo_fmu::fmi::symbols::*;
 use fmu_description::{Access, Causality, Variable};
@@ -102,149 +101,66 @@ impl Session<'_> {
         }
     }
 
-    pub fn set_real(&mut self, i: usize) -> Result<Call> {
-        let wanted = self.is_settable(i, Access::Real);
+    /// A type that it has variables of, beside Real. In FMI 2.0 texts have calls of their own.
+    fn other_access(&mut self) -> Access {
+        let is_3 = self.fmu.functions.fmi3().is_some();
+        let is_other = |a: &Access| a.is_number() || is_3 && *a != Access::Clock;
+        let accesses = self.fmu.accesses().into_iter().filter(is_other);
+        let others: Vec<_> = accesses.filter(|a| *a != Access::Real).collect();
+        match others.is_empty() {
+            true => Access::Integer,
+            false => self.random.of(&others),
+        }
+    }
+
+    pub fn set_other(&mut self, i: usize) -> Result<Call> {
+        let access = self.other_access();
+        self.set(i, access)
+    }
+
+    /// Sets variables of a type. What one variable is set to is read back.
+    pub fn set(&mut self, i: usize, access: Access) -> Result<Call> {
+        let wanted = self.is_settable(i, access);
         let r = &mut self.random;
         let valid = r.one_in(2);
-        let vr = references(r, self.fmu, valid, wanted);
-        let values: Vec<f64> = elements(self.fmu, &vr)
-            .map(|(v, k)| real_for(r, v, k, valid))
+        let vr = references(r, self.fmu, valid, &wanted);
+        let values: Vec<_> = elements(self.fmu, &vr)
+            .map(|(v, k)| value_for(r, v, access, k, valid))
             .collect();
-        let (no_vr, no_values) = (!valid && r.one_in(16), !valid && r.one_in(16));
-        let is_null = (no_vr || no_values) && !vr.is_empty();
-        let expect = self.settable(i, &vr, Access::Real, &values, is_null);
-        let name = self.fmu.functions.name("fmi2SetReal");
-        self.trace(
-            i,
-            format_args!("{name}({vr:?}, {values:?}, {no_vr}, {no_values})"),
-        );
-        let (f, c) = (&self.fmu.functions, self.instances[i].c);
-        let (from, place) = (pointer(&vr, no_vr), pointer(&values, no_values));
-        // SAFETY: a live instance; NULL or arrays of equal length.
-        let status = unsafe { f.set_real(c, from, vr.len(), place) };
-        let readable = match self.instances[i].known.mode {
+        let may_be_null = !valid && access.is_number();
+        let nulls = [(); 2].map(|()| may_be_null && r.one_in(16));
+        let is_null = nulls.contains(&true) && !vr.is_empty();
+        // Bytes have no bounds.
+        let number = |text: &String| text.parse().unwrap_or(0.0);
+        let numbers: Vec<_> = match access {
+            Access::Binary => vec![0.0; values.len()],
+            _ => values.iter().map(number).collect(),
+        };
+        let expect = match access {
+            Access::String if self.are(&vr, &wanted) && !vr.is_empty() => Expect::FileDecides,
+            _ => self.settable(i, &vr, access, &numbers, is_null),
+        };
+        let [_, name] = self.fmu.functions.names_of(access);
+        self.trace(i, format_args!("{name}({vr:?}, {values:?}, {nulls:?})"));
+        let status = self.instances[i].set_values_of(access, &vr, &values, nulls);
+        let is_readable = match self.instances[i].known.mode {
             Mode::Initialization | Mode::Event => true,
             Mode::Stepping => self.fmu.functions.fmi3().is_none(),
             _ => false,
         };
         self.note_set(i, status);
-        if let ([vr], [value], OK, true) = (&*vr, &*values, status, readable) {
-            let mut back = f64::NAN;
-            // SAFETY: a live instance; one element each.
-            let got = unsafe { self.fmu.functions.get_real(c, vr, 1, &mut back) };
-            if got != OK || back.to_bits() != value.to_bits() {
-                bail!("value reference {vr}: {value} was set, {back} came back");
-            }
-        }
-        Ok(self.with_variables(i, name, status, expect, &vr, is_null))
-    }
-
-    /// What fmi2GetInteger and fmi3GetInt64 access. A call with references of Int32 only goes to
-    /// fmi3GetInt32.
-    fn integer_kind(&self, is_boolean: bool) -> Access {
-        match (is_boolean, self.fmu.functions.fmi3()) {
-            (true, _) => Access::Boolean,
-            (false, None) => Access::Integer,
-            (false, Some(_)) => Access::Int64,
-        }
-    }
-
-    /// As `integer_kind`, with the name of the function, by the first reference.
-    fn by_first(
-        &self,
-        kind: Access,
-        vr: &[u32],
-        names: [&'static str; 2],
-    ) -> (Access, &'static str) {
-        let first = vr.first().and_then(|vr| self.fmu.find(*vr));
-        match (kind, first.map(Variable::access)) {
-            (Access::Int64, Some(Access::Integer)) => (Access::Integer, names[1]),
-            // So read, but not so set, by `Functions`.
-            (Access::Int64, Some(Access::UInt64)) if names[0] == "fmi2GetInteger" => {
-                (Access::UInt64, "fmi3GetUInt64")
-            }
-            _ => (kind, self.fmu.functions.name(names[0])),
-        }
-    }
-
-    pub fn set_integer(&mut self, i: usize) -> Result<Call> {
-        let is_boolean = self.random.one_in(3);
-        let kind = self.integer_kind(is_boolean);
-        let wanted = self.is_settable(i, kind);
-        let r = &mut self.random;
-        let valid = r.one_in(2);
-        let vr = references(r, self.fmu, valid, wanted);
-        let values: Vec<c_int> = elements(self.fmu, &vr)
-            .map(|(v, _)| integer_for(r, v, valid))
-            .collect();
-        let names = match is_boolean {
-            true => ["fmi2SetBoolean"; 2],
-            false => ["fmi2SetInteger", "fmi3SetInt32"],
-        };
-        let (kind, name) = self.by_first(kind, &vr, names);
-        let numbers: Vec<f64> = values.iter().map(|v| f64::from(*v)).collect();
-        let no_values = self.random.one_in(16);
-        let is_null = no_values && !vr.is_empty();
-        let expect = self.settable(i, &vr, kind, &numbers, is_null);
-        let (f, c) = (&self.fmu.functions, self.instances[i].c);
-        self.trace(i, format_args!("{name}({vr:?}, {values:?}, {no_values})"));
-        let place = pointer(&values, no_values);
-        // SAFETY: a live instance; NULL or as many values as there are elements.
-        let status = unsafe { f.set_integers(is_boolean, c, vr.as_ptr(), vr.len(), place) };
-        self.note_set(i, status);
-        Ok(self.with_variables(i, name, status, expect, &vr, is_null))
-    }
-
-    /// Gets or sets a variable of one of the types that FMI 3.0 has beside those above, or a text or
-    /// enumeration. What is set is read back.
-    pub fn typed(&mut self, i: usize) -> Result<Call> {
-        let others = [
-            Access::Real,
-            Access::Integer,
-            Access::Boolean,
-            Access::Clock,
-        ];
-        let variables = &self.fmu.description.variables;
-        let all: Vec<_> = (variables.iter())
-            .filter(|v| !others.contains(&v.access()))
-            .collect();
-        let r = &mut self.random;
-        if all.is_empty() {
-            return self.absent(i);
-        }
-        let (v, valid, is_set) = (r.of(&all), r.one_in(2), r.one_in(2));
-        let (access, vr) = (v.access(), [v.reference]);
-        let [get, set] = names_of(access);
-        if !is_set {
-            let expect = self.readable(&vr, access);
-            self.trace(i, format_args!("{get}({vr:?})"));
-            let (status, _) = self.instances[i].values(v);
-            return Ok(self.with_variables(i, get, status, expect, &vr, false));
-        }
-        let values: Vec<_> = (0..v.size()).map(|k| value_for(r, v, k, valid)).collect();
-        let numbers: Vec<_> = values
-            .iter()
-            .map(|value| value.parse().unwrap_or(0.0))
-            .collect();
-        let expect = match access {
-            Access::String => match self.is_settable(i, access)(v) {
-                true => Expect::FileDecides,
-                false => Expect::Refused,
-            },
-            Access::Binary => self.settable(i, &vr, access, &vec![0.0; values.len()], false),
-            _ => self.settable(i, &vr, access, &numbers, false),
-        };
-        self.trace(i, format_args!("{set}({vr:?}, {values:?})"));
-        let status = self.instances[i].set_values(v, &values);
-        let mode = self.instances[i].known.mode;
-        self.note_set(i, status);
-        if status == OK && matches!(mode, Mode::Initialization | Mode::Event) {
-            let (got, back) = self.instances[i].values(v);
+        // Any number but 0 is a truth value.
+        let is_one = vr.len() == 1 && access != Access::Boolean;
+        if is_one && status == OK && is_readable {
+            let (got, back) = self.instances[i].values_of(access, &vr, false);
             if (got, &back) != (OK, &values) {
-                bail!("`{}`: {values:?} was set, {back:?} came back", v.name);
+                bail!(
+                    "value reference {}: {values:?} was set, {back:?} came back",
+                    vr[0]
+                );
             }
         }
-        Ok(self.with_variables(i, set, status, expect, &vr, false))
+        Ok(self.with_variables(i, name, status, expect, &vr, is_null))
     }
 
     pub fn set_string(&mut self, i: usize) -> Result<Call> {
@@ -306,70 +222,31 @@ impl Session<'_> {
         found.any(|v| v.is_computed() && v.access() == kind)
     }
 
-    pub fn get_real(&mut self, i: usize) -> Result<Call> {
+    pub fn get_other(&mut self, i: usize) -> Result<Call> {
+        let access = self.other_access();
+        self.get(i, access)
+    }
+
+    /// Gets variables of a type.
+    pub fn get(&mut self, i: usize, access: Access) -> Result<Call> {
         let r = &mut self.random;
         let valid = r.one_in(2);
-        let vr = references(r, self.fmu, valid, |v| v.access() == Access::Real);
-        let no_values = !valid && r.one_in(16);
+        let vr = references(r, self.fmu, valid, |v| v.access() == access);
+        let no_values = !valid && access.is_number() && r.one_in(16);
         let is_null = no_values && !vr.is_empty();
-        let mut values = vec![0.0; self.fmu.functions.count(&vr)];
         let expect = match is_null {
             true => Expect::Refused,
-            false => self.readable(&vr, Access::Real),
+            false => self.readable(&vr, access),
         };
-        let name = self.fmu.functions.name("fmi2GetReal");
+        let [name, _] = self.fmu.functions.names_of(access);
         self.trace(i, format_args!("{name}({vr:?}, {no_values})"));
-        let place = room(&mut values, no_values);
-        let c = self.instances[i].c;
-        // SAFETY: a live instance; NULL or arrays of equal length.
-        let status = unsafe { self.fmu.functions.get_real(c, vr.as_ptr(), vr.len(), place) };
-        if values.iter().any(|v| !v.is_finite()) {
+        let (status, values) = self.instances[i].values_of(access, &vr, no_values);
+        let is_no_number = |text: &String| text.parse().is_ok_and(|x: f64| !x.is_finite());
+        let is_float = matches!(access, Access::Real | Access::Float32);
+        if is_float && values.iter().any(is_no_number) {
             bail!("{name}({vr:?}) gave {status} and {values:?}");
         }
-        let is_computing = self.computes(&vr, Access::Real);
+        let is_computing = self.computes(&vr, access);
         Ok(self.with_variables(i, name, status, expect, &vr, is_null || is_computing))
-    }
-
-    pub fn get_integer(&mut self, i: usize) -> Result<Call> {
-        let r = &mut self.random;
-        let (valid, is_boolean) = (r.one_in(2), r.one_in(2));
-        let kind = self.integer_kind(is_boolean);
-        let r = &mut self.random;
-        let vr = references(r, self.fmu, valid, |v| v.access() == kind);
-        let names = match is_boolean {
-            true => ["fmi2GetBoolean"; 2],
-            false => ["fmi2GetInteger", "fmi3GetInt32"],
-        };
-        let (kind, name) = self.by_first(kind, &vr, names);
-        let (f, c) = (&self.fmu.functions, self.instances[i].c);
-        let mut values = vec![0; f.count(&vr)];
-        let expect = self.readable(&vr, kind);
-        self.trace(i, format_args!("{name}({vr:?})"));
-        let place = values.as_mut_ptr();
-        // SAFETY: a live instance; room for all elements.
-        let status = unsafe { f.get_integers(is_boolean, c, vr.as_ptr(), vr.len(), place) };
-        let is_computing = self.computes(&vr, kind);
-        Ok(self.with_variables(i, name, status, expect, &vr, is_computing))
-    }
-
-    pub fn get_string(&mut self, i: usize) -> Result<Call> {
-        let r = &mut self.random;
-        let valid = r.one_in(2);
-        let vr = references(r, self.fmu, valid, |v| v.access() == Access::String);
-        let mut values: Vec<Text> = vec![ptr::null(); self.fmu.functions.count(&vr)];
-        let expect = self.readable(&vr, Access::String);
-        let name = self.fmu.functions.name("fmi2GetString");
-        self.trace(i, format_args!("{name}({vr:?})"));
-        let (f, c) = (&self.fmu.functions, self.instances[i].c);
-        let place = values.as_mut_ptr();
-        // SAFETY: a live instance; arrays of equal length.
-        let status = unsafe { f.get_string(c, vr.as_ptr(), vr.len(), place) };
-        for value in values.iter().filter(|_| status == OK) {
-            // SAFETY: given out by the FMU, valid until the next call.
-            if value.is_null() || unsafe { CStr::from_ptr(*value) }.to_str().is_err() {
-                bail!("{name}({vr:?}) gave no text");
-            }
-        }
-        Ok(self.with_variables(i, name, status, expect, &vr, false))
     }
 }

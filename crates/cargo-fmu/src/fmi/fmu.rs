@@ -4,7 +4,8 @@ use super::functions::Functions;
 use crate::{library, platform};
 use anyhow::{Context, Result};
 use fmu_description::library::{Library, resources};
-use fmu_description::{Archive, Description, Variable, library_among};
+use fmu_description::{Access, Archive, Description, Variable, library_among};
+use std::collections::BTreeSet;
 use std::ffi::CString;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -50,6 +51,15 @@ impl Fmu {
     pub fn find(&self, reference: u32) -> Option<&Variable> {
         let mut variables = self.description.variables.iter();
         variables.find(|v| v.reference == reference)
+    }
+
+    /// The types that it has variables of.
+    pub fn accesses(&self) -> BTreeSet<Access> {
+        self.description
+            .variables
+            .iter()
+            .map(Variable::access)
+            .collect()
     }
 
     fn packed(path: &Path) -> Result<Self> {

@@ -8,7 +8,7 @@ use std::ptr;
 
 use fmu_description::calls::{Callbacks, Functions2, Functions3, Logger};
 use fmu_description::library::Library;
-use fmu_description::{Access, Causality, Description, Version};
+use fmu_description::{Causality, Description, Version};
 
 use super::log::logger_3;
 use super::names::in_3;
@@ -19,8 +19,6 @@ pub struct Functions {
     pub(super) own: OwnFunctions,
     /// Number of values by value reference; not told of scalars.
     sizes: HashMap<u32, usize>,
-    /// Enumerations and integers of FMI 3.0 have functions of their own.
-    accesses: HashMap<u32, Access>,
     time: Option<u32>,
     has_event_mode: bool,
 }
@@ -77,7 +75,6 @@ macro_rules! both {
         })*
     };
 }
-pub(super) use both;
 
 /// # Safety
 /// As for the C functions: a live instance or NULL, NULL or arrays of the length given, with room
@@ -88,7 +85,6 @@ impl Functions {
     pub fn load(library: Library, description: &Description) -> Self {
         let variables = &description.variables;
         let arrays = variables.iter().filter(|v| v.size() > 1);
-        let accesses = variables.iter().map(|v| (v.reference, v.access()));
         let time = variables
             .iter()
             .find(|v| v.causality == Causality::Independent);
@@ -98,7 +94,6 @@ impl Functions {
                 Version::Fmi3 => Fmi3(Functions3::of(library)),
             },
             sizes: arrays.map(|v| (v.reference, v.size())).collect(),
-            accesses: accesses.collect(),
             time: time.map(|v| v.reference),
             has_event_mode: description.capabilities.event_mode,
         }
@@ -142,13 +137,7 @@ impl Functions {
         references.iter().map(size).sum()
     }
 
-    /// Whether the functions for an integer of FMI 3.0 are these.
-    pub(super) fn is_of(&self, access: Access, references: &[u32]) -> bool {
-        let first = references.first().and_then(|r| self.accesses.get(r));
-        first == Some(&access)
-    }
-
-    pub(super) unsafe fn counted(&self, vr: *const u32, n: usize) -> usize {
+    unsafe fn counted(&self, vr: *const u32, n: usize) -> usize {
         match vr.is_null() {
             true => n,
             // SAFETY: `n` references.
@@ -203,6 +192,41 @@ impl Functions {
             = (f.fmi2GetEventIndicators)(c, x, n), (f.fmi3GetEventIndicators)(c, x, n);
         fn get_nominals(c: Pointer, x: *mut f64, n: usize) -> c_int
             = (f.fmi2GetNominalsOfContinuousStates)(c, x, n), (f.fmi3GetNominalsOfContinuousStates)(c, x, n);
+    }
+
+    // FMI 3.0 is told the number of values, too.
+    both! { self, f:
+        fn get_real(c: Pointer, vr: *const u32, n: usize, values: *mut f64) -> c_int
+            = (f.fmi2GetReal)(c, vr, n, values),
+            (f.fmi3GetFloat64)(c, vr, n, values, self.counted(vr, n));
+        fn set_real(c: Pointer, vr: *const u32, n: usize, values: *const f64) -> c_int
+            = (f.fmi2SetReal)(c, vr, n, values),
+            (f.fmi3SetFloat64)(c, vr, n, values, self.counted(vr, n));
+        fn get_string(c: Pointer, vr: *const u32, n: usize, values: *mut Text) -> c_int
+            = (f.fmi2GetString)(c, vr, n, values),
+            (f.fmi3GetString)(c, vr, n, values, self.counted(vr, n));
+        fn set_string(c: Pointer, vr: *const u32, n: usize, values: *const Text) -> c_int
+            = (f.fmi2SetString)(c, vr, n, values),
+            (f.fmi3SetString)(c, vr, n, values, self.counted(vr, n));
+        fn get_output_derivatives(
+            c: Pointer, vr: *const u32, n: usize, order: *const c_int, values: *mut f64
+        ) -> c_int
+            = (f.fmi2GetRealOutputDerivatives)(c, vr, n, order, values),
+            (f.fmi3GetOutputDerivatives)(c, vr, n, order, values, self.counted(vr, n));
+        /// Not in FMI 3.0, where nothing is called.
+        fn set_input_derivatives(
+            c: Pointer, vr: *const u32, n: usize, order: *const c_int, values: *const f64
+        ) -> c_int
+            = (f.fmi2SetRealInputDerivatives)(c, vr, n, order, values), DISCARD;
+        fn get_directional_derivative(
+            c: Pointer, unknown: *const u32, n: usize, known: *const u32, m: usize,
+            seed: *const f64, result: *mut f64
+        ) -> c_int
+            = (f.fmi2GetDirectionalDerivative)(c, unknown, n, known, m, seed, result),
+            (f.fmi3GetDirectionalDerivative)(
+                c, unknown, n, known, m,
+                seed, self.counted(known, m), result, self.counted(unknown, n)
+            );
     }
 
     /// With a `kind` other than 1 for model exchange. In FMI 3.0 with Event Mode; what is no

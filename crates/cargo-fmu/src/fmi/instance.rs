@@ -15,14 +15,6 @@ use super::order::Mode;
 use super::symbols::{ABSENT, OK, Pointer, WARNING};
 use super::text;
 
-/// Types that are read as numbers of C.
-const INTEGERS: [Access; 4] = [
-    Access::Integer,
-    Access::Int64,
-    Access::UInt64,
-    Access::Boolean,
-];
-
 /// How an instance is made and what is asked of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Manner<'a> {
@@ -377,24 +369,8 @@ impl<'a> Instance<'a> {
         unsafe { self.fmu.functions.set_real(self.c, vr, n, values.as_ptr()) }
     }
 
-    /// Values of Integer, enumeration or Boolean variables.
-    pub fn integers(&self, access: Access, references: &[u32]) -> (c_int, Vec<c_int>) {
-        if references.is_empty() {
-            return (OK, Vec::new());
-        }
-        let f = &self.fmu.functions;
-        let mut values = vec![0; f.count(references)];
-        let (vr, n, place) = (references.as_ptr(), references.len(), values.as_mut_ptr());
-        // SAFETY: a live instance, room for all elements.
-        let status = unsafe { f.get_integers(access == Access::Boolean, self.c, vr, n, place) };
-        (status, values)
-    }
-
     /// Values of String variables; the status is [`NO_TEXT`] where a pointer leads nowhere.
     pub fn texts(&self, references: &[u32]) -> (c_int, Vec<String>) {
-        if references.is_empty() {
-            return (OK, Vec::new());
-        }
         let mut values = vec![ptr::null(); self.fmu.functions.count(references)];
         let (vr, n, place) = (references.as_ptr(), references.len(), values.as_mut_ptr());
         // SAFETY: a live instance, arrays of equal length.
@@ -479,26 +455,13 @@ impl<'a> Instance<'a> {
         let of = |access| references(&description.variables, |v| v.access() == access);
         let reals = self.must_read(&of(Access::Real))?;
         let mut bits: Vec<_> = reals.iter().map(|value| value.to_bits()).collect();
-        for access in INTEGERS {
-            let (status, values) = self.integers(access, &of(access));
-            self.must(&format!("fmi2Get{access:?} of all variables"), status)?;
-            bits.extend(values.iter().map(|value| u64::from(value.cast_unsigned())));
-        }
-        for v in &description.variables {
-            // What has no place in a c_int.
-            if v.access().is_number()
-                && !INTEGERS.contains(&v.access())
-                && v.access() != Access::Real
-            {
-                let (status, values) = self.values(v);
-                self.must(&format!("reading `{}`", v.name), status)?;
-                bits.extend(
-                    values
-                        .iter()
-                        .filter_map(|value| value.parse().ok())
-                        .map(f64::to_bits),
-                );
-            }
+        let is_other = |access: &Access| access.is_number() && *access != Access::Real;
+        for access in self.fmu.accesses().into_iter().filter(is_other) {
+            let (status, values) = self.values_of(access, &of(access), false);
+            let [get, _] = self.fmu.functions.names_of(access);
+            self.must(&format!("{get} of all variables"), status)?;
+            let number = |text: &String| text.parse::<f64>().unwrap_or(f64::from(text == "true"));
+            bits.extend(values.iter().map(|text| number(text).to_bits()));
         }
         Ok(bits)
     }

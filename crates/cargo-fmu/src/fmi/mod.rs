@@ -11,11 +11,9 @@ pub mod names;
 pub mod order;
 pub mod symbols;
 pub mod text;
-mod typed;
 mod values;
 
 pub use fmu::Fmu;
 pub use fmu_description::calls::{Callbacks, Functions3};
 pub use instance::Instance;
 pub use log::{Log, Message};
-pub use typed::names_of;

@@ -84,40 +84,21 @@ fn unknown(fmu: &Fmu) -> [u32; 2] {
 fn unknown_references(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     refused(fmu, outcome, |instance| {
         let mut answers = Vec::new();
-        let f = &instance.fmu.functions;
-        let variables = &instance.fmu.description.variables;
-        let has = |access| variables.iter().any(|v| v.access() == access);
+        let is_tried = |access: &Access| access.is_number() || *access == Access::String;
+        let accesses = instance.fmu.accesses().into_iter().filter(is_tried);
+        let accesses: Vec<_> = accesses.collect();
         for vr in unknown(instance.fmu) {
-            let (c, text) = (instance.c, c"".as_ptr());
             let mut note = |name: &str, status| answers.push((format!("{name} of {vr}"), status));
+            let names = |access| instance.fmu.functions.names_of(access);
             // Reading all comes first: FMI 3.0 lets nothing be read in Step Mode once something was
             // set.
-            if has(Access::Real) {
-                note("fmi2GetReal", instance.reals(&[vr]).0);
+            for &access in &accesses {
+                note(names(access)[0], instance.values_of(access, &[vr], false).0);
             }
-            if has(Access::Integer) || has(Access::Int64) {
-                let (status, _) = instance.integers(Access::Integer, &[vr]);
-                note("fmi2GetInteger", status);
-            }
-            if has(Access::Boolean) {
-                let (status, _) = instance.integers(Access::Boolean, &[vr]);
-                note("fmi2GetBoolean", status);
-            }
-            // SAFETY: a live instance, one element each.
-            unsafe {
-                if has(Access::String) {
-                    note("fmi2GetString", instance.texts(&[vr]).0);
-                    note("fmi2SetString", f.set_string(c, &vr, 1, &text));
-                }
-                if has(Access::Integer) || has(Access::Int64) {
-                    note("fmi2SetInteger", f.set_integers(false, c, &vr, 1, &0));
-                }
-                if has(Access::Boolean) {
-                    note("fmi2SetBoolean", f.set_integers(true, c, &vr, 1, &0));
-                }
-            }
-            if has(Access::Real) {
-                note("fmi2SetReal", instance.set_reals(&[vr], &[0.0]));
+            for &access in &accesses {
+                let value = [if access.is_number() { "0" } else { "" }.to_string()];
+                let status = instance.set_values_of(access, &[vr], &value, [false; 2]);
+                note(names(access)[1], status);
             }
         }
         answers

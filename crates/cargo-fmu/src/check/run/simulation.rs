@@ -152,8 +152,10 @@ fn run(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
             bail!("t = {} s: `{name}` is {}", instance.time, values[k]);
         }
         instance.observe()?;
-        let (status, _) = instance.texts(&texts);
-        instance.must("fmi2GetString of all variables", status)?;
+        if !texts.is_empty() {
+            let (status, _) = instance.texts(&texts);
+            instance.must("fmi2GetString of all variables", status)?;
+        }
     }
     outcome.note(format!("{steps} steps of {h} s"));
     Ok(())
