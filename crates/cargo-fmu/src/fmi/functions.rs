@@ -181,6 +181,8 @@ impl Functions {
 
     both! { self, f:
         fn enter_event_mode(c: Pointer) -> c_int = (f.fmi2EnterEventMode)(c), (f.fmi3EnterEventMode)(c);
+        fn enter_continuous_time_mode(c: Pointer) -> c_int
+            = (f.fmi2EnterContinuousTimeMode)(c), (f.fmi3EnterContinuousTimeMode)(c);
         fn set_time(c: Pointer, t: f64) -> c_int = (f.fmi2SetTime)(c, t), (f.fmi3SetTime)(c, t);
         fn set_continuous_states(c: Pointer, x: *const f64, n: usize) -> c_int
             = (f.fmi2SetContinuousStates)(c, x, n), (f.fmi3SetContinuousStates)(c, x, n);
@@ -321,76 +323,37 @@ impl Functions {
             }
         }
         // SAFETY: forwarded.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2EnterContinuousTimeMode)(c),
-                Fmi3(f) => (f.fmi3EnterContinuousTimeMode)(c),
-            }
-        }
+        unsafe { self.enter_continuous_time_mode(c) }
     }
 
-    /// Whether an event must be handled, and whether the simulation ends.
-    pub unsafe fn completed_integrator_step(&self, c: Pointer, told: &mut [bool; 2]) -> c_int {
-        let [event, ends] = told;
-        let mut in_2: [c_int; 2] = [0; 2];
-        let [event_2, ends_2] = in_2.each_mut();
-        // SAFETY: forwarded; places for the results.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => {
-                    let status = (f.fmi2CompletedIntegratorStep)(c, 1, event_2, ends_2);
-                    *told = in_2.map(|flag| flag != 0);
-                    status
-                }
-                Fmi3(f) => (f.fmi3CompletedIntegratorStep)(c, true, event, ends),
-            }
-        }
-    }
-
-    /// fmi2SetupExperiment, or fmi3EnterInitializationMode with the same arguments.
-    pub unsafe fn begin(&self, c: Pointer, experiment: Experiment) -> c_int {
-        let Experiment {
-            has_tolerance,
-            tolerance,
-            start,
-            has_stop,
-            stop,
-        } = experiment;
-        // SAFETY: forwarded.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => {
-                    let [has_tolerance, has_stop] = [has_tolerance, has_stop].map(c_int::from);
-                    (f.fmi2SetupExperiment)(c, has_tolerance, tolerance, start, has_stop, stop)
-                }
-                Fmi3(f) => {
-                    let begin = f.fmi3EnterInitializationMode;
-                    begin(c, has_tolerance, tolerance, start, has_stop, stop)
-                }
-            }
-        }
-    }
-
-    /// In FMI 3.0 a step that must be whole.
-    pub unsafe fn do_step(&self, c: Pointer, t: f64, h: f64, no_set_prior: c_int) -> c_int {
-        let [mut event, mut ends, mut early] = [false; 3];
-        let mut time = f64::NAN;
-        // SAFETY: forwarded; places for the results.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2DoStep)(c, t, h, no_set_prior),
-                Fmi3(f) => (f.fmi3DoStep)(
-                    c,
-                    t,
-                    h,
-                    no_set_prior != 0,
-                    &mut event,
-                    &mut ends,
-                    &mut early,
-                    &mut time,
-                ),
-            }
-        }
+    both! { self, f:
+        /// Whether an event must be handled, and whether the simulation ends.
+        fn completed_integrator_step(c: Pointer, told: &mut [bool; 2]) -> c_int = {
+            let mut flags: [c_int; 2] = [0; 2];
+            let [event, ends] = flags.each_mut();
+            let status = (f.fmi2CompletedIntegratorStep)(c, 1, event, ends);
+            *told = flags.map(|flag| flag != 0);
+            status
+        }, {
+            let [event, ends] = told;
+            (f.fmi3CompletedIntegratorStep)(c, true, event, ends)
+        };
+        /// fmi2SetupExperiment, or fmi3EnterInitializationMode with the same arguments.
+        fn begin(c: Pointer, experiment: Experiment) -> c_int = {
+            let Experiment { has_tolerance, tolerance, start, has_stop, stop } = experiment;
+            let [has_tolerance, has_stop] = [has_tolerance, has_stop].map(c_int::from);
+            (f.fmi2SetupExperiment)(c, has_tolerance, tolerance, start, has_stop, stop)
+        }, {
+            let Experiment { has_tolerance, tolerance, start, has_stop, stop } = experiment;
+            (f.fmi3EnterInitializationMode)(c, has_tolerance, tolerance, start, has_stop, stop)
+        };
+        /// In FMI 3.0 a step that must be whole.
+        fn do_step(c: Pointer, t: f64, h: f64, no_set_prior: c_int) -> c_int
+            = (f.fmi2DoStep)(c, t, h, no_set_prior), {
+                let ([mut event, mut ends, mut early], mut time) = ([false; 3], f64::NAN);
+                let no_set_prior = no_set_prior != 0;
+                (f.fmi3DoStep)(c, t, h, no_set_prior, &mut event, &mut ends, &mut early, &mut time)
+            };
     }
 
     /// FMI 3.0: from Event Mode to Step Mode, where steps are made; else nothing.

@@ -50,15 +50,6 @@ impl Manner<'_> {
 /// No status: a text is at a place that cannot be read.
 pub const NO_TEXT: c_int = 1001;
 
-/// A saved state of an instance.
-#[derive(Clone, Copy, Debug)]
-pub struct SavedState(Pointer);
-
-impl SavedState {
-    /// NULL, which may be freed.
-    pub const NONE: Self = Self(ptr::null_mut());
-}
-
 /// A live instance; freed when dropped.
 pub struct Instance<'a> {
     /// Its FMU.
@@ -169,6 +160,11 @@ impl<'a> Instance<'a> {
         }
     }
 
+    /// A call of a function that must succeed.
+    pub fn done(&self, name: &str, call: impl FnOnce(&Functions, Pointer) -> c_int) -> Result<()> {
+        self.must(name, call(&self.fmu.functions, self.c))
+    }
+
     /// From Instantiated to the first communication point, at the default start time.
     pub fn initialize(&mut self) -> Result<()> {
         self.initialize_between(start_time(self.fmu), None)
@@ -232,8 +228,7 @@ impl<'a> Instance<'a> {
             return Ok(());
         }
         // SAFETY: a live instance.
-        let status = unsafe { self.fmu.functions.leave_events(self.c) };
-        self.must("fmi3EnterStepMode", status)
+        self.done("fmi3EnterStepMode", |f, c| unsafe { f.leave_events(c) })
     }
 
     /// What is done where steps are made: in FMI 3.0 in Step Mode, between two visits of Event
@@ -305,62 +300,6 @@ impl<'a> Instance<'a> {
         Ok(values)
     }
 
-    /// Directional derivatives of the unknowns for a change of the knowns by the seed.
-    pub fn directional(&self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> (c_int, Vec<f64>) {
-        let f = &self.fmu.functions;
-        assert_eq!(f.count(knowns), seed.len());
-        let mut result = vec![0.0; f.count(unknowns)];
-        let (unknown, n, known, m) = slices(unknowns, knowns);
-        let (seed, place) = (seed.as_ptr(), result.as_mut_ptr());
-        // SAFETY: a live instance, arrays of fitting lengths.
-        let status =
-            unsafe { f.get_directional_derivative(self.c, unknown, n, known, m, seed, place) };
-        (status, result)
-    }
-
-    /// Adjoint derivatives of FMI 3.0; of fewer seeds than there are elements of the unknowns, if
-    /// that is tried.
-    pub fn adjoint(&self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> (c_int, Vec<f64>) {
-        let mut result = vec![0.0; self.fmu.functions.count(knowns)];
-        let Some(f) = self.fmu.functions.fmi3() else {
-            return (ABSENT, result);
-        };
-        let (unknown, n, known, m) = slices(unknowns, knowns);
-        let (seeds, seed) = (seed.len(), seed.as_ptr());
-        let (results, place) = (result.len(), result.as_mut_ptr());
-        // SAFETY: a live instance, arrays of the lengths given.
-        let status = unsafe {
-            (f.fmi3GetAdjointDerivative)(self.c, unknown, n, known, m, seed, seeds, place, results)
-        };
-        (status, result)
-    }
-
-    /// Derivatives of outputs, of these orders.
-    pub fn output_derivatives(&self, references: &[u32], orders: &[c_int]) -> (c_int, Vec<f64>) {
-        let f = &self.fmu.functions;
-        assert_eq!(references.len(), orders.len());
-        let mut values = vec![0.0; f.count(references)];
-        let (vr, n, place) = (references.as_ptr(), references.len(), values.as_mut_ptr());
-        // SAFETY: a live instance, arrays of fitting lengths.
-        let status = unsafe { f.get_output_derivatives(self.c, vr, n, orders.as_ptr(), place) };
-        (status, values)
-    }
-
-    /// Set derivatives of inputs, of these orders (FMI 2.0).
-    pub fn set_input_derivatives(
-        &self,
-        references: &[u32],
-        orders: &[c_int],
-        values: &[f64],
-    ) -> c_int {
-        let n = references.len();
-        assert_eq!([orders.len(), values.len()], [n; 2]);
-        let (vr, orders, values) = (references.as_ptr(), orders.as_ptr(), values.as_ptr());
-        let f = &self.fmu.functions;
-        // SAFETY: a live instance, arrays of equal length.
-        unsafe { f.set_input_derivatives(self.c, vr, n, orders, values) }
-    }
-
     /// Set Real variables; the status.
     pub fn set_reals(&self, references: &[u32], values: &[f64]) -> c_int {
         assert_eq!(self.fmu.functions.count(references), values.len());
@@ -384,69 +323,6 @@ impl<'a> Instance<'a> {
             Some(texts) => (status, texts),
             None => (NO_TEXT, Vec::new()),
         }
-    }
-
-    /// A state of it, saved by fmi2GetFMUstate.
-    pub fn save(&self) -> Result<SavedState> {
-        let mut state = ptr::null_mut();
-        // SAFETY: a live instance, a place for the result.
-        let status = unsafe { self.fmu.functions.get_fmu_state(self.c, &mut state) };
-        self.must("fmi2GetFMUstate", status)?;
-        match state.is_null() {
-            true => Err(anyhow!("fmi2GetFMUstate gave NULL")),
-            false => Ok(SavedState(state)),
-        }
-    }
-
-    /// Go back to a saved state, of this time in s.
-    pub fn go_back(&mut self, state: SavedState, time: f64) -> Result<()> {
-        // SAFETY: a live instance and a state of it.
-        let status = unsafe { self.fmu.functions.set_fmu_state(self.c, state.0) };
-        self.time = time;
-        self.must("fmi2SetFMUstate", status)
-    }
-
-    /// Free a saved state, or NULL.
-    pub fn free(&self, SavedState(mut state): SavedState) -> Result<()> {
-        // SAFETY: a live instance and a state of it, or NULL.
-        let status = unsafe { self.fmu.functions.free_fmu_state(self.c, &mut state) };
-        self.must("fmi2FreeFMUstate", status)
-    }
-
-    /// All of it that can be saved, as bytes.
-    pub fn bytes(&self) -> Result<Vec<u8>> {
-        let f = &self.fmu.functions;
-        let (state, mut size) = (self.save()?, 0);
-        // SAFETY: a live instance, a state of it, a place for the result.
-        let status = unsafe { f.serialized_fmu_state_size(self.c, state.0, &mut size) };
-        self.must("fmi2SerializedFMUstateSize", status)?;
-        let mut bytes = Vec::new();
-        if bytes.try_reserve_exact(size).is_err() {
-            bail!("fmi2SerializedFMUstateSize gave {size} bytes");
-        }
-        bytes.resize(size, 0);
-        // SAFETY: as many bytes as asked for.
-        let status = unsafe { f.serialize_fmu_state(self.c, state.0, bytes.as_mut_ptr(), size) };
-        self.must("fmi2SerializeFMUstate", status)?;
-        self.free(state)?;
-        Ok(bytes)
-    }
-
-    /// A state made of bytes; the status, and what was made.
-    pub fn deserialize(&self, bytes: &[u8]) -> (c_int, SavedState) {
-        let (f, mut state) = (&self.fmu.functions, ptr::null_mut());
-        // SAFETY: a live instance, readable bytes of the length given, a place for the result.
-        let status =
-            unsafe { f.deserialize_fmu_state(self.c, bytes.as_ptr(), bytes.len(), &mut state) };
-        (status, SavedState(state))
-    }
-
-    /// Take over a state of this time, s, that was saved as bytes.
-    pub fn restore(&mut self, bytes: &[u8], time: f64) -> Result<()> {
-        let (status, state) = self.deserialize(bytes);
-        self.must("fmi2DeSerializeFMUstate", status)?;
-        self.go_back(state, time)?;
-        self.free(state)
     }
 
     /// Everything that can be read, as bits: numbers of all variables.
@@ -520,12 +396,6 @@ unsafe extern "C" fn libc_calloc(count: usize, size: usize) -> Pointer {
 unsafe extern "C" fn libc_free(memory: Pointer) {
     // SAFETY: what calloc gave, or NULL.
     unsafe { libc::free(memory) }
-}
-
-/// Two lists of value references as C functions take them.
-fn slices(unknowns: &[u32], knowns: &[u32]) -> (*const u32, usize, *const u32, usize) {
-    let (unknown, known) = (unknowns.as_ptr(), knowns.as_ptr());
-    (unknown, unknowns.len(), known, knowns.len())
 }
 
 /// Value references of the variables that fit.

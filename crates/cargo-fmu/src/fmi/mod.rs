@@ -3,12 +3,14 @@
 //! judge them stands on this.
 #![allow(unsafe_code)] // loads a library, and calls it
 
+mod derivatives;
 mod fmu;
 pub mod functions;
 pub mod instance;
 mod log;
 pub mod names;
 pub mod order;
+mod states;
 pub mod symbols;
 pub mod text;
 mod values;
@@ -17,3 +19,4 @@ pub use fmu::Fmu;
 pub use fmu_description::calls::{Callbacks, Functions3};
 pub use instance::Instance;
 pub use log::{Log, Message};
+pub use states::SavedState;

@@ -8,7 +8,7 @@ use super::trial::trials;
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
 use crate::fmi::functions::Functions;
-use crate::fmi::instance::{Instance, Manner};
+use crate::fmi::instance::{Instance, Manner, start_time};
 use crate::fmi::order::Mode;
 use crate::fmi::symbols::Pointer;
 
@@ -45,18 +45,14 @@ impl<'a> Integrated<'a> {
             ..Manner::USUAL
         };
         let mut instance = Instance::with(fmu, name, manner)?;
-        instance.setup(
-            fmu.description.default_experiment.start.unwrap_or(0.0),
-            None,
-        )?;
+        instance.setup(start_time(fmu), None)?;
         instance.enter(Mode::Initialization)?;
+        let exit = "fmi2ExitInitializationMode";
         // SAFETY: a live instance.
-        let status = unsafe { fmu.functions.exit_initialization_mode(instance.c) };
-        instance.must("fmi2ExitInitializationMode", status)?;
+        instance.done(exit, |f, c| unsafe { f.exit_initialization_mode(c) })?;
         let derivatives = fmu.description.derivatives.iter();
-        let n = derivatives
-            .map(|u| fmu.description.variables[u.variable].size())
-            .sum();
+        let sizes = derivatives.map(|u| fmu.description.variables[u.variable].size());
+        let n = sizes.sum();
         let mut new = Self {
             instance,
             x: vec![0.0; n],
@@ -64,11 +60,8 @@ impl<'a> Integrated<'a> {
             events: 0,
         };
         new.handle_events()?;
-        let nominals = new.read(
-            "fmi2GetNominalsOfContinuousStates",
-            Functions::get_nominals,
-            n,
-        )?;
+        let name = "fmi2GetNominalsOfContinuousStates";
+        let nominals = new.read(name, Functions::get_nominals, n)?;
         ensure!(
             nominals.iter().all(|x| *x > 0.0),
             "nominal values {nominals:?} must be positive"
@@ -77,59 +70,40 @@ impl<'a> Integrated<'a> {
     }
 
     fn handle_events(&mut self) -> Result<()> {
-        let (f, mut ends) = (&self.instance.fmu.functions, false);
+        let (time, next, mut ends) = (self.instance.time, &mut self.next, false);
         // SAFETY: a live instance.
-        let status = unsafe { f.handle_events(self.instance.c, &mut self.next, &mut ends) };
-        self.instance.must("events", status)?;
-        ensure!(
-            !ends,
-            "the model ends the simulation at {} s",
-            self.instance.time
-        );
-        self.x = self.read(
-            "fmi2GetContinuousStates",
-            Functions::get_continuous_states,
-            self.x.len(),
-        )?;
+        let handle = |f: &Functions, c| unsafe { f.handle_events(c, next, &mut ends) };
+        self.instance.done("events", handle)?;
+        ensure!(!ends, "the model ends the simulation at {time} s");
+        let (name, n) = ("fmi2GetContinuousStates", self.x.len());
+        self.x = self.read(name, Functions::get_continuous_states, n)?;
         Ok(())
     }
 
     fn read(&self, name: &str, read: Read, n: usize) -> Result<Vec<f64>> {
         let mut values = vec![f64::NAN; n];
+        let (name, to) = (
+            format!("{name} at t = {} s", self.instance.time),
+            values.as_mut_ptr(),
+        );
         // SAFETY: a live instance, room for `n` numbers.
-        let status = unsafe {
-            read(
-                &self.instance.fmu.functions,
-                self.instance.c,
-                values.as_mut_ptr(),
-                n,
-            )
-        };
-        self.instance
-            .must(&format!("{name} at t = {} s", self.instance.time), status)?;
+        let read = |f: &Functions, c| unsafe { read(f, c, to, n) };
+        self.instance.done(&name, read)?;
         match values.iter().position(|x| !x.is_finite()) {
-            Some(k) => bail!(
-                "{name} at t = {} s: number {k} is {}",
-                self.instance.time,
-                values[k]
-            ),
+            Some(k) => bail!("{name}: number {k} is {}", values[k]),
             None => Ok(values),
         }
     }
 
     /// The derivatives at a time and states.
     fn derivatives(&mut self, t: f64, x: &[f64]) -> Result<Vec<f64>> {
-        let (f, c) = (&self.instance.fmu.functions, self.instance.c);
+        let (from, n) = (x.as_ptr(), x.len());
         self.instance.time = t;
-        // SAFETY: a live instance; the numbers live during the call.
-        let [time, states] = unsafe {
-            [
-                f.set_time(c, t),
-                f.set_continuous_states(c, x.as_ptr(), x.len()),
-            ]
-        };
-        self.instance.must("fmi2SetTime", time)?;
-        self.instance.must("fmi2SetContinuousStates", states)?;
+        // SAFETY: a live instance.
+        (self.instance).done("fmi2SetTime", |f, c| unsafe { f.set_time(c, t) })?;
+        // SAFETY: the numbers live during the call.
+        let set = |f: &Functions, c| unsafe { f.set_continuous_states(c, from, n) };
+        self.instance.done("fmi2SetContinuousStates", set)?;
         self.read("fmi2GetDerivatives", Functions::get_derivatives, x.len())
     }
 
@@ -156,27 +130,18 @@ impl<'a> Integrated<'a> {
         self.derivatives(t + h, &end)?;
         let mut told = [false; 2];
         // SAFETY: a live instance.
-        let status = unsafe {
-            self.instance
-                .fmu
-                .functions
-                .completed_integrator_step(self.instance.c, &mut told)
-        };
-        self.instance.must("fmi2CompletedIntegratorStep", status)?;
+        let complete = |f: &Functions, c| unsafe { f.completed_integrator_step(c, &mut told) };
+        self.instance
+            .done("fmi2CompletedIntegratorStep", complete)?;
         let after = self.indicators()?;
         let passed = before
             .iter()
             .zip(&after)
             .any(|(a, b)| (*a > 0.0) != (*b > 0.0));
         if passed || told[0] || t + h >= self.next {
+            let enter = "fmi2EnterEventMode";
             // SAFETY: a live instance.
-            let status = unsafe {
-                self.instance
-                    .fmu
-                    .functions
-                    .enter_event_mode(self.instance.c)
-            };
-            self.instance.must("fmi2EnterEventMode", status)?;
+            (self.instance).done(enter, |f, c| unsafe { f.enter_event_mode(c) })?;
             self.events += 1;
             self.handle_events()?;
         }

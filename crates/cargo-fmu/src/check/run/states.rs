@@ -4,9 +4,8 @@ use anyhow::Result;
 
 use super::trial::trials;
 use crate::check::outcome::Outcome;
-use crate::fmi::Fmu;
-use crate::fmi::instance::{Instance, SavedState};
 use crate::fmi::symbols::{OK, WARNING};
+use crate::fmi::{Fmu, Instance, SavedState};
 
 const STEPS: usize = 10;
 
