@@ -173,18 +173,13 @@ impl Description {
     /// Whether a variable, or the array that it is an element of, is a continuous state of Model
     /// Exchange: the variable that one of the [`derivatives`](Self::derivatives) is the derivative of.
     pub fn is_state(&self, v: &Variable) -> bool {
-        let is_it = |of: u32| match self.fmi {
-            Version::Fmi2 => {
-                let state = (of as usize).checked_sub(1);
-                let state = state.and_then(|k| self.variables.get(k));
-                state.is_some_and(|state| {
-                    (state.access(), state.reference) == (v.access(), v.reference)
-                })
-            }
-            Version::Fmi3 => of == v.reference,
-        };
-        let derivatives = self.derivatives.iter().map(|d| &self.variables[d.variable]);
-        self.model_exchange && derivatives.filter_map(|d| d.derivative).any(is_it)
+        let states = self
+            .derivatives
+            .iter()
+            .filter_map(|d| self.state_of(d.variable));
+        let mut states = states.map(|k| &self.variables[k]);
+        let place = |v: &Variable| (v.access(), v.reference);
+        self.model_exchange && states.any(|state| place(state) == place(v))
     }
 
     /// Whether Event Mode is needed, where the FMU has one: it has clocks, or inputs that change at

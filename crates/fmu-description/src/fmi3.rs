@@ -78,24 +78,10 @@ fn variables(root: &Element, model: &str) -> Result<Vec<Variable>, DescriptionEr
 /// The functions for variables with this tag, None inside for an enumeration; None for what is no
 /// variable.
 fn access(tag: &str) -> Option<Option<Access>> {
-    Some(Some(match tag {
-        "Float32" => Access::Float32,
-        "Float64" => Access::Real,
-        "Int8" => Access::Int8,
-        "UInt8" => Access::UInt8,
-        "Int16" => Access::Int16,
-        "UInt16" => Access::UInt16,
-        "Int32" => Access::Integer,
-        "UInt32" => Access::UInt32,
-        "Int64" => Access::Int64,
-        "UInt64" => Access::UInt64,
-        "Boolean" => Access::Boolean,
-        "String" => Access::String,
-        "Binary" => Access::Binary,
-        "Clock" => Access::Clock,
-        "Enumeration" => return Some(None),
-        _ => return None,
-    }))
+    match Access::WORDS.iter().find(|(word, _)| *word == tag) {
+        Some((_, access)) => Some(Some(*access)),
+        None => (tag == "Enumeration").then_some(None),
+    }
 }
 
 /// The length that a structural parameter gives to arrays whose dimension names it.

@@ -145,38 +145,40 @@ pub struct Item {
     pub value: i64,
 }
 
-/// The functions by which a variable is read and written: `fmi2GetReal` and `fmi2SetReal`,
-/// `fmi3GetUInt8` and `fmi3SetUInt8`, and so on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Access {
-    /// `Real` of FMI 2.0, `Float64` of FMI 3.0.
-    Real,
-    /// `Integer` of FMI 2.0, `Int32` of FMI 3.0.
-    Integer,
-    /// A truth value: an int in FMI 2.0, a C bool in FMI 3.0.
-    Boolean,
-    /// A text.
-    String,
-    /// `Float32`.
-    Float32,
-    /// `Int8`.
-    Int8,
-    /// `UInt8`.
-    UInt8,
-    /// `Int16`.
-    Int16,
-    /// `UInt16`.
-    UInt16,
-    /// `UInt32`.
-    UInt32,
-    /// `Int64`, and enumerations of FMI 3.0.
-    Int64,
-    /// `UInt64`.
-    UInt64,
-    /// `Binary`.
-    Binary,
-    /// `Clock`.
-    Clock,
+words! {
+    /// The functions by which a variable is read and written: `fmi2GetReal` and `fmi2SetReal`,
+    /// `fmi3GetUInt8` and `fmi3SetUInt8`, and so on. The words are the tags of FMI 3.0.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+    pub enum Access {
+        /// `Real` of FMI 2.0, `Float64` of FMI 3.0.
+        Real = "Float64",
+        /// `Integer` of FMI 2.0, `Int32` of FMI 3.0.
+        Integer = "Int32",
+        /// A truth value: an int in FMI 2.0, a C bool in FMI 3.0.
+        Boolean = "Boolean",
+        /// A text.
+        String = "String",
+        /// `Float32`.
+        Float32 = "Float32",
+        /// `Int8`.
+        Int8 = "Int8",
+        /// `UInt8`.
+        UInt8 = "UInt8",
+        /// `Int16`.
+        Int16 = "Int16",
+        /// `UInt16`.
+        UInt16 = "UInt16",
+        /// `UInt32`.
+        UInt32 = "UInt32",
+        /// `Int64`, and enumerations of FMI 3.0.
+        Int64 = "Int64",
+        /// `UInt64`.
+        UInt64 = "UInt64",
+        /// `Binary`.
+        Binary = "Binary",
+        /// `Clock`.
+        Clock = "Clock",
+    }
 }
 
 words! {
