@@ -1,10 +1,10 @@
 //! `#[fmu(…)]` on a field.
 
 use proc_macro2::Span;
+use quote::quote;
 use syn::punctuated::Punctuated;
 use syn::{
-    Attribute, BinOp, Error, Expr, ExprBinary, ExprLit, Field, Index, Lit, LitStr, Member, Path,
-    Result, Token,
+    Attribute, Error, Expr, ExprLit, Field, Index, Lit, LitStr, Member, Path, Result, Token,
 };
 
 /// What is said of a field; each with the place where it is said.
@@ -146,34 +146,13 @@ fn written(expr: &Expr) -> Option<String> {
             Some(format!("{}.{member}", written(&field.base)?))
         }
         Expr::Index(index) => {
-            let number = match &*index.index {
-                Expr::Lit(ExprLit {
-                    lit: Lit::Int(number),
-                    ..
-                }) => number.to_string(),
-                Expr::Path(path) if path.path.is_ident("i") => "i".to_owned(),
-                Expr::Binary(ExprBinary {
-                    left, op, right, ..
-                }) => {
-                    let sign = match op {
-                        BinOp::Add(_) => '+',
-                        BinOp::Sub(_) => '-',
-                        _ => return None,
-                    };
-                    match (&**left, &**right) {
-                        (
-                            Expr::Path(i),
-                            Expr::Lit(ExprLit {
-                                lit: Lit::Int(n), ..
-                            }),
-                        ) if i.path.is_ident("i") => {
-                            format!("i{sign}{n}")
-                        }
-                        _ => return None,
-                    }
-                }
-                _ => return None,
-            };
+            let place = &index.index;
+            let number = quote!(#place).to_string().replace(' ', "");
+            let beside = number.strip_prefix("i+").or(number.strip_prefix("i-"));
+            let is_number = beside.unwrap_or(&number).parse::<u32>().is_ok();
+            if !is_number && number != "i" {
+                return None;
+            }
             Some(format!("{}[{number}]", written(&index.expr)?))
         }
         _ => None,
