@@ -49,15 +49,14 @@ pub(crate) struct Request<'a, V: Version> {
     /// Name of the function that was called.
     pub(crate) function: &'static str,
     pub(crate) log: Log<V::Logger>,
-    /// What is to be told whether or not there is an instance.
-    pub(crate) messages: Vec<Message>,
     pub(crate) name: Option<&'a str>,
     /// Name of the argument by which importer and library agree on the model, and its value.
     pub(crate) token: (&'static str, Option<&'a str>),
     /// Where the hash is kept.
     pub(crate) hash: &'a OnceLock<Uuid>,
     pub(crate) sizes: &'static str,
-    pub(crate) resources: Option<PathBuf>,
+    /// The folder of resources; one that cannot be understood is reported and done without.
+    pub(crate) resources: Option<Result<PathBuf, String>>,
     /// [`CS`] or [`ME`].
     pub(crate) interface: u16,
     pub(crate) own: V,
@@ -67,12 +66,19 @@ impl<V: Version> Request<'_, V> {
     /// An instance; NULL if there is none, of which the importer's logger hears why. `check` says
     /// what is wrong with the table: then no importer can know the hash.
     pub(crate) fn make<M: Model>(
-        mut self,
+        self,
         check: impl FnOnce(&Layout<M>, &Start<M>) -> Result<(), String>,
         prepare: impl FnOnce(&mut Body<M, V>) -> Result<(), String>,
     ) -> *mut c_void {
         let (function, log) = (self.function, Arc::new(self.log));
-        let mut messages = std::mem::take(&mut self.messages);
+        let mut messages = Vec::new();
+        let resources = self.resources.and_then(|folder| {
+            let report = |reason: &String| {
+                let text = format!("{function}: {reason}; going on without");
+                messages.push(Message::new(Kind::Warning, text));
+            };
+            folder.inspect_err(report).ok()
+        });
         let made = panic::catch(|| {
             let start = sizes::start::<M>(self.sizes)?;
             let layout = Layout::new(&start.0, &start.1);
@@ -90,14 +96,7 @@ impl<V: Version> Request<'_, V> {
                 },
                 model: hash.into_bytes(),
             };
-            let instance = Instance::new(
-                layout,
-                start,
-                identity,
-                &V::NAMES,
-                self.resources,
-                self.sizes,
-            );
+            let instance = Instance::new(layout, start, identity, &V::NAMES, resources, self.sizes);
             let mut body = Body {
                 instance,
                 log: Arc::clone(&log),

@@ -47,7 +47,8 @@ impl<M: Model> Instance<M> {
                 return Ok(false);
             }
             if !value.is_within(run.bounds) {
-                return Err(self.not_allowed(run.row, i, &value));
+                // A copy, so that only what is refused has an address.
+                return Err(self.not_allowed(run.row, i, &{ value }));
             }
             k += 1;
         }
@@ -88,7 +89,7 @@ impl<M: Model> Instance<M> {
                     break;
                 }
                 if !value.is_within(run.bounds) {
-                    return Err(self.not_allowed(run.row, i, &value));
+                    return Err(self.not_allowed(run.row, i, &{ value }));
                 }
                 k += 1;
             }

@@ -3,7 +3,7 @@
 
 use super::access::{not_as_long, not_finite};
 use super::causality::Causality;
-use super::fault::{Fault, refuse};
+use super::fault::{Fault, OF_VARIABLES, check_number, refuse};
 use super::instance::Instance;
 use super::layout::TIME;
 use super::model::Variable;
@@ -54,14 +54,12 @@ impl<M: Model> Instance<M> {
             for j in 0..n {
                 let value = value(from + j);
                 if !value.is_within(run.bounds) {
-                    return Err(self.not_allowed(run.row, first + j, &value));
+                    return Err(self.not_allowed(run.row, first + j, &{ value }));
                 }
             }
             (k, from) = (k + 1, from + n);
         }
-        if from != len {
-            return too_many(len, from);
-        }
+        check_number("nValues", len, from, OF_VARIABLES)?;
         if parameters {
             self.set_parameter_blocks(number, value)?;
         }
@@ -83,7 +81,7 @@ impl<M: Model> Instance<M> {
         for (j, input) in inputs.iter().enumerate() {
             let value = value(j);
             if !value.is_within(bounds) {
-                return Err(self.not_allowed(row, j, &value));
+                return Err(self.not_allowed(row, j, &{ value }));
             }
             changed |= !input.is_same(&value);
         }
@@ -214,10 +212,7 @@ impl<M: Model> Instance<M> {
             put(from, finite(run.row, values, first, n)?);
             from += n;
         }
-        if from != len {
-            return too_many(len, from);
-        }
-        Ok(())
+        check_number("nValues", len, from, OF_VARIABLES)
     }
 
     /// Before initialization, only constants of what is computed have values.
@@ -263,10 +258,4 @@ fn none_finite<M: Model>(row: &Variable<M>, values: &[f64], first: usize) -> Fau
 #[inline(never)]
 pub(super) fn too_few(len: usize) -> Result<(), Fault> {
     refuse!("nValues = {len} is less than the number of elements of these variables")
-}
-
-#[cold]
-#[inline(never)]
-pub(super) fn too_many(len: usize, needed: usize) -> Result<(), Fault> {
-    refuse!("nValues = {len} must be {needed}, the number of elements of these variables")
 }

@@ -1,7 +1,7 @@
 //! Model Exchange: the importer integrates, and asks for derivatives, indicators and events.
 
 use super::event::Event;
-use super::fault::{Fault, discard, refuse};
+use super::fault::{Fault, check_number, discard, refuse};
 use super::instance::{Instance, hear, listen, warn};
 use super::layout::{Run, state};
 use super::message::Kind;
@@ -26,14 +26,6 @@ pub(super) fn equations<M: Model>() -> Result<ModelExchange<M>, Fault> {
         Some(equations) => Ok(equations),
         None => refuse!("this FMU offers Co-Simulation only"),
     }
-}
-
-/// Refuses a number of values that is not the one there is.
-fn check_number(name: &str, given: usize, needed: usize, what: &str) -> Result<(), Fault> {
-    if given == needed {
-        return Ok(());
-    }
-    refuse!("{name} = {given} must be {needed}, the number of {what}")
 }
 
 /// What could not be computed here; an integrator may try a smaller step.

@@ -47,3 +47,20 @@ macro_rules! discard {
     ($($text:tt)*) => { Err($crate::core::fault::Fault::discarded(format_args!($($text)*))) };
 }
 pub(crate) use discard;
+
+/// What values are counted by that are given for variables.
+pub(crate) const OF_VARIABLES: &str = "elements of these variables";
+
+/// Refuses a number of values that is not the one there is.
+#[inline]
+pub(crate) fn check_number(
+    name: &str,
+    given: usize,
+    needed: usize,
+    what: &str,
+) -> Result<(), Fault> {
+    if given == needed {
+        return Ok(());
+    }
+    refuse!("{name} = {given} must be {needed}, the number of {what}")
+}

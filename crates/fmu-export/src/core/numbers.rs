@@ -6,8 +6,8 @@
 //! as longer ones, they are converted here.
 
 use super::access::{not_as_long, not_finite};
-use super::blocks::{too_few, too_many};
-use super::fault::{Fault, refuse};
+use super::blocks::too_few;
+use super::fault::{Fault, OF_VARIABLES, check_number, refuse};
 use super::instance::Instance;
 use super::model::Variable;
 use super::place::{Kept, Kind, each, typed};
@@ -74,9 +74,7 @@ impl<M: Model> Instance<M> {
             parameters |= run.row.place.is_parameter();
             from += n;
         }
-        if from != len {
-            return too_many(len, from);
-        }
+        check_number("nValues", len, from, OF_VARIABLES)?;
         if parameters {
             self.set_number_parameters(number, bits)?;
         }
@@ -174,10 +172,7 @@ impl<M: Model> Instance<M> {
             });
             from += n;
         }
-        match from {
-            _ if from == len => Ok(()),
-            _ => too_many(len, from),
-        }
+        check_number("nValues", len, from, OF_VARIABLES)
     }
 
     /// Refuses to set a row as a type that it is not of.

@@ -170,6 +170,18 @@ macro_rules! types {
                 }
             }
 
+            /// The values of any of them.
+            pub(crate) fn values<'a>(&self, p: &'a P, u: &'a U, y: &'a Y) -> Option<Values<'a>> {
+                Some(match self {
+                    $(
+                        Place::$input(place) => Values::$kind(place.slice(u)),
+                        Place::$parameter(place) => Values::$kind(place.slice(p)),
+                        Place::$output(place) => Values::$kind(place.slice(y)),
+                    )*
+                    _ => return None,
+                })
+            }
+
             pub(crate) fn output_values<'a>(&self, y: &'a Y) -> Option<Values<'a>> {
                 match self {
                     $(Place::$output(place) => Some(Values::$kind(place.slice(y))),)*
@@ -312,13 +324,6 @@ impl<P, U, Y> Place<P, U, Y> {
             // A derivative has as many as its state.
             None => usize::from(!self.is_derivative()),
         }
-    }
-
-    /// Its values, wherever they are.
-    pub(crate) fn values<'a>(&self, p: &'a P, u: &'a U, y: &'a Y) -> Option<Values<'a>> {
-        let of_input = self.input_values(u);
-        let known = of_input.or_else(|| self.parameter_values(p));
-        known.or_else(|| self.output_values(y))
     }
 
     /// Whether the values are of `Output`.

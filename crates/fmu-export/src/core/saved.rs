@@ -27,18 +27,14 @@ impl<M: Model> Instance<M> {
     /// A copy of the present state under a new handle, or in place of the one behind `old` (0:
     /// none).
     pub(crate) fn save(&mut self, old: usize) -> Result<usize, Fault> {
-        let (handle, state) = match self.saved.states.get_mut(&old) {
+        let handle = match self.saved.states.get_mut(&old) {
             Some(state) => {
                 state.copy(&self.state);
-                (old, state)
+                old
             }
-            None if old == 0 => {
-                let handle = NEXT.fetch_add(1, Ordering::Relaxed);
-                let state = Box::new(self.state.clone());
-                (handle, self.saved.states.entry(handle).or_insert(state))
-            }
-            None => return unknown(old),
+            None => self.keep(Box::new(self.state.clone()), old)?,
         };
+        let state = self.saved.states.get_mut(&handle).expect("kept above");
         state.first = self.room.first;
         if state.phase == Phase::Initialization {
             state.model = None; // only kept from one get to the next: made again when needed
@@ -46,18 +42,15 @@ impl<M: Model> Instance<M> {
         Ok(handle)
     }
 
+    /// Keeps a state under a new handle, or in place of the one behind `old` (0: none).
     fn keep(&mut self, state: Box<State<M>>, old: usize) -> Result<usize, Fault> {
-        let states = &mut self.saved.states;
-        if old == 0 {
-            let handle = NEXT.fetch_add(1, Ordering::Relaxed);
-            states.insert(handle, state);
-            return Ok(handle);
-        }
-        match states.get_mut(&old) {
-            Some(place) => *place = state,
-            None => return unknown(old),
-        }
-        Ok(old)
+        let handle = match old {
+            0 => NEXT.fetch_add(1, Ordering::Relaxed),
+            old if self.saved.states.contains_key(&old) => old,
+            old => return unknown(old),
+        };
+        self.saved.states.insert(handle, state);
+        Ok(handle)
     }
 
     fn saved(&self, handle: usize) -> Result<&State<M>, Fault> {

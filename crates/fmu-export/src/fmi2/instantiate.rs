@@ -9,9 +9,7 @@ use crate::border::call::{CS, ME};
 use crate::border::description::table;
 use crate::border::export::Exported;
 use crate::border::library::{self, Library, Request, text};
-use crate::core::message::{Kind, Message};
 use crate::core::panic;
-use std::path::PathBuf;
 use std::ptr;
 
 /// fmi2Instantiate.
@@ -36,8 +34,10 @@ pub unsafe fn instantiate<X: Exported>(
     panic::silence(library.is_program);
     // SAFETY: forwarded.
     let (name, guid, resources) = unsafe { (text(name), text(given_guid), text(resources)) };
-    let mut messages = Vec::new();
-    let resources = resources.and_then(|uri| folder(&mut messages, &uri));
+    let resources = resources.map(|uri| {
+        let folder = panic::catch(|| uri::folder(&uri));
+        folder.unwrap_or_else(|panic| Err(panic.describe()))
+    });
     let request = Request {
         function: "fmi2Instantiate",
         log: log::new(
@@ -46,7 +46,6 @@ pub unsafe fn instantiate<X: Exported>(
             logging_on != 0,
             X::Model::INFO.log_categories,
         ),
-        messages,
         name: name.as_deref(),
         token: ("fmuGUID", guid.as_deref()),
         sizes: library.sizes,
@@ -73,19 +72,6 @@ fn check_kind<X: Model>(kind: c_int) -> Result<(), String> {
     Err(format!(
         "fmuType = {kind} must be {CO_SIMULATION} (fmi2CoSimulation){exchange}"
     ))
-}
-
-/// The resources folder; one that cannot be understood is reported and done without.
-fn folder(messages: &mut Vec<Message>, uri: &str) -> Option<PathBuf> {
-    let read = panic::catch(|| uri::folder(uri));
-    match read.unwrap_or_else(|panic| Err(panic.describe())) {
-        Ok(folder) => Some(folder),
-        Err(reason) => {
-            let text = format!("fmi2Instantiate: {reason}; going on without");
-            messages.push(Message::new(Kind::Warning, text));
-            None
-        }
-    }
 }
 
 /// fmi2FreeInstance; NULL is ignored, and so is an instance in use: a logger that is called while

@@ -22,7 +22,7 @@ use crate::border::call::{C, CS, Call, E, G, I, L, M, ME, N, S, T, U};
 use crate::border::files;
 use crate::border::functions::functions;
 use crate::core::exchange::Happened;
-use crate::core::fault::{Fault, refuse};
+use crate::core::fault::{OF_VARIABLES, check_number, refuse};
 
 // Discrete states change in fmi3UpdateDiscreteStates only, so there are none to evaluate.
 functions! { ($) Fmi3 export_fmi3_functions;
@@ -128,8 +128,8 @@ functions! { ($) Fmi3 export_fmi3_functions;
         let (seed, result) = (array("seed", seed, n_seed)?, array_mut("sensitivity", sensitivity, n_sensitivity)?);
         let unknowns = b.elements(n_unknowns, |k| unknowns.get(k))?;
         let knowns = b.elements(n_knowns, |k| knowns.get(k))?;
-        check_number("nSeed", n_seed, knowns.len())?;
-        check_number("nSensitivity", n_sensitivity, unknowns.len())?;
+        check_number("nSeed", n_seed, knowns.len(), OF_VARIABLES)?;
+        check_number("nSensitivity", n_sensitivity, unknowns.len(), OF_VARIABLES)?;
         b.instance.directional_derivative(
             n_sensitivity,
             |k| unknowns[k],
@@ -148,8 +148,8 @@ functions! { ($) Fmi3 export_fmi3_functions;
         let (seed, result) = (array("seed", seed, n_seed)?, array_mut("sensitivity", sensitivity, n_sensitivity)?);
         let unknowns = b.elements(n_unknowns, |k| unknowns.get(k))?;
         let knowns = b.elements(n_knowns, |k| knowns.get(k))?;
-        check_number("nSeed", n_seed, unknowns.len())?;
-        check_number("nSensitivity", n_sensitivity, knowns.len())?;
+        check_number("nSeed", n_seed, unknowns.len(), OF_VARIABLES)?;
+        check_number("nSensitivity", n_sensitivity, knowns.len(), OF_VARIABLES)?;
         let seed: Vec<_> = (0..n_seed).map(|k| seed.get(k)).collect();
         let adjoint = b.instance.adjoint_derivative(&unknowns, &seed, &knowns)?;
         result.put_all(0, &adjoint, |x| x);
@@ -164,7 +164,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
         b.instance.has_output_derivatives()?;
         let elements = b.elements(n, |k| vr.get(k))?;
         b.instance.check_first_order(n, |k| vr.get(k), |k| orders.get(k))?;
-        check_number("nValues", n_values, elements.len())?;
+        check_number("nValues", n_values, elements.len(), OF_VARIABLES)?;
         b.instance.output_derivatives(n_values, |k| elements[k], |k, value| values.put(k, value))
     };
 
@@ -199,14 +199,6 @@ functions! { ($) Fmi3 export_fmi3_functions;
 
 /// What FMI calls the number of states.
 const STATES: &str = "nContinuousStates";
-
-/// Refuses a number of values that is not that of the elements of the variables.
-fn check_number(name: &str, given: usize, needed: usize) -> Result<(), Fault> {
-    if given == needed {
-        return Ok(());
-    }
-    refuse!("{name} = {given} must be {needed}, the number of elements of these variables")
-}
 
 const DO_STEP: Call = Call::new("fmi3DoStep", S | A);
 const LEAVE_UPDATE: Call = Call::new("fmi3DoStep", U | L);

@@ -12,7 +12,6 @@ use crate::border::export::Exported;
 use crate::border::library::{self, Library, Request, refusal, text};
 use crate::core::fault::Fault;
 use crate::core::layout::Layout;
-use crate::core::message::{Kind, Message};
 use crate::core::panic;
 use std::path::{Path, PathBuf};
 use std::ptr;
@@ -60,18 +59,15 @@ pub unsafe fn instantiate<X: Exported>(
     panic::silence(library.is_program);
     // SAFETY: forwarded.
     let (name, token, resources) = unsafe { (text(name), text(token), text(resources)) };
-    let mut messages = Vec::new();
-    let resources = resources.and_then(|path| folder(&mut messages, function, &path));
     let said = co_simulation.as_ref();
     let request = Request {
         function,
         log: new_log::<X>(logging_on, environment, log_message),
-        messages,
         name: name.as_deref(),
         token: ("instantiationToken", token.as_deref()),
         sizes: library.sizes,
         hash: &library.hashes[1],
-        resources,
+        resources: resources.map(|path| folder(&path)),
         interface,
         own: Fmi3 {
             has_event_mode: said.is_some_and(|said| said.event_mode_used != 0),
@@ -146,19 +142,14 @@ fn updates<M: Model>(
     }
 }
 
-/// The resources folder; one that is not absolute is reported and done without.
-fn folder(messages: &mut Vec<Message>, function: &str, path: &str) -> Option<PathBuf> {
+/// The resources folder, which must be absolute.
+fn folder(path: &str) -> Result<PathBuf, String> {
     let folder = Path::new(path);
     // In a WebAssembly module the folder is the beginning of the paths of files that its host places.
-    if folder.is_absolute() || cfg!(target_arch = "wasm32") {
-        // Without the separator at the end.
-        return Some(folder.components().collect());
+    match folder.is_absolute() || cfg!(target_arch = "wasm32") {
+        true => Ok(folder.components().collect()), // without the separator at the end
+        false => Err(format!("resourcePath `{path}` is not an absolute path")),
     }
-    messages.push(Message::new(
-        Kind::Warning,
-        format!("{function}: resourcePath `{path}` is not an absolute path; going on without"),
-    ));
-    None
 }
 
 /// fmi3InstantiateScheduledExecution, and fmi3InstantiateModelExchange of a model that is for

@@ -10,7 +10,7 @@ use crate::Model;
 use crate::border::arguments::{Array, ArrayMut, array, array_mut, bytes, texts};
 use crate::border::call::{C, G};
 use crate::border::functions::functions;
-use crate::core::fault::{Fault, refuse};
+use crate::core::fault::{Fault, OF_VARIABLES, check_number};
 use crate::core::place::Kind;
 use crate::core::value::Value;
 
@@ -36,15 +36,15 @@ functions! { ($) Fmi3 export_fmi3_values;
     fmi3GetString [GET] (vr: *const ValueReference, n: usize, values: *mut Str, n_values: usize)
         |b| {
             let (vr, values) = (array(VR, vr, n)?, array_mut("values", values, n_values)?);
-            let elements = elements(b, vr, n_values, Kind::String, None::<&[String]>)?;
+            b.check_update(|k| vr.at(k))?;
+            let elements = elements(b, vr, n_values)?;
             b.get_texts(elements.into_iter(), values)
         };
     fmi3SetString [SET] (vr: *const ValueReference, n: usize, values: *const Str, n_values: usize)
         |b| {
             let (vr, values) = (array(VR, vr, n)?, texts("values", values, n_values)?);
-            let values = values.into_iter().map(str::to_owned).collect::<Vec<_>>();
-            let elements = elements(b, vr, n_values, Kind::String, Some(&values))?;
-            b.instance.set_texts(elements.into_iter().zip(values).collect())?;
+            let elements = elements(b, vr, n_values)?;
+            b.set_texts(elements.into_iter(), &values)?;
             b.note_set();
             Ok(())
         };
@@ -53,7 +53,8 @@ functions! { ($) Fmi3 export_fmi3_values;
         |b| {
             let (vr, sizes) = (array(VR, vr, n)?, array_mut("valueSizes", sizes, n_values)?);
             let values = array_mut("values", values, n_values)?;
-            let elements = elements(b, vr, n_values, Kind::Binary, None::<&[crate::Binary]>)?;
+            b.check_update(|k| vr.at(k))?;
+            let elements = elements(b, vr, n_values)?;
             let mut found = Vec::with_capacity(elements.len());
             b.instance.get(|k| elements.get(k).copied(), |_, value: crate::Binary| found.push(value))?;
             b.bytes = found;
@@ -69,7 +70,7 @@ functions! { ($) Fmi3 export_fmi3_values;
             let values = array("values", values, n_values)?;
             let value = |k| bytes(&format!("values[{k}]"), values.get(k), sizes.get(k)).map(crate::Binary::from);
             let given = (0..n_values).map(value).collect::<Result<Vec<_>, _>>()?;
-            let elements = elements(b, vr, n_values, Kind::Binary, Some(&given))?;
+            let elements = elements(b, vr, n_values)?;
             b.instance.set(|k| Some((*elements.get(k)?, given.get(k)?.clone())))?;
             b.note_set();
             Ok(())
@@ -129,41 +130,13 @@ fn set<M: Model, C: Value + Copy>(
 /// What FMI calls the value references.
 pub(super) const VR: &str = "valueReferences";
 
-/// The elements that `n_values` texts or values of Binary are for, which are `given` to be set, or
-/// got.
-fn elements<M: Model, T: Value>(
-    b: &mut Body<M>,
+/// The elements of variables, of which there must be `n_values`.
+fn elements<M: Model>(
+    b: &Body<M>,
     vr: Array<ValueReference>,
     n_values: usize,
-    kind: Kind,
-    given: Option<&[T]>,
 ) -> Result<Vec<u32>, Fault> {
-    if given.is_none() {
-        b.check_update(|k| vr.at(k))?;
-    }
-    let mut from = 0;
-    for number in vr.iter() {
-        let (run, first, n) = b.instance.layout.block(number)?;
-        if run.row.place.kind() != kind {
-            let name = kind.name(b.instance.names);
-            return Err(match given.map(|given| given.get(from)) {
-                Some(Some(value)) => b
-                    .instance
-                    .not_settable(run.row, first, &value.shown(), kind),
-                Some(None) => {
-                    return b
-                        .instance
-                        .not_settable_as(number, name)
-                        .map(|()| Vec::new());
-                }
-                None => b.instance.not_gettable(run.row, first, name),
-            });
-        }
-        from += n;
-    }
     let elements = b.elements(vr.len(), |k| vr.get(k))?;
-    match elements.len() {
-        n if n == n_values => Ok(elements),
-        n => refuse!("nValues = {n_values} must be {n}, the number of elements of these variables"),
-    }
+    check_number("nValues", n_values, elements.len(), OF_VARIABLES)?;
+    Ok(elements)
 }
