@@ -153,9 +153,11 @@ impl Coupling {
         self.exchange.run(&self.slaves, At::Time(t))
     }
 
-    /// Pass all connections once more at the same communication point.
+    /// Pass all connections once more at the same communication point, and derivatives, which an
+    /// input forgets when it is set.
     pub fn pass_again(&mut self, t: f64) -> Result<()> {
-        self.exchange.run_again(&self.slaves, At::Time(t))
+        self.exchange.run_again(&self.slaves, At::Time(t))?;
+        self.pass_derivatives(t)
     }
 
     /// Pass first time derivatives.
@@ -322,7 +324,7 @@ impl Coupling {
             if !again {
                 return all(self.timed(), BegunCall::LeaveEvents, |s| s.leave_events(at));
             }
-            self.exchange.run_again(&self.slaves, at)?;
+            self.pass_again(t)?;
         }
         bail!("{at}: discrete states still change after {PASSES} passes of Event Mode")
     }

@@ -16,6 +16,13 @@
 //! command line: packages are read from bytes, FMUs are WebAssembly modules of FMI 3.0 that a host
 //! of WebAssembly calls, and the caller makes the steps and has them watched ([`supervision`]).
 #![deny(unsafe_code)]
+#![cfg_attr(
+    not(feature = "native"),
+    allow(
+        dead_code,
+        reason = "snapshots are files, and lengths are chosen by programs"
+    )
+)]
 
 mod algebraic_loop;
 mod arrays;

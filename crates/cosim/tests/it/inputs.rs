@@ -249,3 +249,20 @@ fn values_are_numbers_that_their_variables_can_take() {
         assert_eq!(found, expected.map_err(String::from), "{name} {text}");
     }
 }
+
+/// Setting an input forgets its derivative, so derivatives are passed after all that is set: a table
+/// that says what is there anyway leaves every bit.
+#[test]
+fn derivatives_pass_beside_a_table() {
+    let system = system("derivatives-and-table", &oscillator()).unwrap();
+    let of = |inputs: Option<Table>| {
+        let experiment = Experiment {
+            stepping: stepping(0.01, Schedule::JacobiDerivatives),
+            settings: settings(&system, &["mass.x_start=1"]).unwrap(),
+            ..experiment(&system, inputs)
+        };
+        record(&system, &experiment, &["mass.x", "spring.F"]).unwrap()
+    };
+    let same = table(&[0.0], &[("spring.stage", None, &[0.0])]);
+    assert_eq!(of(Some(same)), of(None));
+}
