@@ -167,7 +167,7 @@ impl Session<'_> {
         let wanted = self.is_settable(i, Access::String);
         let r = &mut self.random;
         let valid = r.one_in(2);
-        let vr = references(r, self.fmu, valid, wanted);
+        let vr = references(r, self.fmu, valid, &wanted);
         let pool: [&CStr; 6] = [
             c"",
             c"reference_machine.json",
@@ -183,9 +183,7 @@ impl Session<'_> {
         if !valid && !values.is_empty() && r.one_in(8) {
             values[0] = ptr::null();
         }
-        let find = |vr: &u32| self.fmu.find(*vr);
-        let can_be_set = self.is_settable(i, Access::String);
-        let expect = match vr.iter().all(|vr| find(vr).is_some_and(&can_be_set)) {
+        let expect = match self.are(&vr, wanted) {
             _ if vr.is_empty() => Expect::Done,
             true => Expect::FileDecides,
             false => Expect::Refused,

@@ -53,6 +53,7 @@ macro_rules! numbers {
             pub fn set_values_of(
                 &self, access: Access, vr: &[u32], values: &[String], [no_vr, no_values]: [bool; 2],
             ) -> c_int {
+                assert_eq!(self.fmu.functions.count(vr), values.len());
                 let at = if no_vr { ptr::null() } else { vr.as_ptr() };
                 match (self.fmu.functions.own(), access) {
                     $($(($version(f), Access::$access) => {
@@ -142,7 +143,9 @@ impl Instance<'_> {
 
     fn set_texts(&self, vr: &[u32], values: &[String]) -> c_int {
         let texts = values.iter().map(|text| CString::new(text.as_str()).ok());
-        let texts = texts.collect::<Option<Vec<_>>>().unwrap_or_default();
+        let Some(texts) = texts.collect::<Option<Vec<_>>>() else {
+            return ABSENT;
+        };
         let at: Vec<_> = texts.iter().map(|text| text.as_ptr()).collect();
         let f = &self.fmu.functions;
         // SAFETY: a live instance, C strings.

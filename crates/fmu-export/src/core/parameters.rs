@@ -10,6 +10,7 @@ use super::fault::{Fault, discard, refuse};
 use super::instance::{Instance, hear, listen, warn};
 use super::layout::Layout;
 use super::message::Kind;
+use super::model::Variable;
 use super::phase::Phase;
 use super::place::{self, AnyValue, Place, each};
 use super::state::Given;
@@ -30,6 +31,15 @@ pub(crate) fn out_of_bounds<M: Model>(layout: &Layout<M>, p: &M::Parameters) -> 
     })
 }
 
+/// The bits of element `i` of a parameter.
+fn bits<M: Model>(row: &Variable<M>, p: &M::Parameters, i: usize) -> Vec<u8> {
+    let mut bits = Vec::new();
+    if let Some(values) = row.place.parameter_values(p) {
+        each!(Values, values, |values| values[i].write_bytes(&mut bits));
+    }
+    bits
+}
+
 impl<M: Model> Instance<M> {
     /// Writes the parameters of a checked batch, and tells a running model.
     #[cold]
@@ -47,8 +57,7 @@ impl<M: Model> Instance<M> {
             if !row.place.put_parameter(&mut parameters, i, value) {
                 continue;
             }
-            let is_same = row.place.is_same_parameter(i, &parameters, &self.start);
-            let is_start = !is_running && is_same;
+            let is_start = !is_running && bits(row, &parameters, i) == bits(row, &self.start, i);
             texts_read |= row.read_by_texts;
             given[self.layout.slot(element)] = if is_start {
                 Given::Start
@@ -181,7 +190,7 @@ impl<M: Model> Instance<M> {
         for (number, (i, row)) in self.layout.numbered() {
             match given[self.layout.slot(number)] {
                 Given::Explicit => row.place.copy_parameter(i, numbers, &mut parameters),
-                Given::Start if !row.place.is_same_parameter(i, &self.start, &parameters) => {
+                Given::Start if bits(row, &self.start, i) != bits(row, &parameters, i) => {
                     let [start, value] = [&self.start, &parameters].map(|p| {
                         let values = row.place.parameter_values(p);
                         values.map(|found| each!(Values, found, |all| all[i].shown()))

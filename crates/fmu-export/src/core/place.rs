@@ -1,7 +1,6 @@
 //! Where the elements of a row live in a model's structs, and their type.
 
 use super::copied::copied;
-use super::value::Value;
 use std::path::Path;
 use std::slice;
 
@@ -203,14 +202,6 @@ macro_rules! types {
                 match self {
                     $(Place::$parameter(place) => *place.get_mut(to, i) = place.get(from, i),)*
                     _ => {}
-                }
-            }
-
-            /// Whether element `i` of a parameter is the same in both.
-            pub(crate) fn is_same_parameter(&self, i: usize, a: &P, b: &P) -> bool {
-                match (self.parameter_values(a), self.parameter_values(b)) {
-                    $((Some(Values::$kind(a)), Some(Values::$kind(b))) => a[i].is_same(&b[i]),)*
-                    _ => true,
                 }
             }
         }
