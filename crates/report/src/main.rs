@@ -16,10 +16,10 @@ use anyhow::{Result, anyhow};
 use clap::Parser as _;
 use commands::{figures, machine, page};
 use cosim::Verdict;
-use studies::commands::cli::{Cli, Command};
 use studies::commands::machine::MachineCommand;
 use studies::commands::path::PathCommand;
 use studies::commands::program::{self, Ending};
+use studies::commands::program::{Cli, Command};
 
 fn main() -> ExitCode {
     let command = Cli::parse().command;

@@ -9,7 +9,7 @@ use anyhow::{Result, ensure};
 use cosim::cli::print;
 use studies::commands::pictures::{DrawArgs, SceneArgs};
 use studies::machine_file::read;
-use studies::print::files::write;
+use studies::print::output::write;
 
 /// Draw it.
 pub fn draw(args: &DrawArgs) -> Result<()> {

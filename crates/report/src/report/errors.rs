@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::request::Request;
 use studies::grid::{Case, Cell};
-use studies::measures::tip::TipError;
+use studies::measures::run::TipError;
 use studies::print::tip_errors::robustness_json;
 use studies::studies::robustness::{self, STUDIES, Study};
 

@@ -11,8 +11,8 @@ use cosim::cli::{bar, print};
 
 use crate::bench::MachineArgs;
 use crate::laws;
-use crate::print::files::{conditions, write};
-use crate::print::verdict::finish;
+use crate::print::output::finish;
+use crate::print::output::{conditions, write};
 use crate::studies::margins::{self, CHANGES, Limit, Margin, PAYLOADS, PLACES};
 use crate::trial::Store;
 use crate::worlds::World;
@@ -86,28 +86,22 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
         for m in &margins {
             let what = m.change.name().replace(',', "");
             let beyond = m.beyond.map(|(beyond, _)| beyond.to_string());
-            let limit = m.beyond.map_or("", |(_, limit)| limit_name(limit));
+            let limit = serde_json::to_value(m.beyond.map(|(_, limit)| limit))?;
             writeln!(
                 file,
-                "{},{},{},{what},{},{},{limit}",
+                "{},{},{},{what},{},{},{}",
                 m.law,
                 m.place,
                 m.payload,
                 m.stable,
-                beyond.unwrap_or_default()
+                beyond.unwrap_or_default(),
+                limit.as_str().unwrap_or_default()
             )?;
         }
         Ok(())
     })?;
     found["margins"] = serde_json::to_value(&margins)?;
     finish(found, verdict, args.json.as_deref(), args.machine.check())
-}
-
-const fn limit_name(limit: Limit) -> &'static str {
-    match limit {
-        Limit::Stability => "stability",
-        Limit::Force => "force",
-    }
 }
 
 /// The least margin of each law and change, with the place and the payload that have it; one that a

@@ -9,9 +9,9 @@ use cosim::cli::{bar, print};
 
 use crate::bench::MachineArgs;
 use crate::machine_file::MachineFile;
-use crate::print::files::conditions;
+use crate::print::output::conditions;
+use crate::print::output::finish;
 use crate::print::stability::{causes_text, text, unfitted_text};
-use crate::print::verdict::finish;
 use crate::studies::stability::{self, causes, compliance};
 use crate::worlds::World;
 

@@ -11,13 +11,13 @@ use serde_json::Value;
 use crate::bench::{Bench, MachineArgs};
 use crate::grid::{self, Case, Cell, failed};
 use crate::laws::{self, Law, SHIPPED};
-use crate::print::files::{conditions, write};
-use crate::print::verdict::finish;
+use crate::print::output::finish;
+use crate::print::output::{conditions, write};
 use crate::print::{comparison as compared, surrogate_loop as loop_print, tip_errors};
 use crate::studies::robustness::{self, STUDIES, Study};
 use crate::studies::surrogate_loop::{self, RigNetwork};
 use crate::studies::{comparison, inertia};
-use crate::worlds::{PARAMETERS, World, cases};
+use crate::worlds::{PARAMETERS, World, cases, value_name};
 
 #[derive(Args)]
 pub struct TableArgs {
@@ -110,18 +110,8 @@ impl StudyArg {
         }
     }
 
-    fn of(study: Study) -> Self {
-        match study {
-            Study::Motor => Self::Motor,
-            Study::Payload => Self::Payload,
-            Study::Noise => Self::Noise,
-            Study::TipLoad => Self::TipLoad,
-        }
-    }
-
     fn name(self) -> String {
-        let value = self.to_possible_value().expect("no value is skipped");
-        value.get_name().to_owned()
+        value_name(self)
     }
 }
 
@@ -158,15 +148,18 @@ pub fn table(args: &TableArgs) -> Result<Verdict> {
             tables.compare(*study, &cases.list)?;
         }
     }
-    let wants = |study| wanted.contains(&study) || wanted.contains(&StudyArg::All);
+    let wants = |name: &str| {
+        let mut names = wanted.iter().map(|study| study.name());
+        names.any(|wanted| wanted == name || wanted == StudyArg::All.name())
+    };
     if wanted.contains(&StudyArg::Surrogate) {
         tables.surrogate()?;
     }
-    if wants(StudyArg::Inertia) {
+    if wants(&StudyArg::Inertia.name()) {
         tables.inertia()?;
     }
     for study in STUDIES {
-        if wants(StudyArg::of(study)) {
+        if wants(study.name()) {
             tables.robustness(study)?;
         }
     }

@@ -13,7 +13,7 @@ use crate::bench::MachineArgs;
 use crate::grid::{ALL_TRAJECTORIES, Spread};
 use crate::identification::model::Condition;
 use crate::identification::run::{Commissioning, Identified};
-use crate::print::files::{conditions, write_json};
+use crate::print::output::{conditions, write_json};
 use crate::studies::tournament::{self, Arena, CONTESTANTS, Row, TUNING_PATHS, Tuned};
 use crate::trial::Store;
 use crate::worlds::{World, cases};

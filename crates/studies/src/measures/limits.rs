@@ -11,7 +11,6 @@ use fmu_description::Kind;
 use machine::AXES;
 
 use self::Meaning::{RatedMean, Rating, Saturation, Supervision};
-use super::tip::TipError;
 use crate::machine_file::MachineFile;
 
 /// Share of the time from which on saturation spoils a run.
@@ -265,20 +264,6 @@ impl Limit {
             verdict.note(format!("{name}: at its limit of {limit} {unit} {when}"));
         }
     }
-}
-
-/// The tip error beside the bound that the user has set, m.
-pub fn tracking(tip: &TipError, max_error: Option<f64>) -> Verdict {
-    let mut verdict = Verdict::default();
-    if let Some(bound) = max_error
-        && tip.motion.max > bound
-    {
-        let (max, bound) = (1e3 * tip.motion.max, 1e3 * bound);
-        verdict.object(format!(
-            "tip error: up to {max:.4} mm, more than {bound} mm"
-        ));
-    }
-    verdict
 }
 
 /// Whether the controller has a reference to follow where parameters have the values that

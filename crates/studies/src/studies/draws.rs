@@ -6,9 +6,9 @@ use cosim::{Experiment, System, Verdict};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::grid::{Case, following};
+use crate::grid::Case;
 use crate::laws::Law;
-use crate::start_values::over;
+use crate::start_values::following;
 use crate::trial::{Fate, Store, Trial};
 
 /// What rods may have at most, over their rated force or the controller's limit of it.
@@ -67,8 +67,7 @@ pub fn run(
 ) -> Result<Vec<Draw>> {
     let common = [law.settings(system)?, following(system, trajectory)?].concat();
     let one = |case: &Case| {
-        let mut experiment = over(system, base, [&case.settings[..], &common].concat())?;
-        experiment.stepping.jitter = case.jitter;
+        let experiment = case.over((system, base), &common)?;
         let name = format!("{} {trajectory} {}", law.name, case.label);
         let trial = store.trial(&name, system, &experiment)?;
         done();
