@@ -7,12 +7,11 @@ use std::path::PathBuf;
 use anyhow::{Result, ensure};
 use clap::Args;
 use cosim::Verdict;
-use cosim::cli::{bar, print};
+use cosim::cli::print;
 
 use crate::bench::MachineArgs;
 use crate::laws;
-use crate::print::output::finish;
-use crate::print::output::{conditions, write};
+use crate::print::output::{conditions, finish, with_progress, write};
 use crate::studies::margins::{self, CHANGES, Limit, Margin, PAYLOADS, PLACES};
 use crate::trial::Store;
 use crate::worlds::World;
@@ -71,14 +70,10 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
     let store = Store::new(args.store.as_deref(), &system)?;
     let of_adaptive = laws.iter().filter(|law| law.name.starts_with("adaptive"));
     let count = (CHANGES.len() - 1) * laws.len() + of_adaptive.count();
-    let bar = bar(
-        (count * places.len() * payloads.len()) as u64,
-        "margins",
-        false,
-    );
-    let done = || bar.inc(1);
-    let margins = margins::run((&system, &base), &laws, &places, payloads, &store, done)?;
-    bar.finish_and_clear();
+    let count = (count * places.len() * payloads.len()) as u64;
+    let margins = with_progress(count, "margins", |done| {
+        margins::run((&system, &base), &laws, &places, payloads, &store, done)
+    })?;
     print(text(&modes, &margins))?;
     margins::judge(&margins, &mut verdict);
     write(args.csv.as_deref(), |file| {

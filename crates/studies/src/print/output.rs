@@ -6,10 +6,23 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use cosim::cli::print;
+use cosim::cli::{bar, print};
 use cosim::{Experiment, Setting, System, Verdict};
 use serde::Serialize;
 use serde_json::{Value, json};
+
+/// What `run` returns, with a progress bar over `count` of what it makes (`what`); it calls the
+/// function that it is given after each.
+pub fn with_progress<T>(
+    count: u64,
+    what: &'static str,
+    run: impl FnOnce(&(dyn Fn() + Sync)) -> T,
+) -> T {
+    let bar = bar(count, what, false);
+    let result = run(&|| bar.inc(1));
+    bar.finish_and_clear();
+    result
+}
 
 /// Write a file where one is asked for.
 ///

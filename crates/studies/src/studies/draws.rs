@@ -85,11 +85,9 @@ pub fn judge(draws: &[Draw], verdict: &mut Verdict) {
     let counts = Counts::of(draws.iter().map(|draw| &draw.trial));
     let mut object = |count: usize, what: &str, first: &dyn Fn(&Trial) -> bool| {
         if let Some(draw) = draws.iter().find(|draw| first(&draw.trial)) {
-            let why = &draw.trial.why;
-            let why = if why.is_empty() { "" } else { why };
             verdict.object(format!(
-                "{count} of {all} machines {what}, first {} {why}",
-                draw.case
+                "{count} of {all} machines {what}, first {} {}",
+                draw.case, draw.trial.why
             ));
         }
     };
