@@ -314,3 +314,6 @@ impl Controller {
         self.state.t_start + motion
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -368,12 +368,4 @@ mod tests {
         assert_eq!(of(0..1, 0.3, &[0.1]), 0.3 - 0.1);
         assert_eq!(of(1..2, 0.0, &[7.0, -1.0]), 1.0);
     }
-
-    #[test]
-    fn the_largest_tip_error_is_compared_with_the_bound() {
-        let mut tip = TipError::new(0.0);
-        tip.add(1.0, 2e-3);
-        assert!(!tracking(&tip, None).is_bad() && !tracking(&tip, Some(2e-3)).is_bad());
-        assert!(tracking(&tip, Some(1.9e-3)).is_bad());
-    }
 }

@@ -336,4 +336,12 @@ mod tests {
         assert!((e.whole.rms() - (50.0f64 / 3.0).sqrt()).abs() < 1e-15);
         assert_eq!(TipError::new(0.0).whole.rms(), 0.0);
     }
+
+    #[test]
+    fn the_largest_tip_error_is_compared_with_the_bound() {
+        let mut tip = TipError::new(0.0);
+        tip.add(1.0, 2e-3);
+        assert!(!tip.verdict(None).is_bad() && !tip.verdict(Some(2e-3)).is_bad());
+        assert!(tip.verdict(Some(1.9e-3)).is_bad());
+    }
 }

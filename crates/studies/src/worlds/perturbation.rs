@@ -162,7 +162,9 @@ fn lengthen(value: &mut Value, error: &mut impl FnMut() -> f64) {
     }
 }
 
-/// Machines drawn within bounds; their files exist as long as this.
+/// Machines drawn within bounds; their files exist as long as this. Zeros of the joint encoders and
+/// errors of the other sensors are drawn by the same seed. The actuators are those of the system,
+/// `Rig`, of whose friction, play, compliance, heat and drive the controller knows nothing.
 pub struct DrawnMachines {
     /// One case for each machine.
     pub cases: Vec<Case>,

@@ -223,6 +223,3 @@ fn supervise(
         state.supervisor.brake_at(&input.zeta);
     }
 }
-
-#[cfg(test)]
-mod tests;
