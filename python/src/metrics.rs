@@ -7,8 +7,8 @@ use cosim::{Experiment, Port, Recording, System};
 use pyo3::prelude::*;
 use studies::measures::energy;
 use studies::measures::metrics::{Metrics, add_energy, add_tracking, of_tip};
+use studies::measures::run::TipError;
 use studies::measures::run::{Outcome, RecordedRun};
-use studies::measures::tip::TipError;
 use studies::measures::tracking::Evaluation;
 
 use crate::raised;

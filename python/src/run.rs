@@ -6,7 +6,6 @@ use cosim::run;
 use cosim::{Experiment, Master, Port, Recording, System, Verdict};
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyDict};
-use studies::measures::limits;
 use studies::measures::metrics::{Metrics, add_residuals, of_tip};
 use studies::measures::run::{FailedRun, run as run_machine};
 
@@ -71,7 +70,7 @@ pub fn run(system: &System, experiment: &Experiment, request: Request) -> Result
         let outcome = run_machine(system, experiment, &progress, observe);
         let outcome = outcome.map_err(FailedRun::explained)?;
         let mut verdict = outcome.limits.clone();
-        verdict.extend(limits::tracking(&outcome.tip, request.max_error));
+        verdict.extend(outcome.tip.verdict(request.max_error));
         let mut metrics = of_tip(&outcome.tip);
         add_residuals(&mut metrics, &outcome.run.residuals);
         if let Some(extra) = extra {

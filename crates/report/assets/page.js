@@ -2,7 +2,7 @@
 function conditions() {
   const c = data.conditions;
   const rows = [
-    ["made", `${c.date} by ${c.program} on ${c.host} (${c.platform}, ${c.processor}, ${c.cores} cores)`],
+    ["made", `${new Date(1e3 * c.made).toISOString().replace(".000", "")} by ${c.program} on ${c.host} (${c.platform}, ${c.processor}, ${c.cores} cores)`],
     ["system", c.system], ["communication step", `${c.step} s, ${c.schedule}`],
     ["machine file", `${c.machine_file}, SHA-256 <code>${c.machine_sha256}</code>`],
     ["start values set", c.settings.length ? c.settings.map(escape).join("<br>") : "none beyond trajectory, controller and inertia"],

@@ -14,12 +14,12 @@ use std::process::ExitCode;
 
 use anyhow::{Result, anyhow};
 use clap::Parser as _;
-use commands::{figures, machine, page};
+use commands::{drawings, page};
 use cosim::Verdict;
-use studies::commands::cli::{Cli, Command};
 use studies::commands::machine::MachineCommand;
 use studies::commands::path::PathCommand;
 use studies::commands::program::{self, Ending};
+use studies::commands::program::{Cli, Command};
 
 fn main() -> ExitCode {
     let command = Cli::parse().command;
@@ -30,11 +30,11 @@ fn run(command: &Command) -> Ending {
     let done = |result: Result<()>| (false, result.map(|()| Verdict::default()));
     match command {
         Command::Report(args) => (args.machine.check(), page::report(args)),
-        Command::Sizing(args) => (args.machine.check(), figures::sizing(args)),
-        Command::Plot(args) => done(commands::plot::plot(args)),
-        Command::Machine(MachineCommand::Draw(args)) => done(machine::draw(args)),
-        Command::Machine(MachineCommand::Scene(args)) => done(machine::scene(args)),
-        Command::Path(PathCommand::Check(args)) => done(figures::path(args)),
+        Command::Sizing(args) => (args.machine.check(), drawings::sizing(args)),
+        Command::Plot(args) => done(drawings::signals(args)),
+        Command::Machine(MachineCommand::Draw(args)) => done(drawings::machine(args)),
+        Command::Machine(MachineCommand::Scene(args)) => done(drawings::scene(args)),
+        Command::Path(PathCommand::Check(args)) => done(drawings::path(args)),
         _ => done(Err(anyhow!("this is done by the program `hdrm-fmu`"))),
     }
 }

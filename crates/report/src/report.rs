@@ -45,7 +45,7 @@ use scene::Scene;
 use stability::Stability;
 use studies::grid::{self, Cell};
 use studies::machine_file::MachineFile;
-use studies::measures::tip::TipError;
+use studies::measures::run::TipError;
 use studies::print::tip_errors::inertia_json;
 use studies::studies::efficiency;
 use studies::studies::{inertia, robustness};

@@ -93,11 +93,7 @@ pub fn points(p: machine::Emla, network: &Surrogate, driven: &[Driven]) -> Resul
 /// are infinite, reaches [`SHARE`]: Dunn, Wasserman and Ramdas (2023, *Distribution-free prediction
 /// sets for two-layer hierarchical models*), pooling CDFs.
 pub fn calibrate(profiles: &[Vec<Point>]) -> EfficiencyBound {
-    let profiles: Vec<&[Point]> = profiles
-        .iter()
-        .map(Vec::as_slice)
-        .filter(|points| !points.is_empty())
-        .collect();
+    let profiles = with_points(profiles);
     let every_other = |first: usize| -> Vec<&[Point]> {
         profiles.iter().skip(first).step_by(2).copied().collect()
     };
@@ -124,6 +120,12 @@ pub fn calibrate(profiles: &[Vec<Point>]) -> EfficiencyBound {
         .min_by(|a, b| width(a).total_cmp(&width(b)))
         .expect("some shapes");
     with_factor(power, floor, &scoring)
+}
+
+/// Profiles that have points.
+fn with_points(profiles: &[Vec<Point>]) -> Vec<&[Point]> {
+    let profiles = profiles.iter().map(Vec::as_slice);
+    profiles.filter(|points| !points.is_empty()).collect()
 }
 
 /// See [`calibrate`].
@@ -166,11 +168,7 @@ pub struct Coverage {
 impl Coverage {
     /// Of a bound; the windows are drawn with the seed.
     pub fn of(bound: &EfficiencyBound, profiles: &[Vec<Point>], seed: u64) -> Self {
-        let profiles: Vec<&[Point]> = profiles
-            .iter()
-            .map(Vec::as_slice)
-            .filter(|points| !points.is_empty())
-            .collect();
+        let profiles = with_points(profiles);
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let holds = |point: &Point| point.needed(bound) <= bound.factor;
         let mut drawn = |points: &&&[Point]| holds(&points[rng.random_range(0..points.len())]);

@@ -38,19 +38,22 @@ pub struct Row {
     pub x: f64,
 }
 
-/// Name and unit of each column, in the order of [`Row::values`].
-const COLUMNS: [(&str, &str); 11] = [
-    ("v_d", "V"),
-    ("v_q", "V"),
-    ("i_d", "A"),
-    ("i_q", "A"),
-    ("tau_e", "N.m"),
-    ("w_m", "rad/s"),
-    ("F_ext", "N"),
-    ("x_dot", "m/s"),
-    ("T_winding", "K"),
-    ("T_housing", "K"),
-    ("x", "m"),
+/// Name, unit and value of a column.
+type Column = (&'static str, &'static str, fn(&Row) -> f64);
+
+/// Columns in the order of the file.
+const COLUMNS: [Column; 11] = [
+    ("v_d", "V", |row| row.v_d),
+    ("v_q", "V", |row| row.v_q),
+    ("i_d", "A", |row| row.i_d),
+    ("i_q", "A", |row| row.i_q),
+    ("tau_e", "N.m", |row| row.tau_e),
+    ("w_m", "rad/s", |row| row.w_m),
+    ("F_ext", "N", |row| row.f_ext),
+    ("x_dot", "m/s", |row| row.x_dot),
+    ("T_winding", "K", |row| row.T_winding),
+    ("T_housing", "K", |row| row.T_housing),
+    ("x", "m", |row| row.x),
 ];
 
 /// Column that numbers the runs.
@@ -62,39 +65,18 @@ const NEEDED: [usize; 4] = [4, 5, 6, 7];
 /// Fewest rows that can be split and fitted.
 pub const FEWEST_ROWS: usize = 50;
 
-impl Row {
-    fn values(&self) -> [f64; 11] {
-        let Self {
-            v_d,
-            v_q,
-            i_d,
-            i_q,
-            tau_e,
-            w_m,
-            f_ext,
-            x_dot,
-            T_winding,
-            T_housing,
-            x,
-        } = *self;
-        [
-            v_d, v_q, i_d, i_q, tau_e, w_m, f_ext, x_dot, T_winding, T_housing, x,
-        ]
-    }
-}
-
 /// CSV text of `rows` under a comment that says what they are; `profiles` are the numbers of their
 /// profiles, or none.
 pub fn to_csv(rows: &[Row], profiles: &[u32], comment: &str) -> String {
     let names = COLUMNS
         .iter()
-        .map(|(name, unit)| format!("{name} [{unit}]"));
+        .map(|(name, unit, _)| format!("{name} [{unit}]"));
     let header = profiles.first().map(|_| PROFILE.to_string());
     let header: Vec<String> = header.into_iter().chain(names).collect();
     let mut text = format!("# {comment}\n{}\n", header.join(","));
     for (k, row) in rows.iter().enumerate() {
         let number = profiles.get(k).map(ToString::to_string);
-        let values = row.values().map(|x| x.to_string());
+        let values = COLUMNS.map(|(.., of)| of(row).to_string());
         let cells: Vec<String> = number.into_iter().chain(values).collect();
         writeln!(text, "{}", cells.join(",")).expect("writing to a string cannot fail");
     }
@@ -186,7 +168,7 @@ fn line_of(text: &str, position: Option<&csv::Position>) -> u64 {
 fn find_columns(name: &str, line: u64, header: &csv::StringRecord) -> Result<[usize; 4]> {
     let mut places = [0; 4];
     for (place, &column) in places.iter_mut().zip(&NEEDED) {
-        let (wanted, unit) = COLUMNS[column];
+        let (wanted, unit, _) = COLUMNS[column];
         let found = header
             .iter()
             .position(|h| h.split('[').next().unwrap_or(h).trim() == wanted);

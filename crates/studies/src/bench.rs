@@ -6,12 +6,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result, ensure};
 use clap::Args;
 use cosim::cli::{RunArgs, SystemArgs, find};
-use cosim::{Experiment, Setting, System, Verdict, start_value};
+use cosim::{Experiment, System, Verdict, start_value};
 use machine::Source;
-use tip_path::PathFile;
 
 use crate::machines::gains;
-use crate::start_values::{over, tell_delay};
+use crate::start_values::{on_path, over, tell_delay};
 use crate::worlds::{BENDING_STEP, BENDING_SYSTEM, STRICT_SYSTEM, SYSTEM, World, parameters_of};
 use crate::{loads, machine_file, path_margins};
 
@@ -84,7 +83,7 @@ impl MachineArgs {
         let Some(path) = &self.waypoints else {
             return Ok(None);
         };
-        let settings = following(&bench.system, path)?;
+        let settings = on_path(&bench.system, path)?;
         let experiment = over(&bench.system, &bench.base, settings)?;
         Ok(Some((path.clone(), experiment)))
     }
@@ -226,19 +225,6 @@ impl Bench {
     pub fn beside(&self, name: &str) -> PathBuf {
         self.system.path.with_file_name(name)
     }
-}
-
-/// The start values with which the controller follows a path.
-pub(crate) fn following(system: &System, path: &str) -> Result<Vec<Setting>> {
-    let controller = system.component_of(system.port("trajectory")?);
-    let file = match PathFile::built_in(path) {
-        Some(_) => path.to_owned(),
-        None => std::path::absolute(path)?.display().to_string(),
-    };
-    Ok(vec![
-        system.setting(&format!("{controller}.trajectory"), "path")?,
-        system.setting(&format!("{controller}.path_file"), file)?,
-    ])
 }
 
 /// Whether a controller of actuators as built adapts faster than its machine lets it.

@@ -10,15 +10,17 @@ use rayon::prelude::*;
 use serde::Serialize;
 use tip_path::SIX_JOINTS;
 
-use crate::bench;
 use crate::laws::Law;
 use crate::measures::run::FailedRun;
-use crate::start_values::{over, with};
+use crate::start_values::{following, over, with};
 
 /// The trajectories of the controller.
 pub const TRAJECTORIES: [&str; 2] = ["cubic", "triangular"];
 /// The same with the path that moves all six joints.
 pub const ALL_TRAJECTORIES: [&str; 3] = ["cubic", "triangular", SIX_JOINTS];
+
+/// How start values are set that a study varies.
+type Vary = fn(&System, &Experiment, Vec<Setting>) -> Result<Experiment>;
 
 /// What differs from a nominal run.
 #[derive(Clone, Debug)]
@@ -38,6 +40,28 @@ pub struct Case {
 }
 
 impl Case {
+    /// `base` in this case but for its noise, with `more` start values, all set by `vary`.
+    fn varied(
+        &self,
+        vary: Vary,
+        base: (&System, &Experiment),
+        more: &[Setting],
+    ) -> Result<Experiment> {
+        let (system, base) = base;
+        let mut experiment = vary(system, base, [&self.settings, more].concat())?;
+        experiment.stepping.step *= self.step;
+        experiment.stepping.jitter = self.jitter;
+        Ok(experiment)
+    }
+
+    /// `base` in this case but for its noise, with `more` start values, whatever the system binds.
+    ///
+    /// # Errors
+    /// One of them is set in `base`.
+    pub fn over(&self, base: (&System, &Experiment), more: &[Setting]) -> Result<Experiment> {
+        self.varied(over, base, more)
+    }
+
     /// Other start values.
     pub fn new(label: impl Into<String>, settings: Vec<Setting>) -> Self {
         Self {
@@ -57,17 +81,6 @@ impl Case {
             ..Self::new(format!("seed {seed}"), settings)
         }
     }
-}
-
-/// The start values with which the controller follows a trajectory.
-///
-/// # Errors
-/// A system without a controller that can.
-pub fn following(system: &System, trajectory: &str) -> Result<Vec<Setting>> {
-    if trajectory == SIX_JOINTS {
-        return bench::following(system, trajectory);
-    }
-    Ok(vec![system.setting("trajectory", trajectory)?])
 }
 
 /// One run of a grid.
@@ -148,7 +161,7 @@ impl<'a> Grid<'a> {
         measure: impl Fn(&Plan) -> Result<(T, Verdict)> + Sync,
         done: impl Fn() + Sync,
     ) -> Result<Vec<Cell<T>>> {
-        let vary = if self.varies_bound { over } else { with };
+        let vary: Vary = if self.varies_bound { over } else { with };
         let laws = self.laws.iter().map(|law| law.settings(self.system));
         let laws: Vec<_> = laws.collect::<Result<_>>()?;
         let mut plans = Vec::new();
@@ -156,11 +169,9 @@ impl<'a> Grid<'a> {
             let motion = following(self.system, trajectory)?;
             for case in self.cases {
                 for (law, settings) in self.laws.iter().zip(&laws) {
-                    let varied = [&case.settings[..], settings, &motion].concat();
-                    let mut experiment = vary(self.system, self.base, varied)?;
+                    let more = [&settings[..], &motion].concat();
+                    let mut experiment = case.varied(vary, (self.system, self.base), &more)?;
                     experiment.faults = case.noise.clone();
-                    experiment.stepping.step *= case.step;
-                    experiment.stepping.jitter = case.jitter;
                     let (law, case) = (&law.name, &case.label);
                     plans.push(Plan {
                         trajectory,

@@ -6,6 +6,7 @@ use std::fmt::Display;
 use anyhow::{Result, bail};
 use cosim::master::Schedule;
 use cosim::{Experiment, Port, Setting, System};
+use tip_path::{PathFile, SIX_JOINTS};
 
 /// The parameter of controller and actuators that says how many steps late their outputs act.
 const DELAY: &str = "delay";
@@ -52,6 +53,30 @@ pub fn over(system: &System, base: &Experiment, settings: Vec<Setting>) -> Resul
 fn is_varied(system: &System, port: Port, origin: &str) -> String {
     let name = system.name(port);
     format!("`{name}` is set ({origin}), but this command varies it itself, so it must not be set")
+}
+
+/// The start values with which the controller follows a trajectory.
+///
+/// # Errors
+/// A system without a controller that can.
+pub fn following(system: &System, trajectory: &str) -> Result<Vec<Setting>> {
+    if trajectory == SIX_JOINTS {
+        return on_path(system, trajectory);
+    }
+    Ok(vec![system.setting("trajectory", trajectory)?])
+}
+
+/// The start values with which the controller follows a path.
+pub(crate) fn on_path(system: &System, path: &str) -> Result<Vec<Setting>> {
+    let controller = system.component_of(system.port("trajectory")?);
+    let file = match PathFile::built_in(path) {
+        Some(_) => path.to_owned(),
+        None => std::path::absolute(path)?.display().to_string(),
+    };
+    Ok(vec![
+        system.setting(&format!("{controller}.trajectory"), "path")?,
+        system.setting(&format!("{controller}.path_file"), file)?,
+    ])
 }
 
 /// Tells all components that have a parameter `delay` that with the schedule `standard` their

@@ -2,7 +2,6 @@
 //! what everything costs, beside other engines measured in the same run; or instruction counts
 //! against the recorded ones.
 
-use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -49,8 +48,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
         "instructions"
     } else {
         if !options.no_python {
-            let requirements = workspace.root.join("tests/bench/requirements.txt");
-            python.install(workspace, "bench", &fs::read_to_string(requirements)?)?;
+            python.install_file(workspace, "bench", "tests/bench/requirements.txt")?;
         }
         "time"
     };

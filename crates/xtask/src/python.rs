@@ -54,6 +54,13 @@ impl Python {
         Ok(Tools(folder.into_iter().collect()))
     }
 
+    /// Install the pinned requirements of a file of the repository, as [`Python::install`].
+    pub fn install_file(&self, workspace: &Workspace, name: &str, file: &str) -> Result<()> {
+        let file = workspace.root.join(file);
+        let text = fs::read_to_string(&file).with_context(|| file.display().to_string())?;
+        self.install(workspace, name, &text)
+    }
+
     /// Install pinned requirements (text of a requirements file), unless just these are installed
     /// under `name`.
     pub fn install(&self, workspace: &Workspace, name: &str, requirements: &str) -> Result<()> {

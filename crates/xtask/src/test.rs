@@ -1,9 +1,8 @@
 //! Everything that CI checks, in one run.
 
-use std::fs;
 use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use cargo_fmu::pack::of_fmi3;
 use cargo_fmu::process::execute;
 use cargo_fmu::target::{self, Tools};
@@ -160,11 +159,8 @@ pub fn is_ci() -> bool {
 
 /// The environment of the tests, with what they need.
 fn python(workspace: &Workspace) -> Result<Python> {
-    let requirements = workspace.root.join("tests/requirements.txt");
-    let requirements =
-        fs::read_to_string(&requirements).with_context(|| requirements.display().to_string())?;
     let python = Python::provide(workspace)?;
-    python.install(workspace, "tests", &requirements)?;
+    python.install_file(workspace, "tests", "tests/requirements.txt")?;
     Ok(python)
 }
 

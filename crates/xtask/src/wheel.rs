@@ -275,11 +275,8 @@ pub fn install(workspace: &Workspace) -> Result<()> {
 
 /// The environment that the package is tried in, with what its tests need.
 fn environment(workspace: &Workspace) -> Result<Python> {
-    let requirements = workspace.root.join("tests/requirements-python.txt");
-    let requirements =
-        fs::read_to_string(&requirements).with_context(|| requirements.display().to_string())?;
     let python = Python::at(workspace, workspace.target.join("python"))?;
-    python.install(workspace, "python-package", &requirements)?;
+    python.install_file(workspace, "python-package", "tests/requirements-python.txt")?;
     Ok(python)
 }
 

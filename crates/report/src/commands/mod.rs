@@ -1,6 +1,4 @@
 //! Subcommands.
 
-pub mod figures;
-pub mod machine;
+pub mod drawings;
 pub mod page;
-pub mod plot;

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::request::Request;
 use studies::grid::{Case, Cell};
-use studies::measures::tip::TipError;
+use studies::measures::run::TipError;
 use studies::print::tip_errors::robustness_json;
 use studies::studies::robustness::{self, STUDIES, Study};
 
@@ -50,11 +50,9 @@ pub fn shown(
 
 /// What is said of a cell that failed, in the `case` of this name.
 pub fn failure(cell: &Cell<TipError>, case: &str) -> Option<String> {
-    let (
-        error,
-        Cell {
-            trajectory, law, ..
-        },
-    ) = (cell.error()?, cell);
-    Some(format!("{trajectory}, {law}, {case}: {error:#}"))
+    let error = cell.error()?;
+    Some(format!(
+        "{}, {}, {case}: {error:#}",
+        cell.trajectory, cell.law
+    ))
 }

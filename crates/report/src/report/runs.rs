@@ -14,7 +14,7 @@ use super::scene::Scene;
 use studies::grid::{Cell, Plan};
 use studies::measures::energy;
 use studies::measures::run::RecordedRun;
-use studies::measures::tip::TipError;
+use studies::measures::run::TipError;
 use studies::print::energy::balance_json;
 use studies::start_values::vary;
 use studies::studies::inertia::MODES;

@@ -10,7 +10,7 @@ use cosim::cli::{CsvArgs, print};
 
 use super::run::logged_run;
 use crate::bench::MachineArgs;
-use crate::print::verdict::text as verdict_text;
+use crate::print::output::verdict_text;
 use crate::start_values::vary;
 use crate::studies::inertia::{self, MODES};
 

@@ -5,13 +5,12 @@ use std::path::PathBuf;
 use anyhow::{Result, ensure};
 use clap::Args;
 use cosim::Verdict;
-use cosim::cli::{bar, print};
+use cosim::cli::print;
 
 use crate::bench::MachineArgs;
 use crate::grid::{ALL_TRAJECTORIES, Spread};
 use crate::laws;
-use crate::print::files::conditions;
-use crate::print::verdict::finish;
+use crate::print::output::{conditions, finish, with_progress};
 use crate::studies::draws::{self, Counts, FORCE};
 use crate::trial::Store;
 use crate::worlds::{World, cases_within};
@@ -60,11 +59,10 @@ pub fn draws(args: &DrawsArgs) -> Result<Verdict> {
     let cases = cases_within(args.world, &system, seeds, args.bounds)?;
     let law = &laws::of_modes(&[&args.mode])[0];
     let store = Store::new(args.store.as_deref(), &system)?;
-    let bar = bar(args.seeds, "machines", false);
-    let done = || bar.inc(1);
     let of = (&system, &base);
-    let runs = draws::run(of, law, &cases.list, &args.trajectory, &store, done)?;
-    bar.finish_and_clear();
+    let runs = with_progress(args.seeds, "machines", |done| {
+        draws::run(of, law, &cases.list, &args.trajectory, &store, done)
+    })?;
     let counts = Counts::of(runs.iter().map(|draw| &draw.trial));
     let force = Spread::of(runs.iter().map(|draw| draw.trial.force));
     let error = Spread::of(runs.iter().filter_map(|draw| draw.trial.rmse));

@@ -7,7 +7,7 @@ use cosim::cli::print;
 
 use crate::bench::MachineArgs;
 use crate::laws;
-use crate::print::verdict::print_counted;
+use crate::print::output::print_counted;
 use crate::start_values::vary;
 use crate::studies::endurance::{self, Excursion, Part};
 

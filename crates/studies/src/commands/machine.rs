@@ -7,7 +7,7 @@ use crate::machine_file::read;
 use crate::machines::continuous_torque::ContinuousTorque;
 use crate::machines::gains;
 use crate::machines::scaling::booms;
-use crate::print::files::{write, write_json};
+use crate::print::output::{write, write_json};
 use crate::worlds::perturbation::{Bounds, draw};
 use crate::worlds::{PARAMETERS, parameters_of};
 use anyhow::{Context, Result, bail, ensure};

@@ -7,12 +7,11 @@ use std::path::PathBuf;
 use anyhow::{Result, ensure};
 use clap::Args;
 use cosim::Verdict;
-use cosim::cli::{bar, print};
+use cosim::cli::print;
 
 use crate::bench::MachineArgs;
 use crate::laws;
-use crate::print::files::{conditions, write};
-use crate::print::verdict::finish;
+use crate::print::output::{conditions, finish, with_progress, write};
 use crate::studies::margins::{self, CHANGES, Limit, Margin, PAYLOADS, PLACES};
 use crate::trial::Store;
 use crate::worlds::World;
@@ -71,14 +70,10 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
     let store = Store::new(args.store.as_deref(), &system)?;
     let of_adaptive = laws.iter().filter(|law| law.name.starts_with("adaptive"));
     let count = (CHANGES.len() - 1) * laws.len() + of_adaptive.count();
-    let bar = bar(
-        (count * places.len() * payloads.len()) as u64,
-        "margins",
-        false,
-    );
-    let done = || bar.inc(1);
-    let margins = margins::run((&system, &base), &laws, &places, payloads, &store, done)?;
-    bar.finish_and_clear();
+    let count = (count * places.len() * payloads.len()) as u64;
+    let margins = with_progress(count, "margins", |done| {
+        margins::run((&system, &base), &laws, &places, payloads, &store, done)
+    })?;
     print(text(&modes, &margins))?;
     margins::judge(&margins, &mut verdict);
     write(args.csv.as_deref(), |file| {
@@ -86,28 +81,22 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
         for m in &margins {
             let what = m.change.name().replace(',', "");
             let beyond = m.beyond.map(|(beyond, _)| beyond.to_string());
-            let limit = m.beyond.map_or("", |(_, limit)| limit_name(limit));
+            let limit = serde_json::to_value(m.beyond.map(|(_, limit)| limit))?;
             writeln!(
                 file,
-                "{},{},{},{what},{},{},{limit}",
+                "{},{},{},{what},{},{},{}",
                 m.law,
                 m.place,
                 m.payload,
                 m.stable,
-                beyond.unwrap_or_default()
+                beyond.unwrap_or_default(),
+                limit.as_str().unwrap_or_default()
             )?;
         }
         Ok(())
     })?;
     found["margins"] = serde_json::to_value(&margins)?;
     finish(found, verdict, args.json.as_deref(), args.machine.check())
-}
-
-const fn limit_name(limit: Limit) -> &'static str {
-    match limit {
-        Limit::Stability => "stability",
-        Limit::Force => "force",
-    }
 }
 
 /// The least margin of each law and change, with the place and the payload that have it; one that a

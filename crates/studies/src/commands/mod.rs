@@ -1,7 +1,6 @@
 //! Subcommands: from arguments to a study, its print and the verdict. Nothing imports them but the
 //! programs.
 
-pub mod cli;
 pub mod compare;
 pub mod draws;
 pub mod endurance;

@@ -8,7 +8,7 @@ use clap::{Args, Subcommand};
 use cosim::cli::print;
 
 use crate::machine_file::read;
-use crate::print::files::write_json;
+use crate::print::output::write_json;
 
 #[derive(Subcommand)]
 pub enum PathCommand {

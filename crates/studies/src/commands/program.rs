@@ -1,18 +1,112 @@
-//! A program from its command to its exit code, and the programs beside `hdrm-fmu` that do what it
-//! leaves to them, so that it is built in a third of the time: `hdrm-fmu-report` draws,
-//! `hdrm-fmu-surrogate` trains networks. They take its arguments over.
+//! Command line of the manipulator's experiments, and a program from its command to its exit code.
+//!
+//! Programs beside `hdrm-fmu` do what it leaves to them, so that it is built in a third of the time:
+//! `hdrm-fmu-report` draws, `hdrm-fmu-surrogate` trains networks. They share the command line and
+//! take its arguments over.
 
 use std::env::{self, consts::EXE_SUFFIX};
 use std::ffi::OsString;
 use std::path::Path;
-use std::process::{Command, ExitCode};
+use std::process::{self, ExitCode};
 
 use anyhow::{Context, Result, bail};
-use clap::Args;
+use clap::{Args, Parser, Subcommand};
 use cosim::Verdict;
 use cosim::cli::exit;
 
-use super::python;
+use super::{
+    compare, draws, endurance, energy, evaluate, machine, margins, path, pictures, python,
+    run as run_command, sizing, stability, table, testbed, tournament,
+};
+
+/// Experiments on the coupled manipulator: three electromechanical actuators, rigid bodies and
+/// controller, as FMUs.
+#[derive(Parser)]
+#[command(version, about, long_about = None)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Subcommand)]
+pub enum Command {
+    /// Run one experiment and print tip error, power residuals and speed
+    Run(run_command::RunArgs),
+    /// Run one trajectory with the three controllers and print their tip RMSE beside the paper's
+    Compare(compare::CompareArgs),
+    /// Tip RMSE for parameter errors, noise and loads x trajectories x controllers, for inertia
+    /// errors beside the paper's
+    Table(table::TableArgs),
+    /// Write the evaluation as one HTML file with tables, plots and a 3-D animation
+    Report(pictures::ReportArgs),
+    /// One-axis experiment: lift and tilt actuator against load emulators that replay the forces of
+    /// the machine
+    Testbed(testbed::TestbedArgs),
+    /// Stability proof in numbers: accompanying functions, bound and excess, gain conditions
+    Stability(stability::StabilityArgs),
+    /// Energy of each actuator: electrical, losses by kind, work, regeneration, efficiency; of what
+    /// feeds them, back to its source
+    Energy(energy::EnergyArgs),
+    /// Motors and actuators beside what they do: RMS and peaks, envelopes, temperatures over an
+    /// hour, sensitivity to the payload
+    Sizing(sizing::SizingArgs),
+    /// Long run with a reference that never ends: memory, time, tracking and estimates; fails where
+    /// one of them does not endure
+    Endurance(endurance::EnduranceArgs),
+    /// Laws tuned alike, by one tuner on some drawn machines, and compared on others
+    Tournament(tournament::TournamentArgs),
+    /// How far each law is from instability: in delay, loop gain, mounting, inertia, adaptation
+    Margins(margins::MarginsArgs),
+    /// Many machines drawn at random under one law: kept, stopped, lost, and the rods' forces
+    Draws(draws::DrawsArgs),
+    /// Tip error, tracking, orientation and verdict of a run that another importer made and wrote
+    /// as CSV
+    Evaluate(evaluate::EvaluateArgs),
+    /// Draw the signals of a CSV file over time, as PNG and SVG
+    Plot(pictures::PlotArgs),
+    /// What is done to machine files
+    #[command(subcommand)]
+    Machine(machine::MachineCommand),
+    /// Paths of the tip: what they are, and whether a machine can do them
+    #[command(subcommand)]
+    Path(path::PathCommand),
+    /// Train the actuator's surrogate network on a CSV file; Ctrl-C keeps the state, --resume goes
+    /// on
+    #[command(disable_help_flag = true)]
+    Train(OtherArguments),
+    /// What belongs to the training: virtual testbed, efficiency map, plots and comparison of the
+    /// network
+    #[command(disable_help_flag = true)]
+    Surrogate(OtherArguments),
+}
+
+impl Command {
+    /// The program that does it, where it is not `hdrm-fmu`.
+    pub fn sibling(&self) -> Option<Sibling> {
+        match self {
+            Self::Report(_)
+            | Self::Plot(_)
+            | Self::Machine(machine::MachineCommand::Draw(_) | machine::MachineCommand::Scene(_)) => {
+                Some(Sibling::Report)
+            }
+            Self::Sizing(args) if args.figures.is_some() => Some(Sibling::Report),
+            Self::Path(path::PathCommand::Check(args)) if args.figures.is_some() => {
+                Some(Sibling::Report)
+            }
+            Self::Train(_) | Self::Surrogate(_) => Some(Sibling::Surrogate),
+            _ => None,
+        }
+    }
+
+    /// Whether it runs the plant that bends, which is written in Python.
+    pub fn needs_python(&self) -> bool {
+        match self {
+            Self::Table(args) => args.world.bends(),
+            Self::Report(args) => args.bending,
+            _ => false,
+        }
+    }
+}
 
 /// Whether a bad verdict ends the program with a code of its own, and the verdict.
 pub type Ending = (bool, Result<Verdict>);
@@ -91,7 +185,7 @@ impl Sibling {
             [word, rest @ ..] if word == "surrogate" => rest,
             all => all,
         };
-        let mut command = Command::new(&program);
+        let mut command = process::Command::new(&program);
         command.args(arguments);
         start(&mut command).with_context(|| program.display().to_string())
     }
@@ -99,18 +193,30 @@ impl Sibling {
 
 /// On Unix it becomes this process, so that signals reach it.
 #[cfg(unix)]
-fn start(command: &mut Command) -> Result<ExitCode> {
+fn start(command: &mut process::Command) -> Result<ExitCode> {
     use std::os::unix::process::CommandExt as _;
     Err(command.exec().into())
 }
 
 /// Elsewhere it is waited for; Ctrl-C reaches both, and only it acts on that.
 #[cfg(not(unix))]
-fn start(command: &mut Command) -> Result<ExitCode> {
+fn start(command: &mut process::Command) -> Result<ExitCode> {
     use signal_hook::consts::SIGINT;
     signal_hook::flag::register(SIGINT, std::sync::Arc::default())?;
     let code = command.status()?.code();
     let code = code.and_then(|code| u8::try_from(code).ok());
     // Code 1 too where it has none that fits.
     Ok(ExitCode::from(code.unwrap_or(1)))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    /// Arguments that are defined twice or contradict each other are found here, not by who runs
+    /// the program.
+    #[test]
+    fn all_commands_are_well_defined() {
+        super::Cli::command().debug_assert();
+    }
 }

@@ -8,9 +8,8 @@ use cosim::{Experiment, System, Verdict};
 use crate::bench::MachineArgs;
 use crate::laws;
 use crate::measures::iso9283::{Measures, Meter};
-use crate::measures::limits;
 use crate::measures::run::{FailedRun, Outcome, run as run_once, useful};
-use crate::print::verdict::text as verdict_text;
+use crate::print::output::verdict_text;
 use crate::start_values::vary;
 
 #[derive(Args)]
@@ -51,7 +50,7 @@ pub fn run(args: &RunArgs) -> Result<Verdict> {
     }
     let (outcome, accuracy) = logged_run(&system, &experiment, &args.csv, args.quiet)?;
     verdict.extend(outcome.verdict());
-    verdict.extend(limits::tracking(&outcome.tip, args.max_error));
+    verdict.extend(outcome.tip.verdict(args.max_error));
     let accuracy = accuracy.map_or(String::new(), |measures| measures.to_string());
     print(format_args!(
         "{}{accuracy}{}",

@@ -9,9 +9,9 @@ use cosim::cli::print;
 
 use crate::bench::MachineArgs;
 use crate::measures::energy;
-use crate::print::files::{conditions, write, write_json};
+use crate::print::output::{conditions, write, write_json};
+use crate::print::output::{put_verdict, verdict_text};
 use crate::print::sizing::{text, write_csv};
-use crate::print::verdict::{put as put_verdict, text as verdict_text};
 use crate::studies::sizing::{self, Sizing};
 
 #[derive(Args)]

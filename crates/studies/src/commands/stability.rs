@@ -5,13 +5,12 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use cosim::Verdict;
-use cosim::cli::{bar, print};
+use cosim::cli::print;
 
 use crate::bench::MachineArgs;
 use crate::machine_file::MachineFile;
-use crate::print::files::conditions;
+use crate::print::output::{conditions, finish, with_progress};
 use crate::print::stability::{causes_text, text, unfitted_text};
-use crate::print::verdict::finish;
 use crate::studies::stability::{self, causes, compliance};
 use crate::worlds::World;
 
@@ -47,9 +46,9 @@ pub fn stability(args: &StabilityArgs) -> Result<Verdict> {
         print(causes_text(&rungs))?;
         found["causes"] = serde_json::to_value(&rungs)?;
     } else {
-        let bar = bar(stability::RUNS, "runs", false);
-        let (runs, spoilt) = stability::run(&system, &base, args.inertia_scale, || bar.inc(1))?;
-        bar.finish_and_clear();
+        let (runs, spoilt) = with_progress(stability::RUNS, "runs", |done| {
+            stability::run(&system, &base, args.inertia_scale, done)
+        })?;
         let runs = runs.into_iter().collect::<Result<Vec<_>>>()?;
         verdict.extend(spoilt);
         stability::judge(&runs, &mut verdict);

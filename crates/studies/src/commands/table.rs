@@ -5,19 +5,18 @@ use std::path::PathBuf;
 use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
 use cosim::Verdict;
-use cosim::cli::{bar, print};
+use cosim::cli::print;
 use serde_json::Value;
 
 use crate::bench::{Bench, MachineArgs};
 use crate::grid::{self, Case, Cell, failed};
 use crate::laws::{self, Law, SHIPPED};
-use crate::print::files::{conditions, write};
-use crate::print::verdict::finish;
+use crate::print::output::{conditions, finish, with_progress, write};
 use crate::print::{comparison as compared, surrogate_loop as loop_print, tip_errors};
 use crate::studies::robustness::{self, STUDIES, Study};
 use crate::studies::surrogate_loop::{self, RigNetwork};
 use crate::studies::{comparison, inertia};
-use crate::worlds::{PARAMETERS, World, cases};
+use crate::worlds::{PARAMETERS, World, cases, value_name};
 
 #[derive(Args)]
 pub struct TableArgs {
@@ -110,18 +109,8 @@ impl StudyArg {
         }
     }
 
-    fn of(study: Study) -> Self {
-        match study {
-            Study::Motor => Self::Motor,
-            Study::Payload => Self::Payload,
-            Study::Noise => Self::Noise,
-            Study::TipLoad => Self::TipLoad,
-        }
-    }
-
     fn name(self) -> String {
-        let value = self.to_possible_value().expect("no value is skipped");
-        value.get_name().to_owned()
+        value_name(self)
     }
 }
 
@@ -158,15 +147,18 @@ pub fn table(args: &TableArgs) -> Result<Verdict> {
             tables.compare(*study, &cases.list)?;
         }
     }
-    let wants = |study| wanted.contains(&study) || wanted.contains(&StudyArg::All);
+    let wants = |name: &str| {
+        let mut names = wanted.iter().map(|study| study.name());
+        names.any(|wanted| wanted == name || wanted == StudyArg::All.name())
+    };
     if wanted.contains(&StudyArg::Surrogate) {
         tables.surrogate()?;
     }
-    if wants(StudyArg::Inertia) {
+    if wants(&StudyArg::Inertia.name()) {
         tables.inertia()?;
     }
     for study in STUDIES {
-        if wants(StudyArg::of(study)) {
+        if wants(study.name()) {
             tables.robustness(study)?;
         }
     }
@@ -243,9 +235,9 @@ impl Tables<'_> {
         let laws = self.args.chosen(laws)?;
         let trajectories = world.trajectories();
         let count = laws.len() * cases.len() * trajectories.len();
-        let bar = bar(count as u64, "runs", false);
-        let cells = comparison::run(system, base, &laws, cases, trajectories, || bar.inc(1))?;
-        bar.finish_and_clear();
+        let cells = with_progress(count as u64, "runs", |done| {
+            comparison::run(system, base, &laws, cases, trajectories, done)
+        })?;
         print(compared::text(&cells))?;
         if world.bends() {
             print(comparison::judge_bending(&cells, verdict))?;
@@ -280,10 +272,10 @@ impl Tables<'_> {
         let count = self.args.seeds.unwrap_or(surrogate_loop::MACHINES);
         let drawn = surrogate_loop::machines(system, count)?;
         let machines = &drawn.cases;
-        let bar = bar(surrogate_loop::runs(machines.len()) as u64, "runs", false);
-        let inc = || bar.inc(1);
-        let (runs, verdict) = surrogate_loop::run(system, base, &network, machines, inc)?;
-        bar.finish_and_clear();
+        let count = surrogate_loop::runs(machines.len()) as u64;
+        let (runs, verdict) = with_progress(count, "runs", |done| {
+            surrogate_loop::run(system, base, &network, machines, done)
+        })?;
         let rows = surrogate_loop::rows(&runs);
         print(loop_print::text(&rows))?;
         self.bench.verdict.extend(verdict);
@@ -294,9 +286,9 @@ impl Tables<'_> {
     /// The paper's table.
     fn inertia(&mut self) -> Result<()> {
         let Bench { system, base, .. } = &self.bench;
-        let bar = bar(inertia::CELLS as u64, "runs", false);
-        let cells = inertia::run(system, base, || bar.inc(1))?;
-        bar.finish_and_clear();
+        let cells = with_progress(inertia::CELLS as u64, "runs", |done| {
+            inertia::run(system, base, done)
+        })?;
         print(tip_errors::inertia_text(&cells) + "\n")?;
         write(self.args.csv.as_deref(), |file| {
             tip_errors::write_inertia_csv(&cells, file)
@@ -310,9 +302,9 @@ impl Tables<'_> {
     fn robustness(&mut self, study: Study) -> Result<()> {
         let Bench { system, base, .. } = &self.bench;
         let cases = study.cases(system, base, self.args.seed)?;
-        let bar = bar(robustness::count(&cases), "runs", false);
-        let cells = robustness::run(system, base, &cases, || bar.inc(1))?;
-        bar.finish_and_clear();
+        let cells = with_progress(robustness::count(&cases), "runs", |done| {
+            robustness::run(system, base, &cases, done)
+        })?;
         let verdict = &mut self.bench.verdict;
         print(tip_errors::robustness_text(study, &cells, verdict) + "\n")?;
         self.found[study.name()] = tip_errors::robustness_json(study, &cells);

@@ -9,9 +9,9 @@ use cosim::cli::print;
 use cosim::csv::CsvFile;
 
 use crate::bench::MachineArgs;
-use crate::print::files::conditions;
+use crate::print::output::conditions;
+use crate::print::output::finish;
 use crate::print::testbed::{rigs_text, text, unknown_load_text};
-use crate::print::verdict::finish;
 use crate::studies::testbed::{self, Axis, CHECK, Replay, UNKNOWN_LOAD};
 
 #[derive(Args)]

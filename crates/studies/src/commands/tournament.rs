@@ -7,14 +7,14 @@ use std::time::Instant;
 use anyhow::Result;
 use clap::Args;
 use cosim::Verdict;
-use cosim::cli::{bar, print};
+use cosim::cli::print;
 
 use crate::bench::MachineArgs;
 use crate::grid::{ALL_TRAJECTORIES, Spread};
 use crate::identification::model::Condition;
 use crate::identification::run::{Commissioning, Identified};
-use crate::print::files::{conditions, write_json};
-use crate::studies::tournament::{self, Arena, CONTESTANTS, Row, TUNING_PATHS, Tuned};
+use crate::print::output::{conditions, with_progress, write_json};
+use crate::studies::tournament::{self, Arena, CONTESTANTS, Contestant, Row, TUNING_PATHS, Tuned};
 use crate::trial::Store;
 use crate::worlds::{World, cases};
 
@@ -85,29 +85,23 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     if laws.iter().any(|law| law.is_identified) {
         let cases = [&tuning.list[..], &reporting.list].concat();
         let commissioning = Commissioning::new(&system, &base, &args.store)?;
-        let progress = bar(cases.len() as u64, "machines identified", false);
-        let runs = (&system, &base);
-        arena.identified = commissioning.identify(runs, &cases, store, || progress.inc(1))?;
-        progress.finish_and_clear();
+        arena.identified = with_progress(cases.len() as u64, "machines identified", |done| {
+            commissioning.identify((&system, &base), &cases, store, done)
+        })?;
         found["excitation"] = serde_json::to_value(commissioning.condition())?;
         eprintln!("{}", identification(&commissioning, &arena.identified));
     }
-    let progress = bar(tries, "candidates", false);
-    let mut results = Vec::new();
-    for law in &laws {
-        let done = || progress.inc(1);
-        results.push(arena.tune(law, &tuning.list, args.budget, done)?);
-    }
-    progress.finish_and_clear();
-    let progress = bar(runs, "runs", false);
-    let mut reports = Vec::new();
-    for tuned in results {
-        let trials = arena.report(&tuned, &reporting.list, &paths, || {
-            progress.inc(1);
-        })?;
-        reports.push((tuned, trials));
-    }
-    progress.finish_and_clear();
+    let results: Vec<_> = with_progress(tries, "candidates", |done| {
+        let tune = |law: &&Contestant| arena.tune(law, &tuning.list, args.budget, done);
+        laws.iter().map(tune).collect::<Result<_>>()
+    })?;
+    let reports: Vec<_> = with_progress(runs, "runs", |done| {
+        let report = |tuned: Tuned| {
+            let trials = arena.report(&tuned, &reporting.list, &paths, done)?;
+            Ok((tuned, trials))
+        };
+        results.into_iter().map(report).collect::<Result<_>>()
+    })?;
     let rows = tournament::rows(&reports, REFERENCE)?;
     print(text(&rows) + "\n" + &gains(reports.iter().map(|(tuned, _)| tuned)))?;
     found["rows"] = serde_json::to_value(&rows)?;

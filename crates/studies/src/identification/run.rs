@@ -21,12 +21,11 @@ use serde::{Deserialize, Serialize};
 use super::estimate::{Estimate, Sample, estimate};
 use super::excitation::{DURATION, Excitation};
 use super::model::{Condition, Model};
-use crate::bench;
 use crate::grid::Case;
 use crate::laws::of_modes;
 use crate::machine_file::MachineFile;
 use crate::measures::run::{motion_end, tip_error_port};
-use crate::start_values::over;
+use crate::start_values::on_path;
 use crate::trial::Store;
 
 /// Law under which machines are excited, as shipped.
@@ -129,14 +128,13 @@ impl Commissioning {
         case: &Case,
         store: &Store,
     ) -> Result<Result<Identification, String>> {
-        let path = bench::following(system, &self.path().display().to_string())?;
+        let path = on_path(system, &self.path().display().to_string())?;
         let law = of_modes(&[LAW])[0].settings(system)?;
-        let mut settings: Vec<Setting> = [&case.settings[..], &law, &path].concat();
+        let mut settings: Vec<Setting> = [law, path].concat();
         // Lowered gains would change what is excited.
         let supervisor = system.port_of(tip_error_port(system)?.component, "supervisor")?;
         settings.push(system.setting(&system.name(supervisor), false)?);
-        let mut experiment = over(system, base, settings)?;
-        experiment.stepping.jitter = case.jitter;
+        let experiment = case.over((system, base), &settings)?;
         let name = format!("identify {}", case.label);
         let record = store.kept(&name, system, &experiment, || {
             Ok(match self.of_run(system, &experiment) {

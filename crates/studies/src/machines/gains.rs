@@ -1,8 +1,6 @@
 //! What bounds the gains of a machine, and the parameter set of the gains that the rule makes of it.
 #![allow(non_snake_case)] // the symbols of mechanics
 
-use std::fmt::Write as _;
-
 use anyhow::{Context, Result};
 use emla::maps;
 use hdrm::{Hdrm, Options, State};
@@ -87,53 +85,21 @@ pub fn too_fast(machine: &Machine, gamma: f64) -> Result<Option<String>> {
 
 /// The parameter set of these gains for the system `Real.ssp`, called `name`.
 pub fn parameter_set(name: &str, machine: &str, gains: &[RuledGain]) -> String {
-    let mut text = format!(
-        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- Parameters of the system Real.ssd with the machine {machine}, by the rule of `hdrm-fmu machine gains {machine}`:\n"
-    );
-    for RuledGain { name, why, .. } in gains {
-        let _ = writeln!(text, "       {name}: {why}");
-    }
-    let _ = write!(
-        text,
-        "     The drives regulate their currents themselves; readings are one step of 1 ms old; speeds come from a tracking observer. -->\n\
-         <ssv:ParameterSet xmlns:ssc=\"http://ssp-standard.org/SSP1/SystemStructureCommon\" xmlns:ssv=\"http://ssp-standard.org/SSP1/SystemStructureParameterValues\" version=\"1.0\" name=\"{name}\" description=\"Gains of {machine} for actuators as built with current loops of their own\">\n  <ssv:Parameters>\n"
-    );
-    let mut entry = |name: &str, value: String| {
-        let _ = writeln!(
-            text,
-            "    <ssv:Parameter name=\"{name}\">{value}</ssv:Parameter>"
-        );
+    let reason = |gain: &RuledGain| format!("       {}: {}\n", gain.name, gain.why);
+    let parameter = |RuledGain {
+                         name, value, unit, ..
+                     }: &RuledGain| {
+        format!(
+            "    <ssv:Parameter name=\"controller.{name}\"><ssv:Real value=\"{value}\" unit=\"{unit}\"/></ssv:Parameter>\n"
+        )
     };
-    let real = |value: f64, unit| format!("<ssv:Real value=\"{value}\" unit=\"{unit}\"/>");
-    for gain in gains {
-        entry(
-            &format!("controller.{}", gain.name),
-            real(gain.value, gain.unit),
-        );
-    }
-    entry("controller.reading_age", real(0.001, "s"));
-    entry("controller.weighing_time", real(0.5, "s"));
-    entry("controller.force_limit", real(1.2, "1"));
-    for component in ["controller", "emla_1", "emla_2", "emla_3"] {
-        let on = "<ssv:Boolean value=\"true\"/>".into();
-        entry(&format!("{component}.current_loop"), on);
-    }
-    entry("sensors.speed", "<ssv:Integer value=\"3\"/>".into());
-    entry("sensors.speed.bandwidth_motor", real(1200.0, "rad/s"));
-    text + UNITS
+    let each = |text: &dyn Fn(&RuledGain) -> String| gains.iter().map(text).collect::<String>();
+    include_str!("gains.ssv")
+        .replace("{reasons}", &each(&reason))
+        .replace("{gains}", &each(&parameter))
+        .replace("{name}", name)
+        .replace("{machine}", machine)
 }
-
-const UNITS: &str = "  </ssv:Parameters>
-  <ssv:Units>
-    <ssc:Unit name=\"1\"><ssc:BaseUnit/></ssc:Unit>
-    <ssc:Unit name=\"1/s\"><ssc:BaseUnit s=\"-1\"/></ssc:Unit>
-    <ssc:Unit name=\"s\"><ssc:BaseUnit s=\"1\"/></ssc:Unit>
-    <ssc:Unit name=\"rad/s\"><ssc:BaseUnit rad=\"1\" s=\"-1\"/></ssc:Unit>
-    <ssc:Unit name=\"J\"><ssc:BaseUnit kg=\"1\" m=\"2\" s=\"-2\"/></ssc:Unit>
-    <ssc:Unit name=\"V.s/m\"><ssc:BaseUnit kg=\"1\" m=\"1\" s=\"-2\" A=\"-1\"/></ssc:Unit>
-  </ssv:Units>
-</ssv:ParameterSet>
-";
 
 #[cfg(test)]
 mod tests {

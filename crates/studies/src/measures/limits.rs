@@ -11,7 +11,6 @@ use fmu_description::Kind;
 use machine::AXES;
 
 use self::Meaning::{RatedMean, Rating, Saturation, Supervision};
-use super::tip::TipError;
 use crate::machine_file::MachineFile;
 
 /// Share of the time from which on saturation spoils a run.
@@ -267,20 +266,6 @@ impl Limit {
     }
 }
 
-/// The tip error beside the bound that the user has set, m.
-pub fn tracking(tip: &TipError, max_error: Option<f64>) -> Verdict {
-    let mut verdict = Verdict::default();
-    if let Some(bound) = max_error
-        && tip.motion.max > bound
-    {
-        let (max, bound) = (1e3 * tip.motion.max, 1e3 * bound);
-        verdict.object(format!(
-            "tip error: up to {max:.4} mm, more than {bound} mm"
-        ));
-    }
-    verdict
-}
-
 /// Whether the controller has a reference to follow where parameters have the values that
 /// `parameter` gives.
 pub fn reference(system: &System, parameter: &dyn Fn(Port) -> Result<f64>) -> Result<Verdict> {
@@ -382,13 +367,5 @@ mod tests {
         assert_eq!(of(0..2, 0.0, &[-3.0, 4.0]), 5.0);
         assert_eq!(of(0..1, 0.3, &[0.1]), 0.3 - 0.1);
         assert_eq!(of(1..2, 0.0, &[7.0, -1.0]), 1.0);
-    }
-
-    #[test]
-    fn the_largest_tip_error_is_compared_with_the_bound() {
-        let mut tip = TipError::new(0.0);
-        tip.add(1.0, 2e-3);
-        assert!(!tracking(&tip, None).is_bad() && !tracking(&tip, Some(2e-3)).is_bad());
-        assert!(tracking(&tip, Some(1.9e-3)).is_bad());
     }
 }

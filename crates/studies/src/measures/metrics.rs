@@ -7,7 +7,7 @@ use anyhow::Result;
 use cosim::bond::Residual;
 
 use super::energy::Balance;
-use super::tip::TipError;
+use super::run::TipError;
 use super::tracking::{PositionError, Sag, Tracking};
 
 /// Numbers by name, in SI units.

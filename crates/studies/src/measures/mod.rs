@@ -8,5 +8,4 @@ pub mod metrics;
 pub mod power_integral;
 pub mod run;
 pub mod supply;
-pub mod tip;
 pub mod tracking;

@@ -19,8 +19,8 @@ use hdrm::{Tip, Tree};
 use nalgebra::{Quaternion, Vector3};
 use serde::Serialize;
 
+use super::run::Distance;
 use super::run::RecordedRun;
-use super::tip::Distance;
 use crate::machine_file::MachineFile;
 
 /// Joints of the manipulator.

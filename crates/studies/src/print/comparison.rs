@@ -5,7 +5,7 @@ use std::io;
 
 use serde_json::{Value, json};
 
-use super::verdict;
+use super::output::put_verdict;
 use crate::grid::{ALL_TRAJECTORIES, Spread, failures};
 use crate::studies::comparison::{Summary, TrackingCell, summaries};
 use crate::worlds::World;
@@ -107,7 +107,7 @@ pub fn json(world: World, cells: &[TrackingCell]) -> Value {
             Ok(tracking) => value["tracking"] = json!(tracking),
             Err(error) => value["error"] = format!("{error:#}").into(),
         }
-        verdict::put(&mut value, &cell.verdict);
+        put_verdict(&mut value, &cell.verdict);
         value
     };
     json!({

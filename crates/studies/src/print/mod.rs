@@ -2,10 +2,9 @@
 
 pub mod comparison;
 pub mod energy;
-pub mod files;
+pub mod output;
 pub mod sizing;
 pub mod stability;
 pub mod surrogate_loop;
 pub mod testbed;
 pub mod tip_errors;
-pub mod verdict;

@@ -7,9 +7,9 @@ use std::io;
 use cosim::Verdict;
 use serde_json::{Value, json};
 
-use super::verdict;
+use super::output::put_verdict;
 use crate::grid::{Cell, failures};
-use crate::measures::tip::TipError;
+use crate::measures::run::TipError;
 use crate::studies::inertia::{MODES, paper, scale_of};
 use crate::studies::robustness::{Study, judge};
 
@@ -137,7 +137,7 @@ fn with_result(mut value: Value, cell: &TipCell) -> Value {
         }
         Err(error) => value["error"] = format!("{error:#}").into(),
     }
-    verdict::put(&mut value, &cell.verdict);
+    put_verdict(&mut value, &cell.verdict);
     value
 }
 

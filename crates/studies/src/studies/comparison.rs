@@ -143,27 +143,20 @@ pub fn judge(
         "NOT met"
     };
     let Spread { median, worst } = own.known;
-    let [median_target, worst_target] = TARGETS;
-    let mm = |of: &str| format!("{of} known error in mm");
+    let of_errors = [("median", median), ("worst", worst)]
+        .iter()
+        .zip(TARGETS)
+        .map(|((name, error), target)| {
+            let (mm, target_mm) = (1e3 * error, 1e3 * target);
+            let what = format!("{name} known error in mm");
+            let met = asked(&what, mm, target_mm, *error <= target);
+            format!("{name} {mm:.3} mm (target {target_mm:.1}: {met})")
+        })
+        .collect::<Vec<_>>()
+        .join(", ");
     let mut text = format!(
-        "{adaptive}, known error over {} runs: median {:.3} mm (target {:.1}: {}), worst {:.3} mm (target {:.1}: {})\n",
-        own.runs,
-        1e3 * median,
-        1e3 * median_target,
-        asked(
-            &mm("median"),
-            1e3 * median,
-            1e3 * median_target,
-            median <= median_target
-        ),
-        1e3 * worst,
-        1e3 * worst_target,
-        asked(
-            &mm("worst"),
-            1e3 * worst,
-            1e3 * worst_target,
-            worst <= worst_target
-        )
+        "{adaptive}, known error over {} runs: {of_errors}\n",
+        own.runs
     );
     let rivals = rows.iter().filter(|r| rivals.contains(&r.law.as_str()));
     if let Some(best) = rivals.min_by(|a, b| a.known.median.total_cmp(&b.known.median)) {

@@ -6,9 +6,9 @@ use cosim::{Experiment, System, Verdict};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::grid::{Case, following};
+use crate::grid::Case;
 use crate::laws::Law;
-use crate::start_values::over;
+use crate::start_values::following;
 use crate::trial::{Fate, Store, Trial};
 
 /// What rods may have at most, over their rated force or the controller's limit of it.
@@ -67,8 +67,7 @@ pub fn run(
 ) -> Result<Vec<Draw>> {
     let common = [law.settings(system)?, following(system, trajectory)?].concat();
     let one = |case: &Case| {
-        let mut experiment = over(system, base, [&case.settings[..], &common].concat())?;
-        experiment.stepping.jitter = case.jitter;
+        let experiment = case.over((system, base), &common)?;
         let name = format!("{} {trajectory} {}", law.name, case.label);
         let trial = store.trial(&name, system, &experiment)?;
         done();
@@ -86,11 +85,9 @@ pub fn judge(draws: &[Draw], verdict: &mut Verdict) {
     let counts = Counts::of(draws.iter().map(|draw| &draw.trial));
     let mut object = |count: usize, what: &str, first: &dyn Fn(&Trial) -> bool| {
         if let Some(draw) = draws.iter().find(|draw| first(&draw.trial)) {
-            let why = &draw.trial.why;
-            let why = if why.is_empty() { "" } else { why };
             verdict.object(format!(
-                "{count} of {all} machines {what}, first {} {why}",
-                draw.case
+                "{count} of {all} machines {what}, first {} {}",
+                draw.case, draw.trial.why
             ));
         }
     };

@@ -15,7 +15,7 @@ use cosim::{Experiment, Inputs, Master, Signals, System, Verdict, matching};
 
 use crate::machine_file::MachineFile;
 use crate::measures::limits::LimitWatch;
-use crate::measures::tip::Distance;
+use crate::measures::run::Distance;
 use crate::start_values::vary;
 
 /// Parts of a run, each of which is reported when it ends.

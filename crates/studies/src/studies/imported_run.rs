@@ -11,8 +11,8 @@ use rig_data::signal_file::SignalFile;
 use crate::machine_file::MachineFile;
 use crate::measures::limits::{self, LimitWatch};
 use crate::measures::metrics::{Metrics, add_tracking, of_tip};
+use crate::measures::run::TipError;
 use crate::measures::run::{motion_start, tip_error_port};
-use crate::measures::tip::TipError;
 use crate::measures::tracking::{Evaluation, Tracking};
 
 /// Evaluates runs of an experiment that other importers made.
@@ -106,7 +106,7 @@ impl<'a> Evaluator<'a> {
             }
             Err(missing) => left_out.push(("limits and ratings", missing)),
         }
-        verdict.extend(limits::tracking(&tip, max_error));
+        verdict.extend(tip.verdict(max_error));
         Ok(ImportedRun {
             tip,
             tracking,

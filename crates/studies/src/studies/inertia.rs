@@ -6,8 +6,8 @@ use cosim::{Experiment, System, Verdict};
 
 use crate::grid::{Case, Cell, Grid, Plan, TRAJECTORIES};
 use crate::laws::of_modes;
+use crate::measures::run::TipError;
 use crate::measures::run::run as run_once;
-use crate::measures::tip::TipError;
 pub use crate::worlds::SCALES;
 
 /// Controllers, in the order of the columns.

@@ -14,7 +14,7 @@ use super::inertia::MODES;
 use crate::grid::{Case, Cell, Grid, Plan, TRAJECTORIES};
 use crate::laws::of_modes;
 use crate::measures::run::RecordedRun;
-use crate::measures::tip::TipError;
+use crate::measures::run::TipError;
 
 /// What is varied.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]

@@ -17,9 +17,9 @@ use rig_data::resampling::bootstrap;
 use serde::Serialize;
 use tip_path::SIX_JOINTS;
 
-use crate::grid::{Case, Spread, following};
+use crate::grid::{Case, Spread};
 use crate::identification::run::Identified;
-use crate::start_values::over;
+use crate::start_values::following;
 use crate::studies::draws::Counts;
 use crate::trial::{Fate, Store, Trial};
 
@@ -150,10 +150,7 @@ struct Candidate {
 impl Arena<'_> {
     fn experiment(&self, law: &[Setting], case: &Case, path: &str) -> Result<Experiment> {
         let path = following(self.system, path)?;
-        let settings = [&case.settings[..], law, &path].concat();
-        let mut experiment = over(self.system, self.base, settings)?;
-        experiment.stepping.jitter = case.jitter;
-        Ok(experiment)
+        case.over((self.system, self.base), &[law, &path].concat())
     }
 
     /// A kept run. A law that needs a machine as identified is lost on one that could not be.

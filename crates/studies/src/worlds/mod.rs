@@ -3,19 +3,19 @@
 //! - `ideal`: the plant is the controller's own model, all inertias scaled by one factor; a check
 //!   of the code.
 //! - `real`: actuators as built, sensors, one step of delay, and errors of the machine drawn by
-//!   seed (module `real`);
+//!   seed (module [`perturbation`]);
 //! - `bending`: a structure that bends, in MuJoCo, with errors that the plant draws itself by seed;
 //! - `strict-rigid` and `strict`: the real world, and the structure that bends under its actuators
 //!   and sensors, with more that is drawn (module `strict`).
 
 pub mod perturbation;
-mod real;
 mod strict;
 mod world;
 
-pub use perturbation::Bounds;
-pub use real::{DrawnMachines, PARAMETERS, SYSTEM, parameters_of};
+pub use perturbation::{Bounds, DrawnMachines};
 pub use strict::SYSTEM as STRICT_SYSTEM;
+pub(crate) use world::value_name;
 pub use world::{
-    BENDING_STEP, BENDING_SYSTEM, BENDING_TARGET, Cases, SCALES, World, cases, cases_within,
+    BENDING_STEP, BENDING_SYSTEM, BENDING_TARGET, Cases, PARAMETERS, SCALES, SYSTEM, World, cases,
+    cases_within, parameters_of,
 };

@@ -7,12 +7,20 @@
 //! stretched to `D Σ D`, and moving the centre of mass shifts the body as a whole.
 #![allow(non_snake_case)] // the symbols of mechanics
 
+use std::fs;
+use std::ops::Range;
+
 use anyhow::{Context, Result, ensure};
+use cosim::System;
 use machine::{Body, InertiaTensor, Machine};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Uniform};
 use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::grid::Case;
+use crate::machine_file::MachineFile;
 
 /// Largest errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -151,6 +159,45 @@ fn lengthen(value: &mut Value, error: &mut impl FnMut() -> f64) {
             _ => {}
         },
         _ => {}
+    }
+}
+
+/// Machines drawn within bounds; their files exist as long as this. Zeros of the joint encoders and
+/// errors of the other sensors are drawn by the same seed. The actuators are those of the system,
+/// `Rig`, of whose friction, play, compliance, heat and drive the controller knows nothing.
+pub struct DrawnMachines {
+    /// One case for each machine.
+    pub cases: Vec<Case>,
+    _folder: TempDir,
+}
+
+impl DrawnMachines {
+    /// One case for each seed: the machine of the manipulator and the seed of the sensors.
+    ///
+    /// # Errors
+    /// A system without `hdrm` or `sensors`, or no place for files.
+    pub fn draw(system: &System, seeds: Range<u64>, bounds: &Bounds) -> Result<Self> {
+        let nominal = MachineFile::of(system, &[])?.machine;
+        let folder = TempDir::new().context("no folder for the machine files")?;
+        let mut cases = Vec::new();
+        for seed in seeds {
+            let (machine, gravity) = draw(&nominal, seed, bounds)?;
+            let path = folder.path().join(format!("machine_{seed}.json"));
+            let text = serde_json::to_string_pretty(&machine)?;
+            fs::write(&path, text).with_context(|| path.display().to_string())?;
+            let mut settings = vec![
+                system.setting("hdrm.machine_file", path.display())?,
+                system.setting("sensors.seed", seed)?,
+            ];
+            for (axis, value) in (1..).zip(gravity) {
+                settings.push(system.setting(&format!("hdrm.gravity[{axis}]"), value)?);
+            }
+            cases.push(Case::of_seed(seed, settings));
+        }
+        Ok(Self {
+            cases,
+            _folder: folder,
+        })
     }
 }
 

@@ -7,10 +7,18 @@ use clap::ValueEnum;
 use cosim::System;
 use serde::Serialize;
 
-use super::perturbation::Bounds;
-use super::real::{self, DrawnMachines};
+use super::perturbation::{Bounds, DrawnMachines};
 use super::strict;
 use crate::grid::{ALL_TRAJECTORIES, Case, TRAJECTORIES};
+
+/// Packed system of the real world.
+pub const SYSTEM: &str = "Real.ssp";
+/// Its parameter set: what is changed in the controller, and in where the delay is, for this world.
+pub const PARAMETERS: &str = "resources/real.ssv";
+/// The same for shipped machines whose own differ.
+const PARAMETERS_OF: [(&str, &str); 1] = [("hiab_xs031", "resources/real_hiab_xs031.ssv")];
+/// Machines that are drawn where no number is asked for.
+const SEEDS: u64 = 20;
 
 /// Inertia scales of the ideal world, in the order of the paper's table.
 pub const SCALES: [f64; 5] = [1.4, 1.2, 1.0, 0.8, 0.6];
@@ -48,8 +56,7 @@ pub enum World {
 impl World {
     /// Name on the command line.
     pub fn name(self) -> String {
-        let value = self.to_possible_value().expect("no value is skipped");
-        value.get_name().to_owned()
+        value_name(self)
     }
 
     /// Whether its plant bends, which MuJoCo in Python computes.
@@ -74,9 +81,15 @@ impl World {
     pub fn usual_seeds(self) -> u64 {
         match self {
             Self::Bending | Self::Strict => BENDING_SEEDS,
-            Self::Ideal | Self::Real | Self::StrictRigid => real::SEEDS,
+            Self::Ideal | Self::Real | Self::StrictRigid => SEEDS,
         }
     }
+}
+
+/// Name of a value on the command line.
+pub(crate) fn value_name(value: impl ValueEnum) -> String {
+    let value = value.to_possible_value().expect("no value is skipped");
+    value.get_name().to_owned()
 }
 
 /// Cases, and the files that they name, which exist as long as this.
@@ -139,4 +152,30 @@ fn by_seed_of_plant(system: &System, seeds: Range<u64>) -> Result<Vec<Case>> {
         Ok(Case::of_seed(seed, vec![setting]))
     };
     seeds.map(case).collect()
+}
+
+/// The parameter set of the machine `name`, or of one that extends it; of any other machine that of
+/// the reference machine.
+pub fn parameters_of(name: Option<&str>) -> &'static str {
+    let own = PARAMETERS_OF.iter().find(|(of, _)| name == Some(*of));
+    own.map_or(PARAMETERS, |(_, file)| file)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn a_parameter_set_of_a_machine_exists_and_is_found_by_its_name() {
+        let system = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../system");
+        for (name, file) in PARAMETERS_OF {
+            assert!(machine::preset(name).is_some(), "{name}");
+            assert!(system.join(file).is_file(), "{file}");
+            assert_eq!(parameters_of(Some(name)), file);
+        }
+        for name in [None, Some("reference"), Some("sized")] {
+            assert_eq!(parameters_of(name), PARAMETERS);
+        }
+    }
 }

@@ -4,7 +4,7 @@ use anyhow::Result;
 use cosim::{Inputs, Port, System};
 use serde::Serialize;
 
-use crate::measures::tip::Distance;
+use crate::measures::run::Distance;
 
 /// An axis of the testbed: name, number of its rod, component of the testbed.
 pub(super) const AXES: [(&str, usize, &str); 2] =

@@ -1,0 +1,80 @@
+//! Commands that draw: `machine draw` and `machine scene`, `plot`, figures of `sizing` and `path check`.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, ensure};
+use cosim::Verdict;
+use cosim::cli::print;
+use studies::commands::path::{self, CheckArgs};
+use studies::commands::pictures::{DrawArgs, PlotArgs, SceneArgs};
+use studies::commands::sizing::{self, SizingArgs};
+use studies::machine_file::read;
+use studies::print::output::write;
+
+use crate::machines::drawing::Sheet;
+use crate::machines::load_chart::LoadChart;
+use crate::report::scene::Scene;
+use crate::{margins_figure, plot, sizing_figure};
+
+/// Draw a machine.
+pub fn machine(args: &DrawArgs) -> Result<()> {
+    let kind = args.output.extension().unwrap_or_default();
+    ensure!(
+        kind == "svg" || kind == "png",
+        "--output {} must end in .svg or .png",
+        args.output.display()
+    );
+    let machine = read(&args.machine)?;
+    let chart = LoadChart::new(&machine, args.dynamic_factor)?;
+    write(args.csv.as_deref(), |file| chart.write_csv(file))?;
+    let name = Path::new(&args.machine).file_stem().unwrap_or_default();
+    Sheet::new(&name.to_string_lossy(), machine, chart)?.write(&args.output)?;
+    print(format_args!("{} written\n", args.output.display()))
+}
+
+/// Write what a page needs to draw it in motion.
+pub fn scene(args: &SceneArgs) -> Result<()> {
+    let machine = read(&args.machine)?;
+    let scene = Scene::new(&machine)?;
+    write(Some(&args.out), |file| {
+        Ok(serde_json::to_writer(file, &scene.live(&machine))?)
+    })?;
+    print(format_args!("{} written\n", args.out.display()))
+}
+
+/// Draw the signals of a file.
+pub fn signals(args: &PlotArgs) -> Result<()> {
+    let folder = args.out.as_deref().or(args.csv.parent());
+    let folder = folder.unwrap_or(Path::new("."));
+    for file in plot::draw(&args.csv, &args.signals, folder)? {
+        print(format_args!("{}\n", file.display()))?;
+    }
+    Ok(())
+}
+
+/// Motors and actuators beside what they do, and torque over speed of each.
+pub fn sizing(args: &SizingArgs) -> Result<Verdict> {
+    let (verdict, found) = sizing::sizing(args)?;
+    if let Some(folder) = &args.figures {
+        for (case, sizing) in &found {
+            written(sizing_figure::draw(sizing, case, folder)?)?;
+        }
+    }
+    Ok(verdict)
+}
+
+/// Whether the machine can do a path, and its margins on the way.
+pub fn path(args: &CheckArgs) -> Result<()> {
+    let margins = path::check(args)?;
+    if let Some(folder) = &args.figures {
+        written(margins_figure::draw(&margins, folder)?)?;
+    }
+    path::verdict(&margins)
+}
+
+fn written(files: [PathBuf; 2]) -> Result<()> {
+    for file in files {
+        print(format_args!("figure written to {}\n", file.display()))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,225 @@
+//! How the controller's state advances over a communication step: at once, from sample to sample, or
+//! with commands that act late.
+
+use super::Controller;
+use crate::drive::{Reading, VoltageLaw};
+use crate::error::{ControllerError, STEP_MAX};
+use crate::evaluation::Evaluation;
+use crate::law::WEIGHING_JOINT;
+use crate::measured::{DELAY_MAX, SAMPLES_MAX, SLACK, Timing, predicted};
+use crate::nominal::Nominal;
+use crate::reference::Reference;
+use crate::settings::{Level, Settings};
+use crate::signals::Input;
+use crate::state::State;
+use crate::supervisor::Stage;
+use crate::tracking::at_joints;
+
+impl Controller {
+    /// Advances from the communication point `t` by `h`, both s, with the measurements held; `now`
+    /// is the evaluation of the present state and `input`. On error nothing has changed.
+    ///
+    /// # Errors
+    /// A step that is not positive or too long, and as [`Controller::evaluate`].
+    pub fn step(
+        &mut self,
+        now: &Evaluation,
+        settings: &Settings,
+        input: &Input,
+        t: f64,
+        h: f64,
+    ) -> Result<(), ControllerError> {
+        if !(h > 0.0 && h <= STEP_MAX) {
+            return Err(ControllerError::BadStep { t, h });
+        }
+        let omega = settings.gains.omega_speed;
+        let input = &self.state.joints.observed(input, omega);
+        match self.timing {
+            Timing { delay: 1.., .. } => self.step_delayed(now, settings, input, t, h)?,
+            Timing { sample_time, .. } if sample_time > 0.0 => {
+                self.step_sampled(now, settings, input, t, h)?;
+            }
+            _ => {
+                self.advance(now, settings, input, h);
+                self.state.t = t + h;
+            }
+        }
+        if let (true, Some(machine)) = (omega > 0.0, &now.machine) {
+            let (zeta, rate) = (&input.zeta, &input.zeta_dot);
+            let joints = &mut self.state.joints;
+            *joints = joints.advanced(zeta, rate, &machine.zeta_ddot_r, omega, h);
+        }
+        self.take_over_load(settings);
+        Ok(())
+    }
+
+    /// Takes over what the path says of the load, if the controller is told.
+    #[inline]
+    fn take_over_load(&mut self, settings: &Settings) {
+        if settings.load_told && settings.level == Level::Machine {
+            let t = self.state.motion_time(settings.gains.settle_time);
+            let load = self.reference.load(t);
+            if let Some(load) = load.filter(|load| load != self.state.bodies.load()) {
+                self.tell_load(&load);
+            }
+        }
+    }
+
+    /// All states but the observer's and the samples over an interval of `h` s in which the
+    /// measurements and commands of `now` are held.
+    fn advance(&mut self, now: &Evaluation, settings: &Settings, input: &Input, h: f64) {
+        let settings = &*self.state.supervisor.in_force(settings);
+        let Self {
+            nominal,
+            reference,
+            state,
+            ..
+        } = self;
+        if let Some(machine) = &now.machine {
+            if let Some(inertia) = &machine.weighing {
+                let torque = now.output.tau_wrist[WEIGHING_JOINT - 3];
+                let rate = input.zeta_dot[WEIGHING_JOINT];
+                state.bodies.weigh(torque, rate, inertia, h);
+            } else if !now.is_at_force_limit() && state.supervisor.stage() < Stage::Frozen {
+                let law = settings.mode.law();
+                law.learn(&mut state.bodies, &machine.motions, &settings.gains, h);
+            }
+        }
+        let is_at_limit = now.is_at_limit(&nominal.tau_wrist_max);
+        if let (Some(machine), false) = (&now.machine, is_at_limit) {
+            for (i, rate) in machine.memory_rate.into_iter().enumerate() {
+                let prime = machine.strokes.get(i).map(|stroke| stroke.prime);
+                if !prime.is_some_and(|prime| now.leads_beyond(i, rate / prime)) {
+                    state.memory[i] += h * rate;
+                }
+            }
+        }
+        let is_braked = state.supervisor.stage() >= Stage::Braking;
+        let rests = is_braked || is_at_limit || (0..3).any(|i| now.leads_beyond(i, now.push[i]));
+        now.errors.advance(&mut state.integral, rests, h);
+        if state.supervisor.stage() != Stage::Off {
+            supervise(nominal, reference, state, settings, now, input, h);
+        }
+        if let Some(rates) = reference.rates() {
+            let command = settings.rate_command;
+            rates.advance(&mut state.motion, &nominal.tree, command, input, h);
+        }
+        for (i, drive) in state.drives.iter_mut().enumerate() {
+            let law = VoltageLaw {
+                actuator: &nominal.actuators[i],
+                settings,
+            };
+            law.advance(drive, &Reading::of(input, i), &now.commands[i], h);
+        }
+    }
+
+    /// A step without delay: measurements are held from one sample to the next, those of a sample
+    /// inside the step are `input`.
+    fn step_sampled(
+        &mut self,
+        now: &Evaluation,
+        settings: &Settings,
+        input: &Input,
+        t: f64,
+        h: f64,
+    ) -> Result<(), ControllerError> {
+        let T = self.timing.sample_time;
+        if h > SAMPLES_MAX * T {
+            return Err(ControllerError::BadStep { t, h });
+        }
+        let before = self.state.clone();
+        let (end, slack) = (t + h, SLACK * T);
+        let mut now = *now;
+        loop {
+            let sampling = &mut self.state.sampling;
+            let measured = *sampling.held.get_or_insert(*input);
+            let next = self.timing.sample(self.state.t_start, sampling.count + 1);
+            if next > end + slack {
+                return Ok(());
+            }
+            self.advance(&now, settings, &measured, T);
+            self.state.t = next;
+            self.state.sampling.count += 1;
+            self.state.sampling.held = None;
+            if next >= end - slack {
+                return Ok(());
+            }
+            match self.evaluate(settings, input) {
+                Ok(inside) => now = inside,
+                Err(error) => {
+                    self.state = before;
+                    return Err(error);
+                }
+            }
+        }
+    }
+
+    /// A step after which the outputs belong to the time at which they act: measurements are
+    /// predicted over the delay, with the commands that act meanwhile.
+    fn step_delayed(
+        &mut self,
+        now: &Evaluation,
+        settings: &Settings,
+        input: &Input,
+        t: f64,
+        h: f64,
+    ) -> Result<(), ControllerError> {
+        let T = self.timing.sample_time;
+        let delay = self.timing.delay.min(DELAY_MAX) as usize;
+        let mut sampling = self.state.sampling;
+        sampling.plan(delay, now.plan());
+        let due = self.timing.sample(self.state.t_start, sampling.count);
+        if T == 0.0 || t >= due - SLACK * T {
+            let (mut ahead, mut lead) = sampling.first(input, h);
+            for planned in sampling.planned(delay) {
+                ahead = predicted(&self.nominal, settings.alpha, &ahead, planned, lead, t, h)?;
+                lead = 0.0;
+            }
+            let acts = t + delay as f64 * h;
+            let measured = *sampling.held.as_ref().unwrap_or(input);
+            self.advance(now, settings, &measured, (acts - self.state.t).max(0.0));
+            self.state.t = acts;
+            sampling.hold(ahead);
+        }
+        sampling.pass();
+        self.state.sampling = sampling;
+        Ok(())
+    }
+}
+
+/// Advances the supervisor by `h` s, and what its new stages ask of the rest of the state.
+fn supervise(
+    nominal: &Nominal,
+    reference: &Reference,
+    state: &mut State,
+    settings: &Settings,
+    now: &Evaluation,
+    input: &Input,
+    h: f64,
+) {
+    let (supervisor, ratings) = (&mut state.supervisor, &nominal.ratings);
+    let errors = now.rod_errors(&input.F);
+    let is_overloaded = now.is_overloaded(&input.F, ratings);
+    if supervisor.stage() < Stage::Braking {
+        supervisor.feel(&now.output.tau_wrist, h);
+    }
+    let Some(fall) = supervisor.advance(&errors, is_overloaded, ratings, state.t, h) else {
+        return;
+    };
+    // What it asks for, Λ z, stays.
+    state.integral *= fall;
+    let stage = state.supervisor.stage();
+    if stage >= Stage::Stopping && state.supervisor.stop().is_none() {
+        let gains = &settings.gains;
+        let t = state.motion_time(gains.settle_time);
+        let target = reference.target(nominal, &state.motion, input, t);
+        let [zeta_dot, integral] = target
+            .map(|target| at_joints(&target, nominal, gains, &state.integral, &input.zeta))
+            .unwrap_or_default();
+        state.integral = integral;
+        state.supervisor.stop_from(input.zeta.into(), zeta_dot);
+    }
+    if stage >= Stage::Braking {
+        state.supervisor.brake_at(&input.zeta);
+    }
+}
