@@ -186,7 +186,8 @@ impl State {
         }
     }
 
-    /// That all of it is finite.
+    /// That all of it is finite, and so are powers and losses, which are products of up to four of
+    /// its numbers.
     pub(crate) fn check_finite(&self, t: f64) -> Result<(), StepError> {
         let values = [
             ("i_d", self.i_d),
@@ -205,6 +206,12 @@ impl State {
             ("T_winding", self.thermal.T_winding),
             ("T_housing", self.thermal.T_housing),
             ("energy.heat", self.thermal.given),
+            ("i_d^4", self.i_d.powi(4)),
+            ("i_q^4", self.i_q.powi(4)),
+            ("theta_m^4", self.theta_m.powi(4)),
+            ("w_m^4", self.w_m.powi(4)),
+            ("x^4", self.x.powi(4)),
+            ("x_dot^4", self.x_dot.powi(4)),
         ];
         check_finite(t, values)
     }
@@ -231,5 +238,29 @@ impl Point {
             d: self.i_d,
             q: self.i_q,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Found by random calls: currents that ran away within a step were finite, and `P_in`, which is
+    /// ∞ − ∞ then, was not a number.
+    #[test]
+    fn numbers_whose_powers_are_no_numbers_are_refused() {
+        let run_away = State {
+            i_d: 1e200,
+            i_q: -1e200,
+            ..State::default()
+        };
+        let error = run_away.check_finite(0.5).expect_err("1e800");
+        let expected = "t = 0.5 s: `i_d^4` became inf; it must be finite";
+        assert_eq!(error.to_string(), expected);
+        let largest = State {
+            i_d: 1e77,
+            ..State::default()
+        };
+        assert!(largest.check_finite(0.5).is_ok());
     }
 }
