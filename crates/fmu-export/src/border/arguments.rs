@@ -44,12 +44,6 @@ impl<T: Copy> Array<T> {
 }
 
 impl<T: Copy> ArrayMut<T> {
-    /// How many elements there are.
-    #[inline]
-    pub(crate) fn len(self) -> usize {
-        self.1
-    }
-
     /// Writes the `k`-th element.
     #[inline]
     pub(crate) fn put(self, k: usize, value: T) {
@@ -66,6 +60,26 @@ impl<T: Copy> ArrayMut<T> {
             // SAFETY: within the array, which `array_mut` was promised to be writable during the
             // call.
             unsafe { self.0.add(k + j).write_unaligned(convert(*value)) }
+        }
+    }
+}
+
+impl<T> ArrayMut<T> {
+    /// How many elements there are.
+    #[inline]
+    pub(crate) fn len(self) -> usize {
+        self.1
+    }
+
+    /// Writes the bytes of elements from the `k`-th on.
+    pub(crate) fn put_bytes(self, k: usize, bytes: &[u8]) {
+        assert!(k <= self.1 && bytes.len() <= (self.1 - k) * size_of::<T>());
+        // SAFETY: within the array, which `array_mut` was promised to be writable during the call;
+        // `bytes` are ours.
+        unsafe {
+            bytes
+                .as_ptr()
+                .copy_to_nonoverlapping(self.0.add(k).cast(), bytes.len())
         }
     }
 }
@@ -139,6 +153,16 @@ pub(crate) unsafe fn bytes<'a>(name: &str, p: *const u8, n: usize) -> Result<&'a
     }
     // SAFETY: not NULL, not longer than memory; the rest is forwarded.
     Ok(unsafe { std::slice::from_raw_parts(p, n) })
+}
+
+/// The bytes of a C array to read.
+///
+/// # Safety
+/// As for [`bytes`].
+pub(crate) unsafe fn bytes_of<'a, T>(name: &str, p: *const T, n: usize) -> Result<&'a [u8], Fault> {
+    check(name, p, n)?;
+    // SAFETY: not longer than memory; the rest is forwarded.
+    unsafe { bytes(name, p.cast(), n * size_of::<T>()) }
 }
 
 /// C strings as text.

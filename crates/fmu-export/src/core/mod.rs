@@ -33,7 +33,7 @@ pub(crate) mod length;
 pub(crate) mod log;
 pub(crate) mod message;
 pub(crate) mod model;
-mod numbers;
+pub(crate) mod numbers;
 pub(crate) mod panic;
 pub(crate) mod parameter_file;
 pub(crate) mod parameters;

@@ -1,4 +1,4 @@
-//! Setting and getting numbers of any type but `f64` by block. All of them go one way, as bits, so
+//! Setting and getting numbers of any type but `f64` by block. All of them go one way, as bytes, so
 //! that a library has it once and not for each type. A batch is checked completely before anything
 //! is written.
 //!
@@ -18,21 +18,118 @@ impl Kind {
     fn is_of_integers(self) -> bool {
         matches!(self, Kind::Integer | Kind::Int64 | Kind::UInt64)
     }
+}
 
-    /// The number of these bits in a message.
-    #[cold]
-    fn shown(self, bits: u64) -> String {
-        typed!(self, T => T::of_bits(bits).shown())
+/// Numbers of a kind as an array of C has them.
+#[derive(Clone, Copy)]
+pub(crate) struct Numbers<'a> {
+    kind: Kind,
+    size: usize,
+    bytes: &'a [u8],
+}
+
+impl<'a> Numbers<'a> {
+    /// The numbers in `bytes`, on a machine whose first byte of a number is the least.
+    pub(crate) fn new(kind: Kind, bytes: &'a [u8]) -> Self {
+        let size = typed!(kind, T => size_of::<T>());
+        Self { kind, size, bytes }
     }
 
-    /// Whether the number of these bits is in the bounds, and fits where it is kept.
-    fn is_allowed(self, bits: u64, bounds: [f64; 2], kept: Kind) -> bool {
-        let fits = match self {
-            _ if kept == self => true,
-            Kind::UInt64 => i32::try_from(bits).is_ok(),
-            _ => i32::try_from(bits.cast_signed()).is_ok(),
+    fn len(self) -> usize {
+        self.bytes.len() / self.size
+    }
+
+    /// `n` of them from `first` on.
+    fn part(self, first: usize, n: usize) -> Self {
+        let bytes = &self.bytes[first * self.size..(first + n) * self.size];
+        Self { bytes, ..self }
+    }
+
+    fn bits(self, j: usize) -> u64 {
+        bits(&self.bytes[j * self.size..(j + 1) * self.size])
+    }
+
+    /// The `j`-th in a message.
+    #[cold]
+    fn shown(self, j: usize) -> String {
+        typed!(self.kind, T => T::of_bits(self.bits(j)).shown())
+    }
+
+    /// All of them as what they are, which is a `T`.
+    fn all<T: Value>(self) -> impl Iterator<Item = T> {
+        let numbers = self.bytes.chunks_exact(size_of::<T>());
+        numbers.map(|bytes| T::of_bits(bits(bytes)))
+    }
+
+    /// The first that is out of these bounds, or does not fit where it is kept.
+    fn wrong(self, bounds: [f64; 2], kept: Kind) -> Option<usize> {
+        typed!(self.kind, T => {
+            let is_right = |value: T| value.is_within(bounds);
+            if kept != self.kind {
+                let fits = |bits: u64| match self.kind {
+                    Kind::UInt64 => i32::try_from(bits).is_ok(),
+                    _ => i32::try_from(bits.cast_signed()).is_ok(),
+                };
+                let is_right = |bits| fits(bits) && is_right(T::of_bits(bits));
+                return (0..self.len()).find(|&j| !is_right(self.bits(j)));
+            }
+            // Without a branch for each.
+            if self.all().fold(true, |all, value| all & is_right(value)) {
+                return None;
+            }
+            self.all().position(|value| !is_right(value))
+        })
+    }
+
+    /// Writes all of them to as many places; whether that changes anything.
+    fn write<T: Value>(self, to: &mut [T]) -> bool {
+        let mut changed = false;
+        let put = |(to, value): (&mut T, T)| {
+            changed |= !to.is_same(&value);
+            *to = value;
         };
-        fits && typed!(self, T => T::of_bits(bits).is_within(bounds))
+        match T::KIND == self.kind {
+            true => to.iter_mut().zip(self.all()).for_each(put),
+            false => {
+                let values = (0..self.len()).map(|j| T::of_bits(self.bits(j)));
+                to.iter_mut().zip(values).for_each(put);
+            }
+        }
+        changed
+    }
+}
+
+/// The bits of a number of at most eight bytes.
+#[inline]
+fn bits(bytes: &[u8]) -> u64 {
+    let mut all = [0; 8];
+    all[..bytes.len()].copy_from_slice(bytes);
+    u64::from_le_bytes(all)
+}
+
+/// Numbers that are handed out at once.
+const PIECE: usize = 128;
+
+/// Hands out values as numbers of a kind, of which `put` receives the bytes and the index of the
+/// first.
+fn hand_out<T: Value>(values: &[T], kind: Kind, put: &mut dyn FnMut(usize, &[u8])) {
+    let mut piece = [0; 8 * PIECE];
+    for (k, values) in values.chunks(PIECE).enumerate() {
+        let fill = |(to, value): (&mut [u8], &T)| {
+            to.copy_from_slice(&value.bits().to_le_bytes()[..to.len()]);
+        };
+        let size = match T::KIND == kind {
+            true => {
+                let places = piece.chunks_exact_mut(size_of::<T>());
+                places.zip(values).for_each(fill);
+                size_of::<T>()
+            }
+            false => {
+                piece.chunks_exact_mut(8).zip(values).for_each(fill);
+                8
+            }
+        };
+        put(k * PIECE, &piece[..values.len() * size]);
     }
 }
 
@@ -43,16 +140,15 @@ impl<M: Model> Instance<M> {
         is_right.then(|| row.place.kind())
     }
 
-    /// Sets blocks of numbers of a kind: `number(k)` is that of the `k`-th block, None at the end of
-    /// the batch; `bits(j)` are those of the `j`-th of all `len` values.
+    /// Sets blocks of numbers: `number(k)` is that of the `k`-th block, None at the end of the
+    /// batch.
     #[inline(never)]
     pub(crate) fn set_numbers(
         &mut self,
-        kind: Kind,
         number: &dyn Fn(usize) -> Option<u32>,
-        len: usize,
-        bits: &dyn Fn(usize) -> u64,
+        all: Numbers,
     ) -> Result<(), Fault> {
+        let (kind, len) = (all.kind, all.len());
         let (mut parameters, mut from) = (false, 0);
         for block in (0..).map_while(number) {
             let (run, first, n) = self.layout.block(block)?;
@@ -64,21 +160,18 @@ impl<M: Model> Instance<M> {
                 return self.not_settable_as(block, kind.name(self.names));
             }
             let (element, kept) = (self.layout.elements(block)?.start, kept.unwrap_or(kind));
-            self.check_settable(element, kept, &|| kind.shown(bits(from)))?;
-            for j in 0..n {
-                let bits = bits(from + j);
-                if !kind.is_allowed(bits, run.bounds, kept) {
-                    return Err(self.not_allowed(run.row, first + j, &kind.shown(bits)));
-                }
+            self.check_settable(element, kept, &|| all.shown(from))?;
+            if let Some(j) = all.part(from, n).wrong(run.bounds, kept) {
+                return Err(self.not_allowed(run.row, first + j, &all.shown(from + j)));
             }
             parameters |= run.row.place.is_parameter();
             from += n;
         }
         check_number("nValues", len, from, OF_VARIABLES)?;
         if parameters {
-            self.set_number_parameters(number, bits)?;
+            self.set_number_parameters(number, all)?;
         }
-        self.set_number_inputs(number, bits)
+        self.set_number_inputs(number, all)
     }
 
     /// Writes what are parameters in a checked batch.
@@ -86,13 +179,13 @@ impl<M: Model> Instance<M> {
     fn set_number_parameters(
         &mut self,
         number: &dyn Fn(usize) -> Option<u32>,
-        bits: &dyn Fn(usize) -> u64,
+        given: Numbers,
     ) -> Result<(), Fault> {
         let mut all = Vec::new();
         for block in (0..).map_while(number) {
             let kept = self.layout.block(block)?.0.row.place.kind();
             for element in self.layout.elements(block)? {
-                all.push((element, kept, bits(all.len())));
+                all.push((element, kept, given.bits(all.len())));
             }
         }
         self.set_parameters(&|k| {
@@ -105,19 +198,16 @@ impl<M: Model> Instance<M> {
     fn set_number_inputs(
         &mut self,
         number: &dyn Fn(usize) -> Option<u32>,
-        bits: &dyn Fn(usize) -> u64,
+        all: Numbers,
     ) -> Result<(), Fault> {
         let (mut is_changed, mut is_evaluated, mut from) = (false, false, 0);
         for block in (0..).map_while(number) {
             let (run, first, n) = self.layout.block(block)?;
             let mut changed = run.row.counter.is_some();
             if let Some(inputs) = run.row.place.input_values_mut(&mut self.state.input.value) {
+                let given = all.part(from, n);
                 each!(ValuesMut, inputs, |inputs| {
-                    for (j, input) in inputs[first..first + n].iter_mut().enumerate() {
-                        let value = Value::of_bits(bits(from + j));
-                        changed |= !input.is_same(&value);
-                        *input = value;
-                    }
+                    changed |= given.write(&mut inputs[first..first + n]);
                 });
                 if let Some(counter) = run.row.counter {
                     self.state.count_sets(counter, n as u32);
@@ -133,15 +223,15 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Gets blocks of numbers of a kind: `put(j, bits)` receives those of the `j`-th of all `len`
-    /// values.
+    /// Gets blocks of numbers of a kind: `put` receives the bytes of some, of which the first is the
+    /// `j`-th of all `len` values.
     #[inline(never)]
     pub(crate) fn get_numbers(
         &mut self,
         kind: Kind,
         number: &dyn Fn(usize) -> Option<u32>,
         len: usize,
-        put: &mut dyn FnMut(usize, u64),
+        put: &mut dyn FnMut(usize, &[u8]),
     ) -> Result<(), Fault> {
         let mut from = 0;
         for block in (0..).map_while(number) {
@@ -163,12 +253,10 @@ impl<M: Model> Instance<M> {
                 let Some(values) = values.get(first..first + n) else {
                     return Err(not_as_long(row, values.len(), n));
                 };
-                for (j, value) in values.iter().enumerate() {
-                    if !value.is_finite() {
-                        return Err(not_finite(row, first + j, value));
-                    }
-                    put(from + j, value.bits());
+                if let Some(j) = values.iter().position(|value| !value.is_finite()) {
+                    return Err(not_finite(row, first + j, &values[j]));
                 }
+                hand_out(values, kind, &mut |j, bytes| put(from + j, bytes));
             });
             from += n;
         }

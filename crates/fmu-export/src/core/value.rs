@@ -137,13 +137,14 @@ impl Value for f32 {
     }
 }
 
-/// Whole numbers, which `$wide` holds with bounds.
+/// Whole numbers.
 macro_rules! integer {
-    ($($type:ty: $wide:ty;)*) => {$(
+    ($($type:ty)*) => {$(
         impl Value for $type {
+            /// Bounds are whole numbers of the type, or infinite.
             #[inline]
             fn is_within(&self, [min, max]: [f64; 2]) -> bool {
-                min as $wide <= <$wide>::from(*self) && <$wide>::from(*self) <= max as $wide
+                min as Self <= *self && *self <= max as Self
             }
 
             #[inline]
@@ -170,8 +171,7 @@ macro_rules! integer {
     )*};
 }
 
-// Conversions to 128 bits are exact within bounds, and saturate beyond.
-integer! { i8: f64; u8: f64; i16: f64; u16: f64; i32: f64; u32: f64; i64: i128; u64: i128; }
+integer! { i8 u8 i16 u16 i32 u32 i64 u64 }
 
 impl Value for bool {
     #[inline]

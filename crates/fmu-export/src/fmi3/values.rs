@@ -7,12 +7,12 @@ use super::ffi::*;
 use super::instance::{Body, Fmi3};
 use super::order::{GET, SET};
 use crate::Model;
-use crate::border::arguments::{Array, ArrayMut, array, array_mut, bytes, texts};
+use crate::border::arguments::{Array, ArrayMut, array, array_mut, bytes, bytes_of, texts};
 use crate::border::call::{C, G};
 use crate::border::functions::functions;
 use crate::core::fault::{Fault, OF_VARIABLES, check_number};
+use crate::core::numbers::Numbers;
 use crate::core::place::Kind;
-use crate::core::value::Value;
 
 functions! { ($) Fmi3 export_fmi3_values;
     fmi3GetFloat64 [GET] (vr: *const ValueReference, n: usize, values: *mut f64, n_values: usize)
@@ -84,7 +84,7 @@ macro_rules! numbers {
             $get $may_get (vr: *const ValueReference, n: usize, values: *mut $type, n_values: usize)
                 |b| get(b, Kind::$kind, array(VR, vr, n)?, array_mut("values", values, n_values)?);
             $set $may_set (vr: *const ValueReference, n: usize, values: *const $type, n_values: usize)
-                |b| set(b, Kind::$kind, array(VR, vr, n)?, array("values", values, n_values)?);
+                |b| set(b, Kind::$kind, array(VR, vr, n)?, bytes_of("values", values, n_values)?);
         )* }
     };
 }
@@ -102,27 +102,26 @@ numbers! { ($) export_fmi3_numbers;
     UInt64 u64: fmi3GetUInt64 [GET | G] fmi3SetUInt64 [SET | G];
 }
 
-/// Gets numbers of a kind, which in C are of the type `C`.
-fn get<M: Model, C: Value + Copy>(
+/// Gets numbers of a kind.
+fn get<M: Model, C: Copy>(
     b: &mut Body<M>,
     kind: Kind,
     vr: Array<ValueReference>,
     to: ArrayMut<C>,
 ) -> Result<(), Fault> {
     b.check_update(|k| vr.at(k))?;
-    let put = &mut |k, bits| to.put(k, C::of_bits(bits));
+    let put = &mut |k, bytes: &[u8]| to.put_bytes(k, bytes);
     (b.instance).get_numbers(kind, &|k| vr.at(k), to.len(), put)
 }
 
-/// Sets numbers of a kind.
-fn set<M: Model, C: Value + Copy>(
+/// Sets numbers of a kind, which are in `bytes`.
+fn set<M: Model>(
     b: &mut Body<M>,
     kind: Kind,
     vr: Array<ValueReference>,
-    values: Array<C>,
+    bytes: &[u8],
 ) -> Result<(), Fault> {
-    let bits = &|k| values.get(k).bits();
-    (b.instance).set_numbers(kind, &|k| vr.at(k), values.len(), bits)?;
+    (b.instance).set_numbers(&|k| vr.at(k), Numbers::new(kind, bytes))?;
     b.note_set();
     Ok(())
 }

@@ -27,10 +27,11 @@ pub mod vr {
     pub const COUNTS: u32 = 52;
     pub const R: [u32; 2] = [53, 54];
     pub const HEATING: u32 = 55;
-    pub const T: u32 = 56;
-    pub const PAIRS: u32 = 57;
-    pub const SHOWN: u32 = 58;
-    pub const DER_T: u32 = 59;
+    pub const SWITCHES: u32 = 56;
+    pub const T: u32 = 57;
+    pub const PAIRS: u32 = 58;
+    pub const SHOWN: u32 = 59;
+    pub const DER_T: u32 = 60;
 }
 
 /// The reference of an element of a long row in FMI 2.0.
@@ -138,6 +139,14 @@ impl Rod3 {
         let mut values = vec![f64::NAN; n];
         self.ok(self.try_get(vr, &mut values));
         values
+    }
+
+    pub fn set_whole(&self, vr: u32, values: &[i32]) -> Status {
+        unsafe { fmi3SetInt32(self.c, &vr, 1, values.as_ptr(), values.len()) }
+    }
+
+    pub fn try_get_whole(&self, vr: u32, values: &mut [i32]) -> Status {
+        unsafe { fmi3GetInt32(self.c, &vr, 1, values.as_mut_ptr(), values.len()) }
     }
 
     pub fn start(&self) {

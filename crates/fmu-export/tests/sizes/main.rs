@@ -259,10 +259,10 @@ fn descriptions_have_dimensions_and_names_of_elements() {
         r#"<Dimension start="1000"/>"#,
         r#"<Float64 name="motor[2].winding.R" valueReference="54""#,
         r#"start="280.0 281.0 282.0 283.0 284.0""#,
-        r#"<Output valueReference="57" dependencies="55 56" dependenciesKind="dependent dependent"/>"#,
-        r#"<ContinuousStateDerivative valueReference="59" dependencies="55 56" dependenciesKind="dependent dependent"/>"#,
-        r#"<Float64 name="der(T)" valueReference="59""#,
-        r#"<InitialUnknown valueReference="56" dependencies="3" dependenciesKind="dependent"/>"#,
+        r#"<Output valueReference="58" dependencies="55 57" dependenciesKind="dependent dependent"/>"#,
+        r#"<ContinuousStateDerivative valueReference="60" dependencies="55 57" dependenciesKind="dependent dependent"/>"#,
+        r#"<Float64 name="der(T)" valueReference="60""#,
+        r#"<InitialUnknown valueReference="57" dependencies="3" dependenciesKind="dependent"/>"#,
     ] {
         assert!(xml.contains(part), "{part} in {xml:.3000}");
     }
@@ -295,6 +295,30 @@ fn descriptions_have_dimensions_and_names_of_elements() {
     }
 }
 
+/// Longer than what is handed out at once; the last is looked at as the first is, before any is
+/// written.
+#[test]
+fn whole_numbers_are_set_and_read_as_one_array() {
+    let n = 1001;
+    let fmu = Rod3::sized(n as u64);
+    let mut given: Vec<i32> = (0..n).map(|k| (70_000 - 71 * k).max(-5)).collect();
+    fmu.ok(fmu.set_whole(vr::SWITCHES, &given));
+    let read = || {
+        let mut found = vec![0; given.len()];
+        fmu.ok(fmu.try_get_whole(vr::SWITCHES, &mut found));
+        found
+    };
+    assert_eq!(read(), given);
+    let mut wrong = vec![3; given.len()];
+    *wrong.last_mut().unwrap() = -6;
+    assert_eq!(fmu.set_whole(vr::SWITCHES, &wrong), Status::Discard);
+    let said = fmu.said();
+    assert!(said.contains("`switches[1001]` = -6"), "{said}");
+    assert_eq!(read(), given);
+    given.pop();
+    assert_eq!(fmu.set_whole(vr::SWITCHES, &given), Status::Error);
+}
+
 /// Times beside those of a memcpy of as many bytes, for a reader: `cargo test --profile fmu-release
 /// -p fmu-export --test sizes -- --ignored --nocapture`.
 #[test]
@@ -321,6 +345,15 @@ fn times_of_arrays() {
         fmu.ok(fmu.set(vr::HEATING, &from));
     });
     fmu.step(0.0, 0.1);
+    let mut whole = vec![5; n];
+    say("set whole numbers, half as many bytes", &mut || {
+        whole[7] ^= 1;
+        fmu.ok(fmu.set_whole(vr::SWITCHES, &whole));
+    });
+    fmu.step(0.1, 0.1);
+    say("get whole numbers", &mut || {
+        fmu.ok(fmu.try_get_whole(vr::SWITCHES, &mut whole));
+    });
     say("get", &mut || fmu.ok(fmu.try_get(vr::T, &mut to)));
     let mut state = fmu.save();
     say("save", &mut || {

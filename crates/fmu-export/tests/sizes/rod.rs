@@ -52,6 +52,9 @@ pub struct Input {
     /// Heating of each cell
     #[fmu(unit = "K/s", len = p.n, max = 1e3)]
     pub heating: Vec<f64>,
+    /// How each cell is switched
+    #[fmu(len = p.n, min = -5.0, max = 1e6)]
+    pub switches: Vec<i32>,
 }
 
 #[derive(Output)]
