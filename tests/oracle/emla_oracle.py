@@ -18,6 +18,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from golden import write
 from wave import Wave
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -108,6 +109,7 @@ def voltages(t, y, case):
 
 
 def run(case):
+    """The states every `EVERY` steps, each with the voltages of the steps that lead to it."""
     y, rows, volts, impulse = start(case), [], [], 0.0
     free = len(y) == 7
     for k in range(STEPS + 1):
@@ -115,9 +117,11 @@ def run(case):
         if k % EVERY == 0:
             x, x_dot = y[5:7] if free else (case["x"](t), case["x"](t, 1))
             F = spring(y[2], y[3], x, x_dot) - P["C_act"] * x_dot
-            rows.append([F, impulse / H if k else case["F_hold"], *currents(y), y[3], x])
+            state = [F, impulse / H if k else case["F_hold"], *currents(y), y[3], x]
+            rows.append({"volts": volts, "state": state})
+            volts = []
         if k == STEPS:
-            return rows, volts
+            return rows
         v = voltages(t, y, case)
         volts.append(v)
         y[4] = 0.0
@@ -138,19 +142,19 @@ def cases():
 
 
 def main():
-    golden = {"made_by": "tests/oracle/emla_oracle.py", "h": H, "every": EVERY, "cases": {}}
+    golden = {"made_by": "tests/oracle/emla_oracle.py", "h": H, "cases": {}}
     golden["columns"] = ["F", "F_mean", "i_d", "i_q", "w_m", "x"]
     for name, case in cases().items():
-        rows, volts = run(case)
+        rows = run(case)
         inputs = {k: v.json() for k, v in case.items() if k in ("x", "F_ext")}
-        golden["cases"][name] = inputs | {"F_hold": case["F_hold"], "volts": volts, "rows": rows}
-        F, i_d, i_q, w, x = np.array(rows)[:, [0, 2, 3, 4, 5]].T
+        golden["cases"][name] = inputs | {"F_hold": case["F_hold"], "rows": rows}
+        F, i_d, i_q, w, x = np.array([row["state"] for row in rows])[:, [0, 2, 3, 4, 5]].T
+        volts = np.array([v for row in rows for v in row["volts"]])
         quadrants = [int(np.sum((np.sign(F) == f) & (np.sign(w) == s))) for f in (1, -1) for s in (1, -1)]
         ranges = [f"{n} {v.min():.5g}..{v.max():.5g}" for n, v in
-                  [("F", F), ("i_d", i_d), ("i_q", i_q), ("w_m", w), ("x", x), ("v", np.array(volts))]]
+                  [("F", F), ("i_d", i_d), ("i_q", i_q), ("w_m", w), ("x", x), ("v", volts)]]
         print(f"{name}: {', '.join(ranges)}; rows with (F, w) ++ +- -+ --: {quadrants}")
-    text = json.dumps(golden, indent=None, separators=(",", ":")).replace("],[", "],\n[")
-    (HERE / "emla_golden.json").write_text(text + "\n")
+    write(HERE / "emla_golden.json", golden)
 
 
 if __name__ == "__main__":

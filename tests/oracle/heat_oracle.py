@@ -7,12 +7,12 @@ and housing at every instant, and two thermal nodes that its losses warm.
     /tmp/venv/bin/python tests/oracle/heat_oracle.py
 """
 
-import json
 import math
 
 import emla_oracle as drive
 import numpy as np
 from emla_oracle import H, LEAD, P, TRAVEL
+from golden import write
 from scipy.integrate import solve_ivp
 
 STEPS = 500
@@ -78,12 +78,12 @@ def main():
         assert solution.success, solution.message
         y = list(solution.y[:, -1])
         if (k + 1) % 50 == 0:
-            rows.append(y[4:])
+            rows.append({"volts": volts, "state": y[4:]})
+            volts = []
     golden = {"made_by": "tests/oracle/heat_oracle.py", "air": AIR, "start": START, "F_hold": case["F_hold"], "x": case["x"].json(),
-              "columns": ["T_winding", "T_housing", "energy.loss", "energy.loss_inverter", "energy.heat"], "volts": volts, "rows": rows}
-    text = json.dumps(golden, separators=(",", ":")).replace("],[", "],\n[")
-    (drive.HERE / "heat_golden.json").write_text(text + "\n")
-    print(rows[-1])
+              "columns": ["T_winding", "T_housing", "energy.loss", "energy.loss_inverter", "energy.heat"], "rows": rows}
+    write(drive.HERE / "heat_golden.json", golden)
+    print(rows[-1]["state"])
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ mod blending;
 mod dc_link;
 mod derivatives;
 mod electric;
+mod golden;
 mod identities;
 mod oracle;
 mod oracle_derivatives;

@@ -3,14 +3,14 @@
 use emla::{Drive, Emla, Input, State, maps};
 use machine::Machine;
 use serde::Deserialize;
-use std::f64::consts::{FRAC_PI_2, TAU};
+
+use super::golden::{Row, Wave};
 
 const GOLDEN: &str = include_str!("../../../tests/oracle/emla_golden.json");
 
 #[derive(Deserialize)]
 struct Golden {
     h: f64,
-    every: usize,
     columns: Vec<String>,
     cases: Cases,
 }
@@ -27,26 +27,7 @@ struct Case {
     #[serde(default)]
     F_ext: Wave,
     F_hold: f64,
-    volts: Vec<[f64; 2]>,
-    rows: Vec<[f64; 6]>,
-}
-
-/// `offset + Σ amplitude·sin(2π·frequency·t + phase)`.
-#[derive(Default, Deserialize)]
-struct Wave {
-    offset: f64,
-    terms: Vec<[f64; 3]>,
-}
-
-impl Wave {
-    fn at(&self, t: f64, order: i32) -> f64 {
-        let offset = if order == 0 { self.offset } else { 0.0 };
-        let term = |&[amplitude, frequency, phase]: &[f64; 3]| {
-            let w = TAU * frequency;
-            amplitude * w.powi(order) * (w * t + phase + f64::from(order) * FRAC_PI_2).sin()
-        };
-        offset + self.terms.iter().map(term).sum::<f64>()
-    }
+    rows: Vec<Row<[f64; 6]>>,
 }
 
 /// Largest deviations from the golden rows, and what the bounds on them depend on.
@@ -86,40 +67,41 @@ fn compare(golden: &Golden, case: &Case, drive: Drive) -> Worst {
     let mut worst = Worst::default();
     let (mut one_direction, mut one_sign) = (true, true);
     let (mut F_before, mut w_m_before) = (case.F_hold, s.w_m);
+    let mut held = None;
+    let mut k = 0;
     let grow = |worst: &mut f64, a: f64, b: f64| *worst = worst.max((a - b).abs());
-    for k in 0..=case.volts.len() {
-        let t = k as f64 * golden.h;
-        let v = case.volts.get(k).copied().unwrap_or_default();
-        if k % golden.every == 0 {
-            let [F, F_mean, i_d, i_q, w_m, x] = case.rows[k / golden.every];
-            let y = emla.output(&s, &input(case, t, v));
-            one_direction &= w_m > 0.0;
-            one_sign &= F > 0.0;
-            if one_direction {
-                grow(&mut worst.F_one_direction, y.F, F);
-            }
-            if one_sign {
-                grow(&mut worst.F_one_sign, y.F, F);
-            }
-            if F * F_before < 0.0 {
-                let interval = golden.every as f64 * golden.h;
-                grow(&mut worst.w_m_dot, w_m / interval, w_m_before / interval);
-            }
-            (F_before, w_m_before) = (F, w_m);
-            grow(&mut worst.F, y.F, F);
-            grow(&mut worst.F_mean, y.F_mean, F_mean);
-            grow(&mut worst.current, y.i_d, i_d);
-            grow(&mut worst.current, y.i_q, i_q);
-            grow(&mut worst.speed, y.w_m, w_m);
-            grow(&mut worst.position, y.x_rod, x);
-        }
-        if k < case.volts.len() {
-            let before = case.volts[k.saturating_sub(1)][1];
-            grow(&mut worst.v_dot, v[1] / golden.h, before / golden.h);
+    for row in &case.rows {
+        for &v in &row.volts {
+            let before = held.replace(v).unwrap_or(v);
+            grow(&mut worst.v_dot, v[1] / golden.h, before[1] / golden.h);
+            let t = f64::from(k) * golden.h;
             s = emla
                 .step(&s, |after| input(case, t + after, v), t, golden.h)
                 .expect("finite");
+            k += 1;
         }
+        let [F, F_mean, i_d, i_q, w_m, x] = row.state;
+        let volts = held.unwrap_or_default();
+        let y = emla.output(&s, &input(case, f64::from(k) * golden.h, volts));
+        one_direction &= w_m > 0.0;
+        one_sign &= F > 0.0;
+        if one_direction {
+            grow(&mut worst.F_one_direction, y.F, F);
+        }
+        if one_sign {
+            grow(&mut worst.F_one_sign, y.F, F);
+        }
+        if F * F_before < 0.0 {
+            let interval = row.volts.len() as f64 * golden.h;
+            grow(&mut worst.w_m_dot, w_m / interval, w_m_before / interval);
+        }
+        (F_before, w_m_before) = (F, w_m);
+        grow(&mut worst.F, y.F, F);
+        grow(&mut worst.F_mean, y.F_mean, F_mean);
+        grow(&mut worst.current, y.i_d, i_d);
+        grow(&mut worst.current, y.i_q, i_q);
+        grow(&mut worst.speed, y.w_m, w_m);
+        grow(&mut worst.position, y.x_rod, x);
     }
     worst
 }

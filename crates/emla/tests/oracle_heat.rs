@@ -4,7 +4,8 @@
 use emla::{Drive, Electric, Emla, Input};
 use machine::Machine;
 use serde::Deserialize;
-use std::f64::consts::{FRAC_PI_2, TAU};
+
+use super::golden::{Row, Wave};
 
 #[derive(Deserialize)]
 struct Golden {
@@ -12,26 +13,7 @@ struct Golden {
     start: [f64; 2],
     F_hold: f64,
     x: Wave,
-    volts: Vec<[f64; 2]>,
-    rows: Vec<[f64; 5]>,
-}
-
-/// `offset + Σ amplitude·sin(2π·frequency·t + phase)`.
-#[derive(Deserialize)]
-struct Wave {
-    offset: f64,
-    terms: Vec<[f64; 3]>,
-}
-
-impl Wave {
-    fn at(&self, t: f64, order: i32) -> f64 {
-        let offset = if order == 0 { self.offset } else { 0.0 };
-        let term = |&[amplitude, frequency, phase]: &[f64; 3]| {
-            let w = TAU * frequency;
-            amplitude * w.powi(order) * (w * t + phase + f64::from(order) * FRAC_PI_2).sin()
-        };
-        offset + self.terms.iter().map(term).sum::<f64>()
-    }
+    rows: Vec<Row<[f64; 5]>>,
 }
 
 /// Temperatures, as rises since the start, and energies agree to 1e-6 of the largest of their kind.
@@ -55,23 +37,26 @@ fn a_warm_drive_follows_the_independent_integration() {
         F_hold: golden.F_hold,
         ..Input::default()
     };
-    let first = input(0.0, golden.volts[0]);
+    let first = input(0.0, golden.rows[0].volts[0]);
     let mut s = emla.start_at(&first, golden.start).expect("finite");
     let mut worst = [0.0_f64; 5];
-    for (k, &v) in golden.volts.iter().enumerate() {
-        let t = k as f64 * 1e-3;
-        s = emla
-            .step(&s, |after| input(t + after, v), t, 1e-3)
-            .expect("finite");
-        if (k + 1) % 50 == 0 {
-            let y = emla.output(&s, &input(t + 1e-3, v));
-            let found = [y.T_winding, y.T_housing, y.E_loss, y.E_inverter, y.E_heat];
-            for (worst, (a, b)) in worst.iter_mut().zip(found.iter().zip(golden.rows[k / 50])) {
-                *worst = worst.max((a - b).abs());
-            }
+    let mut k = 0;
+    for row in &golden.rows {
+        for &v in &row.volts {
+            let t = f64::from(k) * 1e-3;
+            s = emla
+                .step(&s, |after| input(t + after, v), t, 1e-3)
+                .expect("finite");
+            k += 1;
+        }
+        let held = *row.volts.last().expect("voltages");
+        let y = emla.output(&s, &input(f64::from(k) * 1e-3, held));
+        let found = [y.T_winding, y.T_housing, y.E_loss, y.E_inverter, y.E_heat];
+        for (worst, (a, b)) in worst.iter_mut().zip(found.iter().zip(row.state)) {
+            *worst = worst.max((a - b).abs());
         }
     }
-    let last = golden.rows.last().expect("rows");
+    let last = golden.rows.last().expect("rows").state;
     let scale = [
         (last[0] - golden.start[0]).abs(),
         (last[1] - golden.start[1]).abs(),
