@@ -173,7 +173,7 @@ fn pytest(workspace: &Workspace, fmi_sim: Option<PathBuf>) -> Result<()> {
             // crashes ends the run: what would take its place waits for ever (pytest-xdist 3.8 with
             // `loadfile`).
             .args(["-m", "pytest", "tests", "-n", "2", "--dist", "loadfile"])
-            .args(["--max-worker-restart", "0"])
+            .args(["--max-worker-restart", "0", "--durations", "15"])
             .env("FMU_DIR", workspace.fmu_dir())
             .envs(is_ci().then_some(("REPORT_BROWSER", "required")))
             .envs(fmi_sim.map(|program| ("FMI_SIM", program))),

@@ -171,6 +171,24 @@ fn integers_booleans_and_outputs_are_arrays_too() {
     assert_eq!(fmu.get(vr::PAIRS, 5), [1.0, 3.0, 6.0, 12.0, 24.0]);
 }
 
+/// Neither the way along the direction nor the way back is open: the sum of what one input does after
+/// the other. Oracle: the outputs are sums of two neighbours. Tolerance: rounding of 1000 K/s over a
+/// step of ∛ε of the largest seed.
+#[test]
+fn inputs_at_opposite_bounds_have_directional_derivatives() {
+    let fmu = Rod3::new();
+    fmu.ok(fmu.set(vr::HEATING, &[1e3, -1e3, 0.0, 0.0, 0.0]));
+    fmu.start();
+    let (seed, mut found) = ([2.0, 5.0, 1.0, 0.0, 0.0], [f64::NAN; 5]);
+    fmu.ok(unsafe {
+        let (seed, found) = (seed.as_ptr(), found.as_mut_ptr());
+        fmi3GetDirectionalDerivative(fmu.c, &vr::PAIRS, 1, &vr::HEATING, 1, seed, 5, found, 5)
+    });
+    for (found, expected) in found.iter().zip([2.0, 7.0, 6.0, 1.0, 0.0]) {
+        assert!((found - expected).abs() < 1e-6, "{found}, not {expected}");
+    }
+}
+
 /// Oracle: the rate of a mode is its eigenvalue times it.
 #[test]
 fn importers_integrate_rods_of_any_length() {

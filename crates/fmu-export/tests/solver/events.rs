@@ -2,6 +2,7 @@
 
 use crate::problem::{Answer, Problem, solver};
 use fmu_export::solver::{Method, Pattern};
+use std::cell::Cell;
 
 /// With the longest internal steps that the tests take.
 fn methods() -> [(Method, f64); 3] {
@@ -96,6 +97,41 @@ fn the_first_of_several_events_comes_first() {
             assert_eq!(rest, None);
             assert!((x[0] - 2.0_f64.cos()).abs() < 1e-8, "{x:?}");
         }
+    }
+}
+
+/// How often an indicator is looked at to find where it changes its sign, to the last bits of the time:
+/// a line at once, a curve as by the secant, and one that bends sharply or jumps, for which weights
+/// help little, in at most four looks a bit.
+#[test]
+fn events_are_found_in_few_looks() {
+    type Indicator = fn(f64) -> f64;
+    let cases: [(Indicator, u32); 4] = [
+        (|x| x - 0.3, 6),
+        (|x| x.exp() - 1.35, 14),
+        (|x| x.powi(9) - 1e-9, 50),
+        (|x| if x < 0.3 { -1e9 } else { 1e-9 }, 4 * 52),
+    ];
+    for (k, (indicator, most)) in cases.into_iter().enumerate() {
+        let looks = Cell::new(0);
+        let z = |_: f64, x: &[f64], z: &mut [f64]| {
+            looks.set(looks.get() + 1);
+            z[0] = indicator(x[0]);
+        };
+        let ramp = |_: f64, _: &[f64], dx: &mut [f64]| {
+            dx[0] = 1.0;
+            Ok(())
+        };
+        let mut problem = Problem {
+            f: ramp,
+            z,
+            evaluations: 0.into(),
+        };
+        let mut solver = solver(&Method::Fixed, 1, 1, 1.0, 1e-9);
+        let event = solver.advance(&mut problem, (0.0, 1.0), &mut [0.0], &mut 0.0);
+        assert!(event.unwrap().is_some());
+        println!("{k}: {} looks", looks.get());
+        assert!(looks.get() <= most, "{k}: {} looks", looks.get());
     }
 }
 
