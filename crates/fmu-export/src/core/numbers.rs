@@ -14,12 +14,6 @@ use super::place::{Kept, Kind, each, typed};
 use super::value::Value;
 use crate::Model;
 
-impl Kind {
-    fn is_of_integers(self) -> bool {
-        matches!(self, Kind::Integer | Kind::Int64 | Kind::UInt64)
-    }
-}
-
 /// Numbers of a kind as an array of C has them.
 #[derive(Clone, Copy)]
 pub(crate) struct Numbers<'a> {
@@ -156,7 +150,7 @@ impl<M: Model> Instance<M> {
                 return too_few(len);
             }
             let kept = self.kept(run.row, kind);
-            if kept.is_none() && run.row.place.kind() == Kind::Integer && kind.is_of_integers() {
+            if kept.is_none() && run.row.place.kind() == kind {
                 return self.not_settable_as(block, kind.name(self.names));
             }
             let (element, kept) = (self.layout.elements(block)?.start, kept.unwrap_or(kind));

@@ -50,7 +50,7 @@ pub struct Parameters {
 #[derive(Input)]
 pub struct Input {
     /// Heating of each cell
-    #[fmu(unit = "K/s", len = p.n, min = -1e3, max = 1e3)]
+    #[fmu(unit = "K/s", len = p.n, min = -1e3, max = 1e3, nominal = 1e3)]
     pub heating: Vec<f64>,
     /// How each cell is switched
     #[fmu(len = p.n, min = -5.0, max = 1e6)]
