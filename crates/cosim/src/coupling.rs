@@ -9,7 +9,7 @@ use crate::bond::{BondSlots, BondStep, Residual};
 use crate::exchange::{Exchange, Passed};
 use crate::means::Means;
 use crate::schedule::rates::{ComponentStep, PastValues, Rates};
-use crate::slave::{At, BegunCall, Failure, Slave, State, all};
+use crate::slave::{At, BegunCall, Call, Failure, Slave, State, all};
 
 /// Passes of Event Mode after which discrete states that still change are a failure.
 const PASSES: usize = 100;
@@ -293,7 +293,7 @@ impl Coupling {
             self.look_ahead(k, t, h)?;
             return self.make(k, [t, h], true);
         }
-        slaves[k].begin(BegunCall::Step(t, h));
+        slaves[k].begin(BegunCall::Plain(Call::Step(t, h)));
         if let Some(read) = &self.means.reads[k] {
             read.begin(slaves);
         }
@@ -307,8 +307,7 @@ impl Coupling {
 
     /// All instances into Event Mode, where they have one.
     pub fn enter_events(&self, t: f64) -> Result<()> {
-        let at = At::Time(t);
-        all(self.timed(), BegunCall::EnterEvents, |s| s.enter_events(at))
+        all(self.timed(), Call::EnterEvents, At::Time(t)).map(drop)
     }
 
     /// Out of Event Mode, once no discrete state changes any more; where one does, the values are
@@ -316,13 +315,8 @@ impl Coupling {
     pub fn leave_events(&mut self, t: f64) -> Result<()> {
         let at = At::Time(t);
         for _ in 0..PASSES {
-            let mut again = false;
-            all(self.timed(), BegunCall::UpdateEvents, |slave| {
-                again |= slave.update_events(at)?;
-                Ok(())
-            })?;
-            if !again {
-                return all(self.timed(), BegunCall::LeaveEvents, |s| s.leave_events(at));
+            if all(self.timed(), Call::UpdateEvents, at)? == 0.0 {
+                return all(self.timed(), Call::LeaveEvents, at).map(drop);
             }
             self.pass_again(t)?;
         }
@@ -331,7 +325,8 @@ impl Coupling {
 
     /// All instances out of Event Mode, each for itself.
     pub fn settle(&self, t: f64) -> Result<()> {
-        self.timed().try_for_each(|s| s.settle(At::Time(t)))
+        self.timed()
+            .try_for_each(|s| s.call(Call::Settle, At::Time(t)).map(drop))
     }
 
     /// Time of the first event before `end`, s, at which a step is split; none where a component
@@ -355,7 +350,7 @@ impl Coupling {
                 self.exchange.write_of(k, &self.slaves, at)?;
             }
             slave
-                .tick(t, tolerance)
+                .call(Call::Tick(t, tolerance), at)
                 .map_err(|error| match &self.fixed {
                     Some(fixed) => error.context(format!(
                         "the step cannot be split, because `{fixed}` cannot vary its step"
@@ -363,7 +358,7 @@ impl Coupling {
                     None => error,
                 })?;
             if !is_staged {
-                slave.settle(at)?;
+                slave.call(Call::Settle, at)?;
                 self.exchange.read_of(k, &self.slaves, at)?;
             }
         }

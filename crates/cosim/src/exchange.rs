@@ -256,7 +256,6 @@ pub struct Exchange {
     wide: Vec<Value>,
     buffer: Vec<f64>,
     wide_buffer: Vec<Value>,
-    ones: Vec<i32>,
     /// Outputs that depend on each other over a step: [`Order::AtOnce`] only.
     pub(crate) over_step: Option<Unknowns>,
     /// Instances are in several threads, so calls are begun for all before they are ended.
@@ -339,7 +338,6 @@ impl Exchange {
             .map(|w| w.slots.len())
             .max()
             .unwrap_or(0);
-        let (values, ones) = (vec![0.0; slots.len()], vec![1; slots.len().max(widest)]);
         let mut wide = Vec::new();
         if slots.keys().any(|port| is_wide(wiring.access(*port))) {
             wide = vec![Value::none(Access::Int64); slots.len()];
@@ -347,11 +345,10 @@ impl Exchange {
         Ok(Self {
             first,
             stages,
-            values,
+            values: vec![0.0; slots.len()],
             wide,
             buffer: vec![0.0; widest],
             wide_buffer: Vec::new(),
-            ones,
             slots,
             over_step,
             is_beside: false,
@@ -567,11 +564,11 @@ impl Exchange {
             } in &stage.reads
             {
                 let values = &mut self.values[slots.clone()];
-                slaves[*slave].get_derivatives(batch, &self.ones, values, at)?;
+                slaves[*slave].get_derivatives(batch, values, at)?;
             }
             for write in &stage.writes {
                 let derivatives = write.gather_derivatives(&self.values, &mut self.buffer, faults);
-                slaves[write.slave].set_derivatives(&write.batch, &self.ones, derivatives, at)?;
+                slaves[write.slave].set_derivatives(&write.batch, derivatives, at)?;
             }
         }
         Ok(())

@@ -49,7 +49,6 @@ pub mod master;
 mod means;
 pub mod numbers;
 pub mod observer;
-#[cfg(feature = "native")]
 pub mod output;
 pub mod package;
 pub mod probing;

@@ -15,7 +15,7 @@ use crate::instances::make;
 use crate::means::Means;
 use crate::schedule::rates::{ComponentRate, Rates};
 use crate::schedule::{self, Between};
-use crate::slave::{At, BegunCall, Slave, State, all};
+use crate::slave::{At, Call, Slave, State, all};
 use crate::spare;
 use crate::system::{Setting, System};
 use crate::wiring::{Link, Port, Wiring};
@@ -364,7 +364,9 @@ impl Master {
     /// End the run for all.
     pub fn terminate(self) -> Result<()> {
         let (slaves, at) = (self.coupling.slaves, At::Time(self.time));
-        slaves.iter().try_for_each(|s| s.terminate(at))?;
+        for slave in &slaves {
+            slave.call(Call::Terminate, at)?;
+        }
         spare::keep(slaves, self.stepping.schedule != Schedule::Standard);
         Ok(())
     }
@@ -397,10 +399,8 @@ fn initialize(slaves: &[Slave], wiring: &Wiring, stepping: Stepping) -> Result<(
         Err(_) if is_standard => Exchange::new(wiring, Order::RepeatedAtOnce, |_| true),
         planned => planned,
     };
-    let start = stepping.start;
-    all(slaves.iter(), BegunCall::EnterInitialization(start), |s| {
-        s.enter_initialization(start)
-    })?;
+    let enter = Call::EnterInitialization(stepping.start);
+    all(slaves.iter(), enter, At::Initialization)?;
     match ordered {
         Ok(mut exchange) => {
             exchange.is_beside = slaves.iter().any(Slave::is_elsewhere);
@@ -419,9 +419,6 @@ fn initialize(slaves: &[Slave], wiring: &Wiring, stepping: Stepping) -> Result<(
             }
         }
     }
-    all(
-        slaves.iter(),
-        BegunCall::ExitInitialization,
-        Slave::exit_initialization,
-    )
+    let exit = Call::ExitInitialization;
+    all(slaves.iter(), exit, At::Initialization).map(drop)
 }

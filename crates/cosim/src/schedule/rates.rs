@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::choice::{Between, Schedule, Stepping};
 use crate::exchange::{Exchange, Read, Write, reads, writes};
 use crate::faults::Alteration;
-use crate::slave::{At, BegunCall, Slave};
+use crate::slave::{At, BegunCall, Call, Slave};
 use crate::structure::Structure;
 use crate::wiring::{Link, Wiring};
 
@@ -225,7 +225,7 @@ impl Rates {
             }
             let from = start + part as f64 * length;
             if begins {
-                slaves[k].begin(BegunCall::Step(from, length));
+                slaves[k].begin(BegunCall::Plain(Call::Step(from, length)));
                 mean.into_iter().for_each(|read| read.begin(slaves));
                 continue;
             }
