@@ -375,8 +375,8 @@ fn goals<'a>(
         let place = || format!("{place}column `{name}`");
         let ends = ends(system, column).with_context(place)?;
         for (port, _) in &ends {
-            if let Some(link) = wiring.driver(*port) {
-                let driver = wiring.name(wiring.links[link].from);
+            if let Some(driver) = wiring.source(*port) {
+                let driver = wiring.name(driver);
                 bail!("{}: the connection from `{driver}` drives it", place());
             }
             if let Some((_, other)) = taken.iter().find(|(p, _)| p == port) {

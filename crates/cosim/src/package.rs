@@ -129,6 +129,51 @@ impl Package {
     }
 }
 
+/// Where the FMUs of a system lie.
+#[derive(Clone, Debug)]
+pub enum FmuPlace {
+    /// In this folder, by file name.
+    Folder(PathBuf),
+    /// Where the structure says, else in the first of these folders that has the file.
+    Structure {
+        /// Further folders.
+        else_in: Vec<PathBuf>,
+    },
+}
+
+impl FmuPlace {
+    /// The FMU that a structure names. A source in a folder of the resources,
+    /// `resources/fmi3/Emla.fmu`, is looked for in that folder too.
+    pub fn read(&self, source: &str, package: &mut Package) -> Result<Vec<u8>> {
+        let name = Path::new(source).file_name().unwrap_or_default();
+        let inner = Path::new(source).strip_prefix("resources").ok();
+        let names = |folder: &PathBuf| {
+            let mut names = Vec::from_iter(inner.map(|inner| folder.join(inner)));
+            names.push(folder.join(name));
+            names
+        };
+        match self {
+            Self::Folder(folder) => {
+                let files = names(folder);
+                let found = files.iter().find(|file| file.is_file());
+                read(found.unwrap_or(&folder.join(name)))
+            }
+            Self::Structure { else_in } => package.file(source).or_else(|error| {
+                let mut files: Vec<PathBuf> = else_in.iter().flat_map(names).collect();
+                files.dedup();
+                if let Some(file) = files.iter().find(|file| file.is_file()) {
+                    return read(file);
+                }
+                let files: Vec<_> = files.iter().map(|f| f.display().to_string()).collect();
+                Err(match files.is_empty() {
+                    true => error,
+                    false => anyhow!("{error:#}, nor is it one of {}", files.join(", ")),
+                })
+            }),
+        }
+    }
+}
+
 /// A file of the archive `whole`.
 fn in_archive(archive: &mut Archive, name: &str, whole: &str) -> Result<Vec<u8>> {
     let decoded = decoded(name);

@@ -10,8 +10,9 @@ use system_structure::{
 };
 
 use super::bond::PowerBond;
-use super::flat::{Component, Connection, Hop, OuterInput, OuterOutput, Parameter, Structure};
+use super::flat::{Component, Hop, Parameter, Structure};
 use super::values::{Files, bound};
+use super::ways::{Flow, Key, join, resolve};
 
 /// Types of connectors that can be connected.
 const CONNECTED: [DataType; 6] = [
@@ -35,27 +36,12 @@ const RATE: &str = "io.github.hdrm-fmu.rate";
 /// Deepest nesting of files, so that a file that names itself ends somewhere.
 const DEPTH: usize = 16;
 
-/// A connector: the path of the element that owns it, and its name. Signals of dictionaries have a
-/// path that no element has.
-type Key = (String, String);
-
 /// Which way values go through a connector, seen from the system that connects it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Side {
     Source,
     Sink,
     Either,
-}
-
-/// A connection with its direction of flow resolved.
-struct Flow {
-    from: Key,
-    to: Key,
-    hop: Hop,
-    unit: Option<system_structure::Unit>,
-    is_initial: bool,
-    bond: Option<PowerBond>,
-    place: String,
 }
 
 /// Read the text of the system structure `file`; `files` gives the texts of files by the names that
@@ -85,8 +71,14 @@ pub fn read(text: &str, file: &str, files: &mut Files<'_>) -> Result<Structure> 
         },
         &[],
     )?;
-    flattening.resolve(&read.system)?;
-    Ok(flattening.structure)
+    let Flattening {
+        mut structure,
+        flows,
+        values,
+        ..
+    } = flattening;
+    resolve(&mut structure, &flows, values, &read.system)?;
+    Ok(structure)
 }
 
 /// The communication step that an annotation of the Open Simulation Platform asks for.
@@ -116,13 +108,6 @@ struct Flattening<'a> {
     values: Vec<Parameter>,
     /// Dictionaries by the path of the element that refers to them.
     references: HashMap<String, String>,
-}
-
-fn join(path: &str, name: &str) -> String {
-    match path.is_empty() {
-        true => name.to_string(),
-        false => format!("{path}.{name}"),
-    }
 }
 
 impl Flattening<'_> {
@@ -386,125 +371,5 @@ impl Flattening<'_> {
         };
         let owner = self.references.get(&owner).cloned().unwrap_or(owner);
         (owner, end.connector.clone())
-    }
-
-    /// Connections between components, connectors of the outermost system, and values for
-    /// variables.
-    fn resolve(&mut self, outermost: &System) -> Result<()> {
-        let drivers: HashMap<&Key, usize> =
-            (0..).zip(&self.flows).map(|(k, f)| (&f.to, k)).collect();
-        let is_component = |key: &Key| self.structure.components.iter().any(|c| c.name == key.0);
-        // The flows that lead to a connector, the first one first.
-        let way = |to: &Key| {
-            let mut way: Vec<&Flow> = Vec::new();
-            let mut key = to;
-            while let Some(k) = drivers.get(key) {
-                let flow = &self.flows[*k];
-                if way.len() > self.flows.len() {
-                    bail!(
-                        "the connections through {}.{} lead round in a circle",
-                        to.0,
-                        to.1
-                    );
-                }
-                way.insert(0, flow);
-                key = &flow.from;
-                if is_component(key) {
-                    break;
-                }
-            }
-            Ok(way)
-        };
-        let hops = |way: &[&Flow]| way.iter().map(|f| f.hop.clone()).collect::<Vec<_>>();
-        let mut connections = Vec::new();
-        let mut inputs: Vec<OuterInput> = Vec::new();
-        for flow in self.flows.iter().filter(|f| is_component(&f.to)) {
-            let way = way(&flow.to)?;
-            let Some(first) = way.first() else { continue };
-            if is_component(&first.from) {
-                connections.push(Connection {
-                    start: first.from.clone(),
-                    end: flow.to.clone(),
-                    unit: first.unit.clone(),
-                    way: hops(&way),
-                    is_initial: way.iter().any(|f| f.is_initial),
-                    bond: way.iter().find_map(|f| f.bond.clone()),
-                    place: flow.place.clone(),
-                });
-            } else if first.from.0.is_empty() {
-                let end = (flow.to.clone(), hops(&way));
-                match inputs.iter_mut().find(|i| i.name == first.from.1) {
-                    Some(input) => input.ends.push(end),
-                    None => inputs.push(OuterInput {
-                        name: first.from.1.clone(),
-                        unit: first.unit.clone(),
-                        ends: vec![end],
-                    }),
-                }
-            }
-        }
-        let mut outputs = Vec::new();
-        for connector in &outermost.connectors {
-            let way = way(&(String::new(), connector.name.clone()))?;
-            if let Some(first) = way.first()
-                && is_component(&first.from)
-            {
-                let start = first.from.clone();
-                outputs.push(OuterOutput {
-                    name: connector.name.clone(),
-                    start,
-                });
-            }
-        }
-        // Values for connectors of systems go on to the components that these feed.
-        let mut fed: Vec<(Key, String, Vec<Hop>)> = Vec::new();
-        for flow in self.flows.iter().filter(|f| is_component(&f.to)) {
-            let way = way(&flow.to)?;
-            for (k, inner) in way
-                .iter()
-                .enumerate()
-                .filter(|(_, f)| !is_component(&f.from))
-            {
-                fed.push((
-                    flow.to.clone(),
-                    join(&inner.from.0, &inner.from.1),
-                    hops(&way[k..]),
-                ));
-            }
-        }
-        for value in std::mem::take(&mut self.values) {
-            let mut is_matched = false;
-            for component in &mut self.structure.components {
-                let variable = value.name.strip_prefix(&component.name);
-                if let Some(variable) = variable.and_then(|rest| rest.strip_prefix('.')) {
-                    let name = variable.to_string();
-                    component.parameters.push(Parameter {
-                        name,
-                        ..value.clone()
-                    });
-                    is_matched = true;
-                }
-            }
-            for (end, _, hops) in fed.iter().filter(|(_, name, _)| *name == value.name) {
-                let mut parameter = Parameter {
-                    name: end.1.clone(),
-                    ..value.clone()
-                };
-                parameter.way.extend(hops.iter().cloned());
-                let components = self.structure.components.iter_mut();
-                for component in components.filter(|c| c.name == end.0) {
-                    component.parameters.push(parameter.clone());
-                    is_matched = true;
-                }
-            }
-            if !is_matched {
-                let text = format!("`{}` ({})", value.name, value.origin);
-                self.structure.unmatched.push(text);
-            }
-        }
-        self.structure.connections = connections;
-        self.structure.inputs = inputs;
-        self.structure.outputs = outputs;
-        Ok(())
     }
 }

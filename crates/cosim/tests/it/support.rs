@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 
 use cargo_fmu::library::files_of;
 use cosim::master::{Schedule, Stepping};
-use cosim::system::{FmuPlace, Setting, System};
+use cosim::package::FmuPlace;
+use cosim::system::{Setting, System};
 use fmu_description::Version;
 use zip::CompressionMethod;
 use zip::write::SimpleFileOptions;
@@ -163,7 +164,7 @@ pub fn edited_of(
 /// Load a system with its FMUs where it says.
 pub fn load(path: &Path) -> anyhow::Result<System> {
     let else_in = Vec::new();
-    System::load(path, None, &FmuPlace::Structure { else_in }, &[])
+    System::load(path, None, &FmuPlace::Structure { else_in }, &[], &[])
 }
 
 /// The FMU of an example.
@@ -230,7 +231,9 @@ pub fn write_zip<W: Write + std::io::Seek>(out: W, entries: &[(String, Vec<u8>)]
 }
 
 pub fn settings(system: &System, texts: &[&str]) -> anyhow::Result<Vec<Setting>> {
-    texts.iter().map(|t| system.parse_setting(t)).collect()
+    let settings = texts.iter().map(|text| system.parse_settings(text));
+    let settings: Vec<_> = settings.collect::<anyhow::Result<_>>()?;
+    Ok(settings.concat())
 }
 
 pub fn stepping(step: f64, schedule: Schedule) -> Stepping {

@@ -110,11 +110,10 @@ fn an_error_is_that_of_one_thread() {
     let system = system("beside-error", &oscillators(5)).unwrap();
     let texts = [1, 2, 4].map(|threads| {
         let mut experiment = experiment(&system, Schedule::Jacobi, threads);
-        for name in ["mass4.fails_at=0.6", "mass2.fails_at=0.6"] {
-            experiment
-                .settings
-                .push(system.parse_setting(name).unwrap());
-        }
+        let fails = ["mass4.fails_at=0.6", "mass2.fails_at=0.6"];
+        experiment
+            .settings
+            .extend(settings(&system, &fails).unwrap());
         let master = experiment.start(&system).unwrap();
         let error = run::run(&system, master, 1.0, &|_, _| (), |_| Ok(())).unwrap_err();
         format!("{error:#}")
