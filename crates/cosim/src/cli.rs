@@ -359,7 +359,7 @@ impl CsvArgs {
             false => matching_any(system, &self.signals)?,
         };
         let (interval, stepping) = (self.interval, experiment.stepping);
-        Log::create_with(path, system, &ports, interval, stepping, has_steps).map(Some)
+        Log::create(path, system, &ports, interval, stepping, has_steps).map(Some)
     }
 }
 

@@ -58,10 +58,9 @@ impl<S> Saved<S> {
             "a state of another run"
         );
         let slaves = coupling.slaves.iter().zip(self.slaves);
+        let slaves = slaves.map(|(slave, state)| of(slave, state));
         Ok(Saved {
-            slaves: slaves
-                .map(|(slave, s)| of(slave, s))
-                .collect::<Result<_>>()?,
+            slaves: slaves.collect::<Result<_>>()?,
             passed: self.passed,
             derivatives: self.derivatives,
             means: self.means,
@@ -82,13 +81,12 @@ impl Coupling {
 
     /// Back to such a state.
     pub fn restore_bytes(&mut self, saved: Saved<Vec<u8>>, t: f64) -> Result<()> {
-        let fits = self.exchange.fits(&saved.passed)
-            && self.derivatives.is_some() == saved.derivatives.is_some()
-            && self.means.values.len() == saved.means.len()
-            && self.residuals.len() == saved.residuals.len()
-            && self.rates.is_some() == saved.rates.is_some();
         ensure!(
-            fits,
+            self.exchange.fits(&saved.passed)
+                && self.derivatives.is_some() == saved.derivatives.is_some()
+                && self.means.values.len() == saved.means.len()
+                && self.residuals.len() == saved.residuals.len()
+                && self.rates.is_some() == saved.rates.is_some(),
             "a state of a system or of faults that differ from these"
         );
         let saved = saved.with(self, |slave, bytes| {
@@ -262,10 +260,9 @@ impl Coupling {
             }
         }
         for k in rank.iter().copied() {
-            let given = if gives_means {
-                self.give_means(k, t)
-            } else {
-                Ok(())
+            let given = match gives_means {
+                true => self.give_means(k, t),
+                false => Ok(()),
             };
             let done = given.and_then(|()| match is_elsewhere(self, k) && self.rates.is_some() {
                 true => self.make(k, [t, h], false),
@@ -376,12 +373,10 @@ impl Coupling {
     /// components were given. With `gives_means` a component that was stepped later was given the
     /// mean effort.
     pub fn note_bonds(&mut self, h: f64, gives_means: bool) {
-        let half = 0.5 * h;
+        let (half, derivatives) = (0.5 * h, self.derivatives.as_ref());
         let rise = |slot: Option<usize>| {
-            self.derivatives
-                .as_ref()
-                .zip(slot)
-                .map_or(0.0, |(d, slot)| half * d.values[slot])
+            let both = derivatives.zip(slot);
+            both.map_or(0.0, |(d, slot)| half * d.values[slot])
         };
         for (k, (bond_step, bond)) in self.bond_steps.iter_mut().zip(&self.bonds).enumerate() {
             let mean = self.means.values[bond.mean_slot];
@@ -393,10 +388,9 @@ impl Coupling {
             let [effort, flow] = balance.map_or(before, |balance| balance.given(k));
             let held = effort + rise(bond.derivative_slots.0);
             let held = bond.transformation.of(held);
-            let effort_given = if gives_means && bond.mean_given {
-                effort_exerted
-            } else {
-                held
+            let effort_given = match gives_means && bond.mean_given {
+                true => effort_exerted,
+                false => held,
             };
             let flow_given = flow + rise(bond.derivative_slots.1);
             *bond_step = BondStep {

@@ -68,17 +68,12 @@ impl Package {
         }
         let bytes = read(&self.path).context("system")?;
         if bytes.starts_with(b"PK") {
+            let kind = self.path.extension();
+            let is_fmu = kind.is_some_and(|kind| kind.eq_ignore_ascii_case("fmu"));
             bail!(
                 "`{}` is {}, not a system structure; a system is a packed .ssp or a .ssd that names FMUs",
                 self.path.display(),
-                match self
-                    .path
-                    .extension()
-                    .is_some_and(|e| e.eq_ignore_ascii_case("fmu"))
-                {
-                    true => "an FMU",
-                    false => "a ZIP archive",
-                }
+                if is_fmu { "an FMU" } else { "a ZIP archive" }
             );
         }
         self.utf8(bytes, "it")
@@ -177,10 +172,10 @@ impl FmuPlace {
 /// A file of the archive `whole`.
 fn in_archive(archive: &mut Archive, name: &str, whole: &str) -> Result<Vec<u8>> {
     let decoded = decoded(name);
-    let parts = decoded.split('/').filter(|part| !matches!(*part, "" | "."));
     let mut path: Vec<&str> = Vec::new();
-    for part in parts {
+    for part in decoded.split('/') {
         match part {
+            "" | "." => {}
             ".." => drop(path.pop()),
             _ => path.push(part),
         }
@@ -189,17 +184,13 @@ fn in_archive(archive: &mut Archive, name: &str, whole: &str) -> Result<Vec<u8>>
         return Ok(bytes);
     }
     let kind = Path::new(name).extension();
-    let alike: Vec<_> = archive
-        .names()
-        .filter(|n| Path::new(n).extension() == kind)
-        .collect();
-    Err(anyhow!(
-        "`{whole}` holds no {name}; of this kind it has {}",
-        match alike.len() {
-            0 => "none".to_string(),
-            _ => alike.join(", "),
-        }
-    ))
+    let alike = archive.names().filter(|n| Path::new(n).extension() == kind);
+    let alike: Vec<_> = alike.collect();
+    let alike = match alike.is_empty() {
+        true => "none".to_string(),
+        false => alike.join(", "),
+    };
+    bail!("`{whole}` holds no {name}; of this kind it has {alike}")
 }
 
 /// A name as a URI writes it, with `%20` and the like replaced.
@@ -210,14 +201,12 @@ fn decoded(name: &str) -> Cow<'_, str> {
 
 /// The file at `path`; an error names the path as it was given, and where that is.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
+    let file = path.display();
     fs::read(path).with_context(|| match std::path::absolute(path) {
         Ok(absolute) if absolute != path => {
-            format!(
-                "`{}` cannot be read (looked for {})",
-                path.display(),
-                absolute.display()
-            )
+            let absolute = absolute.display();
+            format!("`{file}` cannot be read (looked for {absolute})")
         }
-        _ => format!("`{}` cannot be read", path.display()),
+        _ => format!("`{file}` cannot be read"),
     })
 }

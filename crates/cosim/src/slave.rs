@@ -39,6 +39,8 @@ pub struct Slave {
     fmu: Arc<Fmu>,
     name: String,
     has_events: bool,
+    /// Made for the staged exchange.
+    pub(crate) is_staged: bool,
     /// In another thread.
     is_elsewhere: bool,
 }
@@ -161,6 +163,7 @@ impl Slave {
             fmu: fmu.clone(),
             name: name.to_string(),
             has_events,
+            is_staged,
             is_elsewhere: worker.is_some(),
         };
         slave.log_only_trouble()?;

@@ -122,10 +122,8 @@ impl Write {
         if !slave.is_elsewhere() {
             return self.run(slaves, values, buffer, faults, at);
         }
-        slave.begin(BegunCall::Set(
-            &self.batch,
-            self.gather(values, buffer, faults),
-        ));
+        let buffer = self.gather(values, buffer, faults);
+        slave.begin(BegunCall::Set(&self.batch, buffer));
         Ok(())
     }
 

@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use system_structure::{
     Connection as Wire, Connector, DataType, Direction, Element, End, Kind, SignalDictionary,
     Sourced, System, SystemStructure, Transformation,
@@ -135,13 +135,12 @@ impl Flattening<'_> {
                 Element::System(nested) => self.system(nested, &inner, place, &dictionaries)?,
                 Element::Component(component) => self.component(component, &inner, place)?,
                 Element::Dictionary(reference) => {
-                    let mut all = dictionaries.iter().rev();
-                    let Some((_, found)) = all.find(|(name, _)| *name == reference.dictionary)
+                    let wanted = &reference.dictionary;
+                    let Some((_, found)) = dictionaries.iter().rfind(|(name, _)| name == wanted)
                     else {
                         bail!(
-                            "`{}`: `{inner}` refers to the signal dictionary `{}`, which no system around it has",
-                            place.file,
-                            reference.dictionary
+                            "`{}`: `{inner}` refers to the signal dictionary `{wanted}`, which no system around it has",
+                            place.file
                         );
                     };
                     self.references.insert(inner, found.clone());
@@ -204,12 +203,8 @@ impl Flattening<'_> {
             };
             self.system(&read.system, path, &inner, &[])?;
         }
-        self.bind(
-            &component.bindings,
-            &format!("component `{path}`"),
-            path,
-            place,
-        )
+        let owner = format!("component `{path}`");
+        self.bind(&component.bindings, &owner, path, place)
     }
 
     /// Note the values of bindings with their whole names.
@@ -221,11 +216,10 @@ impl Flattening<'_> {
         place: &Place,
     ) -> Result<()> {
         for binding in bindings {
-            let found = bound(binding, owner, place.base, self.files)?;
-            self.values.extend(found.into_iter().map(|p| Parameter {
-                name: join(path, &p.name),
-                ..p
-            }));
+            for mut parameter in bound(binding, owner, place.base, self.files)? {
+                parameter.name = join(path, &parameter.name);
+                self.values.push(parameter);
+            }
         }
         Ok(())
     }
@@ -233,26 +227,23 @@ impl Flattening<'_> {
     fn flow(&mut self, system: &System, path: &str, wire: &Wire, place: &str) -> Result<Flow> {
         let [(start, start_side), (end, end_side)] =
             [self.end(system, &wire.start)?, self.end(system, &wire.end)?];
+        let misused = |end: &End, connector: &Connector, used: &str| {
+            let declared = connector.direction.name();
+            anyhow!(
+                "connector `{end}` is declared as {declared}, but a connection uses it as {used}"
+            )
+        };
         let is_turned = match (start_side, end_side) {
             (Side::Source | Side::Either, Side::Sink | Side::Either) => false,
             (Side::Sink | Side::Either, Side::Source | Side::Either) => true,
-            (Side::Source, Side::Source) => bail!(
-                "connector `{}` is declared as {}, but a connection uses it as input",
-                wire.end,
-                end.direction.name()
-            ),
-            (Side::Sink, Side::Sink) => bail!(
-                "connector `{}` is declared as {}, but a connection uses it as output",
-                wire.start,
-                start.direction.name()
-            ),
+            (Side::Source, Side::Source) => return Err(misused(&wire.end, end, "input")),
+            (Side::Sink, Side::Sink) => return Err(misused(&wire.start, start, "output")),
         };
         let name = format!("connection {} -> {}", wire.start, wire.end);
         let mut ends = [(start, &wire.start), (end, &wire.end)];
         for (connector, end) in ends {
-            if let Some(data_type) = connector.data_type
-                && !CONNECTED.contains(&data_type)
-            {
+            let data_type = connector.data_type;
+            if let Some(data_type) = data_type.filter(|t| !CONNECTED.contains(t)) {
                 bail!(
                     "connector `{end}` is declared as {}; only connectors of the types {} can be connected",
                     data_type.name(),
@@ -273,31 +264,25 @@ impl Flattening<'_> {
             );
         }
         if let (Some(transformation), Some(data_type)) = (&wire.transformation, data_type) {
-            let (element, fitting): (_, &[DataType]) = match transformation {
-                Transformation::Linear { .. } => ("LinearTransformation", &[DataType::Real]),
+            let (element, fitting) = match transformation {
+                Transformation::Linear { .. } => ("a LinearTransformation", DataType::Real),
                 Transformation::Booleans(_) => {
-                    ("BooleanMappingTransformation", &[DataType::Boolean])
+                    ("a BooleanMappingTransformation", DataType::Boolean)
                 }
-                Transformation::Integers(_) => (
-                    "IntegerMappingTransformation",
-                    &[DataType::Integer, DataType::Enumeration],
-                ),
+                Transformation::Integers(_) => {
+                    ("an IntegerMappingTransformation", DataType::Integer)
+                }
                 Transformation::Items(_) => {
-                    ("EnumerationMappingTransformation", &[DataType::Enumeration])
+                    ("an EnumerationMappingTransformation", DataType::Enumeration)
                 }
             };
-            if !fitting.contains(&data_type) {
-                let article = if element.starts_with(['I', 'E']) {
-                    "an"
-                } else {
-                    "a"
-                };
-                bail!(
-                    "{name}: {article} {element} is for {} connectors; these are {}",
-                    fitting[0].name(),
-                    data_type.name()
-                );
-            }
+            let is_item = fitting == DataType::Integer && data_type == DataType::Enumeration;
+            ensure!(
+                data_type == fitting || is_item,
+                "{name}: {element} is for {} connectors; these are {}",
+                fitting.name(),
+                data_type.name()
+            );
         }
         let bond = PowerBond::read(&wire.annotations)?;
         if is_turned {
@@ -306,16 +291,13 @@ impl Flattening<'_> {
         let [(first, from), (last, to)] = ends;
         let [from, to] = [from, to].map(|end| self.key(path, end));
         if let Some(other) = self.flows.iter().find(|other| other.to == to) {
-            bail!(
-                "input {}.{} is driven twice, by {}.{} and by {}.{}",
-                to.0,
-                to.1,
-                other.from.0,
-                other.from.1,
-                from.0,
-                from.1
-            );
+            let [to, first, second] = [&to, &other.from, &from].map(|(a, b)| format!("{a}.{b}"));
+            bail!("input {to} is driven twice, by {first} and by {second}");
         }
+        let is_parameter = |connector: &Connector| {
+            use Direction::{CalculatedParameter, Parameter};
+            matches!(connector.direction, Parameter | CalculatedParameter)
+        };
         Ok(Flow {
             from,
             to,
@@ -325,12 +307,7 @@ impl Flattening<'_> {
                 unit: last.unit.clone(),
             },
             unit: first.unit.clone(),
-            is_initial: [first, last].iter().any(|c| {
-                matches!(
-                    c.direction,
-                    Direction::Parameter | Direction::CalculatedParameter
-                )
-            }),
+            is_initial: is_parameter(first) || is_parameter(last),
             bond,
             place: place.to_string(),
         })
@@ -341,11 +318,12 @@ impl Flattening<'_> {
         let (owner, connectors) = match &end.element {
             None => (format!("system `{}`", system.name), &system.connectors[..]),
             Some(name) => {
-                let Some(element) = system.elements.iter().find(|e| e.name() == name) else {
-                    bail!(
+                let element = system.elements.iter().find(|e| e.name() == name);
+                let element = element.with_context(|| {
+                    format!(
                         "a connection names the component `{name}`, which the system does not have"
-                    );
-                };
+                    )
+                })?;
                 (format!("component `{name}`"), element.connectors())
             }
         };

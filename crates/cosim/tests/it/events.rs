@@ -406,7 +406,7 @@ fn whole_values_pass_through_wires_and_into_files() {
     for schedule in SCHEDULES {
         let mut master = master(&system, &start, schedule).unwrap();
         let path = scratch("whole.csv");
-        let mut log = Log::create(&path, &system, &ports, None, master.stepping()).unwrap();
+        let mut log = Log::create(&path, &system, &ports, None, master.stepping(), false).unwrap();
         run(&mut master, 2).unwrap();
         log.add(&master).unwrap();
         log.finish().unwrap();

@@ -215,7 +215,7 @@ fn experiment(system: &System, step: f64, stop: Option<f64>) -> Experiment {
 fn logged(system: &System, name: &str, experiment: &Experiment) -> (String, String, f64) {
     let path = scratch(&format!("{name}.csv"));
     let ports = matching(system, &["*".into()]).unwrap();
-    let mut log = Log::create(&path, system, &ports, None, experiment.stepping).unwrap();
+    let mut log = Log::create(&path, system, &ports, None, experiment.stepping, false).unwrap();
     let (master, stop) = (experiment.start(system), experiment.stop(system));
     let outcome = run::run(system, master.unwrap(), stop.unwrap(), &|_, _| (), |m| {
         log.add(m)
