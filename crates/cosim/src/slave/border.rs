@@ -28,6 +28,10 @@ pub struct Arguments {
 #[derive(Clone, Copy, Debug)]
 pub enum Call {
     /// Say when the run starts, s. Before start values are set: FMUs of 20-sim forget them here.
+    #[cfg_attr(
+        not(feature = "native"),
+        expect(dead_code, reason = "FMI 3.0 has no call for it")
+    )]
     SetUp(f64),
     /// From Instantiated into Initialization Mode at this time, s, set up or not.
     EnterInitialization(f64),
