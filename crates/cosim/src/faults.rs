@@ -267,7 +267,7 @@ struct Channel {
 
 /// What one fault remembers of one channel. At one communication point values may pass several
 /// times; the last counts.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 struct State {
     fault: usize,
     value: f64,
@@ -417,12 +417,9 @@ impl State {
         let steps = steps.map_or(0, |n| usize::try_from(n).unwrap_or(usize::MAX));
         Self {
             fault,
-            value: 0.0,
-            has_value: false,
-            is_held: false,
             before: Vec::with_capacity(steps),
-            oldest: 0,
             steps,
+            ..Self::default()
         }
     }
 

@@ -106,10 +106,10 @@ impl Forgotten {
         let mut verdict = Verdict::default();
         let tell = |verdict: &mut Verdict, what: &str, names: &[String], is_bad| {
             let text = format!("{what}: {}", names.join(", "));
-            match is_bad {
-                _ if names.is_empty() => {}
-                true => verdict.object(text),
-                false => verdict.note(text),
+            match (names.is_empty(), is_bad) {
+                (true, _) => {}
+                (false, true) => verdict.object(text),
+                (false, false) => verdict.note(text),
             }
         };
         let what = "connectors that the FMUs do not have";

@@ -184,7 +184,7 @@ pub struct InputTable {
     times: Vec<f64>,
     columns: Vec<Values>,
     ports: Vec<Port>,
-    writes: Vec<Write>,
+    pub(crate) writes: Vec<Write>,
     /// Present values, a slot for each column.
     values: Vec<f64>,
     buffer: Vec<f64>,
@@ -274,11 +274,6 @@ impl InputTable {
     /// Times may be earlier again from now on.
     pub(crate) fn rewind(&mut self) {
         self.row = 0;
-    }
-
-    /// What is set at a communication point.
-    pub(crate) fn writes(&mut self) -> impl Iterator<Item = &mut Write> {
-        self.writes.iter_mut()
     }
 
     /// Set the inputs to their values at `t`, s; before the first row and after the last one those

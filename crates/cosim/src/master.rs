@@ -13,7 +13,7 @@ use crate::faults::{Alteration, Faults, is_source};
 use crate::input_table::InputTable;
 use crate::instances::make;
 use crate::means::Means;
-use crate::schedule::rates::{ComponentRate, Rates};
+use crate::schedule::rates::Rates;
 use crate::schedule::{self, Between};
 use crate::slave::{At, Call, Slave, State, all};
 use crate::spare;
@@ -218,11 +218,11 @@ impl Master {
             ..
         } = &mut self.coupling;
         let paces = paces.iter_mut().flat_map(|r| &mut r.components);
-        let between = paces.flat_map(ComponentRate::writes);
+        let between = paces.flat_map(|rate| &mut rate.writes);
         let passed = exchange.writes();
         let rates = derivatives.iter_mut().flat_map(Exchange::writes);
         let given = means.writes.iter_mut().flatten();
-        let fed = self.inputs.iter_mut().flat_map(InputTable::writes);
+        let fed = self.inputs.iter_mut().flat_map(|table| &mut table.writes);
         let balanced = balance.iter_mut().flat_map(|b| &mut b.writes);
         let given = given.chain(balanced);
         for write in passed.chain(rates).chain(given).chain(between).chain(fed) {

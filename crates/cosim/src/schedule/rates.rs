@@ -42,7 +42,7 @@ pub(crate) struct ComponentRate {
     every: usize,
     /// Ends of inputs, from those that were stepped before.
     reads: Vec<Read>,
-    writes: Vec<Write>,
+    pub writes: Vec<Write>,
     /// Slots of the inputs' values in the exchange.
     sources: Vec<usize>,
     ends: Vec<f64>,
@@ -284,11 +284,6 @@ impl ComponentRate {
         if reads_ends {
             self.reads = planned;
         }
-    }
-
-    /// What is set in steps.
-    pub fn writes(&mut self) -> impl Iterator<Item = &mut Write> {
-        self.writes.iter_mut()
     }
 
     /// Set the inputs to what they are at this share of the step.

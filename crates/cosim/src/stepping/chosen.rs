@@ -142,8 +142,9 @@ impl ChosenSteps {
     }
 
     pub(super) fn go_on(&mut self, progress: Progress) {
-        (self.regulator.next, self.regulator.before) = (progress.next, progress.error);
-        self.regulator.length = progress.length;
+        let regulator = &mut self.regulator;
+        (regulator.next, regulator.before) = (progress.next, progress.error);
+        regulator.length = progress.length;
     }
 
     /// Make a step.

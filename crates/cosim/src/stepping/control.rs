@@ -99,7 +99,7 @@ impl Limits {
 }
 
 /// How far the steps of a run have come.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub(crate) struct Progress {
     /// Steps of one length, lost points included.
     pub made: u64,

@@ -12,6 +12,14 @@ use super::flat::{Connection, Hop, OuterInput, OuterOutput, Parameter, Structure
 /// path that no element has.
 pub(super) type Key = (String, String);
 
+/// The path of what has this name in the element with a path.
+pub(super) fn join(path: &str, name: &str) -> String {
+    match path.is_empty() {
+        true => name.to_string(),
+        false => format!("{path}.{name}"),
+    }
+}
+
 /// A connection with its direction of flow resolved.
 pub(super) struct Flow {
     pub from: Key,
@@ -27,13 +35,6 @@ pub(super) struct Flow {
 struct Network<'a> {
     drivers: HashMap<&'a Key, &'a Flow>,
     components: Vec<String>,
-}
-
-pub(super) fn join(path: &str, name: &str) -> String {
-    match path.is_empty() {
-        true => name.to_string(),
-        false => format!("{path}.{name}"),
-    }
 }
 
 impl<'a> Network<'a> {
