@@ -197,6 +197,17 @@ pub fn files(example: &str, version: Version) -> Vec<(String, Vec<u8>)> {
     files.into_iter().collect()
 }
 
+/// Pack an FMU with this description, and with libraries in the folder of a platform.
+pub fn pack(file: &Path, description: &str, platform: &str, libraries: &[&Path]) {
+    let mut files = vec![("modelDescription.xml".to_string(), description.into())];
+    for library in libraries {
+        let name = library.file_name().unwrap().to_string_lossy();
+        let bytes = fs::read(library).unwrap();
+        files.push((format!("binaries/{platform}/{name}"), bytes));
+    }
+    write_zip(File::create(file).unwrap(), &files);
+}
+
 /// The library of an example.
 pub fn library(example: &str) -> PathBuf {
     let file = format!(
@@ -243,6 +254,14 @@ pub fn stepping(step: f64, schedule: Schedule) -> Stepping {
         schedule,
         between: Default::default(),
         jitter: None,
+    }
+}
+
+/// A text, such as that of an error, has these parts.
+#[track_caller]
+pub fn assert_contains(text: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(text.contains(part), "`{part}` is missing in: {text}");
     }
 }
 
