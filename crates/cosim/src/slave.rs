@@ -30,7 +30,6 @@ use answer::Answer;
 pub use answer::{At, Ended, Stopped};
 use border::{Arguments, Border};
 pub(crate) use border::{BegunCall, Call};
-use errors::{DISCARD, reasons};
 use workers::Worker;
 
 /// An FMU instance; terminated by the owner, freed when dropped.
@@ -150,7 +149,7 @@ impl Slave {
                     true => "; it says that it needs its tool (needsExecutionTool)",
                     false => "",
                 };
-                let reasons = reasons(name).into_iter();
+                let reasons = messages::reasons(name).into_iter();
                 let reasons: String = reasons.map(|reason| format!("\n  {reason}")).collect();
                 bail!(
                     "{name}: FMU `{}` could not be instantiated{tool}{reasons}",
@@ -333,7 +332,7 @@ impl Slave {
     /// A communication step from `t` by `h`, both s.
     pub fn step(&self, t: f64, h: f64) -> Result<()> {
         let done = self.border.call(Call::Step(t, h)).map(drop);
-        let is_discarded = matches!(&done, Err(e) if Answer::status(e) == Some(DISCARD));
+        let is_discarded = matches!(&done, Err(e) if Answer::status(e) == Some(Answer::DISCARD));
         let early = matches!(&done, Err(e) if e.downcast_ref::<Stopped>().is_some());
         let checked = self.check(done, None, At::Time(t));
         match is_discarded || early {

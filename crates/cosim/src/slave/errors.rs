@@ -1,17 +1,12 @@
 //! What an instance says where a call fails: who, where in the run, which variables, and the FMU's own
 //! reasons.
 
-use std::ffi::c_int;
-
 use anyhow::{Error, Result, anyhow};
 use fmu_description::Version;
 
 use super::answer::Answer;
 use super::{At, Slave, messages};
 use crate::batch::Batch;
-
-/// `fmi2Discard`, `fmi3Discard`.
-pub(super) const DISCARD: c_int = 2;
 
 impl Slave {
     #[inline]
@@ -57,12 +52,12 @@ impl Slave {
                     "{name} (FMU `{file}`): {call} {at}: a value is outside of the range of its type"
                 );
             }
-            DISCARD => format!("{version}Discard"),
+            Answer::DISCARD => format!("{version}Discard"),
             3 => format!("{version}Error"),
             4 => format!("{version}Fatal"),
             other => format!("the unknown status {other}"),
         };
-        let reasons = reasons(name);
+        let reasons = messages::reasons(name);
         match reasons.is_empty() {
             true => anyhow!("{name} (FMU `{file}`): {call} {at} returned {result}"),
             false => anyhow!(
@@ -75,16 +70,4 @@ impl Slave {
     pub(super) fn place(&self, at: At) -> String {
         format!("{} (FMU `{}`) {at}", self.name, self.fmu.file)
     }
-}
-
-/// The reasons that the instance has logged, else its warnings, each once.
-pub(super) fn reasons(instance: &str) -> Vec<String> {
-    let mut messages = messages::take();
-    messages.retain(|m| m.instance == instance || m.instance == messages::NOBODY);
-    if messages.iter().any(|m| !m.is_warning) {
-        messages.retain(|m| !m.is_warning);
-    }
-    let mut texts: Vec<_> = messages.into_iter().map(|m| m.text).collect();
-    texts.dedup();
-    texts
 }

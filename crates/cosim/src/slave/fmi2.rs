@@ -23,8 +23,6 @@ use crate::value::{Value, fits};
 
 /// `fmi2CoSimulation`.
 const CO_SIMULATION: c_int = 1;
-/// `fmi2Discard`.
-const DISCARD: c_int = 2;
 /// `fmi2Pending`.
 const PENDING: c_int = 5;
 /// `fmi2LastSuccessfulTime`.
@@ -119,7 +117,7 @@ impl Component {
             bail!("fmi2DoStep answered fmi2Pending, but steps in the background are not supported");
         }
         let (mut ends, kind) = (0, TERMINATED);
-        if status == Some(DISCARD) {
+        if status == Some(Answer::DISCARD) {
             // SAFETY: room for one value.
             let told = unsafe { call!(api, fmi2GetBooleanStatus(c, kind, &mut ends)) };
             if told.is_ok() && ends != 0 {
