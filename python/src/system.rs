@@ -9,8 +9,8 @@ use clap::ValueEnum as _;
 use cosim::cli::{InputArgs, RunArgs, STEP};
 use cosim::input_table::{Column, Table};
 use cosim::master::Schedule;
+use cosim::package::FmuPlace;
 use cosim::signals::connected;
-use cosim::system::FmuPlace;
 use cosim::{Experiment, Verdict, matching};
 use fmu_description::{Kind, Variable};
 use pyo3::prelude::*;
@@ -132,13 +132,9 @@ impl System {
         };
         let variant = source.variant.as_deref();
         let mut system = match source.files.as_slice() {
-            [path] if !is_fmu(path) => cosim::system::System::load_renamed(
-                path,
-                variant,
-                &place,
-                &source.replaced,
-                &source.maps,
-            )?,
+            [path] if !is_fmu(path) => {
+                cosim::system::System::load(path, variant, &place, &source.replaced, &source.maps)?
+            }
             files => cosim::system::System::of_fmus(files, &source.connect)?,
         };
         for name in source.feedthrough {

@@ -8,9 +8,9 @@ use anyhow::{Context, Result, bail, ensure};
 use cosim::experiment::Experiment;
 use cosim::faults::Faults;
 use cosim::fmu::Fmu;
-use cosim::package::Package;
+use cosim::package::{FmuPlace, Package};
 use cosim::schedule::{STEP, Schedule, Stepping};
-use cosim::system::{FmuPlace, System};
+use cosim::system::System;
 use serde_json::{Map, Value};
 
 use crate::run::Run;

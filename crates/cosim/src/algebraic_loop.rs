@@ -122,10 +122,8 @@ impl Unknowns {
     ) -> Result<Option<Self>> {
         let ports: Vec<Port> = outputs.collect();
         let (n, names) = (ports.len(), ports.iter().map(|port| wiring.name(*port)));
-        if let Some(port) = ports
-            .iter()
-            .find(|port| wiring.access(**port) != Access::Real)
-        {
+        let is_no_real = |port: &&Port| wiring.access(**port) != Access::Real;
+        if let Some(port) = ports.iter().find(is_no_real) {
             bail!(
                 "`{}` is in an algebraic loop and not Real: such a loop cannot be solved",
                 wiring.name(*port)
@@ -240,11 +238,10 @@ impl Unknowns {
     #[cold]
     fn fail(&self, at: At, why: &str) -> Result<()> {
         let residuals = self.names.iter().zip(self.residual.iter().zip(&self.y));
-        let residuals: Vec<_> = residuals
-            .map(|(name, (residual, y))| {
-                format!("`{name}` is {y} and would become {}", y + residual)
-            })
-            .collect();
+        let residuals = residuals.map(|(name, (residual, y))| {
+            format!("`{name}` is {y} and would become {}", y + residual)
+        });
+        let residuals: Vec<_> = residuals.collect();
         bail!(
             "algebraic loop {at}: after {} iterations {}; {why}",
             self.iterations,

@@ -41,13 +41,10 @@ pub fn resolve(structure: &mut Structure, fmus: &[Arc<Fmu>]) -> Result<()> {
                 connector.name,
                 all.len()
             );
-            let scalar = Connector {
-                dimensions: Vec::new(),
-                ..connector.clone()
-            };
             let one = |name: &String| Connector {
                 name: name.clone(),
-                ..scalar.clone()
+                dimensions: Vec::new(),
+                ..connector.clone()
             };
             component.connectors.extend(all.iter().map(one));
             arrays.push(((component.name.clone(), connector.name), all));

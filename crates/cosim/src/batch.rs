@@ -24,6 +24,8 @@ pub struct Planned {
     pub(crate) variables: Vec<usize>,
     /// References as the call passes them.
     pub(crate) references: Vec<u32>,
+    /// The same number of ones: orders of first derivatives.
+    pub(crate) ones: Vec<i32>,
     /// Number of values that the call passes.
     pub(crate) passed: usize,
     /// Place of each value among those that are passed.
@@ -97,6 +99,7 @@ impl Batch {
         let mut batch = Planned {
             access,
             references: Vec::new(),
+            ones: Vec::new(),
             passed: 0,
             places: Vec::new(),
             spans: Vec::new(),
@@ -110,12 +113,11 @@ impl Batch {
         if description.fmi == Version::Fmi2 {
             batch.references = batch.variables.iter().map(|k| of(k).reference).collect();
             batch.passed = batch.references.len();
+            batch.ones = vec![1; batch.passed];
             return Self(Arc::new(batch));
         }
-        batch.clocks = batch
-            .variables
-            .first()
-            .map_or(Vec::new(), |k| of(k).clocks.clone());
+        let first = batch.variables.first();
+        batch.clocks = first.map_or(Vec::new(), |k| of(k).clocks.clone());
         let mut firsts = HashMap::new();
         for (k, v) in batch.variables.iter().map(of).enumerate() {
             let first = *firsts.entry(v.reference).or_insert_with(|| {
@@ -133,12 +135,9 @@ impl Batch {
                 batch.discrete.push((slot, k));
             }
         }
-        let in_order = batch
-            .places
-            .iter()
-            .enumerate()
-            .all(|(k, place)| k == *place);
+        let in_order = batch.places.iter().copied().eq(0..batch.places.len());
         batch.is_whole = in_order && batch.passed == batch.places.len();
+        batch.ones = vec![1; batch.references.len()];
         Self(Arc::new(batch))
     }
 

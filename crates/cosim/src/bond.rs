@@ -55,7 +55,7 @@ pub(crate) struct BondStep {
 }
 
 /// Power residual of one bond, accumulated over a run.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct Residual {
     /// Name of the effort output.
     pub bond: String,
@@ -76,11 +76,7 @@ impl Residual {
     pub fn new(bond: String) -> Self {
         Self {
             bond,
-            power: 0.0,
-            peak: 0.0,
-            energy: 0.0,
-            turnover: 0.0,
-            passed: 0.0,
+            ..Self::default()
         }
     }
 

@@ -1,11 +1,12 @@
 //! What the command lines of programs on this library share: which system, how it is stepped, which
 //! values it starts from, which signals are written where, how a program ends.
 
+mod places;
 mod step_args;
 
 use std::fmt::Display;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
@@ -25,15 +26,13 @@ use crate::scenario;
 pub use crate::schedule::STEP;
 use crate::schedule::{Between, parse_rate};
 use crate::signals::{matches_pattern, matching_any};
-use crate::structure::Structure;
-use crate::system::{FmuPlace, System};
+use crate::system::System;
 use crate::verdict::Verdict;
 use crate::wiring::Port;
+use places::place_of_fmi_3;
 
+pub use places::{find, place};
 pub use step_args::StepArgs;
-
-/// Environment variable that names the folder of the packed FMUs.
-const FMU_DIR: &str = "FMU_DIR";
 
 /// Which system is run.
 #[derive(Args, Clone)]
@@ -85,8 +84,7 @@ impl SystemArgs {
     pub fn load(&self, default: impl FnOnce() -> Result<PathBuf>) -> Result<System> {
         let path = self.system.clone().map_or_else(default, Ok)?;
         let place = match (&self.fmu_dir, self.fmi) {
-            (Some(folder), Some(3)) => FmuPlace::Folder(folder.join(FMI_3)),
-            (None, Some(3)) => FmuPlace::Folder(folder_of_fmi_3(&path)?),
+            (folder, Some(3)) => place_of_fmi_3(folder.as_deref(), &path)?,
             (folder, _) => place(folder.as_deref())?,
         };
         let replaced = self.fmus.iter().map(|text| {
@@ -105,7 +103,7 @@ impl SystemArgs {
         };
         let maps = self.maps.iter().map(mapping).collect::<Result<Vec<_>>>()?;
         let variant = self.variant.as_deref();
-        let mut system = System::load_renamed(&path, variant, &place, &replaced, &maps)?;
+        let mut system = System::load(&path, variant, &place, &replaced, &maps)?;
         for set in &self.parameters {
             system.apply_set(set)?;
         }
@@ -119,11 +117,10 @@ impl SystemArgs {
         }
         for text in &self.rates {
             let (pattern, step) = parse_rate(text).context("--rate")?;
-            let Structure {
-                components, rates, ..
-            } = &mut system.structure;
-            let names = components.iter().map(|c| &c.name);
+            let structure = &mut system.structure;
+            let names = structure.components.iter().map(|c| &c.name);
             let names = names.filter(|name| matches_pattern(pattern, name));
+            let rates = &mut structure.rates;
             let before = rates.len();
             rates.extend(names.map(|name| (name.clone(), step)));
             ensure!(
@@ -362,7 +359,7 @@ impl CsvArgs {
             false => matching_any(system, &self.signals)?,
         };
         let (interval, stepping) = (self.interval, experiment.stepping);
-        Log::create_with(path, system, &ports, interval, stepping, has_steps).map(Some)
+        Log::create(path, system, &ports, interval, stepping, has_steps).map(Some)
     }
 }
 
@@ -412,61 +409,6 @@ impl ValueEnum for Schedule {
         let named = Self::NAMED.iter().find(|(_, schedule)| schedule == self);
         Some(PossibleValue::new(named?.0).help(help))
     }
-}
-
-/// Where the FMUs of a system lie: in `folder`, else where the system says or where a program finds
-/// FMUs by itself.
-pub fn place(folder: Option<&Path>) -> Result<FmuPlace> {
-    Ok(match folder {
-        Some(folder) => FmuPlace::Folder(folder.to_path_buf()),
-        None => FmuPlace::Structure {
-            else_in: folders()?,
-        },
-    })
-}
-
-/// Folders in which packed FMUs are looked for: the one that the environment variable `FMU_DIR`
-/// names; else the program's own, `fmu/` in it, and `fmu/` in the folders above it (the build
-/// folder).
-fn folders() -> Result<Vec<PathBuf>> {
-    if let Some(folder) = std::env::var_os(FMU_DIR) {
-        return Ok(vec![PathBuf::from(folder)]);
-    }
-    let program = std::env::current_exe()?;
-    let own = program.parent().context("a program lies in a folder")?;
-    let above = own.ancestors().take(4).map(|folder| folder.join("fmu"));
-    Ok(std::iter::once(own.to_path_buf()).chain(above).collect())
-}
-
-/// Name of the folder with the FMUs of FMI 3.0, beside those of 2.0.
-const FMI_3: &str = "fmi3";
-
-/// The folder of the FMUs of FMI 3.0: beside the system, else in one of the places where a program
-/// finds FMUs by itself.
-fn folder_of_fmi_3(system: &Path) -> Result<PathBuf> {
-    let beside = system.parent().map(Path::to_path_buf);
-    let places: Vec<PathBuf> = beside.into_iter().chain(folders()?).collect();
-    let found = places.iter().map(|folder| folder.join(FMI_3));
-    found.clone().find(|folder| folder.is_dir()).with_context(|| {
-        let places: Vec<_> = found.map(|f| f.display().to_string()).collect();
-        format!(
-            "there is no folder of FMUs of FMI 3.0: name the one that holds `{FMI_3}` (--fmu-dir DIR); looked for {}",
-            places.join(", ")
-        )
-    })
-}
-
-/// The packed system `name` in one of the places where a program finds FMUs by itself.
-pub fn find(name: &str) -> Result<PathBuf> {
-    let files: Vec<PathBuf> = folders()?.iter().map(|folder| folder.join(name)).collect();
-    let found = files.iter().find(|file| file.is_file()).cloned();
-    found.with_context(|| {
-        let places: Vec<_> = files.iter().map(|f| f.display().to_string()).collect();
-        format!(
-            "there is no {name}: name a system (--system FILE) or the folder of the FMUs (environment variable {FMU_DIR}); looked for {}",
-            places.join(", ")
-        )
-    })
 }
 
 /// A progress bar over `length` steps or runs; an invisible one where it is to be `hidden`.

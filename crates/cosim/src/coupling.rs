@@ -9,7 +9,7 @@ use crate::bond::{BondSlots, BondStep, Residual};
 use crate::exchange::{Exchange, Passed};
 use crate::means::Means;
 use crate::schedule::rates::{ComponentStep, PastValues, Rates};
-use crate::slave::{At, BegunCall, Failure, Slave, State, all};
+use crate::slave::{At, BegunCall, Call, Failure, Slave, State, all};
 
 /// Passes of Event Mode after which discrete states that still change are a failure.
 const PASSES: usize = 100;
@@ -58,10 +58,9 @@ impl<S> Saved<S> {
             "a state of another run"
         );
         let slaves = coupling.slaves.iter().zip(self.slaves);
+        let slaves = slaves.map(|(slave, state)| of(slave, state));
         Ok(Saved {
-            slaves: slaves
-                .map(|(slave, s)| of(slave, s))
-                .collect::<Result<_>>()?,
+            slaves: slaves.collect::<Result<_>>()?,
             passed: self.passed,
             derivatives: self.derivatives,
             means: self.means,
@@ -82,13 +81,12 @@ impl Coupling {
 
     /// Back to such a state.
     pub fn restore_bytes(&mut self, saved: Saved<Vec<u8>>, t: f64) -> Result<()> {
-        let fits = self.exchange.fits(&saved.passed)
-            && self.derivatives.is_some() == saved.derivatives.is_some()
-            && self.means.values.len() == saved.means.len()
-            && self.residuals.len() == saved.residuals.len()
-            && self.rates.is_some() == saved.rates.is_some();
         ensure!(
-            fits,
+            self.exchange.fits(&saved.passed)
+                && self.derivatives.is_some() == saved.derivatives.is_some()
+                && self.means.values.len() == saved.means.len()
+                && self.residuals.len() == saved.residuals.len()
+                && self.rates.is_some() == saved.rates.is_some(),
             "a state of a system or of faults that differ from these"
         );
         let saved = saved.with(self, |slave, bytes| {
@@ -262,10 +260,9 @@ impl Coupling {
             }
         }
         for k in rank.iter().copied() {
-            let given = if gives_means {
-                self.give_means(k, t)
-            } else {
-                Ok(())
+            let given = match gives_means {
+                true => self.give_means(k, t),
+                false => Ok(()),
             };
             let done = given.and_then(|()| match is_elsewhere(self, k) && self.rates.is_some() {
                 true => self.make(k, [t, h], false),
@@ -293,7 +290,7 @@ impl Coupling {
             self.look_ahead(k, t, h)?;
             return self.make(k, [t, h], true);
         }
-        slaves[k].begin(BegunCall::Step(t, h));
+        slaves[k].begin(BegunCall::Plain(Call::Step(t, h)));
         if let Some(read) = &self.means.reads[k] {
             read.begin(slaves);
         }
@@ -307,8 +304,7 @@ impl Coupling {
 
     /// All instances into Event Mode, where they have one.
     pub fn enter_events(&self, t: f64) -> Result<()> {
-        let at = At::Time(t);
-        all(self.timed(), BegunCall::EnterEvents, |s| s.enter_events(at))
+        all(self.timed(), Call::EnterEvents, At::Time(t)).map(drop)
     }
 
     /// Out of Event Mode, once no discrete state changes any more; where one does, the values are
@@ -316,13 +312,8 @@ impl Coupling {
     pub fn leave_events(&mut self, t: f64) -> Result<()> {
         let at = At::Time(t);
         for _ in 0..PASSES {
-            let mut again = false;
-            all(self.timed(), BegunCall::UpdateEvents, |slave| {
-                again |= slave.update_events(at)?;
-                Ok(())
-            })?;
-            if !again {
-                return all(self.timed(), BegunCall::LeaveEvents, |s| s.leave_events(at));
+            if all(self.timed(), Call::UpdateEvents, at)? == 0.0 {
+                return all(self.timed(), Call::LeaveEvents, at).map(drop);
             }
             self.pass_again(t)?;
         }
@@ -331,7 +322,8 @@ impl Coupling {
 
     /// All instances out of Event Mode, each for itself.
     pub fn settle(&self, t: f64) -> Result<()> {
-        self.timed().try_for_each(|s| s.settle(At::Time(t)))
+        self.timed()
+            .try_for_each(|s| s.call(Call::Settle, At::Time(t)).map(drop))
     }
 
     /// Time of the first event before `end`, s, at which a step is split; none where a component
@@ -355,7 +347,7 @@ impl Coupling {
                 self.exchange.write_of(k, &self.slaves, at)?;
             }
             slave
-                .tick(t, tolerance)
+                .call(Call::Tick(t, tolerance), at)
                 .map_err(|error| match &self.fixed {
                     Some(fixed) => error.context(format!(
                         "the step cannot be split, because `{fixed}` cannot vary its step"
@@ -363,7 +355,7 @@ impl Coupling {
                     None => error,
                 })?;
             if !is_staged {
-                slave.settle(at)?;
+                slave.call(Call::Settle, at)?;
                 self.exchange.read_of(k, &self.slaves, at)?;
             }
         }
@@ -381,12 +373,10 @@ impl Coupling {
     /// components were given. With `gives_means` a component that was stepped later was given the
     /// mean effort.
     pub fn note_bonds(&mut self, h: f64, gives_means: bool) {
-        let half = 0.5 * h;
+        let (half, derivatives) = (0.5 * h, self.derivatives.as_ref());
         let rise = |slot: Option<usize>| {
-            self.derivatives
-                .as_ref()
-                .zip(slot)
-                .map_or(0.0, |(d, slot)| half * d.values[slot])
+            let both = derivatives.zip(slot);
+            both.map_or(0.0, |(d, slot)| half * d.values[slot])
         };
         for (k, (bond_step, bond)) in self.bond_steps.iter_mut().zip(&self.bonds).enumerate() {
             let mean = self.means.values[bond.mean_slot];
@@ -398,10 +388,9 @@ impl Coupling {
             let [effort, flow] = balance.map_or(before, |balance| balance.given(k));
             let held = effort + rise(bond.derivative_slots.0);
             let held = bond.transformation.of(held);
-            let effort_given = if gives_means && bond.mean_given {
-                effort_exerted
-            } else {
-                held
+            let effort_given = match gives_means && bond.mean_given {
+                true => effort_exerted,
+                false => held,
             };
             let flow_given = flow + rise(bond.derivative_slots.1);
             *bond_step = BondStep {

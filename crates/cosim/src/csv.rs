@@ -116,20 +116,9 @@ pub struct Log {
 }
 
 impl Log {
-    /// Log the variables `ports` every `interval`, s, else at every communication point.
+    /// Log the variables `ports` every `interval`, s, else at every communication point. Where
+    /// lengths are chosen, the last columns are `step`, s, and `step_error`, beside what is allowed.
     pub fn create(
-        path: &Path,
-        system: &System,
-        ports: &[Port],
-        interval: Option<f64>,
-        stepping: Stepping,
-    ) -> Result<Self> {
-        Self::create_with(path, system, ports, interval, stepping, false)
-    }
-
-    /// The same, with the columns `step`, s, and `step_error`, beside what is allowed, where lengths
-    /// are chosen.
-    pub fn create_with(
         path: &Path,
         system: &System,
         ports: &[Port],

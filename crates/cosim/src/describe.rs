@@ -1,6 +1,7 @@
 //! What `cosim info` says of FMUs and systems, as text and as JSON. The names in the JSON are a
 //! contract (`docs/cosim.md`): names are added, none is renamed.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use crate::structure::Structure;
@@ -25,52 +26,32 @@ impl Fmu {
     pub fn of(file: String, mut archive: Archive) -> anyhow::Result<Self> {
         let description = archive.description()?;
         let names = archive.names();
-        let mut platforms: Vec<String> = names
-            .filter_map(|name| name.strip_prefix("binaries/")?.split_once('/'))
+        let libraries = names.filter_map(|name| name.strip_prefix("binaries/")?.split_once('/'));
+        let platforms: BTreeSet<_> = libraries
             .map(|(platform, _)| platform.to_string())
             .collect();
-        platforms.sort();
-        platforms.dedup();
         Ok(Self {
             file,
             description,
-            platforms,
+            platforms: platforms.into_iter().collect(),
         })
     }
 }
 
 /// What an FMU can do: its name in JSON, in text, and whether it can.
+#[rustfmt::skip]
 fn abilities(c: &Capabilities) -> [(&'static str, &'static str, bool); 9] {
+    let derivatives = c.output_derivative_order > 0;
     [
         ("variable_step", "variable step", c.variable_step),
-        (
-            "interpolates_inputs",
-            "interpolates inputs",
-            c.interpolates_inputs,
-        ),
-        (
-            "output_derivatives",
-            "derivatives of outputs",
-            c.output_derivative_order > 0,
-        ),
+        ("interpolates_inputs", "interpolates inputs", c.interpolates_inputs),
+        ("output_derivatives", "derivatives of outputs", derivatives),
         ("saves_state", "saves its state", c.saves_state),
         ("serializes_state", "state as bytes", c.serializes_state),
-        (
-            "directional_derivatives",
-            "directional derivatives",
-            c.directional_derivatives,
-        ),
+        ("directional_derivatives", "directional derivatives", c.directional_derivatives),
         ("event_mode", "Event Mode", c.event_mode),
-        (
-            "needs_execution_tool",
-            "needs its tool",
-            c.needs_execution_tool,
-        ),
-        (
-            "only_once_per_process",
-            "only one instance in a process",
-            c.only_once,
-        ),
+        ("needs_execution_tool", "needs its tool", c.needs_execution_tool),
+        ("only_once_per_process", "only one instance in a process", c.only_once),
     ]
 }
 
@@ -95,10 +76,9 @@ pub fn fmu_json(fmu: &Fmu) -> Value {
 
 /// A variable as JSON.
 pub fn variable_json(d: &Description, v: &Variable) -> Value {
-    let starts: Vec<Value> = v.start.iter().map(|text| start_json(v, text)).collect();
-    let start = match starts.as_slice() {
-        [] => Value::Null,
-        [one] => one.clone(),
+    let mut starts: Vec<Value> = v.start.iter().map(|text| start_json(v, text)).collect();
+    let start = match starts.len() {
+        0 | 1 => starts.pop().unwrap_or_default(),
         _ => starts.into(),
     };
     let items = match &v.kind {
@@ -189,25 +169,20 @@ pub fn system(file: &str, s: &Structure, fmus: &[Fmu]) -> String {
 pub fn fmu(fmu: &Fmu) -> String {
     let d = &fmu.description;
     let mut text = format!("{}: {}, FMI {}", fmu.file, d.model, d.fmi);
-    let mut line = |l: String| {
-        text.push_str(&l);
-        text.push('\n');
-    };
-    match d.tool.is_empty() {
-        true => line(String::new()),
-        false => line(format!(", made by {}", d.tool)),
+    if !d.tool.is_empty() {
+        text += &format!(", made by {}", d.tool);
     }
+    text.push('\n');
+    let mut line = |l: String| text += &(l + "\n");
     let platforms: Vec<&str> = fmu.platforms.iter().map(String::as_str).collect();
     line(format!("  platforms: {}", listed(&platforms)));
     let has = abilities(&d.capabilities);
     let has: Vec<&str> = has.iter().filter(|a| a.2).map(|a| a.1).collect();
     line(format!("  abilities: {}", listed(&has)));
     let e = &d.default_experiment;
-    let times = [("start", e.start), ("stop", e.stop), ("step", e.step)];
-    let times: Vec<String> = times
-        .iter()
-        .filter_map(|(n, t)| Some(format!("{n} {} s", (*t)?)))
-        .collect();
+    let times = [("start", e.start), ("stop", e.stop), ("step", e.step)].into_iter();
+    let times = times.filter_map(|(name, t)| Some(format!("{name} {} s", t?)));
+    let times: Vec<String> = times.collect();
     if !times.is_empty() {
         line(format!("  default experiment: {}", times.join(", ")));
     }
@@ -228,13 +203,8 @@ fn listed(items: &[&str]) -> String {
 }
 
 fn variable(description: &Description, v: &Variable) -> String {
-    let mut text = format!(
-        "  {}: {}, {} {}",
-        v.name,
-        word(&v.causality),
-        word(&v.variability),
-        v.kind.name()
-    );
+    let (causality, variability) = (word(&v.causality), word(&v.variability));
+    let mut text = format!("  {}: {causality}, {variability} {}", v.name, v.kind.name());
     if !v.dimensions.is_empty() {
         let _ = write!(text, " {:?}", v.dimensions);
     }
@@ -244,12 +214,9 @@ fn variable(description: &Description, v: &Variable) -> String {
     if let Some(start) = v.start_of(0) {
         let _ = write!(text, ", start {start}");
     }
-    match (v.min, v.max) {
-        (None, None) => {}
-        (min, max) => {
-            let bound = |b: Option<f64>| b.map_or("…".to_string(), |b| b.to_string());
-            let _ = write!(text, ", {} to {}", bound(min), bound(max));
-        }
+    if v.min.or(v.max).is_some() {
+        let [min, max] = [v.min, v.max].map(|b| b.map_or("…".to_string(), |b| b.to_string()));
+        let _ = write!(text, ", {min} to {max}");
     }
     match depends_on(description, v) {
         Some(None) => text.push_str(", dependencies not declared"),

@@ -2,213 +2,20 @@
 //! has outputs there, then one write per component that receives them. Running it neither looks
 //! anything up nor allocates.
 
+mod transfers;
+
 use std::collections::{BTreeMap, BTreeSet};
-use std::ops::Range;
 
 use crate::algebraic_loop::{LoopStage, Unknowns};
-use crate::batch::Batch;
 use crate::faults::Alteration;
-use crate::slave::{At, BegunCall, Failure, Slave};
-use crate::transformation::Transformation;
+use crate::slave::{At, Failure, Slave};
 use crate::value::{Value, is_wide};
-use crate::wiring::{Link, Port, Undeclared, Wiring};
+use crate::wiring::{Feedthrough, Link, Port, Undeclared, Wiring};
 use anyhow::Result;
 use fmu_description::{Access, Variability};
 use serde::{Deserialize, Serialize};
 
-/// Values of one component's variables of one type, read together.
-#[derive(Debug)]
-pub struct Read {
-    slave: usize,
-    batch: Batch,
-    slots: Range<usize>,
-}
-
-impl Read {
-    /// Component that is read.
-    pub fn component(&self) -> usize {
-        self.slave
-    }
-
-    /// Slots of the values.
-    pub(crate) fn slots(&self) -> Range<usize> {
-        self.slots.clone()
-    }
-
-    /// Begin to read where the instance is in another thread.
-    pub(crate) fn begin(&self, slaves: &[Slave]) {
-        slaves[self.slave].begin(BegunCall::Get(&self.batch));
-    }
-
-    fn run_any(
-        &self,
-        slaves: &[Slave],
-        values: &mut [f64],
-        wide: &mut [Value],
-        at: At,
-    ) -> Result<()> {
-        match self.batch.is_wide {
-            false => self.run(slaves, values, at),
-            true => slaves[self.slave].get_whole(&self.batch, &mut wide[self.slots.clone()], at),
-        }
-    }
-
-    /// Read the values into their slots.
-    pub fn run(&self, slaves: &[Slave], values: &mut [f64], at: At) -> Result<()> {
-        slaves[self.slave].get(&self.batch, &mut values[self.slots.clone()], at)
-    }
-}
-
-/// Values of one component's inputs of one type, set together.
-#[derive(Debug)]
-pub struct Write {
-    slave: usize,
-    batch: Batch,
-    slots: Vec<usize>,
-    /// What becomes of some of the values on their way, by place.
-    transformed: Vec<(usize, Transformation)>,
-    /// Which values are altered, by place and channel: as outputs give them, and as inputs take
-    /// them.
-    altered: [Vec<(usize, usize)>; 2],
-    /// The values come from outputs that do not pass as numbers.
-    is_wide: bool,
-}
-
-impl Write {
-    /// Component that is written to.
-    pub fn component(&self) -> usize {
-        self.slave
-    }
-
-    /// Number of values.
-    pub(crate) fn len(&self) -> usize {
-        self.slots.len()
-    }
-
-    /// From now on values are altered on their way.
-    pub(crate) fn attach(&mut self, wiring: &Wiring, faults: &mut Alteration) {
-        for (place, variable) in self.batch.variables.iter().enumerate() {
-            let input = Port {
-                component: self.slave,
-                variable: *variable,
-            };
-            let driver = wiring.driver(input).map(|link| wiring.links[link].from);
-            for (port, altered) in [driver, Some(input)].iter().zip(&mut self.altered) {
-                let channel = port.and_then(|port| faults.channel(port));
-                altered.extend(channel.map(|channel| (place, channel)));
-            }
-        }
-    }
-
-    /// Set the inputs to the values in their slots; `buffer` has room for all of them.
-    pub fn run(
-        &self,
-        slaves: &[Slave],
-        values: &[f64],
-        buffer: &mut [f64],
-        faults: Option<&mut Alteration>,
-        at: At,
-    ) -> Result<()> {
-        let buffer = self.gather(values, buffer, faults);
-        slaves[self.slave].set(&self.batch, buffer, at)
-    }
-
-    /// Set the inputs of an instance in this thread; of one in another, begin to.
-    pub(crate) fn begin(
-        &self,
-        slaves: &[Slave],
-        values: &[f64],
-        buffer: &mut [f64],
-        faults: Option<&mut Alteration>,
-        at: At,
-    ) -> Result<()> {
-        let slave = &slaves[self.slave];
-        if !slave.is_elsewhere() {
-            return self.run(slaves, values, buffer, faults, at);
-        }
-        slave.begin(BegunCall::Set(
-            &self.batch,
-            self.gather(values, buffer, faults),
-        ));
-        Ok(())
-    }
-
-    /// The end of what was begun.
-    pub(crate) fn end(&self, slaves: &[Slave], at: At) -> Result<()> {
-        match slaves[self.slave].is_elsewhere() {
-            true => slaves[self.slave].set(&self.batch, &[], at),
-            false => Ok(()),
-        }
-    }
-
-    fn gather<'a>(
-        &self,
-        values: &[f64],
-        buffer: &'a mut [f64],
-        mut faults: Option<&mut Alteration>,
-    ) -> &'a mut [f64] {
-        let buffer = self.gather_raw(values, buffer);
-        let mut alter = |altered: &[(usize, usize)], buffer: &mut [f64]| {
-            let Some(faults) = &mut faults else { return };
-            for (k, channel) in altered {
-                buffer[*k] = faults.of(*channel, buffer[*k]);
-            }
-        };
-        alter(&self.altered[0], buffer);
-        for (k, transformation) in &self.transformed {
-            buffer[*k] = transformation.of(buffer[*k]);
-        }
-        alter(&self.altered[1], buffer);
-        buffer
-    }
-
-    /// Set the inputs to whole values, which `buffer` takes up.
-    fn run_wide(
-        &self,
-        slaves: &[Slave],
-        wide: &[Value],
-        buffer: &mut Vec<Value>,
-        at: At,
-    ) -> Result<()> {
-        buffer.clear();
-        buffer.extend(self.slots.iter().map(|slot| wide[*slot].clone()));
-        for (k, transformation) in &self.transformed {
-            if let Value::Whole(number) = &mut buffer[*k] {
-                *number = transformation.of_whole(*number);
-            }
-        }
-        slaves[self.slave].set_whole(&self.batch, buffer, at)
-    }
-
-    /// Of time derivatives: an offset has none.
-    fn gather_derivatives<'a>(
-        &self,
-        values: &[f64],
-        buffer: &'a mut [f64],
-        faults: Option<&Alteration>,
-    ) -> &'a mut [f64] {
-        let buffer = self.gather_raw(values, buffer);
-        for (k, transformation) in &self.transformed {
-            buffer[*k] = transformation.of_derivative(buffer[*k]);
-        }
-        let altered = self.altered.iter().flatten();
-        for (faults, (k, channel)) in faults
-            .iter()
-            .flat_map(|f| altered.clone().map(move |a| (f, a)))
-        {
-            buffer[*k] = faults.of_derivative(*channel, buffer[*k]);
-        }
-        buffer
-    }
-
-    fn gather_raw<'a>(&self, values: &[f64], buffer: &'a mut [f64]) -> &'a mut [f64] {
-        let buffer = &mut buffer[..self.slots.len()];
-        for (b, slot) in buffer.iter_mut().zip(&self.slots) {
-            *b = values[*slot];
-        }
-        buffer
-    }
-}
+pub use transfers::{Read, Write, reads, writes};
 
 #[derive(Debug, Default)]
 struct Stage {
@@ -256,7 +63,6 @@ pub struct Exchange {
     wide: Vec<Value>,
     buffer: Vec<f64>,
     wide_buffer: Vec<Value>,
-    ones: Vec<i32>,
     /// Outputs that depend on each other over a step: [`Order::AtOnce`] only.
     pub(crate) over_step: Option<Unknowns>,
     /// Instances are in several threads, so calls are begun for all before they are ended.
@@ -276,12 +82,13 @@ impl Exchange {
             Order::Repeated => Undeclared::None,
             _ => Undeclared::All,
         };
+        let which = Feedthrough {
+            is_initial,
+            undeclared,
+        };
         let (levels, loops) = match order {
             Order::AtOnce | Order::RepeatedAtOnce => (vec![0; wiring.links.len()], Vec::new()),
-            _ => (
-                wiring.levels(is_initial, undeclared)?,
-                wiring.loops(is_initial, undeclared),
-            ),
+            _ => (wiring.levels(which)?, wiring.loops(which)),
         };
         let mut stages = Vec::new();
         let mut slots = BTreeMap::new();
@@ -291,32 +98,25 @@ impl Exchange {
         let outputs = kept.map(|link| link.from).filter(is_first);
         let first = reads(wiring, outputs, &mut slots);
         for level in 0..=levels.iter().copied().max().unwrap_or(0) {
-            let links: Vec<_> = wiring
-                .links
-                .iter()
-                .zip(&levels)
-                .filter(|(link, l)| **l == level && is_kept(link))
-                .map(|(link, _)| link)
-                .collect();
+            let all = wiring.links.iter().zip(&levels);
+            let own = all.filter(|(link, l)| **l == level && is_kept(link));
+            let links: Vec<&Link> = own.map(|(link, _)| link).collect();
             let outputs = links.iter().map(|link| link.from);
-            let outputs = outputs.filter(|port| !is_first(port));
-            let reads = reads(wiring, outputs, &mut slots);
+            let reads = reads(wiring, outputs.filter(|port| !is_first(port)), &mut slots);
             let writes = [false, true].map(|wide| {
-                let chosen = links
+                let own = links
                     .iter()
-                    .filter(|link| is_wide(wiring.access(link.from)) == wide);
-                let inputs = chosen.map(|l| (l.to, slots[&l.from], l.transformation.clone()));
+                    .filter(|l| is_wide(wiring.access(l.from)) == wide);
+                let inputs = own.map(|l| (l.to, slots[&l.from], l.transformation.clone()));
                 let mut writes = writes(wiring, inputs);
                 writes.iter_mut().for_each(|write| write.is_wide = wide);
                 writes
             });
             let writes = writes.into_iter().flatten().collect();
-            let read: BTreeSet<_> = reads.iter().flat_map(|read| read.slots.clone()).collect();
-            let of_stage = loops
-                .iter()
-                .flatten()
-                .filter(|port| slots.get(port).is_some_and(|slot| read.contains(slot)));
-            let unknowns = Unknowns::new(wiring, &slots, of_stage.copied())?;
+            let read: BTreeSet<_> = reads.iter().flat_map(Read::slots).collect();
+            let is_read = |port: &Port| slots.get(port).is_some_and(|slot| read.contains(slot));
+            let of_stage = loops.iter().flatten().copied().filter(is_read);
+            let unknowns = Unknowns::new(wiring, &slots, of_stage)?;
             stages.push(Stage {
                 reads,
                 writes,
@@ -325,7 +125,10 @@ impl Exchange {
         }
         let mut over_step = None;
         if order == Order::AtOnce {
-            let loops = wiring.loops(false, Undeclared::AllOverStep);
+            let loops = wiring.loops(Feedthrough {
+                is_initial: false,
+                undeclared: Undeclared::AllOverStep,
+            });
             let is_continuous = |port: &Port| {
                 let variability = wiring.variable(*port).variability;
                 wiring.access(*port) == Access::Real && variability == Variability::Continuous
@@ -333,13 +136,8 @@ impl Exchange {
             let outputs = loops.into_iter().flatten().filter(is_continuous);
             over_step = Unknowns::new(wiring, &slots, outputs)?;
         }
-        let widest = stages
-            .iter()
-            .flat_map(|s| &s.writes)
-            .map(|w| w.slots.len())
-            .max()
-            .unwrap_or(0);
-        let (values, ones) = (vec![0.0; slots.len()], vec![1; slots.len().max(widest)]);
+        let all_writes = stages.iter().flat_map(|stage| &stage.writes);
+        let widest = all_writes.map(Write::len).max().unwrap_or(0);
         let mut wide = Vec::new();
         if slots.keys().any(|port| is_wide(wiring.access(*port))) {
             wide = vec![Value::none(Access::Int64); slots.len()];
@@ -347,11 +145,10 @@ impl Exchange {
         Ok(Self {
             first,
             stages,
-            values,
+            values: vec![0.0; slots.len()],
             wide,
             buffer: vec![0.0; widest],
             wide_buffer: Vec::new(),
-            ones,
             slots,
             over_step,
             is_beside: false,
@@ -419,14 +216,13 @@ impl Exchange {
             match self.stages[k].unknowns.take() {
                 None => self.write_stage(k, None, slaves, at)?,
                 Some(mut unknowns) => {
-                    let exchange = &mut *self;
-                    let mut stage = SolvedStage {
-                        exchange,
+                    let stage = &mut SolvedStage {
+                        exchange: &mut *self,
                         k,
                         slaves,
                         at,
                     };
-                    let solved = unknowns.solve(&mut stage, at);
+                    let solved = unknowns.solve(stage, at);
                     self.stages[k].unknowns = Some(unknowns);
                     solved?;
                 }
@@ -446,12 +242,8 @@ impl Exchange {
                 before[**k].to_bits() != self.values[**k].to_bits()
                     || wide.get(**k) != self.wide.get(**k)
             };
-            changed = self
-                .slots
-                .iter()
-                .filter(differs)
-                .map(|(port, _)| *port)
-                .collect();
+            let slots = self.slots.iter().filter(differs);
+            changed = slots.map(|(port, _)| *port).collect();
             if changed.is_empty() {
                 break;
             }
@@ -567,11 +359,11 @@ impl Exchange {
             } in &stage.reads
             {
                 let values = &mut self.values[slots.clone()];
-                slaves[*slave].get_derivatives(batch, &self.ones, values, at)?;
+                slaves[*slave].get_derivatives(batch, values, at)?;
             }
             for write in &stage.writes {
                 let derivatives = write.gather_derivatives(&self.values, &mut self.buffer, faults);
-                slaves[write.slave].set_derivatives(&write.batch, &self.ones, derivatives, at)?;
+                slaves[write.slave].set_derivatives(&write.batch, derivatives, at)?;
             }
         }
         Ok(())
@@ -584,28 +376,23 @@ impl Exchange {
             1 => "1 value".to_string(),
             _ => format!("{n} values"),
         };
+        let name = |slot| self.output(slot).map(|port| wiring.name(port));
         if !self.first.is_empty() {
             text += "right after the step, before any input is set\n";
         }
         for r in &self.first {
-            let (first, last) = (r.slots.start, r.slots.end);
-            let names = (first..last).filter_map(|k| self.output(k));
-            let names: Vec<_> = names.map(|port| wiring.name(port)).collect();
+            let names: Vec<_> = r.slots().filter_map(name).collect();
             text += &format!("  get {}, {}\n", count(r.batch.len()), names.join(", "));
         }
         for (k, stage) in self.stages.iter().enumerate() {
             text += &format!("stage {}\n", k + 1);
             for r in &stage.reads {
-                let first = self.output(r.slots.start).map(|p| wiring.name(p));
-                let first = first.unwrap_or_default();
+                let first = name(r.slots.start).unwrap_or_default();
                 text += &format!("  get {}, {first} …\n", count(r.batch.len()));
             }
             for w in &stage.writes {
-                text += &format!(
-                    "  set {} of {}\n",
-                    count(w.batch.len()),
-                    wiring.component(w.slave)
-                );
+                let component = wiring.component(w.slave);
+                text += &format!("  set {} of {component}\n", count(w.batch.len()));
             }
         }
         text
@@ -640,63 +427,4 @@ impl LoopStage for SolvedStage<'_> {
     fn derivatives_of(&self) -> Option<&[Slave]> {
         self.exchange.faults.is_none().then_some(self.slaves)
     }
-}
-
-/// One read per component, type and clocks; new slots are numbered on in `slots` so that each read fills a
-/// contiguous range.
-pub fn reads(
-    wiring: &Wiring,
-    ports: impl Iterator<Item = Port>,
-    slots: &mut BTreeMap<Port, usize>,
-) -> Vec<Read> {
-    let mut together: BTreeMap<_, Vec<Port>> = BTreeMap::new();
-    for port in ports {
-        let key = (port.component, wiring.access(port), wiring.clocks(port));
-        let list = together.entry(key).or_default();
-        if !list.contains(&port) {
-            list.push(port);
-        }
-    }
-    let mut reads = Vec::new();
-    for ((slave, ..), ports) in together {
-        let start = slots.len();
-        for (k, port) in ports.iter().enumerate() {
-            slots.insert(*port, start + k);
-        }
-        reads.push(Read {
-            slave,
-            batch: wiring.batch(slave, ports.iter().map(|p| p.variable)),
-            slots: start..start + ports.len(),
-        });
-    }
-    reads
-}
-
-/// One write per component, type and clocks, of inputs, the slots their values come from, and what becomes
-/// of them on the way.
-pub fn writes(
-    wiring: &Wiring,
-    inputs: impl Iterator<Item = (Port, usize, Transformation)>,
-) -> Vec<Write> {
-    let mut together: BTreeMap<_, Vec<_>> = BTreeMap::new();
-    for input in inputs {
-        let port = input.0;
-        let key = (port.component, wiring.access(port), wiring.clocks(port));
-        together.entry(key).or_default().push(input);
-    }
-    let mut writes = Vec::new();
-    for ((slave, ..), inputs) in together {
-        let transformed = inputs.iter().map(|(.., t)| t.clone()).enumerate();
-        writes.push(Write {
-            slave,
-            batch: wiring.batch(slave, inputs.iter().map(|(port, ..)| port.variable)),
-            slots: inputs.iter().map(|(_, slot, _)| *slot).collect(),
-            transformed: transformed
-                .filter(|(_, t)| *t != Transformation::NONE)
-                .collect(),
-            altered: Default::default(),
-            is_wide: false,
-        });
-    }
-    writes
 }

@@ -130,12 +130,13 @@ impl Faults {
                     )
                 }
                 (Some(wire), None) => {
-                    let ends = [wire.from, wire.to].map(|end| wiring.name(end));
-                    format!("the wire {}", ends.join(" -> "))
+                    let [from, to] = [wire.from, wire.to].map(|end| wiring.name(end));
+                    format!("the wire {from} -> {to}")
                 }
                 (Some(_), Some(_)) => format!("all wires from {name}"),
-                (None, _) if is_input && fed.contains(&port) => format!("the input {name}"),
-                (None, _) if is_input && fault.is_event => format!("the input {name}"),
+                (None, _) if is_input && (fault.is_event || fed.contains(&port)) => {
+                    format!("the input {name}")
+                }
                 (None, _) if is_input => {
                     bail!("no connection and no input file gives `{name}` a value to alter")
                 }
@@ -150,11 +151,10 @@ impl Faults {
             let unit = system.variable(port).unit.as_deref().filter(|u| *u != "1");
             let effect = fault.effect.described(unit.unwrap_or_default());
             let mut line = format!("on {what}: {effect}");
-            if fault.from.is_finite() {
-                line += &format!(", from t = {} s", fault.from);
-            }
-            if fault.until.is_finite() {
-                line += &format!(" until t = {} s", fault.until);
+            for (word, time) in [(", from", fault.from), (" until", fault.until)] {
+                if time.is_finite() {
+                    line += &format!("{word} t = {time} s");
+                }
             }
             lines.push(line);
         }
@@ -267,7 +267,7 @@ struct Channel {
 
 /// What one fault remembers of one channel. At one communication point values may pass several
 /// times; the last counts.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 struct State {
     fault: usize,
     value: f64,
@@ -286,6 +286,7 @@ impl Alteration {
     /// # Errors
     /// A delay is no multiple of the communication step.
     pub fn new(system: &System, faults: &Faults, stepping: Stepping) -> Result<Self> {
+        let mut active = Vec::new();
         for fault in &faults.list {
             if let Effect::Delay(delay) = fault.effect {
                 ensure!(
@@ -295,15 +296,15 @@ impl Alteration {
                     stepping.step
                 );
             }
+            active.push(Active {
+                fault: fault.clone(),
+                is_on: false,
+                drawn: 0.0,
+                is_lost: false,
+            });
         }
-        let active = |fault: &Fault| Active {
-            fault: fault.clone(),
-            is_on: false,
-            drawn: 0.0,
-            is_lost: false,
-        };
         Ok(Self {
-            faults: faults.list.iter().map(active).collect(),
+            faults: active,
             draws: Vec::new(),
             channels: Vec::new(),
             generator: ChaCha8Rng::seed_from_u64(faults.seed),
@@ -314,37 +315,33 @@ impl Alteration {
 
     /// A delay, s: it counts communication steps.
     pub fn delay(&self) -> Option<f64> {
-        let mut effects = self.faults.iter().map(|active| active.fault.effect);
-        effects.find_map(|effect| match effect {
-            Effect::Delay(delay) => Some(delay),
-            _ => None,
-        })
+        self.faults
+            .iter()
+            .find_map(|active| match active.fault.effect {
+                Effect::Delay(delay) => Some(delay),
+                _ => None,
+            })
     }
 
     /// Whether the same is done to the same values.
     pub fn is_like(&self, other: &Self) -> bool {
-        let faults = |of: &Self| {
-            of.faults
-                .iter()
-                .map(|a| a.fault.clone())
-                .collect::<Vec<_>>()
-        };
-        faults(self) == faults(other) && self.channels.len() == other.channels.len()
+        let [own, others] = [self, other].map(|of| of.faults.iter().map(|a| &a.fault));
+        own.eq(others) && self.channels.len() == other.channels.len()
     }
 
     /// A channel for values of `port`; none where nothing is done to them.
     pub fn channel(&mut self, port: Port) -> Option<usize> {
-        let own = (0..self.faults.len()).filter(|k| self.faults[*k].fault.port == port);
-        let own: Vec<usize> = own.collect();
-        for k in &own {
-            let effect = self.faults[*k].fault.effect;
-            let draws = matches!(effect, Effect::Noise(_) | Effect::Drop(_));
-            if draws && !self.draws.contains(k) {
-                self.draws.push(*k);
+        let mut states = Vec::new();
+        for (k, Active { fault, .. }) in self.faults.iter().enumerate() {
+            if fault.port != port {
+                continue;
             }
+            let draws = matches!(fault.effect, Effect::Noise(_) | Effect::Drop(_));
+            if draws && !self.draws.contains(&k) {
+                self.draws.push(k);
+            }
+            states.push(State::new(k, fault, self.stepping));
         }
-        let state = |k: &usize| State::new(*k, &self.faults[*k].fault, self.stepping);
-        let states: Vec<_> = own.iter().map(state).collect();
         if states.is_empty() {
             return None;
         }
@@ -420,12 +417,9 @@ impl State {
         let steps = steps.map_or(0, |n| usize::try_from(n).unwrap_or(usize::MAX));
         Self {
             fault,
-            value: 0.0,
-            has_value: false,
-            is_held: false,
             before: Vec::with_capacity(steps),
-            oldest: 0,
             steps,
+            ..Self::default()
         }
     }
 

@@ -7,12 +7,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Context, Result, bail};
-use fmu_description::calls::{Functions2, Functions3};
+#[cfg(feature = "native")]
+use fmu_description::calls::Functions2;
+use fmu_description::calls::Functions3;
 use fmu_description::{Archive, Description, Version};
 
 use crate::batch::{Batch, Layout};
-use crate::slave::clocks::{self, Plan};
-use library::{Library, Unpacked};
+use crate::slave::clocks::{Plan, is_triggered};
+use library::Library;
 
 /// A loaded FMU. The library and the files that it needs live as long as any instance.
 pub struct Fmu {
@@ -24,11 +26,8 @@ pub struct Fmu {
     /// Where the unpacked resources are, as the version wants it: a URI or a path.
     pub resources: String,
     pub(crate) api: Api,
-    #[cfg_attr(
-        not(feature = "native"),
-        expect(dead_code, reason = "modules are not copied")
-    )]
-    unpacked: Unpacked,
+    #[cfg(feature = "native")]
+    unpacked: library::Unpacked,
     pub(crate) layout: Layout,
     pub(crate) plan: Arc<Plan>,
     pub(crate) instances: AtomicUsize,
@@ -36,12 +35,9 @@ pub struct Fmu {
     pub remarks: Vec<String>,
 }
 
-/// The functions of the library.
+/// The functions of the library; those of modules are of FMI 3.0.
 pub(crate) enum Api {
-    #[cfg_attr(
-        not(feature = "native"),
-        expect(dead_code, reason = "modules are of FMI 3.0")
-    )]
+    #[cfg(feature = "native")]
     Fmi2(Arc<Functions2>),
     Fmi3(Arc<Functions3>),
 }
@@ -49,8 +45,9 @@ pub(crate) enum Api {
 impl Api {
     fn of(library: Library, version: Version) -> Self {
         match version {
+            #[cfg(feature = "native")]
             Version::Fmi2 => Self::Fmi2(Arc::new(Functions2::of(library))),
-            Version::Fmi3 => Self::Fmi3(Arc::new(Functions3::of(library))),
+            _ => Self::Fmi3(Arc::new(Functions3::of(library))),
         }
     }
 }
@@ -79,24 +76,19 @@ impl Fmu {
         if description.capabilities.needs_execution_tool {
             remarks.push("it says that it needs its tool (needsExecutionTool)".into());
         }
-        let triggered = description
-            .variables
-            .iter()
-            .filter(|v| clocks::is_triggered(v));
-        remarks.extend(triggered.map(|v| {
+        for v in description.variables.iter().filter(|v| is_triggered(v)) {
             let name = &v.name;
-            format!(
+            remarks.push(format!(
                 "its clock `{name}` is triggered from outside, which nothing does: it never ticks"
-            )
-        }));
-        let unpacked = library.unpacked();
-        let api = Api::of(library, description.fmi);
+            ));
+        }
         let layout = Layout::new(&description);
         Ok(Arc::new(Self {
             file: file.to_string(),
             resources,
-            api,
-            unpacked,
+            #[cfg(feature = "native")]
+            unpacked: library.unpacked(),
+            api: Api::of(library, description.fmi),
             plan: Arc::new(Plan::new(&description, &layout)),
             layout,
             description,

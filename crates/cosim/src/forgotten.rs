@@ -40,11 +40,8 @@ impl System {
         remarks.extend(wiring.remarks.iter().cloned());
         for (k, fmu) in self.fmus.iter().enumerate() {
             if self.fmus[..k].iter().all(|other| !Arc::ptr_eq(other, fmu)) {
-                let named = fmu
-                    .remarks
-                    .iter()
-                    .map(|r| format!("FMU `{}`: {r}", fmu.file));
-                remarks.extend(named);
+                let own = fmu.remarks.iter();
+                remarks.extend(own.map(|r| format!("FMU `{}`: {r}", fmu.file)));
             }
         }
         let mut forgotten = Forgotten {
@@ -56,11 +53,9 @@ impl System {
         let mut found: BTreeMap<(usize, &str), usize> = BTreeMap::new();
         let mut counted: BTreeMap<usize, (&str, usize)> = BTreeMap::new();
         for (component, (c, fmu)) in self.structure.components.iter().zip(&self.fmus).enumerate() {
-            let lacking = |name: &&str| fmu.description.index(name).is_none();
-            let declared = c.connectors.iter().map(|connector| connector.name.as_str());
-            let lacking = declared
-                .filter(lacking)
-                .map(|name| format!("{}.{name}", c.name));
+            let declared = c.connectors.iter().map(|connector| &connector.name);
+            let lacking = declared.filter(|name| fmu.description.index(name).is_none());
+            let lacking = lacking.map(|name| format!("{}.{name}", c.name));
             forgotten.connectors.extend(lacking);
             let is_same = |other: &Arc<Fmu>| Arc::ptr_eq(other, fmu);
             let kind = self.fmus.iter().position(is_same).unwrap_or(component);
@@ -75,10 +70,8 @@ impl System {
                     || settings.iter().any(|s| s.port == port);
                 let group = v.name.split(['[', '.']).next().unwrap_or(&v.name);
                 let is_declared = c.connectors.iter().any(|c| c.name == v.name);
-                if !v.is_input() || v.kind == Kind::Clock || is_given {
-                    continue;
-                }
-                if !seen.insert((group, is_declared)) {
+                let is_known = !v.is_input() || v.kind == Kind::Clock || is_given;
+                if is_known || !seen.insert((group, is_declared)) {
                     continue;
                 }
                 let name = format!("{}.{group}", c.name);
@@ -95,11 +88,10 @@ impl System {
             }
             counted.entry(kind).or_insert((&fmu.file, 0)).1 += usize::from(is_counted);
         }
-        let counted = counted.into_values().filter(|(_, count)| *count > 0);
-        forgotten.unmentioned.extend(
-            counted
-                .map(|(file, count)| format!("and those of {count} more components of `{file}`")),
-        );
+        for (file, count) in counted.into_values().filter(|(_, count)| *count > 0) {
+            let more = format!("and those of {count} more components of `{file}`");
+            forgotten.unmentioned.push(more);
+        }
         Ok(forgotten)
     }
 }
@@ -112,24 +104,20 @@ impl Forgotten {
     /// only told of.
     pub fn judge(&self, system: &System, schedule: Schedule, is_strict: bool) -> Result<Verdict> {
         let mut verdict = Verdict::default();
-        if !self.connectors.is_empty() {
-            verdict.object(format!(
-                "connectors that the FMUs do not have: {}",
-                self.connectors.join(", ")
-            ));
-        }
-        if !self.inputs.is_empty() {
-            verdict.note(format!(
-                "inputs that nothing drives or sets keep their start values: {}",
-                self.inputs.join(", ")
-            ));
-        }
-        if !self.values.is_empty() {
-            verdict.note(format!(
-                "bound values that match no variable are passed over: {}",
-                self.values.join(", ")
-            ));
-        }
+        let tell = |verdict: &mut Verdict, what: &str, names: &[String], is_bad| {
+            let text = format!("{what}: {}", names.join(", "));
+            match (names.is_empty(), is_bad) {
+                (true, _) => {}
+                (false, true) => verdict.object(text),
+                (false, false) => verdict.note(text),
+            }
+        };
+        let what = "connectors that the FMUs do not have";
+        tell(&mut verdict, what, &self.connectors, true);
+        let what = "inputs that nothing drives or sets keep their start values";
+        tell(&mut verdict, what, &self.inputs, false);
+        let what = "bound values that match no variable are passed over";
+        tell(&mut verdict, what, &self.values, false);
         if is_strict {
             let texts: Vec<_> = verdict.findings().iter().map(|f| f.text.as_str()).collect();
             ensure!(texts.is_empty(), "--strict: {}", texts.join("; "));
@@ -138,22 +126,14 @@ impl Forgotten {
             Schedule::Standard => Vec::new(),
             _ => system.read_once()?,
         };
-        if !read_once.is_empty() {
-            verdict.note(format!(
-                "outputs that do not declare on which inputs they depend are read right after the step, so that what goes through them \
-                 arrives one step later (--feedthrough COMPONENT, where they may be read again): {}",
-                read_once.join(", ")
-            ));
-        }
+        let what = "outputs that do not declare on which inputs they depend are read right after the step, so that what goes through them \
+             arrives one step later (--feedthrough COMPONENT, where they may be read again)";
+        tell(&mut verdict, what, &read_once, false);
         for remark in &self.remarks {
             verdict.note(remark.clone());
         }
-        if !self.unmentioned.is_empty() {
-            verdict.note(format!(
-                "inputs that the system does not mention keep their start values: {}",
-                self.unmentioned.join(", ")
-            ));
-        }
+        let what = "inputs that the system does not mention keep their start values";
+        tell(&mut verdict, what, &self.unmentioned, false);
         Ok(verdict)
     }
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use fmu_description::{Kind, Variability, Variable};
+use system_structure::Unit;
 
 use crate::cells::cells;
 use crate::exchange::{Write, writes};
@@ -13,7 +14,7 @@ use crate::package::read;
 use crate::slave::{At, Slave};
 use crate::structure::Hop;
 use crate::system::System;
-use crate::transformation::{Linear, Transformation, along, conversion, unit_of};
+use crate::transformation::{Transformation, along, conversion, unit_of};
 use crate::units::{common, named};
 use crate::wiring::{Port, Wiring};
 
@@ -47,8 +48,6 @@ impl Table {
     /// # Errors
     /// File, row and column of what is wrong.
     pub fn load(path: &Path, system: &System, chosen: &[(String, String)]) -> Result<Self> {
-        let file = path.display();
-        let context = || format!("input file `{file}`");
         let mut units = Vec::new();
         let beside = path.with_extension("units.csv");
         if beside.is_file() {
@@ -57,7 +56,8 @@ impl Table {
             units = read.with_context(|| format!("units `{}`", beside.display()))?;
         }
         let text = text_of(path).context("input file")?;
-        Self::parse(&text, &units, system, chosen).with_context(context)
+        let table = Self::parse(&text, &units, system, chosen);
+        table.with_context(|| format!("input file `{}`", path.display()))
     }
 
     fn parse(
@@ -66,9 +66,7 @@ impl Table {
         system: &System,
         chosen: &[(String, String)],
     ) -> Result<Self> {
-        let mut lines = (1..)
-            .zip(text.lines())
-            .filter(|(_, line)| !line.trim().is_empty());
+        let mut lines = rows(text);
         let (_, header) = lines.next().context("it is empty")?;
         let header = header.trim_start_matches('\u{feff}');
         ensure!(
@@ -120,20 +118,15 @@ impl Table {
                 cells.len(),
                 names.len()
             );
-            let time = cells[0].parse();
-            let time = time.ok().filter(|t: &f64| t.is_finite());
-            let time = time.with_context(|| {
-                format!(
-                    "row {row}, column `time`: `{}` is not a finite number",
-                    cells[0]
-                )
-            })?;
-            follows(&table.times, time).with_context(|| format!("row {row}"))?;
+            let (text, place) = (&cells[0], || format!("row {row}"));
+            let time = text.parse().ok().filter(|t: &f64| t.is_finite());
+            let unfit = || format!("row {row}, column `time`: `{text}` is not a finite number");
+            let time = time.with_context(unfit)?;
+            follows(&table.times, time).with_context(place)?;
             table.times.push(time);
             for ((column, goal), place) in table.columns.iter_mut().zip(&goals).zip(&places) {
-                let value = goal.number(&cells[*place]);
-                let value =
-                    value.with_context(|| format!("row {row}, column `{}`", names[*place]))?;
+                let (value, name) = (goal.number(&cells[*place]), &names[*place]);
+                let value = value.with_context(|| format!("row {row}, column `{name}`"))?;
                 column.values.push(value);
             }
         }
@@ -147,16 +140,21 @@ fn text_of(path: &Path) -> Result<String> {
     text.with_context(|| format!("`{}` is not UTF-8 text", path.display()))
 }
 
+/// Lines that are not empty, with their numbers.
+fn rows(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let lines = (1..).zip(text.lines());
+    lines.filter(|(_, line)| !line.trim().is_empty())
+}
+
 /// Signals and their units, as [`crate::csv::Log`] writes them.
 fn parse_units(text: &str) -> Result<Vec<(String, String)>> {
-    let mut lines = (1..).zip(text.lines());
-    let header = lines.next().map(|(_, line)| cells(line));
+    let header = text.lines().next().map(cells);
     ensure!(
         header.is_some_and(|header| header == ["signal", "unit"]),
         "row 1: it must be `signal,unit`"
     );
     let mut units = Vec::new();
-    for (row, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
+    for (row, line) in rows(text).skip(1) {
         let cells = cells(line);
         let [signal, unit] = cells.as_slice() else {
             bail!("row {row} has {} columns; it must have 2", cells.len());
@@ -186,7 +184,7 @@ pub struct InputTable {
     times: Vec<f64>,
     columns: Vec<Values>,
     ports: Vec<Port>,
-    writes: Vec<Write>,
+    pub(crate) writes: Vec<Write>,
     /// Present values, a slot for each column.
     values: Vec<f64>,
     buffer: Vec<f64>,
@@ -222,25 +220,19 @@ impl InputTable {
                 table.times.len()
             );
             for (t, value) in table.times.iter().zip(&column.values) {
-                let (name, checked) = (&column.name, goal.check(*value));
-                checked.map_err(|unfit| anyhow!("column `{name}`: at {t} s {unfit}"))?;
+                let checked = goal.check(*value);
+                checked.map_err(|unfit| anyhow!("column `{}`: at {t} s {unfit}", column.name))?;
             }
         }
-        let columns = table
-            .columns
-            .iter()
-            .zip(&goals)
-            .map(|(column, goal)| Values {
+        let (mut columns, mut targets) = (Vec::new(), Vec::new());
+        for (slot, (column, goal)) in table.columns.iter().zip(goals).enumerate() {
+            columns.push(Values {
                 values: column.values.clone(),
                 is_linear: goal.is_linear,
             });
-        let columns: Vec<_> = columns.collect();
-        let targets = goals.into_iter().enumerate();
-        let targets = targets.flat_map(|(slot, goal)| {
             let ends = goal.ends.into_iter();
-            ends.map(move |(port, transformation)| (port, slot, transformation))
-        });
-        let targets: Vec<_> = targets.collect();
+            targets.extend(ends.map(|(port, transformation)| (port, slot, transformation)));
+        }
         Ok(Self {
             times: table.times.clone(),
             values: vec![0.0; columns.len()],
@@ -282,11 +274,6 @@ impl InputTable {
     /// Times may be earlier again from now on.
     pub(crate) fn rewind(&mut self) {
         self.row = 0;
-    }
-
-    /// What is set at a communication point.
-    pub(crate) fn writes(&mut self) -> impl Iterator<Item = &mut Write> {
-        self.writes.iter_mut()
     }
 
     /// Set the inputs to their values at `t`, s; before the first row and after the last one those
@@ -375,8 +362,8 @@ fn goals<'a>(
         let place = || format!("{place}column `{name}`");
         let ends = ends(system, column).with_context(place)?;
         for (port, _) in &ends {
-            if let Some(link) = wiring.driver(*port) {
-                let driver = wiring.name(wiring.links[link].from);
+            if let Some(driver) = wiring.source(*port) {
+                let driver = wiring.name(driver);
                 bail!("{}: the connection from `{driver}` drives it", place());
             }
             if let Some((_, other)) = taken.iter().find(|(p, _)| p == port) {
@@ -384,12 +371,13 @@ fn goals<'a>(
             }
             taken.push((*port, name));
         }
-        let variables = || ends.iter().map(|(port, _)| system.variable(*port));
+        let mut variables = ends.iter().map(|(port, _)| system.variable(*port));
         let is_plain = ends.iter().all(|(_, t)| *t == Transformation::NONE);
+        let is_linear =
+            |v: &Variable| v.kind == Kind::Real && v.variability == Variability::Continuous;
         goals.push(Goal {
-            is_linear: variables()
-                .all(|v| v.kind == Kind::Real && v.variability == Variability::Continuous),
-            variable: variables().next().filter(|_| is_plain),
+            is_linear: variables.clone().all(is_linear),
+            variable: variables.next().filter(|_| is_plain),
             ends,
         });
     }
@@ -426,31 +414,21 @@ fn ends(system: &System, column: &Column) -> Result<Vec<(Port, Transformation)>>
         format!("{:?}", variable.causality).to_lowercase()
     );
     let own = unit_of(&system.fmus[port.component].description, variable);
-    let transformation = match (&unit, own) {
+    let mut transformation = match (&unit, own) {
         (Some(unit), Some(own)) => converted(unit, &own)?,
         _ => Transformation::NONE,
     };
-    Ok(vec![(port, without_offset(transformation, variable))])
-}
-
-/// A difference of values takes no offset.
-fn without_offset(transformation: Transformation, variable: &Variable) -> Transformation {
-    match transformation {
-        Transformation::Linear(Linear { factor, .. }) if variable.is_relative => {
-            Transformation::Linear(Linear {
-                factor,
-                offset: 0.0,
-            })
-        }
-        other => other,
+    // A difference of values takes no offset.
+    if let Transformation::Linear(linear) = &mut transformation
+        && variable.is_relative
+    {
+        linear.offset = 0.0;
     }
+    Ok(vec![(port, transformation)])
 }
 
 /// From the unit of a column to that of an input.
-fn converted(
-    unit: &system_structure::Unit,
-    own: &system_structure::Unit,
-) -> Result<Transformation> {
+fn converted(unit: &Unit, own: &Unit) -> Result<Transformation> {
     let known = match own.exponents {
         Some(_) => own.clone(),
         None => common(&own.name),

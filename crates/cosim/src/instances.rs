@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 
 use crate::slave::workers::Worker;
-use crate::slave::{At, Slave};
+use crate::slave::{At, Call, Slave};
 use crate::spare;
 use crate::system::{Setting, System};
 use crate::wiring::Port;
@@ -41,7 +41,7 @@ pub(crate) fn make(
         Some(slave) => slave,
         None => Slave::at(worker, fmu, &component.name, is_staged)?,
     };
-    slave.set_up(start)?;
+    slave.call(Call::SetUp(start), At::Initialization)?;
     for p in &component.parameters {
         slave
             .set_from_text(&p.name, &p.value)

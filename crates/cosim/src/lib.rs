@@ -16,13 +16,6 @@
 //! command line: packages are read from bytes, FMUs are WebAssembly modules of FMI 3.0 that a host
 //! of WebAssembly calls, and the caller makes the steps and has them watched ([`supervision`]).
 #![deny(unsafe_code)]
-#![cfg_attr(
-    not(feature = "native"),
-    allow(
-        dead_code,
-        reason = "snapshots are files, and lengths are chosen by programs"
-    )
-)]
 
 mod algebraic_loop;
 mod arrays;
@@ -49,7 +42,6 @@ pub mod master;
 mod means;
 pub mod numbers;
 pub mod observer;
-#[cfg(feature = "native")]
 pub mod output;
 pub mod package;
 pub mod probing;
@@ -61,8 +53,7 @@ pub mod scenario;
 pub mod schedule;
 pub mod signals;
 pub mod slave;
-#[cfg(feature = "native")]
-mod snapshot;
+pub mod snapshot;
 pub mod spare;
 pub mod stepping;
 pub mod structure;

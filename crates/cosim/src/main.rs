@@ -291,10 +291,10 @@ fn wiring(args: &WiringArgs) -> Result<Verdict> {
             true,
         ),
     ] {
-        let names = outputs
+        let own = outputs
             .iter()
             .filter(|p| wiring.is_read_once(**p) == is_late);
-        let names: Vec<_> = names.map(|port| system.name(*port)).collect();
+        let names: Vec<_> = own.map(|port| system.name(*port)).collect();
         if !names.is_empty() {
             writeln!(text, "\noutputs {title}: {}", names.join(", "))?;
         }
@@ -331,13 +331,13 @@ fn tried(system: &System) -> Result<String> {
     let mut text = "\ntried in Initialization Mode (a hint, which no run uses)\n".to_string();
     for (k, component) in system.structure.components.iter().enumerate() {
         let description = &system.fmus[k].description;
-        let names = |list: &mut dyn Iterator<Item = &usize>| -> String {
-            let names: Vec<_> = list
-                .map(|i| description.variables[*i].name.as_str())
-                .collect();
-            match names.is_empty() {
+        let names = |inputs: &[usize]| {
+            let names = inputs
+                .iter()
+                .map(|i| description.variables[*i].name.as_str());
+            match inputs.is_empty() {
                 true => "nothing".into(),
-                false => names.join(", "),
+                false => Vec::from_iter(names).join(", "),
             }
         };
         let found = probe(system, k).with_context(|| component.name.clone())?;
@@ -345,29 +345,23 @@ fn tried(system: &System) -> Result<String> {
             if v.causality != Causality::Output || !v.access().is_number() {
                 continue;
             }
-            let acting = found.acting.get(&i).cloned().unwrap_or_default();
+            let acting = found.acting.get(&i);
+            let acting: Vec<usize> = acting.into_iter().flatten().copied().collect();
             let declared = |initially| description.declared_feedthrough(i, initially);
             let declared = match (declared(false), declared(true).unwrap_or_default()) {
                 (None, _) => "nothing is declared".to_string(),
                 (_, inputs) if acting.iter().eq(inputs.iter().collect::<BTreeSet<_>>()) => {
                     "as declared".into()
                 }
-                (_, inputs) => format!("declared: {}", names(&mut inputs.iter())),
+                (_, inputs) => format!("declared: {}", names(&inputs)),
             };
-            let by = names(&mut acting.iter());
-            writeln!(
-                text,
-                "  {}.{}: changed by {by} ({declared})",
-                component.name, v.name
-            )?;
+            let (owner, by) = (&component.name, names(&acting));
+            writeln!(text, "  {owner}.{}: changed by {by} ({declared})", v.name)?;
         }
         if !found.refused.is_empty() {
-            let refused = names(&mut found.refused.iter());
-            writeln!(
-                text,
-                "  {}: refuses other values of {refused}",
-                component.name
-            )?;
+            let refused: Vec<usize> = found.refused.into_iter().collect();
+            let (owner, refused) = (&component.name, names(&refused));
+            writeln!(text, "  {owner}: refuses other values of {refused}")?;
         }
     }
     Ok(text)

@@ -13,9 +13,9 @@ use crate::faults::{Alteration, Faults, is_source};
 use crate::input_table::InputTable;
 use crate::instances::make;
 use crate::means::Means;
-use crate::schedule::rates::{ComponentRate, Rates};
+use crate::schedule::rates::Rates;
 use crate::schedule::{self, Between};
-use crate::slave::{At, BegunCall, Slave, State, all};
+use crate::slave::{At, Call, Slave, State, all};
 use crate::spare;
 use crate::system::{Setting, System};
 use crate::wiring::{Link, Port, Wiring};
@@ -84,10 +84,9 @@ impl Master {
         let is_staged = stepping.schedule != Schedule::Standard;
         let is_sequential = stepping.schedule == Schedule::GaussSeidel;
         let has_ends = matches!(stepping.between, Between::Interpolated | Between::End);
-        let order = if is_staged {
-            Order::Stages
-        } else {
-            Order::AtOnce
+        let order = match is_staged {
+            true => Order::Stages,
+            false => Order::AtOnce,
         };
         let mut exchange = Exchange::new(&wiring, order, |_| true)?;
         let mut derivatives = None;
@@ -101,24 +100,13 @@ impl Master {
         let (means, bonds) = Means::new(&wiring, &exchange, derivatives.as_ref())?;
         let parts = Rates::most_parts(&system.structure, stepping.step);
         let crew = Crew::new(system, threads, parts)?;
-        let slaves: Vec<Slave> = (0..system.fmus.len())
-            .map(|k| {
-                make(
-                    system,
-                    k,
-                    settings,
-                    is_staged,
-                    stepping.start,
-                    crew.worker(k),
-                )
-            })
-            .collect::<Result<_>>()?;
+        let start = stepping.start;
+        let of = |k| make(system, k, settings, is_staged, start, crew.worker(k));
+        let slaves: Vec<Slave> = (0..system.fmus.len()).map(of).collect::<Result<_>>()?;
         exchange.is_beside = slaves.iter().any(Slave::is_elsewhere);
         initialize(&slaves, &wiring, stepping)?;
-        let residuals = bonds
-            .iter()
-            .map(|b| Residual::new(wiring.name(b.effort)))
-            .collect();
+        let residuals = bonds.iter().map(|b| Residual::new(wiring.name(b.effort)));
+        let residuals = residuals.collect();
         let timed = (0..slaves.len()).filter(|k| slaves[*k].has_events());
         let mut coupling = Coupling {
             timed: timed.collect(),
@@ -138,17 +126,17 @@ impl Master {
         };
         if coupling.exchange.over_step.is_some() {
             // Refused now rather than in the first step.
-            coupling.save(stepping.start).context(
+            coupling.save(start).context(
                 "loops are solved by repeated steps with the schedule standard, for which every component must save its state",
             )?;
         }
-        schedule::begin(stepping.schedule, &mut coupling, stepping.start)?;
-        coupling.tick(stepping.start, TOLERANCE * stepping.step, is_staged)?;
+        schedule::begin(stepping.schedule, &mut coupling, start)?;
+        coupling.tick(start, TOLERANCE * stepping.step, is_staged)?;
         Ok(Self {
             coupling,
             stepping,
             steps: 0,
-            time: stepping.start,
+            time: start,
             inputs: None,
             made: LastStep::default(),
         })
@@ -212,17 +200,14 @@ impl Master {
         let wiring = system.wiring()?;
         for fault in faults.list.iter().filter(|fault| fault.is_event) {
             let (port, is_source) = (fault.port, is_source(system, fault.port));
-            let fed = self.inputs.as_ref().map_or(&[][..], InputTable::ports);
+            let fed = self.fed();
             if !is_source && wiring.driver(port).is_none() && !fed.contains(&port) {
-                let value = self.number(port)?;
-                let table = self
-                    .inputs
-                    .get_or_insert_with(|| InputTable::empty(self.time));
+                let (value, time) = (self.number(port)?, self.time);
+                let table = self.inputs.get_or_insert_with(|| InputTable::empty(time));
                 table.hold(&wiring, port, value);
             }
         }
-        let fed = self.inputs.as_ref().map_or(&[][..], InputTable::ports);
-        faults.described(system, &wiring, fed)?;
+        faults.described(system, &wiring, self.fed())?;
         let mut alteration = Alteration::new(system, faults, self.stepping)?;
         let Coupling {
             exchange,
@@ -233,11 +218,11 @@ impl Master {
             ..
         } = &mut self.coupling;
         let paces = paces.iter_mut().flat_map(|r| &mut r.components);
-        let between = paces.flat_map(ComponentRate::writes);
+        let between = paces.flat_map(|rate| &mut rate.writes);
         let passed = exchange.writes();
         let rates = derivatives.iter_mut().flat_map(Exchange::writes);
         let given = means.writes.iter_mut().flatten();
-        let fed = self.inputs.iter_mut().flat_map(InputTable::writes);
+        let fed = self.inputs.iter_mut().flat_map(|table| &mut table.writes);
         let balanced = balance.iter_mut().flat_map(|b| &mut b.writes);
         let given = given.chain(balanced);
         for write in passed.chain(rates).chain(given).chain(between).chain(fed) {
@@ -246,6 +231,11 @@ impl Master {
         self.coupling.exchange.faults = Some(alteration);
         self.set_inputs()?;
         self.pass()
+    }
+
+    /// Inputs that a table gives values to.
+    fn fed(&self) -> &[Port] {
+        self.inputs.as_ref().map_or(&[], InputTable::ports)
     }
 
     /// Pass all connections again at the present time: after inputs that no connection drives have
@@ -364,8 +354,10 @@ impl Master {
     /// End the run for all.
     pub fn terminate(self) -> Result<()> {
         let (slaves, at) = (self.coupling.slaves, At::Time(self.time));
-        slaves.iter().try_for_each(|s| s.terminate(at))?;
-        spare::keep(slaves, self.stepping.schedule != Schedule::Standard);
+        for slave in &slaves {
+            slave.call(Call::Terminate, at)?;
+        }
+        spare::keep(slaves);
         Ok(())
     }
 }
@@ -373,15 +365,12 @@ impl Master {
 /// An output's derivative is passed where the source gives it, the target uses it and the signal is
 /// not sampled.
 fn passes_derivative(wiring: &Wiring, link: &Link) -> bool {
-    let (from, to) = (
-        wiring.description(link.from.component),
-        wiring.description(link.to.component),
-    );
+    let [from, to] = [link.from, link.to].map(|end| wiring.description(end.component));
     wiring.access(link.from) == Access::Real
         && !wiring.is_read_once(link.from)
         && from.capabilities.output_derivative_order >= 1
         && to.capabilities.interpolates_inputs
-        && from.variables[link.from.variable].variability == Variability::Continuous
+        && wiring.variable(link.from).variability == Variability::Continuous
 }
 
 /// Pass the connections in initialization mode, in the order of the initial dependencies, so that
@@ -389,18 +378,14 @@ fn passes_derivative(wiring: &Wiring, link: &Link) -> bool {
 /// they are passed until nothing changes, bit for bit; with the schedule `standard` what is
 /// declared, too.
 fn initialize(slaves: &[Slave], wiring: &Wiring, stepping: Stepping) -> Result<()> {
-    let (ordered, is_standard) = (
-        Exchange::new(wiring, Order::Initialization, |_| true),
-        stepping.schedule == Schedule::Standard,
-    );
-    let repeated = || match Exchange::new(wiring, Order::Repeated, |_| true) {
-        Err(_) if is_standard => Exchange::new(wiring, Order::RepeatedAtOnce, |_| true),
+    let planned = |order| Exchange::new(wiring, order, |_| true);
+    let ordered = planned(Order::Initialization);
+    let repeated = || match planned(Order::Repeated) {
+        Err(_) if stepping.schedule == Schedule::Standard => planned(Order::RepeatedAtOnce),
         planned => planned,
     };
-    let start = stepping.start;
-    all(slaves.iter(), BegunCall::EnterInitialization(start), |s| {
-        s.enter_initialization(start)
-    })?;
+    let enter = Call::EnterInitialization(stepping.start);
+    all(slaves.iter(), enter, At::Initialization)?;
     match ordered {
         Ok(mut exchange) => {
             exchange.is_beside = slaves.iter().any(Slave::is_elsewhere);
@@ -419,9 +404,6 @@ fn initialize(slaves: &[Slave], wiring: &Wiring, stepping: Stepping) -> Result<(
             }
         }
     }
-    all(
-        slaves.iter(),
-        BegunCall::ExitInitialization,
-        Slave::exit_initialization,
-    )
+    let exit = Call::ExitInitialization;
+    all(slaves.iter(), exit, At::Initialization).map(drop)
 }

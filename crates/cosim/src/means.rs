@@ -49,7 +49,7 @@ impl Means {
         let mut given = Vec::new();
         for link in &wiring.links {
             let Some(b) = link.bond else { continue };
-            let Some(flow) = wiring.driver(b.flow).map(|k| wiring.links[k].from) else {
+            let Some(flow) = wiring.source(b.flow) else {
                 bail!(
                     "power bond of {}: no connection drives its flow {}",
                     wiring.name(link.from),

@@ -34,7 +34,7 @@ pub fn separate() -> io::Result<()> {
 /// heap, and some processes abort after all work is done. So nothing of the kind is run where
 /// Python's library is in the process.
 pub fn end(code: u8) -> ExitCode {
-    #[cfg(unix)]
+    #[cfg(all(unix, feature = "native"))]
     // SAFETY: the name is a C string; nothing is to be run any more.
     unsafe {
         if !libc::dlsym(libc::RTLD_DEFAULT, c"Py_Initialize".as_ptr()).is_null() {
@@ -51,7 +51,7 @@ pub(crate) fn named<T>(who: &str, call: impl FnOnce() -> T) -> T {
     own::named(who, call)
 }
 
-#[cfg(unix)]
+#[cfg(all(unix, feature = "native"))]
 mod own {
     use std::fs::File;
     use std::io::{self, Read, Seek, SeekFrom};
@@ -120,7 +120,7 @@ mod own {
     }
 }
 
-#[cfg(not(unix))]
+#[cfg(not(all(unix, feature = "native")))]
 mod own {
     use std::{fs::File, io};
 

@@ -68,17 +68,12 @@ impl Package {
         }
         let bytes = read(&self.path).context("system")?;
         if bytes.starts_with(b"PK") {
+            let kind = self.path.extension();
+            let is_fmu = kind.is_some_and(|kind| kind.eq_ignore_ascii_case("fmu"));
             bail!(
                 "`{}` is {}, not a system structure; a system is a packed .ssp or a .ssd that names FMUs",
                 self.path.display(),
-                match self
-                    .path
-                    .extension()
-                    .is_some_and(|e| e.eq_ignore_ascii_case("fmu"))
-                {
-                    true => "an FMU",
-                    false => "a ZIP archive",
-                }
+                if is_fmu { "an FMU" } else { "a ZIP archive" }
             );
         }
         self.utf8(bytes, "it")
@@ -129,13 +124,58 @@ impl Package {
     }
 }
 
+/// Where the FMUs of a system lie.
+#[derive(Clone, Debug)]
+pub enum FmuPlace {
+    /// In this folder, by file name.
+    Folder(PathBuf),
+    /// Where the structure says, else in the first of these folders that has the file.
+    Structure {
+        /// Further folders.
+        else_in: Vec<PathBuf>,
+    },
+}
+
+impl FmuPlace {
+    /// The FMU that a structure names. A source in a folder of the resources,
+    /// `resources/fmi3/Emla.fmu`, is looked for in that folder too.
+    pub fn read(&self, source: &str, package: &mut Package) -> Result<Vec<u8>> {
+        let name = Path::new(source).file_name().unwrap_or_default();
+        let inner = Path::new(source).strip_prefix("resources").ok();
+        let names = |folder: &PathBuf| {
+            let mut names = Vec::from_iter(inner.map(|inner| folder.join(inner)));
+            names.push(folder.join(name));
+            names
+        };
+        match self {
+            Self::Folder(folder) => {
+                let files = names(folder);
+                let found = files.iter().find(|file| file.is_file());
+                read(found.unwrap_or(&folder.join(name)))
+            }
+            Self::Structure { else_in } => package.file(source).or_else(|error| {
+                let mut files: Vec<PathBuf> = else_in.iter().flat_map(names).collect();
+                files.dedup();
+                if let Some(file) = files.iter().find(|file| file.is_file()) {
+                    return read(file);
+                }
+                let files: Vec<_> = files.iter().map(|f| f.display().to_string()).collect();
+                Err(match files.is_empty() {
+                    true => error,
+                    false => anyhow!("{error:#}, nor is it one of {}", files.join(", ")),
+                })
+            }),
+        }
+    }
+}
+
 /// A file of the archive `whole`.
 fn in_archive(archive: &mut Archive, name: &str, whole: &str) -> Result<Vec<u8>> {
     let decoded = decoded(name);
-    let parts = decoded.split('/').filter(|part| !matches!(*part, "" | "."));
     let mut path: Vec<&str> = Vec::new();
-    for part in parts {
+    for part in decoded.split('/') {
         match part {
+            "" | "." => {}
             ".." => drop(path.pop()),
             _ => path.push(part),
         }
@@ -144,17 +184,13 @@ fn in_archive(archive: &mut Archive, name: &str, whole: &str) -> Result<Vec<u8>>
         return Ok(bytes);
     }
     let kind = Path::new(name).extension();
-    let alike: Vec<_> = archive
-        .names()
-        .filter(|n| Path::new(n).extension() == kind)
-        .collect();
-    Err(anyhow!(
-        "`{whole}` holds no {name}; of this kind it has {}",
-        match alike.len() {
-            0 => "none".to_string(),
-            _ => alike.join(", "),
-        }
-    ))
+    let alike = archive.names().filter(|n| Path::new(n).extension() == kind);
+    let alike: Vec<_> = alike.collect();
+    let alike = match alike.is_empty() {
+        true => "none".to_string(),
+        false => alike.join(", "),
+    };
+    bail!("`{whole}` holds no {name}; of this kind it has {alike}")
 }
 
 /// A name as a URI writes it, with `%20` and the like replaced.
@@ -165,14 +201,12 @@ fn decoded(name: &str) -> Cow<'_, str> {
 
 /// The file at `path`; an error names the path as it was given, and where that is.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
+    let file = path.display();
     fs::read(path).with_context(|| match std::path::absolute(path) {
         Ok(absolute) if absolute != path => {
-            format!(
-                "`{}` cannot be read (looked for {})",
-                path.display(),
-                absolute.display()
-            )
+            let absolute = absolute.display();
+            format!("`{file}` cannot be read (looked for {absolute})")
         }
-        _ => format!("`{}` cannot be read", path.display()),
+        _ => format!("`{file}` cannot be read"),
     })
 }

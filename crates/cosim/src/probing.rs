@@ -27,16 +27,12 @@ pub struct Found {
 /// The FMU cannot be instantiated or read.
 pub fn probe(system: &System, k: usize) -> Result<Found> {
     let variables = &system.fmus[k].description.variables;
-    let numbers = || {
-        let all = variables.iter().enumerate();
-        all.filter(|(_, v)| v.access().is_number())
+    let numbers = |is_taken: fn(&Variable) -> bool| -> Vec<usize> {
+        let all = (0..variables.len()).filter(|k| variables[*k].access().is_number());
+        all.filter(|k| is_taken(&variables[*k])).collect()
     };
-    let inputs: Vec<usize> = numbers()
-        .filter(|(_, v)| v.is_input())
-        .map(|(i, _)| i)
-        .collect();
-    let outputs = numbers().filter(|(_, v)| v.causality == Causality::Output);
-    let outputs: Vec<usize> = outputs.map(|(i, _)| i).collect();
+    let inputs = numbers(Variable::is_input);
+    let outputs = numbers(|v| v.causality == Causality::Output);
     let mut found = Found::default();
     for is_moved in [false, true] {
         // After an error an instance is good for nothing: the next input gets another one.
@@ -73,11 +69,8 @@ pub fn probe(system: &System, k: usize) -> Result<Found> {
 }
 
 fn set(slave: &Slave, input: usize, value: f64) -> Result<()> {
-    slave.set(
-        &slave.fmu().batch(vec![input])?,
-        &[value],
-        At::Initialization,
-    )
+    let batch = slave.fmu().batch(vec![input])?;
+    slave.set(&batch, &[value], At::Initialization)
 }
 
 /// An instance in Initialization Mode at its start values; or with Reals moved away from them,

@@ -18,11 +18,8 @@ pub struct Recording {
 impl Recording {
     /// An empty recording of the variables `ports`.
     pub fn new(system: &System, ports: &[Port]) -> Result<Self> {
-        Ok(Self {
-            times: Vec::new(),
-            signals: Signals::new(system, ports)?,
-            columns: vec![Vec::new(); ports.len()],
-        })
+        let columns = vec![Vec::new(); ports.len()];
+        Self::made_elsewhere(system, ports, Vec::new(), columns)
     }
 
     /// A recording that was made elsewhere: a column of values at `times`, s, for each of the

@@ -193,9 +193,8 @@ fn save(due: &mut Vec<&(f64, PathBuf)>, state: &RunState) -> Result<()> {
     let tolerance = 1e-6 * state.master.stepping().step;
     let now = |(time, _): &&(f64, PathBuf)| *time <= state.master.time() + tolerance;
     for (_, file) in due.extract_if(.., |snapshot| now(snapshot)) {
-        let written = state
-            .to_bytes()
-            .and_then(|bytes| Ok(fs::write(file, bytes)?));
+        let written = state.to_bytes();
+        let written = written.and_then(|bytes| Ok(fs::write(file, bytes)?));
         written.with_context(|| format!("the snapshot `{}`", file.display()))?;
     }
     Ok(())
@@ -212,10 +211,9 @@ impl Outcome {
         let mut text = String::new();
         let mut line = |l: String| writeln!(text, "{l}").expect("a String takes every text");
         for r in &self.residuals {
-            let share = if r.turnover > 0.0 {
-                100.0 * r.energy.abs() / r.turnover
-            } else {
-                0.0
+            let share = match r.turnover > 0.0 {
+                true => 100.0 * r.energy.abs() / r.turnover,
+                false => 0.0,
             };
             line(format!(
                 "power residual of bond {}: peak {:.3} W, net {:.3e} J ({share:.1e} % of {:.3e} J turned over)",

@@ -123,12 +123,8 @@ fn read_event(event: &Value, defaults: &Map<String, Value>, system: &System) -> 
     let port = match word("model")? {
         Some(model) => {
             let component = system.structure.component(model).with_context(|| {
-                let all = system.structure.components.iter();
-                let all: Vec<_> = all.map(|c| c.name.as_str()).collect();
-                format!(
-                    "`model` = `{model}`: the system has no component of this name, only {}",
-                    all.join(", ")
-                )
+                let all = system.structure.component_names();
+                format!("`model` = `{model}`: the system has no component of this name, only {all}")
             })?;
             system.port_of(component, variable)?
         }

@@ -1,10 +1,9 @@
-//! In which order outputs are read, inputs are set and components are stepped: one file a schedule.
+//! In which order outputs are read, inputs are set and components are stepped: at once
+//! (`standard`), or by stages in the order of direct feedthrough (`staged`).
 
 mod choice;
-mod gauss_seidel;
-mod jacobi;
-mod jacobi_derivatives;
 pub(crate) mod rates;
+mod staged;
 mod standard;
 
 use anyhow::Result;
@@ -18,8 +17,7 @@ use crate::coupling::Coupling;
 pub(crate) fn begin(schedule: Schedule, coupling: &mut Coupling, t: f64) -> Result<()> {
     match schedule {
         Schedule::Standard => standard::begin(coupling, t),
-        Schedule::GaussSeidel | Schedule::Jacobi => coupling.pass(t),
-        Schedule::JacobiDerivatives => jacobi_derivatives::exchange(coupling, t),
+        _ => staged::pass(coupling, t),
     }
 }
 
@@ -40,8 +38,12 @@ pub(crate) fn advance(
 ) -> Result<()> {
     match schedule {
         Schedule::Standard => standard::advance(coupling, t, h, end),
-        Schedule::GaussSeidel => gauss_seidel::advance(coupling, t, h, end),
-        Schedule::Jacobi => jacobi::advance(coupling, t, h, end),
-        Schedule::JacobiDerivatives => jacobi_derivatives::advance(coupling, t, h, end),
+        // One component after the other: a later one gets the mean effort that an earlier one
+        // exerted over the step.
+        Schedule::GaussSeidel => staged::advance(coupling, t, h, end, true),
+        // All from the values at the communication point, held over the step or with derivatives.
+        Schedule::Jacobi | Schedule::JacobiDerivatives => {
+            staged::advance(coupling, t, h, end, false)
+        }
     }
 }

@@ -67,12 +67,10 @@ pub struct Inputs {
 impl Inputs {
     /// The inputs `ports`.
     pub fn new(system: &System, ports: &[Port]) -> Result<Self> {
-        let slots = ports
-            .iter()
-            .zip(0..)
-            .map(|(p, slot)| (*p, slot, Transformation::NONE));
+        let slots = ports.iter().zip(0..);
+        let inputs = slots.map(|(port, slot)| (*port, slot, Transformation::NONE));
         Ok(Self {
-            writes: writes(&system.wiring()?, slots),
+            writes: writes(&system.wiring()?, inputs),
             buffer: vec![0.0; ports.len()],
         })
     }
@@ -129,20 +127,17 @@ fn chosen(
                 continue;
             }
             let is_output = v.causality == Causality::Output;
-            let mut taken = false;
             let port = Port {
                 component,
                 variable,
             };
-            let name = system.name(port);
+            let (name, mut taken) = (system.name(port), false);
             for (pattern, matched) in patterns.iter().zip(&mut matched) {
                 if matches_pattern(pattern, &name) && (is_output || !is_wide(pattern)) {
                     (*matched, taken) = (true, true);
                 }
             }
-            if taken {
-                chosen.push(port);
-            }
+            chosen.extend(taken.then_some(port));
         }
     }
     if let Some((pattern, _)) = patterns.iter().zip(&matched).find(|(_, m)| !**m) {

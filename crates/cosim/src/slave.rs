@@ -4,10 +4,10 @@
 pub mod answer;
 mod border;
 pub(crate) mod clocks;
+mod errors;
 #[cfg(feature = "native")]
 mod fmi2;
 mod fmi3;
-#[cfg_attr(not(feature = "native"), path = "slave/instance_of_module.rs")]
 mod instance;
 pub mod messages;
 mod owner;
@@ -25,16 +25,12 @@ use crate::batch::Batch;
 use crate::fmu::Fmu;
 use crate::value::{Value, fits};
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use fmu_description::Version;
 
 use answer::Answer;
 pub use answer::{At, Ended, Stopped};
-pub(crate) use border::BegunCall;
 use border::{Arguments, Border};
+pub(crate) use border::{BegunCall, Call};
 use workers::Worker;
-
-/// `fmi2Discard`, `fmi3Discard`.
-const DISCARD: std::ffi::c_int = 2;
 
 /// An FMU instance; terminated by the owner, freed when dropped.
 pub struct Slave {
@@ -42,6 +38,8 @@ pub struct Slave {
     fmu: Arc<Fmu>,
     name: String,
     has_events: bool,
+    /// Made for the staged exchange.
+    pub(crate) is_staged: bool,
     /// In another thread.
     is_elsewhere: bool,
 }
@@ -68,21 +66,29 @@ impl From<Failure> for Result<()> {
     }
 }
 
-/// A call of all these instances, side by side where they are in several threads.
+/// A call of all these instances, side by side where they are in several threads; the largest of
+/// what they answer.
 pub(crate) fn all<'a>(
     mut slaves: impl Iterator<Item = &'a Slave> + Clone,
-    ahead: BegunCall,
-    mut call: impl FnMut(&Slave) -> Result<()>,
-) -> Result<()> {
-    if !slaves.clone().any(Slave::is_elsewhere) {
-        return slaves.try_for_each(call);
+    call: Call,
+    at: At,
+) -> Result<f64> {
+    let mut largest = 0.0_f64;
+    let mut make = |slave: &Slave| {
+        largest = largest.max(slave.call(call, at)?);
+        Ok(())
+    };
+    if slaves.clone().any(Slave::is_elsewhere) {
+        let mut failure = Failure::default();
+        (slaves.clone()).for_each(|slave| slave.begin(BegunCall::Plain(call)));
+        for (k, slave) in slaves.enumerate() {
+            failure.add(k, make(slave));
+        }
+        Result::from(failure)?;
+    } else {
+        slaves.try_for_each(make)?;
     }
-    let mut failure = Failure::default();
-    slaves.clone().for_each(|slave| slave.begin(ahead));
-    for (k, slave) in slaves.enumerate() {
-        failure.add(k, call(slave));
-    }
-    failure.into()
+    Ok(largest)
 }
 
 /// A saved state of an instance.
@@ -109,30 +115,24 @@ impl Slave {
         let c_string = |text: &str| {
             CString::new(text).map_err(|_| anyhow!("{name}: `{text}` has a NUL character"))
         };
-        let (c_name, token, resources) = (
-            c_string(name)?,
-            c_string(&fmu.description.guid)?,
-            c_string(&fmu.resources)?,
-        );
         let description = &fmu.description;
         let has_events =
             description.capabilities.event_mode && (is_staged || description.needs_events());
-        if let Some((clock, ..)) = fmu.plan.clocks.first()
-            && !has_events
-        {
-            bail!(
-                "{name}: FMU `{}` has the clock `{clock}` but no Event Mode, in which alone it could tick",
-                fmu.file
-            );
-        }
-        fmu.register(name)?;
         let arguments = Arguments {
-            name: &c_name,
-            token: &token,
-            resources: &resources,
+            name: c_string(name)?,
+            token: c_string(&description.guid)?,
+            resources: c_string(&fmu.resources)?,
             has_events,
             returns_early: has_events && description.capabilities.variable_step,
         };
+        if let Some(clock) = fmu.plan.clocks.first().filter(|_| !has_events) {
+            bail!(
+                "{name}: FMU `{}` has the clock `{}` but no Event Mode, in which alone it could tick",
+                fmu.file,
+                clock.name
+            );
+        }
+        fmu.register(name)?;
         let border = match worker {
             None => instance::make(fmu, &fmu.api, &arguments),
             #[cfg(feature = "native")]
@@ -149,9 +149,8 @@ impl Slave {
                     true => "; it says that it needs its tool (needsExecutionTool)",
                     false => "",
                 };
-                let reasons: String = (reasons(name).iter())
-                    .map(|reason| format!("\n  {reason}"))
-                    .collect();
+                let reasons = messages::reasons(name).into_iter();
+                let reasons: String = reasons.map(|reason| format!("\n  {reason}")).collect();
                 bail!(
                     "{name}: FMU `{}` could not be instantiated{tool}{reasons}",
                     fmu.file
@@ -163,6 +162,7 @@ impl Slave {
             fmu: fmu.clone(),
             name: name.to_string(),
             has_events,
+            is_staged,
             is_elsewhere: worker.is_some(),
         };
         slave.log_only_trouble()?;
@@ -260,21 +260,21 @@ impl Slave {
         Ok(value[0])
     }
 
-    /// Say when the run starts, s: before start values are set.
-    pub fn set_up(&self, start: f64) -> Result<()> {
-        self.check(self.border.set_up(start), None, At::Initialization)
+    /// A call without values.
+    pub(crate) fn call(&self, call: Call, at: At) -> Result<f64> {
+        self.check(self.border.call(call), None, at)
     }
 
     /// Into Initialization Mode, from `start`, s.
     pub fn enter_initialization(&self, start: f64) -> Result<()> {
-        let done = self.border.enter_initialization(start);
-        self.check(done, None, At::Initialization)
+        let call = Call::EnterInitialization(start);
+        self.call(call, At::Initialization).map(drop)
     }
 
     /// Out of Initialization Mode.
     pub fn exit_initialization(&self) -> Result<()> {
-        let done = self.border.exit_initialization();
-        self.check(done, None, At::Initialization)
+        let call = Call::ExitInitialization;
+        self.call(call, At::Initialization).map(drop)
     }
 
     /// Read values, as numbers.
@@ -305,27 +305,15 @@ impl Slave {
         self.check(done, Some(batch), at)
     }
 
-    /// First time derivatives of outputs; `ones` holds at least as many ones.
-    pub fn get_derivatives(
-        &self,
-        batch: &Batch,
-        ones: &[i32],
-        values: &mut [f64],
-        at: At,
-    ) -> Result<()> {
-        let done = self.border.get_derivatives(batch, ones, values);
+    /// First time derivatives of outputs.
+    pub fn get_derivatives(&self, batch: &Batch, values: &mut [f64], at: At) -> Result<()> {
+        let done = self.border.get_derivatives(batch, values);
         self.check(done, Some(batch), at)
     }
 
-    /// First time derivatives of inputs for the next step; `ones` holds at least as many ones.
-    pub fn set_derivatives(
-        &self,
-        batch: &Batch,
-        ones: &[i32],
-        values: &[f64],
-        at: At,
-    ) -> Result<()> {
-        let done = self.border.set_derivatives(batch, ones, values);
+    /// First time derivatives of inputs for the next step.
+    pub fn set_derivatives(&self, batch: &Batch, values: &[f64], at: At) -> Result<()> {
+        let done = self.border.set_derivatives(batch, values);
         self.check(done, Some(batch), at)
     }
 
@@ -343,8 +331,8 @@ impl Slave {
 
     /// A communication step from `t` by `h`, both s.
     pub fn step(&self, t: f64, h: f64) -> Result<()> {
-        let done = self.border.step(t, h);
-        let is_discarded = matches!(&done, Err(e) if Answer::status(e) == Some(DISCARD));
+        let done = self.border.call(Call::Step(t, h)).map(drop);
+        let is_discarded = matches!(&done, Err(e) if Answer::status(e) == Some(Answer::DISCARD));
         let early = matches!(&done, Err(e) if e.downcast_ref::<Stopped>().is_some());
         let checked = self.check(done, None, At::Time(t));
         match is_discarded || early {
@@ -358,56 +346,28 @@ impl Slave {
     fn stopped(&self) -> Stopped {
         Stopped {
             name: self.name.clone(),
-            time: self.border.time().ok(),
+            time: self.border.call(Call::Time).ok(),
         }
     }
 
     /// From now on a step that the FMU ends early is left there, as [`Stopped`]; else it is gone on
     /// with.
     pub fn stop_early(&self, stops: bool) {
-        self.border.stop_early(stops);
+        // Where its thread has ended, the next call says so.
+        let _ = self.border.call(Call::StopEarly(stops));
     }
 
     /// The instance's own time, s: the end of its last successful step.
     pub fn time(&self) -> Result<f64> {
-        self.border.time().with_context(|| self.name.clone())
+        let time = self.border.call(Call::Time);
+        time.with_context(|| self.name.clone())
     }
 
-    /// Into Event Mode where the version has one and the exchange is staged.
-    pub fn enter_events(&self, at: At) -> Result<()> {
-        self.check(self.border.enter_events(), None, at)
-    }
-
-    /// In Event Mode: let discrete states follow; true where the exchange must be made once more.
-    pub fn update_events(&self, at: At) -> Result<bool> {
-        let updated = self.border.update_events();
-        updated.map_err(|error| self.error(error, None, at))
-    }
-
-    /// From Event Mode to where steps are made.
-    pub fn leave_events(&self, at: At) -> Result<()> {
-        self.check(self.border.leave_events(), None, at)
-    }
-
-    /// When Event Mode must be entered next, s: infinite where that is not known.
+    /// When Event Mode must be entered next, s: infinite where that is not known. Where its thread
+    /// has ended, the next call says so.
     pub fn next_event(&self) -> f64 {
-        self.border.next_event()
-    }
-
-    /// Into Event Mode at `t`, s, where an event is due then, up to `tolerance`, s; clocks tick.
-    pub fn tick(&self, t: f64, tolerance: f64) -> Result<()> {
-        let done = self.border.tick(t, tolerance);
-        self.check(done, None, At::Time(t))
-    }
-
-    /// Event Mode to its end, where the instance is in it.
-    pub fn settle(&self, at: At) -> Result<()> {
-        self.check(self.border.settle(), None, at)
-    }
-
-    /// End the run.
-    pub fn terminate(&self, at: At) -> Result<()> {
-        self.check(self.border.terminate(), None, at)
+        let next = self.border.call(Call::NextEvent);
+        next.unwrap_or(f64::INFINITY)
     }
 
     /// The state that it is in.
@@ -421,10 +381,7 @@ impl Slave {
             self.name,
             self.fmu.file
         );
-        let saved = self.border.save();
-        saved
-            .map(State)
-            .map_err(|error| self.error(error, None, at))
+        self.check(self.border.save(), None, at).map(State)
     }
 
     /// Back to a state that it was saved in.
@@ -446,8 +403,7 @@ impl Slave {
             self.name,
             self.fmu.file
         );
-        let bytes = self.border.state_to_bytes(&*state.0);
-        bytes.map_err(|error| self.error(error, None, at))
+        self.check(self.border.state_to_bytes(&*state.0), None, at)
     }
 
     /// A state to be restored, from bytes that an instance of the same FMU gave.
@@ -455,84 +411,13 @@ impl Slave {
     /// # Errors
     /// Bytes that the FMU refuses.
     pub fn state_from_bytes(&self, bytes: &[u8], at: At) -> Result<State> {
-        let state = self.border.state_from_bytes(bytes);
-        state
-            .map(State)
-            .map_err(|error| self.error(error, None, at))
+        let state = self.check(self.border.state_from_bytes(bytes), None, at);
+        state.map(State)
     }
 
     /// Back to where it was when it was made; false where it cannot be, so that another is needed.
     pub(crate) fn reset(&self) -> bool {
         self.border.reset() && self.log_only_trouble().is_ok()
-    }
-
-    #[inline]
-    fn check(&self, done: Result<()>, batch: Option<&Batch>, at: At) -> Result<()> {
-        done.map_err(|error| self.error(error, batch, at))
-    }
-
-    #[cold]
-    fn error(&self, error: anyhow::Error, batch: Option<&Batch>, at: At) -> anyhow::Error {
-        let answer = match error.downcast::<Answer>() {
-            Ok(answer) => answer,
-            Err(error) => return error.context(self.place(at)),
-        };
-        let variables = &self.fmu.description.variables;
-        let names = batch.into_iter().flat_map(|batch| &batch.variables);
-        let names: Vec<_> = names.map(|k| variables[*k].name.as_str()).collect();
-        let call = match names.as_slice() {
-            [] => answer.call.to_string(),
-            [first, second, third, rest @ ..] if rest.len() > 1 => {
-                format!(
-                    "{} of {first}, {second}, {third} and {} more",
-                    answer.call,
-                    rest.len()
-                )
-            }
-            names => format!("{} of {}", answer.call, names.join(", ")),
-        };
-        self.refused(answer, &call, at)
-    }
-
-    fn refused(&self, answer: Answer, call: &str, at: At) -> anyhow::Error {
-        let prefix = match self.fmu.description.fmi {
-            Version::Fmi2 => "fmi2",
-            Version::Fmi3 => "fmi3",
-        };
-        if answer.status == Answer::MISSING {
-            return anyhow!(
-                "{} (FMU `{}`): its library does not export {}, which is needed {at}",
-                self.name,
-                self.fmu.file,
-                answer.call
-            );
-        }
-        let result = match answer.status {
-            Answer::UNFIT => {
-                return anyhow!(
-                    "{} (FMU `{}`): {call} {at}: a value is outside of the range of its type",
-                    self.name,
-                    self.fmu.file
-                );
-            }
-            DISCARD => format!("{prefix}Discard"),
-            3 => format!("{prefix}Error"),
-            4 => format!("{prefix}Fatal"),
-            other => format!("the unknown status {other}"),
-        };
-        let (name, file) = (&self.name, &self.fmu.file);
-        let reasons = reasons(name);
-        match reasons.is_empty() {
-            true => anyhow!("{name} (FMU `{file}`): {call} {at} returned {result}"),
-            false => anyhow!(
-                "{name}: {}\n  (FMU `{file}`: {call} {at} returned {result})",
-                reasons.join("\n  ")
-            ),
-        }
-    }
-
-    fn place(&self, at: At) -> String {
-        format!("{} (FMU `{}`) {at}", self.name, self.fmu.file)
     }
 }
 
@@ -540,16 +425,4 @@ impl Drop for Slave {
     fn drop(&mut self) {
         self.fmu.instances.fetch_sub(1, Ordering::SeqCst);
     }
-}
-
-/// The reasons that the instance has logged, else its warnings, each once.
-fn reasons(instance: &str) -> Vec<String> {
-    let mut messages = messages::take();
-    messages.retain(|m| m.instance == instance || m.instance == messages::NOBODY);
-    if messages.iter().any(|m| !m.is_warning) {
-        messages.retain(|m| !m.is_warning);
-    }
-    let mut texts: Vec<_> = messages.into_iter().map(|m| m.text).collect();
-    texts.dedup();
-    texts
 }

@@ -26,20 +26,24 @@ struct Snapshot {
 }
 
 /// All of a run that changes from one communication point to the next.
-pub(crate) struct RunState<'a> {
+pub struct RunState<'a> {
+    /// What is run.
     pub system: &'a System,
+    /// How long the steps are.
     pub control: &'a Control,
+    /// The running system.
     pub master: &'a mut Master,
+    /// How far the steps have come.
     pub steps: &'a mut Steps,
+    /// What was seen so far.
     pub supervision: &'a mut Supervision,
 }
 
 impl RunState<'_> {
     fn components(&self) -> Vec<[String; 2]> {
         let all = self.system.structure.components.iter();
-        let fmus = self.system.fmus.iter();
-        all.zip(fmus)
-            .map(|(c, fmu)| [c.name.clone(), fmu.description.guid.clone()])
+        let all = all.zip(&self.system.fmus);
+        all.map(|(c, fmu)| [c.name.clone(), fmu.description.guid.clone()])
             .collect()
     }
 

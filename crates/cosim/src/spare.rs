@@ -13,14 +13,8 @@ use crate::slave::Slave;
 /// Most instances that a thread keeps; the oldest are freed.
 const KEPT: usize = 64;
 
-/// An instance, and whether it was made for the staged exchange.
-struct Spare {
-    slave: Slave,
-    is_staged: bool,
-}
-
 thread_local! {
-    static SPARES: RefCell<Option<Vec<Spare>>> = const { RefCell::new(None) };
+    static SPARES: RefCell<Option<Vec<Slave>>> = const { RefCell::new(None) };
 }
 
 /// From now on this thread keeps the instances of its runs.
@@ -37,14 +31,12 @@ pub fn count() -> usize {
 
 /// Keep instances that have been terminated. One of an FMU that allows no second in the process is
 /// not kept, nor is one of another thread.
-pub(crate) fn keep(slaves: Vec<Slave>, is_staged: bool) {
+pub(crate) fn keep(mut slaves: Vec<Slave>) {
     SPARES.with_borrow_mut(|spares| {
         let Some(spares) = spares else { return };
-        for slave in slaves {
-            if !slave.is_elsewhere() && !slave.fmu().description.capabilities.only_once {
-                spares.push(Spare { slave, is_staged });
-            }
-        }
+        let is_once = |slave: &Slave| slave.fmu().description.capabilities.only_once;
+        slaves.retain(|slave| !slave.is_elsewhere() && !is_once(slave));
+        spares.append(&mut slaves);
         let surplus = spares.len().saturating_sub(KEPT);
         spares.drain(..surplus);
     });
@@ -52,13 +44,12 @@ pub(crate) fn keep(slaves: Vec<Slave>, is_staged: bool) {
 
 /// A kept instance of this FMU with this name, as when it was made.
 pub(crate) fn take(fmu: &Arc<Fmu>, name: &str, is_staged: bool) -> Option<Slave> {
-    let fits = |s: &Spare| {
-        Arc::ptr_eq(s.slave.fmu(), fmu) && s.slave.name() == name && s.is_staged == is_staged
-    };
+    let fits =
+        |s: &Slave| Arc::ptr_eq(s.fmu(), fmu) && s.name() == name && s.is_staged == is_staged;
     let spare = SPARES.with_borrow_mut(|spares| {
         let spares = spares.as_mut()?;
         let found = spares.iter().position(fits)?;
         Some(spares.swap_remove(found))
     });
-    spare.map(|s| s.slave).filter(Slave::reset)
+    spare.filter(Slave::reset)
 }

@@ -78,9 +78,7 @@ impl Steps {
         match self {
             Self::Fixed(steps) => Progress {
                 made: steps.made(),
-                next: 0.0,
-                error: 0.0,
-                length: 0.0,
+                ..Progress::default()
             },
             Self::Chosen(steps) => steps.progress(),
         }

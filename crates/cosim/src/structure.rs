@@ -5,6 +5,7 @@ mod bond;
 pub mod flat;
 mod flatten;
 mod values;
+mod ways;
 
 pub use bond::{Power, PowerBond};
 pub use flat::{Component, Connection, Hop, OuterInput, OuterOutput, Parameter, Structure};

@@ -78,12 +78,8 @@ impl Supervision {
         master.terminate()?;
         // Threads have said theirs one after the other.
         let mut said = messages::take();
-        let place = |m: &Message| {
-            system
-                .structure
-                .component(&m.instance)
-                .unwrap_or(usize::MAX)
-        };
+        let structure = &system.structure;
+        let place = |m: &Message| structure.component(&m.instance).unwrap_or(usize::MAX);
         said.sort_by_key(place);
         for message in said {
             verdict.note(message.to_string());

@@ -149,8 +149,7 @@ pub(crate) fn along(
     [from, to]: [Option<&Variable>; 2],
     lone: &mut Option<String>,
 ) -> Result<Transformation> {
-    let mut whole = Transformation::NONE;
-    let mut unit = unit;
+    let (mut whole, mut unit) = (Transformation::NONE, unit);
     let is_relative = [from, to].into_iter().flatten().any(|v| v.is_relative);
     for hop in way {
         if let (Some(a), Some(b), false) = (&unit, &hop.unit, hop.keeps_units) {
@@ -170,10 +169,7 @@ pub(crate) fn along(
             false => hop.unit.clone().or(unit),
         };
     }
-    let (first, last) = (
-        from.and_then(|v| v.unit.as_ref()),
-        to.and_then(|v| v.unit.as_ref()),
-    );
+    let [first, last] = [from, to].map(|end| end.and_then(|v| v.unit.as_ref()));
     if let (Some(unit), None) | (None, Some(unit)) = (first, last)
         && unit != "1"
         && from.is_some() == to.is_some()
@@ -199,16 +195,11 @@ fn own(
         Ok(number)
     };
     Ok(match transformation {
-        Of::Linear { factor, offset } => Transformation::Linear(Linear {
-            factor: *factor,
-            offset: *offset,
-        }),
-        Of::Booleans(entries) => Transformation::Map(
-            entries
-                .iter()
-                .map(|(s, t)| (number(*s), number(*t)))
-                .collect(),
-        ),
+        &Of::Linear { factor, offset } => Transformation::Linear(Linear { factor, offset }),
+        Of::Booleans(entries) => {
+            let entry = |(s, t): &(bool, bool)| (number(*s), number(*t));
+            Transformation::Map(entries.iter().map(entry).collect())
+        }
         Of::Integers(entries) => {
             let entry = |(s, t): &(i64, i64)| Ok((whole(*s)?, whole(*t)?));
             Transformation::Map(entries.iter().map(entry).collect::<Result<_>>()?)
@@ -219,17 +210,14 @@ fn own(
                     Some(Kind::Enumeration(items)) => items,
                     _ => &[],
                 };
-                match items.iter().find(|item| item.name == name) {
-                    Some(item) => whole(item.value),
-                    None => bail!(
-                        "EnumerationMappingTransformation: the enumeration has no item `{name}`, only {}",
-                        items
-                            .iter()
-                            .map(|i| i.name.as_str())
-                            .collect::<Vec<_>>()
-                            .join(", ")
-                    ),
+                if let Some(item) = items.iter().find(|item| item.name == name) {
+                    return whole(item.value);
                 }
+                let names: Vec<_> = items.iter().map(|item| item.name.as_str()).collect();
+                bail!(
+                    "EnumerationMappingTransformation: the enumeration has no item `{name}`, only {}",
+                    names.join(", ")
+                )
             };
             let entry = |(s, t): &(String, String)| Ok((item(from, s)?, item(to, t)?));
             Transformation::Map(entries.iter().map(entry).collect::<Result<_>>()?)

@@ -42,11 +42,10 @@ impl Value {
             Access::String => CString::new(text).ok().map(Self::Text),
             Access::Binary => bytes(text).map(Self::Bytes),
             Access::Clock => None,
-            _ => text
-                .parse()
-                .ok()
-                .filter(|k| fits(access, *k))
-                .map(Self::Whole),
+            _ => {
+                let whole = text.parse().ok().filter(|k| fits(access, *k));
+                whole.map(Self::Whole)
+            }
         }
     }
 
@@ -134,15 +133,12 @@ fn range(access: Access) -> [i128; 2] {
 }
 
 fn bytes(digits: &str) -> Option<Vec<u8>> {
-    let pairs = digits.as_bytes().chunks(2);
+    let digit = |d: u8| char::from(d).to_digit(16);
     let byte = |pair: &[u8]| match pair {
-        [high, low] => {
-            let digit = |d: u8| char::from(d).to_digit(16);
-            u8::try_from(16 * digit(*high)? + digit(*low)?).ok()
-        }
+        [high, low] => u8::try_from(16 * digit(*high)? + digit(*low)?).ok(),
         _ => None,
     };
-    pairs.map(byte).collect()
+    digits.as_bytes().chunks(2).map(byte).collect()
 }
 
 #[cfg(test)]

@@ -1,15 +1,19 @@
 //! Who must be read before whom: connections resolved against the model descriptions and put in the
 //! order of direct feedthrough.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+mod order;
+
+use std::collections::HashMap;
 
 use crate::batch::{Batch, Layout};
 use crate::structure::{Connection, Power, Structure};
 use crate::transformation::{Linear, Transformation, along, unit_of};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use fmu_description::{Access, Causality, Description, Kind, Variable, Version};
 use serde::{Deserialize, Serialize};
 use system_structure::DataType;
+
+pub use order::{Feedthrough, Undeclared};
 
 /// A variable of a component: both as indices.
 #[derive(Clone, Copy, Debug, Deserialize, Eq, Hash, Ord, PartialEq, PartialOrd, Serialize)]
@@ -46,10 +50,6 @@ pub struct BondPorts {
     pub power: Power,
 }
 
-/// What breaks an algebraic loop.
-const REMEDY: &str = "no order of exchange resolves it. One of these components must have a state, or a delay of a communication step, between \
-     its input and its output, and must not list that input among the output's dependencies; or one of the connections must go; or it is solved, which --solve-loops asks for";
-
 /// The system's connections with everything that is needed to order them.
 pub struct Wiring<'a> {
     components: Vec<(&'a str, &'a Description)>,
@@ -63,18 +63,6 @@ pub struct Wiring<'a> {
     trusted: Vec<bool>,
     /// Algebraic loops are solved.
     solves_loops: bool,
-}
-
-/// Which dependencies count where an output declares none.
-#[derive(Clone, Copy, Debug, Eq, PartialEq)]
-pub enum Undeclared {
-    /// All inputs, as the standards have it.
-    All,
-    /// None: the order is that of what is declared.
-    None,
-    /// All inputs, also of outputs that are read right after the step: they depend on what inputs
-    /// are over it.
-    AllOverStep,
 }
 
 impl<'a> Wiring<'a> {
@@ -134,11 +122,11 @@ impl<'a> Wiring<'a> {
         let mut lone = None;
         let transformation = along(&way, unit, [Some(start), Some(end)], &mut lone);
         let transformation = transformation.map_err(|error| {
-            let text = match is_declared {
-                true => error.to_string(),
-                false => error.to_string().replace("the units", "the FMUs' units"),
-            };
-            anyhow::anyhow!("connection {c}: {text}")
+            let mut text = error.to_string();
+            if !is_declared {
+                text = text.replace("the units", "the FMUs' units");
+            }
+            anyhow!("connection {c}: {text}")
         })?;
         if start.kind != Kind::Real && transformation.linear() != Linear::NONE {
             bail!(
@@ -151,26 +139,22 @@ impl<'a> Wiring<'a> {
                 "connection {c}: only one end has a unit, {unit}; values pass unchanged"
             ));
         }
-        let bond = match &c.bond {
-            None => None,
-            Some(b) => {
-                let of_start = |variable: &str, side| {
-                    let end = (c.start.0.clone(), variable.to_string());
-                    let port = self.port(structure, &end, side);
-                    port.with_context(|| {
-                        format!(
-                            "power bond of {}.{}: {}.{variable}",
-                            c.start.0, c.start.1, c.start.0
-                        )
-                    })
-                };
-                Some(BondPorts {
-                    step_mean: of_start(&b.step_mean, Side::Start)?,
-                    flow: of_start(&b.flow, Side::End)?,
-                    power: b.power,
+        let bond = c.bond.as_ref().map(|bond| {
+            let ((component, effort), [step_mean, flow]) =
+                (&c.start, [&bond.step_mean, &bond.flow]);
+            let of_start = |variable: &String, side| {
+                let port = self.port(structure, &(component.clone(), variable.clone()), side);
+                port.with_context(|| {
+                    format!("power bond of {component}.{effort}: {component}.{variable}")
                 })
-            }
-        };
+            };
+            anyhow::Ok(BondPorts {
+                step_mean: of_start(step_mean, Side::Start)?,
+                flow: of_start(flow, Side::End)?,
+                power: bond.power,
+            })
+        });
+        let bond = bond.transpose()?;
         Ok(Link {
             from,
             to,
@@ -200,14 +184,13 @@ impl<'a> Wiring<'a> {
             t.name() == kind
                 || is_whole(v) && matches!(t, DataType::Integer | DataType::Enumeration)
         });
-        if !fits || !side.takes(v.causality) {
-            bail!(
-                "{component}.{variable} must be of type {}, {}, to be connected; it is of type {kind}, {}",
-                declared.map_or(kind, DataType::name),
-                side.name(),
-                in_words(v.causality)
-            );
-        }
+        let (needed, is_taken) = side.takes(v.causality);
+        ensure!(
+            fits && is_taken,
+            "{component}.{variable} must be of type {}, {needed}, to be connected; it is of type {kind}, {}",
+            declared.map_or(kind, DataType::name),
+            format!("{:?}", v.causality).to_lowercase()
+        );
         Ok(Port {
             component: k,
             variable: description.index(variable).unwrap_or_default(),
@@ -220,8 +203,7 @@ impl<'a> Wiring<'a> {
 
     /// `component.variable`.
     pub fn name(&self, p: Port) -> String {
-        let (component, description) = self.components[p.component];
-        format!("{component}.{}", description.variables[p.variable].name)
+        format!("{}.{}", self.component(p.component), self.variable(p).name)
     }
 
     /// Number of components.
@@ -236,12 +218,12 @@ impl<'a> Wiring<'a> {
 
     /// The functions that read and write a variable.
     pub fn access(&self, p: Port) -> Access {
-        self.description(p.component).variables[p.variable].access()
+        self.variable(p).access()
     }
 
     /// The clocks at whose ticks alone a variable is exchanged.
     pub fn clocks(&self, p: Port) -> &[u32] {
-        &self.description(p.component).variables[p.variable].clocks
+        &self.variable(p).clocks
     }
 
     /// Variables of a component that are read or written together.
@@ -260,198 +242,39 @@ impl<'a> Wiring<'a> {
         self.driver.get(&input).copied()
     }
 
+    /// The output that drives an input.
+    pub fn source(&self, input: Port) -> Option<Port> {
+        self.driver(input).map(|link| self.links[link].from)
+    }
+
     /// Whether an output can be read once only at a communication point, right after the step and
     /// before any input is set: its dependencies are not declared, or its FMU is of FMI 3.0 and has
     /// no Event Mode, outside of which no output may be read after an input was set.
     pub fn is_read_once(&self, output: Port) -> bool {
         let description = self.description(output.component);
         let has_events = description.fmi == Version::Fmi2 || description.capabilities.event_mode;
-        let is_declared = || {
-            description
-                .declared_feedthrough(output.variable, false)
-                .is_some()
-        };
-        !has_events || !(self.trusted[output.component] || is_declared())
-    }
-
-    /// The inputs on which an output depends at once.
-    fn dependencies(
-        &self,
-        output: Port,
-        initialization: bool,
-        undeclared: Undeclared,
-    ) -> Vec<usize> {
-        let description = self.components[output.component].1;
-        let is_over_step = undeclared == Undeclared::AllOverStep;
-        if !initialization && !is_over_step && self.is_read_once(output) {
-            return Vec::new();
-        }
-        match undeclared {
-            Undeclared::All | Undeclared::AllOverStep => {
-                description.feedthrough(output.variable, initialization)
-            }
-            Undeclared::None => description
-                .declared_feedthrough(output.variable, initialization)
-                .unwrap_or_default(),
-        }
-    }
-
-    /// Level of the output of each connection: 0 where it depends on no connected input, else one
-    /// more than the highest level it depends on; outputs that no other one waits for come with the
-    /// last ones of their component. All outputs of one level can be read together after the inputs
-    /// from all lower levels are set.
-    ///
-    /// # Errors
-    /// An algebraic loop, by the names along it.
-    pub fn levels(&self, initialization: bool, undeclared: Undeclared) -> Result<Vec<usize>> {
-        let loops = self.loops(initialization, undeclared);
-        let mut search = Search {
-            wiring: self,
-            initialization,
-            undeclared,
-            loops: &loops,
-            known: HashMap::new(),
-            path: Vec::new(),
-        };
-        let links = self.links.iter();
-        let mut levels = links
-            .map(|l| search.level(l.from))
-            .collect::<Result<Vec<_>>>()?;
-        // What no connected output waits for is read with the component's last ones, which saves
-        // the component an evaluation of its own.
-        for (k, link) in self.links.iter().enumerate() {
-            let is_free = initialization || !self.is_read_once(link.from);
-            if is_free && !self.is_awaited(link.to, initialization, undeclared) {
-                let same = self.links.iter().zip(&levels);
-                let last = same.filter(|(other, _)| other.from.component == link.from.component);
-                levels[k] = last.map(|(_, level)| *level).max().unwrap_or(levels[k]);
-            }
-        }
-        Ok(levels)
-    }
-
-    /// Outputs that depend on each other at once, loop by loop; none where loops are not solved.
-    pub fn loops(&self, initialization: bool, undeclared: Undeclared) -> Vec<Vec<Port>> {
-        let mut outputs: Vec<Port> = self.links.iter().map(|link| link.from).collect();
-        outputs.sort();
-        outputs.dedup();
-        if !self.solves_loops {
-            outputs.clear();
-        }
-        let needed = |output: Port| {
-            let inputs = self.dependencies(output, initialization, undeclared);
-            let inputs = inputs
-                .into_iter()
-                .map(move |variable| Port { variable, ..output });
-            inputs.filter_map(|input| self.driver(input).map(|k| self.links[k].from))
-        };
-        let all_needed = |output: Port| {
-            let (mut found, mut rest) = (BTreeSet::new(), vec![output]);
-            while let Some(next) = rest.pop() {
-                rest.extend(needed(next).filter(|output| found.insert(*output)));
-            }
-            found
-        };
-        let needed: BTreeMap<_, _> = outputs.iter().map(|o| (*o, all_needed(*o))).collect();
-        let mut loops: Vec<Vec<Port>> = Vec::new();
-        for (output, own) in needed.iter().filter(|(output, own)| own.contains(output)) {
-            if loops.iter().any(|known| known.contains(output)) {
-                continue;
-            }
-            let mutual = own.iter().filter(|other| needed[other].contains(output));
-            loops.push(mutual.copied().collect());
-        }
-        loops
-    }
-
-    /// Whether a connected output depends on an input at once.
-    fn is_awaited(&self, input: Port, initialization: bool, undeclared: Undeclared) -> bool {
-        self.links.iter().any(|link| {
-            link.from.component == input.component
-                && self
-                    .dependencies(link.from, initialization, undeclared)
-                    .contains(&input.variable)
-        })
-    }
-}
-
-/// The search for the level of each output.
-struct Search<'a> {
-    wiring: &'a Wiring<'a>,
-    initialization: bool,
-    undeclared: Undeclared,
-    /// Those that are solved: all outputs of one are on one level.
-    loops: &'a [Vec<Port>],
-    known: HashMap<Port, usize>,
-    /// Outputs and the inputs between them, each depending on the next one.
-    path: Vec<Port>,
-}
-
-impl Search<'_> {
-    fn is_solved_with(&self, one: Port, other: Port) -> bool {
-        let mut loops = self.loops.iter();
-        loops.any(|own| own.contains(&one) && own.contains(&other))
-    }
-
-    fn level(&mut self, output: Port) -> Result<usize> {
-        if let Some(level) = self.known.get(&output) {
-            return Ok(*level);
-        }
-        if let Some(start) = self.path.iter().position(|p| *p == output) {
-            let along = self.path[start..].iter().chain([&output]).rev();
-            let names: Vec<_> = along.map(|p| self.wiring.name(*p)).collect();
-            let when = match self.initialization {
-                true => " in initialization",
-                false => "",
-            };
-            bail!("algebraic loop{when}: {}; {REMEDY}", names.join(" -> "));
-        }
-        let alone = [output];
-        let together = self.loops.iter().find(|own| own.contains(&output));
-        let together = together.map_or(&alone[..], Vec::as_slice);
-        let mut level = 0;
-        for member in together {
-            let inputs = (self.wiring).dependencies(*member, self.initialization, self.undeclared);
-            for variable in inputs {
-                let input = Port {
-                    variable,
-                    ..*member
-                };
-                let driver = self.wiring.driver(input).map(|k| self.wiring.links[k].from);
-                if let Some(driver) = driver.filter(|d| !self.is_solved_with(*d, output)) {
-                    self.path.extend([output, input]);
-                    level = level.max(1 + self.level(driver)?);
-                    self.path.truncate(self.path.len() - 2);
-                }
-            }
-        }
-        self.known
-            .extend(together.iter().map(|member| (*member, level)));
-        Ok(level)
+        let declared = || description.declared_feedthrough(output.variable, false);
+        !has_events || !(self.trusted[output.component] || declared().is_some())
     }
 }
 
 /// An end of a connection.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 enum Side {
     Start,
     End,
 }
 
 impl Side {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Start => "output",
-            Self::End => "input",
-        }
-    }
-
-    /// Whether a variable of this causality may stand there.
-    fn takes(self, causality: Causality) -> bool {
+    /// Its name, and whether a variable of this causality may stand there.
+    fn takes(self, causality: Causality) -> (&'static str, bool) {
         use Causality::{CalculatedParameter, Input, Local, Output, Parameter};
         match self {
-            Self::Start => matches!(causality, Output | CalculatedParameter | Local),
-            Self::End => matches!(causality, Input | Parameter),
+            Self::Start => (
+                "output",
+                matches!(causality, Output | CalculatedParameter | Local),
+            ),
+            Self::End => ("input", matches!(causality, Input | Parameter)),
         }
     }
 }
@@ -461,13 +284,15 @@ fn is_whole(v: &Variable) -> bool {
     matches!(v.kind, Kind::Integer | Kind::Enumeration(_))
 }
 
-fn in_words(causality: Causality) -> String {
-    format!("{causality:?}").to_lowercase()
-}
-
 #[cfg(test)]
 mod tests {
+    use super::order::REMEDY;
     use super::*;
+
+    const FEEDTHROUGH: Feedthrough = Feedthrough {
+        is_initial: false,
+        undeclared: Undeclared::All,
+    };
 
     /// A component with inputs u, v and outputs y, z; y depends on `y_on`, z on nothing.
     fn description(model: &str, y_on: &str) -> Description {
@@ -523,7 +348,7 @@ mod tests {
         ]);
         let wiring = Wiring::new(&s, &[&u, &none, &all]).unwrap();
         // Nothing waits for what c.z feeds: it is read together with c.y.
-        assert_eq!(wiring.levels(false, Undeclared::All).unwrap(), [0, 1, 2, 2]);
+        assert_eq!(wiring.levels(FEEDTHROUGH).unwrap(), [0, 1, 2, 2]);
     }
 
     #[test]
@@ -535,7 +360,7 @@ mod tests {
         let s = structure(&[("c.z", "b.u"), ("a.y", "b.v"), ("b.y", "a.u")]);
         let error = Wiring::new(&s, &[&u, &all, &all])
             .unwrap()
-            .levels(false, Undeclared::All)
+            .levels(FEEDTHROUGH)
             .unwrap_err()
             .to_string();
         assert_eq!(

@@ -43,12 +43,11 @@ impl Library {
         let folder = TempDir::with_prefix("cosim-")?;
         archive.unpack(folder.path())?;
         let path = folder.path().join(&library);
-        let failed = |error: &str| {
-            let remedy = remedy(error);
+        let who = format!("FMU `{file}`");
+        let opened = output::named(&who, || library::Library::open(&path));
+        let own = opened.map_err(|error| {
+            let remedy = remedy(&error.to_string());
             anyhow!("its library cannot be loaded: {error}{remedy}")
-        };
-        let own = output::named(&format!("FMU `{file}`"), || {
-            library::Library::open(&path).map_err(|error| failed(&error.to_string()))
         })?;
         let resources = resources(folder.path(), description.fmi);
         let unpacked = Unpacked {

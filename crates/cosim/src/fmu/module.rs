@@ -17,9 +17,6 @@ const FOLDERS: [&str; 2] = ["binaries/wasm32-unknown-unknown", "binaries/wasm32-
 /// A module that the host has compiled.
 pub struct Library(u32);
 
-/// Nothing is unpacked.
-pub struct Unpacked;
-
 #[link(wasm_import_module = "host")]
 unsafe extern "C" {
     /// Compiles a module; its number, or -1 after a message that says why not.
@@ -51,10 +48,6 @@ macro_rules! imports {
 fmi3_functions!(imports!);
 
 impl Library {
-    pub fn unpacked(&self) -> Unpacked {
-        Unpacked
-    }
-
     /// Have the host compile the module of the FMU `file`. In the place of its resources, which a
     /// module cannot read, is the path by which the host knows the module.
     ///

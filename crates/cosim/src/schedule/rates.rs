@@ -3,14 +3,14 @@
 
 use std::collections::BTreeMap;
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Result, anyhow, bail, ensure};
 use fmu_description::{Access, Variability};
 use serde::{Deserialize, Serialize};
 
 use super::choice::{Between, Schedule, Stepping};
 use crate::exchange::{Exchange, Read, Write, reads, writes};
 use crate::faults::Alteration;
-use crate::slave::{At, BegunCall, Slave};
+use crate::slave::{At, BegunCall, Call, Slave};
 use crate::structure::Structure;
 use crate::wiring::{Link, Wiring};
 
@@ -42,7 +42,7 @@ pub(crate) struct ComponentRate {
     every: usize,
     /// Ends of inputs, from those that were stepped before.
     reads: Vec<Read>,
-    writes: Vec<Write>,
+    pub writes: Vec<Write>,
     /// Slots of the inputs' values in the exchange.
     sources: Vec<usize>,
     ends: Vec<f64>,
@@ -74,7 +74,6 @@ impl Rates {
         stepping: Stepping,
     ) -> Result<Option<Self>> {
         let Stepping {
-            start,
             step,
             schedule,
             between,
@@ -97,16 +96,16 @@ impl Rates {
         for (k, component) in structure.components.iter().enumerate() {
             let own = structure.rates.iter().rfind(|(c, _)| *c == component.name);
             let [parts, every] = own.map_or(Ok([1, 1]), |(name, own)| whole(step, *own, name))?;
+            let is_continuous = |port| {
+                let variability = wiring.variable(port).variability;
+                wiring.access(port) == Access::Real && variability == Variability::Continuous
+            };
             let is_taken = |link: &Link| {
                 let is_before = is_sequential && link.from.component < k;
-                let of = |p| wiring.variable(p).variability == Variability::Continuous;
-                let is_real = wiring.access(link.from) == Access::Real
-                    && wiring.access(link.to) == Access::Real;
                 link.to.component == k
                     && !link.is_initial
-                    && is_real
-                    && of(link.from)
-                    && of(link.to)
+                    && is_continuous(link.from)
+                    && is_continuous(link.to)
                     && !(is_before && link.bond.is_some())
                     && (is_before || !needs_order)
             };
@@ -124,7 +123,7 @@ impl Rates {
         let known = PastValues {
             before: exchange.values.clone(),
             length: 0.0,
-            reached: vec![start; components.len()],
+            reached: vec![stepping.start; components.len()],
         };
         Ok(Some(Self {
             step,
@@ -225,7 +224,7 @@ impl Rates {
             }
             let from = start + part as f64 * length;
             if begins {
-                slaves[k].begin(BegunCall::Step(from, length));
+                slaves[k].begin(BegunCall::Plain(Call::Step(from, length)));
                 mean.into_iter().for_each(|read| read.begin(slaves));
                 continue;
             }
@@ -287,11 +286,6 @@ impl ComponentRate {
         }
     }
 
-    /// What is set in steps.
-    pub fn writes(&mut self) -> impl Iterator<Item = &mut Write> {
-        self.writes.iter_mut()
-    }
-
     /// Set the inputs to what they are at this share of the step.
     fn set(
         &mut self,
@@ -304,10 +298,9 @@ impl ComponentRate {
     ) -> Result<()> {
         for ((mixed, end), slot) in self.mixed.iter_mut().zip(&self.ends).zip(&self.sources) {
             let now = values[*slot];
-            *mixed = if share == 1.0 {
-                *end
-            } else {
-                now + share * (end - now)
+            *mixed = match share == 1.0 {
+                true => *end,
+                false => now + share * (end - now),
             };
         }
         for write in &self.writes {
@@ -329,16 +322,14 @@ pub fn parse_rate(text: &str) -> Result<(&str, f64)> {
     let parsed = text.split_once('=').and_then(|(name, length)| {
         let length = length.trim();
         let units = [("us", 1e-6), ("ms", 1e-3), ("s", 1.0), ("", 1.0)];
-        let (number, unit) = units
-            .iter()
-            .find_map(|(unit, scale)| Some((length.strip_suffix(unit)?, scale)))?;
+        let mut units = units.iter();
+        let (number, unit) =
+            units.find_map(|(unit, scale)| Some((length.strip_suffix(unit)?, scale)))?;
         let number: f64 = number.trim().parse().ok()?;
         (number.is_finite() && number > 0.0).then_some((name.trim(), number * unit))
     });
     parsed.ok_or_else(|| {
-        anyhow::anyhow!(
-            "`{text}` must be COMPONENT=TIME with a time in us, ms or s that is greater than 0"
-        )
+        anyhow!("`{text}` must be COMPONENT=TIME with a time in us, ms or s that is greater than 0")
     })
 }
 

@@ -37,6 +37,8 @@ pub struct Answer {
 }
 
 impl Answer {
+    /// `fmi2Discard`, `fmi3Discard`.
+    pub const DISCARD: c_int = 2;
     /// In place of a status: the library does not export the function.
     pub const MISSING: c_int = ABSENT;
     /// In place of a status: it was not called, because a value does not fit its type.

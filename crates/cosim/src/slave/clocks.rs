@@ -12,8 +12,8 @@ use crate::batch::{Batch, Layout};
 /// The clocks that time alone makes tick, and the clocked variables, of an FMU.
 #[derive(Debug, Default)]
 pub struct Plan {
-    /// Names, references and timing.
-    pub clocks: Vec<(String, u32, ClockTiming)>,
+    /// Clocks.
+    pub clocks: Vec<Clock>,
     /// Inputs, set at a tick.
     pub given: Vec<Batch>,
     /// Outputs and local variables, read at a tick.
@@ -27,7 +27,11 @@ impl Plan {
         for (k, v) in description.variables.iter().enumerate() {
             let batch = || Batch::new(description, layout, vec![k]);
             match timing(v) {
-                Some(timing) => plan.clocks.push((v.name.clone(), v.reference, timing)),
+                Some(timing) => plan.clocks.push(Clock {
+                    name: v.name.clone(),
+                    reference: v.reference,
+                    timing,
+                }),
                 None if v.clocks.is_empty() || v.kind == Kind::Clock => {}
                 None if v.is_input() => plan.given.push(batch()),
                 None if v.is_computed() => plan.computed.push(batch()),
@@ -59,16 +63,21 @@ pub enum Interval {
     Changed(f64),
 }
 
-/// A clock of an instance.
-#[derive(Clone, Debug)]
+/// A clock whose ticks the importer knows in advance.
+#[derive(Debug)]
 pub struct Clock {
     /// Name.
     pub name: String,
     /// Value reference.
     pub reference: u32,
-    /// Where the FMU is asked for intervals.
-    pub asks: bool,
     timing: ClockTiming,
+}
+
+/// When a clock of an instance ticks, as far as is known.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+pub struct Ticking {
+    /// s; none of an aperiodic clock.
+    period: Option<f64>,
     /// Ticks are counted from here, s; of a periodic clock the first one is here.
     origin: f64,
     ticks: u32,
@@ -76,50 +85,37 @@ pub struct Clock {
     pub next: f64,
 }
 
-/// What changes of a clock in a run: period, s, origin, ticks and next tick.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-pub struct Ticking(Option<f64>, f64, u32, f64);
-
 impl Clock {
-    /// A clock in Initialization Mode, before anything is known of it.
-    pub fn new((name, reference, timing): &(String, u32, ClockTiming)) -> Self {
-        let mut clock = Self {
-            name: name.clone(),
-            reference: *reference,
-            asks: false,
-            timing: *timing,
-            origin: f64::NAN,
-            ticks: 0,
-            next: f64::INFINITY,
-        };
-        clock.timing.period = timing.period.filter(|_| clock.is_periodic());
-        let is_constant = timing.interval == ClockInterval::Constant;
-        clock.asks = !is_constant && clock.timing.period.is_none();
-        clock
-    }
-
-    /// What changes of it.
-    pub fn ticking(&self) -> Ticking {
-        Ticking(self.timing.period, self.origin, self.ticks, self.next)
-    }
-
-    /// As if this were what it came to.
-    pub fn go_on(&mut self, saved: Ticking) {
-        let Ticking(period, ..) = saved;
-        (self.timing.period, self.origin, self.ticks, self.next) =
-            (period, saved.1, saved.2, saved.3);
-    }
-
     /// Whether its ticks are a period apart.
     pub fn is_periodic(&self) -> bool {
         let aperiodic = [ClockInterval::Changing, ClockInterval::Countdown];
         !aperiodic.contains(&self.timing.interval)
     }
 
+    fn period(&self) -> Option<f64> {
+        self.timing.period.filter(|_| self.is_periodic())
+    }
+
+    /// Where the FMU is asked for intervals.
+    pub fn asks(&self) -> bool {
+        self.timing.interval != ClockInterval::Constant && self.period().is_none()
+    }
+
+    /// In Initialization Mode, before anything is known of it.
+    pub fn ticking(&self) -> Ticking {
+        Ticking {
+            period: self.period(),
+            origin: f64::NAN,
+            ticks: 0,
+            next: f64::INFINITY,
+        }
+    }
+
     /// The run starts at `start`, s. An FMU that was asked told the `interval` and, of a periodic
     /// clock, the `shift`, s.
     pub fn begin(
-        &mut self,
+        &self,
+        ticking: &mut Ticking,
         start: f64,
         interval: Option<Interval>,
         shift: Option<f64>,
@@ -128,48 +124,47 @@ impl Clock {
             Some(Interval::Changed(s) | Interval::Unchanged(s)) => Some(s),
             Some(Interval::Unknown) | None => None,
         };
-        self.ticks = 0;
+        ticking.ticks = 0;
         if self.is_periodic() {
-            self.timing.period = told.or(self.timing.period);
-            self.origin = start + shift.unwrap_or(self.timing.shift);
-            self.next = self.origin;
+            ticking.period = told.or(ticking.period);
+            ticking.origin = start + shift.unwrap_or(self.timing.shift);
+            ticking.next = ticking.origin;
         } else {
-            self.next = told.map_or(f64::INFINITY, |s| start + s);
+            ticking.next = told.map_or(f64::INFINITY, |s| start + s);
         }
-        self.check()
-    }
-
-    /// It ticks now.
-    pub fn tick(&mut self) {
-        self.ticks += 1;
-        self.next = match self.timing.period {
-            Some(period) => self.origin + f64::from(self.ticks) * period,
-            None => f64::INFINITY,
-        };
+        self.check(ticking)
     }
 
     /// What the FMU tells of it after an event at `now`, s.
-    pub fn told(&mut self, now: f64, interval: &Interval) -> Result<()> {
+    pub fn told(&self, ticking: &mut Ticking, now: f64, interval: &Interval) -> Result<()> {
         let Interval::Changed(interval) = *interval else {
             return Ok(());
         };
         if self.is_periodic() {
-            (self.timing.period, self.origin, self.ticks) = (Some(interval), now, 1);
+            (ticking.period, ticking.origin, ticking.ticks) = (Some(interval), now, 1);
         }
-        self.next = now + interval;
-        self.check()
+        ticking.next = now + interval;
+        self.check(ticking)
     }
 
-    fn check(&self) -> Result<()> {
-        let period = self.timing.period.filter(|s| s.is_finite() && *s > 0.0);
-        if self.is_periodic() && period.is_none() || self.next.is_nan() {
-            let told = self
-                .timing
-                .period
-                .map_or("none".into(), |s| format!("{s} s"));
+    fn check(&self, Ticking { period, next, .. }: &Ticking) -> Result<()> {
+        let is_sound = period.is_some_and(|s| s.is_finite() && s > 0.0);
+        if self.is_periodic() && !is_sound || next.is_nan() {
+            let told = period.map_or("none".into(), |s| format!("{s} s"));
             bail!("its clock `{}` has the interval {told}", self.name);
         }
         Ok(())
+    }
+}
+
+impl Ticking {
+    /// It ticks now.
+    pub fn tick(&mut self) {
+        self.ticks += 1;
+        self.next = match self.period {
+            Some(period) => self.origin + f64::from(self.ticks) * period,
+            None => f64::INFINITY,
+        };
     }
 }
 
@@ -177,55 +172,70 @@ impl Clock {
 mod tests {
     use super::*;
 
-    fn clock(interval: ClockInterval, period: Option<f64>) -> Clock {
+    /// A clock, and when it ticks.
+    fn clock(interval: ClockInterval, period: Option<f64>) -> (Clock, Ticking) {
         let timing = ClockTiming {
             interval,
             period,
             shift: 0.25,
         };
-        Clock::new(&("c".into(), 7, timing))
+        let clock = Clock {
+            name: "c".into(),
+            reference: 7,
+            timing,
+        };
+        let ticking = clock.ticking();
+        (clock, ticking)
     }
 
-    fn next(clock: &mut Clock, count: usize) -> Vec<f64> {
-        (0..count).map(|_| (clock.next, clock.tick()).0).collect()
+    fn next(ticking: &mut Ticking, count: usize) -> Vec<f64> {
+        (0..count)
+            .map(|_| (ticking.next, ticking.tick()).0)
+            .collect()
     }
 
     #[test]
     fn a_periodic_clock_counts_from_its_first_tick() {
-        let mut own = clock(ClockInterval::Constant, Some(0.1));
-        own.begin(2.0, None, None).unwrap();
+        let (own, mut ticks) = clock(ClockInterval::Constant, Some(0.1));
+        own.begin(&mut ticks, 2.0, None, None).unwrap();
         let expected = [2.25, 2.25 + 0.1, 2.25 + 0.2, 2.25 + 3.0 * 0.1];
-        assert_eq!((own.asks, next(&mut own, 4)), (false, expected.to_vec()));
-        let mut asked = clock(ClockInterval::Tunable, None);
-        asked
-            .begin(2.0, Some(Interval::Changed(0.5)), Some(1.0))
-            .unwrap();
-        assert_eq!((asked.asks, next(&mut asked, 2)), (true, vec![3.0, 3.5]));
+        assert_eq!(
+            (own.asks(), next(&mut ticks, 4)),
+            (false, expected.to_vec())
+        );
+        let (asked, mut ticks) = clock(ClockInterval::Tunable, None);
+        let interval = Some(Interval::Changed(0.5));
+        asked.begin(&mut ticks, 2.0, interval, Some(1.0)).unwrap();
+        assert_eq!((asked.asks(), next(&mut ticks, 2)), (true, vec![3.0, 3.5]));
         // A new interval counts from the event that brings it.
-        asked.told(3.75, &Interval::Unchanged(0.5)).unwrap();
-        assert_eq!(asked.next, 4.0);
-        asked.told(3.75, &Interval::Changed(2.0)).unwrap();
-        assert_eq!(next(&mut asked, 2), [5.75, 7.75]);
+        asked
+            .told(&mut ticks, 3.75, &Interval::Unchanged(0.5))
+            .unwrap();
+        assert_eq!(ticks.next, 4.0);
+        asked
+            .told(&mut ticks, 3.75, &Interval::Changed(2.0))
+            .unwrap();
+        assert_eq!(next(&mut ticks, 2), [5.75, 7.75]);
         for wrong in [0.0, f64::NAN, -1.0] {
-            let mut clock = clock(ClockInterval::Fixed, None);
-            let error = clock.begin(0.0, Some(Interval::Changed(wrong)), Some(0.0));
-            assert!(
-                error
-                    .unwrap_err()
-                    .to_string()
-                    .contains("its clock `c` has the interval")
-            );
+            let (clock, mut ticks) = clock(ClockInterval::Fixed, None);
+            let interval = Some(Interval::Changed(wrong));
+            let error = clock.begin(&mut ticks, 0.0, interval, Some(0.0));
+            let error = error.unwrap_err().to_string();
+            assert!(error.contains("its clock `c` has the interval"), "{error}");
         }
     }
 
     #[test]
     fn an_aperiodic_clock_ticks_when_the_fmu_says() {
-        let mut clock = clock(ClockInterval::Countdown, None);
-        clock.begin(2.0, Some(Interval::Unknown), None).unwrap();
-        assert_eq!(clock.next, f64::INFINITY);
-        clock.told(3.0, &Interval::Changed(0.0)).unwrap();
-        assert_eq!(next(&mut clock, 2), [3.0, f64::INFINITY]);
-        clock.told(3.0, &Interval::Unknown).unwrap();
-        assert_eq!(clock.next, f64::INFINITY);
+        let (clock, mut ticks) = clock(ClockInterval::Countdown, None);
+        let unknown = Some(Interval::Unknown);
+        clock.begin(&mut ticks, 2.0, unknown, None).unwrap();
+        assert_eq!(ticks.next, f64::INFINITY);
+        clock
+            .told(&mut ticks, 3.0, &Interval::Changed(0.0))
+            .unwrap();
+        assert_eq!(next(&mut ticks, 2), [3.0, f64::INFINITY]);
+        clock.told(&mut ticks, 3.0, &Interval::Unknown).unwrap();
+        assert_eq!(ticks.next, f64::INFINITY);
     }
 }

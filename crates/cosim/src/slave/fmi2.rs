@@ -14,17 +14,15 @@ use fmu_description::calls::{Callbacks, Functions2};
 use fmu_description::functions::Pointer;
 
 use super::answer::{Answer, Ended, call};
-use super::border::{Arguments, Border};
+use super::border::{Arguments, Border, Call};
 use super::fmi3::owned;
 use super::messages::{Speaker, receive};
-use super::owner::{Owner, State};
+use super::owner::{Owner, StateFunctions, state_functions};
 use crate::batch::Batch;
 use crate::value::{Value, fits};
 
 /// `fmi2CoSimulation`.
 const CO_SIMULATION: c_int = 1;
-/// `fmi2Discard`.
-const DISCARD: c_int = 2;
 /// `fmi2Pending`.
 const PENDING: c_int = 5;
 /// `fmi2LastSuccessfulTime`.
@@ -69,16 +67,10 @@ pub struct Component {
 impl Component {
     /// `fmi2Instantiate` for co-simulation; None where the FMU gives no component.
     pub fn new(api: &Arc<Functions2>, arguments: &Arguments) -> Result<Option<Self>> {
-        let Arguments {
-            name,
-            token,
-            resources,
-            ..
-        } = arguments;
         if !api.exports("fmi2Instantiate") || !api.exports("fmi2FreeInstance") {
             bail!("its library does not export fmi2Instantiate and fmi2FreeInstance");
         }
-        let speaker = Speaker::new(name);
+        let speaker = Speaker::new(&arguments.name);
         let callbacks = Box::new(Callbacks {
             logger: cosim_logger as *const c_void,
             allocate_memory: Some(libc::calloc),
@@ -88,10 +80,13 @@ impl Component {
         });
         // SAFETY: valid C strings; the callbacks outlive the component.
         let component = unsafe {
-            let (name, guid, resources) = (name.as_ptr(), token.as_ptr(), resources.as_ptr());
+            let texts = [&arguments.name, &arguments.token, &arguments.resources];
+            let [name, guid, resources] = texts.map(|text| text.as_ptr());
             (api.fmi2Instantiate)(name, CO_SIMULATION, guid, resources, &*callbacks, 0, 1)
         };
-        let (free, free_state) = (api.fmi2FreeInstance, api.fmi2FreeFMUstate);
+        let functions = state_functions!(api, fmi2FreeInstance fmi2FreeFMUstate;
+            get fmi2GetFMUstate set fmi2SetFMUstate size fmi2SerializedFMUstateSize
+            write fmi2SerializeFMUstate read fmi2DeSerializeFMUstate);
         // FMI: the callbacks must outlive the component.
         let kept = (api.clone(), callbacks, speaker);
         Ok((!component.is_null()).then(|| Self {
@@ -99,22 +94,57 @@ impl Component {
             component,
             start: Cell::new(f64::NAN),
             // SAFETY: the component and the functions of its library.
-            owner: unsafe { Owner::new(component, free, free_state, kept) },
+            owner: unsafe { Owner::new(component, functions, kept) },
         }))
+    }
+
+    /// No stop time: a run may be continued.
+    fn set_up(&self, start: f64) -> Result<()> {
+        let (api, c) = (&self.api, self.component);
+        self.start.set(start);
+        // SAFETY: plain values.
+        unsafe { call!(api, fmi2SetupExperiment(c, 0, 0.0, start, 0, 0.0)) }
+    }
+
+    fn step(&self, t: f64, h: f64) -> Result<()> {
+        let (api, c) = (&self.api, self.component);
+        // SAFETY: plain values.
+        let Err(error) = (unsafe { call!(api, fmi2DoStep(c, t, h, 1)) }) else {
+            return Ok(());
+        };
+        let status = Answer::status(&error);
+        if status == Some(PENDING) {
+            bail!("fmi2DoStep answered fmi2Pending, but steps in the background are not supported");
+        }
+        let (mut ends, kind) = (0, TERMINATED);
+        if status == Some(Answer::DISCARD) {
+            // SAFETY: room for one value.
+            let told = unsafe { call!(api, fmi2GetBooleanStatus(c, kind, &mut ends)) };
+            if told.is_ok() && ends != 0 {
+                let (call, time) = ("fmi2DoStep", self.time().unwrap_or(t));
+                bail!(Ended { call, time });
+            }
+        }
+        Err(error)
+    }
+
+    fn time(&self) -> Result<f64> {
+        let (mut time, kind) = (f64::NAN, LAST_SUCCESSFUL_TIME);
+        // SAFETY: room for one value.
+        let told = unsafe { call!(self.api, fmi2GetRealStatus(self.component, kind, &mut time)) };
+        match told {
+            Ok(()) => Ok(time),
+            Err(_) => bail!("fmi2GetRealStatus does not tell the last successful time"),
+        }
     }
 }
 
 impl Border for Component {
     fn log_only(&self, categories: &[CString]) -> Result<()> {
         let pointers: Vec<_> = categories.iter().map(|c| c.as_ptr()).collect();
-        let n = pointers.len();
+        let (api, c, n) = (&self.api, self.component, pointers.len());
         // SAFETY: as many valid C strings as said.
-        unsafe {
-            call!(
-                self.api,
-                fmi2SetDebugLogging(self.component, 1, n, pointers.as_ptr())
-            )
-        }
+        unsafe { call!(api, fmi2SetDebugLogging(c, 1, n, pointers.as_ptr())) }
     }
 
     /// Only texts do not pass as numbers.
@@ -147,25 +177,32 @@ impl Border for Component {
         Ok(())
     }
 
-    /// No stop time: a run may be continued.
-    fn set_up(&self, start: f64) -> Result<()> {
+    fn call(&self, call: Call) -> Result<f64> {
         let (api, c) = (&self.api, self.component);
-        self.start.set(start);
-        // SAFETY: plain values.
-        unsafe { call!(api, fmi2SetupExperiment(c, 0, 0.0, start, 0, 0.0)) }
-    }
-
-    fn enter_initialization(&self, start: f64) -> Result<()> {
-        if self.start.get() != start {
-            self.set_up(start)?;
-        }
         // SAFETY: the component is alive.
-        unsafe { call!(self.api, fmi2EnterInitializationMode(self.component)) }
-    }
-
-    fn exit_initialization(&self) -> Result<()> {
-        // SAFETY: the component is alive.
-        unsafe { call!(self.api, fmi2ExitInitializationMode(self.component)) }
+        let done = unsafe {
+            match call {
+                Call::Step(t, h) => self.step(t, h),
+                Call::SetUp(start) => self.set_up(start),
+                Call::EnterInitialization(start) => {
+                    if self.start.get() != start {
+                        self.set_up(start)?;
+                    }
+                    call!(api, fmi2EnterInitializationMode(c))
+                }
+                Call::ExitInitialization => call!(api, fmi2ExitInitializationMode(c)),
+                Call::Time => return self.time(),
+                Call::NextEvent => return Ok(f64::INFINITY),
+                Call::Terminate => call!(api, fmi2Terminate(c)),
+                Call::StopEarly(_)
+                | Call::EnterEvents
+                | Call::UpdateEvents
+                | Call::LeaveEvents
+                | Call::Settle
+                | Call::Tick(..) => Ok(()),
+            }
+        };
+        done.map(|()| 0.0)
     }
 
     /// Values that are not Real are read one by one: there are few, and no buffer is needed.
@@ -173,13 +210,9 @@ impl Border for Component {
         let (api, c, vr) = (&self.api, self.component, &batch.references);
         assert_eq!(vr.len(), values.len());
         if batch.access == Access::Real {
+            let (vr, n, values) = (vr.as_ptr(), vr.len(), values.as_mut_ptr());
             // SAFETY: as many readable references as there is room for values.
-            return unsafe {
-                call!(
-                    api,
-                    fmi2GetReal(c, vr.as_ptr(), vr.len(), values.as_mut_ptr())
-                )
-            };
+            return unsafe { call!(api, fmi2GetReal(c, vr, n, values)) };
         }
         for (vr, value) in vr.iter().zip(values) {
             let mut read = 0;
@@ -218,23 +251,20 @@ impl Border for Component {
         Ok(())
     }
 
-    fn get_derivatives(&self, batch: &Batch, ones: &[i32], values: &mut [f64]) -> Result<()> {
+    fn get_derivatives(&self, batch: &Batch, values: &mut [f64]) -> Result<()> {
         let (vr, n) = (batch.references.as_ptr(), batch.references.len());
-        assert!(n == values.len() && n <= ones.len());
-        let (api, c, ones, values) = (
-            &self.api,
-            self.component,
-            ones.as_ptr(),
-            values.as_mut_ptr(),
-        );
+        assert_eq!(n, values.len());
+        let (api, c, values) = (&self.api, self.component, values.as_mut_ptr());
+        let ones = batch.ones.as_ptr();
         // SAFETY: as many readable references and orders as there is room for values.
         unsafe { call!(api, fmi2GetRealOutputDerivatives(c, vr, n, ones, values)) }
     }
 
-    fn set_derivatives(&self, batch: &Batch, ones: &[i32], values: &[f64]) -> Result<()> {
+    fn set_derivatives(&self, batch: &Batch, values: &[f64]) -> Result<()> {
         let (vr, n) = (batch.references.as_ptr(), batch.references.len());
-        assert!(n == values.len() && n <= ones.len());
-        let (api, c, ones, values) = (&self.api, self.component, ones.as_ptr(), values.as_ptr());
+        assert_eq!(n, values.len());
+        let (api, c, values) = (&self.api, self.component, values.as_ptr());
+        let ones = batch.ones.as_ptr();
         // SAFETY: as many readable references and orders as values.
         unsafe { call!(api, fmi2SetRealInputDerivatives(c, vr, n, ones, values)) }
     }
@@ -244,14 +274,14 @@ impl Border for Component {
         let (n, m) = (outputs.references.len(), inputs.references.len());
         assert!(n == rates.len() && m == seeds.len());
         let (y, u) = (outputs.references.as_ptr(), inputs.references.as_ptr());
-        let (api, c, seeds, rates) = (
-            &self.api,
-            self.component,
-            seeds.as_ptr(),
-            rates.as_mut_ptr(),
-        );
         // SAFETY: as many readable references as seeds, and as there is room for rates.
         unsafe {
+            let (api, c, seeds, rates) = (
+                &self.api,
+                self.component,
+                seeds.as_ptr(),
+                rates.as_mut_ptr(),
+            );
             call!(
                 api,
                 fmi2GetDirectionalDerivative(c, y, n, u, m, seeds, rates)
@@ -259,79 +289,21 @@ impl Border for Component {
         }
     }
 
-    fn step(&self, t: f64, h: f64) -> Result<()> {
-        // SAFETY: plain values.
-        let Err(error) = (unsafe { call!(self.api, fmi2DoStep(self.component, t, h, 1)) }) else {
-            return Ok(());
-        };
-        let status = Answer::status(&error);
-        if status == Some(PENDING) {
-            bail!("fmi2DoStep answered fmi2Pending, but steps in the background are not supported");
-        }
-        let (mut ends, kind) = (0, TERMINATED);
-        if status == Some(DISCARD) {
-            // SAFETY: room for one value.
-            let told = unsafe {
-                call!(
-                    self.api,
-                    fmi2GetBooleanStatus(self.component, kind, &mut ends)
-                )
-            };
-            if told.is_ok() && ends != 0 {
-                let (call, time) = ("fmi2DoStep", self.time().unwrap_or(t));
-                bail!(Ended { call, time });
-            }
-        }
-        Err(error)
-    }
-
-    fn time(&self) -> Result<f64> {
-        let (mut time, kind) = (f64::NAN, LAST_SUCCESSFUL_TIME);
-        // SAFETY: room for one value.
-        let told = unsafe { call!(self.api, fmi2GetRealStatus(self.component, kind, &mut time)) };
-        match told {
-            Ok(()) => Ok(time),
-            Err(_) => bail!("fmi2GetRealStatus does not tell the last successful time"),
-        }
-    }
-
-    fn terminate(&self) -> Result<()> {
-        // SAFETY: the component is alive.
-        unsafe { call!(self.api, fmi2Terminate(self.component)) }
-    }
-
     fn save(&self) -> Result<Box<dyn Any>> {
-        // SAFETY: room for one state, which is new.
-        State::saved(&self.owner, self.start.get(), |state| unsafe {
-            call!(self.api, fmi2GetFMUstate(self.component, state))
-        })
+        self.owner.save(self.start.get())
     }
 
     fn restore(&self, state: &dyn Any) -> Result<()> {
-        let (saved, state) = State::<f64>::of(&self.owner, state)?;
-        self.start.set(saved.known);
-        // SAFETY: a state of this component.
-        unsafe { call!(self.api, fmi2SetFMUstate(self.component, state)) }
+        self.start.set(*self.owner.restore(state)?);
+        Ok(())
     }
 
     fn state_to_bytes(&self, state: &dyn Any) -> Result<Vec<u8>> {
-        let (api, c) = (&self.api, self.component);
-        // SAFETY: a state of this component, and room for a size.
-        let size = |s, n: &mut usize| unsafe { call!(api, fmi2SerializedFMUstateSize(c, s, n)) };
-        // SAFETY: the same, and room for as many bytes as said.
-        State::<f64>::to_bytes(&self.owner, state, size, |s, bytes| unsafe {
-            let (p, n) = (bytes.as_mut_ptr(), bytes.len());
-            call!(api, fmi2SerializeFMUstate(c, s, p, n))
-        })
+        self.owner.to_bytes::<f64>(state)
     }
 
     fn state_from_bytes(&self, bytes: &[u8]) -> Result<Box<dyn Any>> {
-        let (api, c) = (&self.api, self.component);
-        // SAFETY: as many bytes as said, and room for one state, which is new.
-        State::<f64>::from_bytes(&self.owner, bytes, |bytes, s| unsafe {
-            let (p, n) = (bytes.as_ptr(), bytes.len());
-            call!(api, fmi2DeSerializeFMUstate(c, p, n, s))
-        })
+        self.owner.from_bytes::<f64>(bytes)
     }
 
     fn reset(&self) -> bool {

@@ -143,6 +143,18 @@ pub fn take() -> Vec<Message> {
     MESSAGES.take()
 }
 
+/// The reasons that the instance has logged, else its warnings, each once.
+pub(super) fn reasons(instance: &str) -> Vec<String> {
+    let mut messages = take();
+    messages.retain(|m| m.instance == instance || m.instance == NOBODY);
+    if messages.iter().any(|m| !m.is_warning) {
+        messages.retain(|m| !m.is_warning);
+    }
+    let mut texts: Vec<_> = messages.into_iter().map(|m| m.text).collect();
+    texts.dedup();
+    texts
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result};
 
-use super::border::{Arguments, BegunCall, Border};
+use super::border::{Arguments, BegunCall, Border, Call};
 use super::instance;
 use super::workers::{Copies, Pass, RemoteInstance, Task, Worker};
 use crate::batch::Batch;
@@ -30,22 +30,12 @@ pub fn make(
     fmu: &Arc<Fmu>,
     arguments: &Arguments,
 ) -> Result<Option<Box<dyn Border>>> {
-    let [name, token, resources] =
-        [arguments.name, arguments.token, arguments.resources].map(CString::from);
-    let (has_events, returns_early) = (arguments.has_events, arguments.returns_early);
-    let own = fmu.clone();
+    let (own, arguments) = (fmu.clone(), arguments.clone());
     let make = move |copies: &mut Copies| {
         let key = Arc::as_ptr(&own).addr();
         if let Entry::Vacant(free) = copies.entry(key) {
             free.insert((own.clone(), own.copied()?));
         }
-        let arguments = Arguments {
-            name: &name,
-            token: &token,
-            resources: &resources,
-            has_events,
-            returns_early,
-        };
         instance::make(&own, &copies[&key].1, &arguments)
     };
     let made = RemoteInstance::new(worker, room(fmu), Box::new(make))?;
@@ -68,12 +58,8 @@ impl Drop for RemoteState {
     }
 }
 
-const GET: Pass = |b, batch, _, values| b.get(batch, values);
-const SET: Pass = |b, batch, _, values| b.set(batch, values);
-
-fn none(done: Result<()>) -> Result<f64> {
-    done.map(|()| 0.0)
-}
+const GET: Pass = |b, batch, values| b.get(batch, values);
+const SET: Pass = |b, batch, values| b.set(batch, values);
 
 impl Remote {
     /// A new state, which stays in the thread.
@@ -98,19 +84,7 @@ impl Remote {
 
     fn task(&self, ahead: BegunCall) -> Task {
         match ahead {
-            BegunCall::EnterInitialization(t) => {
-                Task::Numbers(|b, [t, _]| none(b.enter_initialization(t)), [t, 0.0])
-            }
-            BegunCall::ExitInitialization => {
-                Task::Numbers(|b, _| none(b.exit_initialization()), [0.0; 2])
-            }
-            BegunCall::Step(t, h) => Task::Numbers(|b, [t, h]| none(b.step(t, h)), [t, h]),
-            BegunCall::EnterEvents => Task::Numbers(|b, _| none(b.enter_events()), [0.0; 2]),
-            BegunCall::UpdateEvents => Task::Numbers(
-                |b, _| b.update_events().map(|c| f64::from(u8::from(c))),
-                [0.0; 2],
-            ),
-            BegunCall::LeaveEvents => Task::Numbers(|b, _| none(b.leave_events()), [0.0; 2]),
+            BegunCall::Plain(call) => Task::Plain(call),
             BegunCall::Get(batch) => self.reading(GET, batch),
             BegunCall::Set(batch, values) => self.writing(SET, batch, values),
         }
@@ -137,10 +111,6 @@ impl Remote {
         self.0
             .keep(self.0.end(|| self.writing(pass, batch, values))?);
         Ok(())
-    }
-
-    fn made(&self, ahead: BegunCall) -> Result<f64> {
-        self.0.end(|| self.task(ahead))?.result
     }
 }
 
@@ -174,16 +144,14 @@ impl Border for Remote {
         self.0.any(move |border, _| border.set_whole(&batch, &own))
     }
 
-    fn set_up(&self, start: f64) -> Result<()> {
-        self.0.any(move |border, _| border.set_up(start))
-    }
-
-    fn enter_initialization(&self, start: f64) -> Result<()> {
-        self.made(BegunCall::EnterInitialization(start)).map(drop)
-    }
-
-    fn exit_initialization(&self) -> Result<()> {
-        self.made(BegunCall::ExitInitialization).map(drop)
+    /// What is rare brings along what the FMU has said.
+    fn call(&self, call: Call) -> Result<f64> {
+        match call {
+            Call::SetUp(_) | Call::StopEarly(_) | Call::Terminate => {
+                self.0.any(move |border, _| border.call(call))
+            }
+            _ => self.0.end(|| Task::Plain(call))?.result,
+        }
     }
 
     fn get(&self, batch: &Batch, values: &mut [f64]) -> Result<()> {
@@ -194,20 +162,12 @@ impl Border for Remote {
         self.write(SET, batch, values)
     }
 
-    fn get_derivatives(&self, batch: &Batch, _: &[i32], values: &mut [f64]) -> Result<()> {
-        self.read(
-            |b, batch, ones, v| b.get_derivatives(batch, ones, v),
-            batch,
-            values,
-        )
+    fn get_derivatives(&self, batch: &Batch, values: &mut [f64]) -> Result<()> {
+        self.read(|b, batch, v| b.get_derivatives(batch, v), batch, values)
     }
 
-    fn set_derivatives(&self, batch: &Batch, _: &[i32], values: &[f64]) -> Result<()> {
-        self.write(
-            |b, batch, ones, v| b.set_derivatives(batch, ones, v),
-            batch,
-            values,
-        )
+    fn set_derivatives(&self, batch: &Batch, values: &[f64]) -> Result<()> {
+        self.write(|b, batch, v| b.set_derivatives(batch, v), batch, values)
     }
 
     fn directional(&self, of: [&Batch; 2], seeds: &[f64], rates: &mut [f64]) -> Result<()> {
@@ -219,47 +179,6 @@ impl Border for Remote {
         });
         rates.copy_from_slice(&found?);
         Ok(())
-    }
-
-    fn step(&self, t: f64, h: f64) -> Result<()> {
-        self.made(BegunCall::Step(t, h)).map(drop)
-    }
-
-    fn time(&self) -> Result<f64> {
-        self.0.number(|b, _| b.time(), [0.0; 2])
-    }
-
-    fn enter_events(&self) -> Result<()> {
-        self.made(BegunCall::EnterEvents).map(drop)
-    }
-
-    fn update_events(&self) -> Result<bool> {
-        Ok(self.made(BegunCall::UpdateEvents)? != 0.0)
-    }
-
-    fn leave_events(&self) -> Result<()> {
-        self.made(BegunCall::LeaveEvents).map(drop)
-    }
-
-    fn settle(&self) -> Result<()> {
-        self.0.number(|b, _| none(b.settle()), [0.0; 2]).map(drop)
-    }
-
-    /// Where the thread has ended, the next call says so.
-    fn next_event(&self) -> f64 {
-        let next = self.0.number(|b, _| Ok(b.next_event()), [0.0; 2]);
-        next.unwrap_or(f64::INFINITY)
-    }
-
-    fn tick(&self, t: f64, tolerance: f64) -> Result<()> {
-        let tick = self
-            .0
-            .number(|b, [t, by]| none(b.tick(t, by)), [t, tolerance]);
-        tick.map(drop)
-    }
-
-    fn terminate(&self) -> Result<()> {
-        self.0.any(|border, _| border.terminate())
     }
 
     fn save(&self) -> Result<Box<dyn Any>> {
@@ -281,14 +200,6 @@ impl Border for Remote {
     fn state_from_bytes(&self, bytes: &[u8]) -> Result<Box<dyn Any>> {
         let bytes = bytes.to_vec();
         self.kept(move |border| border.state_from_bytes(&bytes))
-    }
-
-    fn stop_early(&self, stops: bool) {
-        // Where the thread has ended, the next call says so.
-        let _ = self.0.any(move |border, _| {
-            border.stop_early(stops);
-            Ok(())
-        });
     }
 
     /// The thread ends with its run.

@@ -14,7 +14,7 @@ use std::thread::{Builder, JoinHandle};
 
 use anyhow::{Context, Result, anyhow};
 
-use super::border::Border;
+use super::border::{Border, Call};
 use super::messages::{self, Message};
 use crate::batch::Batch;
 use crate::fmu::{Api, Fmu};
@@ -23,8 +23,8 @@ use crate::fmu::{Api, Fmu};
 /// are some 50 µs. Fewer times where that was in vain, as on a busy machine.
 const SPINS: [usize; 2] = [2000, 20];
 
-/// Passes a batch with as many ones.
-pub(super) type Pass = fn(&dyn Border, &Batch, &[i32], &mut [f64]) -> Result<()>;
+/// Passes the values of a batch.
+pub(super) type Pass = fn(&dyn Border, &Batch, &mut [f64]) -> Result<()>;
 type AnyCall = Box<dyn FnOnce(&dyn Border, &mut States) -> Result<Given> + Send>;
 /// Saved states, by number.
 pub(super) type States = BTreeMap<usize, Box<dyn Any>>;
@@ -33,8 +33,8 @@ type Make = Box<dyn FnOnce(&mut Copies) -> Result<Option<Box<dyn Border>>> + Sen
 
 /// What a worker is to do with an instance.
 pub(super) enum Task {
-    /// Up to two numbers in, one out.
-    Numbers(fn(&dyn Border, [f64; 2]) -> Result<f64>, [f64; 2]),
+    /// A call without values.
+    Plain(Call),
     /// Values or derivatives in or out.
     Values(Pass, Batch, Vec<f64>),
     /// What is rare, and may allocate.
@@ -67,7 +67,6 @@ pub(super) type Copies = BTreeMap<usize, (Arc<Fmu>, Api)>;
 struct HostedInstance {
     border: Option<Box<dyn Border>>,
     states: States,
-    ones: Vec<i32>,
     answers: SyncSender<Done>,
     has_failed: bool,
 }
@@ -99,7 +98,6 @@ fn work(orders: &Receiver<Order>, spins: &Cell<usize>) {
             all.push(HostedInstance {
                 border: None,
                 states: States::new(),
-                ones: Vec::new(),
                 answers: answers.clone(),
                 has_failed: false,
             });
@@ -129,11 +127,10 @@ impl HostedInstance {
                 f64::from(u8::from(border.is_some()))
             }),
             _ if has_failed || border.is_none() => Err(anyhow!("what was begun before it failed")),
-            Task::Numbers(call, numbers) => call(border.as_deref()?, numbers),
+            Task::Plain(call) => border.as_deref()?.call(call),
             Task::Values(call, batch, own) => {
                 values = own;
-                self.ones.resize(self.ones.len().max(batch.len()), 1);
-                let done = call(border.as_deref()?, &batch, &self.ones, &mut values);
+                let done = call(border.as_deref()?, &batch, &mut values);
                 done.map(|()| 0.0)
             }
             Task::Any(call) => call(border.as_deref()?, &mut self.states).map(|done| {
@@ -142,10 +139,9 @@ impl HostedInstance {
             }),
         };
         let is_quiet = result.is_ok() && given.is_none();
-        let messages = if is_quiet {
-            Vec::new()
-        } else {
-            messages::take()
+        let messages = match is_quiet {
+            true => Vec::new(),
+            false => messages::take(),
         };
         Some(Done {
             result,
@@ -269,14 +265,6 @@ impl RemoteInstance {
             Err(error) => Err(error),
             Ok(_) => Ok(done),
         }
-    }
-
-    pub fn number(
-        &self,
-        call: fn(&dyn Border, [f64; 2]) -> Result<f64>,
-        numbers: [f64; 2],
-    ) -> Result<f64> {
-        self.end(|| Task::Numbers(call, numbers))?.result
     }
 
     /// With any values.

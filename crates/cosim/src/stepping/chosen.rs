@@ -1,7 +1,7 @@
 //! Communication steps whose lengths are chosen on the way, and steps that are repeated.
 
 use anyhow::{Result, bail, ensure};
-use fmu_description::{Access, Variability};
+use fmu_description::{Access, Variability, Variable};
 
 use super::control::{Control, Limits, Progress, Regulator};
 use crate::master::{LastStep, Master};
@@ -57,7 +57,16 @@ impl ChosenSteps {
             bail!("a delay of {delay} s needs communication steps of one length");
         }
         let (tolerance, limits) = match *control {
-            Control::Fixed | Control::Repeated => (1.0, of_length(step)),
+            Control::Fixed | Control::Repeated => {
+                let length = [step; 2];
+                (
+                    1.0,
+                    Limits {
+                        length,
+                        ..Limits::default()
+                    },
+                )
+            }
             Control::Energy {
                 tolerance, limits, ..
             } => (tolerance, limits),
@@ -87,15 +96,14 @@ impl ChosenSteps {
             master.stop_early();
         }
         let exchange = master.exchange();
+        let is_compared = |v: &&Variable| {
+            let is_real = matches!(v.access(), Access::Real | Access::Float32);
+            is_real && v.variability == Variability::Continuous
+        };
         let nominal = (0..exchange.values.len()).map(|slot| {
             let v = exchange.output(slot).map(|port| system.variable(port));
-            let compared = |access| matches!(access, Access::Real | Access::Float32);
-            match v {
-                Some(v) if compared(v.access()) && v.variability == Variability::Continuous => {
-                    v.nominal.unwrap_or(1.0).abs()
-                }
-                _ => f64::INFINITY,
-            }
+            let v = v.filter(is_compared);
+            v.map_or(f64::INFINITY, |v| v.nominal.unwrap_or(1.0).abs())
         });
         Ok(Self {
             regulator: Regulator::new(limits, first, remembers)?,
@@ -134,8 +142,9 @@ impl ChosenSteps {
     }
 
     pub(super) fn go_on(&mut self, progress: Progress) {
-        (self.regulator.next, self.regulator.before) = (progress.next, progress.error);
-        self.regulator.length = progress.length;
+        let regulator = &mut self.regulator;
+        (regulator.next, regulator.before) = (progress.next, progress.error);
+        regulator.length = progress.length;
     }
 
     /// Make a step.
@@ -260,10 +269,11 @@ impl ChosenSteps {
             return 0.0;
         };
         let values = master.exchange().values.iter().zip(&self.whole);
-        let differences = values
-            .zip(&self.nominal)
-            .map(|((value, whole), nominal)| (value - whole).abs() / (nominal + value.abs()));
-        differences.fold(0.0, f64::max) / tolerance
+        let mut largest = 0.0_f64;
+        for ((value, whole), nominal) in values.zip(&self.nominal) {
+            largest = largest.max((value - whole).abs() / (nominal + value.abs()));
+        }
+        largest / tolerance
     }
 }
 
@@ -281,17 +291,9 @@ impl Control {
 /// where it does not say where.
 fn shorter(t: f64, end: f64, stopped: &Stopped) -> f64 {
     let least = 1e-6 * (end - t);
-    let told = stopped
-        .time
-        .filter(|time| (t + least..end - least).contains(time));
+    let is_within = |time: &f64| (t + least..end - least).contains(time);
+    let told = stopped.time.filter(is_within);
     told.unwrap_or(t + 0.5 * (end - t))
-}
-
-fn of_length(step: f64) -> Limits {
-    Limits {
-        length: [step; 2],
-        ..Limits::default()
-    }
 }
 
 /// The error of a step grows with the square of its length.

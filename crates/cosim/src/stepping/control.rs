@@ -99,7 +99,7 @@ impl Limits {
 }
 
 /// How far the steps of a run have come.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub(crate) struct Progress {
     /// Steps of one length, lost points included.
     pub made: u64,
@@ -181,10 +181,9 @@ impl Regulator {
             error = error.max(faded * remembered);
         }
         self.length = length;
-        let before = if self.before > 0.0 {
-            self.before
-        } else {
-            error
+        let before = match self.before > 0.0 {
+            true => self.before,
+            false => error,
         };
         let factor = match error > 0.0 {
             true => safety * error.powf(-integral - proportional) * before.powf(proportional),

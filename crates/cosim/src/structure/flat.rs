@@ -159,6 +159,12 @@ impl Structure {
         self.components.iter().position(|c| c.name == name)
     }
 
+    /// Names of all components, for messages.
+    pub fn component_names(&self) -> String {
+        let names: Vec<_> = self.components.iter().map(|c| c.name.as_str()).collect();
+        names.join(", ")
+    }
+
     /// Connect an output with an input that no connection drives yet; both get connectors where
     /// they have none.
     pub fn connect(&mut self, start: (String, String), end: (String, String)) {

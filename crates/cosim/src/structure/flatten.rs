@@ -3,15 +3,16 @@
 
 use std::collections::HashMap;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use system_structure::{
     Connection as Wire, Connector, DataType, Direction, Element, End, Kind, SignalDictionary,
     Sourced, System, SystemStructure, Transformation,
 };
 
 use super::bond::PowerBond;
-use super::flat::{Component, Connection, Hop, OuterInput, OuterOutput, Parameter, Structure};
+use super::flat::{Component, Hop, Parameter, Structure};
 use super::values::{Files, bound};
+use super::ways::{Flow, Key, join, resolve};
 
 /// Types of connectors that can be connected.
 const CONNECTED: [DataType; 6] = [
@@ -35,27 +36,12 @@ const RATE: &str = "io.github.hdrm-fmu.rate";
 /// Deepest nesting of files, so that a file that names itself ends somewhere.
 const DEPTH: usize = 16;
 
-/// A connector: the path of the element that owns it, and its name. Signals of dictionaries have a
-/// path that no element has.
-type Key = (String, String);
-
 /// Which way values go through a connector, seen from the system that connects it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Side {
     Source,
     Sink,
     Either,
-}
-
-/// A connection with its direction of flow resolved.
-struct Flow {
-    from: Key,
-    to: Key,
-    hop: Hop,
-    unit: Option<system_structure::Unit>,
-    is_initial: bool,
-    bond: Option<PowerBond>,
-    place: String,
 }
 
 /// Read the text of the system structure `file`; `files` gives the texts of files by the names that
@@ -85,8 +71,14 @@ pub fn read(text: &str, file: &str, files: &mut Files<'_>) -> Result<Structure> 
         },
         &[],
     )?;
-    flattening.resolve(&read.system)?;
-    Ok(flattening.structure)
+    let Flattening {
+        mut structure,
+        flows,
+        values,
+        ..
+    } = flattening;
+    resolve(&mut structure, &flows, values, &read.system)?;
+    Ok(structure)
 }
 
 /// The communication step that an annotation of the Open Simulation Platform asks for.
@@ -118,13 +110,6 @@ struct Flattening<'a> {
     references: HashMap<String, String>,
 }
 
-fn join(path: &str, name: &str) -> String {
-    match path.is_empty() {
-        true => name.to_string(),
-        false => format!("{path}.{name}"),
-    }
-}
-
 impl Flattening<'_> {
     /// Take in a system that has the path `path`; `around` are the dictionaries of the systems
     /// around it, by name and path.
@@ -150,13 +135,12 @@ impl Flattening<'_> {
                 Element::System(nested) => self.system(nested, &inner, place, &dictionaries)?,
                 Element::Component(component) => self.component(component, &inner, place)?,
                 Element::Dictionary(reference) => {
-                    let mut all = dictionaries.iter().rev();
-                    let Some((_, found)) = all.find(|(name, _)| *name == reference.dictionary)
+                    let wanted = &reference.dictionary;
+                    let Some((_, found)) = dictionaries.iter().rfind(|(name, _)| name == wanted)
                     else {
                         bail!(
-                            "`{}`: `{inner}` refers to the signal dictionary `{}`, which no system around it has",
-                            place.file,
-                            reference.dictionary
+                            "`{}`: `{inner}` refers to the signal dictionary `{wanted}`, which no system around it has",
+                            place.file
                         );
                     };
                     self.references.insert(inner, found.clone());
@@ -219,12 +203,8 @@ impl Flattening<'_> {
             };
             self.system(&read.system, path, &inner, &[])?;
         }
-        self.bind(
-            &component.bindings,
-            &format!("component `{path}`"),
-            path,
-            place,
-        )
+        let owner = format!("component `{path}`");
+        self.bind(&component.bindings, &owner, path, place)
     }
 
     /// Note the values of bindings with their whole names.
@@ -236,11 +216,10 @@ impl Flattening<'_> {
         place: &Place,
     ) -> Result<()> {
         for binding in bindings {
-            let found = bound(binding, owner, place.base, self.files)?;
-            self.values.extend(found.into_iter().map(|p| Parameter {
-                name: join(path, &p.name),
-                ..p
-            }));
+            for mut parameter in bound(binding, owner, place.base, self.files)? {
+                parameter.name = join(path, &parameter.name);
+                self.values.push(parameter);
+            }
         }
         Ok(())
     }
@@ -248,26 +227,23 @@ impl Flattening<'_> {
     fn flow(&mut self, system: &System, path: &str, wire: &Wire, place: &str) -> Result<Flow> {
         let [(start, start_side), (end, end_side)] =
             [self.end(system, &wire.start)?, self.end(system, &wire.end)?];
+        let misused = |end: &End, connector: &Connector, used: &str| {
+            let declared = connector.direction.name();
+            anyhow!(
+                "connector `{end}` is declared as {declared}, but a connection uses it as {used}"
+            )
+        };
         let is_turned = match (start_side, end_side) {
             (Side::Source | Side::Either, Side::Sink | Side::Either) => false,
             (Side::Sink | Side::Either, Side::Source | Side::Either) => true,
-            (Side::Source, Side::Source) => bail!(
-                "connector `{}` is declared as {}, but a connection uses it as input",
-                wire.end,
-                end.direction.name()
-            ),
-            (Side::Sink, Side::Sink) => bail!(
-                "connector `{}` is declared as {}, but a connection uses it as output",
-                wire.start,
-                start.direction.name()
-            ),
+            (Side::Source, Side::Source) => return Err(misused(&wire.end, end, "input")),
+            (Side::Sink, Side::Sink) => return Err(misused(&wire.start, start, "output")),
         };
         let name = format!("connection {} -> {}", wire.start, wire.end);
         let mut ends = [(start, &wire.start), (end, &wire.end)];
         for (connector, end) in ends {
-            if let Some(data_type) = connector.data_type
-                && !CONNECTED.contains(&data_type)
-            {
+            let data_type = connector.data_type;
+            if let Some(data_type) = data_type.filter(|t| !CONNECTED.contains(t)) {
                 bail!(
                     "connector `{end}` is declared as {}; only connectors of the types {} can be connected",
                     data_type.name(),
@@ -288,31 +264,25 @@ impl Flattening<'_> {
             );
         }
         if let (Some(transformation), Some(data_type)) = (&wire.transformation, data_type) {
-            let (element, fitting): (_, &[DataType]) = match transformation {
-                Transformation::Linear { .. } => ("LinearTransformation", &[DataType::Real]),
+            let (element, fitting) = match transformation {
+                Transformation::Linear { .. } => ("a LinearTransformation", DataType::Real),
                 Transformation::Booleans(_) => {
-                    ("BooleanMappingTransformation", &[DataType::Boolean])
+                    ("a BooleanMappingTransformation", DataType::Boolean)
                 }
-                Transformation::Integers(_) => (
-                    "IntegerMappingTransformation",
-                    &[DataType::Integer, DataType::Enumeration],
-                ),
+                Transformation::Integers(_) => {
+                    ("an IntegerMappingTransformation", DataType::Integer)
+                }
                 Transformation::Items(_) => {
-                    ("EnumerationMappingTransformation", &[DataType::Enumeration])
+                    ("an EnumerationMappingTransformation", DataType::Enumeration)
                 }
             };
-            if !fitting.contains(&data_type) {
-                let article = if element.starts_with(['I', 'E']) {
-                    "an"
-                } else {
-                    "a"
-                };
-                bail!(
-                    "{name}: {article} {element} is for {} connectors; these are {}",
-                    fitting[0].name(),
-                    data_type.name()
-                );
-            }
+            let is_item = fitting == DataType::Integer && data_type == DataType::Enumeration;
+            ensure!(
+                data_type == fitting || is_item,
+                "{name}: {element} is for {} connectors; these are {}",
+                fitting.name(),
+                data_type.name()
+            );
         }
         let bond = PowerBond::read(&wire.annotations)?;
         if is_turned {
@@ -321,16 +291,13 @@ impl Flattening<'_> {
         let [(first, from), (last, to)] = ends;
         let [from, to] = [from, to].map(|end| self.key(path, end));
         if let Some(other) = self.flows.iter().find(|other| other.to == to) {
-            bail!(
-                "input {}.{} is driven twice, by {}.{} and by {}.{}",
-                to.0,
-                to.1,
-                other.from.0,
-                other.from.1,
-                from.0,
-                from.1
-            );
+            let [to, first, second] = [&to, &other.from, &from].map(|(a, b)| format!("{a}.{b}"));
+            bail!("input {to} is driven twice, by {first} and by {second}");
         }
+        let is_parameter = |connector: &Connector| {
+            use Direction::{CalculatedParameter, Parameter};
+            matches!(connector.direction, Parameter | CalculatedParameter)
+        };
         Ok(Flow {
             from,
             to,
@@ -340,12 +307,7 @@ impl Flattening<'_> {
                 unit: last.unit.clone(),
             },
             unit: first.unit.clone(),
-            is_initial: [first, last].iter().any(|c| {
-                matches!(
-                    c.direction,
-                    Direction::Parameter | Direction::CalculatedParameter
-                )
-            }),
+            is_initial: is_parameter(first) || is_parameter(last),
             bond,
             place: place.to_string(),
         })
@@ -356,11 +318,12 @@ impl Flattening<'_> {
         let (owner, connectors) = match &end.element {
             None => (format!("system `{}`", system.name), &system.connectors[..]),
             Some(name) => {
-                let Some(element) = system.elements.iter().find(|e| e.name() == name) else {
-                    bail!(
+                let element = system.elements.iter().find(|e| e.name() == name);
+                let element = element.with_context(|| {
+                    format!(
                         "a connection names the component `{name}`, which the system does not have"
-                    );
-                };
+                    )
+                })?;
                 (format!("component `{name}`"), element.connectors())
             }
         };
@@ -386,125 +349,5 @@ impl Flattening<'_> {
         };
         let owner = self.references.get(&owner).cloned().unwrap_or(owner);
         (owner, end.connector.clone())
-    }
-
-    /// Connections between components, connectors of the outermost system, and values for
-    /// variables.
-    fn resolve(&mut self, outermost: &System) -> Result<()> {
-        let drivers: HashMap<&Key, usize> =
-            (0..).zip(&self.flows).map(|(k, f)| (&f.to, k)).collect();
-        let is_component = |key: &Key| self.structure.components.iter().any(|c| c.name == key.0);
-        // The flows that lead to a connector, the first one first.
-        let way = |to: &Key| {
-            let mut way: Vec<&Flow> = Vec::new();
-            let mut key = to;
-            while let Some(k) = drivers.get(key) {
-                let flow = &self.flows[*k];
-                if way.len() > self.flows.len() {
-                    bail!(
-                        "the connections through {}.{} lead round in a circle",
-                        to.0,
-                        to.1
-                    );
-                }
-                way.insert(0, flow);
-                key = &flow.from;
-                if is_component(key) {
-                    break;
-                }
-            }
-            Ok(way)
-        };
-        let hops = |way: &[&Flow]| way.iter().map(|f| f.hop.clone()).collect::<Vec<_>>();
-        let mut connections = Vec::new();
-        let mut inputs: Vec<OuterInput> = Vec::new();
-        for flow in self.flows.iter().filter(|f| is_component(&f.to)) {
-            let way = way(&flow.to)?;
-            let Some(first) = way.first() else { continue };
-            if is_component(&first.from) {
-                connections.push(Connection {
-                    start: first.from.clone(),
-                    end: flow.to.clone(),
-                    unit: first.unit.clone(),
-                    way: hops(&way),
-                    is_initial: way.iter().any(|f| f.is_initial),
-                    bond: way.iter().find_map(|f| f.bond.clone()),
-                    place: flow.place.clone(),
-                });
-            } else if first.from.0.is_empty() {
-                let end = (flow.to.clone(), hops(&way));
-                match inputs.iter_mut().find(|i| i.name == first.from.1) {
-                    Some(input) => input.ends.push(end),
-                    None => inputs.push(OuterInput {
-                        name: first.from.1.clone(),
-                        unit: first.unit.clone(),
-                        ends: vec![end],
-                    }),
-                }
-            }
-        }
-        let mut outputs = Vec::new();
-        for connector in &outermost.connectors {
-            let way = way(&(String::new(), connector.name.clone()))?;
-            if let Some(first) = way.first()
-                && is_component(&first.from)
-            {
-                let start = first.from.clone();
-                outputs.push(OuterOutput {
-                    name: connector.name.clone(),
-                    start,
-                });
-            }
-        }
-        // Values for connectors of systems go on to the components that these feed.
-        let mut fed: Vec<(Key, String, Vec<Hop>)> = Vec::new();
-        for flow in self.flows.iter().filter(|f| is_component(&f.to)) {
-            let way = way(&flow.to)?;
-            for (k, inner) in way
-                .iter()
-                .enumerate()
-                .filter(|(_, f)| !is_component(&f.from))
-            {
-                fed.push((
-                    flow.to.clone(),
-                    join(&inner.from.0, &inner.from.1),
-                    hops(&way[k..]),
-                ));
-            }
-        }
-        for value in std::mem::take(&mut self.values) {
-            let mut is_matched = false;
-            for component in &mut self.structure.components {
-                let variable = value.name.strip_prefix(&component.name);
-                if let Some(variable) = variable.and_then(|rest| rest.strip_prefix('.')) {
-                    let name = variable.to_string();
-                    component.parameters.push(Parameter {
-                        name,
-                        ..value.clone()
-                    });
-                    is_matched = true;
-                }
-            }
-            for (end, _, hops) in fed.iter().filter(|(_, name, _)| *name == value.name) {
-                let mut parameter = Parameter {
-                    name: end.1.clone(),
-                    ..value.clone()
-                };
-                parameter.way.extend(hops.iter().cloned());
-                let components = self.structure.components.iter_mut();
-                for component in components.filter(|c| c.name == end.0) {
-                    component.parameters.push(parameter.clone());
-                    is_matched = true;
-                }
-            }
-            if !is_matched {
-                let text = format!("`{}` ({})", value.name, value.origin);
-                self.structure.unmatched.push(text);
-            }
-        }
-        self.structure.connections = connections;
-        self.structure.inputs = inputs;
-        self.structure.outputs = outputs;
-        Ok(())
     }
 }

@@ -13,8 +13,8 @@ use cosim::run;
 use cosim::system::System;
 
 use super::support::{
-    edited, fmu, link, load, oscillator, oscillator_links, scratch, settings, ssd, stepping,
-    write_zip,
+    assert_contains, edited, fmu, link, load, oscillator, oscillator_links, pack, scratch,
+    settings, ssd, stepping,
 };
 
 /// A library of the C sources `sources` in the folder `folder`.
@@ -45,21 +45,7 @@ const PLAIN: &str = r#"<?xml version="1.0" encoding="ISO-8859-1"?>
 fn plain(name: &str, libraries: &[&Path]) -> System {
     let folder = scratch(name);
     fs::create_dir_all(&folder).unwrap();
-    let mut entries = vec![(
-        "modelDescription.xml".to_string(),
-        PLAIN.as_bytes().to_vec(),
-    )];
-    for library in libraries {
-        let file = library.file_name().unwrap().to_string_lossy();
-        entries.push((
-            format!("binaries/linux64/{file}"),
-            fs::read(library).unwrap(),
-        ));
-    }
-    write_zip(
-        fs::File::create(folder.join("plain.fmu")).unwrap(),
-        &entries,
-    );
+    pack(&folder.join("plain.fmu"), PLAIN, "linux64", libraries);
     let structure = r#"<ssd:SystemStructureDescription xmlns:ssd="d" xmlns:ssc="c" version="1.0" name="s"><ssd:System name="s">
         <ssd:Elements><ssd:Component name="plain" source="plain.fmu"><ssd:Connectors><ssd:Connector name="u" kind="input"/>
         <ssd:Connector name="y" kind="output"/></ssd:Connectors></ssd:Component></ssd:Elements></ssd:System>
@@ -104,9 +90,7 @@ fn an_fmu_written_by_hand_runs_with_remarks() {
     let args = run_args();
     let experiment = args.experiment(&system).unwrap();
     let remarks = args.forgotten(&system, &experiment).unwrap().to_string();
-    for part in ["plain-c", "watertank.so", "needsExecutionTool"] {
-        assert!(remarks.contains(part), "`{part}` is missing in {remarks}");
-    }
+    assert_contains(&remarks, &["plain-c", "watertank.so", "needsExecutionTool"]);
     let mut master = experiment.start(&system).unwrap();
     master.step().unwrap();
     let y = system.port("plain.y").unwrap();
@@ -119,13 +103,14 @@ fn an_fmu_written_by_hand_runs_with_remarks() {
     let started = experiment.start(&system).unwrap();
     let error = run::run(&system, started, 2.0, &|_, _| (), |_| Ok(())).unwrap_err();
     let text = format!("{error:#}");
-    for part in [
-        "last successful time of plain",
-        "fmi2Discard",
-        "stopped by hand at 42 percent",
-    ] {
-        assert!(text.contains(part), "`{part}` is missing in {text}");
-    }
+    assert_contains(
+        &text,
+        &[
+            "last successful time of plain",
+            "fmi2Discard",
+            "stopped by hand at 42 percent",
+        ],
+    );
     // What a library lacks is missed when it is asked for.
     let mut args = run_args();
     args.settings = vec!["plain.n=3".into()];
@@ -156,14 +141,15 @@ fn steps_in_the_background_are_refused() {
         .start(&system)
         .unwrap();
     let error = format!("{:#}", master.step().unwrap_err());
-    for part in [
-        "plain (FMU `",
-        "at t = 0 s",
-        "fmi2Pending",
-        "in the background are not supported",
-    ] {
-        assert!(error.contains(part), "`{part}` is missing in {error}");
-    }
+    assert_contains(
+        &error,
+        &[
+            "plain (FMU `",
+            "at t = 0 s",
+            "fmi2Pending",
+            "in the background are not supported",
+        ],
+    );
 }
 
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
@@ -318,12 +304,13 @@ fn what_does_not_settle_is_named() {
     let error = start(&texts, &system, Schedule::Standard)
         .unwrap_err()
         .to_string();
-    for part in [
-        "in initialization mass.x_ddot still change",
-        "after 5 passes",
-    ] {
-        assert!(error.contains(part), "`{part}` is missing in {error}");
-    }
+    assert_contains(
+        &error,
+        &[
+            "in initialization mass.x_ddot still change",
+            "after 5 passes",
+        ],
+    );
     let declared = super::support::system("declared-loop", &ssd(&links)).unwrap();
     let refused = start(&texts[..5], &declared, Schedule::Jacobi)
         .unwrap_err()

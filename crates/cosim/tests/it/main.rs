@@ -10,7 +10,10 @@ mod faults;
 mod foreign;
 mod inputs;
 mod loops;
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod loops_of_arrays;
 mod oscillator;
+mod printed;
 mod program;
 mod rates;
 mod rust_fmi;
@@ -18,4 +21,6 @@ mod saved;
 mod support;
 mod threads;
 mod trouble;
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod whole_values;
 mod wires;

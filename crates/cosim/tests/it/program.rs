@@ -4,10 +4,10 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
-use super::support::{edited, fmu, oscillator, scratch, ssd, system};
+use super::support::{assert_contains, edited, fmu, oscillator, scratch, ssd, system};
 
 /// Exit code, standard output and standard error.
-fn cosim(arguments: &[&str]) -> (i32, String, String) {
+pub fn cosim(arguments: &[&str]) -> (i32, String, String) {
     let done = Command::new(env!("CARGO_BIN_EXE_cosim"))
         .args(arguments)
         .output()
@@ -21,7 +21,7 @@ fn cosim(arguments: &[&str]) -> (i32, String, String) {
 }
 
 /// Spring.fmu and Mass.fmu in a folder of their own.
-fn fmus(name: &str) -> [String; 2] {
+pub fn fmus(name: &str) -> [String; 2] {
     let folder = scratch(name);
     fs::create_dir_all(&folder).unwrap();
     ["spring", "mass"].map(|example| {
@@ -31,7 +31,7 @@ fn fmus(name: &str) -> [String; 2] {
     })
 }
 
-fn packed(name: &str) -> String {
+pub fn packed(name: &str) -> String {
     system(name, &oscillator()).unwrap();
     scratch(name).join("system.ssp").display().to_string()
 }
@@ -40,9 +40,7 @@ fn packed(name: &str) -> String {
 fn refused(arguments: &[&str], parts: &[&str]) {
     let (code, _, error) = cosim(arguments);
     assert_eq!(code, 1, "{error}");
-    for part in parts {
-        assert!(error.contains(part), "`{part}` is missing in: {error}");
-    }
+    assert_contains(&error, parts);
 }
 
 #[test]
@@ -129,13 +127,14 @@ fn fmus_run_without_a_structure() {
     );
     let (code, text, _) = cosim(&["info", &spring]);
     assert_eq!(code, 0);
-    for part in [
-        "Spring, FMI 2.0",
-        "x: input, continuous Real, m",
-        "depends at once on x, x_dot",
-    ] {
-        assert!(text.contains(part), "`{part}` is missing in: {text}");
-    }
+    assert_contains(
+        &text,
+        &[
+            "Spring, FMI 2.0",
+            "x: input, continuous Real, m",
+            "depends at once on x, x_dot",
+        ],
+    );
 }
 
 /// F = −k x for x from a file: linear between rows for the elongation, steps for the Boolean that
@@ -451,162 +450,4 @@ fn parameters_of_the_system_and_lone_units() {
     );
     let rows = fs::read_to_string(&out).unwrap();
     assert_eq!(rows.lines().nth(1), Some("0.5,-2.0"), "4 N/m times 0.5 m");
-}
-
-/// The JSON of `cosim info` has the names that docs/cosim.md tells, for FMUs and for systems.
-#[test]
-fn info_is_there_for_programs_too() {
-    let ([spring, _], package) = (fmus("told"), packed("told-packed"));
-    let (code, text, error) = cosim(&["info", "--json", &spring, &package]);
-    assert_eq!(code, 0, "{error}");
-    let told: serde_json::Value = serde_json::from_str(&text).unwrap();
-    let (fmu, system) = (&told[0], &told[1]);
-    let keys = |value: &serde_json::Value| -> Vec<String> {
-        let keys = value.as_object().unwrap().keys();
-        keys.cloned().collect()
-    };
-    assert_eq!(
-        keys(fmu),
-        [
-            "capabilities",
-            "default_experiment",
-            "file",
-            "fmi",
-            "identifier",
-            "kind",
-            "model",
-            "platforms",
-            "remarks",
-            "token",
-            "tool",
-            "units",
-            "variables",
-            "version"
-        ]
-    );
-    let variable = |name: &str| {
-        let all = fmu["variables"].as_array().unwrap();
-        all.iter().find(|v| v["name"] == name).unwrap().clone()
-    };
-    let force = variable("F");
-    assert_eq!(
-        keys(&force),
-        [
-            "causality",
-            "depends_on",
-            "description",
-            "dimensions",
-            "display_unit",
-            "items",
-            "max",
-            "min",
-            "name",
-            "nominal",
-            "start",
-            "type",
-            "unit",
-            "variability"
-        ]
-    );
-    assert_eq!(force["depends_on"][0], "x");
-    assert_eq!(
-        (&variable("k")["min"], &variable("k")["start"]),
-        (&0.0.into(), &3.0.into())
-    );
-    assert_eq!(variable("off")["start"], false);
-    assert_eq!(fmu["capabilities"]["saves_state"], true);
-    assert_eq!(fmu["platforms"].as_array().unwrap().len(), 1);
-    assert_eq!(
-        keys(system),
-        [
-            "components",
-            "connections",
-            "file",
-            "fmus",
-            "inputs",
-            "kind",
-            "name",
-            "outputs",
-            "start",
-            "step",
-            "stop"
-        ]
-    );
-    assert_eq!(
-        (&system["start"], &system["stop"]),
-        (&0.5.into(), &2.5.into())
-    );
-    assert_eq!(system["connections"][0]["to"], "spring.x");
-    assert_eq!(system["fmus"][0]["variables"], fmu["variables"]);
-    let (_, text, _) = cosim(&["info", &package]);
-    for part in [
-        "component mass: resources/Mass.fmu",
-        "connection mass.x -> spring.x",
-        "resources/Spring.fmu: Spring, FMI 2.0",
-    ] {
-        assert!(text.contains(part), "`{part}` is missing in: {text}");
-    }
-}
-
-/// What acts at once is found by trying, products with zero too: the force depends on the stage
-/// only where x is not 0. What is declared stands beside it.
-#[test]
-fn wiring_shows_what_is_read_when_and_tries_what_acts_at_once() {
-    let bare = |example: &str, text: &str| match example {
-        "spring" => text.replace("dependencies=\"4 5 6 7 8\"", ""),
-        _ => text.to_string(),
-    };
-    edited("tried", &oscillator(), bare).unwrap();
-    let file = scratch("tried").join("system.ssp").display().to_string();
-    let (code, text, error) = cosim(&["wiring", "--system", &file, "--try"]);
-    assert_eq!(code, 0, "{error}");
-    for part in [
-        "outputs read at once, after the inputs that they depend on: mass.x, mass.x_dot\n",
-        "because nobody says what they depend on: spring.F\n",
-        "  spring.F: changed by x, off, stage (nothing is declared)\n",
-        "  mass.x: changed by nothing (as declared)\n",
-        "  mass.x_ddot: changed by f (as declared)\n",
-    ] {
-        assert!(text.contains(part), "`{part}` is missing in: {text}");
-    }
-    let (_, text, _) = cosim(&["wiring", "--system", &packed("tried-declared"), "--try"]);
-    let declared =
-        "  spring.F: changed by x, off, stage (declared: x, x_dot, x_ddot, off, stage)\n";
-    assert!(text.contains(declared), "{text}");
-}
-
-/// Faults and scenarios by the command line: what they do is in the verdict, and what is wrong is
-/// told with the option.
-#[test]
-fn faults_and_scenarios_are_told() {
-    let package = packed("faulty");
-    let scenario = scratch("faulty.json");
-    let text = r#"{"events": [{"time": 1, "model": "spring", "variable": "stage", "action": "override", "value": 2}], "end": 1.5}"#;
-    fs::write(&scenario, text).unwrap();
-    let scenario = scenario.display().to_string();
-    let run =
-        |more: &[&str]| cosim(&[&["run", &package, "--quiet", "--step", "0.1"], more].concat());
-    let (code, text, error) = run(&[
-        "--fault",
-        "spring.x=bias:0.5@1..1.5",
-        "--noise",
-        "mass.f=2",
-        "--scenario",
-        &scenario,
-    ]);
-    assert_eq!(code, 0, "{error}");
-    for part in [
-        "on the wire mass.x -> spring.x: bias of 0.5 m, from t = 1 s until t = 1.5 s",
-        "on the wire spring.F -> mass.f: noise of standard deviation 2 N\n",
-        "on the input spring.stage: override by 2, from t = 1.5 s until t = 2 s",
-        "faulty.json`: 1 events; what it alters ends at t = 2 s",
-    ] {
-        assert!(text.contains(part), "`{part}` is missing in: {text}");
-    }
-    let (code, _, error) = run(&["--noise", "spring.x"]);
-    assert!(
-        code == 1
-            && error.contains("--noise spring.x: noise of `spring.x` needs a standard deviation"),
-        "{error}"
-    );
 }

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 
 use cargo_fmu::library::files_of;
 use cosim::master::{Schedule, Stepping};
-use cosim::system::{FmuPlace, Setting, System};
+use cosim::package::FmuPlace;
+use cosim::system::{Setting, System};
 use fmu_description::Version;
 use zip::CompressionMethod;
 use zip::write::SimpleFileOptions;
@@ -163,7 +164,7 @@ pub fn edited_of(
 /// Load a system with its FMUs where it says.
 pub fn load(path: &Path) -> anyhow::Result<System> {
     let else_in = Vec::new();
-    System::load(path, None, &FmuPlace::Structure { else_in }, &[])
+    System::load(path, None, &FmuPlace::Structure { else_in }, &[], &[])
 }
 
 /// The FMU of an example.
@@ -194,6 +195,17 @@ pub fn files(example: &str, version: Version) -> Vec<(String, Vec<u8>)> {
     let file = format!("binaries/{platform}/{model}{suffix}");
     files.insert(file, fs::read(library).unwrap());
     files.into_iter().collect()
+}
+
+/// Pack an FMU with this description, and with libraries in the folder of a platform.
+pub fn pack(file: &Path, description: &str, platform: &str, libraries: &[&Path]) {
+    let mut files = vec![("modelDescription.xml".to_string(), description.into())];
+    for library in libraries {
+        let name = library.file_name().unwrap().to_string_lossy();
+        let bytes = fs::read(library).unwrap();
+        files.push((format!("binaries/{platform}/{name}"), bytes));
+    }
+    write_zip(File::create(file).unwrap(), &files);
 }
 
 /// The library of an example.
@@ -230,7 +242,9 @@ pub fn write_zip<W: Write + std::io::Seek>(out: W, entries: &[(String, Vec<u8>)]
 }
 
 pub fn settings(system: &System, texts: &[&str]) -> anyhow::Result<Vec<Setting>> {
-    texts.iter().map(|t| system.parse_setting(t)).collect()
+    let settings = texts.iter().map(|text| system.parse_settings(text));
+    let settings: Vec<_> = settings.collect::<anyhow::Result<_>>()?;
+    Ok(settings.concat())
 }
 
 pub fn stepping(step: f64, schedule: Schedule) -> Stepping {
@@ -240,6 +254,14 @@ pub fn stepping(step: f64, schedule: Schedule) -> Stepping {
         schedule,
         between: Default::default(),
         jitter: None,
+    }
+}
+
+/// A text, such as that of an error, has these parts.
+#[track_caller]
+pub fn assert_contains(text: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(text.contains(part), "`{part}` is missing in: {text}");
     }
 }
 

@@ -110,11 +110,10 @@ fn an_error_is_that_of_one_thread() {
     let system = system("beside-error", &oscillators(5)).unwrap();
     let texts = [1, 2, 4].map(|threads| {
         let mut experiment = experiment(&system, Schedule::Jacobi, threads);
-        for name in ["mass4.fails_at=0.6", "mass2.fails_at=0.6"] {
-            experiment
-                .settings
-                .push(system.parse_setting(name).unwrap());
-        }
+        let fails = ["mass4.fails_at=0.6", "mass2.fails_at=0.6"];
+        experiment
+            .settings
+            .extend(settings(&system, &fails).unwrap());
         let master = experiment.start(&system).unwrap();
         let error = run::run(&system, master, 1.0, &|_, _| (), |_| Ok(())).unwrap_err();
         format!("{error:#}")
@@ -132,7 +131,7 @@ fn an_error_is_that_of_one_thread() {
 #[test]
 fn code_that_is_not_made_for_threads_runs_in_two() {
     use super::foreign::compiled;
-    use super::support::{load, scratch, write_zip};
+    use super::support::{load, pack, scratch};
 
     const DESCRIPTION: &str = r#"<fmiModelDescription fmiVersion="2.0" modelName="counter" guid="{1}">
       <CoSimulation modelIdentifier="counter" canHandleVariableCommunicationStepSize="true"/><ModelVariables>
@@ -142,16 +141,11 @@ fn code_that_is_not_made_for_threads_runs_in_two() {
     let folder = scratch("counter");
     fs::create_dir_all(&folder).unwrap();
     let library = compiled(&folder, "counter.so", &["counter.c"], &[]);
-    let entries = [
-        ("modelDescription.xml".to_string(), DESCRIPTION.into()),
-        (
-            "binaries/linux64/counter.so".to_string(),
-            fs::read(library).unwrap(),
-        ),
-    ];
-    write_zip(
-        fs::File::create(folder.join("counter.fmu")).unwrap(),
-        &entries,
+    pack(
+        &folder.join("counter.fmu"),
+        DESCRIPTION,
+        "linux64",
+        &[&library],
     );
     let names = ["a", "b", "c", "d"];
     let elements: String = names

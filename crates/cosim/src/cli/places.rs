@@ -1,0 +1,75 @@
+//! Where programs find packed FMUs and systems by themselves.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+
+use crate::package::FmuPlace;
+
+/// Environment variable that names the folder of the packed FMUs.
+const FMU_DIR: &str = "FMU_DIR";
+
+/// Where the FMUs of a system lie: in `folder`, else where the system says or where a program finds
+/// FMUs by itself.
+pub fn place(folder: Option<&Path>) -> Result<FmuPlace> {
+    Ok(match folder {
+        Some(folder) => FmuPlace::Folder(folder.to_path_buf()),
+        None => FmuPlace::Structure {
+            else_in: folders()?,
+        },
+    })
+}
+
+/// Folders in which packed FMUs are looked for: the one that the environment variable `FMU_DIR`
+/// names; else the program's own, `fmu/` in it, and `fmu/` in the folders above it (the build
+/// folder).
+fn folders() -> Result<Vec<PathBuf>> {
+    if let Some(folder) = std::env::var_os(FMU_DIR) {
+        return Ok(vec![PathBuf::from(folder)]);
+    }
+    let program = std::env::current_exe()?;
+    let own = program.parent().context("a program lies in a folder")?;
+    let above = own.ancestors().take(4).map(|folder| folder.join("fmu"));
+    Ok(std::iter::once(own.to_path_buf()).chain(above).collect())
+}
+
+/// Name of the folder with the FMUs of FMI 3.0, beside those of 2.0.
+const FMI_3: &str = "fmi3";
+
+/// Where the FMUs of FMI 3.0 lie: in their folder in `folder`, else beside the system, else in one
+/// of the places where a program finds FMUs by itself.
+pub fn place_of_fmi_3(folder: Option<&Path>, system: &Path) -> Result<FmuPlace> {
+    if let Some(folder) = folder {
+        return Ok(FmuPlace::Folder(folder.join(FMI_3)));
+    }
+    let beside = system.parent().map(Path::to_path_buf);
+    let places = beside.into_iter().chain(folders()?);
+    let places: Vec<PathBuf> = places.map(|folder| folder.join(FMI_3)).collect();
+    let found = places.iter().find(|folder| folder.is_dir()).cloned();
+    found.map(FmuPlace::Folder).with_context(|| {
+        format!(
+            "there is no folder of FMUs of FMI 3.0: name the one that holds `{FMI_3}` (--fmu-dir DIR); looked for {}",
+            listed(&places)
+        )
+    })
+}
+
+/// The packed system `name` in one of the places where a program finds FMUs by itself.
+pub fn find(name: &str) -> Result<PathBuf> {
+    let files: Vec<PathBuf> = folders()?.iter().map(|folder| folder.join(name)).collect();
+    let found = files.iter().find(|file| file.is_file()).cloned();
+    found.with_context(|| {
+        format!(
+            "there is no {name}: name a system (--system FILE) or the folder of the FMUs (environment variable {FMU_DIR}); looked for {}",
+            listed(&files)
+        )
+    })
+}
+
+fn listed(paths: &[PathBuf]) -> String {
+    let paths: Vec<_> = paths
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
+    paths.join(", ")
+}

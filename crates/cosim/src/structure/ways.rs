@@ -1,0 +1,154 @@
+//! Connections that lead through connectors of systems, resolved into connections between components.
+
+use std::collections::HashMap;
+
+use anyhow::{Result, bail};
+use system_structure::System;
+
+use super::bond::PowerBond;
+use super::flat::{Connection, Hop, OuterInput, OuterOutput, Parameter, Structure};
+
+/// A connector: the path of the element that owns it, and its name. Signals of dictionaries have a
+/// path that no element has.
+pub(super) type Key = (String, String);
+
+/// The path of what has this name in the element with a path.
+pub(super) fn join(path: &str, name: &str) -> String {
+    match path.is_empty() {
+        true => name.to_string(),
+        false => format!("{path}.{name}"),
+    }
+}
+
+/// A connection with its direction of flow resolved.
+pub(super) struct Flow {
+    pub from: Key,
+    pub to: Key,
+    pub hop: Hop,
+    pub unit: Option<system_structure::Unit>,
+    pub is_initial: bool,
+    pub bond: Option<PowerBond>,
+    pub place: String,
+}
+
+/// All flows, and which leads to a connector.
+struct Network<'a> {
+    drivers: HashMap<&'a Key, &'a Flow>,
+    components: Vec<String>,
+}
+
+impl<'a> Network<'a> {
+    fn is_component(&self, key: &Key) -> bool {
+        self.components.contains(&key.0)
+    }
+
+    /// The flows that lead to a connector, the first one first.
+    fn way(&self, to: &Key) -> Result<Vec<&'a Flow>> {
+        let (mut way, mut key) = (Vec::new(), to);
+        while let Some(flow) = self.drivers.get(key) {
+            if way.len() > self.drivers.len() {
+                bail!(
+                    "the connections through {}.{} lead round in a circle",
+                    to.0,
+                    to.1
+                );
+            }
+            way.insert(0, *flow);
+            key = &flow.from;
+            if self.is_component(key) {
+                break;
+            }
+        }
+        Ok(way)
+    }
+}
+
+fn hops(way: &[&Flow]) -> Vec<Hop> {
+    way.iter().map(|flow| flow.hop.clone()).collect()
+}
+
+/// Give a structure its connections, the connectors of the outermost system, and values for
+/// variables.
+pub(super) fn resolve(
+    structure: &mut Structure,
+    flows: &[Flow],
+    values: Vec<Parameter>,
+    outermost: &System,
+) -> Result<()> {
+    let names = structure.components.iter().map(|c| c.name.clone());
+    let network = Network {
+        drivers: flows.iter().map(|flow| (&flow.to, flow)).collect(),
+        components: names.collect(),
+    };
+    // Values for connectors of systems go on to the components that these feed.
+    let mut fed: Vec<(&Key, String, Vec<Hop>)> = Vec::new();
+    for flow in flows.iter().filter(|flow| network.is_component(&flow.to)) {
+        let way = network.way(&flow.to)?;
+        for (k, inner) in way.iter().enumerate() {
+            if !network.is_component(&inner.from) {
+                let (owner, connector) = &inner.from;
+                fed.push((&flow.to, join(owner, connector), hops(&way[k..])));
+            }
+        }
+        let Some(first) = way.first() else { continue };
+        if network.is_component(&first.from) {
+            structure.connections.push(Connection {
+                start: first.from.clone(),
+                end: flow.to.clone(),
+                unit: first.unit.clone(),
+                way: hops(&way),
+                is_initial: way.iter().any(|flow| flow.is_initial),
+                bond: way.iter().find_map(|flow| flow.bond.clone()),
+                place: flow.place.clone(),
+            });
+        } else if first.from.0.is_empty() {
+            let (name, end) = (&first.from.1, (flow.to.clone(), hops(&way)));
+            let mut inputs = structure.inputs.iter_mut();
+            match inputs.find(|input| input.name == *name) {
+                Some(input) => input.ends.push(end),
+                None => structure.inputs.push(OuterInput {
+                    name: name.clone(),
+                    unit: first.unit.clone(),
+                    ends: vec![end],
+                }),
+            }
+        }
+    }
+    for connector in &outermost.connectors {
+        let way = network.way(&(String::new(), connector.name.clone()))?;
+        if let Some(first) = way.first()
+            && network.is_component(&first.from)
+        {
+            structure.outputs.push(OuterOutput {
+                name: connector.name.clone(),
+                start: first.from.clone(),
+            });
+        }
+    }
+    for value in values {
+        let mut is_matched = false;
+        for component in &mut structure.components {
+            let variable = value.name.strip_prefix(&component.name);
+            let own = variable.and_then(|rest| rest.strip_prefix('.'));
+            let own = own.map(|name| (name, Vec::new()));
+            let given = fed
+                .iter()
+                .filter(|(end, name, _)| end.0 == component.name && *name == value.name);
+            let given = given.map(|(end, _, hops)| (end.1.as_str(), hops.clone()));
+            for (name, hops) in own.into_iter().chain(given) {
+                let mut parameter = Parameter {
+                    name: name.to_string(),
+                    ..value.clone()
+                };
+                parameter.way.extend(hops);
+                component.parameters.push(parameter);
+                is_matched = true;
+            }
+        }
+        if !is_matched {
+            let text = format!("`{}` ({})", value.name, value.origin);
+            structure.unmatched.push(text);
+        }
+    }
+    Ok(())
+}

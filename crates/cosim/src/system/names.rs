@@ -1,0 +1,92 @@
+//! Variables of a system by their names.
+
+use anyhow::{Context, Result, bail};
+use fmu_description::Variable;
+
+use super::System;
+use crate::wiring::Port;
+
+/// Likeness from which on a known name is suggested for an unknown one; 1 is the same name.
+const LIKE: f64 = 0.85;
+
+impl System {
+    /// The variable `component.variable`, or `variable` where one component alone has it; the name
+    /// of an output of the system is that of the output that it shows.
+    pub fn port(&self, name: &str) -> Result<Port> {
+        if let Some(output) = self.structure.outputs.iter().find(|o| o.name == name)
+            && let Some(component) = self.structure.component(&output.start.0)
+        {
+            return self.port_of(component, &output.start.1);
+        }
+        if let Some((component, variable)) = self.structure.split(name) {
+            return self.port_of(component, variable);
+        }
+        let has = |k: &usize| self.fmus[*k].description.index(name).is_some();
+        let mut owners = (0..self.fmus.len()).filter(has);
+        match (owners.next(), owners.next()) {
+            (Some(only), None) => self.port_of(only, name),
+            (None, _) => bail!(
+                "no component of the system has a variable `{name}`{}; its components are {}",
+                self.nearest(name),
+                self.structure.component_names()
+            ),
+            _ => bail!(
+                "several components have a variable `{name}`; name the component: component.{name}"
+            ),
+        }
+    }
+
+    /// The name that is most like an unknown one, as the end of an error text.
+    fn nearest(&self, name: &str) -> String {
+        let all = self.structure.components.iter().zip(&self.fmus);
+        let names = all.flat_map(|(c, fmu)| {
+            let variables = fmu.description.variables.iter();
+            variables.flat_map(|v| [v.name.clone(), format!("{}.{}", c.name, v.name)])
+        });
+        let inputs = self.structure.inputs.iter().map(|input| input.name.clone());
+        let outputs = self.structure.outputs.iter().map(|o| o.name.clone());
+        let names = names.chain(inputs).chain(outputs);
+        let rated = names.map(|known| (strsim::jaro_winkler(name, &known), known));
+        let best = rated.max_by(|a, b| a.0.total_cmp(&b.0));
+        match best {
+            Some((likeness, known)) if likeness > LIKE => format!("; did you mean `{known}`?"),
+            _ => String::new(),
+        }
+    }
+
+    /// A variable of the component with this index.
+    pub fn port_of(&self, component: usize, variable: &str) -> Result<Port> {
+        let description = &self.fmus[component].description;
+        let found = description.variable(variable);
+        found.with_context(|| {
+            let name = format!("{}.{variable}", self.structure.components[component].name);
+            format!("`{name}`{}", self.nearest(&name))
+        })?;
+        Ok(Port {
+            component,
+            variable: description.index(variable).unwrap_or_default(),
+        })
+    }
+
+    /// The elements 1 to `count` of the array `array` of the component with this index.
+    pub fn elements(&self, component: usize, array: &str, count: usize) -> Result<Vec<Port>> {
+        (1..=count)
+            .map(|k| self.port_of(component, &format!("{array}[{k}]")))
+            .collect()
+    }
+
+    /// What the model description says of a variable.
+    pub fn variable(&self, port: Port) -> &Variable {
+        &self.fmus[port.component].description.variables[port.variable]
+    }
+
+    /// Name of the component that a variable belongs to.
+    pub fn component_of(&self, port: Port) -> &str {
+        &self.structure.components[port.component].name
+    }
+
+    /// `component.variable`.
+    pub fn name(&self, port: Port) -> String {
+        format!("{}.{}", self.component_of(port), self.variable(port).name)
+    }
+}

@@ -1,0 +1,234 @@
+//! Start values: those of the structure, of parameter sets and of the user, in the types and units of
+//! their variables.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use fmu_description::Kind;
+use system_structure::{Connector, DataType};
+
+use super::System;
+use crate::arrays;
+use crate::fmu::Fmu;
+use crate::package::{Package, read};
+use crate::structure::{Hop, Parameter, parse_set};
+use crate::transformation::{Linear, Transformation, along, conversion, unit_of};
+use crate::wiring::Port;
+
+/// A start value as text for a variable.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setting {
+    /// The variable.
+    pub port: Port,
+    /// A number, `true` or `false`, the name or number of an enumeration item, or a string.
+    pub value: String,
+}
+
+impl System {
+    /// Bring the bound values to the units of their variables; those of variables that the FMUs do
+    /// not have are passed over, as the standard has it, and noted.
+    pub(super) fn fit_values(&mut self) -> Result<()> {
+        let (structure, fmus) = (&mut self.structure, &self.fmus);
+        for (component, fmu) in structure.components.iter_mut().zip(fmus) {
+            let values = std::mem::take(&mut component.parameters);
+            for parameter in values.into_iter().flat_map(|value| by_element(fmu, value)) {
+                if fmu.description.index(&parameter.name).is_none() {
+                    let (name, origin) = (&parameter.name, &parameter.origin);
+                    let text = format!("`{}.{name}` ({origin})", component.name);
+                    structure.unmatched.push(text);
+                    continue;
+                }
+                let parameter = fitted(&component.name, fmu, parameter)?;
+                component.parameters.push(parameter);
+            }
+        }
+        Ok(())
+    }
+
+    /// Apply a parameter set (`.ssv`) after the values that the structure binds: a file of the
+    /// packed system, else one on disk. Its parameters are named `component.variable`, or only by
+    /// variable where one component alone has it.
+    pub fn apply_set(&mut self, file: &Path) -> Result<()> {
+        self.apply_set_of(&mut Package::open(&self.path)?, file)
+    }
+
+    /// The same where the packed system is opened already.
+    pub fn apply_set_of(&mut self, package: &mut Package, file: &Path) -> Result<()> {
+        let name = file.display().to_string();
+        let text = if package.holds(&name) {
+            package.text(&name)?
+        } else {
+            let system = self.path.display();
+            let hint = || format!("parameter set `{name}` is not in `{system}`, and as a file");
+            String::from_utf8(read(file).with_context(hint)?).with_context(hint)?
+        };
+        for parameter in parse_set(&text, &name)? {
+            let port = self.port(&parameter.name);
+            let port = port.with_context(|| parameter.origin.clone())?;
+            let name = self.variable(port).name.clone();
+            let parameter = Parameter { name, ..parameter };
+            let component = &mut self.structure.components[port.component];
+            let fmu = &self.fmus[port.component];
+            let parameter = fitted(&component.name, fmu, parameter)?;
+            component.parameters.push(parameter);
+        }
+        Ok(())
+    }
+
+    /// A start value for a variable named as in [`System::port`].
+    pub fn setting(&self, name: &str, value: impl ToString) -> Result<Setting> {
+        Ok(Setting {
+            port: self.port(name)?,
+            value: value.to_string(),
+        })
+    }
+
+    /// Parse `component.variable=value`, or `variable=value` where one component alone has the
+    /// variable; of an input of the system the start values of all inputs that it feeds.
+    pub fn parse_settings(&self, text: &str) -> Result<Vec<Setting>> {
+        let (name, value) = text.split_once('=').unwrap_or((text, ""));
+        let mut inputs = self.structure.inputs.iter();
+        let Some(input) = inputs.find(|input| input.name == name.trim()) else {
+            ensure!(
+                text.contains('='),
+                "`{text}` is not component.variable=value"
+            );
+            return Ok(vec![self.setting(name.trim(), value.trim())?]);
+        };
+        let mut settings = Vec::new();
+        for ((component, variable), way) in &input.ends {
+            let port = self.port(&format!("{component}.{variable}"))?;
+            let fmu = &self.fmus[port.component];
+            let data_type = match self.variable(port).kind {
+                Kind::Real => DataType::Real,
+                Kind::Boolean => DataType::Boolean,
+                Kind::String => DataType::String,
+                Kind::Binary => DataType::Binary,
+                _ => DataType::Integer,
+            };
+            let parameter = Parameter {
+                name: variable.clone(),
+                value: value.trim().to_string(),
+                data_type,
+                unit: input.unit.clone(),
+                way: way.clone(),
+                origin: format!("input `{}` of the system", input.name),
+            };
+            let value = fitted(component, fmu, parameter)?.value;
+            settings.push(Setting { port, value });
+        }
+        Ok(settings)
+    }
+
+    /// Declared units must be those of the FMUs, where they tell some.
+    pub(super) fn check_units(&self) -> Result<()> {
+        for (c, fmu) in self.structure.components.iter().zip(&self.fmus) {
+            for connector in &c.connectors {
+                check_unit(&c.name, fmu, connector)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A declared unit must be that of the FMU, where the FMU tells one.
+fn check_unit(component: &str, fmu: &Fmu, connector: &Connector) -> Result<()> {
+    let index = fmu.description.index(&connector.name);
+    let unit = index.and_then(|k| unit_of(&fmu.description, &fmu.description.variables[k]));
+    if let (Some(declared), Some(unit)) = (&connector.unit, unit)
+        && conversion(declared, &unit) != Some(Linear::NONE)
+    {
+        bail!(
+            "connector `{component}.{}` is declared in {}, but its FMU has it in {}",
+            connector.name,
+            declared.name,
+            unit.name
+        );
+    }
+    Ok(())
+}
+
+/// The values of an array, one for each element; any other value as it is.
+fn by_element(fmu: &Fmu, parameter: Parameter) -> Vec<Parameter> {
+    let names = match fmu.description.index(&parameter.name) {
+        Some(_) => Vec::new(),
+        None => arrays::elements(fmu, &parameter.name),
+    };
+    let values = parameter.value.split_whitespace();
+    if names.is_empty() || names.len() != values.clone().count() {
+        return vec![parameter];
+    }
+    let pairs = names.into_iter().zip(values);
+    let each = pairs.map(|(name, value)| Parameter {
+        name,
+        value: value.to_string(),
+        ..parameter.clone()
+    });
+    each.collect()
+}
+
+/// A value of the type of its variable, in the variable's unit. An Integer may be given for a Real
+/// and for an enumeration.
+fn fitted(component: &str, fmu: &Fmu, parameter: Parameter) -> Result<Parameter> {
+    let Parameter {
+        name,
+        value,
+        data_type,
+        unit,
+        way,
+        origin,
+    } = &parameter;
+    let variable = fmu.description.variable(name);
+    let variable = variable.with_context(|| format!("{origin}: component `{component}`"))?;
+    let expected = variable.kind.name();
+    let fits = data_type.name() == expected
+        || *data_type == DataType::Integer && ["Real", "Enumeration"].contains(&expected);
+    if !fits {
+        bail!(
+            "{origin}: `{component}.{name}` = {value}: given as {}, but its FMU has it as {expected}",
+            data_type.name()
+        );
+    }
+    let mut way = match way.is_empty() {
+        true => vec![Hop::default()],
+        false => way.clone(),
+    };
+    if let Some(last) = way.last_mut() {
+        last.unit = unit_of(&fmu.description, variable);
+    }
+    let ends = [None, Some(variable)];
+    let transformation = along(&way, unit.clone(), ends, &mut None).map_err(|_| {
+        anyhow!(
+            "{origin}: `{component}.{name}` = {value} {}: it must be in the unit of the variable, {}, or in one that is defined with the \
+             same base units",
+            unit.as_ref().map_or("", |u| &u.name),
+            variable.unit.as_deref().unwrap_or("none")
+        )
+    })?;
+    if transformation == Transformation::NONE {
+        return Ok(parameter);
+    }
+    if let (Transformation::Map(_), Ok(number)) = (&transformation, value.trim().parse()) {
+        return Ok(Parameter {
+            value: transformation.of_whole(number).to_string(),
+            way: Vec::new(),
+            ..parameter
+        });
+    }
+    let number: f64 = match (value.trim(), value.trim().parse()) {
+        ("true", _) => 1.0,
+        ("false", _) => 0.0,
+        (_, Ok(number)) => number,
+        _ => bail!("{origin}: `{component}.{name}` = {value}: it is not a number"),
+    };
+    let number = transformation.of(number);
+    let value = match data_type {
+        DataType::Boolean => (number != 0.0).to_string(),
+        _ => number.to_string(),
+    };
+    Ok(Parameter {
+        value,
+        way: Vec::new(),
+        ..parameter
+    })
+}
