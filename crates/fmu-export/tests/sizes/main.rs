@@ -171,6 +171,18 @@ fn integers_booleans_and_outputs_are_arrays_too() {
     assert_eq!(fmu.get(vr::PAIRS, 5), [1.0, 3.0, 6.0, 12.0, 24.0]);
 }
 
+#[test]
+fn a_model_without_output_derivatives_says_so() {
+    let fmu = Rod3::new();
+    fmu.start();
+    let mut found = [f64::NAN; 5];
+    let status =
+        unsafe { fmi3GetOutputDerivatives(fmu.c, &vr::PAIRS, 1, &1, found.as_mut_ptr(), 5) };
+    assert_eq!(status, Status::Error);
+    let said = fmu.said();
+    assert!(said.contains("no output derivatives"), "{said}");
+}
+
 /// Neither the way along the direction nor the way back is open: the sum of what one input does after
 /// the other. Oracle: the outputs are sums of two neighbours. Tolerance: rounding of 1000 K/s over
 /// steps of ∛ε of that, the nominal value.

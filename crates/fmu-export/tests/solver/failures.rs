@@ -90,6 +90,25 @@ fn rejected_steps_are_counted() {
     }
 }
 
+/// Of an oscillation that becomes ever faster, whose error is the same in all its phases, steps
+/// grow shorter before one is rejected.
+#[test]
+fn steps_become_shorter_before_one_is_rejected() {
+    for method in [Method::Adaptive, Method::Stiff(Pattern::full(2))] {
+        let mut solver = solver(&method, 2, 0, f64::INFINITY, 1e-8);
+        let chirp = |s: f64, x: &[f64], dx: &mut [f64]| {
+            (dx[0], dx[1]) = ((1.0 + s) * x[1], -(1.0 + s) * x[0]);
+            Ok(())
+        };
+        let (mut x, mut first) = ([1.0, 0.0], 0.0);
+        solver
+            .advance(&mut Problem::new(chirp), (0.0, 20.0), &mut x, &mut first)
+            .unwrap();
+        let counts = solver.counts();
+        assert_eq!(counts.rejected, 0, "{method:?} {counts:?}");
+    }
+}
+
 #[test]
 fn too_many_internal_steps_are_refused() {
     let mut solver = solver(&Method::Fixed, 1, 0, 0.25, 1e-6);

@@ -99,6 +99,7 @@ const TABLES: &[(&[V], &str)] = &[
     (&[u("u").depends_on(&[])],                         "only outputs have dependencies"),
     (&[V::integer_output("n", "", |y| &y.n)],           "variable `n`: has no description"),
     (&[u("u").each_unit(&["m"])],                       "variable `u[2]`: has units for 1 elements only"),
+    (&[u("u").each_unit(&["m"; 257])],                  "variable `u`: is a long row, which is a vector with one unit"),
     (&[p().at(7), n(), u("u").at(8)],                   "variable `u[1]`: value reference 8 is already that of `n`"),
     (&[p().at(70000)],                                  "variable `p`: value reference 70000 must be at most 65535"),
     (&[u("u").at(65535)],                               "variable `u[2]`: value reference 65536 must be at most 65535"),

@@ -92,7 +92,7 @@ fn other_types_out_of_place_are_refused() {
     );
     refused(
         &fmu,
-        "`level` is an Int32 fixed parameter and cannot be set as Int64; it must be set as Int32",
+        "`level` = 1: an Int32 fixed parameter cannot be set as Int64; it must be set as Int32",
         || fmu.set_int64(vr::LEVEL, 1),
     );
     refused(
