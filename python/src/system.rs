@@ -15,9 +15,8 @@ use cosim::{Experiment, Verdict, matching};
 use fmu_description::{Kind, Variable};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use studies::bench::forgotten;
+use studies::bench::{forgotten, tell_delay};
 use studies::measures::run::useful;
-use studies::start_values::tell_delay;
 use studies::worlds::{Bounds, DrawnMachines};
 use studies::{loads, machine_file};
 

@@ -6,7 +6,7 @@ use cosim::{Experiment, System};
 use serde_json::{Value, json};
 
 use super::request::{Request, kept_as};
-use studies::laws;
+use studies::start_values::of_modes;
 use studies::studies::comparison::{self, Summary};
 use studies::worlds::{self, World};
 
@@ -82,7 +82,7 @@ fn one(world: World, system: &System, mut base: Experiment) -> Result<(usize, Ve
     if world.bends() {
         base.stepping.step = base.stepping.step.min(worlds::BENDING_STEP);
     }
-    let laws = laws::of_modes(&MODES);
+    let laws = of_modes(&MODES);
     let cases = worlds::cases(world, system, 1..1 + SEEDS)?;
     let cells = comparison::run(
         system,

@@ -3,19 +3,20 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::bench::too_fast;
 use crate::machine_file::read;
 use crate::machines::continuous_torque::ContinuousTorque;
-use crate::machines::gains;
 use crate::machines::scaling::booms;
+use crate::print::gains::parameter_set;
 use crate::print::output::{write, write_json};
 use crate::worlds::perturbation::{Bounds, draw};
 use crate::worlds::{PARAMETERS, parameters_of};
 use anyhow::{Context, Result, bail, ensure};
+use capability::gain_rule::{gains, gamma};
 use capability::{Capability, Limits, Motion, Payload};
 use clap::{Args, Subcommand};
 use cosim::cli::print;
 use hdrm::HdrmError;
-use machine::gain_rule::RuledGain;
 use machine::{AXES, Machine, Source, extending, preset};
 
 use super::pictures::{DrawArgs, SceneArgs};
@@ -188,28 +189,23 @@ fn of_gains(machine: &Machine, shipped: Option<&str>) -> Result<Option<String>> 
     let set = parameters_of(shipped);
     let of = shipped.filter(|_| set != PARAMETERS);
     let made_for = read(of.unwrap_or("reference"))?;
-    let gamma = gains::gains(&made_for)?;
-    let gamma = gamma.iter().find(|gain| gain.name == "gamma");
-    let gamma = gamma.context("a rule without gamma")?.value;
-    let wrong = gains::too_fast(machine, gamma)?;
+    let wrong = too_fast(machine, gamma(&made_for)?)?;
     Ok(wrong.map(|text| format!("with {set} in the real world: {text}")))
 }
 
 fn print_gains(args: &GainsArgs) -> Result<()> {
-    let gains = gains::gains(&read(&args.machine)?)?;
+    let gains = gains(&read(&args.machine)?)?;
     if let Some(output) = &args.output {
         let name = output.file_stem().unwrap_or_default().to_string_lossy();
-        let set = gains::parameter_set(&name, &args.machine, &gains);
+        let set = parameter_set(&name, &args.machine, &gains);
         return write(Some(output), |file| file.write_all(set.as_bytes()));
     }
-    for RuledGain {
-        name,
-        value,
-        unit,
-        why,
-    } in gains
-    {
-        print(format_args!("{name:<20}{value:>8} {unit:<8}{why}\n"))?;
+    for g in gains {
+        let (name, unit) = (g.name, g.unit);
+        print(format_args!(
+            "{name:<20}{:>8} {unit:<8}{}\n",
+            g.value, g.why
+        ))?;
     }
     Ok(())
 }

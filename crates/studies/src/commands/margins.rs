@@ -10,8 +10,8 @@ use cosim::Verdict;
 use cosim::cli::print;
 
 use crate::bench::MachineArgs;
-use crate::laws;
 use crate::print::output::{conditions, finish, with_progress, write};
+use crate::start_values::{MODES, of_modes};
 use crate::studies::margins::{self, CHANGES, Limit, Margin, PAYLOADS, PLACES};
 use crate::trial::Store;
 use crate::worlds::World;
@@ -22,7 +22,7 @@ pub struct MarginsArgs {
     pub machine: MachineArgs,
     /// Laws, repeatable [default: adaptive_integral, adaptive, modular_integral,
     /// pd_gravity_integral]
-    #[arg(long = "law", value_name = "MODE", value_parser = laws::MODES)]
+    #[arg(long = "law", value_name = "MODE", value_parser = MODES)]
     laws: Vec<String>,
     /// Poses to rest in and paths to follow, repeatable [default: all]
     #[arg(long = "place", value_name = "NAME", value_parser = PLACES.map(|(name, _)| name))]
@@ -60,7 +60,7 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
         [] => usual.into(),
         laws => laws.iter().map(String::as_str).collect(),
     };
-    let laws = laws::of_modes(&modes);
+    let laws = of_modes(&modes);
     let mut places = PLACES.to_vec();
     places.retain(|(name, _)| args.places.is_empty() || args.places.iter().any(|p| p == name));
     let payloads = match &args.payloads[..] {

@@ -10,10 +10,11 @@ use serde_json::Value;
 
 use crate::bench::{Bench, MachineArgs};
 use crate::grid::{self, Case, Cell, failed};
-use crate::laws::{self, Law, SHIPPED};
+use crate::laws;
 use crate::print::output::{conditions, finish, with_progress, write};
 use crate::print::{comparison as compared, surrogate_loop as loop_print, tip_errors};
-use crate::studies::robustness::{self, STUDIES, Study};
+use crate::start_values::{Law, MODES, SHIPPED, of_modes};
+use crate::studies::robustness::{self, Study};
 use crate::studies::surrogate_loop::{self, RigNetwork};
 use crate::studies::{comparison, inertia};
 use crate::worlds::{PARAMETERS, World, cases, value_name};
@@ -78,6 +79,14 @@ pub enum StudyArg {
     /// nominal machine
     Surrogate,
 }
+
+/// The studies of robustness by their arguments.
+const ROBUSTNESS: [(StudyArg, Study); 4] = [
+    (StudyArg::Motor, Study::Motor),
+    (StudyArg::Payload, Study::Payload),
+    (StudyArg::Noise, Study::Noise),
+    (StudyArg::TipLoad, Study::TipLoad),
+];
 
 impl StudyArg {
     /// Whether it is about what only the real world has.
@@ -147,18 +156,15 @@ pub fn table(args: &TableArgs) -> Result<Verdict> {
             tables.compare(*study, &cases.list)?;
         }
     }
-    let wants = |name: &str| {
-        let mut names = wanted.iter().map(|study| study.name());
-        names.any(|wanted| wanted == name || wanted == StudyArg::All.name())
-    };
+    let wants = |study| wanted.contains(&study) || wanted.contains(&StudyArg::All);
     if wanted.contains(&StudyArg::Surrogate) {
         tables.surrogate()?;
     }
-    if wants(&StudyArg::Inertia.name()) {
+    if wants(StudyArg::Inertia) {
         tables.inertia()?;
     }
-    for study in STUDIES {
-        if wants(study.name()) {
+    for (argument, study) in ROBUSTNESS {
+        if wants(argument) {
             tables.robustness(study)?;
         }
     }
@@ -230,7 +236,7 @@ impl Tables<'_> {
             }
             (_, Some(network)) => laws::tried(SHIPPED, &network.path),
             (StudyArg::Sensors, _) => laws::sensors(SHIPPED),
-            _ => laws::rivals(),
+            _ => of_modes(&MODES),
         };
         let laws = self.args.chosen(laws)?;
         let trajectories = world.trajectories();

@@ -74,7 +74,7 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
         .collect();
     let runs = (laws.len() * reporting.list.len() * paths.len()) as u64;
     let begun = Instant::now();
-    let simulated = arena.first(laws[0], &tuning.list)?;
+    let simulated = arena.first(laws[0], &tuning.list[0])?;
     let each = begun.elapsed().as_secs_f64() / simulated * RUN;
     let all = tries * args.tuning_seeds * TUNING_PATHS.len() as u64 + runs;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -96,11 +96,11 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
         laws.iter().map(tune).collect::<Result<_>>()
     })?;
     let reports: Vec<_> = with_progress(runs, "runs", |done| {
-        let report = |tuned: Tuned| {
-            let trials = arena.report(&tuned, &reporting.list, &paths, done)?;
+        let report = |(law, tuned): (&&Contestant, Tuned)| {
+            let trials = arena.report(law, &tuned, &reporting.list, &paths, done)?;
             Ok((tuned, trials))
         };
-        results.into_iter().map(report).collect::<Result<_>>()
+        laws.iter().zip(results).map(report).collect::<Result<_>>()
     })?;
     let rows = tournament::rows(&reports, REFERENCE)?;
     print(text(&rows) + "\n" + &gains(reports.iter().map(|(tuned, _)| tuned)))?;

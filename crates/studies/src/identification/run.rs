@@ -22,10 +22,9 @@ use super::estimate::{Estimate, Sample, estimate};
 use super::excitation::{DURATION, Excitation};
 use super::model::{Condition, Model};
 use crate::grid::Case;
-use crate::laws::of_modes;
 use crate::machine_file::MachineFile;
 use crate::measures::run::{motion_end, tip_error_port};
-use crate::start_values::on_path;
+use crate::start_values::{Law, on_path};
 use crate::trial::Store;
 
 /// Law under which machines are excited, as shipped.
@@ -129,7 +128,7 @@ impl Commissioning {
         store: &Store,
     ) -> Result<Result<Identification, String>> {
         let path = on_path(system, &self.path().display().to_string())?;
-        let law = of_modes(&[LAW])[0].settings(system)?;
+        let law = Law::new(LAW, LAW).settings(system)?;
         let mut settings: Vec<Setting> = [law, path].concat();
         // Lowered gains would change what is excited.
         let supervisor = system.port_of(tip_error_port(system)?.component, "supervisor")?;

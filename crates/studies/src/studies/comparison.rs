@@ -6,8 +6,8 @@ use cosim::{Experiment, System, Verdict};
 use serde::Serialize;
 
 use crate::grid::{self, Case, Cell, Grid, Plan, Spread};
-use crate::laws::Law;
 use crate::measures::tracking::{Sag, Tracking};
+use crate::start_values::Law;
 use crate::worlds::BENDING_TARGET;
 
 /// Largest error that the adaptive controller may have in the real world: median and worst RMSE of

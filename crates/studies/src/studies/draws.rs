@@ -7,8 +7,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::grid::Case;
-use crate::laws::Law;
-use crate::start_values::following;
+use crate::start_values::{Law, following};
 use crate::trial::{Fate, Store, Trial};
 
 /// What rods may have at most, over their rated force or the controller's limit of it.

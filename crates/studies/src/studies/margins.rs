@@ -14,9 +14,8 @@ use cosim::{Experiment, Setting, System, Verdict, start_value};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::laws::Law;
 use crate::measures::run::motion_end;
-use crate::start_values::{following, over};
+use crate::start_values::{Law, following, over};
 use crate::trial::{Fate, Store};
 
 /// Length of a run in a pose, s, and when the push begins: what a push leaves in the measure, 5 % of

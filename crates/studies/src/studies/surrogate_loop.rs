@@ -20,8 +20,8 @@ use serde::Serialize;
 use tempfile::TempDir;
 
 use crate::grid::{self, Case, Grid, Plan, TRAJECTORIES};
-use crate::laws::{Law, SHIPPED};
 use crate::measures::tracking::Tracking;
+use crate::start_values::{Law, SHIPPED};
 use crate::worlds::{Bounds, DrawnMachines};
 
 /// What is read, and whether the observer of the disturbance runs on it: name, and what is set
