@@ -92,10 +92,7 @@ impl PathMargins {
     pub fn stops(&self) -> String {
         let mut text = String::new();
         if !self.path.stops().is_empty() {
-            text += &format!(
-                "{:<10}{:>10}{:>10}{:>10}{:>10}{:>12}{:>12}{:>10}\n",
-                "waypoint", "x, m", "y, m", "z, m", "from, s", "to, s", "corner, mm", "load, kg"
-            );
+            text += "waypoint        x, m      y, m      z, m   from, s       to, s  corner, mm  load, kg\n";
         }
         let Points::Waypoints(waypoints) = &self.file.points else {
             return text;
@@ -117,10 +114,8 @@ impl PathMargins {
 
     /// Least margin of each quantity with its value, limit, time and place.
     pub fn table(&self) -> String {
-        let mut text = format!(
-            "{:<24}{:>12}{:>24}{:>10}{:>10}  where\n",
-            "quantity", "value", "allowed", "left, %", "t, s"
-        );
+        let mut text = "quantity                       value                 allowed   left, %      t, s  where\n"
+            .to_owned();
         for (t, margin) in &self.checked.least {
             let Margin {
                 quantity,
