@@ -54,8 +54,7 @@ pub(super) fn harden(system: &System, cases: &mut [Case], bends: bool) -> Result
             0.5 * (least + most) + 0.5 * (most - least) * even.sample(&mut random)
         };
         let mut values: Vec<(String, f64)> = Vec::new();
-        let actuators = [machine.emla.slew, machine.emla.lift, machine.emla.tilt];
-        for (k, p) in (1..).zip(actuators) {
+        for (k, p) in (1..).zip(machine.emla.in_order()) {
             let mut set = |name: &str, value| values.push((format!("emla_{k}.{name}"), value));
             let inductance = within(0.9, 1.1);
             let friction = within(0.6, 1.4);
