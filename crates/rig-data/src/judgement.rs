@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::campaign::{PROFILES, SECONDS, held_out_profiles, measure, rows, training_profiles};
 use crate::conformal::{Coverage, SHARE, points};
 use crate::free_run::{Driven, Errors, QUANTITIES, overall, ratio};
-use crate::identification::{Campaign, Identified};
+use crate::identification::Identified;
 use crate::lookup::LookUp;
 use crate::prediction::Model;
 use crate::profile::Kind;
@@ -45,7 +45,7 @@ impl Candidates {
     pub fn of(p: &Emla, network: &Surrogate, seed: u64) -> Result<Self> {
         let profiles = training_profiles(PROFILES, SECONDS, seed);
         let measured = measure(p, &profiles, |profile| profile.seed)?;
-        let identified = Identified::of(p, &Campaign::new(&measured));
+        let identified = Identified::of(p, &measured);
         let electrical = identified.electrical;
         let (rows, _) = rows(&electrical, &measured);
         let rows = rows.iter().map(|row| [row.tau_e, row.w_m, row.f_ext]);
