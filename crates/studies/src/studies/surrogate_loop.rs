@@ -61,9 +61,6 @@ pub fn runs(machines: usize) -> usize {
 }
 
 /// The first `count` machines of this study; their files exist as long as these.
-///
-/// # Errors
-/// No place for files.
 pub fn machines(system: &System, count: u64) -> Result<DrawnMachines> {
     let seeds: Range<u64> = FIRST_SEED..FIRST_SEED + count;
     DrawnMachines::draw(system, seeds, &Bounds::REAL)
@@ -161,9 +158,6 @@ pub struct LiftCourse {
 const LIFT: usize = 1;
 
 /// All runs on `machines` in the `system` of the real world, in parallel, and what spoils them.
-///
-/// # Errors
-/// A run fails, or the system has no rigs.
 pub fn run(
     system: &System,
     base: &Experiment,

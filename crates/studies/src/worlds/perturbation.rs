@@ -173,9 +173,6 @@ pub struct DrawnMachines {
 
 impl DrawnMachines {
     /// One case for each seed: the machine of the manipulator and the seed of the sensors.
-    ///
-    /// # Errors
-    /// A system without `hdrm` or `sensors`, or no place for files.
     pub fn draw(system: &System, seeds: Range<u64>, bounds: &Bounds) -> Result<Self> {
         let nominal = MachineFile::of(system, &[])?.machine;
         let folder = TempDir::new().context("no folder for the machine files")?;
