@@ -17,7 +17,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use studies::bench::{forgotten, tell_delay};
 use studies::measures::run::useful;
-use studies::worlds::{Bounds, DrawnMachines};
+use studies::worlds::{Bounds, Cases};
 use studies::{loads, machine_file};
 
 use crate::raised;
@@ -106,7 +106,7 @@ pub struct Drawn {
     /// Start values: names and values.
     #[pyo3(get)]
     settings: Vec<(String, String)>,
-    _machines: DrawnMachines,
+    _machines: Cases,
 }
 
 /// What is told of a variable.
@@ -233,11 +233,11 @@ impl System {
         let seeds = seed..seed + 1;
         let machines = match machine {
             Some(machine) => {
-                DrawnMachines::draw(&self.with_machine(machine)?, seeds, &Bounds::REAL)?
+                Cases::of_machines(&self.with_machine(machine)?, seeds, &Bounds::REAL)?
             }
-            None => DrawnMachines::draw(&self.system, seeds, &Bounds::REAL)?,
+            None => Cases::of_machines(&self.system, seeds, &Bounds::REAL)?,
         };
-        let case = machines.cases.first().context("one seed is one machine")?;
+        let case = machines.list.first().context("one seed is one machine")?;
         let setting = |s: &cosim::system::Setting| (self.system.name(s.port), s.value.clone());
         Ok(Drawn {
             settings: case.settings.iter().map(setting).collect(),

@@ -13,7 +13,7 @@ use crate::print::output::{conditions, finish, with_progress};
 use crate::start_values::{Law, MODES};
 use crate::studies::draws::{self, Counts, FORCE};
 use crate::trial::Store;
-use crate::worlds::{World, cases_within};
+use crate::worlds::{World, cases};
 
 #[derive(Args)]
 pub struct DrawsArgs {
@@ -56,7 +56,7 @@ pub fn draws(args: &DrawsArgs) -> Result<Verdict> {
     let (system, base, mut verdict) = bench.into_parts();
     let mut found = conditions(&system, &base);
     let seeds = args.seed..args.seed + args.seeds;
-    let cases = cases_within(args.world, &system, seeds, args.bounds)?;
+    let cases = cases(args.world, &system, seeds, args.bounds)?;
     let law = &Law::new(&*args.mode, &args.mode);
     let store = Store::new(args.store.as_deref(), &system)?;
     let of = (&system, &base);

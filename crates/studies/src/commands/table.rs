@@ -147,11 +147,8 @@ pub fn table(args: &TableArgs) -> Result<Verdict> {
     let comparisons: Vec<_> = comparisons.collect();
     if !comparisons.is_empty() {
         let count = args.seeds.unwrap_or(args.world.usual_seeds());
-        let cases = cases(
-            args.world,
-            &tables.bench.system,
-            args.seed..args.seed + count,
-        )?;
+        let seeds = args.seed..args.seed + count;
+        let cases = cases(args.world, &tables.bench.system, seeds, 1.0)?;
         for study in comparisons {
             tables.compare(*study, &cases.list)?;
         }
@@ -277,7 +274,7 @@ impl Tables<'_> {
         let network = RigNetwork::new()?;
         let count = self.args.seeds.unwrap_or(surrogate_loop::MACHINES);
         let drawn = surrogate_loop::machines(system, count)?;
-        let machines = &drawn.cases;
+        let machines = &drawn.list;
         let count = surrogate_loop::runs(machines.len()) as u64;
         let (runs, verdict) = with_progress(count, "runs", |done| {
             surrogate_loop::run(system, base, &network, machines, done)

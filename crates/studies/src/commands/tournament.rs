@@ -56,8 +56,8 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     let bench = args.machine.bench().world(world).build()?;
     let (system, base, verdict) = bench.into_parts();
     let mut found = conditions(&system, &base);
-    let tuning = cases(world, &system, 101..101 + args.tuning_seeds)?;
-    let reporting = cases(world, &system, 1..1 + args.seeds)?;
+    let tuning = cases(world, &system, 101..101 + args.tuning_seeds, 1.0)?;
+    let reporting = cases(world, &system, 1..1 + args.seeds, 1.0)?;
     let store = &Store::new(Some(&args.store), &system)?;
     let mut arena = Arena {
         system: &system,
@@ -169,25 +169,21 @@ fn text(rows: &[Row]) -> String {
 /// What tuning came to.
 fn gains<'a>(tuned: impl Iterator<Item = &'a Tuned>) -> String {
     let mut text = String::new();
-    for Tuned {
-        law,
-        gains,
-        cost,
-        kept,
-        tried,
-        ..
-    } in tuned
-    {
-        let cost = cost.map_or("lost with every candidate, so as shipped".into(), |cost| {
-            format!("cost {:.3} mm", 1e3 * cost)
-        });
-        let gains: Vec<_> = (gains.iter())
-            .map(|(name, value)| format!("{name} {value:.4}"))
-            .collect();
-        let _ = writeln!(
-            text,
-            "{law}: {cost}, {kept} of {tried} candidates kept every run; {}",
-            gains.join(", ")
+    for t in tuned {
+        let cost = match t.cost {
+            Some(cost) => format!("cost {:.3} mm", 1e3 * cost),
+            None => "lost with every candidate, so as shipped".into(),
+        };
+        let gains = t
+            .gains
+            .iter()
+            .map(|(name, value)| format!("{name} {value:.4}"));
+        text += &format!(
+            "{}: {cost}, {} of {} candidates kept every run; {}\n",
+            t.law,
+            t.kept,
+            t.tried,
+            Vec::from_iter(gains).join(", ")
         );
     }
     text

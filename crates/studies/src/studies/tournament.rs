@@ -52,6 +52,9 @@ const WRIST: &[&str] = &[
     "pd_wrist_damping[3]",
 ];
 
+/// A gain's name and value.
+pub type Gain = (String, f64);
+
 /// A law and the gains that are tuned; those of a group have one factor.
 pub struct Contestant {
     /// Name in the tables.
@@ -114,7 +117,7 @@ pub struct Tuned {
     /// Law.
     pub law: String,
     /// Gains that were tuned with their values.
-    pub gains: Vec<(String, f64)>,
+    pub gains: Vec<Gain>,
     /// Median plus worst known error over the tuning runs, m; none where a run was lost with every
     /// candidate.
     pub cost: Option<f64>,
@@ -172,11 +175,7 @@ impl Arena<'_> {
     }
 
     /// The law `contestant` with these factors on the logarithm of its gains.
-    fn gains(
-        &self,
-        contestant: &Contestant,
-        logs: &[f64],
-    ) -> Result<(Vec<(String, f64)>, Vec<Setting>)> {
+    fn gains(&self, contestant: &Contestant, logs: &[f64]) -> Result<(Vec<Gain>, Vec<Setting>)> {
         let law = Law::new(contestant.name, contestant.mode);
         let (mut gains, mut settings) = (Vec::new(), law.settings(self.system)?);
         for (group, log) in contestant.gains.iter().zip(logs) {
