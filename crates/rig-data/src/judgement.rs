@@ -39,9 +39,6 @@ pub struct Candidates {
 impl Candidates {
     /// From the campaign of `seed`, with the `network` that was trained on it, and with the shipped
     /// one.
-    ///
-    /// # Errors
-    /// A step that the rig cannot make.
     pub fn of(p: &Emla, network: &Surrogate, seed: u64) -> Result<Self> {
         let profiles = training_profiles(PROFILES, SECONDS, seed);
         let measured = measure(p, &profiles, |profile| profile.seed)?;
@@ -66,9 +63,6 @@ impl Candidates {
     }
 
     /// The tables on `count` held-out profiles of `seconds`.
-    ///
-    /// # Errors
-    /// A step that the rig cannot make.
     pub fn judge(&self, p: &Emla, count: u32, seconds: f64) -> Result<String> {
         let driven = Driven::all(p, &held_out_profiles(count, seconds, JUDGED))?;
         let errors = |knows: bool| -> Vec<Vec<Errors>> {
@@ -94,7 +88,7 @@ impl Candidates {
     fn table(&self, text: &mut String, temperature: &str, errors: &[Vec<Errors>]) {
         let mut put = |cells: &[String]| {
             let cells: String = cells.iter().map(|cell| format!("{cell:>26}")).collect();
-            writeln!(text, "{}", cells.trim_end()).expect("writing to a string cannot fail");
+            *text += &format!("{}\n", cells.trim_end());
         };
         let mut head = vec![format!("{:<26}", format!("temperature {temperature}"))];
         head.extend(QUANTITIES.map(|(name, _)| name.into()));
@@ -144,9 +138,6 @@ fn cell([value, low, high]: [f64; 3]) -> String {
 }
 
 /// How the bounds of networks hold on `count` profiles that they were not calibrated on.
-///
-/// # Errors
-/// A step that the rig cannot make.
 pub fn coverage(p: &Emla, networks: &[(&str, &Surrogate)], count: u32) -> Result<String> {
     let driven = Driven::all(p, &held_out_profiles(count, SECONDS, COVERED))?;
     let mut text = format!(
