@@ -124,8 +124,7 @@ fn check(args: &CheckArgs) -> Result<()> {
         Err(error) => (error.lines(), Vec::new()),
         Ok(source) => {
             let machine = &source.machine;
-            let found = of_mechanism(machine);
-            let mut notes = of_motors(machine);
+            let [found, mut notes] = at_start(machine);
             if found.is_empty() {
                 notes.extend(of_gains(machine, source.shipped())?);
             }
@@ -148,40 +147,27 @@ fn check(args: &CheckArgs) -> Result<()> {
     bail!("{name}: {} found{hint}", found.len())
 }
 
-/// What is wrong with a machine whose values are each for themselves in range: loops that do not
-/// close, a start that it cannot hold.
-fn of_mechanism(machine: &Machine) -> Vec<String> {
+/// What is wrong with a machine whose values are each for themselves in range, loops that do not
+/// close, a start that it cannot hold; and which motors cannot hold the start for ever.
+fn at_start(machine: &Machine) -> [Vec<String>; 2] {
     let capability = match Capability::new(machine, &Payload::of(machine)) {
-        Err(HdrmError::Geometry(error)) => return vec![format!("`geometry`: {error}")],
-        Err(error) => return vec![error.to_string()],
+        Err(HdrmError::Geometry(error)) => return [vec![format!("`geometry`: {error}")], vec![]],
+        Err(error) => return [vec![error.to_string()], vec![]],
         Ok(capability) => capability,
     };
     let demand = capability.demand(&Motion::rest(machine.start.zeta));
     let margins = Limits::of(machine).margins(&demand);
     let beyond = margins.iter().filter(|margin| !margin.holds());
-    beyond
-        .map(|margin| format!("at the start pose, `start.zeta`, at rest: {margin}"))
-        .collect()
-}
-
-/// Which motors cannot hold the start pose for ever.
-fn of_motors(machine: &Machine) -> Vec<String> {
-    let Ok(capability) = Capability::new(machine, &Payload::of(machine)) else {
-        return Vec::new();
-    };
-    let torques = capability.demand(&Motion::rest(machine.start.zeta)).tau_e;
-    let each = AXES
-        .into_iter()
-        .zip(torques)
-        .zip(ContinuousTorque::of(machine));
-    let beyond = each.filter(|((_, torque), lasting)| torque.abs() > lasting.torque);
-    beyond
-        .map(|((axis, torque), ContinuousTorque { torque: most, by })| {
-            format!(
-                "the start pose cannot be held for ever: motor torque of {axis} = {torque:.1} N·m, of which {most:.1} N·m may last ({by})"
-            )
-        })
-        .collect()
+    let beyond = beyond.map(|margin| format!("at the start pose, `start.zeta`, at rest: {margin}"));
+    let motors = AXES.into_iter().zip(demand.tau_e);
+    let warm = motors.zip(ContinuousTorque::of(machine));
+    let warm = warm.filter(|((_, torque), lasting)| torque.abs() > lasting.torque);
+    let warm = warm.map(|((axis, torque), ContinuousTorque { torque: most, by })| {
+        format!(
+            "the start pose cannot be held for ever: motor torque of {axis} = {torque:.1} N·m, of which {most:.1} N·m may last ({by})"
+        )
+    });
+    [beyond.collect(), warm.collect()]
 }
 
 /// Whether the parameter set that `--world real` takes for a machine fits it.
@@ -219,7 +205,7 @@ fn scale(args: &ScaleArgs) -> Result<()> {
     let nominal = read(&args.machine)?;
     let scaled = booms(&nominal, s);
     scaled.check().context("the machine of that size")?;
-    let found = of_mechanism(&scaled);
+    let [found, _] = at_start(&scaled);
     let extended = name_beside(&args.machine, &args.output)?;
     let file = extending(&extended, &nominal, &scaled);
     write_json(Some(&args.output), &file)?;
