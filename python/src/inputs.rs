@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use capability::gain_rule::gains;
 use machine::Source;
 use pyo3::prelude::*;
 use studies::loads;
@@ -25,7 +26,7 @@ pub fn whole_machine(text: &str, file: Option<PathBuf>) -> PyResult<(String, &'s
 #[pyfunction]
 pub fn ruled_gains(text: &str) -> PyResult<BTreeMap<&'static str, f64>> {
     let source = Source::read(text, None).map_err(|error| raised(error.into()))?;
-    let gains = studies::machines::gains::gains(&source.machine).map_err(raised)?;
+    let gains = gains(&source.machine).map_err(|error| raised(error.into()))?;
     Ok(gains.iter().map(|gain| (gain.name, gain.value)).collect())
 }
 

@@ -45,7 +45,7 @@ fn kept_instances() -> usize {
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("RunFailed", module.py().get_type::<RunFailed>())?;
-    module.add("MODES", studies::laws::MODES.to_vec())?;
+    module.add("MODES", studies::start_values::MODES.to_vec())?;
     module.add("REAL_SYSTEM", studies::worlds::SYSTEM)?;
     module.add("REAL_PARAMETERS", studies::worlds::PARAMETERS)?;
     module.add("MACHINES", machine::PRESETS.map(|(name, _)| name).to_vec())?;

@@ -7,11 +7,8 @@ use cosim::{Experiment, Port, Recording, System};
 use pyo3::prelude::*;
 use studies::measures::energy;
 use studies::measures::metrics::{Metrics, add_energy, add_tracking, of_tip};
-use studies::measures::run::TipError;
-use studies::measures::run::{Outcome, RecordedRun};
+use studies::measures::run::{Outcome, RecordedRun, TipError};
 use studies::measures::tracking::Evaluation;
-
-use crate::raised;
 
 /// Metrics beside those of the tip error; they take time, because signals are recorded at every
 /// communication point.
@@ -60,7 +57,7 @@ impl Extra {
         }
         if self.energy {
             for balance in energy::evaluate(system, &recorded)?.balances {
-                add_energy(metrics, &balance)?;
+                add_energy(metrics, &balance);
             }
         }
         Ok(())
@@ -70,8 +67,8 @@ impl Extra {
 /// Names of all metrics of a system with these actuators, each with what a run must be asked for to
 /// have it.
 #[pyfunction]
-pub fn metric_names(actuators: Vec<String>) -> PyResult<BTreeMap<String, &'static str>> {
-    studies::measures::metrics::names(&actuators).map_err(raised)
+pub fn metric_names(actuators: Vec<String>) -> BTreeMap<String, &'static str> {
+    studies::measures::metrics::names(&actuators)
 }
 
 /// The metrics of tip errors (m) at times (s), with the motion from `motion_start`, s, on: as those

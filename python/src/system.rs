@@ -15,10 +15,9 @@ use cosim::{Experiment, Verdict, matching};
 use fmu_description::{Kind, Variable};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use studies::bench::forgotten;
+use studies::bench::{forgotten, tell_delay};
 use studies::measures::run::useful;
-use studies::start_values::tell_delay;
-use studies::worlds::{Bounds, DrawnMachines};
+use studies::worlds::{Bounds, Cases};
 use studies::{loads, machine_file};
 
 use crate::raised;
@@ -107,7 +106,7 @@ pub struct Drawn {
     /// Start values: names and values.
     #[pyo3(get)]
     settings: Vec<(String, String)>,
-    _machines: DrawnMachines,
+    _machines: Cases,
 }
 
 /// What is told of a variable.
@@ -230,11 +229,11 @@ impl System {
         let seeds = seed..seed + 1;
         let machines = match machine {
             Some(machine) => {
-                DrawnMachines::draw(&self.with_machine(machine)?, seeds, &Bounds::REAL)?
+                Cases::of_machines(&self.with_machine(machine)?, seeds, &Bounds::REAL)?
             }
-            None => DrawnMachines::draw(&self.system, seeds, &Bounds::REAL)?,
+            None => Cases::of_machines(&self.system, seeds, &Bounds::REAL)?,
         };
-        let case = machines.cases.first().context("one seed is one machine")?;
+        let case = machines.list.first().context("one seed is one machine")?;
         let setting = |s: &cosim::system::Setting| (self.system.name(s.port), s.value.clone());
         Ok(Drawn {
             settings: case.settings.iter().map(setting).collect(),

@@ -157,10 +157,10 @@ impl Capability {
         let (f, tau_wrist) = self.plant.inverse_dynamics(&state, &zeta_ddot, &[0.0; DOF]);
         let strokes = self.plant.tree().configuration(&zeta).strokes;
         let x_dot: [f64; 3] = std::array::from_fn(|i| strokes[i].prime * zeta_dot[i]);
-        let motors: [MotorDemand; 3] = std::array::from_fn(|i| {
+        let motors: [[f64; 4]; 3] = std::array::from_fn(|i| {
             let w = zeta_dot[i];
             let x_ddot = strokes[i].prime * zeta_ddot[i] + strokes[i].second * w * w;
-            MotorDemand::of(&self.actuators[i], f[i], x_dot[i], x_ddot)
+            motor_demand(&self.actuators[i], f[i], x_dot[i], x_ddot)
         });
         Demand {
             zeta,
@@ -168,42 +168,26 @@ impl Capability {
             x_dot,
             f,
             tau_wrist,
-            w_m: motors.map(|motor| motor.w_m),
-            tau_e: motors.map(|motor| motor.tau_e),
-            i_q: motors.map(|motor| motor.i_q),
-            v: motors.map(|motor| motor.v),
+            w_m: motors.map(|[w_m, ..]| w_m),
+            tau_e: motors.map(|[_, tau_e, ..]| tau_e),
+            i_q: motors.map(|[_, _, i_q, _]| i_q),
+            v: motors.map(|[.., v]| v),
         }
     }
 }
 
-/// What one motor needs.
-#[derive(Clone, Copy)]
-struct MotorDemand {
-    w_m: f64,
-    tau_e: f64,
-    i_q: f64,
-    v: f64,
-}
-
-impl MotorDemand {
-    /// Force `F` on the load at the rod's speed and acceleration, m/s and m/s²; with `i_d = 0` and
-    /// currents that change slowly
-    /// ```text
-    /// i_q = τ_e/(3/2·p·λ_m),   v_d = −p w_m L_q i_q,   v_q = R_s i_q + p w_m λ_m
-    /// ```
-    fn of(p: &Emla, F: f64, x_dot: f64, x_ddot: f64) -> Self {
-        let travel = maps::travel_per_radian(p);
-        let w_m = x_dot / travel;
-        let tau_e = maps::required_torque(p, F, w_m, x_ddot / travel);
-        let pairs = f64::from(p.p);
-        let i_q = tau_e / (1.5 * pairs * p.lambda_m);
-        let v_d = -pairs * w_m * p.L_q * i_q;
-        let v_q = p.R_s * i_q + pairs * w_m * p.lambda_m;
-        Self {
-            w_m,
-            tau_e,
-            i_q,
-            v: libm::hypot(v_d, v_q),
-        }
-    }
+/// Speed, torque, current and voltage of a motor with the force `F` on the load at the rod's speed
+/// and acceleration, m/s and m/s²; with `i_d = 0` and currents that change slowly
+/// ```text
+/// i_q = τ_e/(3/2·p·λ_m),   v_d = −p w_m L_q i_q,   v_q = R_s i_q + p w_m λ_m
+/// ```
+fn motor_demand(p: &Emla, F: f64, x_dot: f64, x_ddot: f64) -> [f64; 4] {
+    let travel = maps::travel_per_radian(p);
+    let w_m = x_dot / travel;
+    let tau_e = maps::required_torque(p, F, w_m, x_ddot / travel);
+    let pairs = f64::from(p.p);
+    let i_q = tau_e / (1.5 * pairs * p.lambda_m);
+    let v_d = -pairs * w_m * p.L_q * i_q;
+    let v_q = p.R_s * i_q + pairs * w_m * p.lambda_m;
+    [w_m, tau_e, i_q, libm::hypot(v_d, v_q)]
 }

@@ -4,7 +4,8 @@
 //! Statics and dynamics are those of `hdrm` and `emla` with the machine file's nominal parameters;
 //! nothing is simulated. [`Kinematics`] finds the joint motion of a tip motion, [`Capability`] what
 //! it demands ([`Demand`]), [`Limits`] what is allowed, each limit with its [`Margin`]. Frames and
-//! symbols are those of `hdrm`. Nothing here allocates.
+//! symbols are those of `hdrm`. Nothing of these allocates. [`gain_rule`] makes the controller's
+//! gains of a machine.
 //!
 //! Left out: the elasticity between nut and rod, the direct-axis current (zero) and the voltage
 //! `L_q·di_q/dt` (0.3 V at 100 A/s on the reference machine).
@@ -12,6 +13,7 @@
 #![allow(non_snake_case)] // symbols of the paper
 
 mod demand;
+pub mod gain_rule;
 mod kinematics;
 mod limits;
 mod quantity;

@@ -50,17 +50,13 @@ impl Limits {
         }
     }
 
-    /// Allowed range of a quantity, SI unit.
-    pub fn range(&self, quantity: Quantity) -> [f64; 2] {
-        self.ranges[quantity.index()]
-    }
-
     /// All that a motion demands beside its limits, in the order of [`Quantity::all`].
     pub fn margins(&self, demand: &Demand) -> [Margin; Quantity::COUNT] {
-        Quantity::all().map(|quantity| Margin {
-            quantity,
-            value: demand.value(quantity),
-            range: self.range(quantity),
+        let all = Quantity::all();
+        std::array::from_fn(|k| Margin {
+            quantity: all[k],
+            value: demand.value(all[k]),
+            range: self.ranges[k],
         })
     }
 }

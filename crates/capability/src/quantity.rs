@@ -31,7 +31,7 @@ impl Quantity {
     /// Number of quantities.
     pub const COUNT: usize = 27;
 
-    /// All quantities, in the order of [`Quantity::index`].
+    /// All quantities, kind by kind.
     pub fn all() -> [Self; Self::COUNT] {
         std::array::from_fn(|k| match k {
             0..6 => Self::Joint(k),
@@ -43,21 +43,6 @@ impl Quantity {
             21..24 => Self::Current(k - 21),
             _ => Self::Voltage(k - 24),
         })
-    }
-
-    /// Place in [`Quantity::all`].
-    #[must_use]
-    pub fn index(self) -> usize {
-        match self {
-            Self::Joint(k) => k,
-            Self::Stroke(k) => 6 + k,
-            Self::RodSpeed(k) => 9 + k,
-            Self::Force(k) => 12 + k,
-            Self::WristTorque(k) => 15 + k,
-            Self::MotorSpeed(k) => 18 + k,
-            Self::Current(k) => 21 + k,
-            Self::Voltage(k) => 24 + k,
-        }
     }
 
     /// The unit for people, and how many of it make the SI unit.
@@ -97,12 +82,8 @@ mod tests {
     use std::collections::HashSet;
 
     #[test]
-    fn each_quantity_has_its_place_and_its_name() {
-        let all = Quantity::all();
-        for (k, quantity) in all.into_iter().enumerate() {
-            assert_eq!(quantity.index(), k);
-        }
-        let names: HashSet<_> = all.iter().map(ToString::to_string).collect();
+    fn each_quantity_has_its_name() {
+        let names: HashSet<_> = Quantity::all().iter().map(ToString::to_string).collect();
         assert_eq!(names.len(), Quantity::COUNT);
     }
 }

@@ -262,20 +262,24 @@ fn limits_are_those_of_the_machine_file() {
     machine.ratings.slew.motor_speed_rpm = 2900.0;
     machine.emla.tilt.i_max = 77.0;
     let limits = Limits::of(&machine);
-    let largest = |quantity| limits.range(quantity)[1];
+    let capability = Capability::new(&machine, &Payload::of(&machine)).expect("valid");
+    let demand = capability.demand(&Motion::rest(machine.start.zeta));
+    let margins = limits.margins(&demand);
+    let range = |quantity| {
+        let margin = margins.iter().find(|margin| margin.quantity == quantity);
+        margin.expect("a limit of each").range
+    };
+    let largest = |quantity| range(quantity)[1];
     assert_eq!(largest(Quantity::Force(1)), 61e3);
     assert_eq!(largest(Quantity::RodSpeed(2)), 0.061);
     assert!((largest(Quantity::MotorSpeed(0)) - 303.687).abs() < 1e-3);
     assert_eq!(largest(Quantity::Current(2)), 77.0);
     assert_eq!(largest(Quantity::WristTorque(2)), 800.0);
-    assert_eq!(limits.range(Quantity::Stroke(1)), [0.0, 0.66]);
+    assert_eq!(range(Quantity::Stroke(1)), [0.0, 0.66]);
     // 650 V of DC link over √3, less than v_max.
     assert!((largest(Quantity::Voltage(0)) - 375.0).abs() < 0.3);
-    assert_eq!(limits.range(Quantity::Joint(2)), machine.limits.zeta()[2]);
+    assert_eq!(range(Quantity::Joint(2)), machine.limits.zeta()[2]);
 
-    let capability = Capability::new(&machine, &Payload::of(&machine)).expect("valid");
-    let demand = capability.demand(&Motion::rest(machine.start.zeta));
-    let margins = limits.margins(&demand);
     assert!(margins.iter().all(capability::Margin::holds));
     for margin in margins {
         assert_eq!(margin.value, demand.value(margin.quantity));

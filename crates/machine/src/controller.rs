@@ -181,28 +181,26 @@ impl CubicPath {
 
 impl Trajectories {
     pub(crate) fn examine(&self, found: &mut Findings) {
-        found.positive("trajectories.cubic.edge", self.cubic.edge);
-        let axes = &self.cubic.axes;
-        found.finite("trajectories.cubic.axes", axes.rows().as_flattened());
-        let (cubic, triangular) = (&self.cubic, &self.triangular);
-        let times = [
-            ("cubic", [cubic.edge_time, cubic.dwell]),
-            ("triangular", [triangular.edge_time, triangular.dwell]),
-        ];
-        let vertices = [&cubic.vertices, &triangular.vertices];
-        for ((name, [edge_time, dwell]), vertices) in times.into_iter().zip(vertices) {
+        let Self { cubic, triangular } = self;
+        found.positive("trajectories.cubic.edge", cubic.edge);
+        let axes = cubic.axes.rows();
+        found.finite("trajectories.cubic.axes", axes.as_flattened());
+        for (name, edge_time, dwell, vertices) in [
+            ("cubic", cubic.edge_time, cubic.dwell, &cubic.vertices),
+            (
+                "triangular",
+                triangular.edge_time,
+                triangular.dwell,
+                &triangular.vertices,
+            ),
+        ] {
             found.positive(format_args!("trajectories.{name}.edge_time"), edge_time);
             found.not_negative(format_args!("trajectories.{name}.dwell"), dwell);
-            found.finite(
-                format_args!("trajectories.{name}.vertices"),
-                vertices.as_flattened(),
-            );
+            let name = format!("trajectories.{name}.vertices");
+            found.finite(&name, vertices.as_flattened());
             if vertices.len() < 2 {
-                found.refuse(
-                    format_args!("trajectories.{name}.vertices"),
-                    format_args!("{} vertices", vertices.len()),
-                    "two or more",
-                );
+                let value = format!("{} vertices", vertices.len());
+                found.refuse(&name, value, "two or more");
             }
         }
     }

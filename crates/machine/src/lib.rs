@@ -13,7 +13,6 @@ mod check;
 mod controller;
 mod dq;
 mod fields;
-pub mod gain_rule;
 mod geometry;
 mod holding;
 mod input;

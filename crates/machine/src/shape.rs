@@ -10,17 +10,9 @@ use serde_json::Value;
 /// Likeness from which on a name is proposed instead of another.
 const LIKE: f64 = 0.7;
 
-/// Reports what no machine file has, and takes it out.
-pub(crate) fn partial(value: &mut Value, found: &mut Findings) {
-    check(value, found, false);
-}
-
-/// Reports also what is missing, and puts values of the reference machine there.
-pub(crate) fn complete(value: &mut Value, found: &mut Findings) {
-    check(value, found, true);
-}
-
-fn check(value: &mut Value, found: &mut Findings, is_complete: bool) {
+/// Reports what no machine file has, and takes it out; of a machine that is to be complete also
+/// what is missing, in whose place it puts values of the reference machine.
+pub(crate) fn check(value: &mut Value, found: &mut Findings, is_complete: bool) {
     let template = template();
     let root = FieldPath {
         template: &template,

@@ -43,7 +43,7 @@ impl Source {
         let mut open = Vec::from_iter(file.map(identity));
         let mut found = Findings::default();
         let mut value = merged(text, file, &mut open, &mut texts, &mut found)?;
-        shape::complete(&mut value, &mut found);
+        shape::check(&mut value, &mut found, true);
         let machine: Machine = serde_json::from_value(value)?;
         let of_shape = found.list.len();
         machine.examine(&mut found);
@@ -96,12 +96,10 @@ impl Machine {
 
     /// The shipped machine of that name; without a name, the reference machine.
     pub fn preset(name: &str) -> Option<Self> {
-        match name {
-            "" | "reference" => Some(Self::reference()),
-            _ => {
-                preset(name).map(|text| Self::from_json(text).expect("a shipped machine is valid"))
-            }
+        if ["", "reference"].contains(&name) {
+            return Some(Self::reference());
         }
+        preset(name).map(|text| Self::from_json(text).expect("a shipped machine is valid"))
     }
 }
 
@@ -139,7 +137,7 @@ fn merged(
     own.remove("$schema");
     let base = own.remove("extends");
     let mut own = Value::Object(own);
-    shape::partial(&mut own, found);
+    shape::check(&mut own, found, false);
     let base = match base {
         None => return Ok(own),
         Some(Value::String(name)) => name,

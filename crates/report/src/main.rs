@@ -18,8 +18,7 @@ use commands::{drawings, page};
 use cosim::Verdict;
 use studies::commands::machine::MachineCommand;
 use studies::commands::path::PathCommand;
-use studies::commands::program::{self, Ending};
-use studies::commands::program::{Cli, Command};
+use studies::commands::program::{self, Cli, Command, Ending};
 
 fn main() -> ExitCode {
     let command = Cli::parse().command;

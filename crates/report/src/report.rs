@@ -27,7 +27,6 @@ mod surrogate;
 mod testbed;
 mod worlds;
 
-use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -146,14 +145,9 @@ impl Report {
 
     /// A line for each run and each failure.
     pub fn summary(&self) -> String {
-        let mut text = String::new();
-        for run in &self.runs {
-            writeln!(text, "{}", run.line()).expect("a String takes every text");
-        }
-        for failure in &self.failures {
-            writeln!(text, "failed: {failure}").expect("a String takes every text");
-        }
-        text
+        let runs = self.runs.iter().map(|run| run.line() + "\n");
+        let failures = self.failures.iter().map(|why| format!("failed: {why}\n"));
+        runs.chain(failures).collect()
     }
 }
 

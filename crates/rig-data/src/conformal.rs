@@ -32,10 +32,6 @@ impl Point {
     fn needed(&self, bound: &EfficiencyBound) -> f64 {
         bound.needed(self.error, self.out, self.cut)
     }
-
-    fn half(&self, bound: &EfficiencyBound) -> f64 {
-        bound.half(self.out, self.cut)
-    }
 }
 
 /// Points of every profile: its windows in quadrants I and IV, by the measured torque and speed.
@@ -114,7 +110,7 @@ pub fn calibrate(profiles: &[Vec<Point>]) -> EfficiencyBound {
         .flat_map(|&power| FLOORS.iter().map(move |&floor| (power, floor)));
     let width = |&(power, floor): &(f64, f64)| {
         let bound = with_factor(power, floor, &shaping);
-        mean(&shaping, |point| point.half(&bound))
+        mean(&shaping, |point| bound.half(point.out, point.cut))
     };
     let (power, floor) = shapes
         .min_by(|a, b| width(a).total_cmp(&width(b)))
@@ -180,7 +176,7 @@ impl Coverage {
                 mean(&profiles, |point| f64::from(u8::from(holds(point)))),
                 whole.count() as f64 / profiles.len() as f64,
             ],
-            half: mean(&profiles, |point| point.half(bound)),
+            half: mean(&profiles, |point| bound.half(point.out, point.cut)),
         }
     }
 

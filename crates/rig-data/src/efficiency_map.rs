@@ -20,17 +20,11 @@ pub struct EfficiencyMap {
 
 /// Efficiency by physics and hybrid, and that of the rig, over loads up to [`LOAD_MAX`] (rows) and
 /// speeds up to [`SPEED`], each both ways: all four quadrants.
-///
-/// # Errors
-/// A steady point that the rig cannot hold.
 pub fn maps(models: &[Model; 3], cells: [usize; 2]) -> Result<[EfficiencyMap; 3]> {
+    let of = |model| move |F, v| Ok(predicted(model, F, v));
     Ok([
-        map("Efficiency: physics", cells, &|F, v| {
-            Ok(predicted(&models[0], F, v))
-        })?,
-        map("Efficiency: hybrid, alpha = 0.9", cells, &|F, v| {
-            Ok(predicted(&models[1], F, v))
-        })?,
+        map("Efficiency: physics", cells, &of(&models[0]))?,
+        map("Efficiency: hybrid, alpha = 0.9", cells, &of(&models[1]))?,
         map("Efficiency: rig", cells, &true_efficiency)?,
     ])
 }
@@ -49,7 +43,7 @@ fn predicted(model: &Model, F: f64, x_dot: f64) -> f64 {
 /// Mean over positions within one electrical period, which even out cogging and ripple.
 fn true_efficiency(F: f64, x_dot: f64) -> Result<f64> {
     const PLACES: u32 = 8;
-    let rig = rig_run::rig(Drive::Motion)?;
+    let rig = rig_run::rig(Drive::Motion);
     let (p, T) = (rig.params(), rig.extras().temperature.reference);
     let period = emla::maps::travel_per_radian(p) * std::f64::consts::TAU / f64::from(p.p);
     let mut sum = 0.0;

@@ -1,9 +1,6 @@
 //! The actuator's own equations fitted to a campaign: what a voltage says of winding and magnets,
 //! what a force says of friction, and whether temperature, stroke or direction say more.
 
-use std::fmt::Write as _;
-use std::ops::Range;
-
 use anyhow::Result;
 use emla::maps;
 use machine::Emla;
@@ -16,29 +13,6 @@ use crate::windows::{Window, data_sheet};
 const DEAD_TIME_CURRENT: f64 = 1.0;
 /// Middle of the stroke, m.
 const MIDDLE: f64 = 0.5 * (crate::profile::STROKE[0] + crate::profile::STROKE[1]);
-
-/// A campaign's windows in one list.
-pub struct Campaign {
-    /// All windows.
-    pub windows: Vec<Window>,
-    /// Those of each profile.
-    pub profiles: Vec<Range<usize>>,
-}
-
-impl Campaign {
-    /// Of the windows of each profile.
-    pub fn new(measured: &[Vec<Window>]) -> Self {
-        let mut profiles: Vec<Range<usize>> = Vec::with_capacity(measured.len());
-        for windows in measured {
-            let start = profiles.last().map_or(0, |before| before.end);
-            profiles.push(start..start + windows.len());
-        }
-        Self {
-            windows: measured.concat(),
-            profiles,
-        }
-    }
-}
 
 /// What was found, with the model's parameters in `p`.
 pub struct Identified {
@@ -55,15 +29,14 @@ pub struct Identified {
 }
 
 impl Identified {
-    /// By the rows of a campaign. The voltage equation in steady rotation:
+    /// By the windows of each profile of a campaign. The voltage equation in steady rotation:
     /// ```text
     /// v_q − ω_e L_d i_d − L_q di_q/dt = R (1 + α_Cu ΔT_w) i_q + λ (1 + α_m ΔT_h) ω_e + V_0 tanh(i_q/1 A)
     /// ```
     /// The force at constant speed, `F = F_qs(τ, ω)` with the torque of the magnets found, is fitted
     /// by the motor's Coulomb and viscous friction and the gear's efficiency. Screw and rod have
     /// viscous friction that no row tells from the motor's; it stays nominal.
-    pub fn of(p: &Emla, campaign: &Campaign) -> Self {
-        let Campaign { windows, profiles } = campaign;
+    pub fn of(p: &Emla, campaign: &[Vec<Window>]) -> Self {
         let sheet = data_sheet(p);
         let warm = |T: f64| T - sheet.reference;
         let pairs = f64::from(p.p);
@@ -75,9 +48,9 @@ impl Identified {
             0.0,
         ];
         let sizes = [p.R_s, p.R_s * 0.01, p.lambda_m, p.lambda_m * 0.01, 1.0];
-        let voltage = Fit::new(first, sizes, profiles, |b, k| {
-            let (row, w_e) = (&windows[k].row, pairs * windows[k].row.w_m);
-            let v = row.v_q - w_e * p.L_d * row.i_d - p.L_q * windows[k].i_q_dot;
+        let voltage = Fit::new(first, sizes, campaign, |b, window| {
+            let (row, w_e) = (&window.row, pairs * window.row.w_m);
+            let v = row.v_q - w_e * p.L_d * row.i_d - p.L_q * window.i_q_dot;
             (b[0] + b[1] * warm(row.T_winding)) * row.i_q
                 + (b[2] + b[3] * warm(row.T_housing)) * w_e
                 + b[4] * (row.i_q / DEAD_TIME_CURRENT).tanh()
@@ -93,25 +66,24 @@ impl Identified {
             }),
             ..*p
         };
-        let torques: Vec<f64> = windows.iter().map(|w| w.torque(&electrical)).collect();
         let with = |tau_C, C_m, eta_gear| Emla {
             tau_C,
             C_m,
             eta_gear,
             ..electrical
         };
-        let force = |b: &[f64], k: usize| {
-            let row = &windows[k].row;
-            maps::quasi_static_force(&with(b[0], b[1], b[2]), torques[k], row.w_m) - row.f_ext
+        let force = |b: &[f64], window: &Window| {
+            let (torque, row) = (window.torque(&electrical), &window.row);
+            maps::quasi_static_force(&with(b[0], b[1], b[2]), torque, row.w_m) - row.f_ext
         };
         let start = [p.tau_C, p.C_m, p.eta_gear];
-        let friction = Fit::new(start, [1.0, 0.01, 0.1], profiles, |b, k| force(b, k));
+        let friction = Fit::new(start, [1.0, 0.01, 0.1], campaign, |b, w| force(b, w));
         let [tau_C, C_m, eta] = friction.values;
         let sizes = [1.0, 0.01, 0.1, 10.0, 1e3, 100.0];
-        let further = Fit::new([tau_C, C_m, eta, 0.0, 0.0, 0.0], sizes, profiles, |b, k| {
-            let row = &windows[k].row;
+        let further = Fit::new([tau_C, C_m, eta, 0.0, 0.0, 0.0], sizes, campaign, |b, w| {
+            let row = &w.row;
             let against = b[3] * warm(row.T_housing) + b[4] * (row.x - MIDDLE);
-            force(b, k) - row.w_m.signum() * against - b[5]
+            force(b, w) - row.w_m.signum() * against - b[5]
         });
         Self {
             electrical,
@@ -123,56 +95,36 @@ impl Identified {
     }
 
     /// By the campaign of `seed`, which is run for it.
-    ///
-    /// # Errors
-    /// A step that the rig cannot make.
     pub fn of_campaign(p: &Emla, seed: u64) -> Result<Self> {
         let profiles = training_profiles(PROFILES, SECONDS, seed);
         let measured = measure(p, &profiles, |profile| profile.seed)?;
-        Ok(Self::of(p, &Campaign::new(&measured)))
+        Ok(Self::of(p, &measured))
     }
 
     /// All parameters with their intervals.
     pub fn text(&self, p: &Emla) -> String {
         let sheet = data_sheet(p);
-        let [v, f, o] = [
-            &self.voltage.values[..],
-            &self.friction.values,
-            &self.further.values,
+        let of_voltage = self.voltage.values.into_iter().zip(self.voltage.half);
+        let of_friction = self.friction.values.into_iter().zip(self.friction.half);
+        let of_further = self.further.values.into_iter().zip(self.further.half);
+        let fitted = of_voltage.chain(of_friction).chain(of_further.skip(3));
+        let as_it_is = [
+            ("R_s, ohm", p.R_s),
+            ("rise of R_s, ohm/K", p.R_s * sheet.copper),
+            ("lambda_m, Wb", p.lambda_m),
+            ("rise of lambda_m, Wb/K", p.lambda_m * sheet.magnet),
+            ("dead time, V", 0.0),
+            ("tau_C, N.m", p.tau_C),
+            ("C_m, N.m.s/rad", p.C_m),
+            ("eta_gear", p.eta_gear),
+            ("friction by temperature, N/K", 0.0),
+            ("friction along the stroke, N/m", 0.0),
+            ("force by direction, N", 0.0),
         ];
-        let [dv, df, d_o] = [
-            &self.voltage.half[..],
-            &self.friction.half,
-            &self.further.half,
-        ];
-        let rows = [
-            ("R_s, ohm", p.R_s, v[0], dv[0]),
-            ("rise of R_s, ohm/K", p.R_s * sheet.copper, v[1], dv[1]),
-            ("lambda_m, Wb", p.lambda_m, v[2], dv[2]),
-            (
-                "rise of lambda_m, Wb/K",
-                p.lambda_m * sheet.magnet,
-                v[3],
-                dv[3],
-            ),
-            ("dead time, V", 0.0, v[4], dv[4]),
-            ("tau_C, N.m", p.tau_C, f[0], df[0]),
-            ("C_m, N.m.s/rad", p.C_m, f[1], df[1]),
-            ("eta_gear", p.eta_gear, f[2], df[2]),
-            ("friction by temperature, N/K", 0.0, o[3], d_o[3]),
-            ("friction along the stroke, N/m", 0.0, o[4], d_o[4]),
-            ("force by direction, N", 0.0, o[5], d_o[5]),
-        ];
-        let mut text = format!(
-            "{:<32}{:>12}{:>12}{:>12}\n",
-            "parameter", "as it is", "fitted", "+- (95 %)"
-        );
-        for (name, nominal, value, half) in rows {
-            writeln!(
-                text,
-                "{name:<32}{nominal:>12.4e}{value:>12.4e}{half:>12.1e}"
-            )
-            .expect("writing to a string cannot fail");
+        let mut text =
+            "parameter                           as it is      fitted   +- (95 %)\n".to_owned();
+        for ((name, nominal), (value, half)) in as_it_is.into_iter().zip(fitted) {
+            text += &format!("{name:<32}{nominal:>12.4e}{value:>12.4e}{half:>12.1e}\n");
         }
         let (voltage, friction, further) = (self.voltage.rms, self.friction.rms, self.further.rms);
         text + &format!(

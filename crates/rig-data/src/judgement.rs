@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::campaign::{PROFILES, SECONDS, held_out_profiles, measure, rows, training_profiles};
 use crate::conformal::{Coverage, SHARE, points};
 use crate::free_run::{Driven, Errors, QUANTITIES, overall, ratio};
-use crate::identification::{Campaign, Identified};
+use crate::identification::Identified;
 use crate::lookup::LookUp;
 use crate::prediction::Model;
 use crate::profile::Kind;
@@ -39,13 +39,10 @@ pub struct Candidates {
 impl Candidates {
     /// From the campaign of `seed`, with the `network` that was trained on it, and with the shipped
     /// one.
-    ///
-    /// # Errors
-    /// A step that the rig cannot make.
     pub fn of(p: &Emla, network: &Surrogate, seed: u64) -> Result<Self> {
         let profiles = training_profiles(PROFILES, SECONDS, seed);
         let measured = measure(p, &profiles, |profile| profile.seed)?;
-        let identified = Identified::of(p, &Campaign::new(&measured));
+        let identified = Identified::of(p, &measured);
         let electrical = identified.electrical;
         let (rows, _) = rows(&electrical, &measured);
         let rows = rows.iter().map(|row| [row.tau_e, row.w_m, row.f_ext]);
@@ -66,9 +63,6 @@ impl Candidates {
     }
 
     /// The tables on `count` held-out profiles of `seconds`.
-    ///
-    /// # Errors
-    /// A step that the rig cannot make.
     pub fn judge(&self, p: &Emla, count: u32, seconds: f64) -> Result<String> {
         let driven = Driven::all(p, &held_out_profiles(count, seconds, JUDGED))?;
         let errors = |knows: bool| -> Vec<Vec<Errors>> {
@@ -94,7 +88,7 @@ impl Candidates {
     fn table(&self, text: &mut String, temperature: &str, errors: &[Vec<Errors>]) {
         let mut put = |cells: &[String]| {
             let cells: String = cells.iter().map(|cell| format!("{cell:>26}")).collect();
-            writeln!(text, "{}", cells.trim_end()).expect("writing to a string cannot fail");
+            *text += &format!("{}\n", cells.trim_end());
         };
         let mut head = vec![format!("{:<26}", format!("temperature {temperature}"))];
         head.extend(QUANTITIES.map(|(name, _)| name.into()));
@@ -144,9 +138,6 @@ fn cell([value, low, high]: [f64; 3]) -> String {
 }
 
 /// How the bounds of networks hold on `count` profiles that they were not calibrated on.
-///
-/// # Errors
-/// A step that the rig cannot make.
 pub fn coverage(p: &Emla, networks: &[(&str, &Surrogate)], count: u32) -> Result<String> {
     let driven = Driven::all(p, &held_out_profiles(count, SECONDS, COVERED))?;
     let mut text = format!(

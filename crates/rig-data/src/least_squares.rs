@@ -1,8 +1,6 @@
 //! Nonlinear least squares of a few parameters, with intervals that know that rows of one profile
 //! are no independent rows.
 
-use std::ops::Range;
-
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
 /// Steps at most; well-posed fits need fewer than ten.
@@ -24,7 +22,7 @@ pub struct Fit<const N: usize> {
 impl<const N: usize> Fit<N> {
     /// Levenberg and Marquardt's least squares of the residuals `of(parameters, row)` from `first`
     /// on; derivatives are central differences over `sizes`, of the parameters' order. `profiles`
-    /// are the rows of each profile.
+    /// has the rows of each profile.
     ///
     /// The intervals are those of Liang and Zeger (1986, *Longitudinal data analysis using
     /// generalized linear models*), `V = A⁻¹ Σ_g (J_gᵀ e_g)(J_gᵀ e_g)ᵀ A⁻¹ · G/(G − 1)`, `A = JᵀJ`,
@@ -32,17 +30,17 @@ impl<const N: usize> Fit<N> {
     ///
     /// # Panics
     /// Rows that do not determine the parameters.
-    pub fn new(
+    pub fn new<R>(
         first: [f64; N],
         sizes: [f64; N],
-        profiles: &[Range<usize>],
-        of: impl Fn(&[f64; N], usize) -> f64,
+        profiles: &[Vec<R>],
+        of: impl Fn(&[f64; N], &R) -> f64,
     ) -> Self {
         let square = |at: &[f64; N]| {
-            let rows = profiles.iter().cloned().flatten();
+            let rows = profiles.iter().flatten();
             rows.map(|row| of(at, row).powi(2)).sum::<f64>()
         };
-        let slopes = |at: &[f64; N], row: usize| {
+        let slopes = |at: &[f64; N], row: &R| {
             SVector::<f64, N>::from_fn(|k, _| {
                 let moved = |by: f64| {
                     let mut other = *at;
@@ -57,7 +55,7 @@ impl<const N: usize> Fit<N> {
             let (mut A, mut scores) = (SMatrix::<f64, N, N>::zeros(), Vec::new());
             for profile in profiles {
                 let mut score = SVector::<f64, N>::zeros();
-                for row in profile.clone() {
+                for row in profile {
                     let j = slopes(at, row);
                     score += j * of(at, row);
                     A += j * j.transpose();
@@ -92,7 +90,7 @@ impl<const N: usize> Fit<N> {
         let middle: SMatrix<f64, N, N> = scores.iter().map(|s| s * s.transpose()).sum();
         let groups = profiles.len() as f64;
         let variance = inverse * middle * inverse * (groups / (groups - 1.0));
-        let count: usize = profiles.iter().map(ExactSizeIterator::len).sum();
+        let count: usize = profiles.iter().map(Vec::len).sum();
         Self {
             values,
             half: std::array::from_fn(|k| NORMAL_95 * sizes[k] * variance[(k, k)].sqrt()),

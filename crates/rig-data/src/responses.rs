@@ -20,33 +20,28 @@ pub fn responses(surrogate: &Surrogate, work: &[Window]) -> [Panel; 4] {
     let of =
         |value: &dyn Fn(&Window) -> f64| work.iter().map(|w| (w.t, value(w))).collect::<Vec<_>>();
     let network = |w: &Window| surrogate.evaluate(w.row.tau_e, w.row.w_m);
-    let [force, speed] = [of(&|w| 1e-3 * w.row.f_ext), of(&|w| 1e3 * w.row.x_dot)];
+    let force = |title, name, other: &dyn Fn(&Window) -> f64| Panel {
+        title,
+        unit: "kN",
+        lines: [
+            ("rig", of(&|w| 1e-3 * w.row.f_ext)),
+            (name, of(&|w| 1e-3 * other(w))),
+        ],
+    };
+    let speed = |title, name, other: &dyn Fn(&Window) -> f64| Panel {
+        title,
+        unit: "mm/s",
+        lines: [
+            ("rig", of(&|w| 1e3 * w.row.x_dot)),
+            (name, of(&|w| 1e3 * other(w))),
+        ],
+    };
     [
-        Panel {
-            title: "Force: desired and rig",
-            unit: "kN",
-            lines: [
-                ("rig", force.clone()),
-                ("desired", of(&|w| 1e-3 * w.desired[1])),
-            ],
-        },
-        Panel {
-            title: "Rod speed: desired and rig",
-            unit: "mm/s",
-            lines: [
-                ("rig", speed.clone()),
-                ("desired", of(&|w| 1e3 * w.desired[0])),
-            ],
-        },
-        Panel {
-            title: "Force: network and rig",
-            unit: "kN",
-            lines: [("rig", force), ("network", of(&|w| 1e-3 * network(w).F))],
-        },
-        Panel {
-            title: "Rod speed: network and rig",
-            unit: "mm/s",
-            lines: [("rig", speed), ("network", of(&|w| 1e3 * network(w).x_dot))],
-        },
+        force("Force: desired and rig", "desired", &|w| w.desired[1]),
+        speed("Rod speed: desired and rig", "desired", &|w| w.desired[0]),
+        force("Force: network and rig", "network", &|w| network(w).F),
+        speed("Rod speed: network and rig", "network", &|w| {
+            network(w).x_dot
+        }),
     ]
 }

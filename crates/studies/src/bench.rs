@@ -4,18 +4,25 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, ensure};
+use capability::gain_rule;
 use clap::Args;
 use cosim::cli::{RunArgs, SystemArgs, find};
+use cosim::master::Schedule;
 use cosim::{Experiment, System, Verdict, start_value};
-use machine::Source;
+use machine::{Machine, Source};
 
-use crate::machines::gains;
-use crate::start_values::{on_path, over, tell_delay};
+use crate::start_values::{on_path, over};
 use crate::worlds::{BENDING_STEP, BENDING_SYSTEM, STRICT_SYSTEM, SYSTEM, World, parameters_of};
 use crate::{loads, machine_file, path_margins};
 
 /// The packed machine.
 pub const MACHINE: &str = "Manipulator.ssp";
+
+/// The parameter of controller and actuators that says how many steps late their outputs act.
+const DELAY: &str = "delay";
+/// A machine whose adaptation is faster than by the rule by this swings on soft mountings: that is
+/// the margin in `gamma` that the rule's gains have on the reference machine.
+const MARGIN: f64 = 2.0;
 
 /// Inputs that the shipped systems leave unconnected on purpose, by the model that has them: their
 /// start values stand for a machine without supply, brakes, weather, load or operator.
@@ -129,9 +136,6 @@ impl Builder<'_> {
     }
 
     /// The system, with the machine that was asked for, and with wires for the loads of the path.
-    ///
-    /// # Errors
-    /// A file that is missing or wrong.
     pub fn system(&self) -> Result<System> {
         let MachineArgs {
             system,
@@ -229,23 +233,49 @@ impl Bench {
 
 /// Whether a controller of actuators as built adapts faster than its machine lets it.
 fn adapts_too_fast(system: &System, base: &Experiment) -> Result<Option<String>> {
-    let is_as_built = |model: &str| model == "Rig";
-    let (Ok(gamma), Ok(file)) = (
-        system.port("controller.gamma"),
-        system.port("controller.machine_file"),
-    ) else {
+    let mut models = system.fmus.iter().map(|fmu| &fmu.description.model);
+    let ports = ["gamma", "machine_file"].map(|name| system.port(&format!("controller.{name}")));
+    let [Ok(gamma), Ok(file)] = ports else {
         return Ok(None);
     };
-    if !system
-        .fmus
-        .iter()
-        .any(|fmu| is_as_built(&fmu.description.model))
-    {
+    if !models.any(|model| model == "Rig") {
         return Ok(None);
     }
     let gamma = start_value(system, &base.settings, gamma)?;
     let file = machine_file::MachineFile::at(system, &base.settings, file)?;
-    gains::too_fast(&file.machine, gamma)
+    too_fast(&file.machine, gamma)
+}
+
+/// What is wrong with the adaptation gain `gamma`, J, on a machine; nothing where it has a margin.
+pub fn too_fast(machine: &Machine, gamma: f64) -> Result<Option<String>> {
+    let ruled = gain_rule::gamma(machine)?;
+    if gamma * MARGIN > ruled {
+        return Ok(None);
+    }
+    let hertz = gain_rule::bounds(machine)?.mode / std::f64::consts::TAU;
+    Ok(Some(format!(
+        "gamma = {gamma} J adapts faster than the lowest mode of this machine allows, {hertz:.1} Hz on actuators as built, so it may swing: the rule gives \
+         gamma = {ruled} J; `hdrm-fmu machine gains FILE --output gains.ssv` writes all gains, `--parameters gains.ssv` takes them"
+    )))
+}
+
+/// Tells all components that have a parameter `delay` that with the schedule `standard` their
+/// outputs act one step late. All of them: a controller that predicts over the step needs actuators
+/// that do too. What the structure or a parameter set says of a component's delay stays.
+pub fn tell_delay(system: &System, base: &mut Experiment) -> Result<()> {
+    if base.stepping.schedule != Schedule::Standard {
+        return Ok(());
+    }
+    for (component, element) in system.structure.components.iter().enumerate() {
+        let is_bound = element.parameters.iter().any(|p| p.name == DELAY);
+        let Ok(delay) = system.port_of(component, DELAY) else {
+            continue;
+        };
+        if !is_bound && !base.settings.iter().any(|s| s.port == delay) {
+            base.settings.push(system.setting(&system.name(delay), 1)?);
+        }
+    }
+    Ok(())
 }
 
 /// What a system may have forgotten under these arguments; not what the shipped systems leave
@@ -271,4 +301,25 @@ pub fn forgotten(run: &RunArgs, system: &System, experiment: &Experiment) -> Res
         !(is_optional && names.all(|name| all.contains(&name)))
     });
     forgotten.judge(system, experiment.stepping.schedule, run.strict)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The longer boom with 500 kg asks for slower adaptation than the reference machine's gains
+    /// have; a reference machine with another name does not.
+    #[test]
+    fn a_machine_that_asks_for_other_gains_is_told() {
+        let mut machine = Machine::reference();
+        assert_eq!(too_fast(&machine, 250.0).expect("works"), None);
+        machine.geometry.r_B_B4[0] = 2.1;
+        machine.bodies.PL.mass = 500.0;
+        let text = too_fast(&machine, 250.0).expect("works").expect("a cause");
+        assert!(
+            text.contains("lowest mode") && text.contains("machine gains"),
+            "{text}"
+        );
+        assert_eq!(too_fast(&machine, 900.0).expect("works"), None);
+    }
 }

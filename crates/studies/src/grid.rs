@@ -10,9 +10,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 use tip_path::SIX_JOINTS;
 
-use crate::laws::Law;
 use crate::measures::run::FailedRun;
-use crate::start_values::{following, over, with};
+use crate::start_values::{Law, following, over, with};
 
 /// The trajectories of the controller.
 pub const TRAJECTORIES: [&str; 2] = ["cubic", "triangular"];

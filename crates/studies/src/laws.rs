@@ -1,81 +1,15 @@
-//! Control laws that are compared: start values of the controller, beside what a world gives all of
-//! them.
+//! Lists of control laws that are compared: what a study varies in the controller or beside it.
 
 use std::path::Path;
 
 use anyhow::Result;
+use cosim::System;
 use cosim::structure::Parameter;
-use cosim::{Setting, System};
 
-/// Modes of the controller.
-pub const MODES: [&str; 8] = [
-    "adaptive",
-    "adaptive_integral",
-    "modular",
-    "modular_integral",
-    "pd_gravity",
-    "pd_gravity_integral",
-    "pd",
-    "pd_integral",
-];
+use crate::start_values::Law;
+
 /// Rates of the tip integral that are tried, 1/s.
 const RATES: [f64; 5] = [1.25, 2.5, 5.0, 10.0, 20.0];
-
-/// Law that the studies of the real world start from.
-pub const SHIPPED: &str = "adaptive_integral";
-
-/// A control law.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Law {
-    /// Name in the tables.
-    pub name: String,
-    /// Variables and their start values; of the controller, or with their component.
-    pub values: Vec<(String, String)>,
-}
-
-impl Law {
-    /// The law `mode` under a name of its own.
-    pub fn new(name: impl Into<String>, mode: &str) -> Self {
-        Self {
-            name: name.into(),
-            values: vec![("mode".into(), mode.into())],
-        }
-    }
-
-    /// The law with one more value.
-    #[must_use]
-    pub fn with(mut self, variable: &str, value: impl ToString) -> Self {
-        self.values.push((variable.into(), value.to_string()));
-        self
-    }
-
-    /// The start values as settings of the controller of `system`.
-    pub fn settings(&self, system: &System) -> Result<Vec<Setting>> {
-        let controller = system.port("desired.position[1]")?.component;
-        let setting = |(variable, value): &(String, String)| {
-            let port = system.port_of(controller, variable);
-            let port = port.or_else(|_| system.port(variable))?;
-            system.setting(&system.name(port), value)
-        };
-        self.values.iter().map(setting).collect()
-    }
-
-    /// Whether it is a rival of the adaptive ones with an integral of its own.
-    pub fn is_rival_with_integral(&self) -> bool {
-        let mode = self.values.iter().find(|(name, _)| name == "mode");
-        mode.is_some_and(|(_, v)| v.ends_with("_integral") && !v.starts_with("adaptive"))
-    }
-}
-
-/// The laws of these modes of the controller.
-pub fn of_modes(modes: &[&str]) -> Vec<Law> {
-    modes.iter().map(|mode| Law::new(*mode, mode)).collect()
-}
-
-/// The modes of the controller, each with and without the integral of the tip's error.
-pub fn rivals() -> Vec<Law> {
-    of_modes(&MODES)
-}
 
 /// Adaptation, disturbance observer, integral of the voltage law and integral of the tip's error,
 /// each on and off.

@@ -39,14 +39,11 @@ pub fn connect(system: &mut System) -> Result<()> {
     };
     let plant = components[plant].name.clone();
     for name in LOAD {
-        let (start, end) = (
-            (controller.clone(), name.into()),
-            (plant.clone(), name.into()),
-        );
-        if system.structure.connections.iter().any(|c| c.end == end) {
-            continue;
+        let end = (plant.clone(), name.into());
+        if !system.structure.connections.iter().any(|c| c.end == end) {
+            let start = (controller.clone(), name.into());
+            system.structure.connect(start, end);
         }
-        system.structure.connect(start, end);
     }
     Ok(())
 }

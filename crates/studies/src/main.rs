@@ -9,8 +9,7 @@ use anyhow::Result;
 use clap::Parser as _;
 use cosim::Verdict;
 use cosim::cli::exit;
-use studies::commands::program::Ending;
-use studies::commands::program::{Cli, Command};
+use studies::commands::program::{Cli, Command, Ending};
 use studies::commands::{
     compare, draws, endurance, energy, evaluate, machine, margins, path, program, run, sizing,
     stability, table, testbed, tournament,
@@ -19,9 +18,8 @@ use studies::commands::{
 fn main() -> ExitCode {
     let arguments = arguments();
     let command = Cli::parse_from(&arguments).command;
-    if let Some(sibling) = command.sibling() {
-        return sibling
-            .take_over(&arguments[1..])
+    if let Some(package) = command.sibling() {
+        return program::hand_over(package, &arguments[1..])
             .unwrap_or_else(|error| exit(Err(error), false));
     }
     program::run(command.needs_python(), || run(&command))

@@ -24,9 +24,6 @@ pub struct PathMargins {
 }
 
 /// A path file, or a built-in path by its name.
-///
-/// # Errors
-/// The file cannot be read, or is no path.
 pub fn read(name: &str) -> Result<PathFile> {
     if let Some(file) = PathFile::built_in(name) {
         return file.with_context(|| format!("path `{name}`"));
@@ -40,9 +37,6 @@ pub fn read(name: &str) -> Result<PathFile> {
 
 impl PathMargins {
     /// Go along the path called `name` with a machine, from its start pose.
-    ///
-    /// # Errors
-    /// A path that cannot be read or made, or a mechanism that does not work.
     pub fn of(name: &str, machine: &Machine) -> Result<Self> {
         let file = read(name)?;
         let zeta = &machine.start.zeta;
@@ -92,10 +86,7 @@ impl PathMargins {
     pub fn stops(&self) -> String {
         let mut text = String::new();
         if !self.path.stops().is_empty() {
-            text += &format!(
-                "{:<10}{:>10}{:>10}{:>10}{:>10}{:>12}{:>12}{:>10}\n",
-                "waypoint", "x, m", "y, m", "z, m", "from, s", "to, s", "corner, mm", "load, kg"
-            );
+            text += "waypoint        x, m      y, m      z, m   from, s       to, s  corner, mm  load, kg\n";
         }
         let Points::Waypoints(waypoints) = &self.file.points else {
             return text;
@@ -117,10 +108,8 @@ impl PathMargins {
 
     /// Least margin of each quantity with its value, limit, time and place.
     pub fn table(&self) -> String {
-        let mut text = format!(
-            "{:<24}{:>12}{:>24}{:>10}{:>10}  where\n",
-            "quantity", "value", "allowed", "left, %", "t, s"
-        );
+        let mut text = "quantity                       value                 allowed   left, %      t, s  where\n"
+            .to_owned();
         for (t, margin) in &self.checked.least {
             let Margin {
                 quantity,

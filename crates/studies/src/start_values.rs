@@ -1,15 +1,25 @@
-//! Start values that a study varies: set on top of those that the user has set, refused where one
-//! would not count.
+//! Start values that a study varies, of control laws, trajectories and others: set on top of those
+//! that the user has set, refused where one would not count.
 
 use std::fmt::Display;
 
 use anyhow::{Result, bail};
-use cosim::master::Schedule;
 use cosim::{Experiment, Port, Setting, System};
 use tip_path::{PathFile, SIX_JOINTS};
 
-/// The parameter of controller and actuators that says how many steps late their outputs act.
-const DELAY: &str = "delay";
+/// Modes of the controller.
+pub const MODES: [&str; 8] = [
+    "adaptive",
+    "adaptive_integral",
+    "modular",
+    "modular_integral",
+    "pd_gravity",
+    "pd_gravity_integral",
+    "pd",
+    "pd_integral",
+];
+/// Law that the studies of the real world start from.
+pub const SHIPPED: &str = "adaptive_integral";
 
 /// `base` with the start values that a study varies.
 ///
@@ -56,9 +66,6 @@ fn is_varied(system: &System, port: Port, origin: &str) -> String {
 }
 
 /// The start values with which the controller follows a trajectory.
-///
-/// # Errors
-/// A system without a controller that can.
 pub fn following(system: &System, trajectory: &str) -> Result<Vec<Setting>> {
     if trajectory == SIX_JOINTS {
         return on_path(system, trajectory);
@@ -79,21 +86,50 @@ pub(crate) fn on_path(system: &System, path: &str) -> Result<Vec<Setting>> {
     ])
 }
 
-/// Tells all components that have a parameter `delay` that with the schedule `standard` their
-/// outputs act one step late. All of them: a controller that predicts over the step needs actuators
-/// that do too. What the structure or a parameter set says of a component's delay stays.
-pub fn tell_delay(system: &System, base: &mut Experiment) -> Result<()> {
-    if base.stepping.schedule != Schedule::Standard {
-        return Ok(());
-    }
-    for (component, element) in system.structure.components.iter().enumerate() {
-        let is_bound = element.parameters.iter().any(|p| p.name == DELAY);
-        let Ok(delay) = system.port_of(component, DELAY) else {
-            continue;
-        };
-        if !is_bound && !base.settings.iter().any(|s| s.port == delay) {
-            base.settings.push(system.setting(&system.name(delay), 1)?);
+/// A control law.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Law {
+    /// Name in the tables.
+    pub name: String,
+    /// Variables and their start values; of the controller, or with their component.
+    pub values: Vec<(String, String)>,
+}
+
+impl Law {
+    /// The law `mode` under a name of its own.
+    pub fn new(name: impl Into<String>, mode: &str) -> Self {
+        Self {
+            name: name.into(),
+            values: vec![("mode".into(), mode.into())],
         }
     }
-    Ok(())
+
+    /// The law with one more value.
+    #[must_use]
+    pub fn with(mut self, variable: &str, value: impl ToString) -> Self {
+        self.values.push((variable.into(), value.to_string()));
+        self
+    }
+
+    /// The start values as settings of the controller of `system`.
+    pub fn settings(&self, system: &System) -> Result<Vec<Setting>> {
+        let controller = system.port("desired.position[1]")?.component;
+        let setting = |(variable, value): &(String, String)| {
+            let port = system.port_of(controller, variable);
+            let port = port.or_else(|_| system.port(variable))?;
+            system.setting(&system.name(port), value)
+        };
+        self.values.iter().map(setting).collect()
+    }
+
+    /// Whether it is a rival of the adaptive ones with an integral of its own.
+    pub fn is_rival_with_integral(&self) -> bool {
+        let mode = self.values.iter().find(|(name, _)| name == "mode");
+        mode.is_some_and(|(_, v)| v.ends_with("_integral") && !v.starts_with("adaptive"))
+    }
+}
+
+/// The laws of these modes of the controller.
+pub fn of_modes(modes: &[&str]) -> Vec<Law> {
+    modes.iter().map(|mode| Law::new(*mode, mode)).collect()
 }

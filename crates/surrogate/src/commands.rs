@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context as _, Result};
 use clap::{Args, Parser};
+use emla::Surrogate;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::files::{NetworkArg, make_folder, write};
@@ -89,7 +90,7 @@ pub struct PlotsArgs {
 
 impl PlotsArgs {
     fn run(self) -> Result<()> {
-        let surrogate = self.network.read()?;
+        let surrogate = self.network.read_or(Surrogate::reference)?;
         let data = data::read_csv(&self.data)?;
         let record = surrogate.training();
         if record.data_sha256 != data.sha256 {

@@ -15,17 +15,8 @@ pub(crate) struct NetworkArg {
 }
 
 impl NetworkArg {
-    pub(crate) fn read(&self) -> Result<Surrogate> {
-        self.read_or(Surrogate::reference)
-    }
-
-    /// Without a file, the one that was trained on the rig.
-    pub(crate) fn read_or_rigs(&self) -> Result<Surrogate> {
-        let trained = || Surrogate::from_json(rig_data::RIG_NETWORK).expect("a valid network");
-        self.read_or(trained)
-    }
-
-    fn read_or(&self, other: impl Fn() -> Surrogate) -> Result<Surrogate> {
+    /// The file's, else the `other` one.
+    pub(crate) fn read_or(&self, other: impl Fn() -> Surrogate) -> Result<Surrogate> {
         let Some(path) = &self.network else {
             return Ok(other());
         };

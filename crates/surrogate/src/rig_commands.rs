@@ -18,7 +18,7 @@ use rig_data::conformal::{calibrate, points};
 use rig_data::coupled_run::CoupledRun;
 use rig_data::data;
 use rig_data::free_run::Driven;
-use rig_data::identification::{Campaign, Identified};
+use rig_data::identification::Identified;
 use rig_data::judgement::{CALIBRATED, Candidates, coverage};
 use rig_data::prediction::{MODELS, Model, errors};
 
@@ -57,7 +57,7 @@ impl RigDataArgs {
         let campaign = measure(&p, &profiles, |profile| profile.seed)?;
         let repeated = &profiles[..profiles.len().min(4)];
         let again = measure(&p, repeated, |profile| !profile.seed)?;
-        let identified = Identified::of(&p, &Campaign::new(&campaign));
+        let identified = Identified::of(&p, &campaign);
         let (rows, numbers) = rows(&identified.electrical, &campaign);
         let comment = format!(
             "rig: a simulation, not measurements; {} profiles of {} s at 1 kHz, means of 20 ms, seed {}",
@@ -127,7 +127,7 @@ impl CalibrateArgs {
     /// Calibrate and write.
     pub(crate) fn run(self) -> Result<()> {
         let p = machine::Machine::reference().emla.lift;
-        let network = self.network.read()?;
+        let network = self.network.read_or(Surrogate::reference)?;
         let driven = Driven::all(&p, &held_out_profiles(self.profiles, SECONDS, CALIBRATED))?;
         let bound = calibrate(&points(p, &network, &driven)?);
         let mut file = network.file();
@@ -156,7 +156,7 @@ impl RigLoopArgs {
     /// Read and print.
     pub(crate) fn run(self) -> Result<()> {
         let p = machine::Machine::reference().emla.lift;
-        let surrogate = self.network.read()?;
+        let surrogate = self.network.read_or(Surrogate::reference)?;
         let run = CoupledRun::read(&self.run)?;
         let windows = run.windows(&p, self.start);
         let tip = rms(run.tip_errors(self.start));
@@ -170,12 +170,8 @@ impl RigLoopArgs {
         )?;
         for (name, alpha) in MODELS {
             let e = errors(&Model::new(p, surrogate.clone(), alpha), &windows);
-            writeln!(
-                stdout(),
-                "  {:<24}{}",
-                format!("{name}, alpha = {alpha}"),
-                e.cell()
-            )?;
+            let name = format!("{name}, alpha = {alpha}");
+            writeln!(stdout(), "  {name:<24}{}", e.cell())?;
         }
         Ok(())
     }
@@ -185,14 +181,12 @@ impl RigCompareArgs {
     /// Judge and print.
     pub(crate) fn run(self) -> Result<()> {
         let p = machine::Machine::reference().emla.lift;
-        let (shipped, network) = (Surrogate::reference(), self.network.read_or_rigs()?);
+        let trained = || Surrogate::from_json(rig_data::RIG_NETWORK).expect("a valid network");
+        let (shipped, network) = (Surrogate::reference(), self.network.read_or(trained)?);
         let candidates = Candidates::of(&p, &network, self.seed)?;
         writeln!(stdout(), "{}", candidates.identified.text(&p))?;
-        writeln!(
-            stdout(),
-            "{}",
-            candidates.judge(&p, self.profiles, self.seconds)?
-        )?;
+        let judged = candidates.judge(&p, self.profiles, self.seconds)?;
+        writeln!(stdout(), "{judged}")?;
         let networks = [("network", &network), ("shipped network", &shipped)];
         write!(stdout(), "{}", coverage(&p, &networks, self.covered)?)?;
         if let Some(machines) = self.machines {
@@ -214,16 +208,10 @@ impl RigCompareArgs {
 fn in_loop(machines: u32) -> Result<()> {
     let own = env::current_exe().context("where this program lies")?;
     let program = own.with_file_name(format!("hdrm-fmu{EXE_SUFFIX}"));
-    let mut command = process::Command::new(&program);
-    command.args([
-        "table",
-        "--world",
-        "real",
-        "--study",
-        "surrogate",
-        "--seeds",
-    ]);
-    let status = command.arg(machines.to_string()).status();
+    let arguments = format!("table --world real --study surrogate --seeds {machines}");
+    let status = process::Command::new(&program)
+        .args(arguments.split(' '))
+        .status();
     let status = status.with_context(|| program.display().to_string())?;
     ensure!(status.success(), "{}: {status}", program.display());
     Ok(())

@@ -123,17 +123,21 @@ pub fn check(
             carried = load;
             capability = loaded(machine, load)?;
         }
+        let stopped = |nearest| {
+            let place = path.place(t);
+            Some(Finding::Pose { place, t, nearest })
+        };
         let tip = path.at(t);
         let angles = match kinematics.inverse(&tip.pose, &near) {
             Ok(angles) => angles,
             Err(nearest) => {
-                log.stops(path.place(t), t, Some(nearest));
+                log.stopped = stopped(Some(nearest));
                 break;
             }
         };
         near = angles;
         let Some(motion) = kinematics.motion(&tip, &angles) else {
-            log.stops(path.place(t), t, None);
+            log.stopped = stopped(None);
             break;
         };
         let demand = capability.demand(&motion);
@@ -141,11 +145,7 @@ pub fn check(
         log.add(path, t, &margins, &demand.tau_e);
         observe(t, &margins);
     }
-    let rated = machine
-        .ratings
-        .in_order()
-        .map(|ratings| ratings.motor_torque);
-    Ok(log.finish(rated))
+    Ok(log.finish(machine.ratings.in_order().map(|r| r.motor_torque)))
 }
 
 /// Waypoints or samples farther from the lift joint than the stretched arm.
@@ -230,10 +230,6 @@ impl Log {
         self.count += 1.0;
     }
 
-    fn stops(&mut self, place: Place, t: f64, nearest: Option<NearestPose>) {
-        self.stopped = Some(Finding::Pose { place, t, nearest });
-    }
-
     fn finish(self, rated: [f64; 3]) -> PathCheck {
         let torque_rms = self.squares.map(|sum| (sum / self.count.max(1.0)).sqrt());
         let passed = self
@@ -242,15 +238,18 @@ impl Log {
             .zip(&self.least)
             .filter_map(|(first, least)| {
                 let (place, t) = (*first)?;
-                Some(Finding::Limit {
+                let (t_worst, worst) = *least;
+                let limit = Finding::Limit {
                     place,
                     t,
-                    worst: least.1,
-                    t_worst: least.0,
-                })
+                    worst,
+                    t_worst,
+                };
+                Some((t, limit))
             });
         let mut limits: Vec<_> = passed.collect();
-        limits.sort_by(|a, b| time(a).total_cmp(&time(b)));
+        limits.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let limits = limits.into_iter().map(|(_, limit)| limit);
         let hot = (0..3).filter(|&axis| torque_rms[axis] > rated[axis]);
         let hot = hot.map(|axis| Finding::Torque {
             axis,
@@ -266,13 +265,6 @@ impl Log {
     }
 }
 
-fn time(finding: &Finding) -> f64 {
-    match finding {
-        Finding::Limit { t, .. } | Finding::Pose { t, .. } => *t,
-        Finding::Reach { .. } | Finding::Torque { .. } => 0.0,
-    }
-}
-
 /// Findings that a message tells of.
 const TOLD: usize = 5;
 
@@ -282,8 +274,7 @@ impl PathCheck {
         if self.findings.is_empty() {
             return None;
         }
-        let told = self.findings.iter().take(TOLD).map(ToString::to_string);
-        let told: Vec<_> = told.collect();
+        let told = Vec::from_iter(self.findings.iter().take(TOLD).map(Finding::to_string));
         let more = match self.findings.len().saturating_sub(TOLD) {
             0 => String::new(),
             more => format!("; and {more} more"),

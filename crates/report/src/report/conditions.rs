@@ -27,8 +27,9 @@ pub fn conditions(request: &Request<'_>, machine: &MachineFile) -> Value {
             "tool": d.tool,
         })
     });
+    let passed = SystemTime::now().duration_since(UNIX_EPOCH);
     json!({
-        "made": since_epoch(),
+        "made": passed.unwrap_or_default().as_secs(),
         "host": host().unwrap_or_else(|| "unknown".into()),
         "platform": format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         "processor": processor().unwrap_or_else(|| "unknown".into()),
@@ -54,12 +55,6 @@ fn host() -> Option<String> {
     let said = Command::new("hostname").output().ok()?;
     let name = String::from_utf8(said.stdout).ok()?;
     Some(name.trim().to_string()).filter(|name| !name.is_empty())
-}
-
-/// Seconds since the beginning of 1970.
-fn since_epoch() -> u64 {
-    let passed = SystemTime::now().duration_since(UNIX_EPOCH);
-    passed.map_or(0, |passed| passed.as_secs())
 }
 
 /// Name of the processor, where Linux tells it.

@@ -17,8 +17,7 @@ use studies::studies::sizing;
 
 /// Sampling of the page, s.
 const EVERY: f64 = 0.02;
-/// Signals of the feeding component and of every actuator, as far as they have them.
-const OF_SUPPLY: [&str; 5] = ["v_dc", "i_battery", "soc", "T_battery", "P_brake"];
+/// Signals of every actuator, as far as it has them.
 const OF_ACTUATOR: [&str; 3] = ["i_dc_mean", "T_winding", "T_housing"];
 
 /// Both trajectories; what failed of them goes to `failures`.
@@ -40,7 +39,7 @@ fn one(system: &System, case: &str, experiment: &Experiment) -> Result<Value> {
         ports.extend(names.iter().filter_map(|name| system.port_of(k, name).ok()));
     };
     if let Some(k) = supply::component(system)? {
-        of(k, &OF_SUPPLY);
+        of(k, &supply::SHOWN);
     }
     for k in energy::actuators(system) {
         of(k, &OF_ACTUATOR);

@@ -13,8 +13,7 @@ use super::samples::Samples;
 use super::scene::Scene;
 use studies::grid::{Cell, Plan};
 use studies::measures::energy;
-use studies::measures::run::RecordedRun;
-use studies::measures::run::TipError;
+use studies::measures::run::{RecordedRun, TipError};
 use studies::print::energy::balance_json;
 use studies::start_values::vary;
 use studies::studies::inertia::MODES;
@@ -206,7 +205,7 @@ pub fn measure(request: &Request<'_>, scene: &Scene, plan: &Plan) -> Result<(Mea
 /// Energy balances of a run of which [`energy::ports`] were recorded.
 fn energies(system: &System, trajectory: &str, recorded: &RecordedRun) -> Result<Value> {
     let balances = energy::evaluate(system, recorded)?.balances;
-    let balances: Vec<_> = balances.iter().map(balance_json).collect::<Result<_>>()?;
+    let balances: Vec<_> = balances.iter().map(balance_json).collect();
     Ok(json!({"trajectory": trajectory, "balances": balances}))
 }
 

@@ -6,7 +6,7 @@ use cosim::{Experiment, System};
 use serde_json::{Value, json};
 
 use super::request::{Request, kept_as};
-use studies::laws;
+use studies::start_values::of_modes;
 use studies::studies::comparison::{self, Summary};
 use studies::worlds::{self, World};
 
@@ -20,16 +20,33 @@ const MODES: [&str; 4] = [
 /// Machines drawn for a world: one, because the page is made often; `table --world` takes more.
 const SEEDS: u64 = 1;
 
+/// The worlds that are shown, what is in each, and a command that runs it on more machines.
+const WORLDS: [(World, &str, &str); 3] = [
+    (
+        World::Ideal,
+        "The plant is the controller's own model and all inertias differ by one factor, -40 to +40 %: a check of the code.",
+        "hdrm-fmu table --study rivals",
+    ),
+    (
+        World::Real,
+        "Actuators as built (stiction, play, soft mounting, heat, a sampling inverter), encoders, noise and biases, one step of \
+         delay, and every body's mass, centre of mass, dimensions, plumb and zeros drawn by seed: what the controller does not know.",
+        "hdrm-fmu table --world real",
+    ),
+    (
+        World::Bending,
+        "Column and booms that bend in MuJoCo, an engine that shares no line with the controller's model, with dry friction in the \
+         joints and masses, centres of mass, dimensions and plumb drawn by seed; actuators and sensors are ideal.",
+        "hdrm-fmu table --world bending",
+    ),
+];
+
 /// The worlds with a sentence on what is in each and a command that runs it on more machines; those
 /// whose system is at hand with what the laws do in them; those that fail are named.
 pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<Value> {
-    let worlds = [
-        (World::Ideal, Some(request.system)),
-        (World::Real, request.real),
-        (World::Bending, request.bending),
-    ];
+    let systems = [Some(request.system), request.real, request.bending];
     let mut found = Vec::new();
-    for (world, system) in worlds {
+    for ((world, sentence, command), system) in WORLDS.into_iter().zip(systems) {
         let base = match world {
             World::Ideal => request.base.clone(),
             _ => request.elsewhere(),
@@ -37,9 +54,8 @@ pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<Value> {
         let run = system.map(|system| one(world, system, base));
         let run = run.and_then(|run| kept_as(format_args!("{world:?} world"), run, failures));
         let (cases, laws) = run.unwrap_or_default();
-        let (name, sentence, command) = words(world);
         found.push(json!({
-            "name": name,
+            "name": world.name(),
             "sentence": sentence,
             "command": command,
             "cases": cases,
@@ -49,41 +65,13 @@ pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<Value> {
     found
 }
 
-/// Name, what is in it, command.
-fn words(world: World) -> (&'static str, &'static str, &'static str) {
-    match world {
-        World::Ideal => (
-            "ideal",
-            "The plant is the controller's own model and all inertias differ by one factor, -40 to +40 %: a check of the code.",
-            "hdrm-fmu table --study rivals",
-        ),
-        World::Real => (
-            "real",
-            "Actuators as built (stiction, play, soft mounting, heat, a sampling inverter), encoders, noise and biases, one step of \
-             delay, and every body's mass, centre of mass, dimensions, plumb and zeros drawn by seed: what the controller does not know.",
-            "hdrm-fmu table --world real",
-        ),
-        World::Bending => (
-            "bending",
-            "Column and booms that bend in MuJoCo, an engine that shares no line with the controller's model, with dry friction in the \
-             joints and masses, centres of mass, dimensions and plumb drawn by seed; actuators and sensors are ideal.",
-            "hdrm-fmu table --world bending",
-        ),
-        World::StrictRigid | World::Strict => (
-            "strict",
-            "Actuators, joints, wrist drives, load cells and clock drawn by seed besides.",
-            "hdrm-fmu table --world strict-rigid",
-        ),
-    }
-}
-
 /// Number of machines, and each law over them.
 fn one(world: World, system: &System, mut base: Experiment) -> Result<(usize, Vec<Summary>)> {
     if world.bends() {
         base.stepping.step = base.stepping.step.min(worlds::BENDING_STEP);
     }
-    let laws = laws::of_modes(&MODES);
-    let cases = worlds::cases(world, system, 1..1 + SEEDS)?;
+    let laws = of_modes(&MODES);
+    let cases = worlds::cases(world, system, 1..1 + SEEDS, 1.0)?;
     let cells = comparison::run(
         system,
         &base,

@@ -9,11 +9,11 @@ use cosim::cli::print;
 
 use crate::bench::MachineArgs;
 use crate::grid::{ALL_TRAJECTORIES, Spread};
-use crate::laws;
 use crate::print::output::{conditions, finish, with_progress};
+use crate::start_values::{Law, MODES};
 use crate::studies::draws::{self, Counts, FORCE};
 use crate::trial::Store;
-use crate::worlds::{World, cases_within};
+use crate::worlds::{World, cases};
 
 #[derive(Args)]
 pub struct DrawsArgs {
@@ -32,7 +32,7 @@ pub struct DrawsArgs {
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
     seeds: u64,
     /// Controller
-    #[arg(long, value_parser = laws::MODES, default_value = "adaptive_integral")]
+    #[arg(long, value_parser = MODES, default_value = "adaptive_integral")]
     mode: String,
     /// What the tip follows
     #[arg(long, value_parser = ALL_TRAJECTORIES, default_value = "triangular")]
@@ -56,8 +56,8 @@ pub fn draws(args: &DrawsArgs) -> Result<Verdict> {
     let (system, base, mut verdict) = bench.into_parts();
     let mut found = conditions(&system, &base);
     let seeds = args.seed..args.seed + args.seeds;
-    let cases = cases_within(args.world, &system, seeds, args.bounds)?;
-    let law = &laws::of_modes(&[&args.mode])[0];
+    let cases = cases(args.world, &system, seeds, args.bounds)?;
+    let law = &Law::new(&*args.mode, &args.mode);
     let store = Store::new(args.store.as_deref(), &system)?;
     let of = (&system, &base);
     let runs = with_progress(args.seeds, "machines", |done| {

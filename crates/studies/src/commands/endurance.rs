@@ -6,9 +6,8 @@ use cosim::Verdict;
 use cosim::cli::print;
 
 use crate::bench::MachineArgs;
-use crate::laws;
 use crate::print::output::print_counted;
-use crate::start_values::vary;
+use crate::start_values::{MODES, vary};
 use crate::studies::endurance::{self, Excursion, Part};
 
 #[derive(Args)]
@@ -25,7 +24,7 @@ pub struct EnduranceArgs {
     #[arg(long, default_value_t = 5.0, value_name = "SECONDS")]
     period: f64,
     /// Controller
-    #[arg(long, value_parser = laws::MODES, default_value = "adaptive")]
+    #[arg(long, value_parser = MODES, default_value = "adaptive")]
     mode: String,
     /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal
     /// ones)
@@ -50,7 +49,7 @@ pub fn endurance(args: &EnduranceArgs) -> Result<Verdict> {
         ],
     )?;
     let excursion = Excursion::new([args.edges[0], args.edges[1], args.edges[2]], args.period)?;
-    print(Part::titles() + "\n")?;
+    print(Part::TITLES)?;
     let each = |part: &Part| print(part.row() + "\n");
     let endurance = endurance::run(&system, &experiment, &excursion, args.steps, each)?;
     print(endurance.summary())?;

@@ -10,8 +10,7 @@ use cosim::cli::print;
 use crate::bench::MachineArgs;
 use crate::measures::energy;
 use crate::print::energy::{balance_json, supply_text, text, write_csv};
-use crate::print::output::{conditions, write, write_json};
-use crate::print::output::{put_verdict, verdict_text};
+use crate::print::output::{conditions, finish, write};
 
 #[derive(Args)]
 pub struct EnergyArgs {
@@ -42,12 +41,8 @@ pub fn energy(args: &EnergyArgs) -> Result<Verdict> {
     write(args.csv.as_deref(), |to| write_csv(&done, to))?;
     let mut found = conditions(&system, &base);
     for (case, energies) in &done {
-        let balances = energies.balances.iter().map(balance_json);
-        found["energy"][case] = balances.collect::<Result<_>>()?;
+        found["energy"][case] = energies.balances.iter().map(balance_json).collect();
         found["supply"][case] = serde_json::to_value(&energies.supply)?;
     }
-    put_verdict(&mut found, &verdict);
-    write_json(args.json.as_deref(), &found)?;
-    print(verdict_text(&verdict))?;
-    Ok(verdict)
+    finish(found, verdict, args.json.as_deref(), true)
 }

@@ -10,8 +10,7 @@ use rig_data::signal_file::SignalFile;
 use serde_json::json;
 
 use crate::bench::{Bench, MachineArgs};
-use crate::print::output::put_verdict;
-use crate::print::output::{conditions, write_json};
+use crate::print::output::{conditions, put_verdict, write_json};
 use crate::studies::imported_run::Evaluator;
 
 #[derive(Args)]

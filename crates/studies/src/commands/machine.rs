@@ -3,19 +3,20 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::bench::too_fast;
 use crate::machine_file::read;
 use crate::machines::continuous_torque::ContinuousTorque;
-use crate::machines::gains;
 use crate::machines::scaling::booms;
+use crate::print::gains::parameter_set;
 use crate::print::output::{write, write_json};
 use crate::worlds::perturbation::{Bounds, draw};
 use crate::worlds::{PARAMETERS, parameters_of};
 use anyhow::{Context, Result, bail, ensure};
+use capability::gain_rule::{gains, gamma};
 use capability::{Capability, Limits, Motion, Payload};
 use clap::{Args, Subcommand};
 use cosim::cli::print;
 use hdrm::HdrmError;
-use machine::gain_rule::RuledGain;
 use machine::{AXES, Machine, Source, extending, preset};
 
 use super::pictures::{DrawArgs, SceneArgs};
@@ -123,8 +124,7 @@ fn check(args: &CheckArgs) -> Result<()> {
         Err(error) => (error.lines(), Vec::new()),
         Ok(source) => {
             let machine = &source.machine;
-            let found = of_mechanism(machine);
-            let mut notes = of_motors(machine);
+            let [found, mut notes] = at_start(machine);
             if found.is_empty() {
                 notes.extend(of_gains(machine, source.shipped())?);
             }
@@ -147,40 +147,27 @@ fn check(args: &CheckArgs) -> Result<()> {
     bail!("{name}: {} found{hint}", found.len())
 }
 
-/// What is wrong with a machine whose values are each for themselves in range: loops that do not
-/// close, a start that it cannot hold.
-fn of_mechanism(machine: &Machine) -> Vec<String> {
+/// What is wrong with a machine whose values are each for themselves in range, loops that do not
+/// close, a start that it cannot hold; and which motors cannot hold the start for ever.
+fn at_start(machine: &Machine) -> [Vec<String>; 2] {
     let capability = match Capability::new(machine, &Payload::of(machine)) {
-        Err(HdrmError::Geometry(error)) => return vec![format!("`geometry`: {error}")],
-        Err(error) => return vec![error.to_string()],
+        Err(HdrmError::Geometry(error)) => return [vec![format!("`geometry`: {error}")], vec![]],
+        Err(error) => return [vec![error.to_string()], vec![]],
         Ok(capability) => capability,
     };
     let demand = capability.demand(&Motion::rest(machine.start.zeta));
     let margins = Limits::of(machine).margins(&demand);
     let beyond = margins.iter().filter(|margin| !margin.holds());
-    beyond
-        .map(|margin| format!("at the start pose, `start.zeta`, at rest: {margin}"))
-        .collect()
-}
-
-/// Which motors cannot hold the start pose for ever.
-fn of_motors(machine: &Machine) -> Vec<String> {
-    let Ok(capability) = Capability::new(machine, &Payload::of(machine)) else {
-        return Vec::new();
-    };
-    let torques = capability.demand(&Motion::rest(machine.start.zeta)).tau_e;
-    let each = AXES
-        .into_iter()
-        .zip(torques)
-        .zip(ContinuousTorque::of(machine));
-    let beyond = each.filter(|((_, torque), lasting)| torque.abs() > lasting.torque);
-    beyond
-        .map(|((axis, torque), ContinuousTorque { torque: most, by })| {
-            format!(
-                "the start pose cannot be held for ever: motor torque of {axis} = {torque:.1} N·m, of which {most:.1} N·m may last ({by})"
-            )
-        })
-        .collect()
+    let beyond = beyond.map(|margin| format!("at the start pose, `start.zeta`, at rest: {margin}"));
+    let motors = AXES.into_iter().zip(demand.tau_e);
+    let warm = motors.zip(ContinuousTorque::of(machine));
+    let warm = warm.filter(|((_, torque), lasting)| torque.abs() > lasting.torque);
+    let warm = warm.map(|((axis, torque), ContinuousTorque { torque: most, by })| {
+        format!(
+            "the start pose cannot be held for ever: motor torque of {axis} = {torque:.1} N·m, of which {most:.1} N·m may last ({by})"
+        )
+    });
+    [beyond.collect(), warm.collect()]
 }
 
 /// Whether the parameter set that `--world real` takes for a machine fits it.
@@ -188,28 +175,23 @@ fn of_gains(machine: &Machine, shipped: Option<&str>) -> Result<Option<String>> 
     let set = parameters_of(shipped);
     let of = shipped.filter(|_| set != PARAMETERS);
     let made_for = read(of.unwrap_or("reference"))?;
-    let gamma = gains::gains(&made_for)?;
-    let gamma = gamma.iter().find(|gain| gain.name == "gamma");
-    let gamma = gamma.context("a rule without gamma")?.value;
-    let wrong = gains::too_fast(machine, gamma)?;
+    let wrong = too_fast(machine, gamma(&made_for)?)?;
     Ok(wrong.map(|text| format!("with {set} in the real world: {text}")))
 }
 
 fn print_gains(args: &GainsArgs) -> Result<()> {
-    let gains = gains::gains(&read(&args.machine)?)?;
+    let gains = gains(&read(&args.machine)?)?;
     if let Some(output) = &args.output {
         let name = output.file_stem().unwrap_or_default().to_string_lossy();
-        let set = gains::parameter_set(&name, &args.machine, &gains);
+        let set = parameter_set(&name, &args.machine, &gains);
         return write(Some(output), |file| file.write_all(set.as_bytes()));
     }
-    for RuledGain {
-        name,
-        value,
-        unit,
-        why,
-    } in gains
-    {
-        print(format_args!("{name:<20}{value:>8} {unit:<8}{why}\n"))?;
+    for g in gains {
+        let (name, unit) = (g.name, g.unit);
+        print(format_args!(
+            "{name:<20}{:>8} {unit:<8}{}\n",
+            g.value, g.why
+        ))?;
     }
     Ok(())
 }
@@ -223,7 +205,7 @@ fn scale(args: &ScaleArgs) -> Result<()> {
     let nominal = read(&args.machine)?;
     let scaled = booms(&nominal, s);
     scaled.check().context("the machine of that size")?;
-    let found = of_mechanism(&scaled);
+    let [found, _] = at_start(&scaled);
     let extended = name_beside(&args.machine, &args.output)?;
     let file = extending(&extended, &nominal, &scaled);
     write_json(Some(&args.output), &file)?;

@@ -10,8 +10,8 @@ use cosim::Verdict;
 use cosim::cli::print;
 
 use crate::bench::MachineArgs;
-use crate::laws;
 use crate::print::output::{conditions, finish, with_progress, write};
+use crate::start_values::{MODES, of_modes};
 use crate::studies::margins::{self, CHANGES, Limit, Margin, PAYLOADS, PLACES};
 use crate::trial::Store;
 use crate::worlds::World;
@@ -22,7 +22,7 @@ pub struct MarginsArgs {
     pub machine: MachineArgs,
     /// Laws, repeatable [default: adaptive_integral, adaptive, modular_integral,
     /// pd_gravity_integral]
-    #[arg(long = "law", value_name = "MODE", value_parser = laws::MODES)]
+    #[arg(long = "law", value_name = "MODE", value_parser = MODES)]
     laws: Vec<String>,
     /// Poses to rest in and paths to follow, repeatable [default: all]
     #[arg(long = "place", value_name = "NAME", value_parser = PLACES.map(|(name, _)| name))]
@@ -60,7 +60,7 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
         [] => usual.into(),
         laws => laws.iter().map(String::as_str).collect(),
     };
-    let laws = laws::of_modes(&modes);
+    let laws = of_modes(&modes);
     let mut places = PLACES.to_vec();
     places.retain(|(name, _)| args.places.is_empty() || args.places.iter().any(|p| p == name));
     let payloads = match &args.payloads[..] {
@@ -101,7 +101,7 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
 
 /// The least margin of each law and change, with the place and the payload that have it; one that a
 /// rod's force ends earlier stands below it.
-fn text(laws: &[&str], margins: &[Margin]) -> String {
+fn text<'a>(laws: &[&str], margins: &'a [Margin]) -> String {
     let [stability, force] =
         [Limit::Stability, Limit::Force].map(|limit| margins::least(margins, limit));
     let mut text = format!("{:<22}", "stable up to");
@@ -110,32 +110,26 @@ fn text(laws: &[&str], margins: &[Margin]) -> String {
     }
     text += "\n";
     for (change, what) in CHANGES {
-        let of = |least: &[&Margin], law: &str| {
-            let margin = least.iter().find(|m| m.law == law && m.change == change);
-            margin.map(|m| {
-                (
-                    m.stable,
-                    m.beyond.is_some(),
-                    format!("{}, {} kg", m.place, m.payload),
-                )
-            })
+        let of = |least: &[&'a Margin], law: &str| {
+            let mut least = least.iter().copied();
+            least.find(|m| m.law == law && m.change == change)
         };
         let _ = write!(text, "{what:<22}");
         let mut of_force = String::new();
         for law in laws {
             let loops = of(&stability, law);
-            let rods = of(&force, law).filter(|(rods, ends, _)| {
-                *ends && loops.as_ref().is_none_or(|(stable, ..)| rods < stable)
+            let rods = of(&force, law).filter(|rods| {
+                rods.beyond.is_some() && loops.is_none_or(|loops| rods.stable < loops.stable)
             });
-            let cell = loops.map_or("-".into(), |(stable, ends, place)| {
-                let more = if ends { "" } else { "+" };
-                format!("{stable:.2}{more} ({place})")
+            let cell = |m: &Margin, more: &str| {
+                format!("{:.2}{more} ({}, {} kg)", m.stable, m.place, m.payload)
+            };
+            let of_loops = loops.map_or("-".into(), |m| {
+                cell(m, if m.beyond.is_some() { "" } else { "+" })
             });
-            let _ = write!(text, "{cell:>28}");
-            let cell = rods.map_or(String::new(), |(rods, _, place)| {
-                format!("{rods:.2} ({place})")
-            });
-            let _ = write!(of_force, "{cell:>28}");
+            let _ = write!(text, "{of_loops:>28}");
+            let of_rods = rods.map_or(String::new(), |m| cell(m, ""));
+            let _ = write!(of_force, "{of_rods:>28}");
         }
         text += "\n";
         if !of_force.trim().is_empty() {

@@ -6,10 +6,9 @@
 
 use std::env::{self, consts::EXE_SUFFIX};
 use std::ffi::OsString;
-use std::path::Path;
 use std::process::{self, ExitCode};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, ensure};
 use clap::{Args, Parser, Subcommand};
 use cosim::Verdict;
 use cosim::cli::exit;
@@ -81,21 +80,17 @@ pub enum Command {
 }
 
 impl Command {
-    /// The program that does it, where it is not `hdrm-fmu`.
-    pub fn sibling(&self) -> Option<Sibling> {
-        match self {
-            Self::Report(_)
-            | Self::Plot(_)
-            | Self::Machine(machine::MachineCommand::Draw(_) | machine::MachineCommand::Scene(_)) => {
-                Some(Sibling::Report)
-            }
-            Self::Sizing(args) if args.figures.is_some() => Some(Sibling::Report),
-            Self::Path(path::PathCommand::Check(args)) if args.figures.is_some() => {
-                Some(Sibling::Report)
-            }
-            Self::Train(_) | Self::Surrogate(_) => Some(Sibling::Surrogate),
-            _ => None,
-        }
+    /// The package of the program that does it, where that is not `hdrm-fmu`.
+    pub fn sibling(&self) -> Option<&'static str> {
+        use machine::MachineCommand::{Draw, Scene};
+        let is_drawn = match self {
+            Self::Train(_) | Self::Surrogate(_) => return Some("surrogate"),
+            Self::Report(_) | Self::Plot(_) | Self::Machine(Draw(_) | Scene(_)) => true,
+            Self::Sizing(args) => args.figures.is_some(),
+            Self::Path(path::PathCommand::Check(args)) => args.figures.is_some(),
+            _ => false,
+        };
+        is_drawn.then_some("report")
     }
 
     /// Whether it runs the plant that bends, which is written in Python.
@@ -139,56 +134,25 @@ pub struct OtherArguments {
     _arguments: Vec<OsString>,
 }
 
-/// A program beside this one.
-#[derive(Clone, Copy)]
-pub enum Sibling {
-    /// Page, drawings and pictures.
-    Report,
-    /// Training.
-    Surrogate,
-}
-
-impl Sibling {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Report => "hdrm-fmu-report",
-            Self::Surrogate => "hdrm-fmu-surrogate",
-        }
-    }
-
-    /// The package that it is built from.
-    fn package(self) -> &'static str {
-        match self {
-            Self::Report => "report",
-            Self::Surrogate => "surrogate",
-        }
-    }
-
-    /// Let it do what this program was asked to do by `arguments`; how it ended.
-    ///
-    /// # Errors
-    /// It does not lie beside this program, or cannot be started.
-    pub fn take_over(self, arguments: &[OsString]) -> Result<ExitCode> {
-        let own = env::current_exe().context("where this program lies")?;
-        let folder = own.parent().unwrap_or(Path::new(""));
-        let program = folder.join(format!("{}{EXE_SUFFIX}", self.name()));
-        if !program.is_file() {
-            bail!(
-                "this is done by the program `{}`, which is not beside this one, at {}; in this project's sources it is built by `cargo build \
-                 --release --package {}`",
-                self.name(),
-                program.display(),
-                self.package()
-            );
-        }
-        let arguments = match arguments {
-            [word, rest @ ..] if word == "surrogate" => rest,
-            all => all,
-        };
-        let mut command = process::Command::new(&program);
-        command.args(arguments);
-        start(&mut command).with_context(|| program.display().to_string())
-    }
+/// Let the program of `package`, which lies beside this one, do what this one was asked to do by
+/// `arguments`; how it ended.
+pub fn hand_over(package: &str, arguments: &[OsString]) -> Result<ExitCode> {
+    let name = format!("hdrm-fmu-{package}");
+    let own = env::current_exe().context("where this program lies")?;
+    let program = own.with_file_name(format!("{name}{EXE_SUFFIX}"));
+    ensure!(
+        program.is_file(),
+        "this is done by the program `{name}`, which is not beside this one, at {}; in this project's sources it is built by `cargo build \
+         --release --package {package}`",
+        program.display()
+    );
+    let arguments = match arguments {
+        [word, rest @ ..] if word == "surrogate" => rest,
+        all => all,
+    };
+    let mut command = process::Command::new(&program);
+    command.args(arguments);
+    start(&mut command).with_context(|| program.display().to_string())
 }
 
 /// On Unix it becomes this process, so that signals reach it.

@@ -6,11 +6,10 @@ use cosim::cli::{CsvArgs, bar, print};
 use cosim::{Experiment, System, Verdict};
 
 use crate::bench::MachineArgs;
-use crate::laws;
 use crate::measures::iso9283::{Measures, Meter};
 use crate::measures::run::{FailedRun, Outcome, run as run_once, useful};
 use crate::print::output::verdict_text;
-use crate::start_values::vary;
+use crate::start_values::{MODES, vary};
 
 #[derive(Args)]
 pub struct RunArgs {
@@ -20,7 +19,7 @@ pub struct RunArgs {
     #[arg(long, value_parser = ["cubic", "triangular", "external"], conflicts_with = "waypoints")]
     trajectory: Option<String>,
     /// Controller
-    #[arg(long, value_parser = laws::MODES)]
+    #[arg(long, value_parser = MODES)]
     mode: Option<String>,
     /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal
     /// ones)

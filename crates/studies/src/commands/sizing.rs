@@ -9,8 +9,7 @@ use cosim::cli::print;
 
 use crate::bench::MachineArgs;
 use crate::measures::energy;
-use crate::print::output::{conditions, write, write_json};
-use crate::print::output::{put_verdict, verdict_text};
+use crate::print::output::{conditions, finish, write};
 use crate::print::sizing::{text, write_csv};
 use crate::studies::sizing::{self, Sizing};
 
@@ -48,8 +47,5 @@ pub fn sizing(args: &SizingArgs) -> Result<(Verdict, Vec<(String, Sizing)>)> {
     for (case, sizing) in &done {
         found["sizing"][case] = serde_json::to_value(sizing)?;
     }
-    put_verdict(&mut found, &verdict);
-    write_json(args.json.as_deref(), &found)?;
-    print(verdict_text(&verdict))?;
-    Ok((verdict, done))
+    Ok((finish(found, verdict, args.json.as_deref(), true)?, done))
 }

@@ -10,10 +10,11 @@ use serde_json::Value;
 
 use crate::bench::{Bench, MachineArgs};
 use crate::grid::{self, Case, Cell, failed};
-use crate::laws::{self, Law, SHIPPED};
+use crate::laws;
 use crate::print::output::{conditions, finish, with_progress, write};
 use crate::print::{comparison as compared, surrogate_loop as loop_print, tip_errors};
-use crate::studies::robustness::{self, STUDIES, Study};
+use crate::start_values::{Law, MODES, SHIPPED, of_modes};
+use crate::studies::robustness::{self, Study};
 use crate::studies::surrogate_loop::{self, RigNetwork};
 use crate::studies::{comparison, inertia};
 use crate::worlds::{PARAMETERS, World, cases, value_name};
@@ -79,6 +80,14 @@ pub enum StudyArg {
     Surrogate,
 }
 
+/// The studies of robustness by their arguments.
+const ROBUSTNESS: [(StudyArg, Study); 4] = [
+    (StudyArg::Motor, Study::Motor),
+    (StudyArg::Payload, Study::Payload),
+    (StudyArg::Noise, Study::Noise),
+    (StudyArg::TipLoad, Study::TipLoad),
+];
+
 impl StudyArg {
     /// Whether it is about what only the real world has.
     fn is_of_real_world(self) -> bool {
@@ -138,27 +147,21 @@ pub fn table(args: &TableArgs) -> Result<Verdict> {
     let comparisons: Vec<_> = comparisons.collect();
     if !comparisons.is_empty() {
         let count = args.seeds.unwrap_or(args.world.usual_seeds());
-        let cases = cases(
-            args.world,
-            &tables.bench.system,
-            args.seed..args.seed + count,
-        )?;
+        let seeds = args.seed..args.seed + count;
+        let cases = cases(args.world, &tables.bench.system, seeds, 1.0)?;
         for study in comparisons {
             tables.compare(*study, &cases.list)?;
         }
     }
-    let wants = |name: &str| {
-        let mut names = wanted.iter().map(|study| study.name());
-        names.any(|wanted| wanted == name || wanted == StudyArg::All.name())
-    };
+    let wants = |study| wanted.contains(&study) || wanted.contains(&StudyArg::All);
     if wanted.contains(&StudyArg::Surrogate) {
         tables.surrogate()?;
     }
-    if wants(&StudyArg::Inertia.name()) {
+    if wants(StudyArg::Inertia) {
         tables.inertia()?;
     }
-    for study in STUDIES {
-        if wants(study.name()) {
+    for (argument, study) in ROBUSTNESS {
+        if wants(argument) {
             tables.robustness(study)?;
         }
     }
@@ -230,7 +233,7 @@ impl Tables<'_> {
             }
             (_, Some(network)) => laws::tried(SHIPPED, &network.path),
             (StudyArg::Sensors, _) => laws::sensors(SHIPPED),
-            _ => laws::rivals(),
+            _ => of_modes(&MODES),
         };
         let laws = self.args.chosen(laws)?;
         let trajectories = world.trajectories();
@@ -271,7 +274,7 @@ impl Tables<'_> {
         let network = RigNetwork::new()?;
         let count = self.args.seeds.unwrap_or(surrogate_loop::MACHINES);
         let drawn = surrogate_loop::machines(system, count)?;
-        let machines = &drawn.cases;
+        let machines = &drawn.list;
         let count = surrogate_loop::runs(machines.len()) as u64;
         let (runs, verdict) = with_progress(count, "runs", |done| {
             surrogate_loop::run(system, base, &network, machines, done)

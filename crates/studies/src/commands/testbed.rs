@@ -9,8 +9,7 @@ use cosim::cli::print;
 use cosim::csv::CsvFile;
 
 use crate::bench::MachineArgs;
-use crate::print::output::conditions;
-use crate::print::output::finish;
+use crate::print::output::{conditions, finish};
 use crate::print::testbed::{rigs_text, text, unknown_load_text};
 use crate::studies::testbed::{self, Axis, CHECK, Replay, UNKNOWN_LOAD};
 
@@ -69,12 +68,10 @@ pub fn testbed(args: &TestbedArgs) -> Result<Verdict> {
     let bed = packed(&args.rig_testbed, testbed::RIG_SYSTEM)?;
     let rigs = replay.on_rigs(&bed, &UNKNOWN_LOAD)?;
     print(format!("\n{}", rigs_text(&rigs)))?;
-    for axis in &axes {
-        if let Some(dir) = &args.csv_dir {
-            write_course(
-                axis,
-                &dir.join(format!("{}_{}.csv", axis.trajectory, axis.axis)),
-            )?;
+    if let Some(dir) = &args.csv_dir {
+        for axis in &axes {
+            let name = format!("{}_{}.csv", axis.trajectory, axis.axis);
+            write_course(axis, &dir.join(name))?;
         }
     }
     let mut found = conditions(system, base);

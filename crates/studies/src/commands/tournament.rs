@@ -56,8 +56,8 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     let bench = args.machine.bench().world(world).build()?;
     let (system, base, verdict) = bench.into_parts();
     let mut found = conditions(&system, &base);
-    let tuning = cases(world, &system, 101..101 + args.tuning_seeds)?;
-    let reporting = cases(world, &system, 1..1 + args.seeds)?;
+    let tuning = cases(world, &system, 101..101 + args.tuning_seeds, 1.0)?;
+    let reporting = cases(world, &system, 1..1 + args.seeds, 1.0)?;
     let store = &Store::new(Some(&args.store), &system)?;
     let mut arena = Arena {
         system: &system,
@@ -74,7 +74,7 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
         .collect();
     let runs = (laws.len() * reporting.list.len() * paths.len()) as u64;
     let begun = Instant::now();
-    let simulated = arena.first(laws[0], &tuning.list)?;
+    let simulated = arena.first(laws[0], &tuning.list[0])?;
     let each = begun.elapsed().as_secs_f64() / simulated * RUN;
     let all = tries * args.tuning_seeds * TUNING_PATHS.len() as u64 + runs;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -96,11 +96,11 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
         laws.iter().map(tune).collect::<Result<_>>()
     })?;
     let reports: Vec<_> = with_progress(runs, "runs", |done| {
-        let report = |tuned: Tuned| {
-            let trials = arena.report(&tuned, &reporting.list, &paths, done)?;
+        let report = |(law, tuned): (&&Contestant, Tuned)| {
+            let trials = arena.report(law, &tuned, &reporting.list, &paths, done)?;
             Ok((tuned, trials))
         };
-        results.into_iter().map(report).collect::<Result<_>>()
+        laws.iter().zip(results).map(report).collect::<Result<_>>()
     })?;
     let rows = tournament::rows(&reports, REFERENCE)?;
     print(text(&rows) + "\n" + &gains(reports.iter().map(|(tuned, _)| tuned)))?;
@@ -169,25 +169,21 @@ fn text(rows: &[Row]) -> String {
 /// What tuning came to.
 fn gains<'a>(tuned: impl Iterator<Item = &'a Tuned>) -> String {
     let mut text = String::new();
-    for Tuned {
-        law,
-        gains,
-        cost,
-        kept,
-        tried,
-        ..
-    } in tuned
-    {
-        let cost = cost.map_or("lost with every candidate, so as shipped".into(), |cost| {
-            format!("cost {:.3} mm", 1e3 * cost)
-        });
-        let gains: Vec<_> = (gains.iter())
-            .map(|(name, value)| format!("{name} {value:.4}"))
-            .collect();
-        let _ = writeln!(
-            text,
-            "{law}: {cost}, {kept} of {tried} candidates kept every run; {}",
-            gains.join(", ")
+    for t in tuned {
+        let cost = match t.cost {
+            Some(cost) => format!("cost {:.3} mm", 1e3 * cost),
+            None => "lost with every candidate, so as shipped".into(),
+        };
+        let gains = t
+            .gains
+            .iter()
+            .map(|(name, value)| format!("{name} {value:.4}"));
+        text += &format!(
+            "{}: {cost}, {} of {} candidates kept every run; {}\n",
+            t.law,
+            t.kept,
+            t.tried,
+            Vec::from_iter(gains).join(", ")
         );
     }
     text

@@ -22,10 +22,9 @@ use super::estimate::{Estimate, Sample, estimate};
 use super::excitation::{DURATION, Excitation};
 use super::model::{Condition, Model};
 use crate::grid::Case;
-use crate::laws::of_modes;
 use crate::machine_file::MachineFile;
 use crate::measures::run::{motion_end, tip_error_port};
-use crate::start_values::on_path;
+use crate::start_values::{Law, on_path};
 use crate::trial::Store;
 
 /// Law under which machines are excited, as shipped.
@@ -70,9 +69,6 @@ pub type Identified = BTreeMap<String, Result<Identification, String>>;
 
 impl Commissioning {
     /// Of machines whose nominal one the controller of `system` has; files go into `folder`.
-    ///
-    /// # Errors
-    /// A nominal machine that cannot be excited, or no folder to write to.
     pub fn new(system: &System, base: &Experiment, folder: &Path) -> Result<Self> {
         let controller = tip_error_port(system)?.component;
         let file = system.port_of(controller, "machine_file")?;
@@ -104,9 +100,6 @@ impl Commissioning {
     }
 
     /// The machine of every case, on all cores, each kept in `store`; `done` is called after each.
-    ///
-    /// # Errors
-    /// A system without the signals that tell, or a store that cannot be written.
     pub fn identify(
         &self,
         (system, base): (&System, &Experiment),
@@ -129,7 +122,7 @@ impl Commissioning {
         store: &Store,
     ) -> Result<Result<Identification, String>> {
         let path = on_path(system, &self.path().display().to_string())?;
-        let law = of_modes(&[LAW])[0].settings(system)?;
+        let law = Law::new(LAW, LAW).settings(system)?;
         let mut settings: Vec<Setting> = [law, path].concat();
         // Lowered gains would change what is excited.
         let supervisor = system.port_of(tip_error_port(system)?.component, "supervisor")?;

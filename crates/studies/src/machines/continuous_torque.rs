@@ -3,7 +3,8 @@
 
 use std::fmt;
 
-use machine::{Emla, EmlaFields, Machine, Ratings};
+use machine::{Emla, Heat, Machine, Ratings};
+use rig_data::windows::{magnets, resistance};
 
 use crate::studies::sizing::WINDING_LIMIT;
 
@@ -46,18 +47,13 @@ impl ContinuousTorque {
 
     /// The lower of the rated torque and the one at which the winding settles at its limit.
     fn of_motor(emla: &Emla, ratings: &Ratings) -> Self {
-        let warm = warm_torque(emla);
-        if warm < ratings.motor_torque {
-            Self {
-                torque: warm,
-                by: TorqueLimit::Winding,
-            }
+        let (warm, rated) = (warm_torque(emla), ratings.motor_torque);
+        let (torque, by) = if warm < rated {
+            (warm, TorqueLimit::Winding)
         } else {
-            Self {
-                torque: ratings.motor_torque,
-                by: TorqueLimit::Rating,
-            }
-        }
+            (rated, TorqueLimit::Rating)
+        };
+        Self { torque, by }
     }
 }
 
@@ -67,21 +63,16 @@ impl ContinuousTorque {
 /// 3/2 R_s(T) i² = (T − T_air)/(R_wh + R_ha),   τ = 3/2 p λ_m(T_h) i,   T_h = T_air + R_ha·(T − T_air)/(R_wh + R_ha)
 /// ```
 fn warm_torque(emla: &Emla) -> f64 {
-    let EmlaFields {
-        heat, temperature, ..
-    } = EmlaFields::new(*emla);
+    let heat = emla.heat.unwrap_or(Heat::TYPICAL);
     let P = (WINDING_LIMIT - AIR) / (heat.R_wh + heat.R_ha);
-    let R = emla.R_s * (1.0 + temperature.copper * (WINDING_LIMIT - temperature.reference));
-    let housing = AIR + heat.R_ha * P;
-    let flux = emla.lambda_m * (1.0 + temperature.magnet * (housing - temperature.reference));
-    let i = (P / (1.5 * R)).sqrt();
-    1.5 * f64::from(emla.p) * flux * i
+    let i = (P / (1.5 * resistance(emla, WINDING_LIMIT))).sqrt();
+    1.5 * f64::from(emla.p) * magnets(emla, AIR + heat.R_ha * P) * i
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use machine::Heat;
+    use machine::EmlaFields;
 
     /// Oracle: the heat balance stepped to rest at the torque that was found, two nodes and a warm
     /// motor, ends at the winding's limit.

@@ -1,5 +1,4 @@
 //! What is made of machine files: other sizes, torques that motors may give for ever.
 
 pub mod continuous_torque;
-pub mod gains;
 pub mod scaling;

@@ -217,22 +217,14 @@ impl fmt::Display for Measures {
         )?;
         match self.test.kind {
             TestKind::Poses => {
-                writeln!(
-                    f,
-                    "{:<6}{:>12}{:>16}",
-                    "pose", "accuracy AP", "repeatab. RP"
-                )?;
+                writeln!(f, "pose   accuracy AP    repeatab. RP")?;
                 for (name, point) in ["P1", "P5", "P4", "P3", "P2"].iter().zip(&self.points) {
                     writeln!(f, "{name:<6}{}", mm(point))?;
                 }
                 Ok(())
             }
             TestKind::Lines => {
-                writeln!(
-                    f,
-                    "{:<6}{:>12}{:>16}",
-                    "lines", "accuracy AT", "repeatab. RT"
-                )?;
+                writeln!(f, "lines  accuracy AT    repeatab. RT")?;
                 writeln!(f, "{:<6}{}", "", mm(&self.largest()))
             }
         }

@@ -82,8 +82,8 @@ impl LimitWatch {
         };
         let mut drives = 0;
         for k in 0..system.fmus.len() {
+            let name = &system.structure.components[k].name;
             if let Ok(stage) = system.port_of(k, "supervisor.state") {
-                let name = &system.structure.components[k].name;
                 let name = format!("supervisor of {name}");
                 watch.add_limit(vec![stage], Limit::new(name, "", Supervision, ACTS));
             }
@@ -91,7 +91,6 @@ impl LimitWatch {
             let [Ok(v_max), Ok(i_max)] = limits else {
                 continue;
             };
-            let name = &system.structure.components[k].name;
             let [v_max, i_max] = [parameter(v_max)?, parameter(i_max)?];
             // An actuator of another maker has no axis: in the order of the system.
             let axis = match system.port_of(k, "axis") {
@@ -125,8 +124,7 @@ impl LimitWatch {
         }
         let arm = system.port("f_hold[1]")?.component;
         let limits = &machine.limits;
-        let strokes = [limits.stroke_1, limits.stroke_2, limits.stroke_3];
-        let rods = AXES.into_iter().zip(strokes).zip(1..);
+        let rods = AXES.into_iter().zip(limits.strokes()).zip(1..);
         for (((rod, [min, max]), i), ratings) in rods.zip(machine.ratings.in_order()) {
             let name = format!("stroke of {rod} from its middle");
             let stroke = Limit {

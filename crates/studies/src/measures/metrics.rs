@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use anyhow::Result;
 use cosim::bond::Residual;
+use serde_json::json;
 
 use super::energy::Balance;
 use super::run::TipError;
@@ -15,10 +15,7 @@ pub type Metrics = BTreeMap<String, f64>;
 
 /// Names of all metrics of a system with these actuators (`all` is their sum), each with what a run
 /// must be asked for beside the tip error to have it: `tracking`, `energy`, or nothing.
-///
-/// # Errors
-/// Never, as [`add_energy`].
-pub fn names(actuators: &[String]) -> Result<BTreeMap<String, &'static str>> {
+pub fn names(actuators: &[String]) -> BTreeMap<String, &'static str> {
     let (mut always, mut tracking, mut energy) =
         (of_tip(&TipError::new(0.0)), Metrics::new(), Metrics::new());
     add_residuals(&mut always, &[]);
@@ -32,11 +29,11 @@ pub fn names(actuators: &[String]) -> Result<BTreeMap<String, &'static str>> {
             actuator: actuator.clone(),
             ..Balance::default()
         };
-        add_energy(&mut energy, &balance)?;
+        add_energy(&mut energy, &balance);
     }
     let groups = [(always, ""), (tracking, "tracking"), (energy, "energy")];
     let named = |(metrics, of): (Metrics, _)| metrics.into_keys().map(move |name| (name, of));
-    Ok(groups.into_iter().flat_map(named).collect())
+    groups.into_iter().flat_map(named).collect()
 }
 
 /// Of the tip error.
@@ -87,18 +84,13 @@ pub fn add_tracking(metrics: &mut Metrics, tracking: &Tracking) {
 }
 
 /// Add the energies of an actuator.
-///
-/// # Errors
-/// Never: a balance is numbers and a name.
-pub fn add_energy(metrics: &mut Metrics, balance: &Balance) -> Result<()> {
+pub fn add_energy(metrics: &mut Metrics, balance: &Balance) {
     let of = format!("energy_{}", balance.actuator);
     let efficiency = balance.efficiency().unwrap_or(f64::NAN);
     metrics.insert(format!("{of}_efficiency"), efficiency);
-    let values = serde_json::to_value(balance)?;
-    for (name, value) in values.as_object().into_iter().flatten() {
+    for (name, value) in json!(balance).as_object().into_iter().flatten() {
         if let Some(value) = value.as_f64() {
             metrics.insert(format!("{of}_{name}"), value);
         }
     }
-    Ok(())
 }

@@ -22,7 +22,7 @@ const ENERGIES: [&str; 4] = [
     "energy.stored",
 ];
 /// Signals of the feeding component that are shown where it has them.
-const SHOWN: [&str; 5] = ["v_dc", "i_battery", "soc", "T_battery", "P_brake"];
+pub const SHOWN: [&str; 5] = ["v_dc", "i_battery", "soc", "T_battery", "P_brake"];
 /// Booleans of any component that say that something is wrong.
 const TROUBLE: [&str; 2] = ["tripped", "undervoltage"];
 /// Share of the throughput that may be left open, and share that the bonds may make or lose.

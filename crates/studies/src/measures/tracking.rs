@@ -19,8 +19,7 @@ use hdrm::{Tip, Tree};
 use nalgebra::{Quaternion, Vector3};
 use serde::Serialize;
 
-use super::run::Distance;
-use super::run::RecordedRun;
+use super::run::{Distance, RecordedRun};
 use crate::machine_file::MachineFile;
 
 /// Joints of the manipulator.
@@ -80,15 +79,7 @@ impl Tracking {
         self.known.max / self.speed
     }
 
-    /// Run and evaluate the motion.
-    ///
-    /// # Errors
-    /// The run fails, or the system lacks one of the variables.
-    pub fn of(system: &System, experiment: &Experiment) -> Result<Self> {
-        Self::recorded(system, experiment, &[]).map(|(tracking, _)| tracking)
-    }
-
-    /// As [`Tracking::of`], with the run, of which the variables `more` are recorded too.
+    /// Run and evaluate the motion; also the run, of which the variables `more` are recorded too.
     pub fn recorded(
         system: &System,
         experiment: &Experiment,
@@ -97,11 +88,9 @@ impl Tracking {
         let evaluation = Evaluation::new(system, experiment)?;
         let ports = [&evaluation.ports(), more].concat();
         let recorded = RecordedRun::of(system, experiment, &ports)?;
-        let motion_start = recorded.outcome.tip.motion_start;
-        Ok((
-            evaluation.evaluate(&recorded.recording, motion_start)?,
-            recorded,
-        ))
+        let start = recorded.outcome.tip.motion_start;
+        let tracking = evaluation.evaluate(&recorded.recording, start)?;
+        Ok((tracking, recorded))
     }
 }
 

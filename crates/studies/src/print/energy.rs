@@ -2,8 +2,7 @@
 
 use std::io;
 
-use anyhow::Result;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::measures::energy::{Balance, Energies};
 use crate::measures::supply::{Range, Supply};
@@ -101,13 +100,10 @@ pub fn supply_text(supply: &Supply) -> String {
 }
 
 /// A balance for programs.
-///
-/// # Errors
-/// Never: a balance is numbers and a name.
-pub fn balance_json(balance: &Balance) -> Result<Value> {
-    let mut value = serde_json::to_value(balance)?;
+pub fn balance_json(balance: &Balance) -> Value {
+    let mut value = json!(balance);
     value["efficiency"] = balance.efficiency().into();
     value["throughput"] = balance.throughput().into();
     value["residual"] = balance.residual().into();
-    Ok(value)
+    value
 }

@@ -1,7 +1,8 @@
-//! Results as text, CSV and JSON.
+//! Results as text, CSV and JSON; gains as a parameter set.
 
 pub mod comparison;
 pub mod energy;
+pub mod gains;
 pub mod output;
 pub mod sizing;
 pub mod stability;

@@ -7,11 +7,9 @@ use crate::studies::sizing::Sizing;
 /// The axes as a table for people.
 pub fn text(sizing: &Sizing, title: &str) -> String {
     let mut text = format!("{title}\n{:<44}", "over the motion: value (rating)");
-    text += &sizing
-        .axes
-        .iter()
-        .map(|a| format!("{:>24}", a.actuator))
-        .collect::<String>();
+    for axis in &sizing.axes {
+        text += &format!("{:>24}", axis.actuator);
+    }
     text += "\n";
     let rows: Vec<_> = sizing.axes.iter().map(|a| a.rows()).collect();
     for n in 0..rows.first().map_or(0, |r| r.len()) {
@@ -28,10 +26,7 @@ pub fn text(sizing: &Sizing, title: &str) -> String {
     }
     if !sizing.payload.is_empty() {
         text += "sensitivity to the payload at the tip, change per kilogram (value)\n";
-        text += &format!(
-            "{:<14}{:>26}{:>26}{:>26}{:>26}\n",
-            "", "power rms, W/kg", "force rms, N/kg", "energy, J/kg", "efficiency, %/kg"
-        );
+        text += "                         power rms, W/kg           force rms, N/kg              energy, J/kg          efficiency, %/kg\n";
         for s in &sizing.payload {
             let cell =
                 |slope: f64, value: f64| format!("{:>26}", format!("{slope:.4} ({value:.2})"));

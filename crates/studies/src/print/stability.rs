@@ -9,10 +9,8 @@ fn power(p: &Power, digits: usize) -> String {
 
 /// The accompanying functions, their bound, and the gain conditions.
 pub fn text(runs: &[Run]) -> String {
-    let mut text = format!(
-        "accompanying functions over the motion, J: first, largest, last\n{:<34}{:>28}{:>28}{:>28}\n",
-        "", "1/2 s'Ms", "gamma D_F", "sum of nu_a"
-    );
+    let mut text = "accompanying functions over the motion, J: first, largest, last\n".to_owned()
+        + "                                                      1/2 s'Ms                   gamma D_F                 sum of nu_a\n";
     let three = |v: &[f64; 3]| format!("{:.3} {:.3} {:.3}", v[0], v[1], v[2]);
     let name = |r: &Run| format!("{}, {} law, {} ms", r.trajectory, r.law, 1e3 * r.step);
     for r in runs {
@@ -20,10 +18,8 @@ pub fn text(runs: &[Run]) -> String {
         let [a, b, c] = columns;
         text += &format!("{:<34}{a:>28}{b:>28}{c:>28}\n", name(r));
     }
-    text += &format!(
-        "\nbound nu' <= -B: mean, rms, largest, W\n{:<34}{:>24}{:>24}{:>9}{:>24}{:>24}{:>24}\n",
-        "", "B", "excess nu' + B", "time", "of it: bodies", "actuators", "cuts at the rods"
-    );
+    text += "\nbound nu' <= -B: mean, rms, largest, W\n";
+    text += "                                                         B          excess nu' + B     time           of it: bodies               actuators        cuts at the rods\n";
     for r in runs {
         let all = [&r.dissipation, &r.excess, &r.bodies, &r.actuators, &r.cuts];
         let [b, excess, bodies, actuators, cuts] = all.map(|p| power(p, 3));
@@ -40,10 +36,8 @@ pub fn text(runs: &[Run]) -> String {
 
 /// By which cause the bound is exceeded.
 pub fn causes_text(rungs: &[(&'static str, Run)]) -> String {
-    let mut text = format!(
-        "\nbound nu' <= -B on the cubic trajectory as the machine is put together; W: mean, rms, largest\n{:<36}{:>9}{:>24}{:>24}{:>24}{:>24}{:>24}\n",
-        "", "time", "B", "excess nu' + B", "of it: bodies", "actuators", "cuts at the rods"
-    );
+    let mut text = "\nbound nu' <= -B on the cubic trajectory as the machine is put together; W: mean, rms, largest\n".to_owned()
+        + "                                         time                       B          excess nu' + B           of it: bodies               actuators        cuts at the rods\n";
     for (name, r) in rungs {
         text += &format!("{name:<36}{:>7.1} %", 100.0 * r.exceeded);
         for p in [&r.dissipation, &r.excess, &r.bodies, &r.actuators, &r.cuts] {

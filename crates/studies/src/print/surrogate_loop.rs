@@ -4,17 +4,11 @@ use crate::studies::surrogate_loop::SurrogateRow;
 
 /// The rows as a table for people.
 pub fn text(rows: &[SurrogateRow]) -> String {
-    let mut text = format!(
-        "{:<22}{:<12}{:>8}{:>34}{:>24}{:>24}\n",
-        "load cells", "controller", "failed", "tip, mm (worst)", "current, A", "tip over physics"
-    );
+    let mut text = "load cells            controller    failed                   tip, mm (worst)              current, A        tip over physics\n"
+        .to_owned();
     let cell = |[mean, low, high]: [f64; 3], factor: f64| {
-        format!(
-            "{:.3} [{:.3}, {:.3}]",
-            factor * mean,
-            factor * low,
-            factor * high
-        )
+        let [mean, low, high] = [mean, low, high].map(|value| factor * value);
+        format!("{mean:.3} [{low:.3}, {high:.3}]")
     };
     for r in rows {
         let tip = format!("{} ({:.3})", cell(r.tip, 1e3), 1e3 * r.worst);

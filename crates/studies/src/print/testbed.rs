@@ -9,10 +9,9 @@ fn error(e: &AxisError, scale: f64, digits: usize) -> String {
 
 /// The controllers that are not told the load.
 pub fn unknown_load_text(axes: &[Axis]) -> String {
-    let mut text = format!(
-        "load not known to the controller beforehand\n{:<12}{:<6}{:<18}{:>22}{:>22}\n",
-        "trajectory", "axis", "controller", "position, mm (max)", "velocity, mm/s (max)"
-    );
+    let mut text = "load not known to the controller beforehand\n\
+        trajectory  axis  controller            position, mm (max)  velocity, mm/s (max)\n"
+        .to_owned();
     for a in axes {
         let [position, velocity] = [&a.position, &a.velocity].map(|e| error(e, 1e3, 4));
         text += &format!(
@@ -25,16 +24,8 @@ pub fn unknown_load_text(axes: &[Axis]) -> String {
 
 /// The controller that is told the load, beside the targets.
 pub fn text(axes: &[Axis]) -> String {
-    let mut text = format!(
-        "{:<12}{:<6}{:>22}{:>22}{:>22}{:>10}{:>12}\n",
-        "trajectory",
-        "axis",
-        "position, mm (max)",
-        "velocity, mm/s (max)",
-        "force, N (max)",
-        "peak, kN",
-        "% of peak"
-    );
+    let mut text = "trajectory  axis      position, mm (max)  velocity, mm/s (max)        force, N (max)  peak, kN   % of peak\n"
+        .to_owned();
     for a in axes {
         text += &format!(
             "{:<12}{:<6}{:>22}{:>22}{:>22}{:>10.1}{:>12.3}\n",
@@ -59,17 +50,9 @@ pub fn text(axes: &[Axis]) -> String {
 
 /// Actuators as built, under both loads.
 pub fn rigs_text(axes: &[LoadedAxis]) -> String {
-    let mut text = format!(
-        "actuators as built, load not known to the controller beforehand\n{:<12}{:<6}{:<10}{:<18}{:>20}{:>22}{:>24}{:>11}\n",
-        "trajectory",
-        "axis",
-        "load",
-        "controller",
-        "position, mm (max)",
-        "velocity, mm/s (max)",
-        "load's force, N (max)",
-        "% of peak"
-    );
+    let mut text = "actuators as built, load not known to the controller beforehand\n\
+        trajectory  axis  load      controller          position, mm (max)  velocity, mm/s (max)   load's force, N (max)  % of peak\n"
+        .to_owned();
     for LoadedAxis { load, axis: a } in axes {
         let load = match load {
             Load::Emulator => "emulator",

@@ -6,8 +6,8 @@ use cosim::{Experiment, System, Verdict};
 use serde::Serialize;
 
 use crate::grid::{self, Case, Cell, Grid, Plan, Spread};
-use crate::laws::Law;
 use crate::measures::tracking::{Sag, Tracking};
+use crate::start_values::Law;
 use crate::worlds::BENDING_TARGET;
 
 /// Largest error that the adaptive controller may have in the real world: median and worst RMSE of
@@ -21,9 +21,6 @@ pub type TrackingCell = Cell<Tracking>;
 
 /// Run every law on every case and these trajectories in parallel, law by law; `done` is called
 /// after each run. A failed run keeps its error and the others go on.
-///
-/// # Errors
-/// A law that the controller does not have, or a start value of a case that is set already.
 pub fn run(
     system: &System,
     base: &Experiment,

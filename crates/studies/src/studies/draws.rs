@@ -7,8 +7,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::grid::Case;
-use crate::laws::Law;
-use crate::start_values::following;
+use crate::start_values::{Law, following};
 use crate::trial::{Fate, Store, Trial};
 
 /// What rods may have at most, over their rated force or the controller's limit of it.
@@ -54,9 +53,6 @@ impl Counts {
 }
 
 /// Run `law` on every case on all cores, each kept in `store`; `done` is called after each.
-///
-/// # Errors
-/// A law or a case that the system does not have, or a store that cannot be written.
 pub fn run(
     (system, base): (&System, &Experiment),
     law: &Law,

@@ -7,7 +7,6 @@
 //! again, and rest, start and derivatives are exact at any time, however late.
 
 use std::f64::consts::{SQRT_2, TAU};
-use std::fmt::Write as _;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
@@ -85,18 +84,8 @@ pub struct Part {
 
 impl Part {
     /// Titles of [`Part::row`].
-    pub fn titles() -> String {
-        format!(
-            "{:>10} {:>12} {:>12} {:>10} {:>10} {:>14} {:>12}",
-            "until [s]",
-            "RMSE [mm]",
-            "max [mm]",
-            "mass from",
-            "to [1]",
-            "nu_adapt. [J]",
-            "memory [kB]"
-        )
-    }
+    pub const TITLES: &str =
+        " until [s]    RMSE [mm]     max [mm]  mass from     to [1]  nu_adapt. [J]  memory [kB]\n";
 
     /// As a line of a table.
     pub fn row(&self) -> String {
@@ -259,14 +248,8 @@ pub fn run(
 /// `lower·P_0 < P < upper·P_0` for the inverse pseudo-inertias means `m_0/upper < m < m_0/lower`
 /// for the masses.
 fn bounds(system: &System, master: &Master) -> Result<[f64; 2]> {
-    let mut bounds = [0.0; 2];
-    for (name, bound) in ["inverse_bounds[2]", "inverse_bounds[1]"]
-        .iter()
-        .zip(&mut bounds)
-    {
-        *bound = 1.0 / master.number(system.port(name)?)?;
-    }
-    Ok(bounds)
+    let inverse = |name| anyhow::Ok(1.0 / master.number(system.port(name)?)?);
+    Ok([inverse("inverse_bounds[2]")?, inverse("inverse_bounds[1]")?])
 }
 
 impl Endurance {
@@ -278,14 +261,12 @@ impl Endurance {
 
     /// The outcome as text for people.
     pub fn summary(&self) -> String {
-        let mut text = String::new();
         let growth = self
             .growth()
             .map_or("not told by the system".into(), |kb| format!("{kb} kB"));
-        writeln!(
-            text,
+        format!(
             "{} steps, {:.0} s simulated in {:.0} s: {:.0} x real time; growth of memory after the first tenth {growth}; \
-             drift of time {:e} s; estimated masses allowed from {:.3} to {:.3} of their start values",
+             drift of time {:e} s; estimated masses allowed from {:.3} to {:.3} of their start values\n",
             self.steps,
             self.end,
             self.elapsed.as_secs_f64(),
@@ -294,8 +275,6 @@ impl Endurance {
             self.bounds[0],
             self.bounds[1]
         )
-        .expect("a String takes every text");
-        text
     }
 
     /// Fails where the system did not endure.

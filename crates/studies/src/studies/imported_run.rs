@@ -11,8 +11,7 @@ use rig_data::signal_file::SignalFile;
 use crate::machine_file::MachineFile;
 use crate::measures::limits::{self, LimitWatch};
 use crate::measures::metrics::{Metrics, add_tracking, of_tip};
-use crate::measures::run::TipError;
-use crate::measures::run::{motion_start, tip_error_port};
+use crate::measures::run::{TipError, motion_start, tip_error_port};
 use crate::measures::tracking::{Evaluation, Tracking};
 
 /// Evaluates runs of an experiment that other importers made.
@@ -87,8 +86,13 @@ impl<'a> Evaluator<'a> {
         let mut left_out = Vec::new();
         let mut verdict = self.reference;
         let ports = self.tracking.ports();
-        let tracking = match recording(self.system, file, &ports)? {
-            Ok(recording) => Some(self.tracking.evaluate(&recording, self.motion_start)?),
+        let tracking = match columns(self.system, file, &ports) {
+            Ok(columns) => {
+                let columns = columns.into_iter().map(<[f64]>::to_vec).collect();
+                let (system, times) = (self.system, times.to_vec());
+                let recording = Recording::made_elsewhere(system, &ports, times, columns)?;
+                Some(self.tracking.evaluate(&recording, self.motion_start)?)
+            }
             Err(missing) => {
                 left_out.push(("tracking and orientation", missing));
                 None
@@ -155,32 +159,17 @@ fn columns<'a>(
     file: &'a SignalFile,
     ports: &[Port],
 ) -> Result<Vec<&'a [f64]>, Vec<String>> {
-    let names: Vec<_> = ports.iter().map(|p| system.name(*p)).collect();
-    let (found, missing): (Vec<_>, Vec<_>) = names
-        .into_iter()
-        .map(|name| file.column(&name).ok_or(name))
-        .partition(Result::is_ok);
-    match missing.is_empty() {
-        true => Ok(found.into_iter().flatten().collect()),
-        false => {
-            let mut missing: Vec<_> = missing.into_iter().filter_map(Result::err).collect();
-            missing.dedup();
-            Err(missing)
+    let (mut columns, mut missing) = (Vec::new(), Vec::new());
+    for name in ports.iter().map(|port| system.name(*port)) {
+        match file.column(&name) {
+            Some(column) => columns.push(column),
+            None => missing.push(name),
         }
     }
-}
-
-fn recording(
-    system: &System,
-    file: &SignalFile,
-    ports: &[Port],
-) -> Result<Result<Recording, Vec<String>>> {
-    Ok(match columns(system, file, ports) {
-        Ok(columns) => {
-            let columns = columns.into_iter().map(<[f64]>::to_vec).collect();
-            let times = file.times().to_vec();
-            Ok(Recording::made_elsewhere(system, ports, times, columns)?)
-        }
-        Err(missing) => Err(missing),
-    })
+    missing.dedup();
+    if missing.is_empty() {
+        Ok(columns)
+    } else {
+        Err(missing)
+    }
 }

@@ -5,9 +5,8 @@ use anyhow::Result;
 use cosim::{Experiment, System, Verdict};
 
 use crate::grid::{Case, Cell, Grid, Plan, TRAJECTORIES};
-use crate::laws::of_modes;
-use crate::measures::run::TipError;
-use crate::measures::run::run as run_once;
+use crate::measures::run::{TipError, run as run_once};
+use crate::start_values::of_modes;
 pub use crate::worlds::SCALES;
 
 /// Controllers, in the order of the columns.
@@ -53,9 +52,6 @@ pub fn run(
 }
 
 /// As [`run`], with what `measure` makes of a run.
-///
-/// # Errors
-/// As [`run`].
 pub fn measured<T: Send>(
     system: &System,
     base: &Experiment,

@@ -14,9 +14,8 @@ use cosim::{Experiment, Setting, System, Verdict, start_value};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::laws::Law;
 use crate::measures::run::motion_end;
-use crate::start_values::{following, over};
+use crate::start_values::{Law, following, over};
 use crate::trial::{Fate, Store};
 
 /// Length of a run in a pose, s, and when the push begins: what a push leaves in the measure, 5 % of
@@ -212,9 +211,6 @@ fn count(limit: &dyn Fn(f64) -> Result<Option<Limit>>) -> Result<Border> {
 }
 
 /// Margins of `laws` in these places with these payloads, on all cores.
-///
-/// # Errors
-/// A system that lacks what is changed, or a store that cannot be written.
 pub fn run(
     (system, base): (&System, &Experiment),
     laws: &[Law],

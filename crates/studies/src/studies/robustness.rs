@@ -12,9 +12,8 @@ use serde::Serialize;
 
 use super::inertia::MODES;
 use crate::grid::{Case, Cell, Grid, Plan, TRAJECTORIES};
-use crate::laws::of_modes;
-use crate::measures::run::RecordedRun;
-use crate::measures::run::TipError;
+use crate::measures::run::{RecordedRun, TipError};
+use crate::start_values::of_modes;
 
 /// What is varied.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
@@ -83,7 +82,6 @@ impl Study {
 
     /// What is varied, as one sentence.
     pub fn varied(self) -> String {
-        let percent = |factor: f64| format!("{:+.0} %", 100.0 * (factor - 1.0));
         let factors = FACTORS.map(percent).join(" or ");
         match self {
             Self::Motor => format!(
@@ -142,7 +140,7 @@ fn motor_cases(system: &System, base: &Experiment) -> Result<Vec<Case>> {
             for variable in variables {
                 settings.extend(scaled(system, base, variable, factor)?);
             }
-            let mut case = percent(label, factor);
+            let mut case = format!("{label} {}", percent(factor));
             if variables.contains(&EFFICIENCY) && factor > 1.0 {
                 case += " (eta_gear: 1)";
             }
@@ -155,7 +153,7 @@ fn motor_cases(system: &System, base: &Experiment) -> Result<Vec<Case>> {
 fn payload_cases(system: &System, base: &Experiment) -> Result<Vec<Case>> {
     let case = |factor| {
         Ok(Case::new(
-            percent("payload", factor),
+            format!("payload {}", percent(factor)),
             scaled(system, base, "payload.mass", factor)?,
         ))
     };
@@ -190,8 +188,8 @@ fn tip_load_cases(system: &System) -> Result<Vec<Case>> {
     Ok(cases)
 }
 
-fn percent(label: &str, factor: f64) -> String {
-    format!("{label} {:+.0} %", 100.0 * (factor - 1.0))
+fn percent(factor: f64) -> String {
+    format!("{:+.0} %", 100.0 * (factor - 1.0))
 }
 
 /// `variable` times `factor` in every component that has it; an efficiency at most 1.

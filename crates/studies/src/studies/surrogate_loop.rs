@@ -4,13 +4,12 @@
 //! current and efficiency along the way.
 
 use std::collections::BTreeMap;
-use std::ops::Range;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use cosim::{Experiment, System, Verdict};
 use emla::Surrogate;
-use machine::{Emla, Machine};
+use machine::{Emla, Machine, PerAxis};
 use rig_data::campaign::rms;
 use rig_data::coupled_run::CoupledRun;
 use rig_data::identification::Identified;
@@ -20,9 +19,9 @@ use serde::Serialize;
 use tempfile::TempDir;
 
 use crate::grid::{self, Case, Grid, Plan, TRAJECTORIES};
-use crate::laws::{Law, SHIPPED};
 use crate::measures::tracking::Tracking;
-use crate::worlds::{Bounds, DrawnMachines};
+use crate::start_values::{Law, SHIPPED};
+use crate::worlds::{Bounds, Cases};
 
 /// What is read, and whether the observer of the disturbance runs on it: name, and what is set
 /// besides the system's parameter set. Without load cells the force is that of the current without
@@ -61,12 +60,8 @@ pub fn runs(machines: usize) -> usize {
 }
 
 /// The first `count` machines of this study; their files exist as long as these.
-///
-/// # Errors
-/// No place for files.
-pub fn machines(system: &System, count: u64) -> Result<DrawnMachines> {
-    let seeds: Range<u64> = FIRST_SEED..FIRST_SEED + count;
-    DrawnMachines::draw(system, seeds, &Bounds::REAL)
+pub fn machines(system: &System, count: u64) -> Result<Cases> {
+    Cases::of_machines(system, FIRST_SEED..FIRST_SEED + count, &Bounds::REAL)
 }
 
 /// The network that was trained on the rig, and the machine with the actuators that were refitted
@@ -93,20 +88,14 @@ impl RigNetwork {
         let network = Surrogate::from_json(rig_data::RIG_NETWORK).context("the rig's network")?;
         let mut machine = Machine::reference();
         let found = Identified::of_campaign(&machine.emla.lift, 1)?.refitted;
-        for axis in [
-            &mut machine.emla.slew,
-            &mut machine.emla.lift,
-            &mut machine.emla.tilt,
-        ] {
-            *axis = Emla {
-                tau_C: found.tau_C,
-                C_m: found.C_m,
-                eta_gear: found.eta_gear,
-                lambda_m: found.lambda_m,
-                temperature: found.temperature,
-                ..*axis
-            };
-        }
+        machine.emla = PerAxis::all(Emla {
+            tau_C: found.tau_C,
+            C_m: found.C_m,
+            eta_gear: found.eta_gear,
+            lambda_m: found.lambda_m,
+            temperature: found.temperature,
+            ..machine.emla.lift
+        });
         let machine = serde_json::to_string_pretty(&machine)?;
         Ok(Self {
             path: write("surrogate_rig.json", rig_data::RIG_NETWORK)?,
@@ -161,9 +150,6 @@ pub struct LiftCourse {
 const LIFT: usize = 1;
 
 /// All runs on `machines` in the `system` of the real world, in parallel, and what spoils them.
-///
-/// # Errors
-/// A run fails, or the system has no rigs.
 pub fn run(
     system: &System,
     base: &Experiment,

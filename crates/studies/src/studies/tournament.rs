@@ -19,7 +19,7 @@ use tip_path::SIX_JOINTS;
 
 use crate::grid::{Case, Spread};
 use crate::identification::run::Identified;
-use crate::start_values::following;
+use crate::start_values::{Law, following};
 use crate::studies::draws::Counts;
 use crate::trial::{Fate, Store, Trial};
 
@@ -112,7 +112,7 @@ pub struct Arena<'a> {
 }
 
 /// Gains of a law and what they cost.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Tuned {
     /// Law.
     pub law: String,
@@ -125,17 +125,9 @@ pub struct Tuned {
     pub kept: usize,
     /// Candidates that were tried.
     pub tried: usize,
+    /// Start values of the controller.
     #[serde(skip)]
-    law_settings: Vec<Setting>,
-    #[serde(skip)]
-    is_identified: bool,
-}
-
-/// A law with its gains: of what it was made, and start values of the controller.
-#[derive(Clone, Copy)]
-struct Player<'a> {
-    settings: &'a [Setting],
-    is_identified: bool,
+    settings: Vec<Setting>,
 }
 
 /// Gains that are tried.
@@ -148,15 +140,17 @@ struct Candidate {
 }
 
 impl Arena<'_> {
-    fn experiment(&self, law: &[Setting], case: &Case, path: &str) -> Result<Experiment> {
-        let path = following(self.system, path)?;
-        case.over((self.system, self.base), &[law, &path].concat())
-    }
-
     /// A kept run. A law that needs a machine as identified is lost on one that could not be.
-    fn trial(&self, name: &str, player: Player, case: &Case, path: &str) -> Result<Trial> {
-        let mut law = player.settings.to_vec();
-        if player.is_identified {
+    fn trial(
+        &self,
+        name: &str,
+        contestant: &Contestant,
+        settings: &[Setting],
+        case: &Case,
+        path: &str,
+    ) -> Result<Trial> {
+        let mut law = settings.to_vec();
+        if contestant.is_identified {
             let identified = self.identified.get(&case.label);
             match identified.context("a machine that was not identified")? {
                 Ok(found) => {
@@ -166,31 +160,29 @@ impl Arena<'_> {
                 Err(why) => return Ok(Trial::lost(format!("not identified: {why}"))),
             }
         }
+        law.extend(following(self.system, path)?);
+        let experiment = case.over((self.system, self.base), &law)?;
         let name = format!("{name} {} {path}", case.label);
-        let experiment = self.experiment(&law, case, path)?;
         self.store.trial(&name, self.system, &experiment)
     }
 
-    /// Runs `contestant` as it is shipped on the first case and tells how long, s: for an estimate.
-    ///
-    /// # Errors
-    /// As [`Arena::tune`].
-    pub fn first(&self, contestant: &Contestant, cases: &[Case]) -> Result<f64> {
-        let case = cases.first().context("no machine")?;
-        let (_, law) = self.gains(contestant, &[])?;
-        let experiment = self.experiment(&law, case, TUNING_PATHS[0])?;
+    /// Runs `contestant` as it is shipped on `case` and tells how long, s: for an estimate.
+    pub fn first(&self, contestant: &Contestant, case: &Case) -> Result<f64> {
+        let (_, mut law) = self.gains(contestant, &[])?;
+        law.extend(following(self.system, TUNING_PATHS[0])?);
+        let experiment = case.over((self.system, self.base), &law)?;
         Ok(Trial::of(self.system, &experiment)?.time)
     }
 
     /// The law `contestant` with these factors on the logarithm of its gains.
     fn gains(&self, contestant: &Contestant, logs: &[f64]) -> Result<(Vec<Gain>, Vec<Setting>)> {
-        let law = &crate::laws::of_modes(&[contestant.mode])[0];
+        let law = Law::new(contestant.name, contestant.mode);
         let (mut gains, mut settings) = (Vec::new(), law.settings(self.system)?);
         for (group, log) in contestant.gains.iter().zip(logs) {
             for gain in *group {
                 let name = format!("controller.{gain}");
-                let shipped =
-                    start_value(self.system, &self.base.settings, self.system.port(&name)?)?;
+                let port = self.system.port(&name)?;
+                let shipped = start_value(self.system, &self.base.settings, port)?;
                 let value = shipped * (log * RANGE.ln()).exp();
                 settings.push(self.system.setting(&name, value)?);
                 gains.push(((*gain).into(), value));
@@ -204,13 +196,14 @@ impl Arena<'_> {
     fn errors(
         &self,
         name: &str,
-        player: Player,
+        contestant: &Contestant,
+        settings: &[Setting],
         cases: &[Case],
         best: &[f64],
     ) -> Result<Option<Vec<f64>>> {
         let mut errors = Vec::new();
         for case in cases {
-            let one = |path: &&str| self.trial(name, player, case, path);
+            let one = |path: &&str| self.trial(name, contestant, settings, case, path);
             let trials: Vec<Trial> = TUNING_PATHS.par_iter().map(one).collect::<Result<_>>()?;
             if trials.iter().any(|trial| trial.fate != Fate::Kept) {
                 return Ok(None);
@@ -224,9 +217,6 @@ impl Arena<'_> {
     }
 
     /// Tunes `contestant` with `budget` candidates on `cases`; `done` is called after each.
-    ///
-    /// # Errors
-    /// A gain that the controller does not have, or a store that cannot be written.
     pub fn tune(
         &self,
         contestant: &Contestant,
@@ -243,11 +233,7 @@ impl Arena<'_> {
         let mut judged = |of: Candidate, cases: &[Case], best: &[f64]| {
             let (_, law) = self.gains(contestant, &of.logs)?;
             let name = format!("tune {} {}", contestant.name, of.k);
-            let player = Player {
-                settings: &law,
-                is_identified: contestant.is_identified,
-            };
-            let errors = self.errors(&name, player, cases, best)?;
+            let errors = self.errors(&name, contestant, &law, cases, best)?;
             kept -= usize::from(errors.is_none());
             anyhow::Ok(errors.map(|errors| Candidate { errors, ..of }))
         };
@@ -282,24 +268,22 @@ impl Arena<'_> {
         }
         let cost = best.as_ref().map(|best| cost(&best.errors));
         let logs = best.map_or(vec![0.0; contestant.gains.len()], |best| best.logs);
-        let (gains, law_settings) = self.gains(contestant, &logs)?;
+        let (gains, settings) = self.gains(contestant, &logs)?;
         Ok(Tuned {
             law: contestant.name.into(),
             gains,
             cost,
             kept,
             tried: usize::try_from(budget)?,
-            law_settings,
-            is_identified: contestant.is_identified,
+            settings,
         })
     }
 
-    /// The runs of a tuned law on every case and path, in this order; `done` is called after each.
-    ///
-    /// # Errors
-    /// As [`Arena::tune`].
+    /// The runs of `contestant`, tuned, on every case and path, in this order; `done` is called
+    /// after each.
     pub fn report(
         &self,
+        contestant: &Contestant,
         tuned: &Tuned,
         cases: &[Case],
         paths: &[&str],
@@ -309,12 +293,8 @@ impl Arena<'_> {
             .flat_map(|case| paths.iter().map(move |path| (case, *path)))
             .collect();
         let name = format!("report {}", tuned.law);
-        let player = Player {
-            settings: &tuned.law_settings,
-            is_identified: tuned.is_identified,
-        };
         let one = |(case, path): &(&Case, &str)| {
-            let trial = self.trial(&name, player, case, path)?;
+            let trial = self.trial(&name, contestant, &tuned.settings, case, path)?;
             done();
             Ok(trial)
         };
@@ -477,21 +457,12 @@ mod tests {
                 } else {
                     Fate::Lost
                 },
-                why: String::new(),
                 rmse: *rmse,
-                force: 0.5,
-                load: 0.4,
-                swing: 0.0,
-                time: 1.0,
+                ..Trial::lost(String::new())
             };
             let tuned = Tuned {
                 law: law.into(),
-                gains: Vec::new(),
-                cost: None,
-                kept: 0,
-                tried: 0,
-                law_settings: Vec::new(),
-                is_identified: false,
+                ..Tuned::default()
             };
             (tuned, errors.iter().map(trial).collect())
         };

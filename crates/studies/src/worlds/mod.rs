@@ -12,10 +12,10 @@ pub mod perturbation;
 mod strict;
 mod world;
 
-pub use perturbation::{Bounds, DrawnMachines};
+pub use perturbation::{Bounds, Cases};
 pub use strict::SYSTEM as STRICT_SYSTEM;
 pub(crate) use world::value_name;
 pub use world::{
-    BENDING_STEP, BENDING_SYSTEM, BENDING_TARGET, Cases, PARAMETERS, SCALES, SYSTEM, World, cases,
-    cases_within, parameters_of,
+    BENDING_STEP, BENDING_SYSTEM, BENDING_TARGET, PARAMETERS, SCALES, SYSTEM, World, cases,
+    parameters_of,
 };

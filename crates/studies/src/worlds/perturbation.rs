@@ -59,8 +59,7 @@ impl Bounds {
         }
     }
 
-    /// # Errors
-    /// A bound that is negative, not finite, or too large for a machine to be left.
+    /// Refuses a bound that is negative, not finite, or too large for a machine to be left.
     fn check(&self) -> Result<()> {
         for (name, value, most) in [
             ("mass", self.mass, 1.0),
@@ -162,24 +161,29 @@ fn lengthen(value: &mut Value, error: &mut impl FnMut() -> f64) {
     }
 }
 
-/// Machines drawn within bounds; their files exist as long as this. Zeros of the joint encoders and
-/// errors of the other sensors are drawn by the same seed. The actuators are those of the system,
-/// `Rig`, of whose friction, play, compliance, heat and drive the controller knows nothing.
-pub struct DrawnMachines {
-    /// One case for each machine.
-    pub cases: Vec<Case>,
-    _folder: TempDir,
+/// Cases, and the files that they name, which exist as long as this.
+pub struct Cases {
+    /// The cases.
+    pub list: Vec<Case>,
+    _folder: Option<TempDir>,
 }
 
-impl DrawnMachines {
-    /// One case for each seed: the machine of the manipulator and the seed of the sensors.
-    ///
-    /// # Errors
-    /// A system without `hdrm` or `sensors`, or no place for files.
-    pub fn draw(system: &System, seeds: Range<u64>, bounds: &Bounds) -> Result<Self> {
+impl From<Vec<Case>> for Cases {
+    fn from(list: Vec<Case>) -> Self {
+        let _folder = None;
+        Self { list, _folder }
+    }
+}
+
+impl Cases {
+    /// One case for each seed: a machine drawn within bounds, and the seed by which zeros of the
+    /// joint encoders and errors of the other sensors are drawn. The actuators are those of the
+    /// system, `Rig`, of whose friction, play, compliance, heat and drive the controller knows
+    /// nothing.
+    pub fn of_machines(system: &System, seeds: Range<u64>, bounds: &Bounds) -> Result<Self> {
         let nominal = MachineFile::of(system, &[])?.machine;
         let folder = TempDir::new().context("no folder for the machine files")?;
-        let mut cases = Vec::new();
+        let mut list = Vec::new();
         for seed in seeds {
             let (machine, gravity) = draw(&nominal, seed, bounds)?;
             let path = folder.path().join(format!("machine_{seed}.json"));
@@ -192,12 +196,10 @@ impl DrawnMachines {
             for (axis, value) in (1..).zip(gravity) {
                 settings.push(system.setting(&format!("hdrm.gravity[{axis}]"), value)?);
             }
-            cases.push(Case::of_seed(seed, settings));
+            list.push(Case::of_seed(seed, settings));
         }
-        Ok(Self {
-            cases,
-            _folder: folder,
-        })
+        let _folder = Some(folder);
+        Ok(Self { list, _folder })
     }
 }
 

@@ -39,9 +39,6 @@ const FRICTION: [(&str, f64); 6] = [
 /// Gives each case, which was drawn from a seed, the rest of what its seed draws. A plant that
 /// `bends` has joint friction and joints of its own, ideal drives of the wrist, and steps whose
 /// length must not change.
-///
-/// # Errors
-/// A system that lacks one of the variables.
 pub(super) fn harden(system: &System, cases: &mut [Case], bends: bool) -> Result<()> {
     let file = system.port("emla_1.machine_file")?;
     let machine = MachineFile::at(system, &[], file)?.machine;
@@ -54,8 +51,7 @@ pub(super) fn harden(system: &System, cases: &mut [Case], bends: bool) -> Result
             0.5 * (least + most) + 0.5 * (most - least) * even.sample(&mut random)
         };
         let mut values: Vec<(String, f64)> = Vec::new();
-        let actuators = [machine.emla.slew, machine.emla.lift, machine.emla.tilt];
-        for (k, p) in (1..).zip(actuators) {
+        for (k, p) in (1..).zip(machine.emla.in_order()) {
             let mut set = |name: &str, value| values.push((format!("emla_{k}.{name}"), value));
             let inductance = within(0.9, 1.1);
             let friction = within(0.6, 1.4);

@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use cosim::System;
 use serde::Serialize;
 
-use super::perturbation::{Bounds, DrawnMachines};
+use super::perturbation::{Bounds, Cases};
 use super::strict;
 use crate::grid::{ALL_TRAJECTORIES, Case, TRAJECTORIES};
 
@@ -92,47 +92,21 @@ pub(crate) fn value_name(value: impl ValueEnum) -> String {
     value.get_name().to_owned()
 }
 
-/// Cases, and the files that they name, which exist as long as this.
-pub struct Cases {
-    /// The cases.
-    pub list: Vec<Case>,
-    _machines: Option<DrawnMachines>,
-}
-
 /// The cases of a world: those of the ideal one are the inertia errors of the paper's table, those
-/// of the others a machine for each seed.
-pub fn cases(world: World, system: &System, seeds: Range<u64>) -> Result<Cases> {
-    cases_within(world, system, seeds, 1.0)
-}
-
-/// As [`cases`], with errors of drawn machines up to `factor` times the usual bounds.
-pub fn cases_within(
-    world: World,
-    system: &System,
-    seeds: Range<u64>,
-    factor: f64,
-) -> Result<Cases> {
-    let (list, machines) = match world {
-        World::Ideal => (by_scale(system)?, None),
+/// of the others a machine for each seed, with errors up to `factor` times the usual bounds where
+/// they are drawn here.
+pub fn cases(world: World, system: &System, seeds: Range<u64>, factor: f64) -> Result<Cases> {
+    let mut cases = match world {
+        World::Ideal => by_scale(system)?.into(),
         World::Real | World::StrictRigid => {
-            let mut machines = DrawnMachines::draw(system, seeds, &Bounds::REAL.times(factor))?;
-            let mut cases = std::mem::take(&mut machines.cases);
-            if world == World::StrictRigid {
-                strict::harden(system, &mut cases, false)?;
-            }
-            (cases, Some(machines))
+            Cases::of_machines(system, seeds, &Bounds::REAL.times(factor))?
         }
-        World::Bending => (by_seed_of_plant(system, seeds)?, None),
-        World::Strict => {
-            let mut cases = by_seed_of_plant(system, seeds)?;
-            strict::harden(system, &mut cases, true)?;
-            (cases, None)
-        }
+        World::Bending | World::Strict => by_seed_of_plant(system, seeds)?.into(),
     };
-    Ok(Cases {
-        list,
-        _machines: machines,
-    })
+    if matches!(world, World::StrictRigid | World::Strict) {
+        strict::harden(system, &mut cases.list, world.bends())?;
+    }
+    Ok(cases)
 }
 
 /// A case of the ideal world for each inertia scale.

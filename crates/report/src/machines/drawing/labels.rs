@@ -74,11 +74,10 @@ impl Labels {
         self.taken.push(found);
         let style = ("sans-serif", size).into_font().color(color);
         let style = style.pos(Pos::new(HPos::Left, VPos::Center));
-        let [left, top, _, bottom] = found;
         let (base_x, base_y) = area.get_base_pixel();
-        let at = (left - base_x, (top + bottom) / 2 - base_y);
-        let plain = area.strip_coord_spec();
         let [x0, y0, x1, y1] = found;
+        let at = (x0 - base_x, (y0 + y1) / 2 - base_y);
+        let plain = area.strip_coord_spec();
         let behind = [(x0 - base_x, y0 - base_y), (x1 - base_x, y1 - base_y)];
         plain.draw(&Rectangle::new(behind, WHITE.mix(0.75).filled()))?;
         plain.draw(&Text::new(text.to_owned(), at, style))

@@ -68,11 +68,8 @@ impl Sheet {
             let color = wheel(k, limits.len());
             let of_limit = classes.iter().filter(|c| c.best.limit == *limit);
             let dots = of_limit.map(|c| {
-                Circle::new(
-                    (c.best.reach, c.best.payload.unwrap_or(0.0)),
-                    4,
-                    color.filled(),
-                )
+                let place = (c.best.reach, c.best.payload.unwrap_or(0.0));
+                Circle::new(place, 4, color.filled())
             });
             chart
                 .draw_series(dots)?

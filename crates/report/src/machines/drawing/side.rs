@@ -2,15 +2,34 @@
 
 use plotters::prelude::*;
 
-use super::frame::{Chart, frame};
+use super::frame::frame;
 use super::labels::Labels;
 use super::sheet::{HEAD, SMALL, Sheet};
 use charts::{Area, DrawResult};
 
+/// Ends and names of the lengths that the side view tells.
+const DIMENSIONS: [(&str, &str, &str); 15] = [
+    ("T1", "O", "T1–O"),
+    ("O", "P", "L1_2"),
+    ("O", "F", "L2_2"),
+    ("F", "P", "x_2 + x0_2"),
+    ("O", "B", "O–B"),
+    ("B", "A", "B–A"),
+    ("B", "E", "B–E"),
+    ("B", "C", "B–C"),
+    ("A", "D", "d4"),
+    ("C", "D", "d5"),
+    ("E", "D", "x_3 + x0_3"),
+    ("B", "A4", "B–A4"),
+    ("A4", "C4", "A4–C4"),
+    ("C4", "D4", "C4–D4"),
+    ("D4", "T4", "D4–T4"),
+];
+
 impl Sheet {
     pub(super) fn side<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         let places = self.view.points.iter().map(|point| point.place);
-        let mut chart = frame(area, "Side view at the start pose", places)?;
+        let mut chart = frame(area, "Side view at the start pose", places.clone())?;
         let at = |name: &str| self.view.at(name);
         let (boom, link, rod) = (
             RGBColor(200, 140, 20),
@@ -30,85 +49,41 @@ impl Sheet {
             chart.draw_series(LineSeries::new(points, color.stroke_width(width)))?;
         }
         for (pivot, on) in [("A", "B"), ("E", "B"), ("C", "B"), ("F", "O")] {
-            dashed(&mut chart, at(pivot), at(on), link)?;
+            let style = link.stroke_width(1);
+            chart.draw_series(DashedLineSeries::new(line(at(pivot), at(on)), 4, 4, style))?;
         }
         for (foot, pin, inner) in [("F", "P", self.view.rods[0]), ("E", "D", self.view.rods[1])] {
             let (foot, pin) = (at(foot), at(pin));
-            let line = |a: [f64; 2], b: [f64; 2]| [(a[0], a[1]), (b[0], b[1])];
+            let barrel = line(foot, middle(inner, pin));
             chart.draw_series(LineSeries::new(line(inner, pin), rod.stroke_width(3)))?;
-            chart.draw_series(LineSeries::new(
-                line(foot, middle(inner, pin)),
-                rod.stroke_width(8),
-            ))?;
+            chart.draw_series(LineSeries::new(barrel, rod.stroke_width(8)))?;
         }
-        let mut labels = Labels::beside(&chart, self.view.points.iter().map(|point| point.place));
+        let mut labels = Labels::beside(&chart, places);
+        let (of_points, of_lengths) = (RGBColor(150, 0, 0), RGBColor(20, 60, 130));
         for point in &self.view.points {
             let (x, y) = (point.place[0], point.place[1]);
             chart.draw_series([Circle::new((x, y), 4, WHITE.filled())])?;
             chart.draw_series([Circle::new((x, y), 4, BLACK.stroke_width(1))])?;
         }
         for point in &self.view.points {
-            labels.add(
-                &chart,
-                point.place,
-                point.name,
-                &RGBColor(150, 0, 0),
-                HEAD.1,
-            )?;
+            labels.add(&chart, point.place, point.name, &of_points, HEAD.1)?;
         }
-        let told = |(from, to, _): &([f64; 2], [f64; 2], _)| distance(*from, *to) > 1e-3;
-        for (from, to, name) in self.dimensions().into_iter().filter(told) {
-            let text = format!("{name} {:.0}", 1e3 * distance(from, to));
-            labels.add(
-                &chart,
-                middle(from, to),
-                &text,
-                &RGBColor(20, 60, 130),
-                SMALL.1,
-            )?;
+        for (from, to, name) in DIMENSIONS {
+            let (from, to) = (at(from), at(to));
+            let length = (from[0] - to[0]).hypot(from[1] - to[1]);
+            if length > 1e-3 {
+                let text = format!("{name} {:.0}", 1e3 * length);
+                labels.add(&chart, middle(from, to), &text, &of_lengths, SMALL.1)?;
+            }
         }
         Ok(())
     }
-
-    /// Ends and names of the lengths that the side view tells.
-    fn dimensions(&self) -> Vec<([f64; 2], [f64; 2], &'static str)> {
-        [
-            ("T1", "O", "T1–O"),
-            ("O", "P", "L1_2"),
-            ("O", "F", "L2_2"),
-            ("F", "P", "x_2 + x0_2"),
-            ("O", "B", "O–B"),
-            ("B", "A", "B–A"),
-            ("B", "E", "B–E"),
-            ("B", "C", "B–C"),
-            ("A", "D", "d4"),
-            ("C", "D", "d5"),
-            ("E", "D", "x_3 + x0_3"),
-            ("B", "A4", "B–A4"),
-            ("A4", "C4", "A4–C4"),
-            ("C4", "D4", "C4–D4"),
-            ("D4", "T4", "D4–T4"),
-        ]
-        .map(|(from, to, name)| (self.view.at(from), self.view.at(to), name))
-        .into()
-    }
 }
 
-fn dashed<B: DrawingBackend>(
-    chart: &mut Chart<'_, B>,
-    a: [f64; 2],
-    b: [f64; 2],
-    color: RGBColor,
-) -> DrawResult<B> {
-    let line = [(a[0], a[1]), (b[0], b[1])];
-    chart.draw_series(DashedLineSeries::new(line, 4, 4, color.stroke_width(1)))?;
-    Ok(())
+fn line(a: [f64; 2], b: [f64; 2]) -> [(f64, f64); 2] {
+    [(a[0], a[1]), (b[0], b[1])]
 }
 
 fn middle(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
-}
-
-fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
 }

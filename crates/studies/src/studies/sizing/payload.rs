@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::recorded::{Columns, Size, columns, parameters_of, ports};
 use crate::measures::energy;
-use crate::measures::power_integral::{both_ways, while_working};
+use crate::measures::power_integral::{both_ways, rise, while_working};
 use crate::measures::run::RecordedRun;
 use crate::start_values::over;
 
@@ -44,7 +44,6 @@ fn metrics(columns: &Columns) -> Metrics {
         let steps = columns.times.windows(2).zip(c.windows(2));
         steps.map(|(t, e)| (e[1] - e[0]) / (t[1] - t[0])).collect()
     };
-    let rise = |c: &[f64]| c[c.len() - 1] - c[0];
     let working = while_working(taken, work);
     let (done, _) = both_ways(work);
     Metrics {

@@ -6,8 +6,7 @@ use cosim::{Experiment, Port, System, instantiate};
 use serde::Serialize;
 
 use crate::measures::energy;
-use crate::measures::run::Distance;
-use crate::measures::run::RecordedRun;
+use crate::measures::run::{Distance, RecordedRun};
 
 /// Outputs of an actuator that are recorded.
 const OUTPUTS: [&str; 9] = [

@@ -8,7 +8,7 @@ use machine::Emla;
 use super::run::{Run, measure};
 use super::study::scaled;
 use crate::grid::{self, Case, Grid, TRAJECTORIES};
-use crate::laws::Law;
+use crate::start_values::Law;
 
 /// Actuators of the system.
 const ACTUATORS: [&str; 3] = ["emla_1", "emla_2", "emla_3"];

@@ -148,21 +148,14 @@ pub fn measure(system: &System, plan: &Plan) -> Result<(Run, Verdict)> {
     (run.trajectory, run.law) = (plan.trajectory, plan.law.into());
     run.course.start = recorded.recording.times[recorded.motion_start()];
     // The gains' constants do not change over a run.
-    let gains = gains
-        .iter()
-        .map(|port| Ok(recorded.recording.column(*port)?[0]));
-    let [beta_1, beta_2, printed_margin, epsilon_max, K_1, K_2] =
-        gains.collect::<Result<Vec<_>>>()?[..]
-    else {
-        unreachable!("as many as GAINS");
-    };
+    let constant = |k: usize| anyhow::Ok(recorded.recording.column(gains[k])?[0]);
     run.gains = Gains {
-        beta_1,
-        beta_2,
-        printed_margin,
-        epsilon_max,
-        K_1,
-        K_2,
+        beta_1: constant(0)?,
+        beta_2: constant(1)?,
+        printed_margin: constant(2)?,
+        epsilon_max: constant(3)?,
+        K_1: constant(4)?,
+        K_2: constant(5)?,
     };
     Ok((run, recorded.outcome.verdict()))
 }

@@ -7,7 +7,7 @@ use cosim::{Experiment, Setting, System, Verdict};
 
 use super::run::{Run, measure};
 use crate::grid::{self, Case, Grid, Plan, TRAJECTORIES};
-use crate::laws::Law;
+use crate::start_values::Law;
 
 /// Laws: without the extensions of the voltage law, and with them.
 const LAWS: [(&str, &[&str]); 2] = [("paper", &["omega_i", "omega_d"]), ("shipped", &[])];

@@ -3,8 +3,13 @@
 //! Each gain stands in a fixed ratio to what bounds it. The ratios are those of the gains that keep
 //! the reference machine in every plant of the tests; the reasoning is in `docs/machines.md`.
 
-use crate::Machine;
+use emla::maps;
+use hdrm::{Hdrm, HdrmError, Options, State};
+use machine::Machine;
+use nalgebra::Matrix2;
 
+/// Stiffness of mounting and pins that is reckoned with, N/m: that of the actuators as built.
+const MOUNTING: f64 = 6e7;
 /// Feedback on the tip, as a part of the lowest mode's frequency; its integral, as a part of it.
 const LAMBDA: f64 = 0.42;
 const INTEGRAL: f64 = 0.5;
@@ -46,13 +51,73 @@ pub struct RuledGain {
     pub why: String,
 }
 
+/// The gains of a machine.
+///
+/// # Errors
+/// A mechanism that does not work.
+pub fn gains(machine: &Machine) -> Result<Vec<RuledGain>, HdrmError> {
+    Ok(within(machine, &bounds(machine)?))
+}
+
+/// The gain of the adaptation alone, J.
+///
+/// # Errors
+/// As of [`gains`].
+pub fn gamma(machine: &Machine) -> Result<f64, HdrmError> {
+    let gains = gains(machine)?;
+    let gamma = gains.iter().find(|gain| gain.name == "gamma");
+    Ok(gamma.expect("a gain of the rule").value)
+}
+
+/// What bounds the gains of a machine.
+///
+/// # Errors
+/// A mechanism that does not work.
+pub fn bounds(machine: &Machine) -> Result<Bounds, HdrmError> {
+    let plant = Hdrm::new(machine, &Options::of(machine))?;
+    let zeta = machine.start.zeta;
+    let strokes = plant.tree().configuration(&zeta).strokes;
+    let rest = State {
+        zeta,
+        ..State::default()
+    };
+    let (M, _) = plant.equations_of_motion(&rest);
+    let booms: Matrix2<f64> = M.fixed_view::<2, 2>(1, 1).into();
+    let springs = [1, 2].map(|k| {
+        let inside = 1.0 / maps::stiffness(machine.emla.in_order()[k], strokes[k].x);
+        strokes[k].prime.powi(2) / (inside + 1.0 / MOUNTING)
+    });
+    // ω² of K q = ω² M q are the inverses of the eigenvalues of K^(−1/2) M K^(−1/2).
+    let root = Matrix2::from_diagonal(&springs.map(|k| 1.0 / k.sqrt()).into());
+    let slowest = (root * booms * root).symmetric_eigenvalues().max();
+    let lift = |plant: &Hdrm| plant.holding(&zeta).0[1] * strokes[1].prime;
+    let mut square = 0.0;
+    for k in 0..machine.bodies.in_order().len() {
+        let mut half = machine.clone();
+        half.bodies.in_order_mut()[k].mass *= 0.5;
+        let without = Hdrm::new(&half, &Options::of(&half))?;
+        square += (2.0 * (lift(&plant) - lift(&without))).powi(2);
+    }
+    let motors = machine.emla.in_order().map(|p| {
+        let per_ampere = 1.5 * f64::from(p.p) * p.lambda_m;
+        let load = maps::gear_factor(p, 1.0, 0.0);
+        per_ampere / machine.controller.K_i * maps::travel_per_radian(p) / maps::inertia(p, load)
+    });
+    Ok(Bounds {
+        mode: slowest.sqrt().recip(),
+        moment: square.sqrt(),
+        inertia: booms[(0, 0)],
+        motor: motors.into_iter().fold(0.0, f64::max),
+    })
+}
+
 /// The gains of a machine with these bounds. The adaptation's gain is
 /// ```text
 /// γ = Σ_k (m_k g x_k)² / (M ω_a²)
 /// ```
 /// because the law `L̂' = L̂ S L̂/γ` gives each body's moment of gravity the rate `(m g x)²/γ` per
 /// velocity error: a spring of that stiffness on the inertia M.
-pub fn gains(machine: &Machine, bounds: &Bounds) -> Vec<RuledGain> {
+fn within(machine: &Machine, bounds: &Bounds) -> Vec<RuledGain> {
     let gain = |name, value, unit, why| RuledGain {
         name,
         value: two_digits(value),
@@ -132,7 +197,7 @@ mod tests {
             inertia: 4e3,
             motor: 0.16,
         };
-        let gains = gains(&Machine::reference(), &bounds);
+        let gains = within(&Machine::reference(), &bounds);
         for (name, expected) in [
             ("Lambda_position", 13.0),
             ("omega_tip", 6.5),
@@ -142,6 +207,30 @@ mod tests {
             let found = value(&gains, name);
             assert_eq!(found, expected, "{name}");
         }
+    }
+
+    /// A load on one spring has ω² = k/M: with the tilt boom and all that it carries made light,
+    /// the lower mode is that of the lift boom on its rod, to the part that the light boom weighs.
+    #[test]
+    fn the_mode_is_that_of_a_load_on_a_spring() {
+        let mut machine = Machine::reference();
+        for body in machine.bodies.in_order_mut().into_iter().skip(4) {
+            body.mass *= 1e-5;
+            let I = &mut body.inertia_com;
+            for moment in [
+                &mut I.xx, &mut I.yy, &mut I.zz, &mut I.xy, &mut I.xz, &mut I.yz,
+            ] {
+                *moment *= 1e-5;
+            }
+        }
+        let bounds = bounds(&machine).expect("bounds");
+        let plant = Hdrm::new(&machine, &Options::of(&machine)).expect("a plant");
+        let stroke = plant.tree().configuration(&machine.start.zeta).strokes[1];
+        let screw = maps::stiffness(&machine.emla.lift, stroke.x);
+        let spring = stroke.prime.powi(2) / (1.0 / screw + 1.0 / MOUNTING);
+        let expected = (spring / bounds.inertia).sqrt();
+        let found = bounds.mode / expected;
+        assert!((found - 1.0).abs() < 1e-3, "{found}");
     }
 
     #[test]

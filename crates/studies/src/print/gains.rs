@@ -1,0 +1,52 @@
+//! Gains by the rule as a parameter set.
+
+use capability::gain_rule::RuledGain;
+
+/// The parameter set of these gains for the system `Real.ssp`, called `name`.
+pub fn parameter_set(name: &str, machine: &str, gains: &[RuledGain]) -> String {
+    let (mut reasons, mut parameters) = (String::new(), String::new());
+    for gain in gains {
+        reasons += &format!("       {}: {}\n", gain.name, gain.why);
+        parameters += &format!(
+            "    <ssv:Parameter name=\"controller.{}\"><ssv:Real value=\"{}\" unit=\"{}\"/></ssv:Parameter>\n",
+            gain.name, gain.value, gain.unit
+        );
+    }
+    include_str!("gains.ssv")
+        .replace("{reasons}", &reasons)
+        .replace("{gains}", &parameters)
+        .replace("{name}", name)
+        .replace("{machine}", machine)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use capability::gain_rule::gains;
+    use machine::Machine;
+    use std::path::Path;
+
+    fn set(name: &str) -> String {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../system/resources");
+        std::fs::read_to_string(folder.join(name)).expect("a parameter set")
+    }
+
+    /// What ships for the reference machine is what the rule gives; the loader crane's set is the
+    /// rule's, letter by letter.
+    #[test]
+    fn the_shipped_gains_are_those_of_the_rule() {
+        let shipped = set("real.ssv");
+        for RuledGain {
+            name, value, unit, ..
+        } in gains(&Machine::reference()).expect("gains")
+        {
+            let entry =
+                format!("\"controller.{name}\"><ssv:Real value=\"{value}\" unit=\"{unit}\"/>");
+            assert!(shipped.contains(&entry), "{entry}");
+        }
+        let crane = Machine::preset("hiab_xs031").expect("a machine");
+        let gains = gains(&crane).expect("gains");
+        let written = parameter_set("real_hiab_xs031", "hiab_xs031", &gains);
+        assert_eq!(written, set("real_hiab_xs031.ssv"));
+    }
+}
