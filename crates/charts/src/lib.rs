@@ -68,6 +68,9 @@ pub struct Path3 {
 /// Something that can be drawn on any backend.
 pub trait Picture {
     /// Draw it.
+    ///
+    /// # Errors
+    /// The backend fails.
     fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B>;
 }
 
@@ -246,6 +249,9 @@ impl Path3 {
 }
 
 /// Write `folder/name.png` and `.svg`; a folder that is not there is made.
+///
+/// # Errors
+/// A file cannot be written.
 pub fn save(
     picture: &impl Picture,
     folder: &Path,

@@ -20,6 +20,9 @@ pub struct EfficiencyMap {
 
 /// Efficiency by physics and hybrid, and that of the rig, over loads up to [`LOAD_MAX`] (rows) and
 /// speeds up to [`SPEED`], each both ways: all four quadrants.
+///
+/// # Errors
+/// A steady point that the rig cannot hold.
 pub fn maps(models: &[Model; 3], cells: [usize; 2]) -> Result<[EfficiencyMap; 3]> {
     let of = |model| move |F, v| Ok(predicted(model, F, v));
     Ok([

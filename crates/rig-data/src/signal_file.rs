@@ -20,6 +20,9 @@ pub struct SignalFile {
 
 impl SignalFile {
     /// Read a file, and the units beside it where they are there.
+    ///
+    /// # Errors
+    /// It cannot be read, or is no table of numbers.
     pub fn read(csv: &Path) -> Result<Self> {
         let name = || format!("`{}`", csv.display());
         let bytes = fs::read(csv).with_context(|| {

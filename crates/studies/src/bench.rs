@@ -136,6 +136,9 @@ impl Builder<'_> {
     }
 
     /// The system, with the machine that was asked for, and with wires for the loads of the path.
+    ///
+    /// # Errors
+    /// A file that is missing or wrong.
     pub fn system(&self) -> Result<System> {
         let MachineArgs {
             system,
@@ -247,6 +250,9 @@ fn adapts_too_fast(system: &System, base: &Experiment) -> Result<Option<String>>
 }
 
 /// What is wrong with the adaptation gain `gamma`, J, on a machine; nothing where it has a margin.
+///
+/// # Errors
+/// A mechanism that does not work.
 pub fn too_fast(machine: &Machine, gamma: f64) -> Result<Option<String>> {
     let ruled = gain_rule::gamma(machine)?;
     if gamma * MARGIN > ruled {

@@ -24,6 +24,9 @@ pub struct PathMargins {
 }
 
 /// A path file, or a built-in path by its name.
+///
+/// # Errors
+/// The file cannot be read, or is no path.
 pub fn read(name: &str) -> Result<PathFile> {
     if let Some(file) = PathFile::built_in(name) {
         return file.with_context(|| format!("path `{name}`"));
@@ -37,6 +40,9 @@ pub fn read(name: &str) -> Result<PathFile> {
 
 impl PathMargins {
     /// Go along the path called `name` with a machine, from its start pose.
+    ///
+    /// # Errors
+    /// A path that cannot be read or made, or a mechanism that does not work.
     pub fn of(name: &str, machine: &Machine) -> Result<Self> {
         let file = read(name)?;
         let zeta = &machine.start.zeta;

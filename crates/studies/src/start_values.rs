@@ -66,6 +66,9 @@ fn is_varied(system: &System, port: Port, origin: &str) -> String {
 }
 
 /// The start values with which the controller follows a trajectory.
+///
+/// # Errors
+/// A system without a controller that can.
 pub fn following(system: &System, trajectory: &str) -> Result<Vec<Setting>> {
     if trajectory == SIX_JOINTS {
         return on_path(system, trajectory);

@@ -275,6 +275,9 @@ struct Kept<T> {
 
 impl Store {
     /// In `folder`, which is made where it is missing; without one nothing is kept.
+    ///
+    /// # Errors
+    /// A folder that cannot be made, or a system that cannot be read.
     pub fn new(folder: Option<&Path>, system: &System) -> Result<Self> {
         if let Some(folder) = folder {
             fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
@@ -287,6 +290,9 @@ impl Store {
     }
 
     /// The trial called `name` of `experiment`: as it is kept, else run and kept.
+    ///
+    /// # Errors
+    /// As [`Trial::of`]; as [`Store::kept`].
     pub fn trial(&self, name: &str, system: &System, experiment: &Experiment) -> Result<Trial> {
         self.kept(name, system, experiment, || Trial::of(system, experiment))
     }

@@ -16,6 +16,9 @@ use rig_data::windows::Window;
 use crate::plots::{EfficiencyMaps, MAP_CELLS, SIZE};
 
 /// All pictures, in a folder; `work` is a held-out profile.
+///
+/// # Errors
+/// A picture that cannot be written.
 pub fn all(
     models: &[Model; 3],
     surrogate: &Surrogate,

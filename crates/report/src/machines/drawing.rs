@@ -31,6 +31,9 @@ const SPLIT: (u32, u32) = (820, 700);
 
 impl Sheet {
     /// Of a machine that people know as `name`.
+    ///
+    /// # Errors
+    /// A mechanism that does not close.
     pub fn new(name: &str, machine: Machine, chart: LoadChart) -> Result<Self> {
         let tree = Tree::new(&machine)?;
         let view = SideView::new(&tree, &machine.start.zeta);
@@ -45,6 +48,9 @@ impl Sheet {
     }
 
     /// Write it as SVG or PNG, as the file is called.
+    ///
+    /// # Errors
+    /// The file cannot be written.
     pub fn write(&self, file: &Path) -> Result<()> {
         write(self, file, SHEET)
     }

@@ -136,6 +136,9 @@ pub struct OtherArguments {
 
 /// Let the program of `package`, which lies beside this one, do what this one was asked to do by
 /// `arguments`; how it ended.
+///
+/// # Errors
+/// It does not lie there, or cannot be started.
 pub fn hand_over(package: &str, arguments: &[OsString]) -> Result<ExitCode> {
     let name = format!("hdrm-fmu-{package}");
     let own = env::current_exe().context("where this program lies")?;

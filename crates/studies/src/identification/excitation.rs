@@ -111,6 +111,9 @@ impl Excitation {
     }
 
     /// The series of a seed; nothing where the machine cannot follow it.
+    ///
+    /// # Errors
+    /// A mechanism that does not work.
     pub fn draw(model: &Model, seed: u64) -> Result<Option<Self>> {
         let machine = model.machine();
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -160,6 +163,9 @@ impl Excitation {
     }
 
     /// The path of the tip, as a path file.
+    ///
+    /// # Errors
+    /// Geometry that is not a working machine.
     pub fn path(&self, machine: &Machine) -> Result<String> {
         let kinematics = Kinematics::new(machine)?;
         let sample = |t: f64| {

@@ -69,6 +69,9 @@ pub type Identified = BTreeMap<String, Result<Identification, String>>;
 
 impl Commissioning {
     /// Of machines whose nominal one the controller of `system` has; files go into `folder`.
+    ///
+    /// # Errors
+    /// A nominal machine that cannot be excited, or no folder to write to.
     pub fn new(system: &System, base: &Experiment, folder: &Path) -> Result<Self> {
         let controller = tip_error_port(system)?.component;
         let file = system.port_of(controller, "machine_file")?;
@@ -100,6 +103,9 @@ impl Commissioning {
     }
 
     /// The machine of every case, on all cores, each kept in `store`; `done` is called after each.
+    ///
+    /// # Errors
+    /// A system without the signals that tell, or a store that cannot be written.
     pub fn identify(
         &self,
         (system, base): (&System, &Experiment),

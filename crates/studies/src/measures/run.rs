@@ -19,12 +19,18 @@ const MOTION_START: &str = "settle_time";
 const MOTION_END: &str = "motion_end";
 
 /// The controller's output of which the tip error is made.
+///
+/// # Errors
+/// The system has no such controller.
 pub fn tip_error_port(system: &System) -> Result<Port> {
     system.port(TIP_ERROR)
 }
 
 /// When the reference begins to move under the start values of `experiment`, s; 0 for a controller
 /// that does not say it.
+///
+/// # Errors
+/// The system has no such controller, or it refuses the start values.
 pub fn motion_start(system: &System, experiment: &Experiment) -> Result<f64> {
     let controller = tip_error_port(system)?.component;
     match system.port_of(controller, MOTION_START) {
@@ -43,6 +49,9 @@ pub fn motion_end(system: &System, master: &Master) -> Option<f64> {
 
 /// When a run ends, s: at the stop time asked for, else at the end of the motion, else at that of the
 /// default experiment.
+///
+/// # Errors
+/// None of them is known.
 pub fn end(system: &System, experiment: &Experiment, master: &Master) -> Result<f64> {
     match (experiment.stop, motion_end(system, master)) {
         (None, Some(end)) => Ok(end),

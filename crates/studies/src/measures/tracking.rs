@@ -80,6 +80,9 @@ impl Tracking {
     }
 
     /// Run and evaluate the motion; also the run, of which the variables `more` are recorded too.
+    ///
+    /// # Errors
+    /// The run fails, or the system lacks one of the variables.
     pub fn recorded(
         system: &System,
         experiment: &Experiment,

@@ -21,6 +21,9 @@ pub type TrackingCell = Cell<Tracking>;
 
 /// Run every law on every case and these trajectories in parallel, law by law; `done` is called
 /// after each run. A failed run keeps its error and the others go on.
+///
+/// # Errors
+/// A law that the controller does not have, or a start value of a case that is set already.
 pub fn run(
     system: &System,
     base: &Experiment,

@@ -53,6 +53,9 @@ impl Counts {
 }
 
 /// Run `law` on every case on all cores, each kept in `store`; `done` is called after each.
+///
+/// # Errors
+/// A law or a case that the system does not have, or a store that cannot be written.
 pub fn run(
     (system, base): (&System, &Experiment),
     law: &Law,

@@ -36,6 +36,9 @@ pub struct Map {
 
 /// Map of the first component that has an efficiency, with the start values of the structure and of
 /// `base`.
+///
+/// # Errors
+/// No component has one, or an instance fails.
 pub fn map(system: &System, base: &Experiment) -> Result<Map> {
     let is_actuator = |k: &usize| system.port_of(*k, VALID).is_ok();
     let actuator = (0..system.fmus.len()).find(is_actuator);

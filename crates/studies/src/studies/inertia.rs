@@ -52,6 +52,9 @@ pub fn run(
 }
 
 /// As [`run`], with what `measure` makes of a run.
+///
+/// # Errors
+/// As [`run`].
 pub fn measured<T: Send>(
     system: &System,
     base: &Experiment,

@@ -211,6 +211,9 @@ fn count(limit: &dyn Fn(f64) -> Result<Option<Limit>>) -> Result<Border> {
 }
 
 /// Margins of `laws` in these places with these payloads, on all cores.
+///
+/// # Errors
+/// A system that lacks what is changed, or a store that cannot be written.
 pub fn run(
     (system, base): (&System, &Experiment),
     laws: &[Law],

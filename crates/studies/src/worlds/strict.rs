@@ -39,6 +39,9 @@ const FRICTION: [(&str, f64); 6] = [
 /// Gives each case, which was drawn from a seed, the rest of what its seed draws. A plant that
 /// `bends` has joint friction and joints of its own, ideal drives of the wrist, and steps whose
 /// length must not change.
+///
+/// # Errors
+/// A system that lacks one of the variables.
 pub(super) fn harden(system: &System, cases: &mut [Case], bends: bool) -> Result<()> {
     let file = system.port("emla_1.machine_file")?;
     let machine = MachineFile::at(system, &[], file)?.machine;

@@ -43,6 +43,9 @@ impl Profile {
 }
 
 /// Run the `machine` under `base` on both trajectories.
+///
+/// # Errors
+/// A run fails, or is too short to be replayed.
 pub fn record(machine: &System, base: &Experiment) -> Result<Vec<MachineRun>> {
     let ports = ports(machine)?;
     let one = |trajectory: &'static str| {
@@ -55,6 +58,9 @@ pub fn record(machine: &System, base: &Experiment) -> Result<Vec<MachineRun>> {
 }
 
 /// What must be recorded of the machine at every communication point.
+///
+/// # Errors
+/// The machine has not the rods of the testbed.
 pub fn ports(machine: &System) -> Result<Vec<Port>> {
     Ok(rods(machine)?.as_flattened().to_vec())
 }

@@ -34,6 +34,9 @@ pub struct Replay<'a> {
 
 impl Replay<'_> {
     /// Replay both trajectories on the `testbed` with each of `trials`.
+    ///
+    /// # Errors
+    /// A run fails, or the testbed does not have what is set on the machine.
     pub fn on(&self, testbed: &System, trials: &[Trial]) -> Result<Vec<Axis>> {
         let axes = self.replay(testbed, trials, &[Load::Emulator], false)?;
         Ok(axes.into_iter().map(|loaded| loaded.axis).collect())
@@ -41,6 +44,9 @@ impl Replay<'_> {
 
     /// Replay both trajectories on the testbed of actuators as built with each of `trials`, under
     /// both loads; of what is set on the machine what is set on its controller counts.
+    ///
+    /// # Errors
+    /// As [`Replay::on`].
     pub fn on_rigs(&self, testbed: &System, trials: &[Trial]) -> Result<Vec<LoadedAxis>> {
         self.replay(testbed, trials, &[Load::Emulator, Load::Rig], true)
     }
