@@ -15,6 +15,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 
+#: Folders of the workspace that hold crates.
+PRODUCTS = ("fmi", "kit", "master", "machine", "studies", "tools")
+
 #: Comments, texts and characters, which hold no names.
 NO_CODE = re.compile(
     r'//[^\n]*|/\*.*?\*/|b?r(#*)".*?"\1|b?"(?:\\.|[^"\\])*"|b?\'(?:\\[^\n]{1,8}?|[^\\\'\n])\'',
@@ -225,7 +228,8 @@ def report(crate, paths=False):
 
 def crates():
     """Folders of the workspace's crates."""
-    folders = [*(ROOT / "crates").iterdir(), *ROOT.glob("fmu-*"), ROOT / "python"]
+    inside = [folder for product in PRODUCTS for folder in (ROOT / product).iterdir()]
+    folders = [*inside, *ROOT.glob("fmu-*"), ROOT / "actuator-table", ROOT / "python"]
     return sorted(folder for folder in folders if (folder / "Cargo.toml").is_file())
 
 

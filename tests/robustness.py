@@ -29,7 +29,7 @@ BORDER = ["-p", "fmu-export", "--test", "border"]
 # Schedules of coupled runs under them. There are no input derivatives in FMI 3.0.
 COUPLED = (["gauss-seidel"], ["jacobi", "--input-derivatives"], ["gauss-seidel", "--fmi", 3])
 MEMCHECK = ["--leak-check=full", "--show-leak-kinds=definite", "--errors-for-leak-kinds=definite"]
-HELGRIND = ["--tool=helgrind", "--suppressions=crates/torture/helgrind.supp"]
+HELGRIND = ["--tool=helgrind", "--suppressions=tools/torture/helgrind.supp"]
 # Folder in an FMU of each version for this machine.
 FOLDERS = {"x86_64": ("linux64", "x86_64-linux"), "aarch64": (None, "aarch64-linux")}
 
@@ -198,7 +198,7 @@ def miri():
 
 def fuzz(seconds):
     """Each fuzz target for some time, from the committed corpus on; what it finds beyond goes to the target directory."""
-    (cargo, environment), folder, total = nightly(), ROOT / "fuzz", 0
+    (cargo, environment), folder, total = nightly(), ROOT / "tools/fuzz", 0
     environment["CARGO_TARGET_DIR"] = str(TARGET / "fuzz")
     targets = execute(*cargo, "fuzz", "list", "--fuzz-dir", folder, env=environment, stdout=subprocess.PIPE, text=True).stdout.split()
     for target in targets:

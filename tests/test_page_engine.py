@@ -1,4 +1,4 @@
-"""The engine of the pages (`web/engine.js`, `web/worker.js`, `crates/cosim-page`) in Node and in Chromium: the coupled run has the native one's
+"""The engine of the pages (`master/page-files`, `master/cosim-page`) in Node and in Chromium: the coupled run has the native one's
 bits, saved states go on as they did, what is refused costs nothing, a trap is named, memory does not grow.
 
 Engine, worker and system are those in `target/web/machine.html` (`cargo xtask web`), or in what MACHINE_PAGE names. With PAGE_BROWSER=webkit in
@@ -64,7 +64,7 @@ def unpack(folder):
 def opened(folder):
     """A page with them in a browser, which opens from the folder; whoever asks for it quits it."""
     page = folder / "page.html"
-    engine = (ROOT / "web/engine.js").read_text().replace("export class", "class")
+    engine = (ROOT / "master/page-files/page/engine.js").read_text().replace("export class", "class")
     inlined = "".join(
         f'<script type="text/plain" id="{name}">{base64.b64encode((folder / name).read_bytes()).decode()}</script>' for name in ("engine.wasm", "system.ssp")
     )

@@ -1,7 +1,7 @@
 //! Enumerations, terminals, resources and units; start values and bounds that the code needs too.
 
 use fmu_export::{File, Items, Terminal, Unit, read_placed_file};
-use machine::{Drive, EmlaFields, Machine};
+use machine_file::{Drive, EmlaFields, Machine};
 use std::path::Path;
 
 /// Rod position before anyone sets it, m: inside every stroke of the reference machine.
@@ -61,11 +61,11 @@ pub const TERMINALS: &[Terminal] = &[
 pub const RESOURCES: &[File] = &[
     File {
         path: "reference_machine.json",
-        bytes: machine::REFERENCE_JSON.as_bytes(),
+        bytes: machine_file::REFERENCE_JSON.as_bytes(),
     },
     File {
         path: "sized_machine.json",
-        bytes: machine::SIZED_JSON.as_bytes(),
+        bytes: machine_file::SIZED_JSON.as_bytes(),
     },
 ];
 

@@ -8,7 +8,7 @@
 
 use crate::info::{ROOM, X_LARGEST, X_START};
 use fmu_export::{Carried, Counted, ModelError};
-use machine::{ActuatorInput, EmlaFields};
+use machine_file::{ActuatorInput, EmlaFields};
 use serde::{Deserialize, Serialize};
 
 /// Inputs as the importer sees them.

@@ -33,7 +33,7 @@ macro_rules! actuator_inputs {
     };
 }
 
-/// The parameters of the machine's section `emla`, in the field `of_machine: machine::EmlaFields`,
+/// The parameters of the machine's section `emla`, in the field `of_machine: machine_file::EmlaFields`,
 /// but for inverter, brake, heat and temperature: `$V` is `Variable` of the model; what a model
 /// makes of some of them is given.
 #[macro_export]

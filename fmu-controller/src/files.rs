@@ -3,7 +3,7 @@
 use super::model::Parameters;
 use emla::Surrogate;
 use fmu_export::{read_parameter_file, read_placed_file};
-use machine::Machine;
+use machine_file::Machine;
 use std::path::Path;
 use tip_path::{BUILT_IN, PathFile};
 

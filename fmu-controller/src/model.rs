@@ -3,7 +3,7 @@
 use super::enumerations::{LEVEL, MODE, RATE_COMMAND, TRAJECTORY, TrajectoryItem};
 use emla::Surrogate;
 use fmu_export::{Counted, ModelError};
-use machine::Machine;
+use machine_file::Machine;
 use serde::{Deserialize, Serialize};
 use std::ops::{Deref, DerefMut};
 use tip_path::PathFile;

@@ -28,8 +28,8 @@ pub(crate) const INFO: Info = Info::new(
     Terminal::new("wrist", "io.github.hdrm-fmu.torques", "torques of the wrist", &[("tau", "tau_wrist")]),
 ])
 .resources(&[
-    File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() },
-    File { path: "sized_machine.json", bytes: machine::SIZED_JSON.as_bytes() },
+    File { path: "reference_machine.json", bytes: machine_file::REFERENCE_JSON.as_bytes() },
+    File { path: "sized_machine.json", bytes: machine_file::SIZED_JSON.as_bytes() },
 ])
 .units(&[
     Unit::new("V/N").m(1).s(-1).A(-1).display(&[DisplayUnit::new("V/kN", 1e3)]),

@@ -15,7 +15,7 @@ use fmu_export::{
     Carried, Continuous, Event, Info, InputPolynomial, Model, ModelError, ModelExchange, StepEnd,
     Variable,
 };
-use machine::Drive;
+use machine_file::Drive;
 pub use model::EmlaFmu;
 use model::{Parameters, trip};
 use table::{DERIVATIVES, INDICATORS, INFO, VARIABLES};

@@ -3,7 +3,7 @@
 use actuator_table::{AXIS, DRIVE, ROOM};
 use emla::{Electric, Emla, State, Surrogate};
 use fmu_export::{Carried, ModelError};
-use machine::{Drive, EmlaFields, Machine};
+use machine_file::{Drive, EmlaFields, Machine};
 use serde::{Deserialize, Serialize};
 
 /// The actuator behind the FMI border.
@@ -103,5 +103,5 @@ impl EmlaFmu {
 
 /// What to tell when the drive trips at time `t`, s.
 pub(crate) fn trip(emla: &Emla, u: &emla::Input, t: f64) -> String {
-    machine::trip_message(t, emla.link_voltage(u), emla.electric().undervoltage)
+    machine_file::trip_message(t, emla.link_voltage(u), emla.electric().undervoltage)
 }

@@ -12,7 +12,7 @@ use fmu_export::{
     Continuous, Event, Info, InputPolynomial, Model, ModelError, ModelExchange, StepEnd, Variable,
 };
 use hdrm::{Dynamics, Hdrm, Output, Slips, State};
-use machine::Machine;
+use machine_file::Machine;
 pub use model::HdrmFmu;
 use model::{Input, Parameters};
 

@@ -2,7 +2,7 @@
 
 use fmu_export::{Evaluation, ModelError};
 use hdrm::{DOF, Dynamics, Hdrm, Load, Options, Slips, State};
-use machine::Machine;
+use machine_file::Machine;
 use serde::{Deserialize, Serialize};
 
 /// The manipulator behind the FMI border.

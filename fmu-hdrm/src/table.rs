@@ -5,7 +5,7 @@ use super::model::{HdrmFmu, Parameters};
 use fmu_export::{
     ALL_PARAMETERS, File, Info, NO_STATES, Terminal, Unit, Variable, joined, read_placed_file, row,
 };
-use machine::Machine;
+use machine_file::Machine;
 use std::path::Path;
 
 pub(crate) const INFO: Info = Info::new(
@@ -28,8 +28,8 @@ pub(crate) const INFO: Info = Info::new(
     ]).bus(),
 ])
 .resources(&[
-    File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() },
-    File { path: "sized_machine.json", bytes: machine::SIZED_JSON.as_bytes() },
+    File { path: "reference_machine.json", bytes: machine_file::REFERENCE_JSON.as_bytes() },
+    File { path: "sized_machine.json", bytes: machine_file::SIZED_JSON.as_bytes() },
 ])
 .with_input_derivatives()
 .with_output_derivatives()

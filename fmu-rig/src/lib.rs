@@ -9,7 +9,7 @@ mod table;
 
 use actuator_table::{Input, rod_end};
 use fmu_export::{Carried, Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
-use machine::Drive;
+use machine_file::Drive;
 use model::{Parameters, RigFmu, trip};
 use rig::Output;
 use table::{INFO, VARIABLES};

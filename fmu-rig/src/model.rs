@@ -2,7 +2,7 @@
 
 use actuator_table::{AXIS, DRIVE, ROOM};
 use fmu_export::{Carried, ModelError};
-use machine::{Drive, EmlaFields, Machine};
+use machine_file::{Drive, EmlaFields, Machine};
 use rig::{CurrentLoop, Extras, Rig, State};
 use serde::{Deserialize, Serialize};
 
@@ -75,5 +75,5 @@ impl Parameters {
 
 /// What to tell when the drive trips at time `t`, s.
 pub(crate) fn trip(rig: &Rig, u: &rig::Input, t: f64) -> String {
-    machine::trip_message(t, rig.link_voltage(u), rig.undervoltage())
+    machine_file::trip_message(t, rig.link_voltage(u), rig.undervoltage())
 }

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use capability::gain_rule::gains;
-use machine::Source;
+use experiments::loads;
+use experiments::worlds::parameters_of;
+use machine_file::Source;
+use motion_check::gain_rule::gains;
 use pyo3::prelude::*;
-use studies::loads;
-use studies::worlds::parameters_of;
 use tip_path::PathFile;
 
 use crate::raised;
@@ -33,7 +33,7 @@ pub fn ruled_gains(text: &str) -> PyResult<BTreeMap<&'static str, f64>> {
 /// The text of the machine file that the programs know by this name.
 #[pyfunction]
 pub fn shipped_machine(name: &str) -> Option<&'static str> {
-    machine::preset(name)
+    machine_file::preset(name)
 }
 
 /// Whether a path of this name is built in.

@@ -33,22 +33,25 @@ pub(crate) fn raised(error: anyhow::Error) -> PyErr {
 /// Keep the instances of runs in this thread and use them again, reset, in the next ones.
 #[pyfunction]
 fn reuse_instances() {
-    cosim::spare::reuse_in_this_thread();
+    cosim::run::spare::reuse_in_this_thread();
 }
 
 /// Number of instances that this thread keeps.
 #[pyfunction]
 fn kept_instances() -> usize {
-    cosim::spare::count()
+    cosim::run::spare::count()
 }
 
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("RunFailed", module.py().get_type::<RunFailed>())?;
-    module.add("MODES", studies::start_values::MODES.to_vec())?;
-    module.add("REAL_SYSTEM", studies::worlds::SYSTEM)?;
-    module.add("REAL_PARAMETERS", studies::worlds::PARAMETERS)?;
-    module.add("MACHINES", machine::PRESETS.map(|(name, _)| name).to_vec())?;
+    module.add("MODES", experiments::start_values::MODES.to_vec())?;
+    module.add("REAL_SYSTEM", experiments::worlds::SYSTEM)?;
+    module.add("REAL_PARAMETERS", experiments::worlds::PARAMETERS)?;
+    module.add(
+        "MACHINES",
+        machine_file::PRESETS.map(|(name, _)| name).to_vec(),
+    )?;
     module.add("VERSION", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<system::System>()?;
     module.add_class::<system::Drawn>()?;

@@ -3,12 +3,15 @@
 use std::collections::BTreeMap;
 
 use anyhow::Result;
-use cosim::{Experiment, Port, Recording, System};
+use cosim::Experiment;
+use cosim::Port;
+use cosim::Recording;
+use cosim::System;
+use experiments::measures::energy;
+use experiments::measures::metrics::{Metrics, add_energy, add_tracking, of_tip};
+use experiments::measures::run::{Outcome, RecordedRun, TipError};
+use experiments::measures::tracking::Evaluation;
 use pyo3::prelude::*;
-use studies::measures::energy;
-use studies::measures::metrics::{Metrics, add_energy, add_tracking, of_tip};
-use studies::measures::run::{Outcome, RecordedRun, TipError};
-use studies::measures::tracking::Evaluation;
 
 /// Metrics beside those of the tip error; they take time, because signals are recorded at every
 /// communication point.
@@ -68,7 +71,7 @@ impl Extra {
 /// have it.
 #[pyfunction]
 pub fn metric_names(actuators: Vec<String>) -> BTreeMap<String, &'static str> {
-    studies::measures::metrics::names(&actuators)
+    experiments::measures::metrics::names(&actuators)
 }
 
 /// The metrics of tip errors (m) at times (s), with the motion from `motion_start`, s, on: as those

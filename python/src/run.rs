@@ -1,13 +1,18 @@
 //! A whole run: signals as columns of numbers, metrics, verdict.
 
 use anyhow::Result;
-use cosim::csv::stride;
-use cosim::run;
-use cosim::{Experiment, Master, Port, Recording, System, Verdict};
+use cosim::Experiment;
+use cosim::Master;
+use cosim::Port;
+use cosim::Recording;
+use cosim::System;
+use cosim::Verdict;
+use cosim::io::csv::stride;
+use cosim::run::simulate;
+use experiments::measures::metrics::{Metrics, add_residuals, of_tip};
+use experiments::measures::run::{FailedRun, run as run_machine};
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyDict};
-use studies::measures::metrics::{Metrics, add_residuals, of_tip};
-use studies::measures::run::{FailedRun, run as run_machine};
 
 use crate::metrics::Extra;
 use crate::raised;
@@ -80,7 +85,7 @@ pub fn run(system: &System, experiment: &Experiment, request: Request) -> Result
     } else {
         let master = experiment.start(system)?;
         let stop = experiment.stop(system)?;
-        let outcome = run::run(system, master, stop, &progress, observe)?;
+        let outcome = simulate::run(system, master, stop, &progress, observe)?;
         let mut metrics = Metrics::new();
         add_residuals(&mut metrics, &outcome.residuals);
         (outcome, metrics, Verdict::default())

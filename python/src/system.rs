@@ -6,19 +6,21 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum as _;
+use cosim::Experiment;
+use cosim::Verdict;
 use cosim::cli::{InputArgs, RunArgs, STEP};
-use cosim::input_table::{Column, Table};
+use cosim::io::input_table::{Column, Table};
 use cosim::master::Schedule;
-use cosim::package::FmuPlace;
-use cosim::signals::connected;
-use cosim::{Experiment, Verdict, matching};
-use fmu_description::{Kind, Variable};
+use cosim::matching;
+use cosim::run::signals::connected;
+use cosim::structure::package::FmuPlace;
+use experiments::bench::{forgotten, tell_delay};
+use experiments::measures::run::useful;
+use experiments::worlds::{Bounds, Cases};
+use experiments::{loads, machine_choice};
+use fmi_description::{Kind, Variable};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use studies::bench::{forgotten, tell_delay};
-use studies::measures::run::useful;
-use studies::worlds::{Bounds, Cases};
-use studies::{loads, machine_file};
 
 use crate::raised;
 use crate::run::{self, Request};
@@ -27,7 +29,7 @@ use crate::session::Session;
 /// A system with its FMUs, loaded once for any number of runs.
 #[pyclass(frozen)]
 pub struct System {
-    system: Arc<cosim::system::System>,
+    system: Arc<cosim::structure::system::System>,
 }
 
 /// What is loaded.
@@ -131,10 +133,14 @@ impl System {
         };
         let variant = source.variant.as_deref();
         let mut system = match source.files.as_slice() {
-            [path] if !is_fmu(path) => {
-                cosim::system::System::load(path, variant, &place, &source.replaced, &source.maps)?
-            }
-            files => cosim::system::System::of_fmus(files, &source.connect)?,
+            [path] if !is_fmu(path) => cosim::structure::system::System::load(
+                path,
+                variant,
+                &place,
+                &source.replaced,
+                &source.maps,
+            )?,
+            files => cosim::structure::system::System::of_fmus(files, &source.connect)?,
         };
         for name in source.feedthrough {
             ensure!(
@@ -213,13 +219,13 @@ impl System {
     }
 
     /// The system with a machine file bound to its FMUs.
-    fn with_machine(&self, machine: &str) -> Result<cosim::system::System> {
-        let mut system = cosim::system::System {
+    fn with_machine(&self, machine: &str) -> Result<cosim::structure::system::System> {
+        let mut system = cosim::structure::system::System {
             path: self.system.path.clone(),
             structure: self.system.structure.clone(),
             fmus: self.system.fmus.clone(),
         };
-        machine_file::bind(&mut system, machine)?;
+        machine_choice::bind(&mut system, machine)?;
         Ok(system)
     }
 
@@ -234,7 +240,8 @@ impl System {
             None => Cases::of_machines(&self.system, seeds, &Bounds::REAL)?,
         };
         let case = machines.list.first().context("one seed is one machine")?;
-        let setting = |s: &cosim::system::Setting| (self.system.name(s.port), s.value.clone());
+        let setting =
+            |s: &cosim::structure::system::Setting| (self.system.name(s.port), s.value.clone());
         Ok(Drawn {
             settings: case.settings.iter().map(setting).collect(),
             _machines: machines,

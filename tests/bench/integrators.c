@@ -1,5 +1,5 @@
 /* FMI 2.0 co-simulation FMU "x_dot = u in four places", written by hand: what a step of an FMU costs in C.
- * The same variables and the same checks as crates/fmu-export/examples/integrators.rs; only the functions
+ * The same variables and the same checks as kit/fmu-export/examples/integrators.rs; only the functions
  * that overhead.c calls. Value references: 0..3 inputs u, 4..7 outputs x. */
 #include <math.h>
 #include <stdlib.h>

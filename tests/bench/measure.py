@@ -1,7 +1,7 @@
 """Measures what everything costs, as `cargo xtask bench` calls it once all is built.
 
     python tests/bench/measure.py time OPTIONS           # one table, beside other engines measured in the same run
-    python tests/bench/measure.py instructions OPTIONS   # counted by valgrind's callgrind, compared with benches/instructions.json
+    python tests/bench/measure.py instructions OPTIONS   # counted by valgrind's callgrind, compared with tools/benches/instructions.json
 
 Instruction counts repeat from run to run where times do not, so they show a loss of a few per cent; they are not times. They are those of
 one compiler and one C library, so the record holds its environment, and elsewhere more growth is accepted.
@@ -20,7 +20,7 @@ import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-RECORD = ROOT / "benches/instructions.json"
+RECORD = ROOT / "tools/benches/instructions.json"
 # Growth over the recorded count that is still accepted, and the same with another compiler, C library or valgrind than those recorded.
 GROWTH, GROWTH_ELSEWHERE = 0.03, 0.15
 # Most instructions of set + step + get through FMI 3.0, in those through FMI 2.0.

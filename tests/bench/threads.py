@@ -24,7 +24,7 @@ import zipfile
 from pathlib import Path
 
 H = 1e-3
-COUNTER = Path(__file__).resolve().parents[2] / "crates/cosim/tests/fmus/counter.c"
+COUNTER = Path(__file__).resolve().parents[2] / "master/cosim/tests/fmus/counter.c"
 BUSY, BUSY_STEPS = 6, 300
 DESCRIPTION = """<fmiModelDescription fmiVersion="2.0" modelName="counter" guid="{1}"><CoSimulation modelIdentifier="counter"
 canHandleVariableCommunicationStepSize="true"/><ModelVariables><ScalarVariable name="y" valueReference="1" causality="output"><Real/>

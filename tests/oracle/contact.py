@@ -3,7 +3,7 @@ slides on it, integrated by SciPy's DOP853.
 
     python tests/oracle/contact.py        (versions: tests/oracle/requirements.txt)
 
-writes `contact.json`, which `crates/hdrm/tests/contact.rs` reads. It may change when the reference parameters or the law change, never to
+writes `contact.json`, which `machine/hdrm/tests/contact.rs` reads. It may change when the reference parameters or the law change, never to
 follow the Rust code.
 """
 

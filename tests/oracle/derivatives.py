@@ -4,7 +4,7 @@
 
 writes `derivatives.json`: for random states, inputs and directions the derivatives of the outputs along a direction of the inputs,
 and in time with the inputs changing at given rates. `tests/test_derivatives.py` (manipulator, through the FMU) and
-`crates/emla/tests/oracle_derivatives.rs` read it. It may change when the reference parameters or the meaning of an output change,
+`machine/emla/tests/oracle_derivatives.rs` read it. It may change when the reference parameters or the meaning of an output change,
 never to follow the Rust code.
 
 No derivative is written down here. The actuator differs from the Rust code as that of `emla_oracle.py` does: flux linkages as

@@ -2,7 +2,7 @@
 
     python tests/oracle/lagrangian.py        (versions: tests/oracle/requirements.txt)
 
-writes `manipulator.json`, which `crates/hdrm/tests/oracle.rs` reads. It may change when the
+writes `manipulator.json`, which `machine/hdrm/tests/oracle.rs` reads. It may change when the
 reference parameters or the meaning of a field change, never to follow the Rust code.
 """
 

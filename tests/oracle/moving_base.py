@@ -2,7 +2,7 @@
 
     python tests/oracle/moving_base.py        (versions: tests/oracle/requirements.txt)
 
-writes `moving_base.json`, which `crates/hdrm/tests/moving_base.rs` reads. The poses are those of `mechanism.py`, moved along with the base;
+writes `moving_base.json`, which `machine/hdrm/tests/moving_base.rs` reads. The poses are those of `mechanism.py`, moved along with the base;
 no velocity, Coriolis, centrifugal or Euler force is written down. It may change when the reference parameters or the meaning of a field
 change, never to follow the Rust code.
 """

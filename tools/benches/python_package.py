@@ -1,8 +1,8 @@
 """What the package costs: beside the program, on two workers beside one, with a worker and the scheduler killed, and beside FMPy.
 
-    python benches/python_package.py all                     # 1000 cases; on two quiet cores about 20 minutes
-    python benches/python_package.py all --cases 300         # about 9 minutes
-    python benches/python_package.py overhead                # one of overhead, scaling, endurance, fmpy alone
+    python tools/benches/python_package.py all                     # 1000 cases; on two quiet cores about 20 minutes
+    python tools/benches/python_package.py all --cases 300         # about 9 minutes
+    python tools/benches/python_package.py overhead                # one of overhead, scaling, endurance, fmpy alone
 
 `cargo xtask wheel --check` makes the environment `target/python` with the package and all that this needs. A case is the cubic motion, 24 s of
 simulated time. Wall times say something on a quiet machine alone; bits are compared on any.

@@ -4,7 +4,7 @@
 //! A valid state is taken from the FMU and patched as the fuzzer says, so that small inputs reach
 //! deep into large states.
 
-use fmu_description::Description;
+use fmi_description::Description;
 use fmu_export::Model;
 use fmu_export::ffi::*;
 use std::cell::RefCell;

@@ -62,9 +62,12 @@ pub enum ArchiveError {
         /// What it has instead.
         has: String,
     },
-    /// A file cannot be written.
+    /// A file of the system cannot be read or written.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// What is wrong with the file of this path.
     #[error("{0}: {1}")]
-    Write(PathBuf, io::Error),
+    At(PathBuf, Box<ArchiveError>),
 }
 
 impl Archive {
@@ -170,7 +173,7 @@ impl Archive {
             let content = self.content(&name, index)?;
             let path = folder.join(&name);
             let written = write(&path, &content);
-            written.map_err(|error| ArchiveError::Write(path, error))?;
+            written.map_err(|error| ArchiveError::At(path, Box::new(error.into())))?;
         }
         Ok(())
     }

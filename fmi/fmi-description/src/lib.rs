@@ -3,9 +3,6 @@
 //! Where a notion is the same in both versions, so is its type here. [`Archive`] opens the FMU
 //! itself.
 //!
-//! Which C functions an FMU exports, of which type and when they may be called: [`functions`]; as
-//! pointers that can be called: [`calls`]. With the feature `library` it loads shared libraries.
-//!
 //! Other tools' FMUs are read as they are: in any encoding that is usual, with whatever their
 //! vendors add. What is wrong by the standard but harmless becomes a [`Remark`].
 //!
@@ -20,25 +17,22 @@
 //!   <ModelVariables><ScalarVariable name="u" valueReference="0" causality="input"><Real unit="m" start="1"/></ScalarVariable></ModelVariables>
 //!   <ModelStructure/>
 //! </fmiModelDescription>"#;
-//! let description = fmu_description::Description::parse(text).unwrap();
+//! let description = fmi_description::Description::parse(text).unwrap();
 //! let u = description.variable("u").unwrap();
 //! assert_eq!((u.unit.as_deref(), u.start_number()), (Some("m"), Some(1.0)));
 //! ```
-#![deny(unsafe_code)] // but where functions of libraries are found
+#![forbid(unsafe_code)]
 
 mod archive;
-pub mod calls;
 mod dependencies;
 mod description;
 mod elements;
 mod encoding;
+pub mod entries;
 mod error;
 mod file;
 mod fmi2;
 mod fmi3;
-pub mod functions;
-#[cfg(feature = "library")]
-pub mod library;
 mod parse;
 pub mod platform;
 mod remark;
@@ -51,6 +45,7 @@ pub use description::{
     Capabilities, DefaultExperiment, Description, DisplayUnit, Unit, Unknown, Version,
 };
 pub use encoding::text;
+pub use entries::Entries;
 pub use error::DescriptionError;
 pub use remark::Remark;
 pub use terminals::{Member, Terminal, terminals};

@@ -7,7 +7,7 @@ use std::any::Any;
 use std::ffi::{c_int, c_void};
 use std::ptr;
 
-use crate::functions::{Pointer, Text};
+use crate::standard::{Pointer, Text};
 use crate::{fmi2_functions, fmi3_functions};
 
 /// No status: the library does not export the function.

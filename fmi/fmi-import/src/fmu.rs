@@ -1,10 +1,10 @@
 //! An FMU opened: unpacked if it is packed, its description read, its library loaded.
 
 use super::functions::Functions;
-use crate::{library, platform};
+use crate::library::{Library, resources};
+use crate::platform;
 use anyhow::{Context, Result};
-use fmu_description::library::{Library, resources};
-use fmu_description::{Access, Archive, Description, Variable, library_among};
+use fmi_description::{Access, Archive, Description, Variable, library_among};
 use std::collections::BTreeSet;
 use std::ffi::CString;
 use std::fs;
@@ -23,14 +23,9 @@ pub struct Fmu {
 }
 
 impl Fmu {
-    /// Opens a `.fmu` file, or a library that hands out its own files through fmi2ExportFiles.
+    /// Opens a `.fmu` file.
     pub fn open(path: &Path) -> Result<Self> {
-        if path.extension().is_some_and(|e| e == "fmu") {
-            Self::packed(path)
-        } else {
-            Self::library(path)
-        }
-        .with_context(|| path.display().to_string())
+        Self::packed(path).with_context(|| path.display().to_string())
     }
 
     /// Opens an FMU whose files lie in a folder.
@@ -70,8 +65,8 @@ impl Fmu {
         Ok(fmu)
     }
 
-    fn library(path: &Path) -> Result<Self> {
-        let description = library::description(&library::files(path)?)?;
+    /// A library by itself, of which this is known.
+    pub fn bare(path: &Path, description: Description) -> Result<Self> {
         Ok(Self {
             functions: Functions::load(load(path)?, &description),
             description,

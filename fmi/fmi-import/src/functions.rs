@@ -6,9 +6,9 @@ use std::collections::HashMap;
 use std::ffi::c_int;
 use std::ptr;
 
-use fmu_description::calls::{Callbacks, Functions2, Functions3, Logger};
-use fmu_description::library::Library;
-use fmu_description::{Causality, Description, Version};
+use crate::calls::{Callbacks, Functions2, Functions3, Logger};
+use crate::library::Library;
+use fmi_description::{Causality, Description, Version};
 
 use super::log::logger_3;
 use super::names::in_3;

@@ -4,9 +4,9 @@
 use std::ffi::{CString, c_int};
 use std::ptr;
 
+use crate::calls::Callbacks;
 use anyhow::{Result, anyhow, bail};
-use fmu_description::calls::Callbacks;
-use fmu_description::{Access, Variable};
+use fmi_description::{Access, Variable};
 
 use super::fmu::Fmu;
 use super::functions::{Experiment, Functions};

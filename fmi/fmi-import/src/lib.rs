@@ -3,20 +3,44 @@
 //! judge them stands on this.
 #![allow(unsafe_code)] // loads a library, and calls it
 
+pub mod calls;
+#[cfg(feature = "native")]
 mod derivatives;
+#[cfg(feature = "native")]
 mod fmu;
+#[cfg(feature = "native")]
 pub mod functions;
+#[cfg(feature = "native")]
 pub mod instance;
+#[cfg(feature = "native")]
+pub mod library;
+#[cfg(feature = "native")]
 mod log;
+#[cfg(feature = "native")]
 pub mod names;
+#[cfg(feature = "native")]
 pub mod order;
+#[cfg(feature = "native")]
+pub mod platform;
+#[cfg(feature = "native")]
+pub mod portability;
+#[cfg(feature = "native")]
+pub mod process;
+pub mod standard;
+#[cfg(feature = "native")]
 mod states;
+#[cfg(feature = "native")]
 pub mod symbols;
+#[cfg(feature = "native")]
 pub mod text;
+#[cfg(feature = "native")]
 mod values;
 
-pub use fmu::Fmu;
-pub use fmu_description::calls::{Callbacks, Functions3};
-pub use instance::Instance;
-pub use log::{Log, Message};
-pub use states::SavedState;
+pub use calls::{Callbacks, Functions3};
+#[cfg(feature = "native")]
+pub use {
+    fmu::Fmu,
+    instance::Instance,
+    log::{Log, Message},
+    states::SavedState,
+};

@@ -7,7 +7,7 @@ use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 use libloading::Error;
 
 use crate::calls::Exports;
-use crate::description::Version;
+use fmi_description::Version;
 
 /// A library, and those that were loaded for it. It is closed first.
 pub struct Library {

@@ -7,7 +7,7 @@ use std::ptr;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use fmu_description::calls::Callbacks;
+use crate::calls::Callbacks;
 
 use super::symbols::{Pointer, Text};
 use super::text::shown;

@@ -1,6 +1,6 @@
 //! What the functions and statuses of FMI 2.0 are called in FMI 3.0.
 
-use fmu_description::functions::FMI3;
+use crate::standard::FMI3;
 
 /// A text with the functions and statuses of FMI 2.0 in it called as FMI 3.0 calls them.
 pub fn text_in_3(text: &str) -> String {

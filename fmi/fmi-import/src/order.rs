@@ -1,7 +1,7 @@
 //! The call order for co-simulation.
 
-use fmu_description::functions::Function;
-pub use fmu_description::functions::Mode;
+use crate::standard::Function;
+pub use crate::standard::Mode;
 
 /// Whether the function of this name, of either version, may be called in this state.
 ///

@@ -2,8 +2,8 @@
 
 use std::ffi::c_int;
 
-pub use fmu_description::calls::ABSENT;
-pub use fmu_description::functions::{Pointer, Text};
+pub use crate::calls::ABSENT;
+pub use crate::standard::{Pointer, Text};
 
 /// Status: all is well.
 pub const OK: c_int = 0;

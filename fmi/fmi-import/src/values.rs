@@ -6,7 +6,7 @@ use std::fmt::Display;
 use std::str::FromStr;
 use std::{ptr, slice};
 
-use fmu_description::{Access, Variable};
+use fmi_description::{Access, Variable};
 
 use super::functions::Functions;
 use super::functions::OwnFunctions::{Fmi2, Fmi3};

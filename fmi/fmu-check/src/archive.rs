@@ -6,11 +6,11 @@ use std::io::{Cursor, Read};
 
 use zip::{CompressionMethod, ZipArchive};
 
-use fmu_description::platform::WASM;
+use fmi_description::platform::WASM;
 
 use super::binaries::PLATFORMS;
 use super::outcome::{Outcome, Promise, Report};
-use crate::archive::Entries;
+use fmi_description::Entries;
 
 const AREA: &str = "archive";
 const OPENS: Promise = Promise {

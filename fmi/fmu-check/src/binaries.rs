@@ -3,12 +3,12 @@
 
 use std::collections::BTreeSet;
 
-use fmu_description::platform::{LINUX, LINUX_ARM, MACOS, MACOS_ARM, WINDOWS};
+use fmi_description::platform::{LINUX, LINUX_ARM, MACOS, MACOS_ARM, WINDOWS};
 use object::{Architecture, BinaryFormat, Object};
 
 use super::outcome::{Outcome, Promise, Report};
-use crate::archive::Entries;
-use crate::portability::Needs;
+use fmi_description::Entries;
+use fmi_import::portability::Needs;
 
 const AREA: &str = "libraries";
 const PROCESSOR: Promise = Promise {

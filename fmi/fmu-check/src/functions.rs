@@ -1,6 +1,6 @@
 //! The functions that a library must export, by version and interfaces.
 
-use fmu_description::functions::{FMI2, FMI3, Function, Interface};
+use fmi_import::standard::{FMI2, FMI3, Function, Interface};
 
 use super::xml::Element;
 

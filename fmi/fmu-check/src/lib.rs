@@ -1,10 +1,13 @@
-//! `cargo fmu check`: whether an FMU, whoever made it, keeps what importers rely on: archive, model
+//! Whether an FMU, whoever made it, keeps what importers rely on: archive, model
 //! description, libraries, and how it behaves when it is called. What the standard demands fails;
 //! what it permits, but importers stumble over, is a remark.
 
 mod archive;
+mod arguments;
 mod binaries;
 mod checker;
+#[cfg(feature = "wasm")]
+pub mod component;
 mod functions;
 mod outcome;
 mod run;
@@ -20,14 +23,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use fmu_description::{Description, Version, library_among};
+use fmi_description::{Description, Version, library_among};
 use tempfile::TempDir;
 
-use crate::archive::Entries;
-use crate::platform;
+pub use arguments::Arguments;
 pub use checker::Checker;
+use fmi_description::Entries;
+use fmi_import::platform;
 pub use outcome::{Outcome, Promise, Report, Row, Verdict};
-pub use run::one as try_one;
 use xml::Element;
 
 /// Heading of what is asked of it.
@@ -70,7 +73,7 @@ fn unpacked(entries: &Entries, checker: Checker, report: &mut Report) -> Result<
     if let Err(reason) = std::str::from_utf8(text) {
         schema.fail(reason.to_string());
     }
-    match fmu_description::text(text) {
+    match fmi_description::text(text) {
         Ok(text) => described(&text, entries, checker, schema, report)?,
         Err(_) => report.push(DESCRIPTION, SCHEMA, schema),
     }

@@ -9,7 +9,7 @@ use super::outcome::Outcome;
 
 macro_rules! files {
     ($folder:literal: $($name:literal),*) => {
-        [$(include_str!(concat!("../../schema/", $folder, "/", $name, ".xsd"))),*]
+        [$(include_str!(concat!("../schema/", $folder, "/", $name, ".xsd"))),*]
     };
 }
 
@@ -98,7 +98,7 @@ mod tests {
 
     /// A description with a construct of each kind of the schema: array, alias, texts, items,
     /// clock, annotations.
-    const RICH: &str = include_str!("../../tests/check/rich3.xml");
+    const RICH: &str = include_str!("../tests/check/rich3.xml");
 
     #[test]
     fn the_schema_of_fmi_3_is_kept() {

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use fmu_description::Version;
+use fmi_description::Version;
 
 use super::outcome::{Outcome, Promise, Report};
 use super::variables::Variable;

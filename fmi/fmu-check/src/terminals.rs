@@ -6,7 +6,7 @@ use super::outcome::{Outcome, Promise, Report};
 use super::schema;
 use super::variables::Variable;
 use super::xml::Element;
-use crate::archive::Entries;
+use fmi_description::Entries;
 
 const AREA: &str = "terminals";
 const FILE: &str = "terminalsAndIcons/terminalsAndIcons.xml";

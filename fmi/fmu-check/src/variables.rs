@@ -9,7 +9,7 @@ mod units;
 mod values;
 mod variable;
 
-use fmu_description::Version;
+use fmi_description::Version;
 
 use super::outcome::Report;
 use super::xml::Element;

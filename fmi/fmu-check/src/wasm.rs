@@ -1,10 +1,10 @@
 //! WebAssembly in the archive, as the draft FMI-LS-WASM has it: read without running it.
 
-use fmu_description::platform::WASM;
+use fmi_description::platform::WASM;
 
 use super::outcome::{Outcome, Promise, Report};
-use crate::archive::Entries;
-use crate::wasm::{MANIFEST, imports, path, world_fault};
+use crate::component::{MANIFEST, imports, path, world_fault};
+use fmi_description::Entries;
 
 const AREA: &str = "WebAssembly";
 const WORLD: Promise = Promise {
@@ -55,7 +55,7 @@ pub fn check(entries: &Entries, identifiers: &[&str], report: &mut Report) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::Row;
+    use crate::Row;
 
     fn checked(files: &[(&str, &[u8])]) -> Vec<Vec<String>> {
         let files = files

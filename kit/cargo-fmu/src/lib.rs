@@ -5,18 +5,11 @@
 //! linked: libraries are loaded, asked for their files, and closed again.
 #![deny(unsafe_code)]
 
-pub mod archive;
-#[cfg(feature = "check")]
-pub mod check;
-#[cfg(feature = "check")]
-pub mod fmi;
 pub mod library;
 pub mod licences;
 pub mod new;
 pub mod notices;
 pub mod pack;
-pub mod platform;
-pub mod portability;
 pub mod process;
 pub mod target;
 #[cfg(feature = "wasm")]

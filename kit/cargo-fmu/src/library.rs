@@ -9,12 +9,13 @@ use std::fmt;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use fmu_description::Description;
-pub use fmu_description::Version;
-use fmu_description::calls::Exports as _;
-use fmu_description::library::Library;
+use fmi_description::Description;
+pub use fmi_description::Version;
+use fmi_import::Fmu;
+use fmi_import::calls::Exports as _;
+use fmi_import::library::Library;
 
-use crate::archive::Entries;
+use fmi_description::Entries;
 
 type Receive = unsafe extern "C" fn(*mut c_void, *const c_char, *const u8, usize);
 /// The C functions `fmi2ExportFiles` and `fmi3ExportFiles`.
@@ -110,6 +111,14 @@ pub fn description_text(files: &BTreeMap<String, Vec<u8>>) -> Result<&str> {
 /// The model description among the files.
 pub fn description(files: &Entries) -> Result<Description> {
     Ok(Description::parse(description_text(files)?)?)
+}
+
+/// Opens a `.fmu` file, or a library that hands out its own files.
+pub fn open(path: &Path) -> Result<Fmu> {
+    match path.extension().is_some_and(|e| e == "fmu") {
+        true => Fmu::open(path),
+        false => Fmu::bare(path, description(&files(path)?)?),
+    }
 }
 
 #[cfg(test)]

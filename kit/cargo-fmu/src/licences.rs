@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
-use crate::archive::Entries;
+use fmi_description::Entries;
 
 /// Where licences and notices lie in an FMU.
 pub const FOLDER: &str = "documentation/licenses";

@@ -3,10 +3,8 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Duration;
 
 use anyhow::{Context, Result};
-use cargo_fmu::check::{self, Checker, Verdict};
 use cargo_fmu::process::end;
 use cargo_fmu::workspace::{Source, Workspace};
 use cargo_fmu::{new, pack, wasm, web};
@@ -79,20 +77,7 @@ enum Command {
     },
     /// Check FMUs, whoever made them: archive, description, libraries, and what they do when they
     /// are run
-    Check {
-        /// FMUs
-        #[arg(required = true, value_name = "FILE.fmu")]
-        fmus: Vec<PathBuf>,
-        /// Remarks count as failures
-        #[arg(long)]
-        strict: bool,
-        /// What all trials of an FMU together may take, s
-        #[arg(long, value_name = "SECONDS", default_value_t = 300)]
-        timeout: u64,
-        /// Check only the promises with these words
-        #[arg(long, value_name = "WORDS", default_value = "")]
-        only: String,
-    },
+    Check(fmu_check::Arguments),
     /// Make one HTML file that runs an FMU or a packed system in any browser, from a folder
     Web {
         /// FMU or SSP with WebAssembly
@@ -113,13 +98,6 @@ enum Command {
         page: Option<PathBuf>,
         #[arg(long, hide = true)]
         data: Vec<String>,
-    },
-    /// One trial of `check`, in this process
-    #[command(hide = true)]
-    Try {
-        name: String,
-        folder: PathBuf,
-        result: PathBuf,
     },
 }
 
@@ -171,12 +149,7 @@ fn run(command: Command) -> Result<ExitCode> {
             let sources = Source::chosen(packages, Vec::new());
             wasm::add(&workspace, &sources, &pack::profile(&profile), &fmus)?;
         }
-        Command::Check {
-            fmus,
-            strict,
-            timeout,
-            only,
-        } => return check_all(&fmus, strict, Duration::from_secs(timeout), &only),
+        Command::Check(arguments) => return arguments.run(&["fmu", "check"]),
         Command::Web {
             model,
             out,
@@ -198,36 +171,6 @@ fn run(command: Command) -> Result<ExitCode> {
                 size / 1000
             );
         }
-        Command::Try {
-            name,
-            folder,
-            result,
-        } => check::try_one(&name, &folder, &result)?,
     }
     Ok(ExitCode::SUCCESS)
-}
-
-fn check_all(fmus: &[PathBuf], strict: bool, limit: Duration, only: &str) -> Result<ExitCode> {
-    let program = std::env::current_exe().context("the path of this program")?;
-    let checker = Checker {
-        program: &program,
-        only,
-        limit,
-    };
-    let mut is_sound = true;
-    for fmu in fmus {
-        let report = check::check(fmu, checker)?;
-        println!("{report}");
-        let remarks = if strict {
-            report.count(Verdict::Remark)
-        } else {
-            0
-        };
-        is_sound &= report.count(Verdict::Fails) + remarks == 0;
-    }
-    Ok(if is_sound {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::FAILURE
-    })
 }

@@ -22,10 +22,10 @@ use std::process::Command;
 use anyhow::{Context, Result};
 use serde::Deserialize;
 
-use crate::archive::Entries;
 use crate::licences;
 use crate::process::output;
 use crate::workspace::{Package, Workspace, cargo};
+use fmi_description::Entries;
 
 const CRATES: &str = "third-party.txt";
 const STANDARD_LIBRARY: &str = "rust-standard-library.html";
@@ -294,7 +294,7 @@ mod tests {
             ("three.js", "three/three.min.js"),
             ("plotly.js", "plotly/plotly.min.js"),
         ] {
-            let assets = workspace.root.join("crates/report/assets");
+            let assets = workspace.root.join("studies/report/assets");
             let script = fs::read_to_string(assets.join(script)).unwrap();
             assert!(script[..200].contains(version(name)), "{name}");
         }

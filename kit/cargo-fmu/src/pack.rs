@@ -6,15 +6,17 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 
-use fmu_description::Version;
+use fmi_description::Version;
 
-use crate::archive::Entries;
 use crate::library::Lacking;
 use crate::notices::Notices;
-use crate::platform::Platform;
 use crate::target::{Target, Tools};
 use crate::workspace::{Package, Source, Workspace};
-use crate::{archive, library, licences, platform};
+use crate::{library, licences};
+use fmi_description::Entries;
+use fmi_description::entries;
+use fmi_import::platform;
+use fmi_import::platform::Platform;
 
 /// The profile that libraries are built with if none is chosen; see [`profile`].
 pub const FMU_PROFILE: &str = "fmu-release";
@@ -203,7 +205,7 @@ fn fmu(
         entry.or_insert_with(|| bytes.clone());
     }
     let path = out.join(identifier).with_extension("fmu");
-    let size = archive::write(&path, &entries)?;
+    let size = entries::write(&path, &entries)?;
     println!("packed {} ({} kB)", path.display(), size / 1000);
     Ok(path)
 }

@@ -9,10 +9,10 @@ use std::process::Command;
 
 use anyhow::{Context, Result, anyhow, bail};
 
-use crate::platform::{self, Platform};
-use crate::portability::{self, Needs};
 use crate::process::output;
 use crate::workspace::{Workspace, cargo};
+use fmi_import::platform::{self, Platform};
+use fmi_import::portability::{self, Needs};
 
 /// The packages on PyPI with the linker for Linux and macOS: zig, and cargo-zigbuild, through which
 /// cargo calls it.

@@ -12,27 +12,17 @@ use base64::engine::general_purpose::STANDARD;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
-use crate::archive::{self, Entries};
 use crate::library::{self, Version};
+use crate::pack;
 use crate::target::{self, Tools};
 use crate::workspace::{Source, Workspace};
-use crate::{pack, wasm};
-
-macro_rules! sources {
-    ($($name:literal)*) => {
-        [$(($name, include_str!(concat!("../web/", $name)))),*]
-    };
-}
-
-/// The page of an FMU or a packed system, and what its parts import.
-const MODEL: [(&str, &str); 10] = sources!(
-    "model.html" "model.js" "engine.js" "page.js" "parts.js" "records.js" "scopes.js" "style.css"
-    "variables.js" "worker.js"
-);
+use fmi_description::entries::{self, Entries};
+use fmu_check::component;
 
 /// Which page is made, and of what.
 pub struct Page<'a> {
-    /// An HTML file, whose parts lie beside it; None: the page of any model.
+    /// An HTML file; the files that it names are sought in its folder, then among those of the page
+    /// of any model, which is the page where this is None.
     pub html: Option<&'a Path>,
     /// The master's module; None: it is built from the source that this program was built from.
     pub engine: Option<&'a Path>,
@@ -46,13 +36,13 @@ impl Page<'_> {
     /// Write the page of an FMU or a packed system; its size in bytes.
     pub fn write(&self, model: &Path, out: &Path) -> Result<usize> {
         let name = || model.display().to_string();
-        let entries = archive::read(model)?;
+        let entries = entries::read(model)?;
         let entries = match model.extension().is_some_and(|suffix| suffix == "ssp") {
             true => system(entries),
             false => fmu(entries),
         };
         // The browser inflates the whole faster than the master in the page each file.
-        let archive = archive::stored(&entries.with_context(name)?)?;
+        let archive = entries::stored(&entries.with_context(name)?)?;
         let engine = match self.engine {
             Some(engine) => engine.to_path_buf(),
             None => built_engine(self.profile)?,
@@ -76,17 +66,14 @@ impl Page<'_> {
     }
 
     fn source(&self, name: &str) -> Result<String> {
-        let Some(page) = self.html else {
-            let found = MODEL.iter().find(|(file, _)| *file == name);
-            let (_, text) = found.with_context(|| format!("the page has no {name}"))?;
-            return Ok((*text).to_string());
-        };
-        let file = match name {
-            // As in the report.
-            "three.min.js" => page.with_file_name("../crates/report/assets/three/three.min.js"),
-            _ => page.with_file_name(name),
-        };
-        fs::read_to_string(&file).with_context(|| file.display().to_string())
+        let own = self.html.map(|page| page.with_file_name(name));
+        match (own.filter(|file| file.is_file()), page_files::file(name)) {
+            (Some(file), _) => {
+                fs::read_to_string(&file).with_context(|| file.display().to_string())
+            }
+            (None, Some(text)) => Ok(text.to_string()),
+            (None, None) => bail!("the page has no {name}"),
+        }
     }
 
     /// The page with what it names in its place, and these elements before its script.
@@ -176,18 +163,21 @@ fn fmu(mut entries: Entries) -> Result<Entries> {
         "it is of FMI 2.0, for which there is no WebAssembly: take the FMU of FMI 3.0 in its place, which `cargo fmu pack --target wasm` puts into the folder fmi3/ for a model in Rust with fmu-export"
     );
     let plain = format!("binaries/wasm32-unknown-unknown/{identifier}.wasm");
-    let module = match (entries.get(&plain), entries.get(&wasm::path(&identifier))) {
+    let module = match (
+        entries.get(&plain),
+        entries.get(&component::path(&identifier)),
+    ) {
         (Some(module), _) => module.clone(),
-        (None, Some(component)) => wasm::module(component)?
+        (None, Some(component)) => component::module(component)?
             .context("its component holds no module")?
             .to_vec(),
         (None, None) => bail!(
             "it has no WebAssembly ({}); for a model in Rust with fmu-export, `cargo fmu pack --target wasm` packs it into the FMU of FMI 3.0, in the folder fmi3/",
-            wasm::path(&identifier)
+            component::path(&identifier)
         ),
     };
     ensure!(
-        wasm::exports(&module)?
+        component::exports(&module)?
             .iter()
             .any(|name| name == "fmi3DoStep"),
         "its WebAssembly does not export the C functions of FMI 3.0, which a page calls; fmu-export makes such modules"
@@ -203,8 +193,10 @@ fn system(entries: Entries) -> Result<Entries> {
         if !name.ends_with(".fmu") {
             return Ok((name, bytes));
         }
-        let entries = archive::read_bytes(bytes).and_then(fmu);
-        let bytes = archive::stored(&entries.with_context(|| name.clone())?)?;
+        let entries = entries::read_bytes(bytes)
+            .map_err(anyhow::Error::from)
+            .and_then(fmu);
+        let bytes = entries::stored(&entries.with_context(|| name.clone())?)?;
         Ok((name, bytes))
     };
     entries.into_iter().map(for_page).collect()
@@ -212,7 +204,7 @@ fn system(entries: Entries) -> Result<Entries> {
 
 /// The master's module, built from the source beside that of this program.
 fn built_engine(profile: &str) -> Result<PathBuf> {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cosim-page");
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../master/cosim-page");
     ensure!(
         source.join("Cargo.toml").is_file(),
         "the page needs its master, and its source is not at {}: download cosim_page.wasm of the release {} and say where it is: --engine cosim_page.wasm",

@@ -254,9 +254,9 @@ mod tests {
         let all = workspace.fmus(&root);
         assert!(all.contains(&package("fmu-emla")) && all.contains(&package("fmu-oscillator")));
         assert!(!all.contains(&package("emla")) && !all.contains(&package("fmu-export")));
-        let inside = root.join("crates/fmu-export/example/src");
+        let inside = root.join("kit/fmu-export/example/src");
         assert_eq!(workspace.fmus(&inside), [package("fmu-oscillator")]);
-        assert_eq!(workspace.fmus(&root.join("crates/emla")), []);
+        assert_eq!(workspace.fmus(&root.join("machine/emla")), []);
         let missing = workspace.package(&package("nothing")).unwrap_err();
         assert_eq!(
             missing.to_string(),

@@ -107,7 +107,8 @@ mod core;
 pub mod derive;
 mod fmi2;
 mod fmi3;
-pub mod solver;
+#[doc(no_inline)]
+pub use fmu_solver as solver;
 pub mod tables;
 #[cfg(target_arch = "wasm32")]
 mod wasm;

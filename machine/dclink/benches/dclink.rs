@@ -1,6 +1,6 @@
 //! Cost of a step of 1 ms: `cargo bench -p dclink`.
 
-#[path = "../../../benches/measure.rs"]
+#[path = "../../../tools/benches/measure.rs"]
 mod measure;
 
 use dclink::{DcLink, Input, Params};

@@ -32,8 +32,8 @@ mod step;
 
 pub use continuous::ENDS;
 pub use input::{Input, LOADS};
-pub use limits::{ParamError, StepError};
 pub use link::DcLink;
+pub use model_rules::{ParamError, StepError};
 pub use output::Output;
 pub use pack::Pack;
 pub use params::{Battery, Brake, Link, POINTS, Params, Precharge};

@@ -2,7 +2,7 @@
 
 use crate::pack::Pack;
 use crate::params::Params;
-use limits::ParamError;
+use model_rules::ParamError;
 use serde::{Deserialize, Serialize};
 
 /// Longest substep in units of the fastest time constant: two in a millisecond of the reference

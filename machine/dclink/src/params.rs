@@ -1,6 +1,6 @@
 //! Parameters of battery pack, link, brake chopper and precharge, with their ranges.
 
-use limits::{ParamError, Range, check, check_fields, demand};
+use model_rules::{ParamError, Range, check, check_fields, demand};
 use serde::{Deserialize, Serialize};
 
 /// Points of the open-circuit voltage, at equal steps of the state of charge from 0 to 1.

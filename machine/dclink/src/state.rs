@@ -1,6 +1,6 @@
 //! State of the link: charge, voltages, temperature, mode of the circuit, energies.
 
-use limits::{StepError, check_finite};
+use model_rules::{StepError, check_finite};
 use serde::{Deserialize, Serialize};
 
 /// What sets the current of the pack.

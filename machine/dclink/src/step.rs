@@ -9,7 +9,7 @@ use crate::circuit::Point;
 use crate::input::Input;
 use crate::link::DcLink;
 use crate::state::{Energies, Mode, State};
-use limits::{MAX_SUBSTEPS, StepError, check_step, substeps};
+use model_rules::{MAX_SUBSTEPS, StepError, check_step, substeps};
 
 /// Part of a substep to which an event is located.
 const SHARP: f64 = 1e-13;

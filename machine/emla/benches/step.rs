@@ -1,7 +1,7 @@
 //! Cost of the actuator's calls: `cargo bench -p emla`.
 #![allow(non_snake_case)]
 
-#[path = "../../../benches/measure.rs"]
+#[path = "../../../tools/benches/measure.rs"]
 mod measure;
 
 use emla::{Drive, Emla, Input, Surrogate};
@@ -9,7 +9,7 @@ use std::hint::black_box;
 
 fn main() {
     let bench = measure::Bench::from_arguments();
-    let p = machine::Machine::reference().emla.lift;
+    let p = machine_file::Machine::reference().emla.lift;
     let u = Input {
         v_q: 60.0,
         x: 0.3,

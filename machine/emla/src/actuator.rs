@@ -3,7 +3,7 @@
 use crate::options::Electric;
 use crate::substep::longest_substep;
 use crate::surrogate::{EfficiencyBound, Surrogate};
-use machine::Drive;
+use machine_file::Drive;
 use serde::{Deserialize, Serialize};
 
 /// A network without a bound on the error of its efficiency.
@@ -16,7 +16,7 @@ pub struct Unbounded;
 /// One actuator: parameters, drive mode, and the surrogate network with its blending factor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Emla {
-    pub(crate) p: machine::Emla,
+    pub(crate) p: machine_file::Emla,
     pub(crate) drive: Drive,
     pub(crate) electric: Electric,
     /// Voltage of the DC link where the input gives none, V.
@@ -39,7 +39,7 @@ impl Emla {
     ///
     /// # Errors
     /// A parameter outside its physical range.
-    pub fn new(p: machine::Emla, drive: Drive) -> Result<Self, machine::MachineError> {
+    pub fn new(p: machine_file::Emla, drive: Drive) -> Result<Self, machine_file::MachineError> {
         p.check()?;
         Ok(Self {
             dt_max: longest_substep(&p, drive),
@@ -97,7 +97,7 @@ impl Emla {
     }
 
     /// Parameters.
-    pub fn params(&self) -> &machine::Emla {
+    pub fn params(&self) -> &machine_file::Emla {
         &self.p
     }
 

@@ -1,12 +1,12 @@
 //! What stays as it is over a step: parameters at the present temperature, DC link, gates, brake.
 
-use machine::{Drive, Holding};
+use machine_file::{Drive, Holding};
 
 /// Parameters and conditions that do not change during a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Conditions<'a> {
     /// Parameters, resistance and flux as the temperatures make them.
-    pub p: &'a machine::Emla,
+    pub p: &'a machine_file::Emla,
     /// Who moves the rod.
     pub drive: Drive,
     /// Voltage of the DC link, V.

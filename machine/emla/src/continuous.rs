@@ -9,7 +9,7 @@ use crate::actuator::Emla;
 use crate::conditions::Conditions;
 use crate::maps;
 use crate::state::{LossKinds, State, Thermal};
-use machine::{ActuatorInput as Input, Brake, Holding};
+use machine_file::{ActuatorInput as Input, Brake, Holding};
 
 /// Signs of speed, load and torque; undervoltage; the brake.
 pub const INDICATORS: usize = 5;
@@ -26,7 +26,7 @@ impl Emla {
     /// What holds at this instant; an applied brake slips the way `slip`, 1 or −1, or holds, 0.
     pub(crate) fn present<'a>(
         &self,
-        p: &'a machine::Emla,
+        p: &'a machine_file::Emla,
         s: &State,
         u: &Input,
         slip: f64,

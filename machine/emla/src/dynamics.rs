@@ -7,7 +7,7 @@ use crate::losses::Losses;
 use crate::maps;
 use crate::motor;
 use crate::state::{Balance, LossKinds, Point, Rates, State};
-use machine::{ActuatorInput as Input, Dq, Drive};
+use machine_file::{ActuatorInput as Input, Dq, Drive};
 
 impl Emla {
     /// Time derivative of the state.

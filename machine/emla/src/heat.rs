@@ -4,7 +4,7 @@
 
 use crate::actuator::Emla;
 use crate::state::{State, Thermal};
-use machine::{Heat, Temperature};
+use machine_file::{Heat, Temperature};
 use std::borrow::Cow;
 
 /// Largest part of the faster time constant that one Runge–Kutta step covers; it misses `e^z` by
@@ -24,12 +24,12 @@ impl Emla {
 
     /// The parameters at these temperatures: `R_s·(1 + α_Cu·(T_w − T_ref))`,
     /// `λ_m·(1 + α_m·(T_h − T_ref))`.
-    pub(crate) fn at_temperature(&self, now: &Thermal) -> Cow<'_, machine::Emla> {
+    pub(crate) fn at_temperature(&self, now: &Thermal) -> Cow<'_, machine_file::Emla> {
         if !self.electric.temperature {
             return Cow::Borrowed(&self.p);
         }
         let t = self.temperature();
-        Cow::Owned(machine::Emla {
+        Cow::Owned(machine_file::Emla {
             R_s: self.p.R_s * (1.0 + t.copper * (now.T_winding - t.reference)),
             lambda_m: self.p.lambda_m * (1.0 + t.magnet * (now.T_housing - t.reference)),
             ..self.p

@@ -5,7 +5,7 @@ use crate::conditions::Conditions;
 use crate::maps;
 use crate::motor;
 use crate::state::Point;
-use machine::{ActuatorInput as Input, Dq, Drive, Holding};
+use machine_file::{ActuatorInput as Input, Dq, Drive, Holding};
 
 /// What follows from state and inputs at one instant.
 #[derive(Clone, Copy, Debug)]

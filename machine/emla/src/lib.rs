@@ -39,9 +39,9 @@ mod tanh;
 
 pub use actuator::{Emla, Unbounded};
 pub use continuous::INDICATORS;
-pub use limits::StepError;
 pub use losses::Losses;
-pub use machine::{ActuatorInput as Input, Dq, Drive};
+pub use machine_file::{ActuatorInput as Input, Dq, Drive};
+pub use model_rules::StepError;
 pub use options::Electric;
 pub use output::Output;
 pub use residual::Untrained;

@@ -65,8 +65,8 @@ impl Losses {
 
 /// Iron loss per squared flux linkage at electrical speed `w_e`, W/Wb², and its derivative by
 /// `w_e`; at rest, where it has a kink, the mean of both sides.
-pub(crate) fn core_loss(p: &machine::Emla, w_e: f64) -> (f64, f64) {
-    let Some(machine::CoreLosses { k_h, k_e }) = p.core else {
+pub(crate) fn core_loss(p: &machine_file::Emla, w_e: f64) -> (f64, f64) {
+    let Some(machine_file::CoreLosses { k_h, k_e }) = p.core else {
         return (0.0, 0.0);
     };
     let size = w_e.abs();
@@ -81,7 +81,7 @@ pub(crate) fn core_loss(p: &machine::Emla, w_e: f64) -> (f64, f64) {
 ///
 /// Two-level inverter, sinusoidal current: always one device per leg conducts, and the mean of |i|
 /// over a period is `2i/π`.
-pub(crate) fn inverter_loss(p: &machine::Emla, i: f64, v_dc: f64) -> (f64, f64, f64) {
+pub(crate) fn inverter_loss(p: &machine_file::Emla, i: f64, v_dc: f64) -> (f64, f64, f64) {
     let Some(c) = p.inverter else {
         return (0.0, 0.0, 0.0);
     };

@@ -7,7 +7,7 @@
 
 use crate::motor;
 use crate::tanh::tanh;
-use machine::{Dq, Emla};
+use machine_file::{Dq, Emla};
 
 /// Nut travel per radian of the screw, `ρ/2π`, m/rad. Source: `[paper]` Eq. (eq:linear_velocity).
 pub fn lead(p: &Emla) -> f64 {
@@ -189,7 +189,7 @@ pub fn beta_2(p: &Emla, i_q: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use machine::Machine;
+    use machine_file::Machine;
 
     /// Central differences, also where gear and friction turn over: their error is the third
     /// derivative's share, (δ/w_η)² of the slope, and rounding, ε/δ of the force.

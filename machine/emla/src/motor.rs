@@ -1,9 +1,9 @@
 //! Permanent-magnet synchronous motor in rotor coordinates.
 
-use machine::Dq;
+use machine_file::Dq;
 
 /// Flux linkages, Wb: `λ_d = L_d i_d + λ_m`, `λ_q = L_q i_q`. No saturation.
-pub(crate) fn flux(p: &machine::Emla, i: Dq) -> Dq {
+pub(crate) fn flux(p: &machine_file::Emla, i: Dq) -> Dq {
     Dq {
         d: p.L_d * i.d + p.lambda_m,
         q: p.L_q * i.q,
@@ -18,7 +18,7 @@ pub(crate) fn flux(p: &machine::Emla, i: Dq) -> Dq {
 /// L_d di_d/dt = v_d − R_s i_d + p w_m λ_q
 /// L_q di_q/dt = v_q − R_s i_q − p w_m λ_d
 /// ```
-pub(crate) fn di_dt(p: &machine::Emla, v: Dq, i: Dq, lambda: Dq, w_e: f64) -> Dq {
+pub(crate) fn di_dt(p: &machine_file::Emla, v: Dq, i: Dq, lambda: Dq, w_e: f64) -> Dq {
     Dq {
         d: 1.0 / p.L_d * (v.d - p.R_s * i.d + w_e * lambda.q),
         q: 1.0 / p.L_q * (v.q - p.R_s * i.q - w_e * lambda.d),

@@ -6,7 +6,7 @@ use crate::efficiency::{Efficiency, Powers, is_defined};
 use crate::losses::Losses;
 use crate::maps;
 use crate::state::State;
-use machine::{ActuatorInput as Input, link_current};
+use machine_file::{ActuatorInput as Input, link_current};
 use serde::{Deserialize, Serialize};
 
 /// Outputs, of the state and the current inputs.

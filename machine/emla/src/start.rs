@@ -3,8 +3,8 @@
 use crate::actuator::Emla;
 use crate::maps;
 use crate::state::{Balance, LossKinds, Residual, State, Thermal};
-use limits::StepError;
-use machine::ActuatorInput as Input;
+use machine_file::ActuatorInput as Input;
+use model_rules::StepError;
 
 /// Secant steps for the torque of the start; the residual is smooth, so a handful converges.
 const STEADY_STEPS: u32 = 20;

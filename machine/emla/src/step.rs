@@ -4,8 +4,8 @@ use crate::actuator::Emla;
 use crate::conditions::Conditions;
 use crate::maps;
 use crate::state::{LossKinds, Point, Rates, State};
-use limits::{MAX_SUBSTEPS, RATE_STEP, RK4_STAGES, StepError, check_step};
-use machine::{ActuatorInput as Input, Drive, Holding, link_current};
+use machine_file::{ActuatorInput as Input, Drive, Holding, link_current};
+use model_rules::{MAX_SUBSTEPS, RATE_STEP, RK4_STAGES, StepError, check_step};
 
 /// The electrical mode turned faster than the substep of an attempt resolves, at this motor speed
 /// in rad/s (or not a number).
@@ -69,7 +69,7 @@ impl Emla {
 
     /// In how many substeps a step of `h`, s, is taken, unless the motor is too fast for them.
     pub fn substeps(&self, h: f64) -> f64 {
-        limits::substeps(h, self.dt_max)
+        model_rules::substeps(h, self.dt_max)
     }
 
     /// The step in `n` substeps; means of the electrical side and temperatures are those of the
@@ -121,7 +121,7 @@ impl Emla {
         &self,
         mut s: Point,
         input: &impl Fn(f64) -> Input,
-        (p, held): (&machine::Emla, &Conditions),
+        (p, held): (&machine_file::Emla, &Conditions),
         (n, dt): (u32, f64),
     ) -> Result<Point, TooCoarse> {
         let held = Conditions {
@@ -147,7 +147,7 @@ impl Emla {
         &self,
         mut s: Point,
         input: &impl Fn(f64) -> Input,
-        (p, held): (&machine::Emla, &Conditions),
+        (p, held): (&machine_file::Emla, &Conditions),
         (n, dt): (u32, f64),
         kinds: &mut LossKinds,
     ) -> Result<Point, TooCoarse> {
@@ -198,7 +198,7 @@ impl Emla {
 
 impl Point {
     /// That the substep of `dt` resolves the electrical angle.
-    fn check_resolved(&self, p: &machine::Emla, dt: f64) -> Result<(), TooCoarse> {
+    fn check_resolved(&self, p: &machine_file::Emla, dt: f64) -> Result<(), TooCoarse> {
         let is_resolved = f64::from(p.p) * self.w_m.abs() * dt <= RATE_STEP;
         is_resolved.then_some(()).ok_or(TooCoarse { w_m: self.w_m })
     }

@@ -1,8 +1,8 @@
 //! The longest substep for an actuator's parameters.
 
 use crate::maps;
-use limits::RATE_STEP;
-use machine::Drive;
+use machine_file::Drive;
+use model_rules::RATE_STEP;
 
 /// Largest error of the force by the integration, N, while the load keeps its sign; see
 /// [`dt_of_error`].
@@ -42,7 +42,7 @@ fn fast_rate(m: f64, c: f64, k: f64) -> f64 {
 /// up to a third of its effect, `δF = (1/η − η)·(J_s/N²)·ẇ_m·ω₀·(2πN/ρ)·dt/3`, some 0.2 N in usual
 /// motion, which decays with the spring's oscillation. No substep of reasonable length would bring
 /// this below [`FORCE_ERROR`].
-fn dt_of_error(p: &machine::Emla, K_b: f64) -> f64 {
+fn dt_of_error(p: &machine_file::Emla, K_b: f64) -> f64 {
     let travel = maps::travel_per_radian(p);
     let w_0_squared = K_b * travel * travel / maps::inertia(p, 1.0);
     let bend = maps::beta_1(p, 0.0) / p.L_d.min(p.L_q) * p.v_max / VOLTAGE_SWEEP;
@@ -51,7 +51,7 @@ fn dt_of_error(p: &machine::Emla, K_b: f64) -> f64 {
 
 /// Longest substep for these parameters, s: that of the error bound, or less where a mode is
 /// faster.
-pub(crate) fn longest_substep(p: &machine::Emla, drive: Drive) -> f64 {
+pub(crate) fn longest_substep(p: &machine_file::Emla, drive: Drive) -> f64 {
     let travel = maps::travel_per_radian(p);
     let nut_mass = p.J_m / (travel * travel);
     let K_max = maps::stiffness(p, 0.0).max(maps::stiffness(p, p.L_s));

@@ -5,7 +5,7 @@ use crate::actuator::Emla;
 use crate::conditions::Conditions;
 use crate::maps;
 use crate::state::{Point, State};
-use machine::{ActuatorInput as Input, DEAD_LINK, Holding};
+use machine_file::{ActuatorInput as Input, DEAD_LINK, Holding};
 
 impl Emla {
     /// Voltage of the DC link, V: the input's, or the machine's.
@@ -15,7 +15,12 @@ impl Emla {
 
     /// What holds in state `s` under the inputs `u`; `p` are the parameters at the state's
     /// temperatures.
-    pub(crate) fn held<'a>(&self, p: &'a machine::Emla, s: &State, u: &Input) -> Conditions<'a> {
+    pub(crate) fn held<'a>(
+        &self,
+        p: &'a machine_file::Emla,
+        s: &State,
+        u: &Input,
+    ) -> Conditions<'a> {
         let v_dc = self.link_voltage(u);
         let mut held = Conditions {
             p,
@@ -39,7 +44,7 @@ impl Emla {
             brake: Holding::Released,
             ..*held
         };
-        let brake = self.p.brake.unwrap_or(machine::Brake::TYPICAL);
+        let brake = self.p.brake.unwrap_or(machine_file::Brake::TYPICAL);
         brake.applied(s.w_m, || self.instant(s, u, &free).torque_left)
     }
 
@@ -55,7 +60,7 @@ impl Emla {
         let mut next = *s;
         let v_dc = self.link_voltage(u);
         let low = v_dc < self.electric.undervoltage;
-        next.tripped = machine::is_tripped(s.tripped, u.enable, low);
+        next.tripped = machine_file::is_tripped(s.tripped, u.enable, low);
         if !u.enable || next.tripped {
             let field = maps::magnetic_energy(&self.p, s.i_d, s.i_q);
             if v_dc >= DEAD_LINK {

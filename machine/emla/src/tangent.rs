@@ -10,7 +10,7 @@ use crate::maps;
 use crate::motor;
 use crate::output::Output;
 use crate::state::{Balance, LossKinds, State};
-use machine::{ActuatorInput as Input, Dq, Drive, Holding, link_current};
+use machine_file::{ActuatorInput as Input, Dq, Drive, Holding, link_current};
 
 /// Derivatives of the members of [`Instant`] that the outputs need.
 struct InstantTangent {

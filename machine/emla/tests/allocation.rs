@@ -4,7 +4,7 @@
 
 use allocation_counter::measure;
 use emla::{Drive, Emla, Input, Surrogate};
-use machine::Machine;
+use machine_file::Machine;
 
 #[test]
 fn outputs_and_steps_allocate_nothing() {

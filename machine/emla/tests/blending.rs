@@ -1,6 +1,6 @@
 //! Hybrid blending, with a network that says the same force everywhere.
 use emla::{Drive, EfficiencyBound, Emla, Input, State, Surrogate, Unbounded, maps};
-use machine::Machine;
+use machine_file::Machine;
 
 const H: f64 = 1e-3;
 

@@ -1,6 +1,6 @@
 //! The DC side: limits, current and power, and what they do to the outputs' derivatives.
 use emla::{Drive, Emla, Input, State};
-use machine::Machine;
+use machine_file::Machine;
 
 const H: f64 = 1e-3;
 

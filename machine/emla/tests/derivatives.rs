@@ -1,6 +1,6 @@
 //! Analytic derivatives of the outputs against finite differences, at seeded random points.
 use emla::{Drive, Electric, Emla, Input, Output, Residual, State, Surrogate};
-use machine::Machine;
+use machine_file::Machine;
 
 use crate::random::Random;
 
@@ -54,7 +54,7 @@ const DIRECTIONS: &[Direction] = &[
 /// circle; every eighth with a screw so heavy that its acceleration counts in the gear.
 fn point(random: &mut Random, k: usize, drive: Drive) -> (Emla, State, Input) {
     // Both are 1 in the reference, by which multiplying and dividing are the same.
-    let mut p = machine::Emla {
+    let mut p = machine_file::Emla {
         w_C: 0.8,
         w_eta: 1.2,
         ..Machine::reference().emla.lift

@@ -1,6 +1,6 @@
 //! Trips, gates, brake and heat: what holds, what falls, and where the energy goes.
 use emla::{Drive, Electric, Emla, Input, Output, State};
-use machine::Machine;
+use machine_file::Machine;
 
 const H: f64 = 1e-3;
 /// Load of the lift actuator at the start pose, N.
@@ -225,10 +225,10 @@ fn heat_alone_changes_no_motion() {
 fn a_held_current_settles_where_it_must() {
     let mut p = Machine::reference().emla.lift;
     p.M_act = 12e3;
-    p.heat = Some(machine::Heat {
+    p.heat = Some(machine_file::Heat {
         C_w: 2.0,
         C_h: 15.0,
-        ..machine::Heat::TYPICAL
+        ..machine_file::Heat::TYPICAL
     });
     let emla = Emla::new(p, Drive::Force)
         .expect("valid")
@@ -254,10 +254,10 @@ fn a_held_current_settles_where_it_must() {
 #[test]
 fn a_housing_faster_than_the_step_is_resolved() {
     let mut p = Machine::reference().emla.lift;
-    p.heat = Some(machine::Heat {
+    p.heat = Some(machine_file::Heat {
         C_h: 0.1,
         R_ha: 1e-4,
-        ..machine::Heat::TYPICAL
+        ..machine_file::Heat::TYPICAL
     });
     let emla = Emla::new(p, Drive::Force)
         .expect("valid")
@@ -267,7 +267,7 @@ fn a_housing_faster_than_the_step_is_resolved() {
     let hot = [ROOM + 60.0, ROOM + 60.0];
     let s = emla.start_at(&u, hot).expect("finite");
     let s = emla.step(&s, |_| u, 0.0, 0.1).expect("finite").thermal;
-    let flow = (s.T_winding - s.T_housing) / machine::Heat::TYPICAL.R_wh;
+    let flow = (s.T_winding - s.T_housing) / machine_file::Heat::TYPICAL.R_wh;
     let rise = s.T_housing - ROOM;
     assert!((rise / (flow * 1e-4) - 1.0).abs() < 1e-6, "{rise} K");
 }
@@ -285,7 +285,7 @@ fn the_air_acts_on_the_heat_that_it_takes() {
         };
         let slope = emla.output_along(&s, &u, &du).P_heat;
         let expected = if electric.heat {
-            -1.0 / machine::Heat::TYPICAL.R_ha
+            -1.0 / machine_file::Heat::TYPICAL.R_ha
         } else {
             0.0
         };

@@ -1,14 +1,14 @@
 //! Closed forms, conserved quantities and identities that the actuator must obey.
 use emla::{Drive, Emla, Input, State, maps};
-use machine::Machine;
+use machine_file::Machine;
 
 const H: f64 = 1e-3;
 
-fn reference() -> machine::Emla {
+fn reference() -> machine_file::Emla {
     Machine::reference().emla.lift
 }
 
-fn actuator(p: machine::Emla, drive: Drive) -> Emla {
+fn actuator(p: machine_file::Emla, drive: Drive) -> Emla {
     Emla::new(p, drive).expect("valid parameters")
 }
 
@@ -19,7 +19,7 @@ fn actuator(p: machine::Emla, drive: Drive) -> Emla {
 /// term.
 #[test]
 fn locked_rotor_current_follows_rl_law() {
-    let p = machine::Emla {
+    let p = machine_file::Emla {
         J_m: 1e15,
         L_q: 0.0031,
         ..reference()
@@ -176,7 +176,7 @@ fn power_balance_closes() {
 /// where the gain stays below its bound (0.25 mW at 70 kN).
 #[test]
 fn back_driven_gear_never_creates_energy() {
-    let p = machine::Emla {
+    let p = machine_file::Emla {
         C_m: 0.0,
         tau_C: 0.0,
         C_s: 0.0,

@@ -1,7 +1,7 @@
 //! The actuator against SciPy's DOP853 (`tests/oracle/emla_oracle.py`: flux states, gear constraint
 //! solved apart) over 2 s of motoring, generating and load reversal, in both drive modes.
 use emla::{Drive, Emla, Input, State, maps};
-use machine::Machine;
+use machine_file::Machine;
 use serde::Deserialize;
 
 use super::golden::{Row, Wave};

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use emla::{Drive, Emla, Input, Output, Residual, State, Surrogate};
-use machine::Machine;
+use machine_file::Machine;
 use serde::Deserialize;
 
 const GOLDEN: &str = include_str!("../../../tests/oracle/derivatives.json");

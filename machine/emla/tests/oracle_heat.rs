@@ -2,7 +2,7 @@
 //! heat over half a second of motoring and generating, resistance and magnets following their
 //! temperatures.
 use emla::{Drive, Electric, Emla, Input};
-use machine::Machine;
+use machine_file::Machine;
 use serde::Deserialize;
 
 use super::golden::{Row, Wave};

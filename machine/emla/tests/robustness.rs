@@ -1,7 +1,7 @@
 //! Any voltage and motion inside the FMU's bounds leaves the actuator finite; what cannot be
 //! computed is refused.
 use emla::{Drive, Emla, Input, StepError};
-use machine::Machine;
+use machine_file::Machine;
 
 use crate::random::Random;
 
@@ -96,7 +96,7 @@ fn unusable_steps_and_inputs_are_refused() {
     let refused = emla.step(&s, |t| u.moved(t), 2.5, H).expect_err("NaN");
     assert!(refused.to_string().contains("t = 2.5 s"), "{refused}");
     assert!(matches!(emla.start(&u), Err(StepError::NotFinite { .. })));
-    let p = machine::Emla {
+    let p = machine_file::Emla {
         C_m: -1.0,
         ..*emla.params()
     };

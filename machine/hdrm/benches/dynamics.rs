@@ -1,10 +1,10 @@
 //! Cost of the plant's calls: `cargo bench -p hdrm`.
 
-#[path = "../../../benches/measure.rs"]
+#[path = "../../../tools/benches/measure.rs"]
 mod measure;
 
 use hdrm::{Hdrm, Input, Options, State};
-use machine::Machine;
+use machine_file::Machine;
 use std::hint::black_box;
 
 fn main() {

@@ -1,16 +1,23 @@
 //! Equations of motion: mass matrix and bias at a state, accelerations, forces for a motion,
 //! energies.
 
+pub(crate) mod base;
+pub(crate) mod boom_frame;
+pub(crate) mod factor;
+pub(crate) mod gravity;
+pub(crate) mod recursion;
+pub(crate) mod sensitivity;
+pub(crate) mod turning;
+
 use crate::DOF;
-use crate::boom_frame::BoomFrame;
-use crate::factor::Factor;
-use crate::gravity::Gravity;
-use crate::input::{Input, wrench};
+use crate::dynamics::boom_frame::BoomFrame;
+use crate::dynamics::factor::Factor;
+use crate::dynamics::gravity::Gravity;
+use crate::forces::saturate::saturate;
+use crate::geometry::tree::Stroke;
+use crate::plant::input::{Input, wrench};
+use crate::plant::state::State;
 use crate::plant::{Dynamics, Hdrm};
-use crate::recursion;
-use crate::saturate::saturate;
-use crate::state::State;
-use crate::tree::Stroke;
 use nalgebra::{Matrix6, Vector6};
 
 impl Hdrm {

@@ -1,11 +1,13 @@
 //! What the end-effector carries. How it comes and goes while the machine moves is in
-//! [`crate::reload`].
+//! [`crate::load::reload`].
 //!
 //! The body `PL` is the sum of two parts: the payload of the machine file, whose mass and centre of
 //! mass may be changed, and a load that is picked up and set down, a point mass.
 
-use limits::{ParamError, Range, check, check_each};
-use machine::Machine;
+pub(crate) mod reload;
+
+use machine_file::Machine;
+use model_rules::{ParamError, Range, check, check_each};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use spatial::Inertia;

@@ -1,17 +1,26 @@
 //! The plant: its parts, and everything that depends on its state alone.
 
+pub(crate) mod assembly;
+pub(crate) mod continuous;
+pub(crate) mod error;
+pub(crate) mod input;
+pub(crate) mod options;
+pub(crate) mod output;
+pub(crate) mod state;
+pub(crate) mod step;
+
 use crate::DOF;
-use crate::body::Body;
-use crate::boom_frame::{BoomFrame, MovingParts};
-use crate::contact::Plane;
-use crate::dry_friction::DryFriction;
-use crate::end_stop::EndStop;
-use crate::factor::Factor;
-use crate::gravity::Gravity;
+use crate::dynamics::boom_frame::{BoomFrame, MovingParts};
+use crate::dynamics::factor::Factor;
+use crate::dynamics::gravity::Gravity;
+use crate::forces::contact::Plane;
+use crate::forces::dry_friction::DryFriction;
+use crate::forces::end_stop::EndStop;
+use crate::forces::wrist_drive::WristDrive;
+use crate::geometry::body::Body;
+use crate::geometry::tree::{Stroke, Tree};
 use crate::load::{Load, Payload};
-use crate::state::State;
-use crate::tree::{Stroke, Tree};
-use crate::wrist_drive::WristDrive;
+use crate::plant::state::State;
 use nalgebra::{Matrix6, Vector6};
 use serde::{Deserialize, Serialize};
 use spatial::Inertia;

@@ -4,7 +4,7 @@
 
 use allocation_counter::measure;
 use hdrm::{Hdrm, Input, Options, State};
-use machine::Machine;
+use machine_file::Machine;
 
 #[test]
 fn outputs_and_steps_allocate_nothing() {

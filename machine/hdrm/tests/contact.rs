@@ -1,6 +1,6 @@
 //! Contact of the tip with a plane: against SciPy, and energy while it pushes and slides.
 use hdrm::{Contact, DOF, Hdrm, Input, Options, State};
-use machine::Machine;
+use machine_file::Machine;
 use serde::Deserialize;
 use std::path::Path;
 

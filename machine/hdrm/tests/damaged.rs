@@ -1,7 +1,7 @@
 //! A plant out of a damaged saved state: its numbers need not make sense, but it must not panic.
 
 use hdrm::{Hdrm, Input, Options, State};
-use machine::Machine;
+use machine_file::Machine;
 use serde_json::json;
 
 /// Found by fuzzing: torque limits with the wrong sign made `clamp` panic.

@@ -2,7 +2,7 @@
 
 use crate::seeded::Random;
 use hdrm::{DOF, Hdrm, Input, Options, State};
-use machine::Machine;
+use machine_file::Machine;
 
 fn plant() -> (Machine, Hdrm) {
     let machine = Machine::reference();

@@ -2,7 +2,7 @@
 
 use crate::seeded::{Random, plant};
 use hdrm::{DOF, Hdrm, Input, Load, Options, Output, State};
-use machine::Machine;
+use machine_file::Machine;
 use nalgebra::{DVector, Matrix6, Vector6};
 
 fn moved(state: &State, zeta_ddot: &[f64; DOF], s: f64) -> State {

@@ -2,7 +2,7 @@
 //! and finite differences of the next lower derivative.
 use crate::paper_angles::{gamma, lift_angles, tilt_angles};
 use hdrm::{BODIES, Body, Configuration, DOF, GeometryError, Tip, Tree};
-use machine::Machine;
+use machine_file::Machine;
 use nalgebra::{Vector3, Vector6};
 
 /// Reference machine and random poses within its joint limits, all seeded.

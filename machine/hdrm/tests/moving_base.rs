@@ -1,7 +1,7 @@
 //! A base that moves: against an independent Lagrangian whose base pose is a function of time
 //! (`tests/oracle/moving_base.py`, JAX), and by the balance of energy in an inertial frame.
 use hdrm::{BODIES, Hdrm, Input, Load, Options, State};
-use machine::Machine;
+use machine_file::Machine;
 use nalgebra::{DVector, Vector3};
 use serde::Deserialize;
 use spatial::Twist;

@@ -3,7 +3,7 @@
 //! the plane, full inertia tensors) with scaled inertia and another payload, and the loader crane
 //! `hiab_xs031`.
 use hdrm::{Hdrm, Input, Load, Options, State};
-use machine::Machine;
+use machine_file::Machine;
 use nalgebra::{DVector, Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::Deserialize;
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! Joint friction that is stiff for RK4, and friction that is too stiff.
 use hdrm::{DOF, Hdrm, Input, Options, State, StepError};
-use machine::Machine;
+use machine_file::Machine;
 
 /// Substep in free motion, s.
 const SUBSTEP: f64 = 1e-3;

@@ -3,7 +3,7 @@
 use crate::paper_angles::{lift_angles, tilt_angles};
 use crate::seeded::{Random, plant};
 use hdrm::{BODIES, Body, DOF, Hdrm, State};
-use machine::Machine;
+use machine_file::Machine;
 use nalgebra::Vector3;
 use spatial::{Pose, Twist, Wrench};
 

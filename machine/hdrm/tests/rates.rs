@@ -1,7 +1,7 @@
 //! The rates of Model Exchange against the steps of Co-Simulation.
 
 use hdrm::{Contact, Hdrm, Input, Options, State};
-use machine::Machine;
+use machine_file::Machine;
 
 /// In contact with the plane, with the wrist as built: what moves in a very short step, over its
 /// length, in the order zeta, zeta_dot, heat of the contact, drives of the wrist. The step errs by

@@ -4,7 +4,7 @@
 use crate::quantity::Quantity;
 use emla::maps;
 use hdrm::{DOF, Hdrm, HdrmError, Load, Options, State};
-use machine::{Emla, Machine};
+use machine_file::{Emla, Machine};
 use serde::{Deserialize, Serialize};
 
 /// A payload held rigidly at the end-effector.

@@ -5,7 +5,7 @@
 
 use emla::maps;
 use hdrm::{Hdrm, HdrmError, Options, State};
-use machine::Machine;
+use machine_file::Machine;
 use nalgebra::Matrix2;
 
 /// Stiffness of mounting and pins that is reckoned with, N/m: that of the actuators as built.

@@ -1,7 +1,7 @@
 //! Joint motion of a tip motion.
 
 use hdrm::{DOF, GeometryError, Tip, Tree};
-use machine::Machine;
+use machine_file::Machine;
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 

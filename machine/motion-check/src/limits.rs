@@ -2,7 +2,7 @@
 
 use crate::demand::Demand;
 use crate::quantity::Quantity;
-use machine::Machine;
+use machine_file::Machine;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 

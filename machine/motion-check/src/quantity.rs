@@ -1,6 +1,6 @@
 //! Quantities that have a limit.
 
-use machine::AXES;
+use machine_file::AXES;
 use std::fmt;
 
 /// A quantity with a limit; joints, actuators and wrist torques are counted from 0.

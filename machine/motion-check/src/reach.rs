@@ -1,6 +1,6 @@
 //! How far the stretched arm reaches.
 
-use machine::Geometry;
+use machine_file::Geometry;
 use serde::{Deserialize, Serialize};
 
 /// Reach of the arm: lift joint in the plane of the boom, and the length of the stretched arm from
@@ -47,7 +47,7 @@ impl Reach {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use machine::Machine;
+    use machine_file::Machine;
 
     /// By hand: lift joint at (0.1, 1.5, 0), links 2 + 1.5 + 0.2 + 0.2 + 0.15 + 0.4 m.
     #[test]

@@ -2,9 +2,9 @@
 //! kinematics.
 #![allow(non_snake_case)]
 
-use capability::{Capability, Kinematics, Limits, Motion, Payload, Pose, Quantity, TipMotion};
 use hdrm::{Hdrm, Input, Options, State};
-use machine::Machine;
+use machine_file::Machine;
+use motion_check::{Capability, Kinematics, Limits, Motion, Payload, Pose, Quantity, TipMotion};
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 
 /// Seeded numbers in [−1, 1).
@@ -280,7 +280,7 @@ fn limits_are_those_of_the_machine_file() {
     assert!((largest(Quantity::Voltage(0)) - 375.0).abs() < 0.3);
     assert_eq!(range(Quantity::Joint(2)), machine.limits.zeta()[2]);
 
-    assert!(margins.iter().all(capability::Margin::holds));
+    assert!(margins.iter().all(motion_check::Margin::holds));
     for margin in margins {
         assert_eq!(margin.value, demand.value(margin.quantity));
     }

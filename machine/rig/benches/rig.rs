@@ -1,6 +1,6 @@
 //! Cost of the calls of the actuator as built: `cargo bench -p rig`.
 
-#[path = "../../../benches/measure.rs"]
+#[path = "../../../tools/benches/measure.rs"]
 mod measure;
 
 use rig::{Drive, Extras, Input, Rig};
@@ -8,7 +8,7 @@ use std::hint::black_box;
 
 fn main() {
     let bench = measure::Bench::from_arguments();
-    let p = machine::Machine::reference().emla.lift;
+    let p = machine_file::Machine::reference().emla.lift;
     let u = Input {
         v_q: 60.0,
         v_dc: Some(650.0),

@@ -1,6 +1,6 @@
 //! What stays as it is over a substep: gates and brake.
 
-use machine::Holding;
+use machine_file::Holding;
 
 /// Conditions that do not change during a substep.
 #[derive(Clone, Copy, Debug)]

@@ -7,7 +7,7 @@ use crate::link::Link;
 use crate::motor::Magnetics;
 use crate::state::{Balance, Rates};
 use crate::{Drive, Input, Rig, State};
-use machine::Dq;
+use machine_file::Dq;
 
 /// What follows from state and inputs at one instant.
 #[derive(Clone, Copy, Debug)]

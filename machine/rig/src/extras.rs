@@ -1,6 +1,6 @@
 //! What the actuator as built knows beyond its idealised model: sizes and switches.
 
-use limits::{ParamError, check_fields, demand};
+use model_rules::{ParamError, check_fields, demand};
 use serde::{Deserialize, Serialize};
 
 /// All extras. Each group counts only while its switch `on` is true.
@@ -278,7 +278,11 @@ impl Extras {
 
     /// The same with a machine's sizes of heat and temperature.
     #[must_use]
-    pub fn of_machine(self, heat: &machine::Heat, temperature: &machine::Temperature) -> Self {
+    pub fn of_machine(
+        self,
+        heat: &machine_file::Heat,
+        temperature: &machine_file::Temperature,
+    ) -> Self {
         Self {
             heat: Heat {
                 on: self.heat.on,
@@ -298,7 +302,7 @@ impl Extras {
     }
 
     /// Checks every value, whether its group is on or not.
-    pub(crate) fn check(&self, p: &machine::Emla) -> Result<(), ParamError> {
+    pub(crate) fn check(&self, p: &machine_file::Emla) -> Result<(), ParamError> {
         check_fields! { self;
             Positive: temperature.reference, cogging.per_turn, switching.i_0, friction.v_stribeck,
                 friction.stiffness, friction.f_smooth, backlash.contact, compliance.mount,

@@ -5,7 +5,7 @@
 //! fades with speed, which keeps the model passive.
 
 use crate::Rig;
-use machine::Holding;
+use machine_file::Holding;
 
 /// Friction at an instant.
 #[derive(Clone, Copy, Debug)]

@@ -4,7 +4,7 @@
 //! modulation and on dead time.
 
 use crate::{HeldVoltages, Input, Rig, State};
-use machine::Dq;
+use machine_file::Dq;
 
 impl Rig {
     /// Whether the voltages are sampled and held; then the switching period, s.
@@ -160,7 +160,7 @@ mod tests {
         let mut extra = Extras::AS_BUILT;
         change(&mut extra);
         Rig::new(
-            machine::Machine::reference().emla.lift,
+            machine_file::Machine::reference().emla.lift,
             extra,
             Drive::Motion,
         )

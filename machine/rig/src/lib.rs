@@ -2,9 +2,9 @@
 //! leaves out.
 //!
 //! It stands in the place of the idealised actuator with the same inputs and outputs, and shares
-//! with it the undervoltage trip and the holding brake ([`machine::Holding`]); its equations are
+//! with it the undervoltage trip and the holding brake ([`machine_file::Holding`]); its equations are
 //! its own, written from the books named at the functions. [`Extras`] says what it knows beyond
-//! [`machine::Emla`]: saturation, temperature, ripple and cogging, an inverter that holds its
+//! [`machine_file::Emla`]: saturation, temperature, ripple and cogging, an inverter that holds its
 //! voltages in stator coordinates and acts late, stiction with presliding, backlash, compliance of
 //! the mounting and torsion, larger losses, and heat. Each has a switch; with all of them off the
 //! equations are those of the idealised actuator.
@@ -36,8 +36,8 @@ pub use extras::{
     Backlash, Cogging, Compliance, Damping, Extras, Friction, Heat, Losses, Ripple, Saturation,
     Switching, Temperature,
 };
-pub use limits::StepError;
-pub use machine::{ActuatorInput as Input, Drive};
+pub use machine_file::{ActuatorInput as Input, Drive};
+pub use model_rules::StepError;
 pub use output::{Output, efficiency};
 pub use rig::{Rig, RigError};
 pub use state::{Balance, HeldVoltages, Powers, State};

@@ -5,7 +5,7 @@
 //! permanent-magnet machines.
 
 use crate::Rig;
-use machine::Dq;
+use machine_file::Dq;
 
 /// What magnets and windings are at an instant.
 #[derive(Clone, Copy, Debug)]

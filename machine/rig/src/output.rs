@@ -106,7 +106,7 @@ impl Rig {
             presliding: s.z,
             P_in,
             P_in_mean: s.mean.supplied,
-            i_dc: machine::link_current(P_in, self.link_voltage(u)),
+            i_dc: machine_file::link_current(P_in, self.link_voltage(u)),
             i_dc_mean: s.i_dc_mean,
             P_out: now.delivered,
             P_loss: now.lost(),

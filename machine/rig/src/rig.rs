@@ -2,14 +2,14 @@
 
 use crate::current_loop::CurrentLoop;
 use crate::extras::Extras;
-use limits::ParamError;
-use machine::{ActuatorInput, Drive, MachineError};
+use machine_file::{ActuatorInput, Drive, MachineError};
+use model_rules::ParamError;
 use serde::{Deserialize, Serialize};
 
 /// One actuator as built.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rig {
-    pub(crate) p: machine::Emla,
+    pub(crate) p: machine_file::Emla,
     pub(crate) extra: Extras,
     pub(crate) drive: Drive,
     /// Longest substep for these parameters, s.
@@ -27,7 +27,7 @@ impl Rig {
     ///
     /// # Errors
     /// A parameter outside its physical range, by name, value and rule.
-    pub fn new(p: machine::Emla, extra: Extras, drive: Drive) -> Result<Self, RigError> {
+    pub fn new(p: machine_file::Emla, extra: Extras, drive: Drive) -> Result<Self, RigError> {
         p.check()?;
         extra.check(&p)?;
         let mut rig = Self {
@@ -87,7 +87,7 @@ impl Rig {
     }
 
     /// Parameters that it shares with its idealised model.
-    pub fn params(&self) -> &machine::Emla {
+    pub fn params(&self) -> &machine_file::Emla {
         &self.p
     }
 
@@ -112,7 +112,7 @@ pub enum RigError {
 impl Rig {
     /// The reference machine's actuator with every extra, moved by a mechanism.
     pub(crate) fn as_built() -> Self {
-        let p = machine::Machine::reference().emla.lift;
+        let p = machine_file::Machine::reference().emla.lift;
         Self::new(p, Extras::AS_BUILT, Drive::Motion).expect("valid")
     }
 }

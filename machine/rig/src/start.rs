@@ -1,7 +1,7 @@
 //! The state at the start: in equilibrium with a load.
 
 use crate::{Balance, Input, Powers, Rig, State, StepError};
-use machine::{Dq, Holding};
+use machine_file::{Dq, Holding};
 
 impl Rig {
     /// The state that delivers `F_hold` at rod position `x`, in steady motion at `x_dot` (at rest
@@ -47,7 +47,7 @@ impl Rig {
         };
         let now = self.instant(&state, u, &self.held(&state, u));
         let supplied = now.supplied(state.current());
-        state.i_dc_mean = machine::link_current(supplied, self.link_voltage(u));
+        state.i_dc_mean = machine_file::link_current(supplied, self.link_voltage(u));
         state.mean = Powers {
             supplied,
             delivered: now.delivered,

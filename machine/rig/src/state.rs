@@ -1,7 +1,7 @@
 //! Everything that changes while the actuator runs.
 
-use limits::{StepError, check_finite};
-use machine::Dq;
+use machine_file::Dq;
+use model_rules::{StepError, check_finite};
 use serde::{Deserialize, Serialize};
 
 /// Everything that changes while the actuator runs.

@@ -10,7 +10,9 @@
 use crate::conditions::Conditions;
 use crate::state::Rates;
 use crate::{Drive, Input, Rig, State};
-use limits::{MAX_SUBSTEPS, RATE_STEP, RK4_STAGES, StepError, check_finite, check_step, substeps};
+use model_rules::{
+    MAX_SUBSTEPS, RATE_STEP, RK4_STAGES, StepError, check_finite, check_step, substeps,
+};
 
 /// Longest substep, s: half a switching period of 8 kHz, which also resolves the electrical angle
 /// to 5° at rated speed.
@@ -66,7 +68,7 @@ impl Rig {
                 Ok(mut next) => {
                     next.mean = next.energy.mean_since(&s.energy, h);
                     next.i_dc_mean =
-                        machine::link_current(next.mean.supplied, self.link_voltage(u));
+                        machine_file::link_current(next.mean.supplied, self.link_voltage(u));
                     next.check_finite(t)?;
                     // Powers are products: of finite states they may not be finite.
                     let lost = self.output(&next, &u.moved(h)).P_loss;
@@ -150,7 +152,7 @@ impl Rig {
 mod tests {
     use super::*;
     use crate::Extras;
-    use machine::Machine;
+    use machine_file::Machine;
 
     /// Oracle: a drag `V w²` so strong that a substep of h does not resolve it. Runge–Kutta then
     /// multiplies the speed by a polynomial of z = V h/J ≈ 1e12, whose last term z⁴/24 is all that

@@ -3,7 +3,7 @@
 use crate::conditions::Conditions;
 use crate::rig::Rig;
 use crate::state::{HeldVoltages, State};
-use machine::{ActuatorInput as Input, DEAD_LINK, Holding, is_tripped};
+use machine_file::{ActuatorInput as Input, DEAD_LINK, Holding, is_tripped};
 
 impl Rig {
     /// What holds in state `s` under the inputs `u`.
@@ -25,7 +25,7 @@ impl Rig {
             gates,
             brake: Holding::Released,
         };
-        let brake = self.p.brake.unwrap_or(machine::Brake::TYPICAL);
+        let brake = self.p.brake.unwrap_or(machine_file::Brake::TYPICAL);
         brake.applied(s.w_m, || self.instant(s, u, &free).shaft.torque_left)
     }
 

@@ -6,7 +6,7 @@ use rig::{Drive, Extras, Input, Rig};
 #[test]
 fn outputs_and_steps_allocate_nothing() {
     for drive in [Drive::Motion, Drive::Force] {
-        let p = machine::Machine::reference().emla.lift;
+        let p = machine_file::Machine::reference().emla.lift;
         let rig = Rig::new(p, Extras::AS_BUILT, drive).expect("valid");
         let u = Input {
             v_q: 40.0,

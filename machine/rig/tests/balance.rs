@@ -4,7 +4,7 @@ use rig::{Drive, Extras, Input, Output, Rig, State};
 const H: f64 = 1e-3;
 
 fn rig(drive: Drive) -> Rig {
-    let p = machine::Machine::reference().emla.lift;
+    let p = machine_file::Machine::reference().emla.lift;
     Rig::new(p, Extras::AS_BUILT, drive).expect("valid")
 }
 

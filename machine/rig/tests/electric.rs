@@ -10,7 +10,7 @@ const ROOM: f64 = 293.15;
 
 /// An actuator with a boom of 12 t on its rod, which the load presses down.
 fn boom(extras: Extras) -> Rig {
-    let mut p = machine::Machine::reference().emla.lift;
+    let mut p = machine_file::Machine::reference().emla.lift;
     p.M_act = 12e3;
     let rig = Rig::new(p, extras, Drive::Force).expect("valid");
     rig.with_undervoltage(450.0)
@@ -198,7 +198,7 @@ fn the_brake_holds_up_to_its_torque() {
 /// energy of a spring of 1/K in series is `F²/(2K)`, and `F = K·stretch` beyond the play.
 #[test]
 fn a_shift_of_the_rod_is_work_of_the_springs() {
-    let p = machine::Machine::reference().emla.lift;
+    let p = machine_file::Machine::reference().emla.lift;
     let rig = Rig::new(p, Extras::AS_BUILT, Drive::Motion).expect("valid");
     let u = Input {
         v_dc: Some(600.0),
@@ -223,7 +223,7 @@ fn a_shift_of_the_rod_is_work_of_the_springs() {
 #[test]
 fn the_current_loop_follows_the_required_current() {
     for factor in [0.6, 1.0, 1.4] {
-        let mut p = machine::Machine::reference().emla.lift;
+        let mut p = machine_file::Machine::reference().emla.lift;
         (p.L_d, p.L_q) = (factor * p.L_d, factor * p.L_q);
         // A rotor so heavy that its voltage stays as it is, and no dead time: near the zero of a
         // phase's current that acts as a resistance of some 10 Ω.

@@ -10,7 +10,7 @@ const H: f64 = 62.5e-6;
 /// voltages, motions and loads of both signs.
 #[test]
 fn with_all_extras_off_it_is_the_idealised_actuator() {
-    let p = machine::Machine::reference().emla.lift;
+    let p = machine_file::Machine::reference().emla.lift;
     for drive in [Drive::Motion, Drive::Force] {
         let rig = Rig::new(p, Extras::AS_BUILT.off(), drive).expect("valid");
         let other = match drive {

@@ -72,7 +72,7 @@ fn stiction_and_backlash_agree_with_scipy() {
             Some("motion") => Drive::Motion,
             _ => Drive::Force,
         };
-        let p = machine::Machine::reference().emla.lift;
+        let p = machine_file::Machine::reference().emla.lift;
         let mut extras = Extras::AS_BUILT;
         extras.damping.on = case["damping"] == Value::Bool(true);
         extras.switching.offset = case["offset"].as_f64().unwrap_or(0.0);

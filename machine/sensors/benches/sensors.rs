@@ -1,6 +1,6 @@
 //! Cost of a sample of all sensors: `cargo bench -p sensors`.
 
-#[path = "../../../benches/measure.rs"]
+#[path = "../../../tools/benches/measure.rs"]
 mod measure;
 
 use sensors::{ForceKind, Params, Sensors, Signals, SpeedKind};

@@ -4,9 +4,9 @@
 use crate::error::Place;
 use crate::file::{Load, PathFile, Points};
 use crate::path::TipPath;
-use capability::{Capability, Kinematics, Limits, Margin, NearestPose, Payload, Quantity, Reach};
 use hdrm::HdrmError;
-use machine::{AXES, Machine};
+use machine_file::{AXES, Machine};
+use motion_check::{Capability, Kinematics, Limits, Margin, NearestPose, Payload, Quantity, Reach};
 use thiserror::Error;
 
 /// Time between two points that are looked at, s, on paths of up to some minutes.

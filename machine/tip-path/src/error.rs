@@ -108,7 +108,7 @@ pub(crate) fn refused(
 
 /// The error for a name that is not `known`.
 pub(crate) fn unknown(place: &str, name: &str, known: Vec<String>) -> PathError {
-    let near = machine::nearest(name, known.iter().map(String::as_str));
+    let near = machine_file::nearest(name, known.iter().map(String::as_str));
     PathError::Unknown {
         place: place.to_owned(),
         name: name.to_owned(),

@@ -12,7 +12,7 @@
 use crate::error::PathError;
 use crate::file::{MotionLimits, Waypoint};
 use crate::profile::Profile;
-use capability::{Pose, TipMotion, rotation_vector, turn};
+use motion_check::{Pose, TipMotion, rotation_vector, turn};
 use nalgebra::{Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 

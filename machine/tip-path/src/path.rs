@@ -5,7 +5,7 @@ use crate::file::{Load, PathFile, Points, Sample, Waypoint};
 use crate::iso9283::Iso9283;
 use crate::legs::{Legs, Stop, rest};
 use crate::spline::Spline;
-use capability::{Pose, TipMotion};
+use motion_check::{Pose, TipMotion};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 

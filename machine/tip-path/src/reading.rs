@@ -5,7 +5,7 @@ use crate::error::{PathError, refused};
 use crate::file::{MotionLimits, PathFile, Points, Sample, Waypoint};
 use crate::iso9283::{Iso9283, TestKind};
 use crate::{csv_file, json_file};
-use limits::Range;
+use model_rules::Range;
 use nalgebra::Vector3;
 
 /// Name of the built-in path that moves all six joints: up to 2 m/s², turning by more than 60°,

@@ -1,7 +1,7 @@
 //! A smooth curve through samples.
 
 use crate::file::Sample;
-use capability::{Pose, TipMotion};
+use motion_check::{Pose, TipMotion};
 use nalgebra::{Quaternion, SVector, UnitQuaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 

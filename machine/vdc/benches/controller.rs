@@ -1,11 +1,11 @@
 //! Cost of the controller per communication point, with adaptation: `cargo bench -p vdc`.
 #![allow(non_snake_case)]
 
-#[path = "../../../benches/measure.rs"]
+#[path = "../../../tools/benches/measure.rs"]
 mod measure;
 
 use emla::Surrogate;
-use machine::Machine;
+use machine_file::Machine;
 use std::hint::black_box;
 use vdc::{Controller, Input, Mode, Settings, Trajectory};
 

@@ -9,7 +9,7 @@ pub(crate) use payload::{PayloadShare, WristInertia};
 
 use crate::error::ControllerError;
 use hdrm::{BODIES, Body};
-use machine::Machine;
+use machine_file::Machine;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use spatial::Inertia;

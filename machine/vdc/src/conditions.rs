@@ -10,7 +10,7 @@
 //! and any ε up to [`Conditions::epsilon_max`] serves.
 
 use emla::maps;
-use machine::{Controller as Gains, Emla};
+use machine_file::{Controller as Gains, Emla};
 
 /// The conditions in numbers, for the largest current.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -103,7 +103,7 @@ impl Conditions {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use machine::Machine;
+    use machine_file::Machine;
 
     /// The bound by Young's inequality with ε = epsilon_max/2, term by term: what the feedbacks
     /// dissipate, less the cross term's share.

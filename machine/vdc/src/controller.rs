@@ -23,7 +23,7 @@ use crate::tracking::{Errors, RodMotion, rod_errors, track};
 use crate::trouble::{ReportedTroubles, Trouble, first_trouble};
 use emla::Surrogate;
 use hdrm::{DOF, Tip, saturate};
-use machine::{Controller as Gains, Machine};
+use machine_file::{Controller as Gains, Machine};
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 use tip_path::Load;

@@ -1,7 +1,7 @@
 //! Why the controller refuses.
 
 use hdrm::{Body, GeometryError};
-use machine::MachineError;
+use machine_file::MachineError;
 use thiserror::Error;
 
 /// Longest step, s: measurements held for longer than that mean nothing, and filters with large

@@ -82,7 +82,7 @@ pub const MODES: [((Mode, bool), &str, &str); 11] = [
 mod tests {
     use super::*;
     use crate::tracking::RodMotion;
-    use machine::Machine;
+    use machine_file::Machine;
 
     /// The force of a rod by itself in numbers whose parts are told apart by their powers of ten.
     #[test]

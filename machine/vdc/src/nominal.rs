@@ -11,10 +11,10 @@ pub(crate) use tip::orientation;
 pub use tip::tip_pose;
 
 use crate::error::ControllerError;
-use capability::Reach;
 use emla::{Drive, Emla, Surrogate};
 use hdrm::Tree;
-use machine::Machine;
+use machine_file::Machine;
+use motion_check::Reach;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -59,7 +59,7 @@ impl Nominal {
     }
 
     /// Parameters of the actuators.
-    pub(crate) fn parameters(&self) -> [&machine::Emla; 3] {
+    pub(crate) fn parameters(&self) -> [&machine_file::Emla; 3] {
         self.actuators.each_ref().map(Emla::params)
     }
 

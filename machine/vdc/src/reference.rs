@@ -24,7 +24,7 @@ use crate::nominal::{Nominal, orientation};
 use crate::signals::Input;
 use edges::Edges;
 use hdrm::Tip;
-use machine::Machine;
+use machine_file::Machine;
 use serde::{Deserialize, Serialize};
 use tip_path::{Load, PathFile, TipPath};
 

@@ -2,7 +2,7 @@
 
 use crate::law::Mode;
 use crate::reference::RateCommand;
-use machine::Controller as Gains;
+use machine_file::Controller as Gains;
 use serde::{Deserialize, Serialize};
 
 /// What the controller follows.

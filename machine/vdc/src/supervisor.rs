@@ -15,7 +15,7 @@ use crate::reference::Motion;
 use crate::settings::Settings;
 use crate::signals::Input;
 use hdrm::DOF;
-use machine::Controller as Gains;
+use machine_file::Controller as Gains;
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -272,7 +272,7 @@ impl Supervisor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use machine::Machine;
+    use machine_file::Machine;
 
     const H: f64 = 1e-3;
     const RATINGS: [[f64; 2]; 3] = [[70e3, 0.07]; 3];

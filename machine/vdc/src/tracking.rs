@@ -16,7 +16,7 @@ use crate::reference::{DesiredMotion, Target};
 use crate::signals::Input;
 use clik::TipState;
 use hdrm::{DOF, Tip};
-use machine::Controller as Gains;
+use machine_file::Controller as Gains;
 use nalgebra::{Vector3, Vector6};
 
 /// What the feedback on the target's error asks of the joints.

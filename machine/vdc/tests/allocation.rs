@@ -3,7 +3,7 @@
 
 use allocation_counter::measure;
 use emla::Surrogate;
-use machine::Machine;
+use machine_file::Machine;
 use vdc::{Controller, Input, RateCommand, RateLimits, Settings, Timing, Trajectory};
 
 #[test]

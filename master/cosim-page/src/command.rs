@@ -1,7 +1,7 @@
 //! Commands of a page and their answers, as JSON.
 
 use anyhow::{Context, Result, bail};
-use cosim::describe;
+use cosim::cli::describe;
 use serde_json::{Map, Value, json};
 
 use crate::engine::{Engine, text};

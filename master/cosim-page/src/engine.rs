@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
-use cosim::experiment::Experiment;
-use cosim::faults::Faults;
+use cosim::exchange::faults::Faults;
 use cosim::fmu::Fmu;
-use cosim::package::{FmuPlace, Package};
+use cosim::run::experiment::Experiment;
 use cosim::schedule::{STEP, Schedule, Stepping};
-use cosim::system::System;
+use cosim::structure::package::{FmuPlace, Package};
+use cosim::structure::system::System;
 use serde_json::{Map, Value};
 
 use crate::run::Run;

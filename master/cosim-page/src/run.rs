@@ -4,17 +4,18 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result, bail, ensure};
-use cosim::experiment::Experiment;
+use cosim::exchange::faults;
+use cosim::io::numbers;
 use cosim::master::{Master, Saved};
+use cosim::run::experiment::Experiment;
+use cosim::run::signals::{Inputs, Signals};
+use cosim::run::supervision::Supervision;
+use cosim::run::verdict::Verdict;
 use cosim::schedule::Schedule;
-use cosim::signals::{Inputs, Signals};
 use cosim::slave::{At, Ended, messages};
-use cosim::supervision::Supervision;
-use cosim::system::{Setting, System};
-use cosim::verdict::Verdict;
+use cosim::structure::system::{Setting, System};
 use cosim::wiring::Port;
-use cosim::{faults, numbers};
-use fmu_description::{Causality, Kind};
+use fmi_description::{Causality, Kind};
 use serde_json::Value;
 
 /// A run.

@@ -1,6 +1,7 @@
 //! What the command lines of programs on this library share: which system, how it is stepped, which
 //! values it starts from, which signals are written where, how a program ends.
 
+pub mod describe;
 mod places;
 mod step_args;
 
@@ -16,18 +17,18 @@ use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::csv::Log;
-use crate::faults::Faults;
-use crate::input_table::{InputTable, Table};
+use crate::exchange::faults::Faults;
+use crate::io::csv::Log;
+use crate::io::input_table::{InputTable, Table};
+use crate::io::output;
+use crate::io::scenario;
 use crate::master::{Schedule, Stepping};
-use crate::output;
-use crate::run::Experiment;
-use crate::scenario;
+use crate::run::signals::{matches_pattern, matching_any};
+use crate::run::simulate::Experiment;
+use crate::run::verdict::Verdict;
 pub use crate::schedule::STEP;
 use crate::schedule::{Between, parse_rate};
-use crate::signals::{matches_pattern, matching_any};
-use crate::system::System;
-use crate::verdict::Verdict;
+use crate::structure::system::System;
 use crate::wiring::Port;
 use places::place_of_fmi_3;
 

@@ -2,17 +2,23 @@
 //! has outputs there, then one write per component that receives them. Running it neither looks
 //! anything up nor allocates.
 
+pub(crate) mod algebraic_loop;
+pub(crate) mod balance;
+pub mod bond;
+pub(crate) mod coupling;
+pub mod faults;
+pub(crate) mod means;
 mod transfers;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::algebraic_loop::{LoopStage, Unknowns};
-use crate::faults::Alteration;
+use crate::exchange::algebraic_loop::{LoopStage, Unknowns};
+use crate::exchange::faults::Alteration;
+use crate::io::value::{Value, is_wide};
 use crate::slave::{At, Failure, Slave};
-use crate::value::{Value, is_wide};
 use crate::wiring::{Feedthrough, Link, Port, Undeclared, Wiring};
 use anyhow::Result;
-use fmu_description::{Access, Variability};
+use fmi_description::{Access, Variability};
 use serde::{Deserialize, Serialize};
 
 pub use transfers::{Read, Write, reads, writes};

@@ -7,13 +7,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Context, Result, bail};
+use fmi_description::{Archive, Description, Version};
 #[cfg(feature = "native")]
-use fmu_description::calls::Functions2;
-use fmu_description::calls::Functions3;
-use fmu_description::{Archive, Description, Version};
+use fmi_import::calls::Functions2;
+use fmi_import::calls::Functions3;
 
-use crate::batch::{Batch, Layout};
 use crate::slave::clocks::{Plan, is_triggered};
+use crate::wiring::batch::{Batch, Layout};
 use library::Library;
 
 /// A loaded FMU. The library and the files that it needs live as long as any instance.

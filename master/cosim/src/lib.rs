@@ -3,7 +3,7 @@
 //!
 //! The structure says which FMUs there are, who is wired to whom, in which order they are stepped
 //! and which connections are power bonds ([`structure`]); the model descriptions say which outputs
-//! depend directly on which inputs ([`fmu_description`]); both give the order of the exchange
+//! depend directly on which inputs ([`fmi_description`]); both give the order of the exchange
 //! ([`wiring`], [`exchange`]). A loaded [`system`] finds variables by name once and hands out
 //! [`wiring::Port`]s for them. [`master`] initializes and steps; [`run`] steps to a stop time and
 //! lets the caller observe every communication point, for example through an [`observer`]:
@@ -17,61 +17,24 @@
 //! of WebAssembly calls, and the caller makes the steps and has them watched ([`supervision`]).
 #![deny(unsafe_code)]
 
-mod algebraic_loop;
-mod arrays;
-mod balance;
-pub mod batch;
-pub mod bond;
-pub mod cells;
 #[cfg(feature = "native")]
 pub mod cli;
-mod coupling;
-pub mod crew;
-#[cfg(feature = "native")]
-pub mod csv;
-pub mod describe;
-pub mod divergence;
 pub mod exchange;
-pub mod experiment;
-pub mod faults;
 pub mod fmu;
-pub mod forgotten;
-pub mod input_table;
-mod instances;
+pub mod io;
 pub mod master;
-mod means;
-pub mod numbers;
-pub mod observer;
-pub mod output;
-pub mod package;
-pub mod probing;
-pub mod recording;
-mod renaming;
-#[cfg(feature = "native")]
 pub mod run;
-pub mod scenario;
 pub mod schedule;
-pub mod signals;
 pub mod slave;
-pub mod snapshot;
-pub mod spare;
 pub mod stepping;
 pub mod structure;
-pub mod supervision;
-pub mod system;
-pub mod transformation;
-#[cfg(feature = "native")]
-mod trial;
-pub mod units;
-pub mod value;
-pub mod verdict;
 pub mod wiring;
 
 pub use master::{Master, instantiate, start_value};
-pub use recording::Recording;
+pub use run::recording::Recording;
+pub use run::signals::{Inputs, Signals, matching};
 #[cfg(feature = "native")]
-pub use run::Experiment;
-pub use signals::{Inputs, Signals, matching};
-pub use system::{Setting, System};
-pub use verdict::Verdict;
+pub use run::simulate::Experiment;
+pub use run::verdict::Verdict;
+pub use structure::system::{Setting, System};
 pub use wiring::Port;

@@ -8,18 +8,18 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand};
+use cosim::cli::describe;
 use cosim::cli::{CsvArgs, InputArgs, RunArgs, StepArgs, SystemArgs, bar, exit, place, print};
-use cosim::describe;
 use cosim::exchange::{Exchange, Order};
-use cosim::package::{Package, read};
-use cosim::probing::probe;
-use cosim::run;
-use cosim::signals::connected;
+use cosim::run::signals::connected;
+use cosim::run::simulate;
+use cosim::run::verdict::Verdict;
 use cosim::stepping::Control;
+use cosim::structure::package::{Package, read};
+use cosim::structure::system::System;
 use cosim::structure::{self, Structure};
-use cosim::system::System;
-use cosim::verdict::Verdict;
-use fmu_description::{Archive, Causality};
+use cosim::wiring::probing::probe;
+use fmi_description::{Archive, Causality};
 
 /// Run a system of FMUs: as its SSP system structure says, or its speed, or its wiring.
 #[derive(Parser)]
@@ -111,7 +111,7 @@ fn main() -> ExitCode {
     let command = Cli::parse().command;
     // What FMUs print must not get into what this program prints; where that cannot be had, it runs
     // all the same.
-    let _ = cosim::output::separate();
+    let _ = cosim::io::output::separate();
     let check = matches!(&command, Command::Run(args) if args.run.check);
     let result = match command {
         Command::Run(args) => run_system(&args),
@@ -166,7 +166,7 @@ fn run_system(args: &OneRunArgs) -> Result<Verdict> {
         bar.set_length(steps);
         bar.set_position(k);
     };
-    let outcome = run::planned(&system, master, &plan, &progress, &mut log);
+    let outcome = simulate::planned(&system, master, &plan, &progress, &mut log);
     bar.finish_and_clear();
     let outcome = outcome?;
     log.map_or(Ok(()), |log| log.finish())?;
@@ -188,9 +188,13 @@ fn bench(args: &BenchArgs) -> Result<Verdict> {
     for _ in 0..args.repeat.max(1) {
         let master = experiment.start(&system)?;
         let mut log = args.csv.log(&system, &experiment, || connected(&system))?;
-        outcomes.push(run::run(&system, master, stop, &|_, _| (), |master| {
-            log.as_mut().map_or(Ok(()), |log| log.add(master))
-        })?);
+        outcomes.push(simulate::run(
+            &system,
+            master,
+            stop,
+            &|_, _| (),
+            |master| log.as_mut().map_or(Ok(()), |log| log.add(master)),
+        )?);
         log.map_or(Ok(()), |log| log.finish())?;
     }
     outcomes.sort_by(|a, b| a.real_time_factor().total_cmp(&b.real_time_factor()));
@@ -199,7 +203,7 @@ fn bench(args: &BenchArgs) -> Result<Verdict> {
     let (runs, simulated) = (outcomes.len(), median.simulated);
     let instances = system.structure.components.len();
     let step = experiment.stepping.step;
-    let [median, worst, best] = [median, worst, best].map(run::Outcome::real_time_factor);
+    let [median, worst, best] = [median, worst, best].map(simulate::Outcome::real_time_factor);
     let threads = match experiment.threads {
         1 => "one thread".into(),
         threads => format!("{threads} threads"),

@@ -1,26 +1,26 @@
 //! The co-simulation master: a system's instances, initialized, and stepped by a schedule.
 
 use anyhow::{Context, Result, bail};
-use fmu_description::{Access, Variability};
+use fmi_description::{Access, Variability};
 use serde::{Deserialize, Serialize};
 
-use crate::balance::Balance;
-use crate::bond::{BondStep, Residual};
-use crate::coupling::{self, Coupling};
-use crate::crew::Crew;
+use crate::exchange::balance::Balance;
+use crate::exchange::bond::{BondStep, Residual};
+use crate::exchange::coupling::{self, Coupling};
+use crate::exchange::faults::{Alteration, Faults, is_source};
+use crate::exchange::means::Means;
 use crate::exchange::{Exchange, Order};
-use crate::faults::{Alteration, Faults, is_source};
-use crate::input_table::InputTable;
-use crate::instances::make;
-use crate::means::Means;
+use crate::io::input_table::InputTable;
+use crate::run::instances::make;
+use crate::run::spare;
+use crate::schedule::crew::Crew;
 use crate::schedule::rates::Rates;
 use crate::schedule::{self, Between};
 use crate::slave::{At, Call, Slave, State, all};
-use crate::spare;
-use crate::system::{Setting, System};
+use crate::structure::system::{Setting, System};
 use crate::wiring::{Link, Port, Wiring};
 
-pub use crate::instances::{instantiate, start_value};
+pub use crate::run::instances::{instantiate, start_value};
 pub use crate::schedule::{Jitter, Schedule, Stepping};
 
 /// Part of the communication step by which an event may be missed.

@@ -2,6 +2,7 @@
 //! (`standard`), or by stages in the order of direct feedthrough (`staged`).
 
 mod choice;
+pub mod crew;
 pub(crate) mod rates;
 mod staged;
 mod standard;
@@ -11,7 +12,7 @@ use anyhow::Result;
 pub use choice::{Between, Jitter, STEP, Schedule, Stepping, steps_in};
 pub use rates::parse_rate;
 
-use crate::coupling::Coupling;
+use crate::exchange::coupling::Coupling;
 
 /// The first exchange, at the start time `t`, s.
 pub(crate) fn begin(schedule: Schedule, coupling: &mut Coupling, t: f64) -> Result<()> {

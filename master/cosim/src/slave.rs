@@ -21,9 +21,9 @@ use std::ffi::CString;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use crate::batch::Batch;
 use crate::fmu::Fmu;
-use crate::value::{Value, fits};
+use crate::io::value::{Value, fits};
+use crate::wiring::batch::Batch;
 use anyhow::{Context, Result, anyhow, bail, ensure};
 
 use answer::Answer;

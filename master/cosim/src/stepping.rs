@@ -13,7 +13,7 @@ pub use control::{Control, Limits};
 pub use fixed::FixedSteps;
 
 use crate::master::Master;
-use crate::system::System;
+use crate::structure::system::System;
 
 /// The communication steps of a run to a stop time.
 pub enum Steps {

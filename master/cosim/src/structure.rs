@@ -1,9 +1,14 @@
 //! The system as the master runs it: what a system structure of SSP says, with systems in systems
 //! resolved ([`flat`]).
 
+pub(crate) mod arrays;
 mod bond;
 pub mod flat;
 mod flatten;
+pub mod package;
+pub(crate) mod renaming;
+pub mod system;
+pub mod units;
 mod values;
 mod ways;
 

@@ -1,15 +1,18 @@
 //! Who must be read before whom: connections resolved against the model descriptions and put in the
 //! order of direct feedthrough.
 
+pub mod batch;
 mod order;
+pub mod probing;
+pub mod transformation;
 
 use std::collections::HashMap;
 
-use crate::batch::{Batch, Layout};
 use crate::structure::{Connection, Power, Structure};
-use crate::transformation::{Linear, Transformation, along, unit_of};
+use crate::wiring::batch::{Batch, Layout};
+use crate::wiring::transformation::{Linear, Transformation, along, unit_of};
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use fmu_description::{Access, Causality, Description, Kind, Variable, Version};
+use fmi_description::{Access, Causality, Description, Kind, Variable, Version};
 use serde::{Deserialize, Serialize};
 use system_structure::DataType;
 

@@ -4,16 +4,19 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, ensure};
-use capability::gain_rule;
 use clap::Args;
+use cosim::Experiment;
+use cosim::System;
+use cosim::Verdict;
 use cosim::cli::{RunArgs, SystemArgs, find};
 use cosim::master::Schedule;
-use cosim::{Experiment, System, Verdict, start_value};
-use machine::{Machine, Source};
+use cosim::start_value;
+use machine_file::{Machine, Source};
+use motion_check::gain_rule;
 
 use crate::start_values::{on_path, over};
 use crate::worlds::{BENDING_STEP, BENDING_SYSTEM, STRICT_SYSTEM, SYSTEM, World, parameters_of};
-use crate::{loads, machine_file, path_margins};
+use crate::{loads, machine_choice, path_margins};
 
 /// The packed machine.
 pub const MACHINE: &str = "Manipulator.ssp";
@@ -154,7 +157,7 @@ impl Builder<'_> {
         }
         let mut system = arguments.load(|| find(self.world_system()))?;
         if let Some(machine) = file {
-            machine_file::bind(&mut system, machine)
+            machine_choice::bind(&mut system, machine)
                 .with_context(|| format!("--machine {machine}"))?;
         }
         if let (Some(path), None) = (waypoints, &self.packed)
@@ -245,7 +248,7 @@ fn adapts_too_fast(system: &System, base: &Experiment) -> Result<Option<String>>
         return Ok(None);
     }
     let gamma = start_value(system, &base.settings, gamma)?;
-    let file = machine_file::MachineFile::at(system, &base.settings, file)?;
+    let file = machine_choice::MachineFile::at(system, &base.settings, file)?;
     too_fast(&file.machine, gamma)
 }
 

@@ -3,9 +3,12 @@
 //! What failed, what is bad, median and worst are counted here for all of them.
 
 use anyhow::{Error, Result};
-use cosim::faults::Faults;
+use cosim::Experiment;
+use cosim::Setting;
+use cosim::System;
+use cosim::Verdict;
+use cosim::exchange::faults::Faults;
 use cosim::master::Jitter;
-use cosim::{Experiment, Setting, System, Verdict};
 use rayon::prelude::*;
 use serde::Serialize;
 use tip_path::SIX_JOINTS;

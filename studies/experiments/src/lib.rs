@@ -21,7 +21,7 @@ pub mod grid;
 pub mod identification;
 pub mod laws;
 pub mod loads;
-pub mod machine_file;
+pub mod machine_choice;
 pub mod machines;
 pub mod measures;
 pub mod path_margins;

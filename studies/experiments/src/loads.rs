@@ -5,7 +5,7 @@
 
 use anyhow::{Result, bail};
 use cosim::System;
-use fmu_description::Causality;
+use fmi_description::Causality;
 use tip_path::{PathFile, Points};
 
 /// What is carried: mass, kg, and place from T4, m; output of the controller, input of the

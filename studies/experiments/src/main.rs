@@ -9,8 +9,8 @@ use anyhow::Result;
 use clap::Parser as _;
 use cosim::Verdict;
 use cosim::cli::exit;
-use studies::commands::program::{Cli, Command, Ending};
-use studies::commands::{
+use experiments::commands::program::{Cli, Command, Ending};
+use experiments::commands::{
     compare, draws, endurance, energy, evaluate, machine, margins, path, program, run, sizing,
     stability, table, testbed, tournament,
 };

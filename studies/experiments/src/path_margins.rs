@@ -4,8 +4,8 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
-use capability::{Kinematics, Margin, Quantity};
-use machine::Machine;
+use machine_file::Machine;
+use motion_check::{Kinematics, Margin, Quantity};
 use serde_json::{Value, json};
 use tip_path::{PathCheck, PathFile, Points, TipPath, check};
 

@@ -4,7 +4,10 @@
 use std::fmt::Display;
 
 use anyhow::{Result, bail};
-use cosim::{Experiment, Port, Setting, System};
+use cosim::Experiment;
+use cosim::Port;
+use cosim::Setting;
+use cosim::System;
 use tip_path::{PathFile, SIX_JOINTS};
 
 /// Modes of the controller.

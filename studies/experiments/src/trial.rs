@@ -8,14 +8,20 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use cosim::observer::{Observer, Observers};
-use cosim::run::{Plan, planned};
-use cosim::{Experiment, Master, Port, Recording, Signals, System, start_value};
+use cosim::Experiment;
+use cosim::Master;
+use cosim::Port;
+use cosim::Recording;
+use cosim::Signals;
+use cosim::System;
+use cosim::run::observer::{Observer, Observers};
+use cosim::run::simulate::{Plan, planned};
+use cosim::start_value;
 use rig_data::data::sha256;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::machine_file::MachineFile;
+use crate::machine_choice::MachineFile;
 use crate::measures::run::{end, motion_start, tip_error_port};
 use crate::measures::tracking::Evaluation;
 

@@ -16,9 +16,9 @@ use anyhow::{Result, anyhow};
 use clap::Parser as _;
 use commands::{drawings, page};
 use cosim::Verdict;
-use studies::commands::machine::MachineCommand;
-use studies::commands::path::PathCommand;
-use studies::commands::program::{self, Cli, Command, Ending};
+use experiments::commands::machine::MachineCommand;
+use experiments::commands::path::PathCommand;
+use experiments::commands::program::{self, Cli, Command, Ending};
 
 fn main() -> ExitCode {
     let command = Cli::parse().command;

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use capability::Quantity;
 use charts::{Curve, Figure, Panel, wheel};
-use studies::path_margins::PathMargins;
+use experiments::path_margins::PathMargins;
+use motion_check::Quantity;
 
 /// Points of a curve that are drawn at most.
 const POINTS: usize = 2000;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, ensure};
-use cosim::signals::matches_pattern;
+use cosim::run::signals::matches_pattern;
 
 use charts::{Curve, Figure, Panel, wheel};
 use rig_data::signal_file::SignalFile;

@@ -35,6 +35,12 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use conditions::conditions;
+use experiments::grid::{self, Cell};
+use experiments::machine_choice::MachineFile;
+use experiments::measures::run::TipError;
+use experiments::print::tip_errors::inertia_json;
+use experiments::studies::efficiency;
+use experiments::studies::{inertia, robustness};
 pub use recorded::Recorded;
 pub use request::Request;
 use request::kept;
@@ -42,12 +48,6 @@ use runs::{Run, Shown};
 use samples::Samples;
 use scene::Scene;
 use stability::Stability;
-use studies::grid::{self, Cell};
-use studies::machine_file::MachineFile;
-use studies::measures::run::TipError;
-use studies::print::tip_errors::inertia_json;
-use studies::studies::efficiency;
-use studies::studies::{inertia, robustness};
 use testbed::Testbed;
 
 /// All that the page shows.
@@ -86,7 +86,7 @@ impl Report {
         let scene = Scene::new(&machine.machine)?;
         let plan = errors::plan(request)?;
         let of_errors: u64 = plan.iter().map(|(_, cases)| robustness::count(cases)).sum();
-        let total = inertia::CELLS as u64 + of_errors + studies::studies::stability::RUNS;
+        let total = inertia::CELLS as u64 + of_errors + experiments::studies::stability::RUNS;
         let done = AtomicU64::new(0);
         let count = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
         let measure = |plan: &grid::Plan| runs::measure(request, &scene, plan);

@@ -3,7 +3,7 @@
 
 use anyhow::Result;
 use emla::maps;
-use machine::Emla;
+use machine_file::Emla;
 use rayon::prelude::*;
 
 use crate::data::Row;

@@ -38,7 +38,11 @@ impl Point {
 ///
 /// # Errors
 /// Never for the parameters of a checked machine.
-pub fn points(p: machine::Emla, network: &Surrogate, driven: &[Driven]) -> Result<Vec<Vec<Point>>> {
+pub fn points(
+    p: machine_file::Emla,
+    network: &Surrogate,
+    driven: &[Driven],
+) -> Result<Vec<Vec<Point>>> {
     let electric = Electric {
         temperature: true,
         ..Electric::default()

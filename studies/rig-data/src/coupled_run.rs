@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context as _, Result, bail};
 use emla::maps;
-use machine::Emla;
+use machine_file::Emla;
 
 use crate::signal_file::SignalFile;
 use crate::windows::{SAMPLES, SLOWEST, Truth, mean};

@@ -4,7 +4,7 @@
 //! ```
 
 use emla::maps;
-use machine::Emla;
+use machine_file::Emla;
 
 /// Bandwidths of speed and current control, rad/s, and of the speed's integral.
 const W_SPEED: f64 = 150.0;

@@ -4,7 +4,7 @@
 
 use anyhow::Result;
 use emla::maps;
-use machine::{Emla, Heat};
+use machine_file::{Emla, Heat};
 use rayon::prelude::*;
 
 use crate::prediction::{EFFICIENCY_SPEED, Model, Motion};

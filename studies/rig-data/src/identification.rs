@@ -3,7 +3,7 @@
 
 use anyhow::Result;
 use emla::maps;
-use machine::Emla;
+use machine_file::Emla;
 
 use crate::campaign::{PROFILES, SECONDS, measure, training_profiles};
 use crate::least_squares::Fit;
@@ -60,7 +60,7 @@ impl Identified {
         let [_, _, lambda_m, lambda_rise, _] = voltage.values;
         let electrical = Emla {
             lambda_m,
-            temperature: Some(machine::Temperature {
+            temperature: Some(machine_file::Temperature {
                 magnet: lambda_rise / lambda_m,
                 ..sheet
             }),

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use anyhow::Result;
 use emla::{Surrogate, maps};
-use machine::Emla;
+use machine_file::Emla;
 use rayon::prelude::*;
 
 use crate::campaign::{PROFILES, SECONDS, held_out_profiles, measure, rows, training_profiles};

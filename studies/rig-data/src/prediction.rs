@@ -2,7 +2,7 @@
 //! physics, hybrid and network.
 
 use emla::{Surrogate, maps};
-use machine::Emla;
+use machine_file::Emla;
 use rayon::prelude::*;
 use serde::Serialize;
 

@@ -42,7 +42,7 @@ pub struct Reading {
 
 /// The rig of the reference machine as built.
 pub fn rig(drive: Drive) -> Rig {
-    let p = machine::Machine::reference().emla.lift;
+    let p = machine_file::Machine::reference().emla.lift;
     Rig::new(p, Extras::AS_BUILT, drive).expect("a valid machine")
 }
 

@@ -7,7 +7,7 @@
 //! of steady motion lie on one map.
 
 use emla::maps;
-use machine::{Emla, Temperature};
+use machine_file::{Emla, Temperature};
 
 use crate::data::Row;
 use crate::profile::SAMPLE;

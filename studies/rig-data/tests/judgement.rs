@@ -2,7 +2,7 @@
 #![allow(non_snake_case)] // symbols
 
 use emla::{EfficiencyBound, maps};
-use machine::{Emla, Heat};
+use machine_file::{Emla, Heat};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rig_data::conformal::{Coverage, Point, SHARE, calibrate};
@@ -107,7 +107,7 @@ fn the_share_has_its_closed_forms() {
 /// t/(3/2 p λ)` with the nut's travel t, and the energy of T seconds is `(F v + 3/2 R i²) T`.
 #[test]
 fn the_energy_of_a_steady_stroke_is_by_hand() {
-    let lift = machine::Machine::reference().emla.lift;
+    let lift = machine_file::Machine::reference().emla.lift;
     let p = Emla {
         C_m: 0.0,
         tau_C: 0.0,
@@ -116,7 +116,7 @@ fn the_energy_of_a_steady_stroke_is_by_hand() {
         C_act: 0.0,
         core: None,
         inverter: None,
-        temperature: Some(machine::Temperature {
+        temperature: Some(machine_file::Temperature {
             reference: 293.15,
             copper: 0.0,
             magnet: 0.0,

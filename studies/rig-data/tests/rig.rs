@@ -21,7 +21,7 @@ fn the_rig_follows_its_profile_both_ways() {
     let late = &run[500..];
     let error = rms(late.iter().map(|s| s.truth.x_rod_dot - s.desired.x_dot));
     assert!(error < 1e-3, "rod speed {error} m/s");
-    let p = machine::Machine::reference().emla.lift;
+    let p = machine_file::Machine::reference().emla.lift;
     let windows = windows(&p, &run);
     let forward = windows.iter().filter(|w| w.truth.w_m > 0.0).count();
     assert!(
@@ -40,7 +40,7 @@ fn seed(profile: &Profile) -> u64 {
 /// compliance is that of mounting, pins, screw and bearings, 1/60 N/nm and a quarter more.
 #[test]
 fn rows_are_as_good_as_their_sensors() {
-    let p = machine::Machine::reference().emla.lift;
+    let p = machine_file::Machine::reference().emla.lift;
     let profiles = training_profiles(5, 2.0, 3);
     let campaign = measure(&p, &profiles, seed).expect("runs");
     let trust = Trust::of(&p, &campaign, &measure(&p, &profiles, seed).expect("runs"));
@@ -58,7 +58,7 @@ fn rows_are_as_good_as_their_sensors() {
 /// torque and force are each other's inverse.
 #[test]
 fn the_network_brings_what_the_physics_lacks() {
-    let p = machine::Machine::reference().emla.lift;
+    let p = machine_file::Machine::reference().emla.lift;
     let held_out = measure(&p, &held_out_profiles(6, 3.0, 9), seed).expect("runs");
     let error = |alpha: f64| {
         let model = Model::new(p, Surrogate::reference(), alpha);

@@ -52,7 +52,7 @@ impl RigDataArgs {
 
     /// Run the campaign.
     pub(crate) fn run(self) -> Result<()> {
-        let p = machine::Machine::reference().emla.lift;
+        let p = machine_file::Machine::reference().emla.lift;
         let profiles = training_profiles(self.profiles, self.seconds, self.seed);
         let campaign = measure(&p, &profiles, |profile| profile.seed)?;
         let repeated = &profiles[..profiles.len().min(4)];
@@ -126,7 +126,7 @@ pub struct CalibrateArgs {
 impl CalibrateArgs {
     /// Calibrate and write.
     pub(crate) fn run(self) -> Result<()> {
-        let p = machine::Machine::reference().emla.lift;
+        let p = machine_file::Machine::reference().emla.lift;
         let network = self.network.read_or(Surrogate::reference)?;
         let driven = Driven::all(&p, &held_out_profiles(self.profiles, SECONDS, CALIBRATED))?;
         let bound = calibrate(&points(p, &network, &driven)?);
@@ -155,7 +155,7 @@ pub struct RigLoopArgs {
 impl RigLoopArgs {
     /// Read and print.
     pub(crate) fn run(self) -> Result<()> {
-        let p = machine::Machine::reference().emla.lift;
+        let p = machine_file::Machine::reference().emla.lift;
         let surrogate = self.network.read_or(Surrogate::reference)?;
         let run = CoupledRun::read(&self.run)?;
         let windows = run.windows(&p, self.start);
@@ -180,7 +180,7 @@ impl RigLoopArgs {
 impl RigCompareArgs {
     /// Judge and print.
     pub(crate) fn run(self) -> Result<()> {
-        let p = machine::Machine::reference().emla.lift;
+        let p = machine_file::Machine::reference().emla.lift;
         let trained = || Surrogate::from_json(rig_data::RIG_NETWORK).expect("a valid network");
         let (shipped, network) = (Surrogate::reference(), self.network.read_or(trained)?);
         let candidates = Candidates::of(&p, &network, self.seed)?;

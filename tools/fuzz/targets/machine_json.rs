@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use machine::Machine;
+use machine_file::Machine;
 
 fuzz_target!(|text: &str| {
     let Ok(machine) = Machine::from_json(text) else {
@@ -10,7 +10,7 @@ fuzz_target!(|text: &str| {
     };
     let _ = hdrm::Hdrm::new(&machine, &hdrm::Options::of(&machine));
     for actuator in [machine.emla.slew, machine.emla.lift, machine.emla.tilt] {
-        let _ = emla::Emla::new(actuator, machine::Drive::Motion);
+        let _ = emla::Emla::new(actuator, machine_file::Drive::Motion);
     }
     let _ = vdc::tip_pose(&machine, &machine.start.zeta);
 });

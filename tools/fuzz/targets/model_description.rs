@@ -1,7 +1,7 @@
 //! A model description is read or refused; what it says of dependencies stays within its variables.
 #![no_main]
 
-use fmu_description::Description;
+use fmi_description::Description;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

@@ -2,7 +2,7 @@
 //! included.
 #![no_main]
 
-#[path = "../../crates/fmu-export/src/fmi2/uri.rs"]
+#[path = "../../../kit/fmu-export/src/fmi2/uri.rs"]
 #[allow(dead_code)]
 mod uri;
 

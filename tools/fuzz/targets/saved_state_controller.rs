@@ -2,7 +2,7 @@
 //! never linked into another.
 #![no_main]
 
-#[path = "../../fmu-controller/src/lib.rs"]
+#[path = "../../../fmu-controller/src/lib.rs"]
 #[allow(missing_docs)]
 mod fmu;
 #[path = "../saved_state.rs"]

@@ -4,8 +4,8 @@
 use std::ffi::CString;
 use std::ptr;
 
-use cargo_fmu::fmi::{self, Fmu};
-use fmu_description::{Access, Variable};
+use fmi_description::{Access, Variable};
+use fmi_import::{self, Fmu};
 
 use crate::random::Random;
 
@@ -167,7 +167,7 @@ pub fn references(
 ) -> Vec<u32> {
     let n = r.of(&[0, 1, 1, 1, 2, 3, 8]);
     let variables = &fmu.description.variables;
-    let wanted = fmi::instance::references(variables, |v| valid && wanted(v));
+    let wanted = fmi_import::instance::references(variables, |v| valid && wanted(v));
     if valid && wanted.is_empty() {
         return Vec::new();
     }
@@ -182,7 +182,7 @@ pub fn references(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fmu_description::Description;
+    use fmi_description::Description;
 
     /// On the committed model descriptions: a valid value lies inside the declared bounds, the rest
     /// leaves them now and then.

@@ -4,9 +4,9 @@ use crate::arguments::*;
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use anyhow::{Result, bail};
-use cargo_fmu::fmi::Fmu;
-use cargo_fmu::fmi::order::Mode;
-use fmu_description::{Access, Causality, Variability, Variable};
+use fmi_description::{Access, Causality, Variability, Variable};
+use fmi_import::Fmu;
+use fmi_import::order::Mode;
 use std::ffi::c_int;
 
 /// Whether derivatives may be taken by a variable: an input, or a state of Model Exchange.

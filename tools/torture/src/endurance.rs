@@ -1,5 +1,6 @@
 //! Long runs: memory must not grow, time must not drift, outputs must stay bounded.
 
+use cargo_fmu::library;
 use std::path::Path;
 use std::time::Instant;
 
@@ -7,9 +8,8 @@ use anyhow::{Context, Result, ensure};
 
 use crate::arguments::start;
 use crate::subject::Subject;
-use cargo_fmu::fmi::Fmu;
-use cargo_fmu::fmi::symbols::WARNING;
-use fmu_description::Access;
+use fmi_description::Access;
+use fmi_import::symbols::WARNING;
 
 const STEP: f64 = 1e-3;
 /// Memory may grow by this much, kB: some pages that the allocator keeps.
@@ -17,7 +17,7 @@ const GROWTH: i64 = 256;
 
 /// `steps` steps of 1 ms of an FMU alone, all Real inputs swinging around their start values.
 pub fn run(path: &Path, steps: u64) -> Result<()> {
-    let (clock, fmu) = (Instant::now(), Fmu::open(path)?);
+    let (clock, fmu) = (Instant::now(), library::open(path)?);
     let mut instance = Subject::new(&fmu, "long")?;
     instance.initialize()?;
     let inputs: Vec<_> = fmu

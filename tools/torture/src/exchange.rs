@@ -1,15 +1,16 @@
 //! Random calls of an instance for Model Exchange, in any order, against its call order: a call that
 //! is refused changes nothing, one that is right is done.
 
+use cargo_fmu::library;
 use std::ffi::c_int;
 use std::path::Path;
 
 use anyhow::{Result, bail, ensure};
-use cargo_fmu::fmi::functions::Functions;
-use cargo_fmu::fmi::instance::Manner;
-use cargo_fmu::fmi::symbols::{DISCARD, ERROR, OK, Pointer};
-use cargo_fmu::fmi::{Fmu, Instance};
-use fmu_description::Variable;
+use fmi_description::Variable;
+use fmi_import::functions::Functions;
+use fmi_import::instance::Manner;
+use fmi_import::symbols::{DISCARD, ERROR, OK, Pointer};
+use fmi_import::{Fmu, Instance};
 
 use crate::arguments::{place, room, seeds};
 use crate::random::Random;
@@ -20,7 +21,7 @@ const STATES: &str = "INECT";
 
 /// So many calls of each FMU that offers Model Exchange.
 pub fn run(path: &Path, calls: usize, seed: u64) -> Result<()> {
-    let fmu = Fmu::open(path)?;
+    let fmu = library::open(path)?;
     if !fmu.description.model_exchange {
         println!("{}: no Model Exchange", path.display());
         return Ok(());

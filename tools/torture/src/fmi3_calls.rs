@@ -6,10 +6,10 @@ use crate::derivative_calls::{is_known, is_unknown};
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use anyhow::{Result, bail};
-use cargo_fmu::fmi::Functions3;
-use cargo_fmu::fmi::order::Mode;
-use cargo_fmu::fmi::symbols::*;
-use fmu_description::{Access, Causality};
+use fmi_description::{Access, Causality};
+use fmi_import::Functions3;
+use fmi_import::order::Mode;
+use fmi_import::symbols::*;
 use std::ptr;
 
 /// Elements of inputs up to which an adjoint derivative is compared with the directional ones.

@@ -1,14 +1,15 @@
 //! Lives of instances from load to unload. Under valgrind this shows that nothing is read wrongly
 //! and nothing is left.
 
+use cargo_fmu::library;
 use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Result, ensure};
 
 use crate::subject::{Subject, first_steps};
-use cargo_fmu::fmi::Fmu;
-use cargo_fmu::fmi::symbols::OK;
+use fmi_import::Fmu;
+use fmi_import::symbols::OK;
 
 /// Instances alive at a time.
 const ALIVE: usize = 10;
@@ -19,7 +20,7 @@ pub fn run(path: &Path, instances: usize, loads: usize) -> Result<()> {
     let generations = (instances / loads).div_ceil(ALIVE);
     let mut expected = None;
     for _ in 0..loads {
-        let fmu = Fmu::open(path)?;
+        let fmu = library::open(path)?;
         for _ in 0..generations {
             let generation: Result<Vec<_>> = (0..ALIVE).map(|_| live(&fmu)).collect();
             for (_, bits) in generation? {

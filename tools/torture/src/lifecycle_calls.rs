@@ -5,10 +5,10 @@ use crate::arguments::{c_string, integer, place, pointer, real};
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use anyhow::Result;
-use cargo_fmu::fmi::Callbacks;
-use cargo_fmu::fmi::functions::{Experiment, OwnFunctions};
-use cargo_fmu::fmi::order::Mode;
-use cargo_fmu::fmi::symbols::*;
+use fmi_import::Callbacks;
+use fmi_import::functions::{Experiment, OwnFunctions};
+use fmi_import::order::Mode;
+use fmi_import::symbols::*;
 use std::ffi::{CStr, CString, c_int};
 use std::ptr;
 

@@ -2,8 +2,8 @@
 
 use crate::subject::Subject;
 use anyhow::{Context, Result, anyhow, ensure};
-use cargo_fmu::fmi::Message;
-use cargo_fmu::fmi::symbols::{DISCARD, ERROR, OK, WARNING};
+use fmi_import::Message;
+use fmi_import::symbols::{DISCARD, ERROR, OK, WARNING};
 use std::ffi::c_int;
 
 /// What the standard lets a call answer.

@@ -6,8 +6,8 @@ use crate::oracle::{Call, Expect};
 use crate::session::{Bytes, Session};
 use crate::subject::KnownState;
 use anyhow::{Result, bail};
-use cargo_fmu::fmi::order::Mode;
-use cargo_fmu::fmi::symbols::*;
+use fmi_import::order::Mode;
+use fmi_import::symbols::*;
 use std::ptr;
 
 /// Saved states an instance holds at most in a batch, so that memory stays bounded.

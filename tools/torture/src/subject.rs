@@ -5,11 +5,11 @@ use std::ffi::c_int;
 use std::ops::{Deref, DerefMut};
 
 use anyhow::Result;
-use cargo_fmu::fmi::Fmu;
-use cargo_fmu::fmi::instance::{Instance, Manner, references};
-use cargo_fmu::fmi::order::Mode;
-use cargo_fmu::fmi::symbols::Pointer;
-use fmu_description::Access;
+use fmi_description::Access;
+use fmi_import::Fmu;
+use fmi_import::instance::{Instance, Manner, references};
+use fmi_import::order::Mode;
+use fmi_import::symbols::Pointer;
 
 /// What the oracle remembers of an instance, and of each of its saved states.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,7 +145,7 @@ impl<'a> Subject<'a> {
     /// All computed Real variables; the status, and the numbers if it is fmi2OK.
     pub fn outputs(&self) -> (c_int, Vec<f64>) {
         let variables = &self.fmu.description.variables;
-        let is_it = |v: &fmu_description::Variable| v.is_computed() && v.access() == Access::Real;
+        let is_it = |v: &fmi_description::Variable| v.is_computed() && v.access() == Access::Real;
         self.reals(&references(variables, is_it))
     }
 

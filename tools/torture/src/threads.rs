@@ -1,6 +1,7 @@
 //! Instances in parallel threads: each must do what one alone does, bit for bit. Under helgrind
 //! this shows that they share nothing.
 
+use cargo_fmu::library;
 use std::path::PathBuf;
 use std::thread;
 use std::time::Instant;
@@ -8,7 +9,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, anyhow, ensure};
 
 use crate::subject::Subject;
-use cargo_fmu::fmi::Fmu;
+use fmi_import::Fmu;
 
 /// `threads` instances of each FMU, `steps` steps each, all at once.
 ///
@@ -20,7 +21,7 @@ pub fn run(paths: &[PathBuf], threads: usize, steps: usize, is_warm: bool) -> Re
     let clock = Instant::now();
     let fmus = paths
         .iter()
-        .map(|p| Fmu::open(p))
+        .map(|p| library::open(p))
         .collect::<Result<Vec<_>>>()?;
     let first = if is_warm { &fmus[..] } else { &[] };
     let kept = first.iter().map(warm).collect::<Result<Vec<_>>>()?;

@@ -3,9 +3,9 @@
 use std::ffi::c_int;
 
 use anyhow::{Context, Result, bail, ensure};
-use cargo_fmu::fmi::order::{Mode, is_allowed};
-use cargo_fmu::fmi::symbols::{DISCARD, OK};
-use fmu_description::Access;
+use fmi_description::Access;
+use fmi_import::order::{Mode, is_allowed};
+use fmi_import::symbols::{DISCARD, OK};
 
 use crate::oracle::{Call, judge};
 use crate::session::{INSTANCES, Session};

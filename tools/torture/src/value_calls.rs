@@ -4,9 +4,9 @@ use crate::arguments::*;
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use anyhow::{Result, bail};
-use cargo_fmu::fmi::order::Mode;
-use cargo_fmu::fmi::symbols::*;
-use fmu_description::{Access, Causality, Variable};
+use fmi_description::{Access, Causality, Variable};
+use fmi_import::order::Mode;
+use fmi_import::symbols::*;
 use std::ffi::{CStr, c_int};
 use std::ptr;
 

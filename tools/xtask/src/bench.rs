@@ -6,16 +6,16 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use anyhow::{Context, Result};
-use cargo_fmu::platform;
 use cargo_fmu::process::{execute, output};
 use cargo_fmu::workspace::Source;
 use clap::Args;
+use fmi_import::platform;
 
 use crate::pack;
 use crate::python::Python;
 use crate::workspace::{FMU_PROFILE, Workspace};
 
-/// Bench programs of the crates (`crates/*/benches`).
+/// Bench programs of the crates (`machine/*/benches`).
 const PROGRAMS: [&str; 3] = ["dynamics", "step", "controller"];
 
 /// What to measure.

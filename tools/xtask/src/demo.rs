@@ -18,7 +18,7 @@ use crate::workspace::Workspace;
 const PROFILE: &str = "release";
 /// Packages that are built beside the FMUs, always together, so that what they share has the same
 /// features each time.
-const PROGRAMS: [&str; 2] = ["studies", "report"];
+const PROGRAMS: [&str; 2] = ["experiments", "report"];
 
 /// Do it all, with CSV files, report and figures in `demo/` of the target directory.
 pub fn run(workspace: &Workspace) -> Result<()> {

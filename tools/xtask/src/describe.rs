@@ -5,9 +5,9 @@ use std::fs;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
-use cargo_fmu::archive::{self, Entries};
 use cargo_fmu::library::{self, Version};
 use cargo_fmu::pack::FMI3_FOLDER;
+use fmi_description::entries::{self, Entries};
 
 use crate::pack;
 use crate::workspace::Workspace;
@@ -34,7 +34,7 @@ pub fn check(workspace: &Workspace, fmus: &[PathBuf]) -> Result<()> {
             true => Version::Fmi2,
             false => Version::Fmi3,
         };
-        Ok((version, archive::read(fmu)?))
+        Ok((version, entries::read(fmu)?))
     });
     compare(workspace, versions.collect::<Result<_>>()?, true)
 }

@@ -58,7 +58,7 @@ const CI_PLATFORMS: [&str; 2] = ["linux64", "win64"];
 /// Programs that are handed out.
 const PROGRAMS: [&str; 4] = ["cosim", "hdrm-fmu", "hdrm-fmu-report", "hdrm-fmu-surrogate"];
 /// The packages of these, and of what the checks need; those of the experiments last.
-const PACKAGES: [&str; 5] = ["cosim", "torture", "studies", "report", "surrogate"];
+const PACKAGES: [&str; 5] = ["cosim", "torture", "experiments", "report", "surrogate"];
 /// Programs are built like those for this machine, but without checks of what cannot happen, and
 /// without symbols.
 const PROGRAM_PROFILE: [&str; 8] = [
@@ -292,7 +292,7 @@ fn notices(
     let triples: Vec<_> = targets.iter().map(|target| target.triple).collect();
     for (package, program) in [
         ("cosim", "cosim"),
-        ("studies", "hdrm-fmu"),
+        ("experiments", "hdrm-fmu"),
         ("report", "hdrm-fmu-report"),
         ("surrogate", "hdrm-fmu-surrogate"),
     ] {

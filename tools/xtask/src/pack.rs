@@ -4,9 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use cargo_fmu::archive::{self, Entries};
 use cargo_fmu::pack::Platforms;
 use cargo_fmu::workspace::Source;
+use fmi_description::entries::{self, Entries};
 
 use crate::variants;
 use crate::workspace::{FMU_PROFILE, Workspace, profile};
@@ -152,7 +152,7 @@ pub fn worlds(workspace: &Workspace, packed: &[PathBuf], path: &Path) -> Result<
 }
 
 fn write(path: &Path, entries: &Entries) -> Result<()> {
-    let size = archive::write(path, entries)?;
+    let size = entries::write(path, entries)?;
     println!("packed {} ({} kB)", path.display(), size / 1000);
     Ok(())
 }

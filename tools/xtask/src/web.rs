@@ -57,7 +57,12 @@ pub fn make(workspace: &Workspace, fmus: &[PathBuf], profile: &str, out: &Path) 
     execute(workspace.command(hdrm_fmu).args(&drawn).arg(&scene))?;
     let mut page = cargo_fmu(workspace)?;
     page.arg("web").arg(&system).arg("--out").arg(out);
-    page.args(["--page", "web/machine.html", "--profile", profile]);
+    page.args([
+        "--page",
+        "studies/machine-page/machine.html",
+        "--profile",
+        profile,
+    ]);
     page.arg("--data").arg(format!("scene={}", scene.display()));
     execute(&mut page)
 }

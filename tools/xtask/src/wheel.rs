@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
-use cargo_fmu::archive;
 use cargo_fmu::notices::Notices;
 use cargo_fmu::pack::Platforms;
-use cargo_fmu::portability;
 use cargo_fmu::process::execute;
 use cargo_fmu::target::{Target, Tools, private_folders};
 use clap::Args;
+use fmi_description::entries;
+use fmi_import::portability;
 
 use crate::dist;
 use crate::pack;
@@ -222,7 +222,7 @@ fn check_libraries(workspace: &Workspace, fmus: &Path, target: &Target) -> Resul
     let names = pack::names(workspace)?;
     for name in names.iter().filter(|name| name.ends_with(".fmu")) {
         let path = fmus.join(name);
-        let entries = archive::read(&path)?;
+        let entries = entries::read(&path)?;
         let library = entries.iter().find(|(name, _)| name.starts_with(&folder));
         let shown = path.display();
         let (_, library) = library.with_context(|| format!("{shown} has nothing in {folder}"))?;
@@ -239,7 +239,7 @@ fn check_libraries(workspace: &Workspace, fmus: &Path, target: &Target) -> Resul
 /// Refuse a wheel whose module would not run on every machine of the platform, beside Python, or
 /// one that names folders of this machine; its FMUs were looked at before they came in.
 fn check_wheel(workspace: &Workspace, wheel: &Path, target: &Target) -> Result<()> {
-    let entries = archive::read(wheel)?;
+    let entries = entries::read(wheel)?;
     let module = entries
         .iter()
         .find(|(name, _)| name.starts_with("hdrm_fmu/_native"));

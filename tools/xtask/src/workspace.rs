@@ -27,7 +27,7 @@ impl Workspace {
         let root = Path::new(env!("CARGO_MANIFEST_DIR"))
             .ancestors()
             .nth(2)
-            .context("xtask lies in crates/")?;
+            .context("xtask lies in tools/")?;
         let cargo = cargo_fmu::workspace::Workspace::of(root)?;
         Ok(Self {
             root: cargo.root.clone(),

@@ -4,7 +4,7 @@
 use std::io::{Cursor, Write};
 use std::path::PathBuf;
 
-use fmu_description::{Archive, Remark, platform};
+use fmi_description::{Archive, Remark, platform};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 

@@ -1,6 +1,6 @@
 //! What a description says is what is read; what it must not say is refused by name.
 
-use fmu_description::{Access, Causality, Description, Initial, Item, Kind, Unknown, Variability};
+use fmi_description::{Access, Causality, Description, Initial, Item, Kind, Unknown, Variability};
 
 const TEXT: &str = r#"<?xml version="1.0"?>
 <fmiModelDescription fmiVersion="2.0" modelName="M" guid="{5}" version="0.7" generationTool="by hand">

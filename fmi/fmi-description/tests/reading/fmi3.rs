@@ -1,7 +1,7 @@
 //! A description of FMI 3.0: arrays, types, aliases, dependencies, terminals; and its elements as
 //! FMI 2.0 would have them.
 
-use fmu_description::{
+use fmi_description::{
     Access, Causality, ClockInterval, ClockTiming, Description, Initial, Kind, Unknown,
     Variability, Version, terminals,
 };

@@ -1,6 +1,6 @@
 //! Descriptions as other tools write them: what is unusual, or wrong but harmless, is read.
 
-use fmu_description::{Description, Remark};
+use fmi_description::{Description, Remark};
 
 /// As Dymola and others write: a schema instance on the root, annotations of their own, comments,
 /// Windows line ends.

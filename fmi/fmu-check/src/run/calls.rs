@@ -5,14 +5,14 @@ use std::ptr;
 
 use super::simulation::is_odd;
 use super::trial::trials;
-use crate::check::outcome::Outcome;
-use crate::fmi::functions::Experiment;
-use crate::fmi::instance::{Instance, Manner, references, status_name, step_size};
-use crate::fmi::order::{Mode, is_allowed};
-use crate::fmi::symbols::{ERROR, WARNING};
-use crate::fmi::{Fmu, Message};
+use crate::outcome::Outcome;
 use anyhow::Result;
-use fmu_description::{Access, Variable};
+use fmi_description::{Access, Variable};
+use fmi_import::functions::Experiment;
+use fmi_import::instance::{Instance, Manner, references, status_name, step_size};
+use fmi_import::order::{Mode, is_allowed};
+use fmi_import::symbols::{ERROR, WARNING};
+use fmi_import::{Fmu, Message};
 
 trials! {
     "misuse" {

@@ -1,14 +1,14 @@
 //! Derivatives of inputs and outputs.
 
 use anyhow::{Result, bail, ensure};
-use fmu_description::{Access, Causality, Variability, Variable, Version};
+use fmi_description::{Access, Causality, Variability, Variable, Version};
 
 use super::trial::trials;
 use super::values::without_reading_after_set;
-use crate::check::outcome::Outcome;
-use crate::fmi::Fmu;
-use crate::fmi::instance::{Instance, references, step_size};
-use crate::fmi::symbols::WARNING;
+use crate::outcome::Outcome;
+use fmi_import::Fmu;
+use fmi_import::instance::{Instance, references, step_size};
+use fmi_import::symbols::WARNING;
 
 /// By which share a directional derivative may differ from a difference of outputs, which is itself
 /// an approximation.

@@ -5,12 +5,12 @@ use std::ffi::c_int;
 use anyhow::{Result, bail, ensure};
 
 use super::trial::trials;
-use crate::check::outcome::Outcome;
-use crate::fmi::Fmu;
-use crate::fmi::functions::Functions;
-use crate::fmi::instance::{Instance, Manner, start_time};
-use crate::fmi::order::Mode;
-use crate::fmi::symbols::Pointer;
+use crate::outcome::Outcome;
+use fmi_import::Fmu;
+use fmi_import::functions::Functions;
+use fmi_import::instance::{Instance, Manner, start_time};
+use fmi_import::order::Mode;
+use fmi_import::symbols::Pointer;
 
 /// Heading of what is for Model Exchange.
 pub(super) const AREA: &str = "model exchange";

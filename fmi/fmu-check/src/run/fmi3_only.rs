@@ -1,13 +1,13 @@
 //! What only FMI 3.0 has.
 
 use anyhow::{Context, Result, bail};
-use fmu_description::{Access, Causality, Variable, Version};
+use fmi_description::{Access, Causality, Variable, Version};
 
 use super::trial::trials;
-use crate::check::outcome::Outcome;
-use crate::fmi::Fmu;
-use crate::fmi::instance::{Instance, references, step_size};
-use crate::fmi::symbols::WARNING;
+use crate::outcome::Outcome;
+use fmi_import::Fmu;
+use fmi_import::instance::{Instance, references, step_size};
+use fmi_import::symbols::WARNING;
 
 trials! {
     "simulation" {

@@ -3,10 +3,10 @@
 use anyhow::{Result, ensure};
 
 use super::trial::trials;
-use crate::check::outcome::Outcome;
-use crate::fmi::Fmu;
-use crate::fmi::instance::{Instance, step_size};
-use crate::fmi::order::Mode;
+use crate::outcome::Outcome;
+use fmi_import::Fmu;
+use fmi_import::instance::{Instance, step_size};
+use fmi_import::order::Mode;
 
 const STEPS: usize = 20;
 /// Instances that live at a time.

@@ -5,14 +5,14 @@ use std::ffi::c_int;
 use std::ptr;
 
 use anyhow::Result;
-use fmu_description::{Access, Causality, Variability, Variable};
+use fmi_description::{Access, Causality, Variability, Variable};
 
 use super::trial::trials;
-use crate::check::outcome::Outcome;
-use crate::fmi::Fmu;
-use crate::fmi::functions::Experiment;
-use crate::fmi::instance::{Instance, references, step_size};
-use crate::fmi::symbols::WARNING;
+use crate::outcome::Outcome;
+use fmi_import::Fmu;
+use fmi_import::functions::Experiment;
+use fmi_import::instance::{Instance, references, step_size};
+use fmi_import::symbols::WARNING;
 
 const STEPS: usize = 10;
 

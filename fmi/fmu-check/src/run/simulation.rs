@@ -5,16 +5,16 @@ use std::path::Path;
 use std::ptr;
 
 use anyhow::{Result, bail, ensure};
-use fmu_description::Access;
+use fmi_description::Access;
 
 use super::trial::trials;
-use crate::check::outcome::Outcome;
-use crate::fmi::Fmu;
-use crate::fmi::functions::OwnFunctions;
-use crate::fmi::instance::{Instance, Manner, references, start_time, status_name, step_size};
-use crate::fmi::order::Mode;
-use crate::fmi::symbols::{OK, WARNING};
-use crate::fmi::text;
+use crate::outcome::Outcome;
+use fmi_import::Fmu;
+use fmi_import::functions::OwnFunctions;
+use fmi_import::instance::{Instance, Manner, references, start_time, status_name, step_size};
+use fmi_import::order::Mode;
+use fmi_import::symbols::{OK, WARNING};
+use fmi_import::text;
 
 /// Steps of a plain run that does not end before.
 const STEPS: usize = 100;

@@ -3,9 +3,9 @@
 use anyhow::Result;
 
 use super::trial::trials;
-use crate::check::outcome::Outcome;
-use crate::fmi::symbols::{OK, WARNING};
-use crate::fmi::{Fmu, Instance, SavedState};
+use crate::outcome::Outcome;
+use fmi_import::symbols::{OK, WARNING};
+use fmi_import::{Fmu, Instance, SavedState};
 
 const STEPS: usize = 10;
 

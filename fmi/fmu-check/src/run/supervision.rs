@@ -6,16 +6,16 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use fmu_description::Version;
+use fmi_description::Version;
 
 use super::trial::Trial;
 use super::{
     calls, derivatives, exchange, fmi3_only, instances, misuse, simulation, states, values,
 };
-use crate::check::checker::Checker;
-use crate::check::outcome::{Outcome, Promise, Report};
-use crate::fmi::{Fmu, names};
-use crate::process::wait;
+use crate::checker::Checker;
+use crate::outcome::{Outcome, Promise, Report};
+use fmi_import::process::wait;
+use fmi_import::{Fmu, names};
 
 /// After this a trial counts as hanging; after less where the plain run was quick.
 const LONGEST: Duration = Duration::from_secs(120);
@@ -99,7 +99,7 @@ pub fn all(
         let folder = if trial.has_odd_folder { odd } else { plain };
         let limit = left.min(longest);
         let clock = Instant::now();
-        let answer = attempt(checker.program, trial, folder, scratch, limit)?;
+        let answer = attempt(checker, trial, folder, scratch, limit)?;
         let Answer {
             mut outcome,
             hangs,
@@ -152,7 +152,7 @@ fn without_names(reason: &str) -> String {
 
 /// One trial in a process of its own.
 fn attempt(
-    program: &Path,
+    checker: Checker,
     trial: &Trial,
     folder: &Path,
     scratch: &Path,
@@ -161,13 +161,17 @@ fn attempt(
     let [result, output] = ["result.json", "output.txt"].map(|name| scratch.join(name));
     let _ = fs::remove_file(&result); // of the trial before; there is none at first
     let sink = File::create(&output).with_context(|| output.display().to_string())?;
-    let mut command = Command::new(program);
+    let mut command = Command::new(checker.program);
     let arguments = [folder, &result];
-    command.args(["fmu", "try", trial.name]).args(arguments);
+    command.args(checker.words);
+    command.args(["--try", trial.name]).args(arguments);
     command.stdin(Stdio::null());
     command.stdout(sink.try_clone()?).stderr(sink);
     let child = command.spawn();
-    let status = wait(child.with_context(|| program.display().to_string())?, limit)?;
+    let status = wait(
+        child.with_context(|| checker.program.display().to_string())?,
+        limit,
+    )?;
     let printed = first_line(&output);
     let outcome = match status {
         None => Outcome::failed(format!("no answer within {} s", limit.as_secs())),

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use anyhow::Result;
-use fmu_description::{Capabilities, Version};
+use fmi_description::{Capabilities, Version};
 
-use crate::check::outcome::Outcome;
-pub use crate::check::outcome::Promise;
-use crate::fmi::Fmu;
+use crate::outcome::Outcome;
+pub use crate::outcome::Promise;
+use fmi_import::Fmu;
 
 /// How a promise is tried; an error is a reason why it does not hold.
 #[derive(Clone, Copy)]

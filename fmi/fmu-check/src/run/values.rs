@@ -1,13 +1,13 @@
 //! Values that are set and read, and which inputs act on which outputs at once.
 
 use anyhow::Result;
-use fmu_description::{Access, Causality, Initial, Variability, Variable};
+use fmi_description::{Access, Causality, Initial, Variability, Variable};
 
 use super::trial::trials;
-use crate::check::outcome::Outcome;
-use crate::fmi::Fmu;
-use crate::fmi::instance::{Instance, about, references, step_size, told};
-use crate::fmi::symbols::{OK, WARNING};
+use crate::outcome::Outcome;
+use fmi_import::Fmu;
+use fmi_import::instance::{Instance, about, references, step_size, told};
+use fmi_import::symbols::{OK, WARNING};
 
 trials! {
     "values" {

@@ -1,8 +1,8 @@
 //! Arrays of FMI 3.0 (section 2.4.7.1): dimensions, and as many start values as there are elements.
 
 use super::variable::Variable;
-use crate::check::outcome::{Outcome, Promise};
-use crate::check::xml::Element;
+use crate::outcome::{Outcome, Promise};
+use crate::xml::Element;
 
 const ARRAYS: Promise = Promise {
     text: "dimensions are fixed sizes or structural parameters, above 0; an array has one start value, or one for each element",

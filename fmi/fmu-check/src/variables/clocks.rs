@@ -1,8 +1,8 @@
 //! Clocks of FMI 3.0 (sections 2.2.8 and 2.4.7.4), and the variables that belong to them.
 
 use super::variable::Variable;
-use crate::check::outcome::{Outcome, Promise};
-use crate::check::xml::Element;
+use crate::outcome::{Outcome, Promise};
+use crate::xml::Element;
 
 const CLOCKS: Promise = Promise {
     text: "clocks have the interval that their kind wants; `clocks` and `previous` name clocks and variables that are there",

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::variable::Variable;
-use crate::check::outcome::{Outcome, Promise};
-use crate::check::xml::Element;
+use crate::outcome::{Outcome, Promise};
+use crate::xml::Element;
 
 const NAMES: Promise = Promise {
     text: "names are unique; structured names follow their grammar",

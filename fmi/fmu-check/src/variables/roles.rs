@@ -1,9 +1,9 @@
 //! Causality, variability and initial, and where a start value must be.
 
-use fmu_description::Version;
+use fmi_description::Version;
 
 use super::variable::Variable;
-use crate::check::outcome::{Outcome, Promise};
+use crate::outcome::{Outcome, Promise};
 
 const ROLES: Promise = Promise {
     text: "causality, variability and initial go together; start is given where it must be, and only there",

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::variable::Variable;
-use crate::check::outcome::{Outcome, Promise};
-use crate::check::xml::Element;
+use crate::outcome::{Outcome, Promise};
+use crate::xml::Element;
 
 const UNITS: Promise = Promise {
     text: "units and display units are defined, with base units",

@@ -1,9 +1,9 @@
 //! Start values, bounds, nominal values, declared types.
 
-use fmu_description::Version;
+use fmi_description::Version;
 
 use super::variable::{DeclaredType, Variable};
-use crate::check::outcome::{Outcome, Promise};
+use crate::outcome::{Outcome, Promise};
 
 const NUMBERS: Promise = Promise {
     text: "min ≤ start ≤ max, nominal ≠ 0, enumerations start at one of their items",

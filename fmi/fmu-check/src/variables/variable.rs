@@ -1,8 +1,8 @@
 //! A variable of a model description, with what the standard fills in where nothing is said.
 
-use fmu_description::Version;
+use fmi_description::Version;
 
-use crate::check::xml::Element;
+use crate::xml::Element;
 
 /// Tags of the types of a variable of FMI 2.0.
 const KINDS: [&str; 5] = ["Real", "Integer", "Boolean", "String", "Enumeration"];

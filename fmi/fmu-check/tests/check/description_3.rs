@@ -2,8 +2,8 @@
 //! that description with one mistake at a time: each mistake must be found in the row of the rule
 //! that it breaks.
 
-use cargo_fmu::archive::Entries;
-use cargo_fmu::check::{Report, Verdict};
+use fmi_description::Entries;
+use fmu_check::{Report, Verdict};
 
 const DESCRIPTION: &str = include_str!("rich3.xml");
 const TERMINALS: &str = include_str!("terminals.xml");

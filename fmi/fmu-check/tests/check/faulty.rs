@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::time::Duration;
 
-use cargo_fmu::archive::{self, Entries};
-use cargo_fmu::check::{self, Checker, Report, Verdict};
+use fmi_description::entries::{self, Entries};
+use fmu_check::{self, Checker, Report, Verdict};
 use tempfile::TempDir;
 
 /// The rows of the check whose promises hold the text `only`, for an FMU of these files.
@@ -16,12 +16,13 @@ pub fn checked(entries: &Entries, only: &str) -> Report {
 pub fn checked_within(entries: &Entries, only: &str, limit: Duration) -> Report {
     let folder = TempDir::new().unwrap();
     let fmu = folder.path().join("lag.fmu");
-    archive::write(&fmu, entries).unwrap();
-    let program = Path::new(env!("CARGO_BIN_EXE_cargo-fmu"));
-    check::check(
+    entries::write(&fmu, entries).unwrap();
+    let program = Path::new(env!("CARGO_BIN_EXE_fmu-check"));
+    fmu_check::check(
         &fmu,
         Checker {
             program,
+            words: &[],
             only,
             limit,
         },

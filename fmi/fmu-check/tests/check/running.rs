@@ -6,8 +6,8 @@ use std::process::Command;
 use std::time::Duration;
 
 use crate::faulty::{checked, checked_within, must_be_found};
-use cargo_fmu::archive::{self, Entries};
-use cargo_fmu::check::{self, Verdict};
+use fmi_description::entries::{self, Entries};
+use fmu_check::{self, Verdict};
 use tempfile::TempDir;
 
 use Verdict::{Fails, Remark};
@@ -180,7 +180,7 @@ fn a_check_goes_on_where_it_can() {
     );
     let folder = TempDir::new().unwrap();
     let report = |mistake| checked(&entries(DESCRIPTION, &library(folder.path(), mistake)), "");
-    let of = |report: &check::Report, verdict| {
+    let of = |report: &fmu_check::Report, verdict| {
         let rows = report.rows.iter();
         let rows = rows.filter(|row| row.outcome.verdict() == verdict);
         rows.map(|row| row.promise.text).collect::<Vec<_>>()
@@ -451,9 +451,9 @@ fn the_exit_code_tells_whether_it_passes() {
     let folder = folder.path();
     let run = |mistake: &str, options: &[&str]| {
         let fmu = folder.join("lag.fmu");
-        archive::write(&fmu, &entries(DESCRIPTION, &library(folder, mistake))).unwrap();
-        let mut program = Command::new(env!("CARGO_BIN_EXE_cargo-fmu"));
-        program.args(["fmu", "check"]).args(options).arg(fmu);
+        entries::write(&fmu, &entries(DESCRIPTION, &library(folder, mistake))).unwrap();
+        let mut program = Command::new(env!("CARGO_BIN_EXE_fmu-check"));
+        program.args(options).arg(fmu);
         let output = program.output().unwrap();
         (
             output.status.code(),

@@ -1,7 +1,7 @@
 //! What a solver of the layer keeps from one step of a model to the next.
 
 use super::log::Log;
-use crate::solver::{Solver, TOLERANCE};
+use fmu_solver::{Solver, TOLERANCE};
 
 /// What a solver keeps from one step to the next, of a model `M` with inputs `U`.
 pub struct Room<M, U> {

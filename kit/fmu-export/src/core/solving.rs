@@ -7,7 +7,7 @@ use super::input::InputPolynomial;
 use super::model::{Evaluation, zero};
 use super::room::{Room, Scratch};
 use super::step_end::StepEnd;
-use crate::solver::{Failure, Solver, System};
+use fmu_solver::{Failure, Solver, System};
 
 /// Most events within one communication step, and most rounds of one event.
 const MOST_EVENTS: u32 = 10_000;

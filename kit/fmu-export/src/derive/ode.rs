@@ -5,10 +5,10 @@ use super::{Input, Name, Output, Parameters, Path};
 use crate::core::room::Room;
 use crate::core::sizes::{self, fitted};
 use crate::core::solving::solve;
-use crate::solver::Solver;
 use crate::{
     Continuous, Event, Info, InputPolynomial, Model, ModelError, ModelExchange, StepEnd, Variable,
 };
+use fmu_solver::Solver;
 use serde::{Serialize, de::DeserializeOwned};
 use std::marker::PhantomData;
 

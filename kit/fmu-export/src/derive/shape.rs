@@ -4,8 +4,8 @@ use crate::core::causality::{Causality, Dependencies};
 use crate::core::dependencies::elements;
 use crate::core::model::Variable;
 use crate::core::place::Place;
-use crate::solver::{Method, Pattern, Solver};
 use crate::{Model, ModelError};
+use fmu_solver::{Method, Pattern, Solver};
 
 /// What `#[fmu(solver = …)]` says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

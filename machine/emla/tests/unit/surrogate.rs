@@ -71,7 +71,7 @@ fn three_points_at_once_have_the_bits_of_each() {
 #[test]
 fn residuals_of_three_are_those_of_each() {
     let actuator = |surrogate: &Surrogate| {
-        let p = machine::Machine::reference().emla.lift;
+        let p = machine_file::Machine::reference().emla.lift;
         let emla = crate::Emla::new(p, crate::Drive::Motion).expect("the reference machine");
         emla.with_surrogate(surrogate.clone(), 0.5)
     };
@@ -111,7 +111,7 @@ fn odd_symmetry() {
 }
 
 /// F_qs and the hybrid force at α = 0.9 for physics `p`.
-fn forces(surrogate: &Surrogate, p: &machine::Emla, tau: f64, w: f64) -> (f64, f64) {
+fn forces(surrogate: &Surrogate, p: &machine_file::Emla, tau: f64, w: f64) -> (f64, f64) {
     let F_qs = |tau, w| maps::quasi_static_force(p, tau, w);
     let physics = F_qs(tau, w);
     let dF = surrogate.evaluate(tau, w).F - surrogate.guard(tau, w, F_qs);
@@ -122,7 +122,7 @@ fn forces(surrogate: &Surrogate, p: &machine::Emla, tau: f64, w: f64) -> (f64, f
 #[test]
 fn hybrid_stays_near_the_physics_outside_the_range() {
     let surrogate = Surrogate::reference();
-    let p = machine::Machine::reference().emla.lift;
+    let p = machine_file::Machine::reference().emla.lift;
     let mut worst: f64 = 0.0;
     for F in [-80e3, 80e3] {
         for k in -100..=100 {
@@ -143,7 +143,7 @@ fn hybrid_stays_near_the_physics_outside_the_range() {
 #[test]
 fn hybrid_is_continuous() {
     let surrogate = Surrogate::reference();
-    let p = machine::Machine::reference().emla.lift;
+    let p = machine_file::Machine::reference().emla.lift;
     let residual = |tau, w| {
         let F_qs = |tau, w| maps::quasi_static_force(&p, tau, w);
         surrogate.evaluate(tau, w).F - surrogate.guard(tau, w, F_qs)

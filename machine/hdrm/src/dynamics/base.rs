@@ -1,22 +1,22 @@
 //! Gravity on the machine, also where it does not stand plumb or its base moves: what the base
 //! feels, and the forces that hold the machine.
 //!
-//! The fast path of the dynamics ([`crate::boom_frame`]) knows gravity along −y, in the boom plane
+//! The fast path of the dynamics ([`crate::dynamics::boom_frame`]) knows gravity along −y, in the boom plane
 //! wherever it is turned. What lies across comes from the general recursion, and costs only where
 //! there is some.
 
 use crate::DOF;
-use crate::body::Body;
-use crate::gravity::{Gravity, felt_gravity};
-use crate::input::Input;
+use crate::dynamics::gravity::{Gravity, felt_gravity};
+use crate::dynamics::recursion;
+use crate::geometry::body::Body;
+use crate::geometry::tree::Configuration;
+use crate::plant::input::Input;
 use crate::plant::{Dynamics, Hdrm};
-use crate::recursion;
-use crate::tree::Configuration;
 use nalgebra::{Vector3, Vector6};
 
 impl Hdrm {
     /// What the machine feels as gravity on its base. What the base's turning adds is in
-    /// [`crate::turning`].
+    /// [`crate::dynamics::turning`].
     pub(crate) fn felt_gravity(&self, input: &Input) -> Gravity {
         if (input.base_acceleration, input.base_tilt) == ([0.0; 3], [0.0; 2]) {
             return self.gravity;
@@ -101,8 +101,11 @@ impl Hdrm {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Hdrm, Input, Options, State};
-    use machine::Machine;
+    use crate::Hdrm;
+    use crate::Input;
+    use crate::Options;
+    use crate::State;
+    use machine_file::Machine;
 
     const G: [f64; 3] = [0.31, -9.7, -0.47];
     const ZETA: [f64; 6] = [0.31, 0.52, -1.13, 0.41, -0.62, 0.37];

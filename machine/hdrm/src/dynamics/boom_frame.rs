@@ -7,10 +7,14 @@
 //!
 //! Equations of motion: `M(zeta)·zeta_ddot + h(zeta, zeta_dot) = Q`, with gravity in h.
 
-use crate::planar::turned;
-use crate::planar_body::{PlanarInertia, PlanarJoint, PlanarMotion, PlanarTwist, PlanarWrench};
-use crate::tree::Solved;
-use crate::{Body, DOF, Tree};
+use crate::Body;
+use crate::DOF;
+use crate::Tree;
+use crate::geometry::planar::turned;
+use crate::geometry::planar_body::{
+    PlanarInertia, PlanarJoint, PlanarMotion, PlanarTwist, PlanarWrench,
+};
+use crate::geometry::tree::Solved;
 use nalgebra::{Matrix6, Vector2, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 use spatial::{Inertia, Pose, Twist, Wrench};

@@ -1,6 +1,6 @@
 //! Gravity, also of a machine that does not stand plumb or whose base moves.
 //!
-//! What it does to the machine is in [`crate::base`].
+//! What it does to the machine is in [`crate::dynamics::base`].
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};

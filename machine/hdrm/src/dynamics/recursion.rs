@@ -2,10 +2,14 @@
 //!
 //! The general form of the equations: an outward pass for twists and accelerations, an inward
 //! pass for wrenches (see [`crate::Tree`]). The plant's forward dynamics take the specialised
-//! path of [`crate::boom_frame`]; the two are independent and tested against each other.
+//! path of [`crate::dynamics::boom_frame`]; the two are independent and tested against each other.
 
-use crate::gravity::Gravity;
-use crate::{BODIES, Body, Configuration, DOF, Tree};
+use crate::BODIES;
+use crate::Body;
+use crate::Configuration;
+use crate::DOF;
+use crate::Tree;
+use crate::dynamics::gravity::Gravity;
 use nalgebra::{Vector3, Vector6};
 use spatial::{Inertia, Pose, Twist, Wrench};
 

@@ -1,9 +1,9 @@
 //! Contact of the tip with a plane: stiffness, dissipation, friction.
 
 use crate::DOF;
-use crate::boom_frame::BoomFrame;
-use crate::factor::Factor;
-use limits::{ParamError, Range, check, demand};
+use crate::dynamics::boom_frame::BoomFrame;
+use crate::dynamics::factor::Factor;
+use model_rules::{ParamError, Range, check, demand};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 

@@ -2,10 +2,10 @@
 //! resolve.
 
 use crate::DOF;
-use crate::contact::ContactForce;
+use crate::forces::contact::ContactForce;
+use crate::geometry::tip::Tip;
+use crate::geometry::tree::Configuration;
 use crate::plant::{Dynamics, Hdrm};
-use crate::tip::Tip;
-use crate::tree::Configuration;
 use nalgebra::{Vector3, Vector6};
 
 impl Hdrm {
@@ -57,8 +57,10 @@ impl Hdrm {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Contact, Options, State};
-    use machine::Machine;
+    use crate::Contact;
+    use crate::Options;
+    use crate::State;
+    use machine_file::Machine;
 
     /// The doc's formula with the mobilities `J·M⁻¹·Jᵀ` of the tip by its Jacobian and a plain
     /// inverse. Tolerance: the condition of M, some 1e4.

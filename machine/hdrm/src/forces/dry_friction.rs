@@ -4,7 +4,7 @@
 //! and friction compensation*, European Journal of Control 4(3), 1998: Coulomb friction with
 //! Stribeck effect, its jump at rest rounded.
 
-use limits::{ParamError, Range, check_each, demand};
+use model_rules::{ParamError, Range, check_each, demand};
 use serde::{Deserialize, Serialize};
 
 /// Joints that have it.

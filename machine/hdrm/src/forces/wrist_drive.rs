@@ -5,8 +5,8 @@
 //! Control*, chapter on elastic joints; J. J. Moreau's time stepping for the dry friction, which
 //! sticks exactly.
 
-use crate::saturate::saturate;
-use limits::{ParamError, Range, check, check_each};
+use crate::forces::saturate::saturate;
+use model_rules::{ParamError, Range, check, check_each};
 use serde::{Deserialize, Serialize};
 
 /// Joints of the wrist.

@@ -109,7 +109,7 @@ mod tests {
         for (k, body) in BODIES.into_iter().enumerate() {
             assert_eq!(body as usize, k);
             assert!(body.parent().is_none_or(|p| (p as usize) < k));
-            assert_eq!(format!("{body:?}"), machine::Bodies::NAMES[k]);
+            assert_eq!(format!("{body:?}"), machine_file::Bodies::NAMES[k]);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The lift mechanism: a triangle of boom, base and actuator (the paper's three-bar).
 
-use crate::planar::{Polar, turning};
-use machine::Geometry;
+use crate::geometry::planar::{Polar, turning};
+use machine_file::Geometry;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 

@@ -6,7 +6,7 @@
 //! the plane) and `m_y` (slew) do work. All quantities are in and about P; mass distribution is
 //! general (centre of mass off the plane, any products of inertia).
 
-use crate::planar::perp;
+use crate::geometry::planar::perp;
 use nalgebra::{Vector2, Vector3};
 use spatial::{Inertia, Twist, Wrench};
 use std::ops::{Add, Mul};

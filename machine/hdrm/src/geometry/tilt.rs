@@ -1,7 +1,7 @@
 //! The tilt mechanism: the four-bar A–B–C–D and the actuator from E to D.
 
-use crate::planar::{Derivatives, Polar, perp, turned, turning, unit};
-use machine::Geometry;
+use crate::geometry::planar::{Derivatives, Polar, perp, turned, turning, unit};
+use machine_file::Geometry;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
@@ -121,7 +121,7 @@ impl Tilt {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use machine::Machine;
+    use machine_file::Machine;
 
     /// Oracle: the pin of rocker and coupler, which is a real point exactly where the two circles
     /// meet.

@@ -1,6 +1,9 @@
 //! Kinematics of the tip T4.
 
-use crate::{Body, Configuration, DOF, Tree};
+use crate::Body;
+use crate::Configuration;
+use crate::DOF;
+use crate::Tree;
 use nalgebra::{Matrix6, Quaternion, Vector3};
 
 /// The joints between ground and tip; each turns with its own coordinate (gear 1).

@@ -4,13 +4,13 @@
 //! too, so that nothing jumps, or with a velocity of its own; then the momentum of arm and load is
 //! conserved (a plastic impact).
 
-use crate::body::Body;
-use crate::boom_frame::MovingParts;
-use crate::error::HdrmError;
-use crate::input::Input;
+use crate::dynamics::boom_frame::MovingParts;
+use crate::geometry::body::Body;
 use crate::load::Load;
+use crate::plant::error::HdrmError;
+use crate::plant::input::Input;
+use crate::plant::state::State;
 use crate::plant::{Dynamics, Hdrm};
-use crate::state::State;
 use nalgebra::{Vector3, Vector6};
 use spatial::{Inertia, Twist, Wrench};
 
@@ -82,8 +82,9 @@ impl Hdrm {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{DOF, Options};
-    use machine::Machine;
+    use crate::DOF;
+    use crate::Options;
+    use machine_file::Machine;
     use spatial::Pose;
 
     const ZETA: [f64; DOF] = [0.31, 0.52, -1.13, 0.41, -0.62, 0.37];

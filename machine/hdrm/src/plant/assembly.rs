@@ -1,17 +1,17 @@
 //! A plant made of a machine and options.
 
 use crate::DOF;
-use crate::body::{BODIES, Body};
-use crate::boom_frame::MovingParts;
-use crate::end_stop::{EndStop, JOINT_DISSIPATION, STROKE_DISSIPATION};
-use crate::error::HdrmError;
-use crate::gravity::Gravity;
+use crate::dynamics::boom_frame::MovingParts;
+use crate::dynamics::gravity::Gravity;
+use crate::forces::end_stop::{EndStop, JOINT_DISSIPATION, STROKE_DISSIPATION};
+use crate::geometry::body::{BODIES, Body};
+use crate::geometry::tree::Tree;
 use crate::load::Payload;
-use crate::options::Options;
+use crate::plant::error::HdrmError;
+use crate::plant::options::Options;
+use crate::plant::state::State;
 use crate::plant::{Dynamics, Hdrm};
-use crate::state::State;
-use crate::tree::Tree;
-use machine::Machine;
+use machine_file::Machine;
 use spatial::Inertia;
 
 impl Hdrm {

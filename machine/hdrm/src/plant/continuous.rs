@@ -2,11 +2,11 @@
 //! ends, and the modes that follow.
 
 use crate::DOF;
-use crate::input::Input;
+use crate::forces::saturate::saturate;
+use crate::forces::wrist_drive::Slips;
+use crate::plant::input::Input;
+use crate::plant::state::State;
 use crate::plant::{Dynamics, Hdrm};
-use crate::saturate::saturate;
-use crate::state::State;
-use crate::wrist_drive::Slips;
 
 /// End stops, the plane, gears and dry friction of the wrist's drives.
 pub const INDICATORS: usize = DOF + 1 + 2 * 3;

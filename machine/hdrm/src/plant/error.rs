@@ -1,7 +1,7 @@
 //! Why a plant is refused.
 
-use crate::tree::GeometryError;
-use limits::ParamError;
+use crate::geometry::tree::GeometryError;
+use model_rules::ParamError;
 use thiserror::Error;
 
 /// Why a plant could not be built.

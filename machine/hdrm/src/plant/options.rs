@@ -1,12 +1,12 @@
 //! Options: in what a plant may differ from its machine file.
 
 use crate::DOF;
-use crate::contact::Contact;
-use crate::dry_friction::DryFriction;
+use crate::forces::contact::Contact;
+use crate::forces::dry_friction::DryFriction;
+use crate::forces::wrist_drive::WristDrive;
 use crate::load::Load;
-use crate::wrist_drive::WristDrive;
-use limits::{ParamError, Range, check, check_each};
-use machine::Machine;
+use machine_file::Machine;
+use model_rules::{ParamError, Range, check, check_each};
 use serde::{Deserialize, Serialize};
 
 /// What may differ from the machine file.

@@ -1,7 +1,7 @@
 //! State: joint angles and rates, and energies that follow from neither.
 
 use crate::DOF;
-use crate::wrist_drive::WristState;
+use crate::forces::wrist_drive::WristState;
 use serde::{Deserialize, Serialize};
 
 /// Joint angles and rates, and the energies that the machine's own do not show.

@@ -1,10 +1,11 @@
 //! Integration of the plant over one communication step.
 
-use crate::input::Input;
+use crate::DOF;
+use crate::Stroke;
+use crate::plant::input::Input;
+use crate::plant::state::State;
 use crate::plant::{Dynamics, Hdrm};
-use crate::state::State;
-use crate::{DOF, Stroke};
-use limits::{RATE_STEP, substeps};
+use model_rules::{RATE_STEP, substeps};
 use nalgebra::Vector6;
 use thiserror::Error;
 
@@ -259,7 +260,7 @@ mod tests {
     /// sixth of a millisecond. Tolerance: rounding of times of a millisecond.
     #[test]
     fn inputs_are_asked_for_at_the_times_of_the_parts() {
-        let machine = machine::Machine::reference();
+        let machine = machine_file::Machine::reference();
         let plant =
             Hdrm::new(&machine, &crate::Options::of(&machine)).expect("the reference machine");
         let mut state = State::at_rest(machine.start.zeta);
@@ -284,7 +285,7 @@ mod tests {
     /// machine's does not.
     #[test]
     fn friction_counts_from_a_hundredth_of_the_largest_rate() {
-        let machine = machine::Machine::reference();
+        let machine = machine_file::Machine::reference();
         let with = |factor: f64| {
             let options = crate::Options::of(&machine);
             let options = crate::Options {

@@ -1,7 +1,7 @@
 //! Seeded states and inputs for the tests, and the plant they are for.
 
 use hdrm::{Hdrm, Input, Load, Options, State};
-use machine::Machine;
+use machine_file::Machine;
 
 /// Seeded numbers in [−1, 1).
 pub struct Random(pub u64);

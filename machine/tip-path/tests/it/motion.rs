@@ -1,7 +1,7 @@
 //! The motion along a path against differences, by hand, and against its limits.
 
-use capability::{Kinematics, Pose};
-use machine::Machine;
+use machine_file::Machine;
+use motion_check::{Kinematics, Pose};
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use tip_path::{PathFile, Place, TipPath};
 

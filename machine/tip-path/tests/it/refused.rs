@@ -1,7 +1,7 @@
 //! Each way in which a path can be wrong, and what a person is told.
 
-use capability::{Capability, Kinematics, Motion, Payload, Quantity};
-use machine::Machine;
+use machine_file::Machine;
+use motion_check::{Capability, Kinematics, Motion, Payload, Quantity};
 use tip_path::{PathFile, TipPath, check};
 
 /// What is said of a path, or None where all is well.

@@ -109,7 +109,7 @@ pub(crate) fn residual_forces(
 }
 
 impl VoltageLaw<'_> {
-    fn p(&self) -> &machine::Emla {
+    fn p(&self) -> &machine_file::Emla {
         self.actuator.params()
     }
 
@@ -300,7 +300,7 @@ impl VoltageLaw<'_> {
 
 impl DriveState {
     /// Nothing unexplained at motor speed `w_m`.
-    pub(crate) fn undisturbed(p: &machine::Emla, w_m: f64) -> Self {
+    pub(crate) fn undisturbed(p: &machine_file::Emla, w_m: f64) -> Self {
         Self {
             observer: maps::inertia(p, 1.0) * w_m,
             ..Self::default()
@@ -322,7 +322,7 @@ mod tests {
     use super::*;
     use crate::law::Mode;
     use emla::{Drive, Surrogate};
-    use machine::Machine;
+    use machine_file::Machine;
 
     const H: f64 = 1e-3;
 

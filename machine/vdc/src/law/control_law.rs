@@ -5,7 +5,7 @@ use crate::law::decomposition::{self, BodyMotion, VelocityErrors};
 use crate::nominal::Nominal;
 use crate::tracking::{RequiredMotion, RodMotion};
 use hdrm::{Body, Configuration, DOF};
-use machine::Controller as Gains;
+use machine_file::Controller as Gains;
 
 /// From required motion to forces.
 pub(crate) trait ControlLaw: Sync {

@@ -5,7 +5,7 @@ use crate::bodies::{Bodies, adaptation_direction};
 use crate::law::control_law::{ControlLaw, Forces, Instant};
 use crate::law::decomposition::{self, BodyMotion};
 use hdrm::Body;
-use machine::Controller as Gains;
+use machine_file::Controller as Gains;
 
 /// Virtual decomposition control.
 pub(crate) struct ModelBased {

@@ -129,7 +129,7 @@ impl Rod {
 mod tests {
     use super::*;
     use emla::{Drive, Surrogate};
-    use machine::Machine;
+    use machine_file::Machine;
 
     const H: f64 = 1e-3;
 

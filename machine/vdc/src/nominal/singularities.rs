@@ -92,7 +92,7 @@ impl Inverse {
 mod tests {
     use super::*;
     use hdrm::Tip;
-    use machine::Machine;
+    use machine_file::Machine;
 
     fn tree() -> Tree {
         Tree::new(&Machine::reference()).expect("works")

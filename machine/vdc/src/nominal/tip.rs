@@ -1,7 +1,7 @@
 //! Where joint angles have the tip.
 
 use hdrm::{GeometryError, Tip, Tree};
-use machine::Machine;
+use machine_file::Machine;
 use nalgebra::UnitQuaternion;
 
 /// Tip position (m) and orientation (quaternion w, x, y, z) at the joint angles `zeta`, rad.

@@ -1,6 +1,6 @@
 //! The desired motion of the tip at one instant.
 
-use capability::turn;
+use motion_check::turn;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 

@@ -4,7 +4,7 @@
 //! tip dwells. The orientation stays that of the start pose.
 
 use crate::reference::desired::DesiredMotion;
-use machine::{CubicPath, TriangularPath};
+use machine_file::{CubicPath, TriangularPath};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -86,7 +86,7 @@ fn quintic(t: f64, T: f64) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use machine::Machine;
+    use machine_file::Machine;
     use nalgebra::UnitQuaternion;
 
     /// The cube's edges and the triangle's, from the origin.

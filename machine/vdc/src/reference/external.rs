@@ -3,7 +3,7 @@
 use crate::error::ControllerError;
 use crate::reference::desired::DesiredMotion;
 use crate::signals::Input;
-use capability::turn;
+use motion_check::turn;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// The tip's motion by the inputs `reference.*`.

@@ -2,8 +2,8 @@
 
 use crate::error::ControllerError;
 use crate::reference::desired::DesiredMotion;
-use capability::Kinematics;
-use machine::Machine;
+use machine_file::Machine;
+use motion_check::Kinematics;
 use nalgebra::Vector6;
 use tip_path::{PathFile, TipPath, check};
 

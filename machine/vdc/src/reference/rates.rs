@@ -16,7 +16,7 @@ use crate::reference::motion::{CommandHolds, Motion};
 use crate::reference::rate_limits::{RateCommand, RateLimits};
 use crate::signals::Input;
 use hdrm::{DOF, Tip, Tree};
-use machine::Machine;
+use machine_file::Machine;
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 

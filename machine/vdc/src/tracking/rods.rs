@@ -5,7 +5,7 @@ use crate::signals::Input;
 use crate::tracking::errors::Errors;
 use crate::tracking::required::{RequiredMotion, RodMotion};
 use hdrm::Stroke;
-use machine::Controller as Gains;
+use machine_file::Controller as Gains;
 use nalgebra::Vector6;
 
 /// Desired minus measured rod positions, m, where the measurements are `age` old, s; in the first
@@ -58,7 +58,7 @@ impl RodMotion {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use machine::Machine;
+    use machine_file::Machine;
 
     /// The equations in numbers whose parts are told apart by their powers of ten.
     #[test]

@@ -1,7 +1,7 @@
 //! The actuator level against the actuator's own model, force-driven, at 1 ms.
 
 use emla::{Drive, Emla, Surrogate};
-use machine::Machine;
+use machine_file::Machine;
 use vdc::{Controller, Input, Level, Mode, Settings, Trajectory};
 
 const H: f64 = 1e-3;

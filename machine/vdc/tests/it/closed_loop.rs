@@ -3,7 +3,7 @@
 //! Not an oracle for the plants (they have their own); it shows what the control law does.
 
 use crate::coupled::{Case, Loop, machine, measure};
-use machine::{Machine, PerAxis};
+use machine_file::{Machine, PerAxis};
 use vdc::{Mode, Trajectory};
 
 /// Tip RMSE over the first edge of the triangle, mm.
@@ -97,7 +97,7 @@ fn an_integral_takes_the_sag_of_the_rivals() {
 #[test]
 fn the_extensions_take_up_wrong_motor_parameters() {
     let machine = machine();
-    let actuators = PerAxis::all(machine::Emla {
+    let actuators = PerAxis::all(machine_file::Emla {
         lambda_m: 0.6 * machine.emla.lift.lambda_m,
         eta_gear: 0.6 * machine.emla.lift.eta_gear,
         ..machine.emla.lift
@@ -195,7 +195,9 @@ fn the_machine_rests_at_twice_the_step_with_the_standard_exchange() {
 /// plant does have others.
 #[test]
 fn actuators_sized_for_their_axes_are_tracked() {
-    let emla = Machine::from_json(machine::SIZED_JSON).expect("valid").emla;
+    let emla = Machine::from_json(machine_file::SIZED_JSON)
+        .expect("valid")
+        .emla;
     for trajectory in [Trajectory::Triangular, Trajectory::Cubic] {
         let reference = Case {
             trajectory,

@@ -5,7 +5,7 @@
 
 use emla::{Drive, Emla, Surrogate};
 use hdrm::{Hdrm, Options, State};
-use machine::{Machine, PerAxis};
+use machine_file::{Machine, PerAxis};
 use std::collections::VecDeque;
 use vdc::{Controller, Input, Mode, Output, Settings, Timing, Trajectory};
 
@@ -18,9 +18,9 @@ pub struct Case {
     pub integral: bool,
     pub inertia_scale: f64,
     /// Of the plant.
-    pub actuators: PerAxis<machine::Emla>,
+    pub actuators: PerAxis<machine_file::Emla>,
     /// What the controller takes them for.
-    pub nominal: PerAxis<machine::Emla>,
+    pub nominal: PerAxis<machine_file::Emla>,
     /// (ω_i, ω_d); zero is the paper's law.
     pub extensions: [f64; 2],
     /// Blending in the plant and as the controller knows it.

@@ -3,7 +3,7 @@
 
 use emla::Surrogate;
 use hdrm::{Body, Hdrm, Load, Options};
-use machine::Machine;
+use machine_file::Machine;
 use tip_path::PathFile;
 use vdc::{Controller, Input, Level, Mode, Output, Settings, Trajectory};
 

@@ -1,9 +1,9 @@
 //! What one evaluation says of itself: flows, errors, voltages, times, and whose measurements
 //! count.
 
-use capability::Kinematics;
 use emla::Surrogate;
-use machine::Machine;
+use machine_file::Machine;
+use motion_check::Kinematics;
 use tip_path::{PathFile, TipPath};
 use vdc::{Controller, Input, Level, RateLimits, Settings, Trajectory};
 

@@ -3,7 +3,7 @@
 
 use crate::coupled::{Case, Loop, Schedule, machine};
 use hdrm::Load;
-use machine::Machine;
+use machine_file::Machine;
 use vdc::{Mode, Output, RateCommand, RateLimits, ReportedTroubles, Trajectory, Trouble};
 
 const H: f64 = 1e-3;

@@ -2,7 +2,7 @@
 //! steps.
 
 use emla::Surrogate;
-use machine::Machine;
+use machine_file::Machine;
 use vdc::{Controller, Input, Output, Settings, Timing, Trajectory};
 
 /// Time between two samples, s.

@@ -1,7 +1,7 @@
 //! Gains next to zero are allowed, and must not take the numbers out of their range.
 
 use emla::Surrogate;
-use machine::Machine;
+use machine_file::Machine;
 use vdc::{Controller, Input, Settings, Trajectory};
 
 #[test]

@@ -1,7 +1,7 @@
 //! The controller names causes where they begin, and once.
 
 use emla::Surrogate;
-use machine::Machine;
+use machine_file::Machine;
 use vdc::{Controller, Input, ReportedTroubles, Settings, Trajectory, Trouble};
 
 const H: f64 = 1e-3;

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use crate::structure::Structure;
-use fmu_description::{Archive, Capabilities, Description, Kind, Variable};
+use fmi_description::{Archive, Capabilities, Description, Kind, Variable};
 use serde_json::{Map, Value, json};
 
 /// An FMU with the name of its file.
@@ -61,7 +61,7 @@ pub fn fmu_json(fmu: &Fmu) -> Value {
     let e = &d.default_experiment;
     let abilities = abilities(&d.capabilities);
     let abilities = abilities.map(|(name, _, has)| (name.to_string(), json!(has)));
-    let unit = |u: &fmu_description::Unit| json!({"name": u.name, "factor": u.factor, "offset": u.offset, "exponents": u.exponents});
+    let unit = |u: &fmi_description::Unit| json!({"name": u.name, "factor": u.factor, "offset": u.offset, "exponents": u.exponents});
     let remarks = d.remarks.iter().map(ToString::to_string);
     json!({
         "file": fmu.file, "kind": "fmu", "fmi": d.fmi.to_string(), "model": d.model, "version": d.version, "tool": d.tool,
@@ -111,7 +111,7 @@ fn start_json(v: &Variable, text: &str) -> Value {
 /// The inputs that an output depends on at once: None of what is no output, Some(None) where it is
 /// not declared.
 fn depends_on<'a>(d: &'a Description, v: &Variable) -> Option<Option<Vec<&'a str>>> {
-    let is_output = v.causality == fmu_description::Causality::Output;
+    let is_output = v.causality == fmi_description::Causality::Output;
     let index = d.index(&v.name).filter(|_| is_output)?;
     let inputs = d.declared_feedthrough(index, false);
     let name = |k: &usize| d.variables[*k].name.as_str();

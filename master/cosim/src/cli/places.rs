@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
-use crate::package::FmuPlace;
+use crate::structure::package::FmuPlace;
 
 /// Environment variable that names the folder of the packed FMUs.
 const FMU_DIR: &str = "FMU_DIR";

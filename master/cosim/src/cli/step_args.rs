@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 
-use crate::run::Plan;
+use crate::run::simulate::Plan;
 use crate::stepping::{Control, Limits};
 
 /// How long communication steps are; where a run is saved and gone on with.

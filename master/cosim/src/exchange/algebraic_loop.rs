@@ -9,10 +9,10 @@ use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use anyhow::{Result, bail};
-use fmu_description::Access;
+use fmi_description::Access;
 
-use crate::batch::Batch;
 use crate::slave::{At, Slave};
+use crate::wiring::batch::Batch;
 use crate::wiring::{Port, Wiring};
 
 /// Iterations after which a loop is not solved.

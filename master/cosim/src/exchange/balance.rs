@@ -15,7 +15,7 @@
 
 use anyhow::{Result, ensure};
 
-use crate::bond::{BondSlots, BondStep};
+use crate::exchange::bond::{BondSlots, BondStep};
 use crate::exchange::{Exchange, Write, writes};
 use crate::schedule::{Between, Schedule, Stepping};
 use crate::slave::{At, Slave};

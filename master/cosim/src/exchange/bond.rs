@@ -15,8 +15,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::structure::Power;
-use crate::transformation::Linear;
 use crate::wiring::Port;
+use crate::wiring::transformation::Linear;
 
 /// Where the values of a bond are found.
 #[derive(Clone, Copy, Debug)]

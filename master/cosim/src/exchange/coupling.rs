@@ -4,10 +4,10 @@
 use anyhow::{Result, bail, ensure};
 use serde::{Deserialize, Serialize};
 
-use crate::balance::Balance;
-use crate::bond::{BondSlots, BondStep, Residual};
+use crate::exchange::balance::Balance;
+use crate::exchange::bond::{BondSlots, BondStep, Residual};
+use crate::exchange::means::Means;
 use crate::exchange::{Exchange, Passed};
-use crate::means::Means;
 use crate::schedule::rates::{ComponentStep, PastValues, Rates};
 use crate::slave::{At, BegunCall, Call, Failure, Slave, State, all};
 

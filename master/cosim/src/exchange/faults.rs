@@ -2,16 +2,16 @@
 //! scenario does. Off unless asked for. Equal seeds give equal runs.
 
 use anyhow::{Context, Result, bail, ensure};
-use fmu_description::{Causality, Kind};
+use fmi_description::{Causality, Kind};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
-use crate::numbers;
+use crate::io::numbers;
+use crate::io::value::is_wide;
 use crate::schedule::{Stepping, steps_in};
-use crate::system::System;
-use crate::value::is_wide;
+use crate::structure::system::System;
 use crate::wiring::{Port, Wiring};
 
 /// What becomes of a value; numbers are in the unit of the variable.

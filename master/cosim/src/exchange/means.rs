@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result, bail};
-use fmu_description::Access;
+use fmi_description::Access;
 
-use crate::bond::BondSlots;
+use crate::exchange::bond::BondSlots;
 use crate::exchange::{Exchange, Read, Write, reads, writes};
 use crate::wiring::{Port, Wiring};
 

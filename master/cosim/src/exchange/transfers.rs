@@ -5,11 +5,11 @@ use std::ops::Range;
 
 use anyhow::Result;
 
-use crate::batch::Batch;
-use crate::faults::Alteration;
+use crate::exchange::faults::Alteration;
+use crate::io::value::Value;
 use crate::slave::{At, BegunCall, Slave};
-use crate::transformation::Transformation;
-use crate::value::Value;
+use crate::wiring::batch::Batch;
+use crate::wiring::transformation::Transformation;
 use crate::wiring::{Port, Wiring};
 
 /// Values of one component's variables of one type, read together.

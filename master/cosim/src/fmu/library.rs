@@ -6,12 +6,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow};
-use fmu_description::calls::Exports;
-use fmu_description::library::{self, resources};
-use fmu_description::{Archive, Description, Remark, platform};
+use fmi_description::{Archive, Description, Remark, platform};
+use fmi_import::calls::Exports;
+use fmi_import::library::{self, resources};
 use tempfile::{Builder, TempDir, TempPath};
 
-use crate::output;
+use crate::io::output;
 
 /// A library. What was unpacked is removed after it was closed.
 pub struct Library {

@@ -5,9 +5,9 @@
 use std::ffi::{c_int, c_void};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use fmu_description::calls::{Exports, Logger};
-use fmu_description::functions::{Pointer, Text};
-use fmu_description::{Archive, Description, Remark, Version, fmi3_functions};
+use fmi_description::{Archive, Description, Remark, Version, fmi3_functions};
+use fmi_import::calls::{Exports, Logger};
+use fmi_import::standard::{Pointer, Text};
 
 use crate::slave::messages;
 

@@ -6,15 +6,15 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use fmu_description::Kind;
+use fmi_description::Kind;
 
-use crate::cells::cell;
+use crate::io::cells::cell;
+use crate::io::value::is_wide;
 use crate::master::{LastStep, Master, Stepping};
-use crate::observer::Observer;
+use crate::run::observer::Observer;
+use crate::run::signals::Signals;
 use crate::schedule::steps_in;
-use crate::signals::Signals;
-use crate::system::System;
-use crate::value::is_wide;
+use crate::structure::system::System;
 use crate::wiring::Port;
 
 /// A file that is being written under another name; it gets its own when it is complete, and leaves

@@ -3,19 +3,19 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use fmu_description::{Kind, Variability, Variable};
+use fmi_description::{Kind, Variability, Variable};
 use system_structure::Unit;
 
-use crate::cells::cells;
+use crate::exchange::faults::Alteration;
 use crate::exchange::{Write, writes};
-use crate::faults::Alteration;
-use crate::numbers::{allowed, fits, number};
-use crate::package::read;
+use crate::io::cells::cells;
+use crate::io::numbers::{allowed, fits, number};
 use crate::slave::{At, Slave};
 use crate::structure::Hop;
-use crate::system::System;
-use crate::transformation::{Transformation, along, conversion, unit_of};
-use crate::units::{common, named};
+use crate::structure::package::read;
+use crate::structure::system::System;
+use crate::structure::units::{common, named};
+use crate::wiring::transformation::{Transformation, along, conversion, unit_of};
 use crate::wiring::{Port, Wiring};
 
 /// Values over time as a user has them.
@@ -146,7 +146,7 @@ fn rows(text: &str) -> impl Iterator<Item = (usize, &str)> {
     lines.filter(|(_, line)| !line.trim().is_empty())
 }
 
-/// Signals and their units, as [`crate::csv::Log`] writes them.
+/// Signals and their units, as [`crate::io::csv::Log`] writes them.
 fn parse_units(text: &str) -> Result<Vec<(String, String)>> {
     let header = text.lines().next().map(cells);
     ensure!(

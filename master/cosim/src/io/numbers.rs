@@ -1,9 +1,9 @@
 //! Values of variables as numbers: what a variable can take, and how people and files write it.
 
 use anyhow::{Result, ensure};
-use fmu_description::{Kind, Variable};
+use fmi_description::{Kind, Variable};
 
-use crate::value::{self, Value};
+use crate::io::value::{self, Value};
 
 /// Whole numbers up to here pass as numbers without loss: 2^53.
 const WHOLE: f64 = 9_007_199_254_740_992.0;

@@ -4,13 +4,13 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
-use fmu_description::Causality;
+use fmi_description::Causality;
 use serde_json::{Map, Value};
 
-use crate::faults::{Effect, Fault, Faults, effect};
-use crate::package::read;
+use crate::exchange::faults::{Effect, Fault, Faults, effect};
 use crate::schedule::Stepping;
-use crate::system::System;
+use crate::structure::package::read;
+use crate::structure::system::System;
 use crate::wiring::Port;
 
 /// Keys of an event that are nothing but words for people, and those of older versions of the
@@ -159,7 +159,7 @@ fn read_event(event: &Value, defaults: &Map<String, Value>, system: &System) -> 
         "override" | "bias" => Some(effect(system, port, action, &value()?)?),
         "ramp" => {
             ensure!(
-                v.kind == fmu_description::Kind::Real,
+                v.kind == fmi_description::Kind::Real,
                 "the action `ramp` is for Reals; `{name}` is of type {}",
                 v.kind.name()
             );

@@ -3,7 +3,7 @@
 use std::ffi::CString;
 use std::fmt;
 
-use fmu_description::{Access, Kind, Variable};
+use fmi_description::{Access, Kind, Variable};
 use serde::{Deserialize, Serialize};
 
 /// A value of a variable.

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result};
 
-use crate::faults::Faults;
-use crate::input_table::{InputTable, Table};
+use crate::exchange::faults::Faults;
+use crate::io::input_table::{InputTable, Table};
 use crate::master::{Master, Stepping};
 use crate::slave::messages;
-use crate::system::{Setting, System};
+use crate::structure::system::{Setting, System};
 
 /// Conditions of a run.
 #[derive(Clone, Debug)]

@@ -4,12 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use anyhow::{Result, ensure};
-use fmu_description::Kind;
+use fmi_description::Kind;
 
 use crate::fmu::Fmu;
+use crate::run::verdict::Verdict;
 use crate::schedule::Schedule;
-use crate::system::{Setting, System};
-use crate::verdict::Verdict;
+use crate::structure::system::{Setting, System};
 use crate::wiring::Port;
 
 /// Components of an FMU of which inputs that are not mentioned are named; further ones are counted.

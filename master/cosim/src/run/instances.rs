@@ -2,10 +2,10 @@
 
 use anyhow::{Context, Result};
 
+use crate::run::spare;
 use crate::slave::workers::Worker;
 use crate::slave::{At, Call, Slave};
-use crate::spare;
-use crate::system::{Setting, System};
+use crate::structure::system::{Setting, System};
 use crate::wiring::Port;
 
 /// An instance of the component with the index `k` for itself, with the system's parameter values,

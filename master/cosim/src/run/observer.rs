@@ -4,7 +4,7 @@
 use anyhow::Result;
 
 use crate::master::Master;
-use crate::recording::Recording;
+use crate::run::recording::Recording;
 
 /// Looks at every communication point of a run.
 pub trait Observer {

@@ -3,8 +3,8 @@
 use anyhow::{Context, Result, ensure};
 
 use crate::master::Master;
-use crate::signals::Signals;
-use crate::system::System;
+use crate::run::signals::Signals;
+use crate::structure::system::System;
 use crate::wiring::Port;
 
 /// Signals at the communication points that were recorded.

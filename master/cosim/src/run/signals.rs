@@ -6,11 +6,11 @@ use std::collections::BTreeMap;
 use crate::exchange::{Read, Write, reads, writes};
 use crate::master::Master;
 use crate::slave::At;
-use crate::system::System;
-use crate::transformation::Transformation;
+use crate::structure::system::System;
 use crate::wiring::Port;
+use crate::wiring::transformation::Transformation;
 use anyhow::{Result, bail};
-use fmu_description::{Access, Causality};
+use fmi_description::{Access, Causality};
 
 /// Variables that are read together.
 pub struct Signals {

@@ -8,18 +8,18 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 
-use crate::bond::Residual;
+use crate::exchange::bond::Residual;
 use crate::master::Master;
-use crate::observer::{Function, Observer};
+use crate::run::observer::{Function, Observer};
+use crate::run::snapshot::RunState;
+use crate::run::supervision::Supervision;
+use crate::run::trial;
+use crate::run::verdict::Verdict;
 use crate::slave::Ended;
-use crate::snapshot::RunState;
 use crate::stepping::{Control, StepCount, Steps};
-use crate::supervision::Supervision;
-use crate::system::System;
-use crate::trial;
-use crate::verdict::Verdict;
+use crate::structure::system::System;
 
-pub use crate::experiment::Experiment;
+pub use crate::run::experiment::Experiment;
 
 /// What came out of a run.
 #[derive(Clone, Debug)]

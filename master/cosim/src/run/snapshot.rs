@@ -3,11 +3,11 @@
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
 
-use crate::divergence::Watch;
 use crate::master::{Master, Saved, Stepping};
+use crate::run::divergence::Watch;
+use crate::run::supervision::Supervision;
 use crate::stepping::{Control, Progress, Steps};
-use crate::supervision::Supervision;
-use crate::system::System;
+use crate::structure::system::System;
 
 /// What the bytes begin with; the number is that of the format.
 const MARK: &[u8] = b"cosim snapshot 2\n";

@@ -2,12 +2,12 @@
 
 use anyhow::Result;
 
-use crate::bond::Residual;
-use crate::divergence::Watch;
+use crate::exchange::bond::Residual;
 use crate::master::Master;
+use crate::run::divergence::Watch;
+use crate::run::verdict::Verdict;
 use crate::slave::messages::{self, Message};
-use crate::system::System;
-use crate::verdict::Verdict;
+use crate::structure::system::System;
 
 /// Share of the energy through all bonds that the coupling may make or lose.
 const SPURIOUS: f64 = 0.01;

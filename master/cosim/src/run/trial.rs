@@ -6,15 +6,15 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 
-use crate::crew::cores;
-use crate::experiment::Experiment;
 use crate::fmu::Fmu;
 use crate::master::Master;
-use crate::run::{Plan, steps_of};
+use crate::run::experiment::Experiment;
+use crate::run::simulate::{Plan, steps_of};
+use crate::run::supervision::Supervision;
+use crate::schedule::crew::cores;
 use crate::slave::messages;
 use crate::stepping::Steps;
-use crate::supervision::Supervision;
-use crate::system::System;
+use crate::structure::system::System;
 
 /// Steps of the trial.
 pub(crate) const STEPS: usize = 8;

@@ -7,7 +7,7 @@ use std::thread::available_parallelism;
 use anyhow::{Result, ensure};
 
 use crate::slave::workers::Worker;
-use crate::system::System;
+use crate::structure::system::System;
 use crate::wiring::{Link, Wiring};
 
 /// Threads beside this one, and the thread of each component: 0 is this one.

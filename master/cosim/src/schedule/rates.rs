@@ -4,12 +4,12 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Result, anyhow, bail, ensure};
-use fmu_description::{Access, Variability};
+use fmi_description::{Access, Variability};
 use serde::{Deserialize, Serialize};
 
 use super::choice::{Between, Schedule, Stepping};
+use crate::exchange::faults::Alteration;
 use crate::exchange::{Exchange, Read, Write, reads, writes};
-use crate::faults::Alteration;
 use crate::slave::{At, BegunCall, Call, Slave};
 use crate::structure::Structure;
 use crate::wiring::{Link, Wiring};

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use crate::coupling::Coupling;
+use crate::exchange::coupling::Coupling;
 
 /// Pass all connections, and derivatives where the schedule has some.
 pub fn pass(coupling: &mut Coupling, t: f64) -> Result<()> {

@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 
-use crate::algebraic_loop::LoopStage;
-use crate::coupling::{Coupling, Saved};
+use crate::exchange::algebraic_loop::LoopStage;
+use crate::exchange::coupling::{Coupling, Saved};
 use crate::slave::At;
 
 /// Read all outputs at the start time.

@@ -4,7 +4,7 @@
 use std::ffi::c_int;
 
 use anyhow::Result;
-use fmu_description::calls::ABSENT;
+use fmi_import::calls::ABSENT;
 use thiserror::Error;
 
 /// Where in the run a call was made, for its error text.

@@ -6,8 +6,8 @@ use std::ffi::CString;
 
 use anyhow::Result;
 
-use crate::batch::Batch;
-use crate::value::Value;
+use crate::io::value::Value;
+use crate::wiring::batch::Batch;
 
 /// What an instance is made with.
 #[derive(Clone, Debug)]

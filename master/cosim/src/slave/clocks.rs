@@ -4,10 +4,10 @@
 //! ticks, in Event Mode. Between ticks an instance remembers what they were given and had.
 
 use anyhow::{Result, bail};
-use fmu_description::{ClockInterval, ClockTiming, Description, Kind, Variable};
+use fmi_description::{ClockInterval, ClockTiming, Description, Kind, Variable};
 use serde::{Deserialize, Serialize};
 
-use crate::batch::{Batch, Layout};
+use crate::wiring::batch::{Batch, Layout};
 
 /// The clocks that time alone makes tick, and the clocked variables, of an FMU.
 #[derive(Debug, Default)]

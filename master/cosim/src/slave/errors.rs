@@ -2,11 +2,11 @@
 //! reasons.
 
 use anyhow::{Error, Result, anyhow};
-use fmu_description::Version;
+use fmi_description::Version;
 
 use super::answer::Answer;
 use super::{At, Slave, messages};
-use crate::batch::Batch;
+use crate::wiring::batch::Batch;
 
 impl Slave {
     #[inline]

@@ -9,17 +9,17 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use anyhow::{Result, bail};
-use fmu_description::Access;
-use fmu_description::calls::{Callbacks, Functions2};
-use fmu_description::functions::Pointer;
+use fmi_description::Access;
+use fmi_import::calls::{Callbacks, Functions2};
+use fmi_import::standard::Pointer;
 
 use super::answer::{Answer, Ended, call};
 use super::border::{Arguments, Border, Call};
 use super::fmi3::owned;
 use super::messages::{Speaker, receive};
 use super::owner::{Owner, StateFunctions, state_functions};
-use crate::batch::Batch;
-use crate::value::{Value, fits};
+use crate::io::value::{Value, fits};
+use crate::wiring::batch::Batch;
 
 /// `fmi2CoSimulation`.
 const CO_SIMULATION: c_int = 1;

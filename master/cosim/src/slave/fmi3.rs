@@ -14,9 +14,9 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use anyhow::{Result, bail};
-use fmu_description::Access;
-use fmu_description::calls::Functions3;
-use fmu_description::functions::Pointer;
+use fmi_description::Access;
+use fmi_import::calls::Functions3;
+use fmi_import::standard::Pointer;
 use serde::{Deserialize, Serialize};
 
 use super::answer::{Answer, Ended, Stopped, call};
@@ -24,8 +24,8 @@ use super::border::{Arguments, Border, Call};
 use super::clocks::{Clock, Plan, Ticking};
 use super::messages::{Speaker, receive_3};
 use super::owner::{Owner, StateFunctions, state_functions};
-use crate::batch::{Batch, Layout};
-use crate::value::{Value, fits};
+use crate::io::value::{Value, fits};
+use crate::wiring::batch::{Batch, Layout};
 use encoding::{as_bits, load, number};
 
 /// Updates of discrete states, or early returns, at one time after which that is a failure.

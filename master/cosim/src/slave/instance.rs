@@ -7,7 +7,7 @@ use super::border::{Arguments, Border};
 use super::fmi2;
 use super::fmi3;
 use crate::fmu::{Api, Fmu};
-use crate::output;
+use crate::io::output;
 
 /// An instance of the library `api`; none where the FMU gives none. What it prints meanwhile is
 /// named as its own.

@@ -6,7 +6,7 @@ use std::ffi::c_int;
 use std::rc::Rc;
 
 use anyhow::{Context, Result};
-use fmu_description::functions::Pointer;
+use fmi_import::standard::Pointer;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 

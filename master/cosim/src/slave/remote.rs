@@ -12,9 +12,9 @@ use anyhow::{Context, Result};
 use super::border::{Arguments, BegunCall, Border, Call};
 use super::instance;
 use super::workers::{Copies, Pass, RemoteInstance, Task, Worker};
-use crate::batch::Batch;
 use crate::fmu::Fmu;
-use crate::value::Value;
+use crate::io::value::Value;
+use crate::wiring::batch::Batch;
 
 /// An instance in another thread.
 struct Remote(Rc<RemoteInstance>);

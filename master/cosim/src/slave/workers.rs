@@ -16,8 +16,8 @@ use anyhow::{Context, Result, anyhow};
 
 use super::border::{Border, Call};
 use super::messages::{self, Message};
-use crate::batch::Batch;
 use crate::fmu::{Api, Fmu};
+use crate::wiring::batch::Batch;
 
 /// How often an empty queue is looked at, at most and at least, before the thread sleeps: the most
 /// are some 50 µs. Fewer times where that was in vain, as on a busy machine.

@@ -1,12 +1,12 @@
 //! Communication steps whose lengths are chosen on the way, and steps that are repeated.
 
 use anyhow::{Result, bail, ensure};
-use fmu_description::{Access, Variability, Variable};
+use fmi_description::{Access, Variability, Variable};
 
 use super::control::{Control, Limits, Progress, Regulator};
 use crate::master::{LastStep, Master};
 use crate::slave::Stopped;
-use crate::system::System;
+use crate::structure::system::System;
 
 /// Times that a step is repeated before that is a failure.
 const REPEATS: usize = 100;

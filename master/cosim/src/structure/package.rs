@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
-use fmu_description::Archive;
+use fmi_description::Archive;
 use percent_encoding::percent_decode_str;
 
 /// Name of the default structure in a packed system.

@@ -1,7 +1,7 @@
 //! An FMU with names of its own in the place of another: a parameter mapping (`.ssm`) says what the
 //! structure's names are called there.
 
-use fmu_description::Description;
+use fmi_description::Description;
 use system_structure::{MappingEntry, ParameterMapping, Transformation};
 
 use crate::structure::{Hop, Structure};

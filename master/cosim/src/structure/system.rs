@@ -9,13 +9,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
-use fmu_description::Description;
+use fmi_description::Description;
 use system_structure::ParameterMapping;
 
-use crate::arrays;
 use crate::fmu::Fmu;
-use crate::package::{FmuPlace, Package, read};
-use crate::renaming::rename;
+use crate::structure::arrays;
+use crate::structure::package::{FmuPlace, Package, read};
+use crate::structure::renaming::rename;
 use crate::structure::{self, Component, Structure};
 use crate::wiring::{Port, Wiring};
 

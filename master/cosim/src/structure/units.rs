@@ -2,8 +2,8 @@
 
 use system_structure::Unit;
 
-use crate::system::System;
-use crate::transformation::unit_of;
+use crate::structure::system::System;
+use crate::wiring::transformation::unit_of;
 
 /// Exponents of kg, m, s, A, K, mol, cd and rad.
 type Base = [i32; 8];

@@ -8,9 +8,9 @@ use std::collections::{BTreeMap, HashMap};
 use std::ops::{Deref, Range};
 use std::sync::Arc;
 
-use fmu_description::{Access, Description, Variability, Version};
+use fmi_description::{Access, Description, Variability, Version};
 
-use crate::value::{Value, is_wide};
+use crate::io::value::{Value, is_wide};
 
 /// Values of some variables of one instance and of one type. A clone is the same plan.
 #[derive(Clone, Debug)]

@@ -4,12 +4,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use anyhow::Result;
-use fmu_description::{Causality, Kind, Variable};
+use fmi_description::{Causality, Kind, Variable};
 
-use crate::instances::instantiate;
-use crate::numbers::fits;
+use crate::io::numbers::fits;
+use crate::run::instances::instantiate;
 use crate::slave::{At, Slave};
-use crate::system::System;
+use crate::structure::system::System;
 
 /// What was found of a component; variables are indices in its description.
 #[derive(Debug, Default)]

@@ -2,7 +2,7 @@
 //! values (SSP 1.0).
 
 use anyhow::{Result, bail};
-use fmu_description::{Description, Item, Kind, Variable};
+use fmi_description::{Description, Item, Kind, Variable};
 use system_structure::Unit;
 
 use crate::structure::Hop;

@@ -4,10 +4,10 @@
 //! tests of their crates watch.
 
 use allocation_counter::measure;
-use cosim::faults::Faults;
+use cosim::exchange::faults::Faults;
 use cosim::master::{Master, Schedule, Stepping};
 use cosim::schedule::Between;
-use cosim::system::System;
+use cosim::structure::system::System;
 
 use super::support::{link, oscillator_links, settings, ssd, stepping, system};
 

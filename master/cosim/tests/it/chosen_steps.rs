@@ -3,15 +3,15 @@
 use std::fs;
 use std::path::PathBuf;
 
-use cosim::experiment::Experiment;
-use cosim::faults::Faults;
+use cosim::exchange::faults::Faults;
 use cosim::master::{Master, Schedule};
-use cosim::run::{Outcome, Plan, planned};
-use cosim::signals::{Signals, matching};
+use cosim::run::experiment::Experiment;
+use cosim::run::signals::{Signals, matching};
+use cosim::run::simulate::{Outcome, Plan, planned};
 use cosim::stepping::{Control, Limits};
-use cosim::system::System;
+use cosim::structure::system::System;
 
-use fmu_description::Version;
+use fmi_description::Version;
 
 use super::support::{edited, edited_of, oscillator, scratch, settings, stepping, system};
 
@@ -46,7 +46,7 @@ type Row = (f64, Vec<u64>);
 fn rows(system: &System, master: Master, plan: &Plan) -> anyhow::Result<(Outcome, Vec<Row>)> {
     let mut signals = Signals::new(system, &matching(system, &["*".into()])?)?;
     let mut rows = Vec::new();
-    let mut observer = cosim::observer::Function(|master: &Master| {
+    let mut observer = cosim::run::observer::Function(|master: &Master| {
         let values = signals.read(master)?.iter().map(|x| x.to_bits());
         rows.push((master.time(), values.collect()));
         Ok(())
@@ -88,7 +88,7 @@ fn a_smaller_tolerance_gives_a_smaller_error() {
         let errors = controls.map(|control| {
             let master = started(&system, Schedule::Jacobi, &[]);
             let mut last = (0.0, 0.0);
-            let mut observer = cosim::observer::Function(|master: &Master| {
+            let mut observer = cosim::run::observer::Function(|master: &Master| {
                 last = (master.time(), master.number(end)?);
                 Ok(())
             });

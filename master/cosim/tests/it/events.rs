@@ -5,8 +5,8 @@ use std::fs;
 use std::path::PathBuf;
 
 use cosim::master::{Master, Schedule};
-use cosim::signals::Inputs;
-use cosim::system::System;
+use cosim::run::signals::Inputs;
+use cosim::structure::system::System;
 
 use super::foreign::compiled;
 use super::support::{assert_contains, pack, scratch, settings, stepping};
@@ -270,7 +270,8 @@ fn what_an_fmu_cannot_do_is_obeyed_or_said() {
         second,
         &["a: FMU `", "allows only one instance per process"],
     );
-    let outcome = cosim::run::run(&system, started, 0.95, &|_, _| (), |_| Ok(())).unwrap();
+    let outcome =
+        cosim::run::simulate::run(&system, started, 0.95, &|_, _| (), |_| Ok(())).unwrap();
     let verdict = outcome.verdict.to_string();
     assert_contains(
         &verdict,

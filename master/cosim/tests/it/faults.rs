@@ -3,13 +3,13 @@
 use std::fs;
 use std::sync::Arc;
 
-use cosim::faults::Faults;
-use cosim::input_table::{Column, Table};
+use cosim::exchange::faults::Faults;
+use cosim::io::input_table::{Column, Table};
+use cosim::io::scenario;
 use cosim::master::Schedule;
-use cosim::recording::Recording;
-use cosim::run::{self, Experiment};
-use cosim::scenario;
-use cosim::system::System;
+use cosim::run::recording::Recording;
+use cosim::run::simulate::{self, Experiment};
+use cosim::structure::system::System;
 
 use super::inputs::spring;
 use super::support::{link, oscillator, scratch, settings, ssd, stepping, system};
@@ -50,7 +50,7 @@ fn record(
     let port = system.port(name)?;
     let mut recording = Recording::new(system, &[port])?;
     let master = experiment.start(system)?;
-    run::run(system, master, stop, &|_, _| (), |master| {
+    simulate::run(system, master, stop, &|_, _| (), |master| {
         recording.add(master)
     })?;
     Ok(recording.column(port)?.to_vec())

@@ -9,8 +9,8 @@ use cosim::cli::RunArgs;
 use cosim::exchange::{Exchange, Order};
 use cosim::fmu::Fmu;
 use cosim::master::{Master, Schedule};
-use cosim::run;
-use cosim::system::System;
+use cosim::run::simulate;
+use cosim::structure::system::System;
 
 use super::support::{
     assert_contains, edited, fmu, link, load, oscillator, oscillator_links, pack, scratch,
@@ -101,7 +101,7 @@ fn an_fmu_written_by_hand_runs_with_remarks() {
     args.stop_time = Some(2.0);
     let experiment = args.experiment(&system).unwrap();
     let started = experiment.start(&system).unwrap();
-    let error = run::run(&system, started, 2.0, &|_, _| (), |_| Ok(())).unwrap_err();
+    let error = simulate::run(&system, started, 2.0, &|_, _| (), |_| Ok(())).unwrap_err();
     let text = format!("{error:#}");
     assert_contains(
         &text,

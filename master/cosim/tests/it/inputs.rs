@@ -4,12 +4,12 @@ use std::fs;
 use std::sync::Arc;
 
 use cosim::cli::CsvArgs;
-use cosim::input_table::{Column, Table};
+use cosim::io::input_table::{Column, Table};
+use cosim::io::numbers::number;
 use cosim::master::Schedule;
-use cosim::numbers::number;
-use cosim::recording::Recording;
-use cosim::run::{self, Experiment};
-use cosim::system::System;
+use cosim::run::recording::Recording;
+use cosim::run::simulate::{self, Experiment};
+use cosim::structure::system::System;
 
 use super::support::{fmu, oscillator, scratch, settings, stepping, system};
 
@@ -28,7 +28,7 @@ fn experiment(system: &System, table: Option<Table>) -> Experiment {
         stepping: stepping(0.25, Schedule::Jacobi),
         stop: Some(1.5),
         settings: settings(system, &["spring.k=2"]).unwrap(),
-        faults: cosim::faults::Faults::default(),
+        faults: cosim::exchange::faults::Faults::default(),
         inputs: table.map(Arc::new),
     }
 }
@@ -42,7 +42,7 @@ fn record(
     let ports: Vec<_> = names.iter().map(|n| system.port(n).unwrap()).collect();
     let mut recording = Recording::new(system, &ports)?;
     let (master, stop) = (experiment.start(system)?, experiment.stop(system)?);
-    run::run(system, master, stop, &|_, _| (), |master| {
+    simulate::run(system, master, stop, &|_, _| (), |master| {
         recording.add(master)
     })?;
     Ok(ports
@@ -150,7 +150,7 @@ fn what_a_run_writes_another_one_reads() {
         .unwrap()
         .unwrap();
     let master = first.start(&whole).unwrap();
-    run::run(&whole, master, 1.5, &|_, _| (), |master| log.add(master)).unwrap();
+    simulate::run(&whole, master, 1.5, &|_, _| (), |master| log.add(master)).unwrap();
     log.finish().unwrap();
     let alone = spring("reads");
     let chosen = [
@@ -219,7 +219,7 @@ fn values_are_numbers_that_their_variables_can_take() {
       <ModelVariables><Enumeration name="gear" valueReference="1" causality="input" declaredType="Gear" start="1"/>
       <Int8 name="n" valueReference="2" causality="input" start="0"/><Float64 name="x" valueReference="3" causality="input" start="0" max="2.5"/>
       <Boolean name="on" valueReference="4" causality="input" start="true"/></ModelVariables><ModelStructure/></fmiModelDescription>"#;
-    let description = fmu_description::Description::parse(text).unwrap();
+    let description = fmi_description::Description::parse(text).unwrap();
     for (name, text, expected) in [
         ("gear", "high", Ok(4.0)),
         ("gear", "4", Ok(4.0)),

@@ -1,8 +1,8 @@
 //! Algebraic loops that are solved.
 
 use cosim::master::{Master, Schedule};
-use cosim::system::System;
-use fmu_description::Version;
+use cosim::structure::system::System;
+use fmi_description::Version;
 
 use super::support::{assert_contains, edited_of, link, oscillator_links, settings, ssd, stepping};
 

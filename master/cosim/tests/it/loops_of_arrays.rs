@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use cosim::master::Master;
-use cosim::system::System;
+use cosim::structure::system::System;
 
 use super::foreign::compiled;
 use super::loops::{SCHEDULES, numbers, started};

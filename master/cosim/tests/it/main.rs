@@ -2,7 +2,6 @@
 #![forbid(unsafe_code)]
 
 mod allocation;
-mod c_types;
 mod chosen_steps;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod events;
@@ -16,7 +15,6 @@ mod oscillator;
 mod printed;
 mod program;
 mod rates;
-mod rust_fmi;
 mod saved;
 mod support;
 mod threads;

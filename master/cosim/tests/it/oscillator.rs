@@ -1,10 +1,10 @@
 //! The master on two coupled FMUs that make a mass–spring–damper: m x'' + d x' + k x = 0.
 
-use cosim::csv::Log;
+use cosim::io::csv::Log;
 use cosim::master::{Master, Schedule};
-use cosim::run::{self, Experiment};
-use cosim::signals::matching;
-use cosim::system::{Setting, System};
+use cosim::run::signals::matching;
+use cosim::run::simulate::{self, Experiment};
+use cosim::structure::system::{Setting, System};
 
 use super::support::{assert_contains, oscillator, scratch, settings, stepping, system};
 
@@ -203,7 +203,7 @@ fn the_standard_schedule_passes_what_was_read_before_anything_was_set() {
 fn experiment(system: &System, step: f64, stop: Option<f64>) -> Experiment {
     Experiment {
         threads: 1,
-        faults: cosim::faults::Faults::default(),
+        faults: cosim::exchange::faults::Faults::default(),
         inputs: None,
         stepping: stepping(step, Schedule::Jacobi),
         stop,
@@ -217,7 +217,7 @@ fn logged(system: &System, name: &str, experiment: &Experiment) -> (String, Stri
     let ports = matching(system, &["*".into()]).unwrap();
     let mut log = Log::create(&path, system, &ports, None, experiment.stepping, false).unwrap();
     let (master, stop) = (experiment.start(system), experiment.stop(system));
-    let outcome = run::run(system, master.unwrap(), stop.unwrap(), &|_, _| (), |m| {
+    let outcome = simulate::run(system, master.unwrap(), stop.unwrap(), &|_, _| (), |m| {
         log.add(m)
     });
     log.finish().unwrap();
@@ -281,7 +281,7 @@ fn a_diverging_loop_is_named_where_it_begins() {
         ..experiment(&system, 0.1, Some(100.0))
     };
     let master = experiment.start(&system).unwrap();
-    let error = run::run(&system, master, 100.0, &|_, _| (), |_| Ok(())).unwrap_err();
+    let error = simulate::run(&system, master, 100.0, &|_, _| (), |_| Ok(())).unwrap_err();
     let text = format!("{error:#}");
     assert_contains(
         &text,

@@ -338,7 +338,7 @@ fn an_fmu_with_names_of_its_own_takes_the_place_of_another() {
     let package = packed("own-names-other");
     let folder = scratch("own-names");
     let bytes = fs::read(folder.join("system.ssp")).unwrap();
-    let mut archive = fmu_description::Archive::open(bytes).unwrap();
+    let mut archive = fmi_description::Archive::open(bytes).unwrap();
     let fmu = folder.join("Own.fmu");
     fs::write(&fmu, archive.file("resources/Mass.fmu").unwrap().unwrap()).unwrap();
     let map = folder.join("own.ssm");

@@ -2,7 +2,7 @@
 
 use cosim::master::{Master, Schedule, Stepping};
 use cosim::schedule::Between;
-use cosim::system::System;
+use cosim::structure::system::System;
 
 use super::support::{link, oscillator, settings, ssd, stepping, system};
 

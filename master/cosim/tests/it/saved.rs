@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use cosim::experiment::Experiment;
-use cosim::faults::Faults;
-use cosim::input_table::{Column, Table};
+use cosim::exchange::faults::Faults;
+use cosim::io::input_table::{Column, Table};
 use cosim::master::{Master, Schedule};
-use cosim::signals::{Signals, matching};
-use cosim::system::System;
+use cosim::run::experiment::Experiment;
+use cosim::run::signals::{Signals, matching};
+use cosim::structure::system::System;
 
 use super::support::{oscillator, settings, stepping, system};
 

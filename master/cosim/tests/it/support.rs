@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 
 use cargo_fmu::library::files_of;
 use cosim::master::{Schedule, Stepping};
-use cosim::package::FmuPlace;
-use cosim::system::{Setting, System};
-use fmu_description::Version;
+use cosim::structure::package::FmuPlace;
+use cosim::structure::system::{Setting, System};
+use fmi_description::Version;
 use zip::CompressionMethod;
 use zip::write::SimpleFileOptions;
 

@@ -2,10 +2,10 @@
 
 use std::fs;
 
-use cosim::faults::Faults;
+use cosim::exchange::faults::Faults;
 use cosim::master::{Master, Schedule};
-use cosim::run::{self, Experiment};
-use cosim::system::{Setting, System};
+use cosim::run::simulate::{self, Experiment};
+use cosim::structure::system::{Setting, System};
 
 use super::support::{oscillators, settings, stepping, system};
 
@@ -115,7 +115,7 @@ fn an_error_is_that_of_one_thread() {
             .settings
             .extend(settings(&system, &fails).unwrap());
         let master = experiment.start(&system).unwrap();
-        let error = run::run(&system, master, 1.0, &|_, _| (), |_| Ok(())).unwrap_err();
+        let error = simulate::run(&system, master, 1.0, &|_, _| (), |_| Ok(())).unwrap_err();
         format!("{error:#}")
     });
     assert!(

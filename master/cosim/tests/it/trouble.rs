@@ -2,7 +2,7 @@
 //! FMU itself said.
 
 use cosim::master::{Master, Schedule};
-use cosim::system::System;
+use cosim::structure::system::System;
 
 use super::support::{
     assert_contains, link, load, oscillator, scratch, settings, ssd, stepping, system, write_zip,

@@ -3,9 +3,9 @@
 
 use std::fs;
 
-use cosim::csv::Log;
+use cosim::io::csv::Log;
 use cosim::master::{Master, Schedule};
-use cosim::signals::matching_any;
+use cosim::run::signals::matching_any;
 
 use super::events::{
     ABLE, CLOCKED, H, PERIODIC, SCHEDULES, assert_holds, fmu, master, number, run, two,

@@ -2,7 +2,7 @@
 //! and spring.
 
 use cosim::master::{Master, Schedule};
-use cosim::system::System;
+use cosim::structure::system::System;
 
 use super::support::{link, oscillator, oscillator_links, settings, ssd, stepping, system};
 

@@ -4,7 +4,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::bench::too_fast;
-use crate::machine_file::read;
+use crate::machine_choice::read;
 use crate::machines::continuous_torque::ContinuousTorque;
 use crate::machines::scaling::booms;
 use crate::print::gains::parameter_set;
@@ -12,12 +12,12 @@ use crate::print::output::{write, write_json};
 use crate::worlds::perturbation::{Bounds, draw};
 use crate::worlds::{PARAMETERS, parameters_of};
 use anyhow::{Context, Result, bail, ensure};
-use capability::gain_rule::{gains, gamma};
-use capability::{Capability, Limits, Motion, Payload};
 use clap::{Args, Subcommand};
 use cosim::cli::print;
 use hdrm::HdrmError;
-use machine::{AXES, Machine, Source, extending, preset};
+use machine_file::{AXES, Machine, Source, extending, preset};
+use motion_check::gain_rule::{gains, gamma};
+use motion_check::{Capability, Limits, Motion, Payload};
 
 use super::pictures::{DrawArgs, SceneArgs};
 
@@ -109,7 +109,7 @@ pub fn run(command: &MachineCommand) -> Result<()> {
     match command {
         MachineCommand::Perturb(args) => perturb(args),
         MachineCommand::Check(args) => check(args),
-        MachineCommand::Schema => print(machine::SCHEMA_JSON),
+        MachineCommand::Schema => print(machine_file::SCHEMA_JSON),
         MachineCommand::Scale(args) => scale(args),
         MachineCommand::Gains(args) => print_gains(args),
         MachineCommand::Draw(_) | MachineCommand::Scene(_) => {

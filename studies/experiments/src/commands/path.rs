@@ -7,7 +7,7 @@ use anyhow::{Result, bail};
 use clap::{Args, Subcommand};
 use cosim::cli::print;
 
-use crate::machine_file::read;
+use crate::machine_choice::read;
 use crate::print::output::write_json;
 
 #[derive(Subcommand)]

@@ -2,8 +2,10 @@
 
 use anyhow::Result;
 use clap::Args;
+use cosim::Experiment;
+use cosim::System;
+use cosim::Verdict;
 use cosim::cli::{CsvArgs, bar, print};
-use cosim::{Experiment, System, Verdict};
 
 use crate::bench::MachineArgs;
 use crate::measures::iso9283::{Measures, Meter};

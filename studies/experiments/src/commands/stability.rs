@@ -8,7 +8,7 @@ use cosim::Verdict;
 use cosim::cli::print;
 
 use crate::bench::MachineArgs;
-use crate::machine_file::MachineFile;
+use crate::machine_choice::MachineFile;
 use crate::print::output::{conditions, finish, with_progress};
 use crate::print::stability::{causes_text, text, unfitted_text};
 use crate::studies::stability::{self, causes, compliance};

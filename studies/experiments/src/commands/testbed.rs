@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::Args;
 use cosim::Verdict;
 use cosim::cli::print;
-use cosim::csv::CsvFile;
+use cosim::io::csv::CsvFile;
 
 use crate::bench::MachineArgs;
 use crate::print::output::{conditions, finish};

@@ -14,9 +14,9 @@
 #![allow(non_snake_case)] // the symbols of mechanics
 
 use anyhow::{Context, Result, ensure};
-use capability::Motion;
 use hdrm::{Body, DOF};
-use machine::Machine;
+use machine_file::Machine;
+use motion_check::Motion;
 use nalgebra::{DMatrix, DVector, Matrix4};
 use serde::{Deserialize, Serialize};
 
@@ -234,7 +234,7 @@ mod tests {
     use super::*;
     use crate::identification::excitation::{DURATION, Excitation};
     use crate::worlds::perturbation::{Bounds, draw};
-    use capability::{Capability, Payload};
+    use motion_check::{Capability, Payload};
 
     const SPACING: f64 = 0.05;
 

@@ -8,9 +8,9 @@
 use std::f64::consts::TAU;
 
 use anyhow::{Context, Result, ensure};
-use capability::{Kinematics, Motion};
 use hdrm::{DOF, Tree};
-use machine::Machine;
+use machine_file::Machine;
+use motion_check::{Kinematics, Motion};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};

@@ -7,9 +7,9 @@
 #![allow(non_snake_case)] // the symbols of mechanics
 
 use anyhow::{Context, Result};
-use capability::Motion;
 use hdrm::{Body, DOF, Hdrm, Options, State};
-use machine::{InertiaTensor, Machine};
+use machine_file::{InertiaTensor, Machine};
+use motion_check::Motion;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, Vector3};
 use serde::Serialize;
 use spatial::{Inertia, PseudoInertia};
@@ -67,7 +67,7 @@ impl Model {
     /// A mechanism that does not work, or a body that cannot exist.
     pub fn new(machine: &Machine) -> Result<Self> {
         let options = Options::of(machine);
-        let root = |body: &machine::Body| -> Result<Matrix4<f64>> {
+        let root = |body: &machine_file::Body| -> Result<Matrix4<f64>> {
             let cholesky = pseudo_inertia(body).0.cholesky();
             Ok(cholesky.context("a body that cannot exist")?.l())
         };
@@ -235,17 +235,17 @@ pub(super) fn symmetric(coordinates: &[f64]) -> Matrix4<f64> {
     each.map(|(E, x)| E * *x).sum()
 }
 
-fn pseudo_inertia(body: &machine::Body) -> PseudoInertia {
+fn pseudo_inertia(body: &machine_file::Body) -> PseudoInertia {
     let [x, y, z] = body.inertia_com.rows().map(Vector3::from);
     let I_com = Matrix3::from_columns(&[x, y, z]);
     (&Inertia::from_com(body.mass, body.com.into(), I_com)).into()
 }
 
-fn body(L: &PseudoInertia) -> machine::Body {
+fn body(L: &PseudoInertia) -> machine_file::Body {
     let about_origin = Inertia::from(L);
     let com = about_origin.h / about_origin.m;
     let I = about_origin.shifted(&-com).I;
-    machine::Body {
+    machine_file::Body {
         mass: about_origin.m,
         com: com.into(),
         inertia_com: InertiaTensor {

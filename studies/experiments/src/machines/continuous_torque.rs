@@ -3,7 +3,7 @@
 
 use std::fmt;
 
-use machine::{Emla, Heat, Machine, Ratings};
+use machine_file::{Emla, Heat, Machine, Ratings};
 use rig_data::windows::{magnets, resistance};
 
 use crate::studies::sizing::WINDING_LIMIT;
@@ -72,7 +72,7 @@ fn warm_torque(emla: &Emla) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use machine::EmlaFields;
+    use machine_file::EmlaFields;
 
     /// Oracle: the heat balance stepped to rest at the torque that was found, two nodes and a warm
     /// motor, ends at the winding's limit.

@@ -1,7 +1,7 @@
 //! A machine with longer or shorter booms of the same shape and material.
 #![allow(non_snake_case)] // symbols of the machine file
 
-use machine::{Body, Machine};
+use machine_file::{Body, Machine};
 
 /// `nominal` with all that belongs to its booms `s` times as large.
 ///
@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn a_factor_of_one_changes_nothing() {
-        for (name, _) in machine::PRESETS {
+        for (name, _) in machine_file::PRESETS {
             let machine = Machine::preset(name).expect("shipped");
             assert_eq!(booms(&machine, 1.0), machine);
         }

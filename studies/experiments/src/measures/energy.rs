@@ -3,7 +3,10 @@
 //! bonds, what it gave and where that went ([`super::supply`]).
 
 use anyhow::{Result, ensure};
-use cosim::{Experiment, Port, System, Verdict};
+use cosim::Experiment;
+use cosim::Port;
+use cosim::System;
+use cosim::Verdict;
 use serde::Serialize;
 
 use super::power_integral::{SHIFT, both_ways, integral, rise, while_working};

@@ -2,7 +2,7 @@
 //! fed by the losses of one cycle.
 #![allow(non_snake_case)] // symbols of the equations
 
-use machine::{Heat, Temperature};
+use machine_file::{Heat, Temperature};
 use serde::Serialize;
 
 /// The two nodes, and the air around them.

@@ -12,8 +12,12 @@
 use std::fmt;
 
 use anyhow::Result;
-use capability::Pose;
-use cosim::{Experiment, Master, Port, Signals, System};
+use cosim::Experiment;
+use cosim::Master;
+use cosim::Port;
+use cosim::Signals;
+use cosim::System;
+use motion_check::Pose;
 use nalgebra::{UnitQuaternion, Vector3};
 use tip_path::{Iso9283, PathFile, TestKind, TipPath};
 

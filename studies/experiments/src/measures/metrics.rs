@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use cosim::bond::Residual;
+use cosim::exchange::bond::Residual;
 use serde_json::json;
 
 use super::energy::Balance;

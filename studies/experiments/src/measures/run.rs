@@ -5,11 +5,19 @@
 use std::fmt;
 
 use anyhow::{Error, Result, anyhow};
-use cosim::run;
-use cosim::{Experiment, Master, Port, Recording, Signals, System, Verdict, matching, start_value};
+use cosim::Experiment;
+use cosim::Master;
+use cosim::Port;
+use cosim::Recording;
+use cosim::Signals;
+use cosim::System;
+use cosim::Verdict;
+use cosim::matching;
+use cosim::run::simulate;
+use cosim::start_value;
 
 use super::limits::{LimitWatch, reference};
-use crate::machine_file::MachineFile;
+use crate::machine_choice::MachineFile;
 
 /// The controller's output of which the tip error is made.
 const TIP_ERROR: &str = "tip_error_norm";
@@ -153,7 +161,7 @@ impl TipError {
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// Residuals, times and messages.
-    pub run: run::Outcome,
+    pub run: simulate::Outcome,
     /// Tip error.
     pub tip: TipError,
     /// What the machine's limits and ratings and its reference say of the run.
@@ -190,7 +198,7 @@ pub fn run(
     let mut watch = LimitWatch::new(system, &parameter, file.as_ref())?;
     let mut limits = reference(system, &parameter)?;
     let mut signals = Signals::new(system, &[&[tip_error], watch.ports()].concat())?;
-    let done = run::run(system, master, stop, progress, |master| {
+    let done = simulate::run(system, master, stop, progress, |master| {
         let [distance, watched @ ..] = signals.read(master)? else {
             unreachable!("the tip error is read first");
         };

@@ -6,9 +6,11 @@
 //! with the meaning of `DcLink`'s, the balance is drawn up back to its source.
 
 use anyhow::Result;
+use cosim::Port;
+use cosim::System;
+use cosim::Verdict;
 use cosim::structure::Power;
-use cosim::{Port, System, Verdict};
-use fmu_description::{Causality, Kind};
+use fmi_description::{Causality, Kind};
 use serde::Serialize;
 
 use super::power_integral::{SHIFT, rise};

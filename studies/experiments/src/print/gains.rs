@@ -1,6 +1,6 @@
 //! Gains by the rule as a parameter set.
 
-use capability::gain_rule::RuledGain;
+use motion_check::gain_rule::RuledGain;
 
 /// The parameter set of these gains for the system `Real.ssp`, called `name`.
 pub fn parameter_set(name: &str, machine: &str, gains: &[RuledGain]) -> String {
@@ -22,8 +22,8 @@ pub fn parameter_set(name: &str, machine: &str, gains: &[RuledGain]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use capability::gain_rule::gains;
-    use machine::Machine;
+    use machine_file::Machine;
+    use motion_check::gain_rule::gains;
     use std::path::Path;
 
     fn set(name: &str) -> String {

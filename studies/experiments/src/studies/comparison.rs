@@ -2,7 +2,9 @@
 //! each law the median and the worst case.
 
 use anyhow::Result;
-use cosim::{Experiment, System, Verdict};
+use cosim::Experiment;
+use cosim::System;
+use cosim::Verdict;
 use serde::Serialize;
 
 use crate::grid::{self, Case, Cell, Grid, Plan, Spread};

@@ -2,7 +2,9 @@
 //! the rods' forces become.
 
 use anyhow::Result;
-use cosim::{Experiment, System, Verdict};
+use cosim::Experiment;
+use cosim::System;
+use cosim::Verdict;
 use rayon::prelude::*;
 use serde::Serialize;
 

@@ -5,10 +5,15 @@ use std::cmp::Ordering;
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result, bail, ensure};
-use cosim::{Experiment, Port, Recording, System, Verdict, start_value};
+use cosim::Experiment;
+use cosim::Port;
+use cosim::Recording;
+use cosim::System;
+use cosim::Verdict;
+use cosim::start_value;
 use rig_data::signal_file::SignalFile;
 
-use crate::machine_file::MachineFile;
+use crate::machine_choice::MachineFile;
 use crate::measures::limits::{self, LimitWatch};
 use crate::measures::metrics::{Metrics, add_tracking, of_tip};
 use crate::measures::run::{TipError, motion_start, tip_error_port};

@@ -2,7 +2,9 @@
 //! trajectories, here for three controllers.
 
 use anyhow::Result;
-use cosim::{Experiment, System, Verdict};
+use cosim::Experiment;
+use cosim::System;
+use cosim::Verdict;
 
 use crate::grid::{Case, Cell, Grid, Plan, TRAJECTORIES};
 use crate::measures::run::{TipError, run as run_once};

@@ -10,7 +10,11 @@
 use std::f64::consts::PI;
 
 use anyhow::{Context, Result};
-use cosim::{Experiment, Setting, System, Verdict, start_value};
+use cosim::Experiment;
+use cosim::Setting;
+use cosim::System;
+use cosim::Verdict;
+use cosim::start_value;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 

@@ -6,8 +6,12 @@
 //! so that noise on the measurements does not count as motion.
 
 use anyhow::Result;
-use cosim::faults::Faults;
-use cosim::{Experiment, Setting, System, Verdict, start_value};
+use cosim::Experiment;
+use cosim::Setting;
+use cosim::System;
+use cosim::Verdict;
+use cosim::exchange::faults::Faults;
+use cosim::start_value;
 use serde::Serialize;
 
 use super::inertia::MODES;

@@ -7,9 +7,11 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
-use cosim::{Experiment, System, Verdict};
+use cosim::Experiment;
+use cosim::System;
+use cosim::Verdict;
 use emla::Surrogate;
-use machine::{Emla, Machine, PerAxis};
+use machine_file::{Emla, Machine, PerAxis};
 use rig_data::campaign::rms;
 use rig_data::coupled_run::CoupledRun;
 use rig_data::identification::Identified;

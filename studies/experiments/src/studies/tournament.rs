@@ -8,7 +8,10 @@
 //! gains that are found to be behind the best so far.
 
 use anyhow::{Context, Result};
-use cosim::{Experiment, Setting, System, start_value};
+use cosim::Experiment;
+use cosim::Setting;
+use cosim::System;
+use cosim::start_value;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};

@@ -12,7 +12,7 @@ use std::ops::Range;
 
 use anyhow::{Context, Result, ensure};
 use cosim::System;
-use machine::{Body, InertiaTensor, Machine};
+use machine_file::{Body, InertiaTensor, Machine};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Uniform};
@@ -20,7 +20,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::grid::Case;
-use crate::machine_file::MachineFile;
+use crate::machine_choice::MachineFile;
 
 /// Largest errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -275,7 +275,12 @@ mod tests {
         for bounds in [Bounds::REAL, wide] {
             for seed in 0..200 {
                 let (machine, _) = draw(&nominal, seed, &bounds).expect("a machine");
-                for (body, name) in machine.bodies.in_order().iter().zip(machine::Bodies::NAMES) {
+                for (body, name) in machine
+                    .bodies
+                    .in_order()
+                    .iter()
+                    .zip(machine_file::Bodies::NAMES)
+                {
                     let J = pseudo_inertia(body);
                     assert!(
                         J.cholesky().is_some(),

@@ -17,7 +17,7 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Uniform};
 
 use crate::grid::Case;
-use crate::machine_file::MachineFile;
+use crate::machine_choice::MachineFile;
 
 /// System of the structure that bends under actuators as built.
 pub const SYSTEM: &str = "StrictBending.ssd";

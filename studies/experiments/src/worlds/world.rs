@@ -144,7 +144,7 @@ mod tests {
     fn a_parameter_set_of_a_machine_exists_and_is_found_by_its_name() {
         let system = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../system");
         for (name, file) in PARAMETERS_OF {
-            assert!(machine::preset(name).is_some(), "{name}");
+            assert!(machine_file::preset(name).is_some(), "{name}");
             assert!(system.join(file).is_file(), "{file}");
             assert_eq!(parameters_of(Some(name)), file);
         }

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, ensure};
 use cosim::Verdict;
 use cosim::cli::print;
-use studies::commands::path::{self, CheckArgs};
-use studies::commands::pictures::{DrawArgs, PlotArgs, SceneArgs};
-use studies::commands::sizing::{self, SizingArgs};
-use studies::machine_file::read;
-use studies::print::output::write;
+use experiments::commands::path::{self, CheckArgs};
+use experiments::commands::pictures::{DrawArgs, PlotArgs, SceneArgs};
+use experiments::commands::sizing::{self, SizingArgs};
+use experiments::machine_choice::read;
+use experiments::print::output::write;
 
 use crate::machines::drawing::Sheet;
 use crate::machines::load_chart::LoadChart;

@@ -6,9 +6,9 @@ use crate::report::{Recorded, Report, Request, figures};
 use anyhow::Result;
 use cosim::Verdict;
 use cosim::cli::{bar, find, print};
-use studies::bench::Bench;
-use studies::commands::pictures::ReportArgs;
-use studies::worlds::{BENDING_SYSTEM, SYSTEM, World};
+use experiments::bench::Bench;
+use experiments::commands::pictures::ReportArgs;
+use experiments::worlds::{BENDING_SYSTEM, SYSTEM, World};
 
 /// The packed machine that a battery feeds, shown where it lies beside the system.
 const ELECTRIC: &str = "Electric.ssp";

@@ -14,7 +14,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use hdrm::Tree;
-use machine::Machine;
+use machine_file::Machine;
 use plotters::prelude::*;
 
 use self::bands::Bands;
@@ -83,7 +83,7 @@ impl Picture for Sheet {
 impl Sheet {
     fn rated(&self) -> String {
         let ratings = self.machine.ratings.in_order();
-        let each = machine::AXES.into_iter().zip(ratings);
+        let each = machine_file::AXES.into_iter().zip(ratings);
         let each = each.map(|(axis, r)| format!("{:.0} kN ({axis})", r.force_max / 1e3));
         Vec::from_iter(each).join(", ")
     }

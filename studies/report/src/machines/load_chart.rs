@@ -2,13 +2,13 @@
 #![allow(non_snake_case)] // symbols of the machine file
 
 use anyhow::{Context, Result, ensure};
-use capability::{Capability, Demand, Limits, Margin, Motion, Payload, Quantity};
 use hdrm::{Body, DOF};
-use machine::{AXES, Machine};
+use machine_file::{AXES, Machine};
+use motion_check::{Capability, Demand, Limits, Margin, Motion, Payload, Quantity};
 use nalgebra::Vector3;
 use std::io::{self, Write};
 
-use studies::machines::continuous_torque::ContinuousTorque;
+use experiments::machines::continuous_torque::ContinuousTorque;
 
 /// Poses along each of the two boom joints.
 const POSES: usize = 81;
@@ -224,7 +224,7 @@ mod tests {
     /// named.
     #[test]
     fn the_edge_of_the_chart_is_true() {
-        for (name, _) in machine::PRESETS {
+        for (name, _) in machine_file::PRESETS {
             let machine = Machine::preset(name).expect("shipped");
             let chart = LoadChart::new(&machine, 1.0).expect("chart");
             let mut seen = 0;

@@ -4,16 +4,18 @@
 use std::f64::consts::TAU;
 
 use anyhow::{Context, Result};
-use cosim::{Experiment, Port, System};
+use cosim::Experiment;
+use cosim::Port;
+use cosim::System;
 use serde_json::{Value, json};
 
 use super::request::{Request, kept, kept_as};
 use super::runs::stride;
 use super::samples::{SampleTimes, Samples};
-use studies::measures::energy;
-use studies::measures::run::RecordedRun;
-use studies::measures::supply::{self, Supply};
-use studies::studies::sizing;
+use experiments::measures::energy;
+use experiments::measures::run::RecordedRun;
+use experiments::measures::supply::{self, Supply};
+use experiments::studies::sizing;
 
 /// Sampling of the page, s.
 const EVERY: f64 = 0.02;

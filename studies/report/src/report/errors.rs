@@ -5,10 +5,10 @@ use anyhow::Result;
 use serde_json::{Value, json};
 
 use super::request::Request;
-use studies::grid::{Case, Cell};
-use studies::measures::run::TipError;
-use studies::print::tip_errors::robustness_json;
-use studies::studies::robustness::{self, STUDIES, Study};
+use experiments::grid::{Case, Cell};
+use experiments::measures::run::TipError;
+use experiments::print::tip_errors::robustness_json;
+use experiments::studies::robustness::{self, STUDIES, Study};
 
 /// First of the three seeds of the noise study.
 const SEED: u64 = 1;

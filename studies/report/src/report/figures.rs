@@ -12,9 +12,9 @@ use super::samples::Samples;
 use super::stability;
 use super::testbed::Axis;
 use charts::{Curve, Figure, Panel, Path3};
-use studies::grid::TRAJECTORIES;
-use studies::studies::inertia::{MODES, paper, scale_of};
-use studies::studies::testbed;
+use experiments::grid::TRAJECTORIES;
+use experiments::studies::inertia::{MODES, paper, scale_of};
+use experiments::studies::testbed;
 
 /// Colours of the controllers, as in the page: adaptive, modular, PD.
 const CONTROLLERS: [RGBColor; 3] = [

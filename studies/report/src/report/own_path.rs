@@ -3,19 +3,20 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
-use cosim::{Experiment, Recording};
+use cosim::Experiment;
+use cosim::Recording;
 use serde_json::{Value, json};
 
 use super::request::{Request, kept_as};
 use crate::margins_figure;
-use studies::machine_file::MachineFile;
-use studies::measures::energy;
-use studies::measures::iso9283::Meter;
-use studies::measures::run::{FailedRun, RecordedRun, run};
-use studies::path_margins::PathMargins;
-use studies::print;
-use studies::start_values::vary;
-use studies::studies::inertia::MODES;
+use experiments::machine_choice::MachineFile;
+use experiments::measures::energy;
+use experiments::measures::iso9283::Meter;
+use experiments::measures::run::{FailedRun, RecordedRun, run};
+use experiments::path_margins::PathMargins;
+use experiments::print;
+use experiments::start_values::vary;
+use experiments::studies::inertia::MODES;
 
 /// The controller whose energy is shown.
 const ADAPTIVE: &str = MODES[0];

@@ -20,7 +20,7 @@ const SCRIPTS: [&str; 14] = [
     include_str!("../../assets/energy.js"),
     include_str!("../../assets/surrogate.js"),
     include_str!("../../assets/page.js"),
-    include_str!("../../../../web/drawing.js"),
+    include_str!("../../../machine-page/drawing.js"),
     include_str!("../../assets/animation.js"),
 ];
 

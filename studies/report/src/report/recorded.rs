@@ -4,9 +4,9 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use experiments::studies::margins::{CHANGES, Margin};
 use serde::Serialize;
 use serde_json::{Value, json};
-use studies::studies::margins::{CHANGES, Margin};
 
 /// What was recorded, where there is a file of it.
 #[derive(Clone, Serialize)]

@@ -3,7 +3,8 @@
 use std::fmt::Display;
 
 use anyhow::Result;
-use cosim::{Experiment, System};
+use cosim::Experiment;
+use cosim::System;
 
 use super::recorded::Recorded;
 

@@ -3,21 +3,25 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result};
-use cosim::bond::Residual;
-use cosim::{Experiment, Port, System, Verdict, matching};
+use cosim::Experiment;
+use cosim::Port;
+use cosim::System;
+use cosim::Verdict;
+use cosim::exchange::bond::Residual;
+use cosim::matching;
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::request::{Request, UNCERTAIN};
 use super::samples::Samples;
 use super::scene::Scene;
-use studies::grid::{Cell, Plan};
-use studies::measures::energy;
-use studies::measures::run::{RecordedRun, TipError};
-use studies::print::energy::balance_json;
-use studies::start_values::vary;
-use studies::studies::inertia::MODES;
-use studies::studies::testbed::{self, MachineRun};
+use experiments::grid::{Cell, Plan};
+use experiments::measures::energy;
+use experiments::measures::run::{RecordedRun, TipError};
+use experiments::print::energy::balance_json;
+use experiments::start_values::vary;
+use experiments::studies::inertia::MODES;
+use experiments::studies::testbed::{self, MachineRun};
 
 /// Sampling of the page, s: tip error, other signals, frames of the animation.
 const TIP_EVERY: f64 = 0.004;

@@ -6,9 +6,10 @@
 #![allow(non_snake_case)] // points as in the paper
 
 use anyhow::{Result, ensure};
-use cosim::{Recording, System};
+use cosim::Recording;
+use cosim::System;
 use hdrm::{BODIES, Body, Tree};
-use machine::{Geometry, Machine};
+use machine_file::{Geometry, Machine};
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use serde::Serialize;
 
@@ -316,7 +317,7 @@ fn wrist(next: Vector3<f64>, radius: f64) -> Vec<Shape> {
 
 /// The box of uniform density with the body's mass and moments of inertia: `a_x² = 6 (I_yy + I_zz −
 /// I_xx)/m`.
-fn equivalent_box(body: &machine::Body) -> Shape {
+fn equivalent_box(body: &machine_file::Body) -> Shape {
     let i = &body.inertia_com;
     let edge = |own: f64, others: f64| (6.0 * (others - own) / body.mass).sqrt();
     Shape::Box {

@@ -2,7 +2,8 @@
 //! in the loop.
 
 use anyhow::Result;
-use cosim::{Experiment, System};
+use cosim::Experiment;
+use cosim::System;
 use rig_data::campaign::{held_out_profiles, measure};
 use rig_data::efficiency_map::{EfficiencyMap, maps};
 use rig_data::profile::{Kind, LOAD_MAX, SPEED};
@@ -11,8 +12,8 @@ use serde_json::{Value, json};
 
 use super::request::{Request, kept_as};
 use super::samples::Samples;
-use studies::grid::Case;
-use studies::studies::surrogate_loop::{self, RigNetwork, SurrogateRun};
+use experiments::grid::Case;
+use experiments::studies::surrogate_loop::{self, RigNetwork, SurrogateRun};
 
 /// Cells of the maps along load and along speed.
 const CELLS: [usize; 2] = [28, 56];
@@ -37,7 +38,7 @@ fn made(system: &System, base: &Experiment) -> Result<Value> {
     };
     let mut work = held_out_profiles(6, SECONDS, 1);
     work.retain(|profile| profile.kind == Kind::Work);
-    let p = machine::Machine::reference().emla.lift;
+    let p = machine_file::Machine::reference().emla.lift;
     let measured = measure(&p, &work[..1], |profile| profile.seed)?;
     let panels = responses(&network.network, &measured[0]).into_iter();
     let panels = panels.map(|panel| {

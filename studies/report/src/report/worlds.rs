@@ -2,13 +2,14 @@
 //! it.
 
 use anyhow::Result;
-use cosim::{Experiment, System};
+use cosim::Experiment;
+use cosim::System;
 use serde_json::{Value, json};
 
 use super::request::{Request, kept_as};
-use studies::start_values::of_modes;
-use studies::studies::comparison::{self, Summary};
-use studies::worlds::{self, World};
+use experiments::start_values::of_modes;
+use experiments::studies::comparison::{self, Summary};
+use experiments::worlds::{self, World};
 
 /// Laws that are shown.
 const MODES: [&str; 4] = [

@@ -6,10 +6,10 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
-use cargo_fmu::archive::{self, Entries};
 use cargo_fmu::pack::FMI3_FOLDER;
-use cargo_fmu::platform::Platform;
-use cargo_fmu::portability::Needs;
+use fmi_description::entries::{self, Entries};
+use fmi_import::platform::Platform;
+use fmi_import::portability::Needs;
 
 use super::folder::{Dist, file_name};
 
@@ -64,7 +64,7 @@ impl Listing {
     /// Every library and program in the folder, by what its own headers say.
     pub fn built(&mut self, dist: &Dist) -> Result<()> {
         for fmu in dist.fmus_3()? {
-            let entries = archive::read(&fmu)?;
+            let entries = entries::read(&fmu)?;
             for target in &dist.targets {
                 let Platform {
                     folder, folder_3, ..
@@ -83,7 +83,7 @@ impl Listing {
         }
         for fmu in dist.fmus()? {
             let other = dist.folder.join(FMI3_FOLDER).join(file_name(&fmu));
-            let (entries, entries_3) = (archive::read(&fmu)?, archive::read(&other)?);
+            let (entries, entries_3) = (entries::read(&fmu)?, entries::read(&other)?);
             for platform in dist.targets.iter().map(|target| target.platform) {
                 if platform.is_in_fmi2() {
                     let [a, b] = [

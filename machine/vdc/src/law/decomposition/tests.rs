@@ -10,7 +10,7 @@ use crate::bodies::Bounds;
 use crate::signals::Input;
 use crate::tracking::RequiredMotion;
 use hdrm::{BODIES, Body, Configuration, DOF, Hdrm, Options, State};
-use machine::Machine;
+use machine_file::Machine;
 use nalgebra::Vector6;
 use spatial::{Inertia, Wrench};
 

@@ -2,7 +2,7 @@
 //! them.
 #![allow(unsafe_code)]
 
-use fmu_description::Access;
+use fmi_description::Access;
 
 /// An expression by type: of floating-point numbers, or of integers of the type that it is given.
 macro_rules! by_type {

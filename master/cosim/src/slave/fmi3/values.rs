@@ -5,13 +5,13 @@
 use std::ptr;
 
 use anyhow::Result;
-use fmu_description::Access;
+use fmi_description::Access;
 
 use super::encoding::{load, store};
 use super::{Instance, Mode, owned};
-use crate::batch::Batch;
+use crate::io::value::Value;
 use crate::slave::answer::{Answer, call};
-use crate::value::Value;
+use crate::wiring::batch::Batch;
 
 /// `fmi3GetXXX` or `fmi3SetXXX` of numbers, by type.
 macro_rules! by_function {

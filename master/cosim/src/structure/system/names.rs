@@ -1,7 +1,7 @@
 //! Variables of a system by their names.
 
 use anyhow::{Context, Result, bail};
-use fmu_description::Variable;
+use fmi_description::Variable;
 
 use super::System;
 use crate::wiring::Port;

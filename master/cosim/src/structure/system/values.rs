@@ -4,16 +4,16 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use fmu_description::Kind;
+use fmi_description::Kind;
 use system_structure::{Connector, DataType};
 
 use super::System;
-use crate::arrays;
 use crate::fmu::Fmu;
-use crate::package::{Package, read};
+use crate::structure::arrays;
+use crate::structure::package::{Package, read};
 use crate::structure::{Hop, Parameter, parse_set};
-use crate::transformation::{Linear, Transformation, along, conversion, unit_of};
 use crate::wiring::Port;
+use crate::wiring::transformation::{Linear, Transformation, along, conversion, unit_of};
 
 /// A start value as text for a variable.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,8 +4,10 @@
 use std::f64::consts::TAU;
 
 use anyhow::{Context, Result};
-use cosim::{Experiment, System, Verdict};
-use machine::{Heat, Ratings};
+use cosim::Experiment;
+use cosim::System;
+use cosim::Verdict;
+use machine_file::{Heat, Ratings};
 use serde::Serialize;
 
 use super::motor::Motor;

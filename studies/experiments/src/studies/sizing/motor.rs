@@ -1,7 +1,7 @@
 //! Torque that a motor can give, and that it can give for long, over its speed.
 #![allow(non_snake_case)] // symbols of the equations
 
-use machine::Ratings;
+use machine_file::Ratings;
 use serde::Serialize;
 
 /// What the envelopes are made of.

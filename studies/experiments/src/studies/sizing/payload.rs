@@ -4,7 +4,8 @@
 //! as root mean squares.
 
 use anyhow::{Context, Result, ensure};
-use cosim::{Experiment, System};
+use cosim::Experiment;
+use cosim::System;
 use serde::Serialize;
 
 use super::recorded::{Columns, Size, columns, parameters_of, ports};

@@ -3,14 +3,16 @@
 //! repetitions, and how power, force, energy and efficiency follow the payload at the tip.
 
 use anyhow::{Result, ensure};
-use cosim::{Experiment, System, Verdict};
-use machine::{Machine, Ratings};
+use cosim::Experiment;
+use cosim::System;
+use cosim::Verdict;
+use machine_file::{Machine, Ratings};
 use serde::Serialize;
 
 use super::axis::{Axis, axis};
 use super::payload::{Sensitivity, sensitivity};
 use super::recorded::{columns, parameters_of, ports};
-use crate::machine_file::MachineFile;
+use crate::machine_choice::MachineFile;
 use crate::measures::energy;
 use crate::measures::run::RecordedRun;
 

@@ -2,8 +2,12 @@
 //! beside the one before.
 
 use anyhow::{Context, Result};
-use cosim::{Experiment, Setting, System, Verdict, start_value};
-use machine::Emla;
+use cosim::Experiment;
+use cosim::Setting;
+use cosim::System;
+use cosim::Verdict;
+use cosim::start_value;
+use machine_file::Emla;
 
 use super::run::{Run, measure};
 use super::study::scaled;

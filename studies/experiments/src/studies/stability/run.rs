@@ -16,7 +16,9 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::{Result, ensure};
-use cosim::{Port, System, Verdict};
+use cosim::Port;
+use cosim::System;
+use cosim::Verdict;
 use serde::Serialize;
 
 use super::gains::Gains;

@@ -3,7 +3,10 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::{Context as _, Result};
-use cosim::{Experiment, Setting, System, Verdict};
+use cosim::Experiment;
+use cosim::Setting;
+use cosim::System;
+use cosim::Verdict;
 
 use super::run::{Run, measure};
 use crate::grid::{self, Case, Grid, Plan, TRAJECTORIES};

@@ -1,7 +1,9 @@
 //! The axes of the testbed, the controllers on it, and what is measured of an axis.
 
 use anyhow::Result;
-use cosim::{Inputs, Port, System};
+use cosim::Inputs;
+use cosim::Port;
+use cosim::System;
 use serde::Serialize;
 
 use crate::measures::run::Distance;

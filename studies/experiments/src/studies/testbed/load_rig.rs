@@ -2,9 +2,13 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::Result;
-use cosim::{Inputs, Master, Setting, Signals, System};
+use cosim::Inputs;
+use cosim::Master;
+use cosim::Setting;
+use cosim::Signals;
+use cosim::System;
 use emla::maps;
-use machine::Emla;
+use machine_file::Emla;
 use rig_data::drive_control::{DriveControl, MotorReference, torque_per_ampere};
 
 use super::axis::{inputs, ports};
@@ -152,7 +156,7 @@ impl LoadDrive {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use machine::Machine;
+    use machine_file::Machine;
     use rig::{Drive, Extras, Input, Rig};
 
     /// The force of a loading rig on a rod that stands follows a step as the law that its speed is

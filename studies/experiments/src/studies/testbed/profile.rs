@@ -2,7 +2,10 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::{Context, Result, ensure};
-use cosim::{Experiment, Port, System, Verdict};
+use cosim::Experiment;
+use cosim::Port;
+use cosim::System;
+use cosim::Verdict;
 use rayon::prelude::*;
 
 use super::axis::AXES;

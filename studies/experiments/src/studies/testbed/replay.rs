@@ -3,9 +3,13 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::Result;
+use cosim::Inputs;
+use cosim::Master;
+use cosim::Setting;
+use cosim::Signals;
+use cosim::System;
 use cosim::master::Stepping;
-use cosim::{Inputs, Master, Setting, Signals, System};
-use machine::Machine;
+use machine_file::Machine;
 
 use super::axis::{AXES, CONTROLLER, Course, Load, Trial, inputs, ports};
 use super::load_rig::{self, LoadRigs};

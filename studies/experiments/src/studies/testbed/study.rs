@@ -7,7 +7,10 @@
 //! loads them too.
 
 use anyhow::{Context, Result};
-use cosim::{Experiment, Setting, System, Verdict};
+use cosim::Experiment;
+use cosim::Setting;
+use cosim::System;
+use cosim::Verdict;
 use rayon::prelude::*;
 
 use super::axis::{AXES, Axis, CONTROLLER, FORCE_TARGET, Load, LoadedAxis, POSITION_TARGET, Trial};

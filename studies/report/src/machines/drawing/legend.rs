@@ -4,7 +4,7 @@ use plotters::prelude::*;
 
 use super::sheet::{FONT, HEAD, Sheet};
 use charts::{Area, DrawResult};
-use studies::machines::continuous_torque::ContinuousTorque;
+use experiments::machines::continuous_torque::ContinuousTorque;
 
 impl Sheet {
     pub(super) fn legend<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
@@ -45,7 +45,7 @@ impl Sheet {
 
     /// Torques that the motors may give for ever at standstill.
     fn lasting(&self) -> String {
-        let each = machine::AXES
+        let each = machine_file::AXES
             .into_iter()
             .zip(ContinuousTorque::of(&self.machine));
         let each = each.map(|(axis, l)| format!("{:.1} N·m ({axis}, {})", l.torque, l.by));

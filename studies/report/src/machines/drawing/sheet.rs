@@ -1,6 +1,6 @@
 //! What a sheet shows, and its letters.
 
-use machine::Machine;
+use machine_file::Machine;
 
 use super::bands::Bands;
 use crate::machines::load_chart::LoadChart;

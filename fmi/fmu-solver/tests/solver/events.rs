@@ -1,7 +1,7 @@
 //! Events by closed forms.
 
 use crate::problem::{Answer, Problem, solver};
-use fmu_export::solver::{Method, Pattern};
+use fmu_solver::{Method, Pattern};
 use std::cell::Cell;
 
 /// With the longest internal steps that the tests take.

@@ -1,7 +1,7 @@
 //! For which platform a library was built, and which one this machine is.
 
 use anyhow::{Context, Result, bail};
-pub use fmu_description::platform::{LINUX, LINUX_ARM, MACOS, MACOS_ARM, Platform, WASM, WINDOWS};
+pub use fmi_description::platform::{LINUX, LINUX_ARM, MACOS, MACOS_ARM, Platform, WASM, WINDOWS};
 use object::{Architecture, BinaryFormat, Object};
 
 /// The platform that a library was built for, by its own header.
@@ -22,14 +22,14 @@ pub fn of(library: &[u8]) -> Result<Platform> {
 /// The platform of this machine.
 pub fn host() -> Result<Platform> {
     let (os, processor) = (std::env::consts::OS, std::env::consts::ARCH);
-    fmu_description::platform::host()
+    fmi_description::platform::host()
         .with_context(|| format!("FMUs cannot be packed for {os} on {processor}"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fmu_description::Version;
+    use fmi_description::Version;
 
     /// The header of an ELF file for a processor (`e_machine` of the System V ABI), without
     /// sections.

@@ -3,9 +3,11 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
+use cosim::Port;
+use cosim::Setting;
+use cosim::System;
 use cosim::structure::DataType;
-use cosim::{Port, Setting, System};
-use machine::{AXES, Machine, Source, preset};
+use machine_file::{AXES, Machine, Source, preset};
 use percent_encoding::percent_decode_str;
 use rig_data::data::sha256;
 
@@ -94,7 +96,7 @@ impl MachineFile {
         let text = if let Some(text) = shipped {
             text.into()
         } else if set.is_none() && !file.exists() {
-            machine::REFERENCE_JSON.into()
+            machine_file::REFERENCE_JSON.into()
         } else {
             std::fs::read_to_string(&file).with_context(|| file.display().to_string())?
         };

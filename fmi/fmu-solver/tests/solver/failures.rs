@@ -1,7 +1,7 @@
 //! Steps that cannot be done.
 
 use crate::problem::{Answer, Problem, solver};
-use fmu_export::solver::{Failure, Method, Pattern};
+use fmu_solver::{Failure, Method, Pattern};
 
 fn methods() -> [Method; 3] {
     [

@@ -1,6 +1,6 @@
 //! Systems made of closures.
 
-use fmu_export::solver::{Method, Solver, System};
+use fmu_solver::{Method, Solver, System};
 use std::cell::Cell;
 
 pub type Answer = Result<(), String>;

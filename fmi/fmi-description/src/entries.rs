@@ -1,75 +1,76 @@
-//! ZIP archives whose bytes depend on nothing but their contents: entries in the order of their
-//! names, with one fixed time.
+//! All files of an archive at once, and archives whose bytes depend on nothing but their contents:
+//! entries in the order of their names, with one fixed time.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{Cursor, Write};
 use std::path::Path;
 
-use anyhow::{Context, Result};
-use fmu_description::Archive;
+use zip::result::ZipResult;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
+
+use crate::archive::{Archive, ArchiveError};
+
+/// Files of an archive: path inside it and content.
+pub type Entries = BTreeMap<String, Vec<u8>>;
 
 /// The level of deflate that makes the smallest archives: libraries take 3 % less than with the
 /// usual level, and packing some tenths of a second more.
 const SMALLEST: i64 = 9;
 
-/// Files of an archive: path inside it and content.
-pub type Entries = BTreeMap<String, Vec<u8>>;
-
 /// The bytes of an archive.
-pub fn packed(entries: &Entries) -> Result<Vec<u8>> {
+pub fn packed(entries: &Entries) -> ZipResult<Vec<u8>> {
     let smallest = SimpleFileOptions::default().compression_level(Some(SMALLEST));
     with(entries, smallest)
 }
 
 /// The bytes of an archive without compression, for one that is compressed as a whole.
-pub fn stored(entries: &Entries) -> Result<Vec<u8>> {
+pub fn stored(entries: &Entries) -> ZipResult<Vec<u8>> {
     let plain = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
     with(entries, plain)
 }
 
-fn with(entries: &Entries, options: SimpleFileOptions) -> Result<Vec<u8>> {
+fn with(entries: &Entries, options: SimpleFileOptions) -> ZipResult<Vec<u8>> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, bytes) in entries {
         let is_executable = name.starts_with("binaries/");
         let options = options
             .last_modified_time(DateTime::default())
             .unix_permissions(if is_executable { 0o755 } else { 0o644 });
-        zip.start_file(name.as_str(), options)
-            .with_context(|| name.clone())?;
+        zip.start_file(name.as_str(), options)?;
         zip.write_all(bytes)?;
     }
     Ok(zip.finish()?.into_inner())
 }
 
 /// Write an archive; its size in bytes. A file appears only once the archive is complete.
-pub fn write(path: &Path, entries: &Entries) -> Result<usize> {
-    let bytes = packed(entries)?;
+pub fn write(path: &Path, entries: &Entries) -> Result<usize, ArchiveError> {
+    let at_path = |error: ArchiveError| ArchiveError::At(path.to_path_buf(), Box::new(error));
+    let bytes = packed(entries).map_err(|error| at_path(error.into()))?;
     // Written beside and renamed: who reads meanwhile gets the file as it was, or as it is.
     let new = path.with_extension(format!("{}.new", std::process::id()));
     let written = fs::write(&new, &bytes).and_then(|()| fs::rename(&new, path));
-    written.with_context(|| path.display().to_string())?;
+    written.map_err(|error| at_path(error.into()))?;
     Ok(bytes.len())
 }
 
 /// Read all files of an archive.
-pub fn read(path: &Path) -> Result<Entries> {
-    read_bytes(fs::read(path).with_context(|| path.display().to_string())?)
-        .with_context(|| path.display().to_string())
+pub fn read(path: &Path) -> Result<Entries, ArchiveError> {
+    let bytes = fs::read(path).map_err(ArchiveError::from);
+    let read = bytes.and_then(read_bytes);
+    read.map_err(|error| ArchiveError::At(path.to_path_buf(), Box::new(error)))
 }
 
 /// Read all files of an archive that is in memory.
-pub fn read_bytes(bytes: Vec<u8>) -> Result<Entries> {
+pub fn read_bytes(bytes: Vec<u8>) -> Result<Entries, ArchiveError> {
     let mut archive = Archive::open(bytes)?;
     let names: Vec<_> = archive.names().map(str::to_string).collect();
-    let mut entries = Entries::new();
-    for name in names {
+    let content = |name: String| {
         let content = archive.file(&name)?.unwrap_or_default();
-        entries.insert(name, content);
-    }
-    Ok(entries)
+        Ok((name, content))
+    };
+    names.into_iter().map(content).collect()
 }
 
 #[cfg(test)]

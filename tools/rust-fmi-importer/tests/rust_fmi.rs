@@ -5,7 +5,7 @@ use cosim::fmu::Fmu;
 use fmi::fmi2;
 use fmi::fmi3;
 use fmi::fmi3::GetSet as _;
-use fmu_description::Version;
+use fmi_description::Version;
 
 use super::support::{files, fmu, packed};
 

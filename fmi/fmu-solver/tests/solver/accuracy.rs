@@ -1,7 +1,7 @@
 //! Orders of the methods, tolerances, and what is carried from one step to the next.
 
 use crate::problem::{Answer, Problem, solver};
-use fmu_export::solver::{Method, Pattern, Solver};
+use fmu_solver::{Method, Pattern, Solver};
 
 /// x₁' = −2 t x₁², x₂' = x₁ x₂ with x₁ = 1/(1 + t²), x₂ = e^(arctan t): neither linear nor without
 /// t.

@@ -1,7 +1,7 @@
 //! Stiff problems: closed forms, and two of the literature by SciPy.
 
 use crate::problem::{Answer, Problem, solver};
-use fmu_export::solver::{Counts, Method, Pattern, Solver, System};
+use fmu_solver::{Counts, Method, Pattern, Solver, System};
 
 /// At each time: the states, by golden.py.
 #[rustfmt::skip]

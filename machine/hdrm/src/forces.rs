@@ -1,0 +1,8 @@
+//! Forces between the machine and what it touches, and in its joints and drives.
+
+pub(crate) mod contact;
+pub(crate) mod contact_force;
+pub(crate) mod dry_friction;
+pub(crate) mod end_stop;
+pub(crate) mod saturate;
+pub(crate) mod wrist_drive;

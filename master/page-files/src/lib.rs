@@ -1,0 +1,26 @@
+//! The page of any FMU or packed system, as files to be put together into one: `cargo fmu web` does,
+//! and pages of particular systems take their common parts from here.
+//!
+//! ```
+//! let page = page_files::file("model.html").unwrap();
+//! assert!(page.contains("model.js") && page_files::file("other.html").is_none());
+//! ```
+#![forbid(unsafe_code)]
+
+macro_rules! files {
+    ($($name:literal)*) => {
+        [$(($name, include_str!(concat!("../page/", $name)))),*]
+    };
+}
+
+/// Name and text of each file.
+const FILES: [(&str, &str); 10] = files!(
+    "engine.js" "model.html" "model.js" "page.js" "parts.js" "records.js" "scopes.js" "style.css"
+    "variables.js" "worker.js"
+);
+
+/// The text of a file, if there is one of this name.
+pub fn file(name: &str) -> Option<&'static str> {
+    let mut files = FILES.iter();
+    files.find(|(file, _)| *file == name).map(|(_, text)| *text)
+}
