@@ -6,11 +6,11 @@ mod demo;
 mod describe;
 mod dist;
 mod importers;
-mod libclang;
 mod pack;
 mod phases;
 mod programs;
 mod python;
+mod quick;
 mod test;
 mod torture;
 mod variants;
@@ -70,16 +70,21 @@ enum Command {
     /// From a fresh checkout to the coupled machine: build, pack, run the cubic trajectory with
     /// three controllers
     Demo,
+    /// Format, clippy and the tests of one product, in two minutes once its crates are built
+    Quick(quick::Options),
     /// Everything that CI checks
-    Test,
+    Test {
+        /// Also what takes long to build: libraries for Windows, importers of other makers, the
+        /// crates of the kit from their packages
+        #[arg(long)]
+        nightly: bool,
+    },
     /// One table of what everything costs, beside other engines; or instruction counts against the
     /// recorded ones
     Bench(bench::Options),
     /// Mistreat the FMUs: random calls, sanitizers, valgrind, threads, fuzzing, long runs
     #[command(disable_help_flag = true)]
     Torture(torture::Options),
-    /// Provide libclang, so that plain `cargo test -p cosim` works, and what WebAssembly needs
-    Setup,
     /// Run the co-simulation program: `cargo xtask cosim -- run --help`
     Cosim {
         /// Arguments of `cosim`
@@ -138,13 +143,10 @@ fn develop(workspace: &Workspace, command: Command) -> Result<()> {
         Command::Web(options) => web::run(workspace, &caller, &options),
         Command::Wheel(options) => wheel::run(workspace, &caller, &options),
         Command::Demo => demo::run(workspace),
-        Command::Test => test::run(workspace),
+        Command::Quick(options) => quick::run(workspace, &options),
+        Command::Test { nightly } => test::run(workspace, nightly),
         Command::Bench(options) => bench::run(workspace, &options),
         Command::Torture(options) => torture::run(workspace, &options),
-        Command::Setup => {
-            libclang::provide(workspace)?;
-            web::prepare()
-        }
         Command::Cosim { .. } | Command::HdrmFmu { .. } => unreachable!("these are run"),
     }
 }

@@ -12,22 +12,33 @@ use crate::bench;
 use crate::phases::Phases;
 use crate::python::Python;
 use crate::workspace::Workspace;
-use crate::{describe, dist, importers, libclang, pack, torture, web, wheel};
+use crate::{describe, dist, importers, pack, torture, web, wheel};
 
-/// Run all checks; the first that fails ends it.
-pub fn run(workspace: &Workspace) -> Result<()> {
+/// Run all checks, the nightly ones too if asked for; the first that fails ends it.
+pub fn run(workspace: &Workspace, nightly: bool) -> Result<()> {
     let phases = Phases::default();
-    let result = checks(workspace, &phases);
+    let result = checks(workspace, &phases, nightly);
     print!("\n{}", phases.table());
     result?;
     println!("all checks passed");
     Ok(())
 }
 
-fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
-    let environment = libclang::provide(workspace)?;
-    let lacking = dist::lacking(workspace)?;
-    let compile = || compile(workspace, phases, &environment, &lacking);
+fn checks(workspace: &Workspace, phases: &Phases, nightly: bool) -> Result<()> {
+    let lacking = dist::lacking(workspace, nightly)?;
+    let build = || {
+        phases.run("format", || cargo(workspace, "fmt --all --check", &[]))?;
+        phases.run("build tests", || {
+            cargo(workspace, &format!("{TESTS} --no-run"), &[])
+        })?;
+        // What tests and linkers leave of the processor, the others use.
+        let rust_checks = || rust_checks(workspace, phases);
+        let (inputs, ()) = phases.both(
+            || test_inputs(workspace, phases, &lacking, nightly),
+            rust_checks,
+        )?;
+        Ok(inputs)
+    };
     // What is fetched from servers waits for them.
     let install = || {
         phases.run("install", || {
@@ -35,13 +46,13 @@ fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
             wheel::install(workspace)?;
             dist::prepare(workspace)
         })?;
-        phases.run("build fmi-sim", || {
-            importers::fmi_sim(workspace, &environment)
-                .map(Some)
-                .or_else(|e| skipped(&format!("fmi-sim could not be built: {e:#}")).map(|()| None))
-        })
+        if !nightly {
+            return Ok(None);
+        }
+        let fmi_sim = phases.run("build fmi-sim", || importers::fmi_sim(workspace))?;
+        Ok(Some(fmi_sim))
     };
-    let (TestInputs { handed_out, fmus }, fmi_sim) = phases.both(compile, install)?;
+    let (TestInputs { handed_out, fmus }, fmi_sim) = phases.both(build, install)?;
     let robustness = || {
         phases.run("torture", || torture::check(workspace))?;
         phases.run("instruction counts", || {
@@ -55,11 +66,22 @@ fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
         }
         phases.run("Python package", || {
             wheel::check(workspace, &workspace.fmu_dir())
-        })
+        })?;
+        if nightly {
+            phases.run("rust-fmi", || {
+                importers::rust_fmi(workspace, &workspace.fmu_dir())
+            })?;
+            phases.run("packages of the kit", || cargo(workspace, PACKAGES, &[]))?;
+        }
+        Ok(())
     };
     let outside = || phases.run("pytest", || pytest(workspace, fmi_sim));
     phases.both(robustness, outside).map(drop)
 }
+
+/// The tests of the workspace. One profile, that of the programs, so that macros and dependencies
+/// are compiled once.
+const TESTS: &str = "test --release --workspace --locked";
 
 /// Programs that the tests from outside run.
 const PROGRAMS: [&str; 6] = [
@@ -80,41 +102,39 @@ struct TestInputs {
     fmus: Vec<PathBuf>,
 }
 
-/// The Rust checks, and everything that is compiled before the runs share the processor. One
-/// profile, that of the programs, so that macros and dependencies are compiled once.
-fn compile(
-    workspace: &Workspace,
-    phases: &Phases,
-    environment: &[(String, String)],
-    lacking: &str,
-) -> Result<TestInputs> {
-    let cargo = |arguments: &str, more: &[(&str, &str)]| {
-        let mut command = workspace.cargo(arguments.split(' '));
-        command.envs(environment.iter().cloned());
-        execute(command.envs(more.iter().copied()))
-    };
-    phases.run("format", || cargo("fmt --all --check", &[]))?;
-    phases.run("build tests", || {
-        cargo("test --release --workspace --locked --no-run", &[])
-    })?;
-    phases.run("tests", || {
-        cargo("test --release --workspace --locked", &[])
-    })?;
+/// Packs the crates that are published, and builds them from their packages.
+const PACKAGES: &str = "package --locked -p fmi-description -p fmi-import -p fmu-solver \
+                        -p fmu-check -p fmu-export-derive -p fmu-export -p page-files -p cargo-fmu";
+
+/// A cargo command by its words, with more environment variables.
+pub fn cargo(workspace: &Workspace, arguments: &str, more: &[(&str, &str)]) -> Result<()> {
+    let mut command = workspace.cargo(arguments.split(' '));
+    execute(command.envs(more.iter().copied()))
+}
+
+/// The Rust checks, once the tests are built.
+fn rust_checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
+    phases.run("tests", || cargo(workspace, TESTS, &[]))?;
     phases.run("clippy", || {
-        cargo(
-            "clippy --release --workspace --all-targets --locked -- -D warnings",
-            &[],
-        )
+        let clippy = "clippy --release --workspace --all-targets --locked -- -D warnings";
+        cargo(workspace, clippy, &[])
     })?;
     phases.run("documentation", || {
-        cargo(
-            "doc --release --workspace --no-deps --locked",
-            &[("RUSTDOCFLAGS", "-D warnings")],
-        )
-    })?;
+        let doc = "doc --release --workspace --no-deps --locked";
+        cargo(workspace, doc, &[("RUSTDOCFLAGS", "-D warnings")])
+    })
+}
+
+/// Everything that is compiled before the runs share the processor.
+fn test_inputs(
+    workspace: &Workspace,
+    phases: &Phases,
+    lacking: &str,
+    nightly: bool,
+) -> Result<TestInputs> {
     let handed_out = phases.run("build what is handed out", || {
         if lacking.is_empty() {
-            return dist::for_ci(workspace).map(Some);
+            return dist::for_ci(workspace, nightly).map(Some);
         }
         skipped(&format!("what is handed out cannot be built: {lacking}")).map(|()| None)
     })?;
@@ -161,6 +181,7 @@ fn python(workspace: &Workspace) -> Result<Python> {
     Ok(python)
 }
 
+/// The tests from outside; with fmi-sim, those that take minutes too.
 fn pytest(workspace: &Workspace, fmi_sim: Option<PathBuf>) -> Result<()> {
     let python = python(workspace)?;
     let mut command = workspace.command(python.program());
@@ -173,6 +194,13 @@ fn pytest(workspace: &Workspace, fmi_sim: Option<PathBuf>) -> Result<()> {
             .args(["--max-worker-restart", "0", "--durations", "15"])
             .env("FMU_DIR", workspace.fmu_dir())
             .envs(is_ci().then_some(("REPORT_BROWSER", "required")))
+            .args(
+                fmi_sim
+                    .is_some()
+                    .then_some(["-m", ""])
+                    .into_iter()
+                    .flatten(),
+            )
             .envs(fmi_sim.map(|program| ("FMI_SIM", program))),
     )
 }
