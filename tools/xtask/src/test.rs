@@ -71,7 +71,7 @@ fn checks(workspace: &Workspace, phases: &Phases, nightly: bool) -> Result<()> {
             phases.run("rust-fmi", || {
                 importers::rust_fmi(workspace, &workspace.fmu_dir())
             })?;
-            phases.run("packages of the kit", || cargo(workspace, PACKAGES, &[]))?;
+            phases.run("packages of the kit", || packages(workspace))?;
         }
         Ok(())
     };
@@ -101,10 +101,6 @@ struct TestInputs {
     /// machine.
     fmus: Vec<PathBuf>,
 }
-
-/// Packs the crates that are published, and builds them from their packages.
-const PACKAGES: &str = "package --locked -p fmi-description -p fmi-import -p fmu-solver \
-                        -p fmu-check -p fmu-export-derive -p fmu-export -p page-files -p cargo-fmu";
 
 /// A cargo command by its words, with more environment variables.
 pub fn cargo(workspace: &Workspace, arguments: &str, more: &[(&str, &str)]) -> Result<()> {
@@ -179,6 +175,14 @@ fn python(workspace: &Workspace) -> Result<Python> {
     let python = Python::provide(workspace)?;
     python.install_file(workspace, "tests", "tests/requirements.txt")?;
     Ok(python)
+}
+
+/// Pack the crates that are published, and build them from their packages.
+fn packages(workspace: &Workspace) -> Result<()> {
+    let all = workspace.cargo.packages.iter();
+    let names = all.filter(|p| p.is_published()).map(|p| p.name.as_str());
+    let named = names.flat_map(|name| ["--package", name]);
+    execute(workspace.cargo(["package", "--locked"]).args(named))
 }
 
 /// The tests from outside; with fmi-sim, those that take minutes too.
