@@ -12,7 +12,6 @@ mod programs;
 mod python;
 mod quick;
 mod test;
-mod torture;
 mod variants;
 mod web;
 mod wheel;
@@ -84,7 +83,11 @@ enum Command {
     Bench(bench::Options),
     /// Mistreat the FMUs: random calls, sanitizers, valgrind, threads, fuzzing, long runs
     #[command(disable_help_flag = true)]
-    Torture(torture::Options),
+    Torture {
+        /// Those of the script; `--help` lists them
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        options: Vec<String>,
+    },
     /// Run the co-simulation program: `cargo xtask cosim -- run --help`
     Cosim {
         /// Arguments of `cosim`
@@ -146,7 +149,7 @@ fn develop(workspace: &Workspace, command: Command) -> Result<()> {
         Command::Quick(options) => quick::run(workspace, &options),
         Command::Test { nightly } => test::run(workspace, nightly),
         Command::Bench(options) => bench::run(workspace, &options),
-        Command::Torture(options) => torture::run(workspace, &options),
+        Command::Torture { options } => programs::torture(workspace, &options),
         Command::Cosim { .. } | Command::HdrmFmu { .. } => unreachable!("these are run"),
     }
 }

@@ -10,9 +10,10 @@ use cargo_fmu::workspace::Source;
 
 use crate::bench;
 use crate::phases::Phases;
+use crate::programs::torture;
 use crate::python::Python;
 use crate::workspace::Workspace;
-use crate::{describe, dist, importers, pack, torture, web, wheel};
+use crate::{describe, dist, importers, pack, web, wheel};
 
 /// Run all checks, the nightly ones too if asked for; the first that fails ends it.
 pub fn run(workspace: &Workspace, nightly: bool) -> Result<()> {
@@ -54,7 +55,7 @@ fn checks(workspace: &Workspace, phases: &Phases, nightly: bool) -> Result<()> {
     };
     let (TestInputs { handed_out, fmus }, fmi_sim) = phases.both(build, install)?;
     let robustness = || {
-        phases.run("torture", || torture::check(workspace))?;
+        phases.run("torture", || torture(workspace, &["--packed".into()]))?;
         phases.run("instruction counts", || {
             if bench::can_count() {
                 return bench::check_instructions(workspace, &fmus);
@@ -171,7 +172,7 @@ pub fn is_ci() -> bool {
 }
 
 /// The environment of the tests, with what they need.
-fn python(workspace: &Workspace) -> Result<Python> {
+pub fn python(workspace: &Workspace) -> Result<Python> {
     let python = Python::provide(workspace)?;
     python.install_file(workspace, "tests", "tests/requirements.txt")?;
     Ok(python)
