@@ -26,34 +26,31 @@ pub fn run(workspace: &Workspace, nightly: bool) -> Result<()> {
 }
 
 fn checks(workspace: &Workspace, phases: &Phases, nightly: bool) -> Result<()> {
-    let lacking = dist::lacking(workspace, nightly)?;
     let build = || {
         phases.run("format", || cargo(workspace, "fmt --all --check", &[]))?;
         phases.run("build tests", || {
             cargo(workspace, &format!("{TESTS} --no-run"), &[])
-        })?;
-        // What tests and linkers leave of the processor, the others use.
-        let rust_checks = || rust_checks(workspace, phases);
-        let (inputs, ()) = phases.both(
-            || test_inputs(workspace, phases, &lacking, nightly),
-            rust_checks,
-        )?;
-        Ok(inputs)
+        })
     };
     // What is fetched from servers waits for them.
     let install = || {
-        phases.run("install", || {
+        let lacking = phases.run("install", || {
             python(workspace)?;
             wheel::install(workspace)?;
-            dist::prepare(workspace)
+            dist::prepare(workspace)?;
+            dist::lacking(workspace, nightly)
         })?;
         if !nightly {
-            return Ok(None);
+            return Ok((lacking, None));
         }
         let fmi_sim = phases.run("build fmi-sim", || importers::fmi_sim(workspace))?;
-        Ok(Some(fmi_sim))
+        Ok((lacking, Some(fmi_sim)))
     };
-    let (TestInputs { handed_out, fmus }, fmi_sim) = phases.both(build, install)?;
+    let ((), (lacking, fmi_sim)) = phases.both(build, install)?;
+    // What tests and linkers leave of the processor, compilers use.
+    let inputs = || test_inputs(workspace, phases, &lacking, nightly);
+    let (inputs, ()) = phases.both(inputs, || rust_checks(workspace, phases))?;
+    let TestInputs { handed_out, fmus } = inputs;
     let robustness = || {
         phases.run("torture", || torture(workspace, &["--packed".into()]))?;
         phases.run("instruction counts", || {
