@@ -109,24 +109,18 @@ fn main() -> ExitCode {
 /// Do what was asked for; the exit code of a program that was run, which may say more than that it
 /// failed.
 fn run(command: Command) -> Result<ExitCode> {
-    let workspace = Workspace::find()?;
+    let workspace = &Workspace::find()?;
+    let caller = std::env::current_dir()?;
     match command {
         Command::Cosim { arguments } => {
             let program = workspace.build_programs(&["cosim"])?;
-            handed_on(&program, &arguments)
+            return handed_on(&program, &arguments);
         }
         Command::HdrmFmu { arguments } => {
             let program = workspace.build_programs(&programs::beside(&arguments))?;
-            handed_on(&program, &arguments)
+            return handed_on(&program, &arguments);
         }
-        command => develop(&workspace, command).map(|()| ExitCode::SUCCESS),
-    }
-}
-
-fn develop(workspace: &Workspace, command: Command) -> Result<()> {
-    let caller = std::env::current_dir()?;
-    match command {
-        Command::Describe { check } => describe::run(workspace, check),
+        Command::Describe { check } => describe::run(workspace, check)?,
         Command::Pack {
             out,
             packages,
@@ -137,19 +131,19 @@ fn develop(workspace: &Workspace, command: Command) -> Result<()> {
             let sources = Source::chosen(packages, examples);
             if sources.is_empty() {
                 let profile = workspace::profile(&profile);
-                pack::suite_with(workspace, &profile, &Platforms::default(), &out).map(drop)
+                pack::suite_with(workspace, &profile, &Platforms::default(), &out)?;
             } else {
-                pack::fmus(workspace, &sources, &profile, &out).map(drop)
+                pack::fmus(workspace, &sources, &profile, &out)?;
             }
         }
-        Command::Dist(options) => dist::run(workspace, &caller, options),
-        Command::Web(options) => web::run(workspace, &caller, &options),
-        Command::Wheel(options) => wheel::run(workspace, &caller, &options),
-        Command::Demo => demo::run(workspace),
-        Command::Quick(options) => quick::run(workspace, &options),
-        Command::Test { nightly } => test::run(workspace, nightly),
-        Command::Bench(options) => bench::run(workspace, &options),
-        Command::Torture { options } => programs::torture(workspace, &options),
-        Command::Cosim { .. } | Command::HdrmFmu { .. } => unreachable!("these are run"),
+        Command::Dist(options) => dist::run(workspace, &caller, options)?,
+        Command::Web(options) => web::run(workspace, &caller, &options)?,
+        Command::Wheel(options) => wheel::run(workspace, &caller, &options)?,
+        Command::Demo => demo::run(workspace)?,
+        Command::Quick(options) => quick::run(workspace, &options)?,
+        Command::Test { nightly } => test::run(workspace, nightly)?,
+        Command::Bench(options) => bench::run(workspace, &options)?,
+        Command::Torture { options } => programs::torture(workspace, &options)?,
     }
+    Ok(ExitCode::SUCCESS)
 }
