@@ -163,9 +163,13 @@ mod tests {
         assert_eq!(product("fmu-emla/src/lib.rs"), "shells");
         assert_eq!(product("fmi/fmu-check/Cargo.toml"), "fmi");
         assert_eq!(product("README.md"), "tools");
-        let tests = Workspace::find().unwrap().root.join("tests");
+        let root = Workspace::find().unwrap().root;
+        let tests = root.join("tests");
         for name in PRODUCTS.iter().flat_map(|p| p.outside.split(' ')) {
             assert!(tests.join(format!("test_{name}.py")).is_file(), "{name}");
         }
+        let names = PRODUCTS.map(|product| product.name).join(", ");
+        let workflow = std::fs::read_to_string(root.join(".github/workflows/quick.yml")).unwrap();
+        assert!(workflow.contains(&format!("product: [{names}]")), "{names}");
     }
 }
