@@ -59,7 +59,7 @@ fn it_opens_our_fmu_of_fmi_3_where_that_says_no_units() {
     let open = |bytes: Vec<u8>| fmi::import::new::<_, Fmi3Import>(std::io::Cursor::new(bytes));
     let refused = open(spring_of_3(str::to_string)).err();
     let refused =
-        refused.expect("it reads units now: this test, and docs/interoperability.md, can say so");
+        refused.expect("it reads units now: this test, and docs/fmus/interoperability.md, can say so");
     assert!(format!("{refused:?}").contains("unit"), "{refused:?}");
     let bytes = spring_of_3(without_units);
     let ours = Fmu::load("Spring.fmu", bytes.clone()).unwrap();

@@ -296,6 +296,6 @@ pub fn check(workspace: &Workspace, fmus: &Path) -> Result<()> {
     execute(install.arg(&wheel))?;
     let mut pytest = workspace.command(python.program());
     pytest.args(["-m", "pytest", "-q", "--durations=5", "--nbmake"]);
-    pytest.args(["python/tests", "docs/python.ipynb"]);
+    pytest.args(["python/tests", "docs/studies/python.ipynb"]);
     execute(pytest.env(PROGRAM, program))
 }
