@@ -4,7 +4,7 @@
 
 Numbers marked `source` are those of the repository petrovicrgoran/HydraulicManipulatorVDC (G. R. Petrović, BSD 3-clause; masses and inertias
 from CAD by J. Koivumäki), which belongs to Petrović and Mattila, Mechanism and Machine Theory 170 (2022) 104680. All else is chosen;
-docs/machine/machines.md says why.
+parameters/README.md says why.
 """
 
 import json
@@ -195,7 +195,7 @@ machine = {
         "tilt": {"force_max": 60000.0, "motor_power": 8500.0, "motor_torque": 27.0},
     },
     "start": {"zeta": rounded(np.radians([0, 45, -90, 0, -45, 0]), 12)},
-    # Chosen: the adaptation is as much slower as its payload is heavier and its boom softer on its levers (docs/machine/machines.md).
+    # Chosen: the adaptation is as much slower as its payload is heavier and its boom softer on its levers (parameters/README.md).
     "controller": {"gamma": 150.0},
 }
 
