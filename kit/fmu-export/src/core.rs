@@ -39,6 +39,8 @@ pub(crate) mod parameter_file;
 pub(crate) mod parameters;
 pub(crate) mod phase;
 pub(crate) mod place;
+#[cfg(target_arch = "wasm32")]
+pub(crate) mod placed_files;
 pub(crate) mod rates;
 pub(crate) mod room;
 mod row;

@@ -31,7 +31,7 @@ pub unsafe fn instantiate<X: Exported>(
     else {
         return ptr::null_mut();
     };
-    panic::silence(library.is_program);
+    library.silence_panics();
     // SAFETY: forwarded.
     let (name, guid, resources) = unsafe { (text(name), text(given_guid), text(resources)) };
     let resources = resources.map(|uri| {
