@@ -14,8 +14,8 @@ use experiments::measures::run::{FailedRun, run as run_machine};
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyDict};
 
+use crate::errors::raised;
 use crate::metrics::Extra;
-use crate::raised;
 
 /// Communication points between two looks at whether the user has pressed Ctrl-C.
 const SIGNALS_EVERY: u64 = 2048;

@@ -17,7 +17,7 @@ use cosim::System;
 use fmi_description::Kind;
 use pyo3::prelude::*;
 
-use crate::raised;
+use crate::errors::raised;
 
 type Work = Box<dyn FnOnce(&System, &mut Running) + Send>;
 

@@ -22,7 +22,7 @@ use fmi_description::{Kind, Variable};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::raised;
+use crate::errors::raised;
 use crate::run::{self, Request};
 use crate::session::Session;
 
