@@ -11,7 +11,6 @@ pub(crate) mod binary;
 pub(crate) mod blocks;
 pub(crate) mod carried;
 pub(crate) mod causality;
-pub(crate) mod check;
 pub(crate) mod configuration;
 pub(crate) mod continuous;
 pub(crate) mod copied;
