@@ -6,14 +6,12 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum as _;
-use cosim::Experiment;
-use cosim::Verdict;
 use cosim::cli::{InputArgs, RunArgs, STEP};
 use cosim::io::input_table::{Column, Table};
 use cosim::master::Schedule;
-use cosim::matching;
 use cosim::run::signals::connected;
 use cosim::structure::package::FmuPlace;
+use cosim::{Experiment, Verdict, matching};
 use experiments::bench::{forgotten, tell_delay};
 use experiments::measures::run::useful;
 use experiments::worlds::{Bounds, Cases};

@@ -2,8 +2,7 @@
 
 use super::component::Fmi2;
 use super::ffi::*;
-use super::log;
-use super::uri;
+use super::{log, uri};
 use crate::Model;
 use crate::border::call::{CS, ME};
 use crate::border::description::table;
