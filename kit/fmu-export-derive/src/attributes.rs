@@ -24,8 +24,6 @@ pub(crate) struct Attributes {
     pub(crate) depends_on: Option<Vec<LitStr>>,
     pub(crate) initially_depends_on: Option<Vec<LitStr>>,
     pub(crate) rate_depends_on: Option<Vec<LitStr>>,
-    /// Words without a value.
-    flags: Vec<(String, Span)>,
     /// Everything that is said, in order, and where.
     pub(crate) said: Vec<(String, Span)>,
 }
@@ -60,7 +58,7 @@ impl Attributes {
             let Some(key) = meta.path.get_ident().map(ToString::to_string) else {
                 return Err(meta.error(format!("unknown attribute; it must be {KEYS}")));
             };
-            if self.said.iter().any(|(said, _)| *said == key) {
+            if self.has(&key) {
                 return Err(meta.error(format!("`{key}` is said twice")));
             }
             match key.as_str() {
@@ -90,9 +88,7 @@ impl Attributes {
                         _ => self.initially_depends_on = Some(names),
                     }
                 }
-                flag if FLAGS.contains(&flag) => {
-                    self.flags.push((key.clone(), span(&meta.path)));
-                }
+                flag if FLAGS.contains(&flag) => {}
                 _ => {
                     return Err(meta.error(format!("unknown attribute `{key}`; it must be {KEYS}")));
                 }
@@ -102,9 +98,9 @@ impl Attributes {
         })
     }
 
-    /// Whether a key without a value is there.
-    pub(crate) fn has(&self, flag: &str) -> bool {
-        self.flags.iter().any(|(name, _)| name == flag)
+    /// Whether a key is there.
+    pub(crate) fn has(&self, key: &str) -> bool {
+        self.said.iter().any(|(said, _)| said == key)
     }
 }
 
