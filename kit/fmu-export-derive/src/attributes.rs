@@ -32,18 +32,6 @@ pub(crate) struct Attributes {
 const KEYS: &str = "unit, display_unit, start, min, max, nominal, len, name, at, structural, tunable, constant, discrete, set, depends_on, \
                     initially_depends_on, rate_depends_on, beside_evaluation, local, calculated or skip";
 
-/// Keys without a value.
-const FLAGS: &[&str] = &[
-    "structural",
-    "tunable",
-    "constant",
-    "discrete",
-    "beside_evaluation",
-    "local",
-    "calculated",
-    "skip",
-];
-
 impl Attributes {
     pub(crate) fn of(field: &Field) -> Result<Self> {
         let mut all = Self::default();
@@ -88,7 +76,8 @@ impl Attributes {
                         _ => self.initially_depends_on = Some(names),
                     }
                 }
-                flag if FLAGS.contains(&flag) => {}
+                "structural" | "tunable" | "constant" | "discrete" | "beside_evaluation"
+                | "local" | "calculated" | "skip" => {} // without a value
                 _ => {
                     return Err(meta.error(format!("unknown attribute `{key}`; it must be {KEYS}")));
                 }
