@@ -11,7 +11,6 @@ pub(crate) mod binary;
 pub(crate) mod blocks;
 pub(crate) mod carried;
 pub(crate) mod causality;
-pub(crate) mod check;
 pub(crate) mod configuration;
 pub(crate) mod continuous;
 pub(crate) mod copied;
@@ -39,6 +38,8 @@ pub(crate) mod parameter_file;
 pub(crate) mod parameters;
 pub(crate) mod phase;
 pub(crate) mod place;
+#[cfg(target_arch = "wasm32")]
+pub(crate) mod placed_files;
 pub(crate) mod rates;
 pub(crate) mod room;
 mod row;

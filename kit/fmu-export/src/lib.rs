@@ -101,6 +101,7 @@
 //! derives says `#[fmu(model_exchange)]`.
 
 mod border;
+mod check;
 mod core;
 #[cfg(feature = "derive")]
 #[doc(hidden)]
@@ -113,10 +114,10 @@ pub mod tables;
 #[cfg(target_arch = "wasm32")]
 mod wasm;
 
+pub use check::check;
 pub use core::binary::Binary;
 pub use core::carried::{Carried, Counted};
 pub use core::causality::{ALL_PARAMETERS, NO_STATES};
-pub use core::check::check;
 pub use core::continuous::Continuous;
 pub use core::enumeration::{Enumeration, Items};
 pub use core::error::ModelError;

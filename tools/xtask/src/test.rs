@@ -11,7 +11,7 @@ use cargo_fmu::workspace::Source;
 use crate::bench;
 use crate::phases::Phases;
 use crate::python::Python;
-use crate::workspace::Workspace;
+use crate::workspace::{Workspace, is_ci};
 use crate::{describe, dist, importers, libclang, pack, torture, web, wheel};
 
 /// Run all checks; the first that fails ends it.
@@ -147,11 +147,6 @@ fn skipped(why: &str) -> Result<()> {
     }
     println!("skipped: {why}");
     Ok(())
-}
-
-/// Whether this is continuous integration (environment variable CI).
-pub fn is_ci() -> bool {
-    std::env::var("CI").is_ok_and(|ci| !matches!(ci.as_str(), "" | "0" | "false"))
 }
 
 /// The environment of the tests, with what they need.

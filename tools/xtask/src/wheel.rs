@@ -13,10 +13,9 @@ use clap::Args;
 use fmi_description::entries;
 use fmi_import::portability;
 
-use crate::dist;
-use crate::pack;
 use crate::python::Python;
 use crate::workspace::{FMU_PROFILE, Workspace, profile};
+use crate::{dist, pack};
 
 /// What compiles the native module and writes the wheel.
 const MATURIN: &str = "maturin==1.16.0\n";
