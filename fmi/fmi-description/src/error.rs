@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::xml::XmlError;
+
 /// Why a model description cannot be used, or what was not found in it.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -10,13 +12,8 @@ pub enum DescriptionError {
     #[error("the model description cannot be read: {0}")]
     Encoding(String),
     /// Not well-formed, or an element or attribute is missing or has the wrong form.
-    #[error("the model description cannot be read: line {line}: {reason}")]
-    Xml {
-        /// Line of the file, counted from 1.
-        line: usize,
-        /// What is wrong there.
-        reason: String,
-    },
+    #[error("the model description cannot be read: line {}: {}", .0.line, .0.text)]
+    Xml(#[from] XmlError),
     /// Another version of FMI.
     #[error("model `{model}` is of FMI {version}; only FMI 2.0 and 3.0 are supported")]
     Version {

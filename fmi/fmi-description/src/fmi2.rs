@@ -12,8 +12,7 @@ use crate::xml::Element;
 pub fn read(root: &Element, into: &mut Description) -> Result<(), DescriptionError> {
     let types = root.all_in("TypeDefinitions");
     let types: HashMap<_, _> = types.map(|t| (t.text("name"), t)).collect();
-    let variables = root.all_in("ModelVariables");
-    let variables = variables.filter(|element| element.tag == "ScalarVariable");
+    let variables = root.listed("ModelVariables", "ScalarVariable");
     into.variables = variables
         .map(|v| variable(v, &types, &into.model))
         .collect::<Result<_, _>>()?;
@@ -77,7 +76,8 @@ fn unknowns(
         })
     };
     let structure = root.child("ModelStructure");
-    let listed = structure.into_iter().flat_map(|s| s.all_in(list));
-    let listed = listed.filter(|element| element.tag == "Unknown");
+    let listed = structure
+        .into_iter()
+        .flat_map(|s| s.listed(list, "Unknown"));
     listed.map(|u| unknown(u, "index", position)).collect()
 }

@@ -6,7 +6,7 @@ use crate::description::{Description, Unknown};
 use crate::error::DescriptionError;
 use crate::file::{Source, items, unknown};
 use crate::variable::{Access, Causality, ClockInterval, ClockTiming, Kind, Variability, Variable};
-use crate::xml::Element;
+use crate::xml::{Element, XmlError};
 
 /// Elements of an array, at most.
 const LARGEST: usize = 1 << 24;
@@ -68,7 +68,7 @@ fn variables(root: &Element, model: &str) -> Result<Vec<Variable>, DescriptionEr
                 ..own.clone()
             })
         });
-        let aliases = aliases.collect::<Result<Vec<_>, DescriptionError>>()?;
+        let aliases = aliases.collect::<Result<Vec<_>, XmlError>>()?;
         variables.push(own);
         variables.extend(aliases);
     }
@@ -100,8 +100,8 @@ fn dimensions(
     model: &str,
 ) -> Result<Vec<usize>, DescriptionError> {
     let length = |dimension: &Element| {
-        let start = dimension.number("start").ok()?;
-        let reference: Option<u32> = dimension.number("valueReference").ok()?;
+        let start = dimension.whole("start").ok()?;
+        let reference: Option<u32> = dimension.whole("valueReference").ok()?;
         match (start, reference) {
             (Some(start), None) => Some(start),
             (None, Some(reference)) => lengths.get(&reference).copied(),
@@ -120,7 +120,7 @@ fn dimensions(
     })
 }
 
-fn variable(source: Source, access: Option<Access>) -> Result<Variable, DescriptionError> {
+fn variable(source: Source, access: Option<Access>) -> Result<Variable, XmlError> {
     let kind = match access {
         None => Kind::Enumeration(items(source.declared)?),
         Some(Access::Real | Access::Float32) => Kind::Real,
@@ -146,7 +146,7 @@ fn variable(source: Source, access: Option<Access>) -> Result<Variable, Descript
     let clocks = element.get("clocks").unwrap_or_default();
     let clock = |word: &str| {
         let reference = word.parse();
-        reference.map_err(|_| element.error(format!("names `{word}` as a clock")))
+        reference.map_err(|_| element.wrong(format!("names `{word}` as a clock")))
     };
     Ok(Variable {
         start,
@@ -172,10 +172,10 @@ fn usual(causality: Causality, kind: &Kind) -> Variability {
 }
 
 /// How a clock ticks; None where nothing is said.
-fn timing(source: Source) -> Result<Option<ClockTiming>, DescriptionError> {
+fn timing(source: Source) -> Result<Option<ClockTiming>, XmlError> {
     let number = |name: &str| {
         let element = source.of(name);
-        element.map_or(Ok(None), |element| element.number::<f64>(name))
+        element.map_or(Ok(None), |element| element.number(name))
     };
     let Some(element) = source.of("intervalVariability") else {
         return Ok(None);

@@ -2,7 +2,7 @@
 //! connection.
 
 use crate::error::DescriptionError;
-use crate::xml::Element;
+use crate::xml::{Element, XmlError};
 
 /// A terminal.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,12 +32,12 @@ pub struct Member {
 
 /// The terminals of a `terminalsAndIcons.xml`.
 pub fn terminals(text: &str) -> Result<Vec<Terminal>, DescriptionError> {
-    let root = Element::parse(text.trim_start_matches('\u{feff}'))?;
-    let terminals = root.all_in("Terminals").filter(|e| e.tag == "Terminal");
-    terminals.map(terminal).collect()
+    let root = Element::parse(text, "terminalsAndIcons.xml", "fmiTerminalsAndIcons")?;
+    let terminals = root.listed("Terminals", "Terminal").map(terminal);
+    Ok(terminals.collect::<Result<_, _>>()?)
 }
 
-fn terminal(element: &Element) -> Result<Terminal, DescriptionError> {
+fn terminal(element: &Element) -> Result<Terminal, XmlError> {
     let text = |element: &Element, name| element.get(name).map(str::to_string);
     let members = element.all("TerminalMemberVariable").map(|member| {
         Ok(Member {
@@ -50,7 +50,7 @@ fn terminal(element: &Element) -> Result<Terminal, DescriptionError> {
         name: element.required("name")?,
         kind: text(element, "terminalKind"),
         matching_rule: element.required("matchingRule")?,
-        members: members.collect::<Result<_, DescriptionError>>()?,
+        members: members.collect::<Result<_, XmlError>>()?,
         terminals: element
             .all("Terminal")
             .map(terminal)

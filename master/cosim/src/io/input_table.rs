@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use fmi_description::{Kind, Variability, Variable};
-use system_structure::Unit;
+use fmi_description::{Kind, Unit, Variability, Variable};
 
 use crate::exchange::faults::Alteration;
 use crate::exchange::{Write, writes};
