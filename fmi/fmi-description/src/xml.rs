@@ -13,6 +13,7 @@
 //! assert_eq!(error, "`a.xml`, line 2: b has k = `soft`; it must be a number");
 //! ```
 
+use std::ops::Range;
 use std::str::FromStr;
 use std::sync::Arc;
 
@@ -45,6 +46,8 @@ pub struct Element {
     pub line: usize,
     /// The elements in it, in the order of the file.
     pub children: Vec<Element>,
+    /// Where it stands in the text (after a byte order mark), for those that change the text.
+    pub range: Range<usize>,
     attributes: Vec<(String, String)>,
     file: Arc<str>,
 }
@@ -73,8 +76,12 @@ impl Element {
             let event = reader.read_event();
             let line = lines.at(text, begin);
             let unreadable = |reason: String| fail(line, format!("it is no XML: {reason}"));
-            let begun = |start: &BytesStart| Self::begin(start, &file, line).map_err(unreadable);
-            let closed = match event.map_err(|e| unreadable(e.to_string()))? {
+            let end = usize::try_from(reader.buffer_position()).unwrap_or(usize::MAX);
+            let begun = |start: &BytesStart| {
+                let element = Self::begin(start, &file, line, begin..end);
+                element.map_err(unreadable)
+            };
+            let mut closed = match event.map_err(|e| unreadable(e.to_string()))? {
                 Event::Start(_) if open.len() == DEEPEST => {
                     let text = format!("more than {DEEPEST} elements are nested in each other");
                     return Err(fail(line, text));
@@ -90,6 +97,7 @@ impl Element {
                 Event::Eof => return Err(fail(line, format!("it has no element {root}"))),
                 _ => continue,
             };
+            closed.range.end = end;
             match open.last_mut() {
                 Some(parent) => parent.children.push(closed),
                 None if closed.tag == root => return Ok(closed),
@@ -98,7 +106,12 @@ impl Element {
         }
     }
 
-    fn begin(start: &BytesStart, file: &Arc<str>, line: usize) -> Result<Self, String> {
+    fn begin(
+        start: &BytesStart,
+        file: &Arc<str>,
+        line: usize,
+        range: Range<usize>,
+    ) -> Result<Self, String> {
         let attributes = start.attributes().map(|attribute| {
             let attribute = attribute.map_err(|e| e.to_string())?;
             let value = attribute.normalized_value(XmlVersion::Implicit1_0);
@@ -109,6 +122,7 @@ impl Element {
             tag: start.local_name().as_ref().to_string(),
             line,
             children: Vec::new(),
+            range,
             attributes: attributes.collect::<Result<_, String>>()?,
             file: file.clone(),
         })
@@ -287,6 +301,9 @@ mod tests {
             .map(|c| (c.tag.as_str(), c.line))
             .collect();
         assert_eq!((root.line, lines), (4, vec![("b", 5), ("c", 7)]));
+        let plain = text.trim_start_matches('\u{feff}');
+        assert_eq!(&plain[root.children[1].range.clone()], "<c x:n='2'/>");
+        assert!(plain[root.range.clone()].ends_with("</y:a>"));
         assert_eq!(root.children[0].get("k"), Some("<ä"));
         assert_eq!(root.children[1].whole("n"), Ok(Some(2)));
         let error = root.children[0].number("k").unwrap_err();
