@@ -129,7 +129,7 @@ impl Element {
     }
 
     /// The elements in it with this tag.
-    pub fn all<'a>(&'a self, tag: &'a str) -> impl Iterator<Item = &'a Self> + Clone {
+    pub fn all<'a>(&'a self, tag: &str) -> impl Iterator<Item = &'a Self> + Clone {
         self.children.iter().filter(move |child| child.tag == tag)
     }
 
@@ -139,12 +139,12 @@ impl Element {
     }
 
     /// What stands in all elements in it with this tag: usually there is one at most.
-    pub fn all_in<'a>(&'a self, tag: &'a str) -> impl Iterator<Item = &'a Self> {
+    pub fn all_in<'a>(&'a self, tag: &str) -> impl Iterator<Item = &'a Self> {
         self.all(tag).flat_map(|child| child.children.iter())
     }
 
     /// The elements with the tag `each` that stand in its elements with the tag `list`.
-    pub fn listed<'a>(&'a self, list: &'a str, each: &'a str) -> impl Iterator<Item = &'a Self> {
+    pub fn listed<'a>(&'a self, list: &str, each: &str) -> impl Iterator<Item = &'a Self> {
         self.all_in(list).filter(move |element| element.tag == each)
     }
 
