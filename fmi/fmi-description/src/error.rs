@@ -38,46 +38,6 @@ pub enum DescriptionError {
         /// What it names.
         identifier: String,
     },
-    /// A variable without `Real`, `Integer`, `Boolean`, `String` or `Enumeration`.
-    #[error("model `{model}`: variable `{name}` has no type")]
-    NoType {
-        /// Model.
-        model: String,
-        /// Variable.
-        name: String,
-    },
-    /// A dimension of an array that is no number, or names a variable that is no number.
-    #[error(
-        "model `{model}`: a dimension of `{name}` must be a number of at least 1 or name a structural parameter that starts at one; an array has at most 16777216 elements"
-    )]
-    Dimension {
-        /// Model.
-        model: String,
-        /// Array.
-        name: String,
-    },
-    /// `ModelStructure` of FMI 3.0 names variables by value reference.
-    #[error(
-        "model `{model}`: ModelStructure names value reference {reference}, which no variable has"
-    )]
-    Reference {
-        /// Model.
-        model: String,
-        /// What it names.
-        reference: String,
-    },
-    /// `ModelStructure` of FMI 2.0 counts variables from 1 in the order of the file.
-    #[error(
-        "model `{model}`: ModelStructure names variable number {index}, but must name one of 1 to {count}"
-    )]
-    Index {
-        /// Model.
-        model: String,
-        /// What it names.
-        index: String,
-        /// Number of variables.
-        count: usize,
-    },
     /// No variable of this name.
     #[error("model `{model}` has no variable `{name}`{hint}")]
     UnknownVariable {

@@ -126,14 +126,16 @@ pub fn items(declared: Option<&Element>) -> Result<Vec<Item>, XmlError> {
     items.map(item).collect()
 }
 
-/// An entry of `ModelStructure`: `index` finds the variables that it names, its own under `key`.
+/// An entry of `ModelStructure`: `index` finds the variables that it names, its own under `key`, or
+/// says why it does not.
 pub fn unknown(
     listed: &Element,
     key: &str,
-    index: impl Fn(&str) -> Result<usize, DescriptionError>,
-) -> Result<Unknown, DescriptionError> {
+    index: impl Fn(&str) -> Result<usize, String>,
+) -> Result<Unknown, XmlError> {
+    let index = |word: &str| index(word).map_err(|what| listed.error(what));
     let known = listed.get("dependencies").map(str::split_whitespace);
-    let known = known.map(|words| words.map(&index).collect());
+    let known = known.map(|words| words.map(index).collect());
     Ok(Unknown {
         variable: index(&listed.required(key)?)?,
         dependencies: known.transpose()?,

@@ -190,22 +190,22 @@ fn what_makes_no_sense_is_refused() {
         (
             "<Output valueReference=\"6\"/>",
             "<Output valueReference=\"66\"/>",
-            "model `M`: ModelStructure names value reference 66, which no variable has",
+            "ModelStructure names value reference 66, which no variable has",
         ),
         (
             "<Dimension start=\"2\"/>",
             "<Dimension start=\"0\"/>",
-            "model `M`: a dimension of `y` must be a number of at least 1 or name a structural parameter that starts at one",
+            "a dimension of `y` must be a number of at least 1 or name a structural parameter that starts at one",
         ),
         (
             "<Dimension valueReference=\"1\"/>",
             "<Dimension valueReference=\"7\"/>",
-            "model `M`: a dimension of `A` must be",
+            "a dimension of `A` must be",
         ),
         (
             "<Dimension start=\"2\"/>",
             "<Dimension start=\"4294967296\"/><Dimension start=\"4294967296\"/>",
-            "model `M`: a dimension of `y` must be",
+            "a dimension of `y` must be",
         ),
         (
             "fmiVersion=\"3.0\"",
@@ -219,7 +219,7 @@ fn what_makes_no_sense_is_refused() {
         ),
     ] {
         let error = Description::parse(&TEXT.replace(was, is)).unwrap_err();
-        assert!(error.to_string().starts_with(expected), "{is}: {error}");
+        assert!(error.to_string().contains(expected), "{is}: {error}");
     }
 }
 
