@@ -36,7 +36,6 @@ mod fmi3;
 mod parse;
 pub mod platform;
 mod remark;
-mod terminals;
 mod unit;
 mod variable;
 pub mod xml;
@@ -47,7 +46,6 @@ pub use encoding::text;
 pub use entries::Entries;
 pub use error::DescriptionError;
 pub use remark::Remark;
-pub use terminals::{Member, Terminal, terminals};
 pub use unit::Unit;
 pub use variable::{
     Access, Causality, ClockInterval, ClockTiming, Initial, Item, Kind, Variability, Variable,

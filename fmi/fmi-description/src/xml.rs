@@ -1,4 +1,4 @@
-//! An XML file as a tree of elements: model descriptions, terminals, and the files of SSP.
+//! An XML file as a tree of elements: model descriptions, and the files of SSP.
 //!
 //! Names are compared without their namespace prefix, and attributes are read by name; what is not
 //! asked for, such as comments and what a vendor adds, is passed over. An error names the file, the

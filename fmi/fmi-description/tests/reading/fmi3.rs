@@ -1,9 +1,9 @@
-//! A description of FMI 3.0: arrays, types, aliases, dependencies, terminals; and its elements as
-//! FMI 2.0 would have them.
+//! A description of FMI 3.0: arrays, types, aliases, dependencies; and its elements as FMI
+//! 2.0 would have them.
 
 use fmi_description::{
     Access, Causality, ClockInterval, ClockTiming, Description, Initial, Kind, Unknown,
-    Variability, Version, terminals,
+    Variability, Version,
 };
 
 const TEXT: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
@@ -221,20 +221,4 @@ fn what_makes_no_sense_is_refused() {
         let error = Description::parse(&TEXT.replace(was, is)).unwrap_err();
         assert!(error.to_string().contains(expected), "{is}: {error}");
     }
-}
-
-#[test]
-fn terminals_have_their_members() {
-    let text = r#"<fmiTerminalsAndIcons fmiVersion="3.0"><Terminals>
-      <Terminal name="rod" matchingRule="bus" terminalKind="x.y"><TerminalMemberVariable variableName="F" variableKind="signal" memberName="force"/>
-      <Terminal name="inner" matchingRule="plug"/></Terminal></Terminals></fmiTerminalsAndIcons>"#;
-    let [rod] = &terminals(text).unwrap()[..] else {
-        panic!("one terminal")
-    };
-    assert_eq!(
-        (rod.name.as_str(), rod.kind.as_deref()),
-        ("rod", Some("x.y"))
-    );
-    assert_eq!(rod.members[0].variable, "F");
-    assert_eq!(rod.terminals[0].name, "inner");
 }
