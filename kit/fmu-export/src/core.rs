@@ -51,6 +51,4 @@ pub(crate) mod solving;
 pub(crate) mod state;
 pub(crate) mod step;
 pub(crate) mod step_end;
-pub(crate) mod unit;
-pub(crate) mod units;
 pub(crate) mod value;

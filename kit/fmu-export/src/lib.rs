@@ -135,8 +135,7 @@ pub use core::place::Fields;
 #[doc(hidden)]
 pub use core::sizes::fitted;
 pub use core::step_end::StepEnd;
-pub use core::unit::{DisplayUnit, Unit};
-pub use core::units::KNOWN_UNITS;
+pub use fmi_units::{DisplayUnit, KNOWN_UNITS, Unit};
 pub use fmi2::description::model_description;
 #[doc(hidden)]
 pub use fmi2::entry;

@@ -1,11 +1,9 @@
 //! Units.
 
-use super::setters::setters;
-
 /// A unit in terms of the SI base units and `rad`, in one line:
 ///
 /// ```
-/// # use fmu_export::{DisplayUnit, Unit};
+/// # use fmi_units::{DisplayUnit, Unit};
 /// const VISCOSITY: Unit = Unit::new("Pa.s").kg(1).m(-1).s(-1).display(&[DisplayUnit::new("mPa.s", 1e3)]);
 /// const FAHRENHEIT: Unit = Unit::new("degF").K(1).factor(5.0 / 9.0).offset(459.67 * 5.0 / 9.0);
 /// ```
@@ -13,16 +11,20 @@ use super::setters::setters;
 /// A value in base units = factor · value + offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unit {
-    pub(crate) name: &'static str,
-    /// In the order of [`DIMENSIONS`].
-    pub(crate) exponents: [i8; 8],
-    pub(crate) factor: f64,
-    pub(crate) offset: f64,
-    pub(crate) display: &'static [DisplayUnit],
+    /// Name.
+    pub name: &'static str,
+    /// In the order of [`BASE`].
+    pub exponents: [i8; 8],
+    /// How many base units one is.
+    pub factor: f64,
+    /// What its zero is in base units.
+    pub offset: f64,
+    /// Units to show values in.
+    pub display: &'static [DisplayUnit],
 }
 
 /// The base units, as the attributes of `<BaseUnit>` are called.
-pub(crate) const DIMENSIONS: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
+pub const BASE: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
 
 macro_rules! exponents {
     ($($unit:ident $k:literal)*) => {$(
@@ -49,39 +51,39 @@ impl Unit {
         }
     }
 
-    /// Whether it is this unit for a change per second.
-    #[cfg(feature = "derive")]
-    pub(crate) const fn is_rate_of(&self, unit: &Unit) -> bool {
-        let mut is_it = self.factor == unit.factor && self.offset == 0.0;
-        let mut k = 0;
-        while k < DIMENSIONS.len() {
-            is_it &= self.exponents[k] == unit.exponents[k] - (k == 2) as i8; // s
-            k += 1;
-        }
-        is_it
-    }
-
     exponents! { kg 0 m 1 s 2 A 3 K 4 mol 5 cd 6 rad 7 }
 
-    setters! {
-        /// How many base units one is.
-        #[must_use]
-        factor(factor: f64) factor = factor;
-        /// What its zero is in base units.
-        #[must_use]
-        offset(offset: f64) offset = offset;
-        /// Units to show values in.
-        #[must_use]
-        display(units: &'static [DisplayUnit]) display = units;
+    /// How many base units one is.
+    #[must_use]
+    pub const fn factor(mut self, factor: f64) -> Self {
+        self.factor = factor;
+        self
+    }
+
+    /// What its zero is in base units.
+    #[must_use]
+    pub const fn offset(mut self, offset: f64) -> Self {
+        self.offset = offset;
+        self
+    }
+
+    /// Units to show values in.
+    #[must_use]
+    pub const fn display(mut self, units: &'static [DisplayUnit]) -> Self {
+        self.display = units;
+        self
     }
 }
 
 /// A unit to show values in: shown value = factor · value + offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DisplayUnit {
-    pub(crate) name: &'static str,
-    pub(crate) factor: f64,
-    pub(crate) offset: f64,
+    /// Name.
+    pub name: &'static str,
+    /// How many of them one of the unit is.
+    pub factor: f64,
+    /// What a zero of the unit is shown as.
+    pub offset: f64,
 }
 
 impl DisplayUnit {
@@ -95,9 +97,10 @@ impl DisplayUnit {
         }
     }
 
-    setters! {
-        /// What a zero of the unit is shown as (`degC` for `K`: −273.15).
-        #[must_use]
-        offset(offset: f64) offset = offset;
+    /// What a zero of the unit is shown as (`degC` for `K`: −273.15).
+    #[must_use]
+    pub const fn offset(mut self, offset: f64) -> Self {
+        self.offset = offset;
+        self
     }
 }

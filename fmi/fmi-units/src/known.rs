@@ -1,7 +1,7 @@
 //! Units every model may name without declaring them.
 
-use super::unit::{DisplayUnit, Unit};
-use std::f64::consts::PI;
+use crate::unit::{DisplayUnit, Unit};
+use core::f64::consts::PI;
 
 const DEG: DisplayUnit = shown("deg", 180.0 / PI);
 
