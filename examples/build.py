@@ -46,7 +46,7 @@ BINDINGS_END = "        </ssd:ParameterBindings>\n"
 
 def bending_system(folder, source=STRUCTURE, name="Manipulator", made="Bending"):
     """Bending.ssd: the machine's system with the bending plant, for a communication step of 0.5 ms at which the controller still samples
-    once in 1 ms. At 1 ms the exchange between an actuator and the light end of a bending boom rings by itself (docs/bending.md)."""
+    once in 1 ms. At 1 ms the exchange between an actuator and the light end of a bending boom rings by itself (bending.md)."""
     text = source.read_text()
     for old, new in {
         f'version="1.0" name="{name}"': f'version="1.0" name="{made}"',

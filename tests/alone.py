@@ -2,7 +2,7 @@
 
     python tests/alone.py FOLDER [--program target/release/cosim] [--steps 1000]
 
-tries every FMU of a folder, each in a process of its own, and prints a table. docs/interoperability.md has what was seen of other people's.
+tries every FMU of a folder, each in a process of its own, and prints a table. master/cosim/foreign.md has what was seen of other people's.
 """
 
 import argparse

@@ -1,11 +1,10 @@
 """Which files of a crate import each other in a circle: read from the sources alone, nothing is built.
 
-    python tests/circles.py [--paths] [CRATE ...]        (folders with a `src`; default: every crate of the workspace)
+    python tests/circles.py [CRATE ...]        (folders with a `src`; default: every crate of the workspace)
 
-A file depends on the file that defines what a `use` of it names; with `--paths` also on what it names by a path such as `super::name` or
-`child::name` without a `use`. Names are followed through re-exports to where they are defined, so a parent that only re-exports what its
-children define takes part in no circle. A child that imports what its parent defines does, if the parent imports from the child. Tests are
-left out.
+A file depends on the file that defines what it names, in a `use` or by a path such as `super::name` or `child::name`. Names are followed
+through re-exports to where they are defined, so a parent that only re-exports what its children define takes part in no circle. A child
+that imports what its parent defines does, if the parent imports from the child. Tests are left out.
 """
 
 import re
@@ -149,14 +148,14 @@ class Module:
                 return found
         return None
 
-    def uses(self, paths):
-        """{file: names that this module takes from it}; `paths`: also without a `use`."""
+    def uses(self):
+        """{file: names that this module takes from it}."""
         found, named = defaultdict(set), set(re.findall(r"\w+", self.body))
         taken = [path for name, path in self.imports.items() if name not in self.exported or name in named]
         for glob, exported in self.globs:
             source = None if exported else self.find(glob)
             taken += [(*glob, name) for name in named & source[0].defined] if source else []
-        taken += self.paths() if paths else []
+        taken += self.paths()
         for module, name in filter(None, map(self.find, taken)):
             if name:  # a module by itself is no use of its file
                 found[module.file].add(name)
@@ -168,11 +167,11 @@ class Module:
         return [p for p in found if p[0] in ("crate", "self", "super") or p[0] in self.children or p[0] in self.imports]
 
 
-def arrows(source, paths=False):
+def arrows(source):
     """{file: {file that it takes names from: names}} of the crate whose root file this is."""
     found = defaultdict(lambda: defaultdict(set))
     for module in Module(source, source.parent, stripped(source.read_text())).all():
-        for file, names in module.uses(paths).items():
+        for file, names in module.uses().items():
             if file != module.file:
                 found[module.file][file] |= names
     return found
@@ -210,11 +209,11 @@ def roots(crate):
     return [place for place in places if place.is_file()]
 
 
-def report(crate, paths=False):
+def report(crate):
     """A text for each circle of a crate, and the files in circles."""
     texts, files = [], set()
     for root in roots(crate):
-        found = arrows(root, paths)
+        found = arrows(root)
         for circle in circles(found):
             files |= circle
             short = lambda file: str(file.relative_to(crate / "src"))
@@ -234,7 +233,7 @@ def crates():
 
 
 if __name__ == "__main__":
-    names = [Path(name).resolve() for name in sys.argv[1:] if name != "--paths"]
-    reports = [report(crate, "--paths" in sys.argv) for crate in names or crates()]
+    names = [Path(name).resolve() for name in sys.argv[1:]]
+    reports = [report(crate) for crate in names or crates()]
     print("\n".join(text for texts, _ in reports for text in texts))
     print(f"{sum(len(files) for _, files in reports)} files in circles")

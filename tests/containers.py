@@ -96,7 +96,7 @@ class Toolbox:
         shutil.copy(package, work)
         self._run(work, f"Manipulator.ssp:{H}", "-dump-json")
         assembly = json.loads((work / "Manipulator-dump.json").read_text()) | self._settings()
-        # The dump knows neither parameter values nor outputs. The manipulator must come first: see docs/interoperability.md.
+        # The dump knows neither parameter values nor outputs. The manipulator must come first: see docs/fmus/interoperability.md.
         files = {"hdrm": "Hdrm", "emla_1": "Emla", "emla_2": "Emla-1", "emla_3": "Emla-2", "controller": "Controller"}
         names = {component: f"Manipulator.dir/{file}.fmu" for component, file in files.items()}
         assert sorted(names.values()) == sorted(assembly["fmu"])

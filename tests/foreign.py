@@ -2,7 +2,7 @@
 
     python tests/foreign.py FOLDER [--program target/release/cosim]
 
-Other tools' test data are not kept here; docs/interoperability.md has what was seen, with revisions.
+Other tools' test data are not kept here; master/cosim/foreign.md has what was seen, with revisions.
 """
 
 import argparse

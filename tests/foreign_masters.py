@@ -5,7 +5,7 @@
 FOLDER holds the files of github.com/open-simulation-platform/libcosim; nothing of them is kept here. All of them exchange values once a step
 (`standard`), from the same start values. What they do not have in common is the arithmetic of time: where a step begins and how long it is.
 The master of these tests makes each run a second time with the arithmetic of the other program; where that is the same to the last bit, the
-arithmetic is all that differs. docs/interoperability.md has what was seen, with revisions.
+arithmetic is all that differs. master/cosim/foreign.md has what was seen, with revisions.
 """
 
 import argparse

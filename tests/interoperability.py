@@ -1,4 +1,4 @@
-"""What `test_importers.py` shows of other people's importers and checkers, as data, and the tables of docs/interoperability.md made of it.
+"""What `test_importers.py` shows of other people's importers and checkers, as data, and the tables of docs/fmus/interoperability.md made of it.
 
     python tests/interoperability.py     write the tables; a test compares them
 """
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGE = ROOT / "docs/interoperability.md"
+PAGE = ROOT / "docs/fmus/interoperability.md"
 MODELS = ("Emla", "Hdrm", "Controller")
 PACKAGE = "Manipulator.ssp"
 FMI_SIM = "0.7.0"

@@ -8,6 +8,7 @@ are only needed by the options that say so.
 import argparse
 import json
 import os
+import shutil
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
@@ -196,15 +197,26 @@ def miri():
     print("Miri: tests of the border of fmu-export: 0 reports")
 
 
+#: Files of the repository that a fuzz target starts from, besides those in its folder of `tools/fuzz/seeds`.
+SHIPPED_SEEDS = {
+    "machine_json": ["parameters/reference_machine.json"],
+    "model_description": [f"modelDescription/{name}.xml" for name in ("Controller", "Emla", "Hdrm")],
+    "surrogate_json": ["parameters/surrogate.json"],
+    "system_structure": ["system/SystemStructure.ssd", "system/resources/pd.ssv"],
+}
+
+
 def fuzz(seconds):
-    """Each fuzz target for some time, from the committed corpus on; what it finds beyond goes to the target directory."""
+    """Each fuzz target for some time, from the repository's inputs; new ones are kept in the target directory."""
     (cargo, environment), folder, total = nightly(), ROOT / "tools/fuzz", 0
     environment["CARGO_TARGET_DIR"] = str(TARGET / "fuzz")
     targets = execute(*cargo, "fuzz", "list", "--fuzz-dir", folder, env=environment, stdout=subprocess.PIPE, text=True).stdout.split()
     for target in targets:
         found = TARGET / "fuzz-corpus" / target
         found.mkdir(parents=True, exist_ok=True)
-        corpora = [target, found, folder / "seeds" / target]
+        for file in SHIPPED_SEEDS.get(target, []):
+            shutil.copy(ROOT / file, found)
+        corpora = [target, found, *filter(Path.is_dir, [folder / "seeds" / target])]
         limits = [f"-max_total_time={seconds}", "-timeout=20", "-print_final_stats=1", "-print_funcs=0"]
         command = [*cargo, "fuzz", "run", "--fuzz-dir", folder, *corpora, "--", *limits]
         log = execute(*command, env=environment, stderr=subprocess.PIPE, text=True).stderr

@@ -1,4 +1,4 @@
-"""The page docs/cosim.md: its two parts of different makers, packed and run by the commands that stand there."""
+"""The page docs/master/cosim-tutorial.md: its plant and its controller, packed and run by the commands that stand there."""
 
 import csv
 import os
@@ -13,8 +13,8 @@ from fmpy_master import ROOT
 from native import cargo_fmu, libpython, program
 from test_ssp import complaints
 
-PAGE = (ROOT / "docs/cosim.md").read_text()
-SECTION = PAGE[PAGE.index("## Two parts of different makers") : PAGE.index("## Order of stepping")]
+PAGE = (ROOT / "docs/master/cosim-tutorial.md").read_text()
+SECTION = PAGE[PAGE.index("## Install") : PAGE.index("## Where to read on")]
 BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", SECTION, re.MULTILINE | re.DOTALL)
 
 
@@ -78,4 +78,4 @@ def test_the_package_on_the_page_gives_the_same_numbers(folder):
 def test_without_python_inside_the_error_says_what_to_do(folder):
     done = cosim(folder, LD_PRELOAD="")
     assert done.returncode == 1
-    assert "Pid.fmu" in done.stderr and "start it with LD_PRELOAD=" in done.stderr and "docs/cosim.md" in done.stderr
+    assert "Pid.fmu" in done.stderr and "start it with LD_PRELOAD=" in done.stderr and "docs/master/cosim-tutorial.md" in done.stderr

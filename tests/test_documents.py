@@ -1,4 +1,4 @@
-"""Texts and what publishes them: links lead somewhere, the README is short, a release's files are what docs/releasing.md says."""
+"""Texts and what publishes them: links lead somewhere, the README is short, a release's files are what docs/project/releasing.md says."""
 
 import hashlib
 import re
@@ -61,7 +61,8 @@ def test_the_readme_says_how_long_how_much_disk_and_which_door_is_whose():
 
 def test_every_page_is_in_the_index():
     index = (ROOT / "docs/README.md").read_text()
-    assert [page.name for page in sorted((ROOT / "docs").glob("*.md")) if page.name != "README.md" and f"({page.name})" not in index] == []
+    names = [page.relative_to(ROOT / "docs").as_posix() for page in sorted((ROOT / "docs").rglob("*.md"))]
+    assert [name for name in names if not name.endswith("README.md") and f"({name})" not in index] == []
 
 
 def test_the_tests_page_names_every_file():

@@ -1,4 +1,4 @@
-"""Every importer and checker that installs from the package registries: loads, runs alone, runs coupled, agrees as docs/interoperability.md
+"""Every importer and checker that installs from the package registries: loads, runs alone, runs coupled, agrees as docs/fmus/interoperability.md
 says."""
 
 import json
@@ -150,7 +150,7 @@ def test_the_variant_for_one_exchange_a_step_reaches_the_importers(coupled_as, f
 @pytest.mark.parametrize("importer", ["Ecos", "Libcosim"])
 def test_a_variant_runs_but_its_enumerations_are_not_known(coupled_as, fmu_dir, tmp_path, importer):
     """Its sets are read without an error, but `mode` and `trajectory` keep their start values: the run is that of the default structure. Should
-    this fail one day, the importer has learnt enumerations: see docs/interoperability.md."""
+    this fail one day, the importer has learnt enumerations: see docs/fmus/interoperability.md."""
     agreed = IMPORTERS[importer].coupled
     found = run(importer, "coupled", variant(fmu_dir, "triangular_pd.ssd", tmp_path), fmu_dir, tmp_path)
     np.testing.assert_allclose(found, coupled_as("standard", agreed.after_set), rtol=0, atol=max(agreed.tolerances))
@@ -171,7 +171,7 @@ def test_fmpy_reads_the_ssp(fmu_dir):
 
 def test_fmpy_cannot_start_the_ssp_by_itself(fmu_dir):
     """simulate_ssp passes no values in initialization and sets every connected input to 0 before the first step: the rods jump to 0, and
-    the manipulator discards the forces. Should this fail one day, FMPy has learnt it: see docs/interoperability.md."""
+    the manipulator discards the forces. Should this fail one day, FMPy has learnt it: see docs/fmus/interoperability.md."""
     from fmpy.ssp.simulation import simulate_ssp
 
     with pytest.raises(Exception, match="fmi2SetReal failed with status 2"):
@@ -207,7 +207,7 @@ def default_logger():
 
 def test_toolbox_container_from_the_ssp_alone_cannot_start(fmu_dir, default_logger, tmp_path):
     """The container comes out of the .ssp with all five instances, but starts the actuators at a wrong rod position, which the
-    manipulator discards. Should this fail one day, the toolbox has learnt to initialize: see docs/interoperability.md."""
+    manipulator discards. Should this fail one day, the toolbox has learnt to initialize: see docs/fmus/interoperability.md."""
     import fmpy
 
     shutil.copy(fmu_dir / "Manipulator.ssp", tmp_path)
@@ -266,7 +266,7 @@ def test_toolbox_has_no_complaint_about_fmi_3(fmu_dir, name, tmp_path):
 
 @pytest.mark.slow
 def test_fmi_sim_reads_no_units_of_fmi_3(fmu_dir, tmp_path):
-    """Its reader of descriptions of FMI 3.0 refuses units. Should this fail one day, it has learnt them: see docs/interoperability.md."""
+    """Its reader of descriptions of FMI 3.0 refuses units. Should this fail one day, it has learnt them: see docs/fmus/interoperability.md."""
     needs_fmi_sim()
     command = [importers.FmiSim.PROGRAM, "--model", fmu_dir / "fmi3/Emla.fmu", "co-simulation", "-f", "0.01"]
     done = subprocess.run(list(map(str, command)), capture_output=True, text=True, cwd=tmp_path)
@@ -274,7 +274,7 @@ def test_fmi_sim_reads_no_units_of_fmi_3(fmu_dir, tmp_path):
 
 
 def test_libcosim_reads_no_fmi_3(fmu_dir, tmp_path):
-    """Should this fail one day, libcosim has learnt FMI 3.0: see docs/interoperability.md."""
+    """Should this fail one day, libcosim has learnt FMI 3.0: see docs/fmus/interoperability.md."""
     text = "from libcosimpy.CosimSlave import CosimLocalSlave as S; from libcosimpy.CosimExecution import CosimExecution as E\n"
     text += f"assert E.from_step_size(1e6).add_local_slave(S({str(fmu_dir / 'fmi3/Emla.fmu')!r}, 'fmu')) == 0"
     assert subprocess.run([sys.executable, "-c", text], capture_output=True, cwd=tmp_path).returncode != 0

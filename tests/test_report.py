@@ -21,7 +21,7 @@ from native import call, hdrm_fmu
 STOP_TIME = "6"
 TRAJECTORIES = ("cubic", "triangular")
 MODES = ("adaptive", "modular", "pd")
-RECORDED = ROOT / "docs/recorded"
+RECORDED = ROOT / "docs/studies/recorded"
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""The page docs/smoke-tests.md: what stands there is run as it stands there, in a folder like the one that it describes."""
+"""The page docs/fmus/smoke-tests.md: what stands there is run as it stands there, in a folder like the one that it describes."""
 
 import os
 import re
@@ -16,7 +16,7 @@ from conftest import NAMES
 from fmpy_master import ROOT
 from native import program
 
-BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", (ROOT / "docs/smoke-tests.md").read_text(), re.MULTILINE | re.DOTALL)
+BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", (ROOT / "docs/fmus/smoke-tests.md").read_text(), re.MULTILINE | re.DOTALL)
 
 
 def blocks(language):

@@ -24,7 +24,7 @@ def rmse(rows, law, error="known"):
 
 
 def test_the_adaptive_law_meets_its_bounds_in_the_real_world(real):
-    """0.7 mm at worst and 0.3 mm in the median: what the reference asks of the controller in `docs/worlds.md`."""
+    """0.7 mm at worst and 0.3 mm in the median: what the reference asks of the controller in `docs/studies/worlds.md`."""
     text, rows, _ = real
     values = rmse(rows, "adaptive_integral")
     assert len(values) == 2 and max(values) < 0.7e-3 and 0.5 * sum(values) < 0.3e-3, values

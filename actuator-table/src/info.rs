@@ -12,33 +12,19 @@ pub const X_LARGEST: f64 = 10.0;
 pub const ROOM: f64 = 293.15;
 
 /// Who moves the rod.
-pub static DRIVE: Items<Drive, 2> = Items::new(
-    "Drive",
-    "who moves the rod",
-    [
-        (
-            Drive::Motion,
-            "motion",
-            "a mechanism: the rod follows the inputs x and x_dot, F is the answer",
-        ),
-        (
-            Drive::Force,
-            "force",
-            "the actuator: the rod is a free mass against the input F_ext",
-        ),
-    ],
-);
+#[rustfmt::skip] // an item a line
+pub static DRIVE: Items<Drive, 2> = Items::new("Drive", "who moves the rod", [
+    (Drive::Motion, "motion", "a mechanism: the rod follows the inputs x and x_dot, F is the answer"),
+    (Drive::Force, "force", "the actuator: the rod is a free mass against the input F_ext"),
+]);
 
 /// Places in the order of the machine's actuators.
-pub static AXIS: Items<usize, 3> = Items::new(
-    "Axis",
-    "actuator of the machine",
-    [
-        (0, "slew", "turns the column"),
-        (1, "lift", "lifts the boom"),
-        (2, "tilt", "tilts the second boom"),
-    ],
-);
+#[rustfmt::skip] // an item a line
+pub static AXIS: Items<usize, 3> = Items::new("Axis", "actuator of the machine", [
+    (0, "slew", "turns the column"),
+    (1, "lift", "lifts the boom"),
+    (2, "tilt", "tilts the second boom"),
+]);
 
 /// Terminals of FMI 3.0.
 #[rustfmt::skip]

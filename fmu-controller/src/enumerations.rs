@@ -6,22 +6,11 @@ use vdc::{Level, MODES, Mode, RateCommand, Stage};
 pub(crate) static MODE: Items<(Mode, bool), { MODES.len() }> =
     Items::new("Mode", "how much of the controller is at work", MODES);
 
-pub(crate) static LEVEL: Items<Level, 2> = Items::new(
-    "Level",
-    "what the controller follows",
-    [
-        (
-            Level::Machine,
-            "machine",
-            "the tip's reference, through inverse kinematics and decomposition",
-        ),
-        (
-            Level::Actuator,
-            "actuator",
-            "the inputs reference.rod_*, each actuator by itself",
-        ),
-    ],
-);
+#[rustfmt::skip] // an item a line
+pub(crate) static LEVEL: Items<Level, 2> = Items::new("Level", "what the controller follows", [
+    (Level::Machine, "machine", "the tip's reference, through inverse kinematics and decomposition"),
+    (Level::Actuator, "actuator", "the inputs reference.rod_*, each actuator by itself"),
+]);
 
 /// Desired motion of the tip; the parameters say more of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,22 +31,11 @@ pub(crate) static TRAJECTORY: Items<TrajectoryItem, 5> = Items::new("Trajectory"
     (TrajectoryItem::Path, "path", "the path that path_file names"),
 ]);
 
-pub(crate) static RATE_COMMAND: Items<RateCommand, 2> = Items::new(
-    "RateCommand",
-    "what commanded rates are of",
-    [
-        (
-            RateCommand::Joint,
-            "joint",
-            "the six joints, by the inputs rate.joint",
-        ),
-        (
-            RateCommand::Tip,
-            "tip",
-            "the tip in the world, by the inputs rate.tip",
-        ),
-    ],
-);
+#[rustfmt::skip] // an item a line
+pub(crate) static RATE_COMMAND: Items<RateCommand, 2> = Items::new("RateCommand", "what commanded rates are of", [
+    (RateCommand::Joint, "joint", "the six joints, by the inputs rate.joint"),
+    (RateCommand::Tip, "tip", "the tip in the world, by the inputs rate.tip"),
+]);
 
 #[rustfmt::skip] // an item a line
 pub(crate) static SUPERVISOR: Items<Stage, 7> = Items::new("Supervisor", "what the supervisor does", [

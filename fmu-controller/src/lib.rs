@@ -73,7 +73,7 @@ impl Model for ControllerFmu {
     }
 
     fn output(&self, _p: &Parameters, u: &Input, now: &Evaluation) -> Result<Output, ModelError> {
-        Ok(now.output(&u.F))
+        Ok(now.output(&u.u.F))
     }
 
     fn step(

@@ -5,7 +5,6 @@ use emla::Surrogate;
 use fmu_export::{Counted, ModelError};
 use machine_file::Machine;
 use serde::{Deserialize, Serialize};
-use std::ops::{Deref, DerefMut};
 use tip_path::PathFile;
 use vdc::{
     Controller, ControllerError, Derating, Level, Mode, RateCommand, RateLimits, ReportedTroubles,
@@ -63,20 +62,6 @@ impl Input {
             v_dc: self.v_dc.told(),
             ..self.u
         }
-    }
-}
-
-impl Deref for Input {
-    type Target = vdc::Input;
-
-    fn deref(&self) -> &vdc::Input {
-        &self.u
-    }
-}
-
-impl DerefMut for Input {
-    fn deref_mut(&mut self) -> &mut vdc::Input {
-        &mut self.u
     }
 }
 

@@ -123,59 +123,59 @@ const GAIN_MAX: f64 = 1e9;
 #[rustfmt::skip]
 pub(crate) const VARIABLES: &[V] = &[
     // Measurements
-    row!(V, inputs zeta, "joint angles: slew, lift, tilt, wrist")
+    row!(V, inputs zeta in u, "joint angles: slew, lift, tilt, wrist")
         .unit("rad").display_unit("deg").range(-ANGLE_MAX..=ANGLE_MAX),
-    row!(V, inputs zeta_dot, "joint rates")
+    row!(V, inputs zeta_dot in u, "joint rates")
         .unit("rad/s").display_unit("deg/s").range(-RATE_MAX..=RATE_MAX),
-    row!(V, inputs i_d, "direct-axis currents of slew, lift and tilt actuator (peak)")
+    row!(V, inputs i_d in u, "direct-axis currents of slew, lift and tilt actuator (peak)")
         .unit("A").range(-CURRENT_MAX..=CURRENT_MAX),
-    row!(V, inputs i_q, "quadrature-axis currents (peak)")
+    row!(V, inputs i_q in u, "quadrature-axis currents (peak)")
         .unit("A").range(-CURRENT_MAX..=CURRENT_MAX),
-    row!(V, inputs w_m, "motor speeds")
+    row!(V, inputs w_m in u, "motor speeds")
         .unit("rad/s").display_unit("rpm").range(-1e6..=1e6),
-    row!(V, inputs x, "rod positions, read if level = actuator")
+    row!(V, inputs x in u, "rod positions, read if level = actuator")
         .unit("m").display_unit("mm").range(-10.0..=10.0),
-    row!(V, inputs x_dot, "rod velocities; read by the virtual power flows and if level = actuator")
+    row!(V, inputs x_dot in u, "rod velocities; read by the virtual power flows and if level = actuator")
         .unit("m/s").display_unit("mm/s").range(-100.0..=100.0),
-    row!(V, inputs F, "actuator forces, positive when pushing; read by the virtual power flows and, in a step, by the disturbance observer")
+    row!(V, inputs F in u, "actuator forces, positive when pushing; read by the virtual power flows and, in a step, by the disturbance observer")
         .unit("N").display_unit("kN").range(-FORCE_MAX..=FORCE_MAX).beside_evaluation(),
     row!(V, counted_input v_dc, "voltage of the DC link: its voltage limit is min(v_max, v_dc/sqrt(3)); until it is set, the nominal machine's counts")
         .unit("V").range(0.0..=1e5).nominal(500.0),
-    row!(V, inputs T_winding, "temperatures of the windings, read while derating is on")
+    row!(V, inputs T_winding in u, "temperatures of the windings, read while derating is on")
         .unit("K").display_unit("degC").range(1.0..=1e4).nominal(300.0),
     // External reference
-    row!(V, inputs reference.position = reference_position, "desired tip position in the world, read if trajectory = external")
+    row!(V, inputs reference.position = u.reference_position, "desired tip position in the world, read if trajectory = external")
         .unit("m").range(-100.0..=100.0),
-    row!(V, inputs reference.velocity = reference_velocity, "desired tip velocity in the world, read if trajectory = external")
+    row!(V, inputs reference.velocity = u.reference_velocity, "desired tip velocity in the world, read if trajectory = external")
         .unit("m/s").range(-100.0..=100.0),
-    row!(V, inputs reference.acceleration = reference_acceleration, "desired tip acceleration in the world, read if trajectory = external")
+    row!(V, inputs reference.acceleration = u.reference_acceleration, "desired tip acceleration in the world, read if trajectory = external")
         .unit("m/s2").range(-1e4..=1e4),
-    row!(V, inputs reference.orientation = reference_orientation, "desired tip orientation, quaternion w, x, y, z of length 1, read if trajectory = external")
+    row!(V, inputs reference.orientation = u.reference_orientation, "desired tip orientation, quaternion w, x, y, z of length 1, read if trajectory = external")
         .unit("1").range(-1.001..=1.001),
-    row!(V, inputs reference.angular_velocity = reference_angular_velocity, "desired angular velocity of the tip in the world, read if trajectory = external")
+    row!(V, inputs reference.angular_velocity = u.reference_angular_velocity, "desired angular velocity of the tip in the world, read if trajectory = external")
         .unit("rad/s").display_unit("deg/s").range(-RATE_MAX..=RATE_MAX),
 
-    row!(V, inputs reference.rod_position = reference_rod_position, "desired rod positions, read if level = actuator")
+    row!(V, inputs reference.rod_position = u.reference_rod_position, "desired rod positions, read if level = actuator")
         .unit("m").display_unit("mm").range(-10.0..=10.0),
-    row!(V, inputs reference.rod_velocity = reference_rod_velocity, "desired rod velocities, read if level = actuator")
+    row!(V, inputs reference.rod_velocity = u.reference_rod_velocity, "desired rod velocities, read if level = actuator")
         .unit("m/s").display_unit("mm/s").range(-100.0..=100.0),
-    row!(V, inputs reference.rod_acceleration = reference_rod_acceleration, "desired rod accelerations, read if level = actuator")
+    row!(V, inputs reference.rod_acceleration = u.reference_rod_acceleration, "desired rod accelerations, read if level = actuator")
         .unit("m/s2").range(-1e4..=1e4),
-    row!(V, inputs reference.rod_force = reference_rod_force, "desired forces on the load, read if level = actuator")
+    row!(V, inputs reference.rod_force = u.reference_rod_force, "desired forces on the load, read if level = actuator")
         .unit("N").display_unit("kN").range(-FORCE_MAX..=FORCE_MAX),
 
-    row!(V, inputs base.tilt = base_tilt, "what the controller is told of the base's tilt against the ground: roll about x, then pitch about its own z")
+    row!(V, inputs base.tilt = u.base_tilt, "what the controller is told of the base's tilt against the ground: roll about x, then pitch about its own z")
         .unit("rad").display_unit("deg").range(-3.2..=3.2).nominal(0.1),
-    row!(V, inputs base.acceleration = base_acceleration, "what it is told of the base's acceleration, in the axes of the machine's world")
+    row!(V, inputs base.acceleration = u.base_acceleration, "what it is told of the base's acceleration, in the axes of the machine's world")
         .unit("m/s2").range(-1e3..=1e3).nominal(1.0),
-    row!(V, inputs base.angular_velocity = base_angular_velocity, "what it is told of the base's angular velocity, in the same axes")
+    row!(V, inputs base.angular_velocity = u.base_angular_velocity, "what it is told of the base's angular velocity, in the same axes")
         .unit("rad/s").display_unit("deg/s").range(-100.0..=100.0).nominal(0.1),
-    row!(V, inputs base.angular_acceleration = base_angular_acceleration, "what it is told of the rate of that")
+    row!(V, inputs base.angular_acceleration = u.base_angular_acceleration, "what it is told of the rate of that")
         .unit("rad/s2").display_unit("deg/s2").range(-1e4..=1e4).nominal(0.1),
 
-    row!(V, inputs rate.joint = rate_joint, "commanded joint rates, read in a step if trajectory = rates and rate.command = joint")
+    row!(V, inputs rate.joint = u.rate_joint, "commanded joint rates, read in a step if trajectory = rates and rate.command = joint")
         .unit("rad/s").display_unit("deg/s").range(-RATE_MAX..=RATE_MAX).beside_evaluation(),
-    row!(V, inputs rate.tip = rate_tip, "commanded velocity (1 to 3) and angular velocity (4 to 6) of the tip in the world, read in a step if trajectory = rates and rate.command = tip")
+    row!(V, inputs rate.tip = u.rate_tip, "commanded velocity (1 to 3) and angular velocity (4 to 6) of the tip in the world, read in a step if trajectory = rates and rate.command = tip")
         .each_unit(&["m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"]).range(-RATE_MAX..=RATE_MAX).beside_evaluation(),
 
     // Commands

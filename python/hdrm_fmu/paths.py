@@ -71,7 +71,7 @@ def tip_path(waypoints):
 
 
 def _text(waypoints):
-    """Text of the path's file, as documented in docs/paths.md."""
+    """Text of the path's file, as documented in docs/machine/paths.md."""
     if isinstance(waypoints, (str, os.PathLike)):
         try:
             return Path(waypoints).read_text(encoding="utf-8")

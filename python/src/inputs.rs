@@ -10,7 +10,7 @@ use motion_check::gain_rule::gains;
 use pyo3::prelude::*;
 use tip_path::PathFile;
 
-use crate::raised;
+use crate::errors::raised;
 
 /// The checked text of a machine file with all that it extends, and the parameter set of the real
 /// world that belongs to the machine; `file` is where its relative paths start.

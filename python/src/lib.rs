@@ -7,6 +7,7 @@
 //! stepped.
 #![forbid(unsafe_code)]
 
+mod errors;
 mod inputs;
 mod metrics;
 mod run;
@@ -14,21 +15,6 @@ mod session;
 mod system;
 
 use pyo3::prelude::*;
-
-pyo3::create_exception!(
-    hdrm_fmu,
-    RunFailed,
-    pyo3::exceptions::PyException,
-    "A run that failed: what the master says of it, with the texts that the FMUs logged."
-);
-
-/// An error of the native code as a Python exception; one that came from Python stays what it was.
-pub(crate) fn raised(error: anyhow::Error) -> PyErr {
-    match error.downcast::<PyErr>() {
-        Ok(error) => error,
-        Err(error) => RunFailed::new_err(format!("{error:#}")),
-    }
-}
 
 /// Keep the instances of runs in this thread and use them again, reset, in the next ones.
 #[pyfunction]
@@ -44,7 +30,7 @@ fn kept_instances() -> usize {
 
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add("RunFailed", module.py().get_type::<RunFailed>())?;
+    module.add("RunFailed", module.py().get_type::<errors::RunFailed>())?;
     module.add("MODES", experiments::start_values::MODES.to_vec())?;
     module.add("REAL_SYSTEM", experiments::worlds::SYSTEM)?;
     module.add("REAL_PARAMETERS", experiments::worlds::PARAMETERS)?;

@@ -1,21 +1,16 @@
 //! A whole run: signals as columns of numbers, metrics, verdict.
 
 use anyhow::Result;
-use cosim::Experiment;
-use cosim::Master;
-use cosim::Port;
-use cosim::Recording;
-use cosim::System;
-use cosim::Verdict;
 use cosim::io::csv::stride;
 use cosim::run::simulate;
+use cosim::{Experiment, Master, Port, Recording, System, Verdict};
 use experiments::measures::metrics::{Metrics, add_residuals, of_tip};
 use experiments::measures::run::{FailedRun, run as run_machine};
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyDict};
 
+use crate::errors::raised;
 use crate::metrics::Extra;
-use crate::raised;
 
 /// Communication points between two looks at whether the user has pressed Ctrl-C.
 const SIGNALS_EVERY: u64 = 2048;

@@ -6,14 +6,13 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum as _;
-use cosim::Experiment;
-use cosim::Verdict;
 use cosim::cli::{InputArgs, RunArgs, STEP};
 use cosim::io::input_table::{Column, Table};
 use cosim::master::Schedule;
-use cosim::matching;
 use cosim::run::signals::connected;
 use cosim::structure::package::FmuPlace;
+use cosim::structure::system::{Setting, System as Loaded};
+use cosim::{Experiment, Verdict, matching};
 use experiments::bench::{forgotten, tell_delay};
 use experiments::measures::run::useful;
 use experiments::worlds::{Bounds, Cases};
@@ -22,14 +21,14 @@ use fmi_description::{Kind, Variable};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::raised;
+use crate::errors::raised;
 use crate::run::{self, Request};
 use crate::session::Session;
 
 /// A system with its FMUs, loaded once for any number of runs.
 #[pyclass(frozen)]
 pub struct System {
-    system: Arc<cosim::structure::system::System>,
+    system: Arc<Loaded>,
 }
 
 /// What is loaded.
@@ -133,14 +132,10 @@ impl System {
         };
         let variant = source.variant.as_deref();
         let mut system = match source.files.as_slice() {
-            [path] if !is_fmu(path) => cosim::structure::system::System::load(
-                path,
-                variant,
-                &place,
-                &source.replaced,
-                &source.maps,
-            )?,
-            files => cosim::structure::system::System::of_fmus(files, &source.connect)?,
+            [path] if !is_fmu(path) => {
+                Loaded::load(path, variant, &place, &source.replaced, &source.maps)?
+            }
+            files => Loaded::of_fmus(files, &source.connect)?,
         };
         for name in source.feedthrough {
             ensure!(
@@ -219,8 +214,8 @@ impl System {
     }
 
     /// The system with a machine file bound to its FMUs.
-    fn with_machine(&self, machine: &str) -> Result<cosim::structure::system::System> {
-        let mut system = cosim::structure::system::System {
+    fn with_machine(&self, machine: &str) -> Result<Loaded> {
+        let mut system = Loaded {
             path: self.system.path.clone(),
             structure: self.system.structure.clone(),
             fmus: self.system.fmus.clone(),
@@ -240,8 +235,7 @@ impl System {
             None => Cases::of_machines(&self.system, seeds, &Bounds::REAL)?,
         };
         let case = machines.list.first().context("one seed is one machine")?;
-        let setting =
-            |s: &cosim::structure::system::Setting| (self.system.name(s.port), s.value.clone());
+        let setting = |s: &Setting| (self.system.name(s.port), s.value.clone());
         Ok(Drawn {
             settings: case.settings.iter().map(setting).collect(),
             _machines: machines,

@@ -4,7 +4,7 @@
 
 Numbers marked `source` are those of the repository petrovicrgoran/HydraulicManipulatorVDC (G. R. Petrović, BSD 3-clause; masses and inertias
 from CAD by J. Koivumäki), which belongs to Petrović and Mattila, Mechanism and Machine Theory 170 (2022) 104680. All else is chosen;
-docs/machines.md lists both.
+parameters/README.md says why.
 """
 
 import json
@@ -33,7 +33,7 @@ TELESCOPE = 0.5  # stroke at which the source starts; here it is locked
 # The rocker's pivot A from the tilt joint B: a four-bar linkage that is a triangle but for 6 mm. In this direction no pose has A, B and C in
 # line, not with the errors of length of the real world either, and D lies on the side that the machine file asks for.
 PIVOT = 6e-3 * np.array([np.cos(np.radians(194)), np.sin(np.radians(194))])
-WRIST = 0.75  # size of the wrist beside the reference machine's
+WRIST = 0.75  # size of the wrist relative to the reference machine's
 
 
 def turn(angle):
@@ -195,7 +195,7 @@ machine = {
         "tilt": {"force_max": 60000.0, "motor_power": 8500.0, "motor_torque": 27.0},
     },
     "start": {"zeta": rounded(np.radians([0, 45, -90, 0, -45, 0]), 12)},
-    # Chosen: the adaptation is as much slower as its payload is heavier and its boom softer on its levers (docs/machines.md).
+    # Chosen: the adaptation is as much slower as its payload is heavier and its boom softer on its levers (parameters/README.md).
     "controller": {"gamma": 150.0},
 }
 

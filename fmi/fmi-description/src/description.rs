@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use crate::error::DescriptionError;
 use crate::remark::Remark;
+use crate::unit::Unit;
 use crate::variable::{Kind, Variability, Variable};
 
 /// A version of FMI.
@@ -113,36 +114,6 @@ pub struct Capabilities {
     pub element_dependencies: bool,
     /// `fixedInternalStepSize`, s: a communication step should be a multiple of it.
     pub internal_step: Option<f64>,
-}
-
-/// A unit with its conversion to SI base units: value in base units = `factor` · value + `offset`
-/// (FMI 2.0, section 2.2.2).
-#[derive(Clone, Debug, PartialEq)]
-pub struct Unit {
-    /// Name.
-    pub name: String,
-    /// Exponents of kg, m, s, A, K, mol, cd and rad; None where the description names no base unit.
-    pub exponents: Option<[i32; 8]>,
-    /// Factor to base units.
-    pub factor: f64,
-    /// Offset in base units.
-    pub offset: f64,
-    /// Units in which people read it.
-    pub display: Vec<DisplayUnit>,
-}
-
-/// A unit for showing values of another one: value = `factor` · value in the other + `offset`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DisplayUnit {
-    /// Name.
-    pub name: String,
-    /// Factor from the other unit, or of the inverse of the value in it.
-    pub factor: f64,
-    /// Offset in this unit.
-    pub offset: f64,
-    /// It is proportional to the inverse of the other (FMI 3.0): value = `factor` / value in the
-    /// other.
-    pub is_inverse: bool,
 }
 
 /// `DefaultExperiment`; times in s.

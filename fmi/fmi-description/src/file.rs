@@ -3,13 +3,12 @@
 
 use std::collections::HashMap;
 
-use crate::description::{
-    Capabilities, DefaultExperiment, Description, DisplayUnit, Unit, Unknown, Version,
-};
+use crate::description::{Capabilities, DefaultExperiment, Description, Unknown, Version};
 use crate::error::DescriptionError;
 use crate::remark::Remark;
+use crate::unit::Unit;
 use crate::variable::{Access, Causality, Initial, Item, Kind, Variability, Variable};
-use crate::xml::Element;
+use crate::xml::{Element, XmlError};
 
 /// All but the variables and what they depend on.
 pub fn head(root: &Element, fmi: Version) -> Result<Description, DescriptionError> {
@@ -38,7 +37,7 @@ pub fn head(root: &Element, fmi: Version) -> Result<Description, DescriptionErro
         remarks.push(Remark::Identifier(identifier.clone()));
     }
     let categories = root.all_in("LogCategories");
-    let units = root.all_in("UnitDefinitions").filter(|e| e.tag == "Unit");
+    let units = root.listed("UnitDefinitions", "Unit").map(Unit::read);
     Ok(Description {
         fmi,
         guid,
@@ -47,13 +46,13 @@ pub fn head(root: &Element, fmi: Version) -> Result<Description, DescriptionErro
         identifier,
         capabilities: capabilities(slave, fmi)?,
         log_categories: categories.map(|category| category.text("name")).collect(),
-        units: units.map(unit).collect::<Result<_, _>>()?,
+        units: units.collect::<Result<_, _>>()?,
         default_experiment: default_experiment(root)?,
         variables: Vec::new(),
         outputs: Vec::new(),
         model_exchange: root.child("ModelExchange").is_some(),
         derivatives: Vec::new(),
-        event_indicators: root.number("numberOfEventIndicators")?.unwrap_or(0),
+        event_indicators: root.whole("numberOfEventIndicators")?.unwrap_or(0),
         initial_unknowns: Vec::new(),
         remarks,
         by_name: HashMap::new(),
@@ -68,7 +67,7 @@ fn is_file_name(identifier: &str) -> bool {
 }
 
 /// What one version does not know is not looked at in a file of it.
-fn capabilities(slave: &Element, fmi: Version) -> Result<Capabilities, DescriptionError> {
+fn capabilities(slave: &Element, fmi: Version) -> Result<Capabilities, XmlError> {
     let both = |name| slave.flag(name);
     let in_2 = |name| Ok(fmi == Version::Fmi2 && slave.flag(name)?);
     let in_3 = |name| Ok(fmi == Version::Fmi3 && slave.flag(name)?);
@@ -76,7 +75,7 @@ fn capabilities(slave: &Element, fmi: Version) -> Result<Capabilities, Descripti
         Version::Fmi2 => slave.flag(in_2),
         Version::Fmi3 => slave.flag(in_3),
     };
-    let order = slave.number("maxOutputDerivativeOrder")?;
+    let order = slave.whole("maxOutputDerivativeOrder")?;
     let internal_step = slave.number("fixedInternalStepSize")?;
     Ok(Capabilities {
         needs_execution_tool: both("needsExecutionTool")?,
@@ -101,7 +100,7 @@ fn capabilities(slave: &Element, fmi: Version) -> Result<Capabilities, Descripti
     })
 }
 
-fn default_experiment(root: &Element) -> Result<DefaultExperiment, DescriptionError> {
+fn default_experiment(root: &Element) -> Result<DefaultExperiment, XmlError> {
     let Some(element) = root.child("DefaultExperiment") else {
         return Ok(DefaultExperiment::default());
     };
@@ -113,62 +112,30 @@ fn default_experiment(root: &Element) -> Result<DefaultExperiment, DescriptionEr
     })
 }
 
-fn unit(unit: &Element) -> Result<Unit, DescriptionError> {
-    let scale = |element: &Element| {
-        let factor = element.number("factor")?.unwrap_or(1.0);
-        Ok((factor, element.number("offset")?.unwrap_or(0.0)))
-    };
-    let base = unit.child("BaseUnit");
-    let exponents = base.map(|base| {
-        let mut exponents = [0; 8];
-        let names = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
-        for (exponent, name) in exponents.iter_mut().zip(names) {
-            *exponent = base.number(name)?.unwrap_or(0);
-        }
-        Ok(exponents)
-    });
-    let (factor, offset) = base.map_or(Ok((1.0, 0.0)), scale)?;
-    let display = unit.all("DisplayUnit").map(|display| {
-        let (factor, offset) = scale(display)?;
-        Ok(DisplayUnit {
-            name: display.required("name")?,
-            factor,
-            offset,
-            is_inverse: display.flag("inverse")?,
-        })
-    });
-    Ok(Unit {
-        name: unit.required("name")?,
-        exponents: exponents.transpose()?,
-        factor,
-        offset,
-        display: display.collect::<Result<_, _>>()?,
-    })
-}
-
 /// The named values of an enumeration's type.
-pub fn items(declared: Option<&Element>) -> Result<Vec<Item>, DescriptionError> {
+pub fn items(declared: Option<&Element>) -> Result<Vec<Item>, XmlError> {
     let items = declared
         .into_iter()
         .flat_map(|declared| declared.all("Item"));
     let item = |item: &Element| {
-        let value = item.number("value")?;
         Ok(Item {
             name: item.required("name")?,
-            value: value.ok_or_else(|| item.error("has no attribute `value`"))?,
+            value: item.must("value", item.whole("value")?)?,
         })
     };
     items.map(item).collect()
 }
 
-/// An entry of `ModelStructure`: `index` finds the variables that it names, its own under `key`.
+/// An entry of `ModelStructure`: `index` finds the variables that it names, its own under `key`, or
+/// says why it does not.
 pub fn unknown(
     listed: &Element,
     key: &str,
-    index: impl Fn(&str) -> Result<usize, DescriptionError>,
-) -> Result<Unknown, DescriptionError> {
+    index: impl Fn(&str) -> Result<usize, String>,
+) -> Result<Unknown, XmlError> {
+    let index = |word: &str| index(word).map_err(|what| listed.error(what));
     let known = listed.get("dependencies").map(str::split_whitespace);
-    let known = known.map(|words| words.map(&index).collect());
+    let known = known.map(|words| words.map(index).collect());
     Ok(Unknown {
         variable: index(&listed.required(key)?)?,
         dependencies: known.transpose()?,
@@ -191,7 +158,7 @@ impl<'a> Source<'a> {
         elements.find(|element| element.get(attribute).is_some())
     }
 
-    fn number(&self, attribute: &str) -> Result<Option<f64>, DescriptionError> {
+    fn number(&self, attribute: &str) -> Result<Option<f64>, XmlError> {
         self.of(attribute)
             .map_or(Ok(None), |element| element.number(attribute))
     }
@@ -208,16 +175,15 @@ impl<'a> Source<'a> {
         kind: Kind,
         access: Access,
         variability: impl FnOnce(Causality, &Kind) -> Variability,
-    ) -> Result<Variable, DescriptionError> {
+    ) -> Result<Variable, XmlError> {
         let v = self.variable;
-        let reference = v.number("valueReference")?;
         let causality = v.word("causality", Causality::WORDS)?.unwrap_or_default();
         let own = v.word("variability", Variability::WORDS)?;
         let relative = self.of("relativeQuantity");
         Ok(Variable {
             name: v.required("name")?,
             description: v.text("description"),
-            reference: reference.ok_or_else(|| v.error("has no attribute `valueReference`"))?,
+            reference: v.must("valueReference", v.whole("valueReference")?)?,
             dimensions: Vec::new(),
             element: None,
             causality,
@@ -230,7 +196,7 @@ impl<'a> Source<'a> {
             unit: self.text("unit"),
             display_unit: self.text("displayUnit"),
             is_relative: relative.map_or(Ok(false), |e| e.flag("relativeQuantity"))?,
-            derivative: self.typed.number("derivative")?,
+            derivative: self.typed.whole("derivative")?,
             clocks: Vec::new(),
             timing: None,
             kind,

@@ -3,38 +3,32 @@
 use std::collections::HashMap;
 
 use crate::description::{Description, Unknown};
-use crate::error::DescriptionError;
 use crate::file::{Source, items, unknown};
 use crate::variable::{Access, Kind, Variability, Variable};
-use crate::xml::Element;
+use crate::xml::{Element, XmlError};
 
 /// Fill in what stands in this version's own way.
-pub fn read(root: &Element, into: &mut Description) -> Result<(), DescriptionError> {
+pub fn read(root: &Element, into: &mut Description) -> Result<(), XmlError> {
     let types = root.all_in("TypeDefinitions");
     let types: HashMap<_, _> = types.map(|t| (t.text("name"), t)).collect();
-    let variables = root.all_in("ModelVariables");
-    let variables = variables.filter(|element| element.tag == "ScalarVariable");
+    let variables = root.listed("ModelVariables", "ScalarVariable");
     into.variables = variables
-        .map(|v| variable(v, &types, &into.model))
+        .map(|v| variable(v, &types))
         .collect::<Result<_, _>>()?;
-    into.outputs = unknowns(root, "Outputs", into)?;
-    into.derivatives = unknowns(root, "Derivatives", into)?;
-    into.initial_unknowns = unknowns(root, "InitialUnknowns", into)?;
+    let count = into.variables.len();
+    into.outputs = unknowns(root, "Outputs", count)?;
+    into.derivatives = unknowns(root, "Derivatives", count)?;
+    into.initial_unknowns = unknowns(root, "InitialUnknowns", count)?;
     Ok(())
 }
 
 /// The elements that say of which type a variable is.
 const TYPES: [&str; 5] = ["Real", "Integer", "Boolean", "String", "Enumeration"];
 
-fn variable(
-    v: &Element,
-    types: &HashMap<String, &Element>,
-    model: &str,
-) -> Result<Variable, DescriptionError> {
+fn variable(v: &Element, types: &HashMap<String, &Element>) -> Result<Variable, XmlError> {
     let is_type = |child: &&Element| TYPES.contains(&child.tag.as_str());
     let Some(typed) = v.children.iter().find(is_type) else {
-        let (model, name) = (model.to_string(), v.text("name"));
-        return Err(DescriptionError::NoType { model, name });
+        return Err(v.error(format!("variable `{}` has no type", v.text("name"))));
     };
     let declared = typed.get("declaredType").and_then(|name| types.get(name));
     let declared = declared.and_then(|declared| declared.child(&typed.tag));
@@ -58,26 +52,19 @@ fn variable(
 }
 
 /// The specification counts variables from 1.
-fn unknowns(
-    root: &Element,
-    list: &str,
-    description: &Description,
-) -> Result<Vec<Unknown>, DescriptionError> {
-    let count = description.variables.len();
+fn unknowns(root: &Element, list: &str, count: usize) -> Result<Vec<Unknown>, XmlError> {
     let position = |index: &str| {
         let number = index.trim().parse::<usize>().ok();
         let found = number.filter(|n| (1..=count).contains(n));
         found.map(|n| n - 1).ok_or_else(|| {
-            let (model, index) = (description.model.clone(), index.to_string());
-            DescriptionError::Index {
-                model,
-                index,
-                count,
-            }
+            format!(
+                "ModelStructure names variable number {index}, but must name one of 1 to {count}"
+            )
         })
     };
     let structure = root.child("ModelStructure");
-    let listed = structure.into_iter().flat_map(|s| s.all_in(list));
-    let listed = listed.filter(|element| element.tag == "Unknown");
+    let listed = structure
+        .into_iter()
+        .flat_map(|s| s.listed(list, "Unknown"));
     listed.map(|u| unknown(u, "index", position)).collect()
 }

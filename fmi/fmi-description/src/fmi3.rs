@@ -3,44 +3,42 @@
 use std::collections::HashMap;
 
 use crate::description::{Description, Unknown};
-use crate::error::DescriptionError;
 use crate::file::{Source, items, unknown};
 use crate::variable::{Access, Causality, ClockInterval, ClockTiming, Kind, Variability, Variable};
-use crate::xml::Element;
+use crate::xml::{Element, XmlError};
 
 /// Elements of an array, at most.
 const LARGEST: usize = 1 << 24;
 
 /// Fill in what stands in this version's own way.
-pub fn read(root: &Element, into: &mut Description) -> Result<(), DescriptionError> {
-    into.variables = variables(root, &into.model)?;
-    let references = References::new(&into.variables, &into.model);
-    let unknown = |listed| unknown(listed, "valueReference", |word| references.index(word));
-    let [
-        mut outputs,
-        mut derivatives,
-        mut indicators,
-        mut initial_unknowns,
-    ] = [(); 4].map(|()| Vec::new());
-    for listed in root.all_in("ModelStructure") {
-        match listed.tag.as_str() {
-            "Output" => outputs.push(unknown(listed)?),
-            "ContinuousStateDerivative" => derivatives.push(unknown(listed)?),
-            "EventIndicator" => indicators.push(unknown(listed)?),
-            "InitialUnknown" => initial_unknowns.push(unknown(listed)?),
-            _ => {}
-        }
-    }
-    into.outputs = outputs;
-    into.derivatives = derivatives;
-    let size = |indicator: &Unknown| into.variables[indicator.variable].size();
-    into.event_indicators = indicators.iter().map(size).sum();
-    into.initial_unknowns = initial_unknowns;
+pub fn read(root: &Element, into: &mut Description) -> Result<(), XmlError> {
+    into.variables = variables(root)?;
+    // Of aliases the first.
+    let pairs = into.variables.iter().enumerate().rev();
+    let by_reference: HashMap<u32, usize> = pairs.map(|(k, v)| (v.reference, k)).collect();
+    let index = |word: &str| {
+        let number = word.trim().parse().ok();
+        let found = number.and_then(|n: u32| by_reference.get(&n)).copied();
+        found.ok_or_else(|| {
+            format!("ModelStructure names value reference {word}, which no variable has")
+        })
+    };
+    let unknowns = |tag| -> Result<Vec<Unknown>, XmlError> {
+        let listed = root.listed("ModelStructure", tag);
+        listed
+            .map(|u| unknown(u, "valueReference", index))
+            .collect()
+    };
+    into.outputs = unknowns("Output")?;
+    into.derivatives = unknowns("ContinuousStateDerivative")?;
+    into.initial_unknowns = unknowns("InitialUnknown")?;
+    let indicators = unknowns("EventIndicator")?.into_iter();
+    into.event_indicators = indicators.map(|u| into.variables[u.variable].size()).sum();
     Ok(())
 }
 
 /// All variables and their aliases.
-fn variables(root: &Element, model: &str) -> Result<Vec<Variable>, DescriptionError> {
+fn variables(root: &Element) -> Result<Vec<Variable>, XmlError> {
     let types = root.all_in("TypeDefinitions");
     let types: HashMap<_, _> = types.map(|t| (t.text("name"), t)).collect();
     let lengths: HashMap<_, _> = root.all_in("ModelVariables").filter_map(length).collect();
@@ -56,7 +54,7 @@ fn variables(root: &Element, model: &str) -> Result<Vec<Variable>, DescriptionEr
             declared: declared.copied(),
         };
         let own = Variable {
-            dimensions: dimensions(element, &lengths, model)?,
+            dimensions: dimensions(element, &lengths)?,
             ..variable(source, access)?
         };
         let aliases = element.all("Alias").map(|alias| {
@@ -68,7 +66,7 @@ fn variables(root: &Element, model: &str) -> Result<Vec<Variable>, DescriptionEr
                 ..own.clone()
             })
         });
-        let aliases = aliases.collect::<Result<Vec<_>, DescriptionError>>()?;
+        let aliases = aliases.collect::<Result<Vec<_>, XmlError>>()?;
         variables.push(own);
         variables.extend(aliases);
     }
@@ -94,14 +92,10 @@ fn length(element: &Element) -> Option<(u32, usize)> {
     Some((reference, number("start")?.parse().ok()?))
 }
 
-fn dimensions(
-    element: &Element,
-    lengths: &HashMap<u32, usize>,
-    model: &str,
-) -> Result<Vec<usize>, DescriptionError> {
+fn dimensions(element: &Element, lengths: &HashMap<u32, usize>) -> Result<Vec<usize>, XmlError> {
     let length = |dimension: &Element| {
-        let start = dimension.number("start").ok()?;
-        let reference: Option<u32> = dimension.number("valueReference").ok()?;
+        let start = dimension.whole("start").ok()?;
+        let reference: Option<u32> = dimension.whole("valueReference").ok()?;
         match (start, reference) {
             (Some(start), None) => Some(start),
             (None, Some(reference)) => lengths.get(&reference).copied(),
@@ -115,12 +109,14 @@ fn dimensions(
         size.is_some_and(|size| (1..=LARGEST).contains(&size))
     });
     lengths.ok_or_else(|| {
-        let (model, name) = (model.to_string(), element.text("name"));
-        DescriptionError::Dimension { model, name }
+        element.error(format!(
+            "a dimension of `{}` must be a number of at least 1 or name a structural parameter that starts at one; an array has at most {LARGEST} elements",
+            element.text("name")
+        ))
     })
 }
 
-fn variable(source: Source, access: Option<Access>) -> Result<Variable, DescriptionError> {
+fn variable(source: Source, access: Option<Access>) -> Result<Variable, XmlError> {
     let kind = match access {
         None => Kind::Enumeration(items(source.declared)?),
         Some(Access::Real | Access::Float32) => Kind::Real,
@@ -146,7 +142,7 @@ fn variable(source: Source, access: Option<Access>) -> Result<Variable, Descript
     let clocks = element.get("clocks").unwrap_or_default();
     let clock = |word: &str| {
         let reference = word.parse();
-        reference.map_err(|_| element.error(format!("names `{word}` as a clock")))
+        reference.map_err(|_| element.wrong(format!("names `{word}` as a clock")))
     };
     Ok(Variable {
         start,
@@ -172,10 +168,10 @@ fn usual(causality: Causality, kind: &Kind) -> Variability {
 }
 
 /// How a clock ticks; None where nothing is said.
-fn timing(source: Source) -> Result<Option<ClockTiming>, DescriptionError> {
+fn timing(source: Source) -> Result<Option<ClockTiming>, XmlError> {
     let number = |name: &str| {
         let element = source.of(name);
-        element.map_or(Ok(None), |element| element.number::<f64>(name))
+        element.map_or(Ok(None), |element| element.number(name))
     };
     let Some(element) = source.of("intervalVariability") else {
         return Ok(None);
@@ -196,30 +192,4 @@ fn timing(source: Source) -> Result<Option<ClockTiming>, DescriptionError> {
         period,
         shift,
     }))
-}
-
-/// The variables by value reference; of aliases the first.
-struct References<'a> {
-    model: &'a str,
-    by_reference: HashMap<u32, usize>,
-}
-
-impl<'a> References<'a> {
-    fn new(variables: &[Variable], model: &'a str) -> Self {
-        let pairs = variables.iter().enumerate().rev();
-        let by_reference = pairs.map(|(k, v)| (v.reference, k)).collect();
-        Self {
-            model,
-            by_reference,
-        }
-    }
-
-    fn index(&self, reference: &str) -> Result<usize, DescriptionError> {
-        let number = reference.trim().parse().ok();
-        let found = number.and_then(|n: u32| self.by_reference.get(&n));
-        found.copied().ok_or_else(|| {
-            let [model, reference] = [self.model, reference].map(str::to_string);
-            DescriptionError::Reference { model, reference }
-        })
-    }
 }

@@ -36,19 +36,17 @@ mod fmi3;
 mod parse;
 pub mod platform;
 mod remark;
-mod terminals;
+mod unit;
 mod variable;
-mod xml;
+pub mod xml;
 
 pub use archive::{Archive, ArchiveError, library_among};
-pub use description::{
-    Capabilities, DefaultExperiment, Description, DisplayUnit, Unit, Unknown, Version,
-};
+pub use description::{Capabilities, DefaultExperiment, Description, Unknown, Version};
 pub use encoding::text;
 pub use entries::Entries;
 pub use error::DescriptionError;
 pub use remark::Remark;
-pub use terminals::{Member, Terminal, terminals};
+pub use unit::Unit;
 pub use variable::{
     Access, Causality, ClockInterval, ClockTiming, Initial, Item, Kind, Variability, Variable,
 };

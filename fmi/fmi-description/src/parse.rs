@@ -17,10 +17,7 @@ impl Description {
 
     /// Read the text of a `modelDescription.xml`.
     pub fn parse(text: &str) -> Result<Self, DescriptionError> {
-        let root = Element::parse(text.trim_start_matches('\u{feff}'))?;
-        if root.tag != "fmiModelDescription" {
-            return Err(root.error("is the outermost element, which must be fmiModelDescription"));
-        }
+        let root = Element::parse(text, "modelDescription.xml", "fmiModelDescription")?;
         let version = root.required("fmiVersion")?;
         let model = root.required("modelName")?;
         let fmi = match version.trim() {

@@ -1,12 +1,11 @@
 //! The functions that a library must export, by version and interfaces.
 
+use fmi_description::xml::Element;
 use fmi_import::standard::{FMI2, FMI3, Function, Interface};
-
-use super::xml::Element;
 
 /// What an FMU with this model description must export; None for a version whose functions are not
 /// known here.
-pub fn required(root: Element, version: &str) -> Option<Vec<String>> {
+pub fn required(root: &Element, version: &str) -> Option<Vec<String>> {
     let known = match version {
         "2.0" => FMI2,
         version if version.starts_with("3.") => FMI3,
@@ -34,8 +33,8 @@ mod tests {
     fn each_interface_asks_for_its_functions() {
         let count = |version: &str, interfaces: &str| {
             let text = format!("<d>{interfaces}</d>");
-            let document = uppsala::parse(&text).unwrap();
-            required(Element::root(&document).unwrap(), version).map(|names| names.len())
+            let root = Element::parse(&text, "f", "d").unwrap();
+            required(&root, version).map(|names| names.len())
         };
         let (co_simulation, model_exchange) = ("<CoSimulation/>", "<ModelExchange/>");
         assert_eq!(count("2.0", co_simulation), Some(34));

@@ -17,12 +17,12 @@ mod terminals;
 mod variables;
 #[cfg(feature = "wasm")]
 mod wasm;
-mod xml;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use fmi_description::xml::Element;
 use fmi_description::{Description, Version, library_among};
 use tempfile::TempDir;
 
@@ -31,7 +31,6 @@ pub use checker::Checker;
 use fmi_description::Entries;
 use fmi_import::platform;
 pub use outcome::{Outcome, Promise, Report, Row, Verdict};
-use xml::Element;
 
 /// Heading of what is asked of it.
 const DESCRIPTION: &str = "model description";
@@ -88,21 +87,24 @@ fn described(
     mut schema: Outcome,
     report: &mut Report,
 ) -> Result<()> {
-    let document = match uppsala::parse(text.trim_start_matches('\u{feff}')) {
-        Ok(document) => document,
+    let text = text.trim_start_matches('\u{feff}');
+    let document = uppsala::parse(text).map_err(|e| e.to_string());
+    let parsed = document.and_then(|document| {
+        let root = Element::parse(text, "modelDescription.xml", "fmiModelDescription");
+        Ok((document, root.map_err(|e| e.to_string())?))
+    });
+    let (document, root) = match &parsed {
+        Ok((document, root)) => (document, root),
         Err(reason) => {
-            schema.fail(reason.to_string());
+            schema.fail(reason.clone());
             report.push(DESCRIPTION, SCHEMA, schema);
             return Ok(());
         }
     };
-    let Some(root) = Element::root(&document) else {
-        return Ok(());
-    };
     let version = root.get("fmiVersion").unwrap_or("");
     report.title += &title(root);
     let Outcome { fails, .. } = schema;
-    schema = schema::description(version, &document);
+    schema = schema::description(version, document);
     schema.fails.splice(..0, fails);
     report.push(DESCRIPTION, SCHEMA, schema);
     if let Some(version) = known(version) {
@@ -137,7 +139,7 @@ fn described(
     Ok(())
 }
 
-fn title(root: Element) -> String {
+fn title(root: &Element) -> String {
     let get = |attribute| root.get(attribute).unwrap_or("");
     let interfaces = [
         ("CoSimulation", "co-simulation"),
@@ -170,7 +172,7 @@ fn known(version: &str) -> Option<Version> {
 }
 
 /// The version of an FMU that can be run here, or why it cannot.
-fn runnable(text: &str, root: Element, entries: &Entries) -> Result<Version, String> {
+fn runnable(text: &str, root: &Element, entries: &Entries) -> Result<Version, String> {
     let version = root.get("fmiVersion").and_then(known);
     let version = version.filter(|_| root.child("CoSimulation").is_some());
     let version = version.ok_or("this program runs FMI 2.0 and 3.0 for co-simulation only")?;

@@ -4,10 +4,10 @@
 use std::collections::BTreeSet;
 
 use fmi_description::Version;
+use fmi_description::xml::Element;
 
 use super::outcome::{Outcome, Promise, Report};
 use super::variables::Variable;
-use super::xml::Element;
 
 const AREA: &str = "model description";
 const WHOLE: Promise = Promise {
@@ -31,7 +31,7 @@ const DEPENDENCIES: Promise = Promise {
 const KINDS: [&str; 5] = ["dependent", "constant", "fixed", "tunable", "discrete"];
 
 /// Identifiers that an interface type may have.
-pub fn identifiers<'a>(root: Element<'a>) -> Vec<&'a str> {
+pub fn identifiers<'a>(root: &'a Element) -> Vec<&'a str> {
     let interfaces = ["CoSimulation", "ModelExchange", "ScheduledExecution"];
     let identifiers = interfaces
         .iter()
@@ -42,18 +42,18 @@ pub fn identifiers<'a>(root: Element<'a>) -> Vec<&'a str> {
 
 /// The lists of ModelStructure.
 struct Structure<'a> {
-    outputs: Vec<Element<'a>>,
-    derivatives: Vec<Element<'a>>,
-    initial: Vec<Element<'a>>,
+    outputs: Vec<&'a Element>,
+    derivatives: Vec<&'a Element>,
+    initial: Vec<&'a Element>,
     /// Clocked states and event indicators of FMI 3.0.
-    others: Vec<Element<'a>>,
+    others: Vec<&'a Element>,
     version: Version,
 }
 
 impl<'a> Structure<'a> {
-    fn new(root: Element<'a>, version: Version) -> Self {
+    fn new(root: &'a Element, version: Version) -> Self {
         let structure = root.child("ModelStructure");
-        let elements = |parent: Option<Element<'a>>, tag: &str| {
+        let elements = |parent: Option<&'a Element>, tag: &str| {
             parent.map_or_else(Vec::new, |p| p.all(tag).collect())
         };
         let list = |list: &str, tag: &str| match version {
@@ -74,7 +74,7 @@ impl<'a> Structure<'a> {
     }
 
     /// What an entry says which variable it is about.
-    fn key(&self, entry: Element<'a>) -> &'a str {
+    fn key(&self, entry: &'a Element) -> &'a str {
         let attribute = match self.version {
             Version::Fmi2 => "index",
             Version::Fmi3 => "valueReference",
@@ -92,7 +92,7 @@ impl<'a> Structure<'a> {
 
     fn all<'v>(
         &self,
-        list: &[Element<'a>],
+        list: &[&'a Element],
         variables: &'v [Variable<'a>],
     ) -> Vec<&'v Variable<'a>> {
         let found = list
@@ -103,7 +103,7 @@ impl<'a> Structure<'a> {
 }
 
 /// Check what concerns the whole model, and its structure.
-pub fn check(root: Element, variables: &[Variable], version: Version, report: &mut Report) {
+pub fn check(root: &Element, variables: &[Variable], version: Version, report: &mut Report) {
     report.push(AREA, WHOLE, whole(root, version));
     let structure = Structure::new(root, version);
     report.push(AREA, DEPENDENCIES, dependencies(&structure, variables));
@@ -130,7 +130,7 @@ pub fn check(root: Element, variables: &[Variable], version: Version, report: &m
     );
 }
 
-fn whole(root: Element, version: Version) -> Outcome {
+fn whole(root: &Element, version: Version) -> Outcome {
     let mut outcome = Outcome::default();
     let token = match version {
         Version::Fmi2 => "guid",
@@ -150,8 +150,8 @@ fn whole(root: Element, version: Version) -> Outcome {
         }
     }
     if let Some(experiment) = root.child("DefaultExperiment") {
-        let [start, stop, step, tolerance] =
-            ["startTime", "stopTime", "stepSize", "tolerance"].map(|a| experiment.number(a));
+        let [start, stop, step, tolerance] = ["startTime", "stopTime", "stepSize", "tolerance"]
+            .map(|a| experiment.number(a).ok().flatten());
         if stop.is_some_and(|stop| stop <= start.unwrap_or(0.0)) {
             outcome.fail("DefaultExperiment: stopTime must be after startTime");
         }

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use fmi_description::xml::Element;
+
 use super::outcome::{Outcome, Promise, Report};
 use super::schema;
 use super::variables::Variable;
-use super::xml::Element;
 use fmi_description::Entries;
 
 const AREA: &str = "terminals";
@@ -25,15 +26,18 @@ pub fn check(entries: &Entries, variables: &[Variable], report: &mut Report) {
         return;
     };
     let text = std::str::from_utf8(bytes).map_err(|e| e.to_string());
-    let document = text.and_then(|text| {
-        uppsala::parse(text.trim_start_matches('\u{feff}')).map_err(|e| e.to_string())
+    let parsed = text.and_then(|text| {
+        let text = text.trim_start_matches('\u{feff}');
+        let document = uppsala::parse(text).map_err(|e| e.to_string())?;
+        let root = Element::parse(text, FILE, "fmiTerminalsAndIcons").map_err(|e| e.to_string())?;
+        Ok((document, root))
     });
-    let document = match document {
-        Ok(document) => document,
+    let (document, root) = match parsed {
+        Ok(parsed) => parsed,
         Err(reason) => return report.push(AREA, SCHEMA, Outcome::failed(reason)),
     };
     report.push(AREA, SCHEMA, schema::terminals(&document));
-    let Some(list) = Element::root(&document).and_then(|root| root.child("Terminals")) else {
+    let Some(list) = root.child("Terminals") else {
         return;
     };
     let mut outcome = Outcome::default();
@@ -43,7 +47,7 @@ pub fn check(entries: &Entries, variables: &[Variable], report: &mut Report) {
 }
 
 /// The terminals in an element, and those in them.
-fn terminals(list: Element, entries: &Entries, known: &BTreeSet<&str>, outcome: &mut Outcome) {
+fn terminals(list: &Element, entries: &Entries, known: &BTreeSet<&str>, outcome: &mut Outcome) {
     let mut names = BTreeSet::new();
     for terminal in list.all("Terminal") {
         let name = terminal.get("name").unwrap_or("");

@@ -10,15 +10,15 @@ mod values;
 mod variable;
 
 use fmi_description::Version;
+use fmi_description::xml::Element;
 
 use super::outcome::Report;
-use super::xml::Element;
 pub use variable::Variable;
 
 const AREA: &str = "variables";
 
 /// Check the variables.
-pub fn check(root: Element, variables: &[Variable], version: Version, report: &mut Report) {
+pub fn check(root: &Element, variables: &[Variable], version: Version, report: &mut Report) {
     let mut push = |(promise, outcome)| report.push(AREA, promise, outcome);
     push(names::check(root, variables));
     push(match version {

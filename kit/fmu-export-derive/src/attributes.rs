@@ -24,8 +24,6 @@ pub(crate) struct Attributes {
     pub(crate) depends_on: Option<Vec<LitStr>>,
     pub(crate) initially_depends_on: Option<Vec<LitStr>>,
     pub(crate) rate_depends_on: Option<Vec<LitStr>>,
-    /// Words without a value.
-    flags: Vec<(String, Span)>,
     /// Everything that is said, in order, and where.
     pub(crate) said: Vec<(String, Span)>,
 }
@@ -33,18 +31,6 @@ pub(crate) struct Attributes {
 /// Every key there is.
 const KEYS: &str = "unit, display_unit, start, min, max, nominal, len, name, at, structural, tunable, constant, discrete, set, depends_on, \
                     initially_depends_on, rate_depends_on, beside_evaluation, local, calculated or skip";
-
-/// Keys without a value.
-const FLAGS: &[&str] = &[
-    "structural",
-    "tunable",
-    "constant",
-    "discrete",
-    "beside_evaluation",
-    "local",
-    "calculated",
-    "skip",
-];
 
 impl Attributes {
     pub(crate) fn of(field: &Field) -> Result<Self> {
@@ -60,7 +46,7 @@ impl Attributes {
             let Some(key) = meta.path.get_ident().map(ToString::to_string) else {
                 return Err(meta.error(format!("unknown attribute; it must be {KEYS}")));
             };
-            if self.said.iter().any(|(said, _)| *said == key) {
+            if self.has(&key) {
                 return Err(meta.error(format!("`{key}` is said twice")));
             }
             match key.as_str() {
@@ -90,9 +76,8 @@ impl Attributes {
                         _ => self.initially_depends_on = Some(names),
                     }
                 }
-                flag if FLAGS.contains(&flag) => {
-                    self.flags.push((key.clone(), span(&meta.path)));
-                }
+                "structural" | "tunable" | "constant" | "discrete" | "beside_evaluation"
+                | "local" | "calculated" | "skip" => {} // without a value
                 _ => {
                     return Err(meta.error(format!("unknown attribute `{key}`; it must be {KEYS}")));
                 }
@@ -102,9 +87,9 @@ impl Attributes {
         })
     }
 
-    /// Whether a key without a value is there.
-    pub(crate) fn has(&self, flag: &str) -> bool {
-        self.flags.iter().any(|(name, _)| name == flag)
+    /// Whether a key is there.
+    pub(crate) fn has(&self, key: &str) -> bool {
+        self.said.iter().any(|(said, _)| said == key)
     }
 }
 

@@ -1,7 +1,7 @@
 //! What must be said of a field, and what can be.
 
+use crate::errors::combined;
 use crate::field::{Field, Kind, Role, Shape};
-use crate::structs::combined;
 use proc_macro2::Span;
 use syn::{Error, Expr, ExprLit, ExprUnary, Lit, Result, UnOp};
 

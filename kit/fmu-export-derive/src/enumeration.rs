@@ -1,8 +1,8 @@
 //! Enumerations as types of variables.
 
 use crate::attributes::fmu;
+use crate::errors::combined;
 use crate::names;
-use crate::structs::combined;
 use proc_macro2::TokenStream;
 use quote::quote;
 use syn::{Data, DeriveInput, Error, Fields, LitStr, Result, Variant};

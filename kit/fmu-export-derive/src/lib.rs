@@ -61,6 +61,7 @@
 mod attributes;
 mod check;
 mod enumeration;
+mod errors;
 mod field;
 mod names;
 mod rows;

@@ -2,6 +2,7 @@
 //! implement.
 
 use crate::attributes::fmu;
+use crate::errors::combined;
 use crate::field::{Field, Kind, Role, Shape};
 use crate::values::{start_value, zero};
 use crate::{check, rows, state};
@@ -75,16 +76,6 @@ fn fields(input: &DeriveInput) -> Result<Vec<Field>> {
         Ok(())
     }))?;
     Ok(read)
-}
-
-/// All errors at once.
-pub(crate) fn combined(results: impl Iterator<Item = Result<()>>) -> Result<()> {
-    let errors = results.filter_map(Result::err);
-    let all = errors.reduce(|mut all, next| {
-        all.combine(next);
-        all
-    });
-    all.map_or(Ok(()), Err)
 }
 
 fn is_table_only(attributes: &[Attribute]) -> Result<bool> {

@@ -101,6 +101,7 @@
 //! derives says `#[fmu(model_exchange)]`.
 
 mod border;
+mod check;
 mod core;
 #[cfg(feature = "derive")]
 #[doc(hidden)]
@@ -113,10 +114,10 @@ pub mod tables;
 #[cfg(target_arch = "wasm32")]
 mod wasm;
 
+pub use check::check;
 pub use core::binary::Binary;
 pub use core::carried::{Carried, Counted};
 pub use core::causality::{ALL_PARAMETERS, NO_STATES};
-pub use core::check::check;
 pub use core::continuous::Continuous;
 pub use core::enumeration::{Enumeration, Items};
 pub use core::error::ModelError;
@@ -134,8 +135,7 @@ pub use core::place::Fields;
 #[doc(hidden)]
 pub use core::sizes::fitted;
 pub use core::step_end::StepEnd;
-pub use core::unit::{DisplayUnit, Unit};
-pub use core::units::KNOWN_UNITS;
+pub use fmi_units::{DisplayUnit, KNOWN_UNITS, Unit};
 pub use fmi2::description::model_description;
 #[doc(hidden)]
 pub use fmi2::entry;

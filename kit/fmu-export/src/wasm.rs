@@ -2,8 +2,8 @@
 //! module [`memory`], [`files`] and [`callbacks`], for those of a component [`component`].
 
 mod answers;
-pub(crate) mod callbacks;
+mod callbacks;
 #[doc(hidden)]
 pub mod component;
-pub(crate) mod files;
+mod files;
 mod memory;

@@ -4,9 +4,8 @@ use crate::actuator::Emla;
 use crate::conditions::Conditions;
 use crate::instant::Instant;
 use crate::losses::Losses;
-use crate::maps;
-use crate::motor;
 use crate::state::{Balance, LossKinds, Point, Rates, State};
+use crate::{maps, motor};
 use machine_file::{ActuatorInput as Input, Dq, Drive};
 
 impl Emla {

@@ -2,9 +2,8 @@
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
-use crate::maps;
-use crate::motor;
 use crate::state::Point;
+use crate::{maps, motor};
 use machine_file::{ActuatorInput as Input, Dq, Drive, Holding};
 
 /// What follows from state and inputs at one instant.

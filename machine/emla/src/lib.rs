@@ -39,7 +39,6 @@ mod tanh;
 
 pub use actuator::{Emla, Unbounded};
 pub use continuous::INDICATORS;
-pub use losses::Losses;
 pub use machine_file::{ActuatorInput as Input, Dq, Drive};
 pub use model_rules::StepError;
 pub use options::Electric;

@@ -9,7 +9,7 @@ use std::f64::consts::FRAC_2_PI;
 /// Losses by kind, W. Their [`Losses::total`] closes the balance
 /// `P_in = P_out + losses + d(stored energy)/dt` exactly, before integration.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Losses {
+pub(crate) struct Losses {
     /// Copper, `3/2·R_s·(i_d² + i_q²)`.
     pub copper: f64,
     /// Iron, `(k_h·|w_e| + k_e·w_e²)·(λ_d² + λ_q²)`; a parallel loss, without a torque of its own.

@@ -3,7 +3,6 @@
 use crate::actuator::Emla;
 use crate::dynamics::{power_in, power_out};
 use crate::efficiency::{Efficiency, Powers, is_defined};
-use crate::losses::Losses;
 use crate::maps;
 use crate::state::State;
 use machine_file::{ActuatorInput as Input, link_current};
@@ -189,13 +188,5 @@ impl Emla {
             Some(_) => physics + self.alpha * (network - physics),
             None => physics,
         }
-    }
-
-    /// Losses by kind in state `s` under the inputs `u`.
-    #[must_use]
-    pub fn losses_at(&self, s: &State, u: &Input) -> Losses {
-        let p = self.at_temperature(&s.thermal);
-        let held = self.held(&p, s, u);
-        self.losses(&self.instant(&s.point(), u, &held), &held)
     }
 }

@@ -6,10 +6,9 @@ use crate::dynamics::power_in;
 use crate::efficiency::{Efficiency, Powers};
 use crate::instant::Instant;
 use crate::losses::{Losses, core_loss, inverter_loss};
-use crate::maps;
-use crate::motor;
 use crate::output::Output;
 use crate::state::{Balance, LossKinds, State};
+use crate::{maps, motor};
 use machine_file::{ActuatorInput as Input, Dq, Drive, Holding, link_current};
 
 /// Derivatives of the members of [`Instant`] that the outputs need.

@@ -1,11 +1,9 @@
 //! Where a machine comes from: a file, or a part of one with `"extends"` and what differs, or a
 //! shipped machine.
 
-use crate::Machine;
 use crate::check::{Findings, MachineError};
-use crate::json;
 use crate::sections::{SECTIONS_PER_AXIS, is_split, split};
-use crate::shape;
+use crate::{Machine, json, shape};
 use serde_json::{Map, Value};
 use std::fs;
 use std::path::{Path, PathBuf};

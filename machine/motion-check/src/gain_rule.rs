@@ -1,7 +1,7 @@
 //! The rule that turns a machine into gains for actuators as built: soft, sampled, late.
 //!
 //! Each gain stands in a fixed ratio to what bounds it. The ratios are those of the gains that keep
-//! the reference machine in every plant of the tests; the reasoning is in `docs/machines.md`.
+//! the reference machine in every plant of the tests; the reasoning is in `docs/machine/machines.md`.
 
 use emla::maps;
 use hdrm::{Hdrm, HdrmError, Options, State};

@@ -6,27 +6,11 @@ use crate::file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint};
 use crate::quaternion::unit;
 use csv::{ReaderBuilder, StringRecord, Trim};
 
+const POSITION: [&str; 3] = ["x", "y", "z"];
 const ORIENTATION: [&str; 4] = ["qw", "qx", "qy", "qz"];
 const COM: [&str; 3] = ["com_x", "com_y", "com_z"];
-const SAMPLE: [&str; 8] = ["t", "x", "y", "z", "qw", "qx", "qy", "qz"];
-const WAYPOINT: [&str; 16] = [
-    "x",
-    "y",
-    "z",
-    "qw",
-    "qx",
-    "qy",
-    "qz",
-    "dwell",
-    "speed",
-    "time",
-    "blend",
-    "load_mass",
-    "load_over",
-    "com_x",
-    "com_y",
-    "com_z",
-];
+/// The other columns of waypoints.
+const AT_WAYPOINT: [&str; 6] = ["dwell", "speed", "time", "blend", "load_mass", "load_over"];
 
 /// Reads a path; its values are not checked yet. A column `t` makes it a sampled one.
 pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
@@ -37,7 +21,10 @@ pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
         .from_reader(text.as_bytes());
     let header = reader.headers().map_err(format)?.clone();
     let is_sampled = header.iter().any(|name| name == "t");
-    let known: &[&'static str] = if is_sampled { &SAMPLE } else { &WAYPOINT };
+    let known = match is_sampled {
+        true => [&["t"], &POSITION[..], &ORIENTATION].concat(),
+        false => [&POSITION[..], &ORIENTATION, &AT_WAYPOINT, &COM].concat(),
+    };
     for (k, name) in header.iter().enumerate() {
         if name.contains(';') {
             return Err(PathError::Format(
@@ -46,7 +33,7 @@ pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
             ));
         }
         if !known.contains(&name) {
-            let known = known.iter().map(|&name| name.to_owned()).collect();
+            let known = known.into_iter().map(str::to_owned).collect();
             return Err(unknown("the header", name, known));
         }
         if header.iter().take(k).any(|other| other == name) {
@@ -55,10 +42,8 @@ pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
             )));
         }
     }
-    if let Some(missing) = ["x", "y", "z"]
-        .into_iter()
-        .find(|c| !header.iter().any(|h| h == *c))
-    {
+    let is_missing = |name: &&str| !header.iter().any(|column| column == *name);
+    if let Some(missing) = POSITION.into_iter().find(is_missing) {
         let text =
             format!("path CSV: the header must have columns x, y and z; `{missing}` is missing");
         return Err(PathError::Format(text));

@@ -2,7 +2,6 @@
 
 use crate::error::{PathError, Place};
 use crate::file::{Load, PathFile, Points, Sample, Waypoint};
-use crate::iso9283::Iso9283;
 use crate::legs::{Legs, Stop, rest};
 use crate::spline::Spline;
 use motion_check::{Pose, TipMotion};
@@ -20,7 +19,6 @@ pub struct TipPath {
     /// In the order of time.
     loads: Vec<Change>,
     duration: f64,
-    test: Option<Iso9283>,
 }
 
 /// A load that comes or goes.
@@ -45,12 +43,10 @@ impl TipPath {
         } else {
             Vector3::zeros()
         };
-        let mut path = match &file.points {
-            Points::Waypoints(waypoints) => Self::along(file, start, offset, waypoints)?,
-            Points::Samples(samples) => Self::through(file, start, offset, samples)?,
-        };
-        path.test = file.test;
-        Ok(path)
+        match &file.points {
+            Points::Waypoints(waypoints) => Self::along(file, start, offset, waypoints),
+            Points::Samples(samples) => Self::through(file, start, offset, samples),
+        }
     }
 
     fn along(
@@ -78,7 +74,6 @@ impl TipPath {
             loads: waypoints.iter().zip(&stops).filter_map(change).collect(),
             duration: stops.last().map_or(0.0, |stop| stop.leaves),
             stops,
-            test: None,
         })
     }
 
@@ -102,7 +97,6 @@ impl TipPath {
             spline: Some((begins, spline)),
             stops: Vec::new(),
             loads: Vec::new(),
-            test: None,
         })
     }
 
@@ -137,11 +131,6 @@ impl TipPath {
     /// When the tip is at the waypoints, in their order; of a sampled path none.
     pub fn stops(&self) -> &[Stop] {
         &self.stops
-    }
-
-    /// The test of ISO 9283 that it is.
-    pub fn test(&self) -> Option<Iso9283> {
-        self.test
     }
 
     /// Where the tip is at `t`, s.

@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 
 /// Everything between the measurements and the commands at one instant. The forces `F` count in the
 /// virtual power flows only.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Evaluation {
     /// None at [`crate::Level::Actuator`].
     pub(crate) machine: Option<MachineLevel>,
@@ -69,15 +69,8 @@ impl Evaluation {
     /// Nothing yet, with the measurements `held`, where these are not those of the moment.
     pub(crate) fn of_held(held: Option<&Input>) -> Self {
         Self {
-            machine: None,
-            errors: Errors::default(),
-            demands: Default::default(),
-            commands: Default::default(),
-            rate_error: [0.0; 3],
             F: held.map(|held| held.F),
-            current_loop: false,
-            push: [0.0; 3],
-            output: Output::default(),
+            ..Self::default()
         }
     }
 

@@ -6,6 +6,8 @@ pub mod experiment;
 pub mod forgotten;
 pub(crate) mod instances;
 pub mod observer;
+#[cfg(feature = "native")]
+mod plan;
 pub mod recording;
 pub mod signals;
 #[cfg(feature = "native")]

@@ -1,8 +1,9 @@
 //! Connectors of elements and systems: what is declared of a variable.
 
-use crate::common::{DataType, Unit};
-use crate::error::StructureError;
-use crate::xml::Node;
+use fmi_description::Unit;
+use fmi_description::xml::{Element, XmlError};
+
+use crate::common::DataType;
 
 /// Which way values go through a connector, `kind`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,8 +44,6 @@ pub struct Connector {
     pub data_type: Option<DataType>,
     /// Unit of a real connector, where one is declared.
     pub unit: Option<Unit>,
-    /// Enumeration that it names.
-    pub enumeration: Option<String>,
     /// Lengths of an array, None where another connector or the component says it; empty for a
     /// scalar (SSP 2.0).
     pub dimensions: Vec<Option<usize>>,
@@ -52,10 +51,10 @@ pub struct Connector {
     pub line: usize,
 }
 
-pub(crate) fn connectors(node: &Node, units: &[Unit]) -> Result<Vec<Connector>, StructureError> {
-    let read = |c: &Node| {
+pub(crate) fn connectors(node: &Element, units: &[Unit]) -> Result<Vec<Connector>, XmlError> {
+    let read = |c: &Element| {
         let name = c.required("name")?;
-        let direction = match c.required("kind")? {
+        let direction = match c.required("kind")?.as_str() {
             "input" => Direction::Input,
             "output" | "local" => Direction::Output,
             "parameter" | "structuralParameter" => Direction::Parameter,
@@ -68,11 +67,10 @@ pub(crate) fn connectors(node: &Node, units: &[Unit]) -> Result<Vec<Connector>, 
             }
         };
         let declared = DataType::declared(c);
-        let attribute = |name| declared.and_then(|(_, node)| node.attribute(name));
-        let is_enumeration = declared.is_some_and(|(t, _)| t == DataType::Enumeration);
-        let dimensions = c.children.iter().filter(|d| d.name == "Dimension");
-        let size = |d: &Node| {
-            let Some(text) = d.attribute("size") else {
+        let unit = declared.and_then(|(_, node)| node.get("unit"));
+        let dimensions = c.all("Dimension");
+        let size = |d: &Element| {
+            let Some(text) = d.get("size") else {
                 return Ok(None);
             };
             let unfit = || format!("connector `{name}` has a dimension of the size `{text}`");
@@ -81,13 +79,10 @@ pub(crate) fn connectors(node: &Node, units: &[Unit]) -> Result<Vec<Connector>, 
         };
         Ok(Connector {
             dimensions: dimensions.map(size).collect::<Result<_, _>>()?,
-            name: name.to_string(),
+            name,
             direction,
             data_type: declared.map(|(data_type, _)| data_type),
-            unit: attribute("unit").map(|name| Unit::of(units, name)),
-            enumeration: attribute("name")
-                .filter(|_| is_enumeration)
-                .map(str::to_string),
+            unit: unit.map(|name| Unit::among(units, name)),
             line: c.line,
         })
     };

@@ -1,20 +1,19 @@
 //! System structures (`.ssd`): systems, their elements, connectors, connections and parameter
 //! bindings.
 
-use crate::common::{Enumeration, Transformation, Unit};
+use fmi_description::Unit;
+use fmi_description::xml::{self, XmlError};
+
+use crate::common::{Transformation, units};
 use crate::connector::{Connector, connectors};
 use crate::dictionary::{DictionaryReference, SignalDictionary};
-use crate::error::StructureError;
 use crate::parameters::{Binding, Sourced};
-use crate::xml::Node;
 
 /// A system structure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SystemStructure {
     /// The outermost system.
     pub system: System,
-    /// Enumerations that connectors name.
-    pub enumerations: Vec<Enumeration>,
     /// Start and stop of a run if the user says nothing else.
     pub default_experiment: DefaultExperiment,
 }
@@ -36,13 +35,13 @@ pub struct Annotation {
     /// Type, in reverse domain notation.
     pub kind: String,
     /// The annotation with its content.
-    pub content: Node,
+    pub content: xml::Element,
 }
 
 impl Annotation {
-    fn read_all(node: &Node) -> Result<Vec<Self>, StructureError> {
-        let read = |content: &Node| {
-            let kind = content.required("type")?.to_string();
+    fn read_all(node: &xml::Element) -> Result<Vec<Self>, XmlError> {
+        let read = |content: &xml::Element| {
+            let kind = content.required("type")?;
             Ok(Self {
                 kind,
                 content: content.clone(),
@@ -171,9 +170,9 @@ impl SystemStructure {
     ///
     /// # Errors
     /// What is wrong, and where.
-    pub fn parse(text: &str, file: &str) -> Result<Self, StructureError> {
-        let root = Node::parse(text, file, "SystemStructureDescription")?;
-        if let Some(version) = root.attribute("version")
+    pub fn parse(text: &str, file: &str) -> Result<Self, XmlError> {
+        let root = xml::Element::parse(text, file, "SystemStructureDescription")?;
+        if let Some(version) = root.get("version")
             && !["1.0", "2.0"].contains(&version)
         {
             return Err(root.error(format!(
@@ -186,29 +185,28 @@ impl SystemStructure {
         let experiment = root.child("DefaultExperiment");
         let experiment = experiment.map(|node| {
             Ok(DefaultExperiment {
-                start: node.number("startTime")?,
-                stop: node.number("stopTime")?,
+                start: node.finite("startTime")?,
+                stop: node.finite("stopTime")?,
                 annotations: Annotation::read_all(node)?,
             })
         });
         Ok(Self {
-            system: self::system(system, &Unit::read_all(&root)?)?,
-            enumerations: Enumeration::read_all(&root)?,
+            system: self::system(system, &units(&root)?)?,
             default_experiment: experiment.transpose()?.unwrap_or_default(),
         })
     }
 }
 
-fn system(node: &Node, units: &[Unit]) -> Result<System, StructureError> {
-    let name = node.required("name")?.to_string();
+fn system(node: &xml::Element, units: &[Unit]) -> Result<System, XmlError> {
+    let name = node.required("name")?;
     let mut elements: Vec<Element> = Vec::new();
     for child in node.child("Elements").into_iter().flat_map(|e| &e.children) {
-        let element = match child.name.as_str() {
+        let element = match child.tag.as_str() {
             "Component" => Element::Component(component(child, units)?),
             "System" => Element::System(system(child, units)?),
             "SignalDictionaryReference" => Element::Dictionary(DictionaryReference {
-                name: child.required("name")?.to_string(),
-                dictionary: child.required("dictionary")?.to_string(),
+                name: child.required("name")?,
+                dictionary: child.required("dictionary")?,
                 connectors: connectors(child, units)?,
             }),
             _ => continue,
@@ -228,11 +226,11 @@ fn system(node: &Node, units: &[Unit]) -> Result<System, StructureError> {
     let connections = node.listed("Connections", "Connection").map(connection);
     let dictionaries = node.listed("SignalDictionaries", "SignalDictionary");
     let dictionaries = dictionaries.map(|dictionary| {
-        let inline = |node: &Node| {
+        let inline = |node: &xml::Element| {
             let inline = node.child("SignalDictionary");
             inline.map(SignalDictionary::read).transpose()
         };
-        let name = dictionary.required("name")?.to_string();
+        let name = dictionary.required("name")?;
         Ok((
             name,
             Sourced::read(dictionary, "a signal dictionary", inline)?,
@@ -248,9 +246,9 @@ fn system(node: &Node, units: &[Unit]) -> Result<System, StructureError> {
     })
 }
 
-fn component(node: &Node, units: &[Unit]) -> Result<Component, StructureError> {
+fn component(node: &xml::Element, units: &[Unit]) -> Result<Component, XmlError> {
     let (name, source) = (node.required("name")?, node.required("source")?);
-    let kind = match node.attribute("type") {
+    let kind = match node.get("type") {
         None | Some("application/x-fmu-sharedlibrary") => Kind::Fmu,
         Some("application/x-ssp-definition") => Kind::Structure,
         Some("application/x-ssp-package") => Kind::Package,
@@ -260,7 +258,7 @@ fn component(node: &Node, units: &[Unit]) -> Result<Component, StructureError> {
             )));
         }
     };
-    if let Some(implementation) = node.attribute("implementation")
+    if let Some(implementation) = node.get("implementation")
         && !["any", "CoSimulation"].contains(&implementation)
     {
         return Err(node.error(format!(
@@ -268,8 +266,8 @@ fn component(node: &Node, units: &[Unit]) -> Result<Component, StructureError> {
         )));
     }
     Ok(Component {
-        name: name.to_string(),
-        source: source.to_string(),
+        name,
+        source,
         kind,
         connectors: connectors(node, units)?,
         bindings: Binding::read_all(node)?,
@@ -277,11 +275,11 @@ fn component(node: &Node, units: &[Unit]) -> Result<Component, StructureError> {
     })
 }
 
-fn connection(node: &Node) -> Result<Connection, StructureError> {
+fn connection(node: &xml::Element) -> Result<Connection, XmlError> {
     let end = |element, connector| {
         Ok(End {
-            element: node.attribute(element).map(str::to_string),
-            connector: node.required(connector)?.to_string(),
+            element: node.get(element).map(str::to_string),
+            connector: node.required(connector)?,
         })
     };
     let connection = Connection {
@@ -293,8 +291,8 @@ fn connection(node: &Node) -> Result<Connection, StructureError> {
         line: node.line,
     };
     if node
-        .attribute("startIndices")
-        .or(node.attribute("endIndices"))
+        .get("startIndices")
+        .or(node.get("endIndices"))
         .is_some()
     {
         return Err(node.error(format!(
@@ -341,7 +339,6 @@ mod tests {
         let names: Vec<_> = read.system.elements.iter().map(Element::name).collect();
         assert_eq!(names, ["a", "in", "c", "bus"]);
         assert_eq!(read.default_experiment.start, Some(0.5));
-        assert_eq!(read.enumerations[0].items[1], ("on".into(), 2));
         let outer = &read.system.connectors[0];
         assert_eq!(
             (outer.data_type, outer.direction),
@@ -350,7 +347,7 @@ mod tests {
         assert_eq!(outer.unit.as_ref().map(|u| u.factor), Some(0.001));
         let connectors = read.system.elements[0].connectors();
         assert_eq!((connectors[0].data_type, connectors[0].line), (None, 11));
-        assert_eq!(connectors[1].enumeration.as_deref(), Some("Mode"));
+        assert_eq!(connectors[1].data_type, Some(DataType::Enumeration));
         let [plain, scaled] = &read.system.connections[..] else {
             panic!("two connections")
         };
@@ -411,11 +408,6 @@ mod tests {
                 "m=\"1\" factor",
                 "m=\"1.5\" factor",
                 "line 21: unit `mm`: the exponent m = `1.5`",
-            ),
-            (
-                "value=\"2\"",
-                "value=\"two\"",
-                "line 22: item `on` has the value `two`",
             ),
             (
                 "version=\"1.0\" name",

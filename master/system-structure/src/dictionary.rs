@@ -1,9 +1,10 @@
 //! Signal dictionaries (`.ssb`): signals by name that connections of several systems share.
 
-use crate::common::{DataType, Unit};
+use fmi_description::Unit;
+use fmi_description::xml::{Element, XmlError};
+
+use crate::common::{DataType, units};
 use crate::connector::Connector;
-use crate::error::StructureError;
-use crate::xml::Node;
 
 /// The signals of a dictionary.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -17,13 +18,13 @@ impl SignalDictionary {
     ///
     /// # Errors
     /// What is wrong, and where.
-    pub fn parse(text: &str, file: &str) -> Result<Self, StructureError> {
-        Self::read(&Node::parse(text, file, "SignalDictionary")?)
+    pub fn parse(text: &str, file: &str) -> Result<Self, XmlError> {
+        Self::read(&Element::parse(text, file, "SignalDictionary")?)
     }
 
-    pub(crate) fn read(node: &Node) -> Result<Self, StructureError> {
-        let units = Unit::read_all(node)?;
-        let all = node.children.iter().filter(|c| c.name == "DictionaryEntry");
+    pub(crate) fn read(node: &Element) -> Result<Self, XmlError> {
+        let units = units(node)?;
+        let all = node.all("DictionaryEntry");
         let entries = all.map(|entry| {
             let name = entry.required("name")?;
             let Some((data_type, declared)) = DataType::declared(entry) else {
@@ -31,10 +32,8 @@ impl SignalDictionary {
                     entry.error(format!("the entry `{name}` of the dictionary has no type"))
                 );
             };
-            let unit = declared
-                .attribute("unit")
-                .map(|name| Unit::of(&units, name));
-            Ok((name.to_string(), data_type, unit))
+            let unit = declared.get("unit").map(|name| Unit::among(&units, name));
+            Ok((name, data_type, unit))
         });
         Ok(Self {
             entries: entries.collect::<Result<_, _>>()?,

@@ -20,19 +20,15 @@ mod common;
 mod connector;
 mod description;
 mod dictionary;
-mod error;
 mod mapping;
 mod parameters;
-mod xml;
 
-pub use common::{DataType, Enumeration, Transformation, Unit};
+pub use common::{DataType, Transformation};
 pub use connector::{Connector, Direction};
 pub use description::{
     Annotation, Component, Connection, DefaultExperiment, Element, End, Kind, System,
     SystemStructure,
 };
 pub use dictionary::{DictionaryReference, SignalDictionary};
-pub use error::StructureError;
 pub use mapping::{MappingEntry, ParameterMapping};
 pub use parameters::{Binding, Parameter, ParameterSet, SourceBase, Sourced};
-pub use xml::Node;

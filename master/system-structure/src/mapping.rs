@@ -1,9 +1,9 @@
 //! Parameter mappings (`.ssm`): other names for the parameters of a set, and what becomes of their
 //! values.
 
+use fmi_description::xml::{Element, XmlError};
+
 use crate::common::Transformation;
-use crate::error::StructureError;
-use crate::xml::Node;
 
 /// A parameter mapping; parameters that it does not name are not applied.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -30,13 +30,13 @@ impl ParameterMapping {
     ///
     /// # Errors
     /// What is wrong, and where.
-    pub fn parse(text: &str, file: &str) -> Result<Self, StructureError> {
-        Self::read(&Node::parse(text, file, "ParameterMapping")?)
+    pub fn parse(text: &str, file: &str) -> Result<Self, XmlError> {
+        Self::read(&Element::parse(text, file, "ParameterMapping")?)
     }
 
-    pub(crate) fn read(node: &Node) -> Result<Self, StructureError> {
+    pub(crate) fn read(node: &Element) -> Result<Self, XmlError> {
         let mut entries: Vec<MappingEntry> = Vec::new();
-        for entry in node.children.iter().filter(|c| c.name == "MappingEntry") {
+        for entry in node.all("MappingEntry") {
             let target = entry.required("target")?;
             if entries.iter().any(|other| other.target == target) {
                 return Err(entry.error(format!(
@@ -44,8 +44,8 @@ impl ParameterMapping {
                 )));
             }
             entries.push(MappingEntry {
-                source: entry.required("source")?.to_string(),
-                target: target.to_string(),
+                source: entry.required("source")?,
+                target,
                 keeps_units: entry.flag("suppressUnitConversion")?,
                 transformation: Transformation::read(entry)?,
             });

@@ -1,9 +1,10 @@
 //! Parameter sets (`.ssv`), and the bindings that apply them to a component or a system.
 
-use crate::common::{DataType, Unit};
-use crate::error::StructureError;
+use fmi_description::Unit;
+use fmi_description::xml::{Element, XmlError};
+
+use crate::common::{DataType, units};
 use crate::mapping::ParameterMapping;
-use crate::xml::Node;
 
 /// A value for a parameter, or for any variable that has a start value.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,12 +31,12 @@ impl ParameterSet {
     ///
     /// # Errors
     /// What is wrong, and where.
-    pub fn parse(text: &str, file: &str) -> Result<Self, StructureError> {
-        Self::read(&Node::parse(text, file, "ParameterSet")?)
+    pub fn parse(text: &str, file: &str) -> Result<Self, XmlError> {
+        Self::read(&Element::parse(text, file, "ParameterSet")?)
     }
 
-    fn read(node: &Node) -> Result<Self, StructureError> {
-        let units = Unit::read_all(node)?;
+    fn read(node: &Element) -> Result<Self, XmlError> {
+        let units = units(node)?;
         let all = node.listed("Parameters", "Parameter");
         let parameters = all.map(|p| {
             let name = p.required("name")?;
@@ -43,10 +44,10 @@ impl ParameterSet {
                 return Err(p.error(format!("parameter `{name}` has no value")));
             };
             Ok(Parameter {
-                name: name.to_string(),
+                name: name,
                 data_type,
-                value: value.required("value")?.to_string(),
-                unit: value.attribute("unit").map(|name| Unit::of(&units, name)),
+                value: value.required("value")?,
+                unit: value.get("unit").map(|name| Unit::among(&units, name)),
             })
         });
         Ok(Self {
@@ -82,15 +83,15 @@ pub enum Sourced<T> {
 impl<T> Sourced<T> {
     /// What `node`, a `what`, names as its source, else the content that `inline` finds in it.
     pub(crate) fn read(
-        node: &Node,
+        node: &Element,
         what: &str,
-        inline: impl FnOnce(&Node) -> Result<Option<T>, StructureError>,
-    ) -> Result<Self, StructureError> {
-        match (inline(node)?, node.attribute("source")) {
+        inline: impl FnOnce(&Element) -> Result<Option<T>, XmlError>,
+    ) -> Result<Self, XmlError> {
+        match (inline(node)?, node.get("source")) {
             (Some(inline), None) => Ok(Self::Inline(inline)),
             (None, Some(source)) => Ok(Self::File {
                 source: source.to_string(),
-                base: match node.attribute("sourceBase") {
+                base: match node.get("sourceBase") {
                     None | Some("SSD") => SourceBase::Structure,
                     Some("component") => SourceBase::Component,
                     Some(other) => {
@@ -119,12 +120,12 @@ pub struct Binding {
 }
 
 impl Binding {
-    pub(crate) fn read_all(element: &Node) -> Result<Vec<Self>, StructureError> {
+    pub(crate) fn read_all(element: &Element) -> Result<Vec<Self>, XmlError> {
         let all = element.listed("ParameterBindings", "ParameterBinding");
         all.map(Self::read).collect()
     }
 
-    fn read(node: &Node) -> Result<Self, StructureError> {
+    fn read(node: &Element) -> Result<Self, XmlError> {
         let mapping = node.child("ParameterMapping").map(|mapping| {
             Sourced::read(mapping, "a parameter mapping", |mapping| {
                 let inline = mapping.child("ParameterMapping");
@@ -132,7 +133,7 @@ impl Binding {
             })
         });
         Ok(Self {
-            prefix: node.attribute("prefix").unwrap_or_default().to_string(),
+            prefix: node.get("prefix").unwrap_or_default().to_string(),
             set: Sourced::read(node, "a parameter binding", |node| {
                 let values = node.child("ParameterValues");
                 let inline = values.and_then(|values| values.child("ParameterSet"));

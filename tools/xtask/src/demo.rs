@@ -54,7 +54,7 @@ pub fn run(workspace: &Workspace) -> Result<()> {
     })?;
     let report = out.join("report.html");
     phases.run("the report: its runs, page and figures", || {
-        let recorded = workspace.root.join("docs/recorded");
+        let recorded = workspace.root.join("docs/studies/recorded");
         let mut command = run(&["report"]);
         command.arg("--out").arg(&report);
         command.arg("--figures").arg(out.join("figures"));

@@ -20,12 +20,9 @@ use cargo_fmu::workspace::artifacts;
 use clap::Args;
 use sha2::{Digest, Sha256};
 
-use crate::pack;
 use crate::python::Python;
-use crate::test::is_ci;
-use crate::web;
-use crate::wheel;
-use crate::workspace::{FMU_PROFILE, Workspace, profile};
+use crate::workspace::{FMU_PROFILE, Workspace, is_ci, profile};
+use crate::{pack, web, wheel};
 pub use check::{prepare, try_wheel};
 use folder::{CHECKSUMS, Dist, file_name, files};
 use listing::Listing;

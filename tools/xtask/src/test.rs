@@ -12,7 +12,7 @@ use crate::bench;
 use crate::phases::Phases;
 use crate::programs::torture;
 use crate::python::Python;
-use crate::workspace::Workspace;
+use crate::workspace::{Workspace, is_ci};
 use crate::{describe, dist, importers, pack, web, wheel};
 
 /// Run all checks, the nightly ones too if asked for; the first that fails ends it.
@@ -161,11 +161,6 @@ fn skipped(why: &str) -> Result<()> {
     }
     println!("skipped: {why}");
     Ok(())
-}
-
-/// Whether this is continuous integration (environment variable CI).
-pub fn is_ci() -> bool {
-    std::env::var("CI").is_ok_and(|ci| !matches!(ci.as_str(), "" | "0" | "false"))
 }
 
 /// The environment of the tests, with what they need.

@@ -1,45 +1,31 @@
 //! Variants of a packed system: its one structure with parameter values bound, made while packing,
-//! so that the wiring is written once.
+//! so that the wiring is written once. What is changed is found in the structure's tree; all else
+//! stays as it is written.
+
+use std::ops::Range;
 
 use anyhow::{Context, Result, ensure};
+use fmi_description::xml::Element;
 
-/// The first component of a structure, for which the sets are; they are bound after its own
-/// parameter bindings.
-const CONTROLLER: &str = r#"<ssd:Component name="controller""#;
-/// Where a component's parameter bindings end.
-const BINDINGS_END: &str = "        </ssd:ParameterBindings>\n";
 /// Trajectories and when their motion ends, s (`tests/test_parameter_sets.py` compares with what
 /// the controller says).
 const TRAJECTORIES: [(&str, &str); 2] = [("cubic", "24.25"), ("triangular", "13.75")];
 /// Controllers.
 const MODES: [&str; 3] = ["adaptive", "modular", "pd"];
 
-/// The first value in the set of each component with a delay of its own, in systems whose sensors
-/// have none.
-const FIRST_VALUE: &str = r#"<ssv:Parameter name="alpha">"#;
+/// Bindings of the controller, and of the whole system, which only one system has.
+const CONTROLLER: &str = "System Elements Component@controller ParameterBindings ParameterBinding";
+const WHOLE: &str = "System ParameterBindings";
+
+/// Components, and the parameter sets that stand in them.
+const COMPONENT: &str = "System Elements Component";
+const SET: &str = "ParameterBindings ParameterBinding ParameterValues ParameterSet";
 /// Outputs act one communication step later than they are computed, as with importers that exchange
-/// values once a step.
+/// values once a step; for components that have `alpha`, in systems whose sensors have no delay.
 const DELAY: &str = r#"<ssv:Parameter name="delay"><ssv:Integer value="1"/></ssv:Parameter>"#;
 
 /// What only systems fed by a battery hold; they have a variant with the actuators as built.
-const FED: &str = "resources/DcLink.fmu";
-/// Parameters of the controller for actuators as built.
-const GAINS: &str = r#"<ssd:ParameterBinding source="resources/as_built.ssv"/>"#;
-/// The unit that only [`FIRST_VALUE`] of an actuator has.
-const ITS_UNIT: &str = r#"<ssc:Unit name="1">"#;
-
-/// Gains for actuators as built, bound to the whole system; only the system that needs them holds
-/// this.
-const REAL_GAINS: &str = r#"    <ssd:ParameterBindings>
-      <ssd:ParameterBinding source="resources/real.ssv"/>
-    </ssd:ParameterBindings>
-"#;
-/// The same, and the delays of masters that exchange values once a step.
-const REAL_GAINS_AND_DELAYS: &str = r#"    <ssd:ParameterBindings>
-      <ssd:ParameterBinding source="resources/real.ssv"/>
-      <ssd:ParameterBinding source="resources/real_standard.ssv"/>
-    </ssd:ParameterBindings>
-"#;
+const BATTERY: &str = "System Elements Component@resources/DcLink.fmu";
 
 /// What the path has the end-effector carry, from the controller to the manipulator, with units.
 /// The structures have no wires for it, so that a plant which knows of no loads fits in.
@@ -49,123 +35,172 @@ const LOAD: [(&str, &str); 4] = [
     ("load.com[2]", "m"),
     ("load.com[3]", "m"),
 ];
-/// After which connector the load's are declared: an output of the controller, an input of the
-/// manipulator.
-const LAST_TORQUE: &str =
-    r#"<ssd:Connector name="tau_wrist[3]" kind="KIND"><ssc:Real unit="N.m"/></ssd:Connector>"#;
-/// Where connections end.
-const CONNECTIONS_END: &str = "    </ssd:Connections>";
 /// The load's unit that no structure has without it.
-const KILOGRAM: &str = r#"    <ssc:Unit name="kg"><ssc:BaseUnit kg="1"/></ssc:Unit>"#;
-/// Where units begin.
-const UNITS: &str = "  <ssd:Units>\n";
+const KILOGRAM: &str = r#"<ssc:Unit name="kg"><ssc:BaseUnit kg="1"/></ssc:Unit>"#;
 
 /// File names and texts of the variants of a structure. Each has a name of its own, because
 /// importers keep the structures of one package apart by name.
 pub fn of(structure: &str) -> Result<Vec<(String, String)>> {
-    let mut made = Vec::new();
+    let root = Element::parse(structure, "structure", "SystemStructureDescription")?;
+    let original = Variant {
+        text: structure,
+        root: &root,
+        changes: Vec::new(),
+    };
     let (_, default_stop) = TRAJECTORIES[0];
+    ensure!(
+        original.find("DefaultExperiment")?[0].get("stopTime") == Some(default_stop),
+        "the system structure must stop at {default_stop} s, as the cubic trajectory does"
+    );
+    let mut made = Vec::new();
     for (trajectory, stop) in TRAJECTORIES {
         for mode in MODES {
-            let sets = [trajectory, mode]
-                .map(|set| format!(r#"<ssd:ParameterBinding source="resources/{set}.ssv"/>"#));
-            let text = bound(structure, &sets)?;
-            let stop_time = |stop| format!(r#"stopTime="{stop}""#);
-            let text = once(&text, &stop_time(default_stop), &stop_time(stop))?;
-            let variant = format!("{trajectory}_{mode}");
-            made.push((format!("{variant}.ssd"), named(&text, &variant)?));
+            let mut variant = original.clone();
+            variant.bind(CONTROLLER, trajectory)?;
+            variant.bind(CONTROLLER, mode)?;
+            variant.set("DefaultExperiment", "stopTime", stop)?;
+            made.push(variant.named(&format!("{trajectory}_{mode}"))?);
         }
     }
-    made.push(("loads.ssd".to_string(), loads(structure)?));
-    let standard = if structure.contains(REAL_GAINS) {
-        let bare = once(structure, REAL_GAINS, "")?;
-        made.push(("bare.ssd".to_string(), named(&bare, "bare")?));
-        once(structure, REAL_GAINS, REAL_GAINS_AND_DELAYS)?
+    made.push(original.clone().with_loads()?.named("loads")?);
+    let mut standard = original.clone();
+    if original.find(WHOLE).is_ok() {
+        let mut bare = original.clone();
+        bare.remove(WHOLE)?;
+        made.push(bare.named("bare")?);
+        standard.bind(&format!("{WHOLE} ParameterBinding"), "real_standard")?;
     } else {
-        structure.replace(
-            FIRST_VALUE,
-            &format!("{DELAY}\n                  {FIRST_VALUE}"),
-        )
-    };
-    made.push(("standard.ssd".to_string(), named(&standard, "standard")?));
-    if structure.contains(FED) {
-        made.push(("as_built.ssd".to_string(), as_built(structure)?));
+        let alpha = format!("{COMPONENT} {SET} Parameters Parameter@alpha");
+        standard.insert_before(&alpha, DELAY)?;
+    }
+    made.push(standard.named("standard")?);
+    if original.find(BATTERY).is_ok() {
+        // `Rig` has the connectors and values of `Emla`, but knows nothing of the network.
+        let mut as_built = original;
+        let actuator = format!("{COMPONENT}@resources/Emla.fmu");
+        as_built.set(&actuator, "source", "resources/Rig.fmu")?;
+        as_built.remove(&format!("{actuator} {SET} Parameters Parameter@alpha"))?;
+        as_built.remove(&format!("{actuator} {SET} Units Unit@1"))?;
+        as_built.bind(CONTROLLER, "as_built")?;
+        made.push(as_built.named("as_built")?);
     }
     Ok(made)
 }
 
-/// The structure with wires for the loads of a path.
-fn loads(structure: &str) -> Result<String> {
-    let mut text = structure.to_string();
-    for kind in ["output", "input"] {
-        let last = LAST_TORQUE.replace("KIND", kind);
-        let connectors = LOAD.map(|(name, unit)| {
-            format!(
-                "\n          <ssd:Connector name=\"{name}\" kind=\"{kind}\"><ssc:Real unit=\"{unit}\"/></ssd:Connector>"
-            )
-        });
-        text = once(&text, &last, &format!("{last}{}", connectors.concat()))?;
-    }
-    let connections = LOAD.map(|(name, _)| {
-        format!(
-            "      <ssd:Connection startElement=\"controller\" startConnector=\"{name}\" endElement=\"hdrm\" endConnector=\"{name}\"/>\n"
-        )
-    });
-    let connections = format!("{}{CONNECTIONS_END}", connections.concat());
-    let text = once(&text, CONNECTIONS_END, &connections)?;
-    let text = once(&text, UNITS, &format!("{UNITS}{KILOGRAM}\n"))?;
-    named(&text, "loads")
+/// A structure and what is changed in it: parts of its text, and what stands there instead.
+///
+/// Places are paths of tags from the outermost element, which is the empty path; `tag@text` is an
+/// element with that name or source.
+#[derive(Clone)]
+struct Variant<'a> {
+    text: &'a str,
+    root: &'a Element,
+    changes: Vec<(Range<usize>, String)>,
 }
 
-/// The structure with `Rig` in the place of `Emla`: the same connectors and values, but for the
-/// network, of which `Rig` knows nothing.
-fn as_built(structure: &str) -> Result<String> {
-    let components = structure.split("<ssd:Component ").map(|component| {
-        if !component.contains("resources/Emla.fmu") {
-            return component.to_string();
+impl<'a> Variant<'a> {
+    /// The elements at a place; there must be one.
+    fn find(&self, place: &str) -> Result<Vec<&'a Element>> {
+        let mut found = vec![self.root];
+        for step in place.split_whitespace() {
+            let (tag, text) = step.split_once('@').unwrap_or((step, ""));
+            let fits = |e: &&Element| {
+                let is_named =
+                    text.is_empty() || [e.get("name"), e.get("source")].contains(&Some(text));
+                e.tag == tag && is_named
+            };
+            let children = found.into_iter().flat_map(|e| &e.children);
+            found = children.filter(fits).collect();
         }
-        let of_network = |line: &&str| !line.contains(FIRST_VALUE) && !line.contains(ITS_UNIT);
-        let lines: Vec<&str> = component.split('\n').filter(of_network).collect();
-        lines.join("\n").replace("Emla.fmu", "Rig.fmu")
-    });
-    let components: Vec<String> = components.collect();
-    let text = bound(&components.join("<ssd:Component "), &[GAINS])?;
-    named(&text, "as_built")
-}
+        ensure!(!found.is_empty(), "the system structure must hold {place}");
+        Ok(found)
+    }
 
-/// The structure with parameter bindings of the controller after those that it has.
-fn bound(structure: &str, bindings: &[impl AsRef<str>]) -> Result<String> {
-    let missing = || "the system structure must hold a component `controller` with bindings";
-    let (before, controller) = structure.split_once(CONTROLLER).with_context(missing)?;
-    let (own, after) = controller.split_once(BINDINGS_END).with_context(missing)?;
-    let bindings = bindings
-        .iter()
-        .map(|binding| format!("          {}\n", binding.as_ref()));
-    let bindings: String = bindings.collect();
-    Ok([before, CONTROLLER, own, &bindings, BINDINGS_END, after].concat())
-}
+    /// A line break and what stands before an element on its line.
+    fn indentation(&self, element: &Element) -> &'a str {
+        let before = &self.text[..element.range.start];
+        &before[before.rfind('\n').unwrap_or(0)..]
+    }
 
-/// The structure with a name of its own.
-fn named(structure: &str, variant: &str) -> Result<String> {
-    const BEFORE: &str = r#"version="1.0" name=""#;
-    let after = structure.split_once(BEFORE).map(|(_, after)| after);
-    let name = after.and_then(|after| after.split_once('"'));
-    let (name, _) = name.context("the system structure must have a version 1.0 and a name")?;
-    let named = |name: &str| format!(r#"{BEFORE}{name}">"#);
-    once(
-        structure,
-        &named(name),
-        &named(&format!("{name}_{variant}")),
-    )
-}
+    /// Insert XML before each element of a place, on a line of its own.
+    fn insert_before(&mut self, place: &str, xml: &str) -> Result<()> {
+        for element in self.find(place)? {
+            let (start, xml) = (
+                element.range.start,
+                format!("{xml}{}", self.indentation(element)),
+            );
+            self.changes.push((start..start, xml));
+        }
+        Ok(())
+    }
 
-fn once(text: &str, from: &str, to: &str) -> Result<String> {
-    let found = text.matches(from).count();
-    ensure!(
-        found == 1,
-        "the system structure must hold `{from}` once for its variants, but holds it {found} times"
-    );
-    Ok(text.replace(from, to))
+    /// Insert XML after the last element of a place, on a line of its own.
+    fn insert_after(&mut self, place: &str, xml: &str) -> Result<()> {
+        let last = self.find(place)?.pop().context("there is one")?;
+        let (end, xml) = (last.range.end, format!("{}{xml}", self.indentation(last)));
+        self.changes.push((end..end, xml));
+        Ok(())
+    }
+
+    /// Remove the elements of a place with their lines.
+    fn remove(&mut self, place: &str) -> Result<()> {
+        for element in self.find(place)? {
+            let start = element.range.start - self.indentation(element).len();
+            self.changes.push((start..element.range.end, String::new()));
+        }
+        Ok(())
+    }
+
+    /// Give an attribute of the elements of a place another value.
+    fn set(&mut self, place: &str, attribute: &str, value: &str) -> Result<()> {
+        let written = |value: &str| format!(" {attribute}=\"{value}\"");
+        for element in self.find(place)? {
+            let old = written(&element.required(attribute)?);
+            let found = self.text[element.range.clone()].find(&old);
+            let found = found.with_context(|| format!("{place} must hold{old}, written so"))?;
+            let start = element.range.start + found;
+            self.changes
+                .push((start..start + old.len(), written(value)));
+        }
+        Ok(())
+    }
+
+    /// Bind a parameter set of the resources after those that are bound.
+    fn bind(&mut self, place: &str, set: &str) -> Result<()> {
+        let binding = format!(r#"<ssd:ParameterBinding source="resources/{set}.ssv"/>"#);
+        self.insert_after(place, &binding)
+    }
+
+    /// With wires for the loads of a path.
+    fn with_loads(mut self) -> Result<Self> {
+        for (name, unit) in LOAD {
+            for (component, kind) in [("controller", "output"), ("hdrm", "input")] {
+                self.insert_after(
+                    &format!("System Elements Component@{component} Connectors Connector@tau_wrist[3]"),
+                    &format!(r#"<ssd:Connector name="{name}" kind="{kind}"><ssc:Real unit="{unit}"/></ssd:Connector>"#),
+                )?;
+            }
+            self.insert_after(
+                "System Connections Connection",
+                &format!(r#"<ssd:Connection startElement="controller" startConnector="{name}" endElement="hdrm" endConnector="{name}"/>"#),
+            )?;
+        }
+        self.insert_after("Units Unit", KILOGRAM)?;
+        Ok(self)
+    }
+
+    /// File name and text of the variant of this name.
+    fn named(mut self, name: &str) -> Result<(String, String)> {
+        let whole = format!("{}_{name}", self.root.required("name")?);
+        self.set("", "name", &whole)?;
+        self.changes.sort_by_key(|(range, _)| range.start);
+        let (mut text, mut passed) = (String::new(), 0);
+        for (range, new) in self.changes {
+            text = text + &self.text[passed..range.start] + &new;
+            passed = range.end;
+        }
+        Ok((format!("{name}.ssd"), text + &self.text[passed..]))
+    }
 }
 
 #[cfg(test)]
@@ -223,7 +258,7 @@ mod tests {
         let (_, text) = variants.iter().find(|(n, _)| n == "as_built.ssd").unwrap();
         assert_eq!(text.matches("resources/Rig.fmu").count(), 3);
         assert!(!text.contains("Emla.fmu") && text.contains(r#"name="Electric_as_built">"#));
-        assert_eq!(text.matches(FIRST_VALUE).count(), 1); // the controller's
+        assert_eq!(text.matches(r#"<ssv:Parameter name="alpha">"#).count(), 1); // the controller's
         // Two lines of each actuator less, a binding more.
         assert_eq!(ELECTRIC.lines().count() - text.lines().count(), 5);
         assert!(
@@ -235,10 +270,18 @@ mod tests {
     }
 
     #[test]
-    fn a_structure_with_another_stop_time_or_another_first_component_is_refused() {
+    fn a_structure_with_another_stop_time_or_without_a_controller_is_refused() {
         let other = STRUCTURE.replace("24.25", "20");
-        assert!(of(&other).unwrap_err().to_string().contains("times"));
-        let other = STRUCTURE.replace(CONTROLLER, r#"<ssd:Component name="law""#);
-        assert!(of(&other).unwrap_err().to_string().contains("`controller`"));
+        assert!(of(&other).unwrap_err().to_string().contains("24.25 s"));
+        let other = STRUCTURE.replace(
+            r#"<ssd:Component name="controller""#,
+            r#"<ssd:Component name="law""#,
+        );
+        assert!(
+            of(&other)
+                .unwrap_err()
+                .to_string()
+                .contains("Component@controller")
+        );
     }
 }

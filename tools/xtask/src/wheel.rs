@@ -13,10 +13,9 @@ use clap::Args;
 use fmi_description::entries;
 use fmi_import::portability;
 
-use crate::dist;
-use crate::pack;
 use crate::python::Python;
 use crate::workspace::{FMU_PROFILE, Workspace, profile};
+use crate::{dist, pack};
 
 /// What compiles the native module and writes the wheel.
 const MATURIN: &str = "maturin==1.16.0\n";
@@ -296,6 +295,6 @@ pub fn check(workspace: &Workspace, fmus: &Path) -> Result<()> {
     execute(install.arg(&wheel))?;
     let mut pytest = workspace.command(python.program());
     pytest.args(["-m", "pytest", "-q", "--durations=5", "--nbmake"]);
-    pytest.args(["python/tests", "docs/python.ipynb"]);
+    pytest.args(["python/tests", "docs/studies/python.ipynb"]);
     execute(pytest.env(PROGRAM, program))
 }

@@ -95,6 +95,11 @@ impl Workspace {
     }
 }
 
+/// Whether this is continuous integration (environment variable CI).
+pub fn is_ci() -> bool {
+    std::env::var("CI").is_ok_and(|ci| !matches!(ci.as_str(), "" | "0" | "false"))
+}
+
 /// Arguments of cargo for a profile of this workspace's Cargo.toml.
 pub fn profile(name: &str) -> [String; 2] {
     ["--profile".to_string(), name.to_string()]

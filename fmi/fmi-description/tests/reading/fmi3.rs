@@ -1,9 +1,9 @@
-//! A description of FMI 3.0: arrays, types, aliases, dependencies, terminals; and its elements as
-//! FMI 2.0 would have them.
+//! A description of FMI 3.0: arrays, types, aliases, dependencies; and its elements as FMI
+//! 2.0 would have them.
 
 use fmi_description::{
     Access, Causality, ClockInterval, ClockTiming, Description, Initial, Kind, Unknown,
-    Variability, Version, terminals,
+    Variability, Version,
 };
 
 const TEXT: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
@@ -190,22 +190,22 @@ fn what_makes_no_sense_is_refused() {
         (
             "<Output valueReference=\"6\"/>",
             "<Output valueReference=\"66\"/>",
-            "model `M`: ModelStructure names value reference 66, which no variable has",
+            "ModelStructure names value reference 66, which no variable has",
         ),
         (
             "<Dimension start=\"2\"/>",
             "<Dimension start=\"0\"/>",
-            "model `M`: a dimension of `y` must be a number of at least 1 or name a structural parameter that starts at one",
+            "a dimension of `y` must be a number of at least 1 or name a structural parameter that starts at one",
         ),
         (
             "<Dimension valueReference=\"1\"/>",
             "<Dimension valueReference=\"7\"/>",
-            "model `M`: a dimension of `A` must be",
+            "a dimension of `A` must be",
         ),
         (
             "<Dimension start=\"2\"/>",
             "<Dimension start=\"4294967296\"/><Dimension start=\"4294967296\"/>",
-            "model `M`: a dimension of `y` must be",
+            "a dimension of `y` must be",
         ),
         (
             "fmiVersion=\"3.0\"",
@@ -219,22 +219,6 @@ fn what_makes_no_sense_is_refused() {
         ),
     ] {
         let error = Description::parse(&TEXT.replace(was, is)).unwrap_err();
-        assert!(error.to_string().starts_with(expected), "{is}: {error}");
+        assert!(error.to_string().contains(expected), "{is}: {error}");
     }
-}
-
-#[test]
-fn terminals_have_their_members() {
-    let text = r#"<fmiTerminalsAndIcons fmiVersion="3.0"><Terminals>
-      <Terminal name="rod" matchingRule="bus" terminalKind="x.y"><TerminalMemberVariable variableName="F" variableKind="signal" memberName="force"/>
-      <Terminal name="inner" matchingRule="plug"/></Terminal></Terminals></fmiTerminalsAndIcons>"#;
-    let [rod] = &terminals(text).unwrap()[..] else {
-        panic!("one terminal")
-    };
-    assert_eq!(
-        (rod.name.as_str(), rod.kind.as_deref()),
-        ("rod", Some("x.y"))
-    );
-    assert_eq!(rod.members[0].variable, "F");
-    assert_eq!(rod.terminals[0].name, "inner");
 }

@@ -1,8 +1,9 @@
 //! Arrays of FMI 3.0 (section 2.4.7.1): dimensions, and as many start values as there are elements.
 
+use fmi_description::xml::Element;
+
 use super::variable::Variable;
 use crate::outcome::{Outcome, Promise};
-use crate::xml::Element;
 
 const ARRAYS: Promise = Promise {
     text: "dimensions are fixed sizes or structural parameters, above 0; an array has one start value, or one for each element",
@@ -49,7 +50,7 @@ pub fn check(variables: &[Variable]) -> (Promise, Outcome) {
 
 /// How many start values it has. Texts and bytes have an element for each.
 fn starts(v: &Variable) -> u64 {
-    let count = match v.typed.tag() {
+    let count = match v.typed.tag.as_str() {
         "String" | "Binary" => v.typed.all("Start").count(),
         _ => v
             .typed
@@ -61,7 +62,7 @@ fn starts(v: &Variable) -> u64 {
     count as u64
 }
 
-fn size(dimension: Element, variables: &[Variable]) -> Result<u64, String> {
+fn size(dimension: &Element, variables: &[Variable]) -> Result<u64, String> {
     let size = match (dimension.get("start"), dimension.get("valueReference")) {
         (Some(size), None) => size,
         (None, Some(reference)) => {
@@ -70,7 +71,7 @@ fn size(dimension: Element, variables: &[Variable]) -> Result<u64, String> {
             let of =
                 of.ok_or_else(|| format!("its size is that of {reference}, which is not there"))?;
             let is_fixed = of.causality == "structuralParameter" || of.variability == "constant";
-            if of.typed.tag() != "UInt64" || !is_fixed {
+            if of.typed.tag.as_str() != "UInt64" || !is_fixed {
                 return Err(format!(
                     "its size is `{}`, which must be UInt64, and a structural parameter or constant",
                     of.name

@@ -1,8 +1,9 @@
 //! Clocks of FMI 3.0 (sections 2.2.8 and 2.4.7.4), and the variables that belong to them.
 
+use fmi_description::xml::Element;
+
 use super::variable::Variable;
 use crate::outcome::{Outcome, Promise};
-use crate::xml::Element;
 
 const CLOCKS: Promise = Promise {
     text: "clocks have the interval that their kind wants; `clocks` and `previous` name clocks and variables that are there",
@@ -10,16 +11,16 @@ const CLOCKS: Promise = Promise {
 };
 
 /// Clocks and clocked variables.
-pub fn check(root: Element, variables: &[Variable]) -> (Promise, Outcome) {
+pub fn check(root: &Element, variables: &[Variable]) -> (Promise, Outcome) {
     let mut outcome = Outcome::default();
     let is_scheduled = root.child("ScheduledExecution").is_some();
     for v in variables {
-        if v.typed.tag() == "Clock" {
+        if v.typed.tag.as_str() == "Clock" {
             clock(v, is_scheduled, &mut outcome);
         }
         if let Some(clocks) = v.element.get("clocks") {
             for reference in clocks.split_whitespace() {
-                match at(reference, variables).map(|c| c.typed.tag()) {
+                match at(reference, variables).map(|c| c.typed.tag.as_str()) {
                     Some("Clock") => {}
                     Some(_) => outcome.fail(format!(
                         "`{}` belongs to {reference}, which is no clock",
@@ -99,10 +100,13 @@ fn previous(v: &Variable, reference: &str, variables: &[Variable], outcome: &mut
         Some(other) if other.reference == v.reference => {
             outcome.fail(format!("`{name}` is its own previous value"));
         }
-        Some(other) if other.typed.tag() != v.typed.tag() || other.variability != "discrete" => {
+        Some(other)
+            if other.typed.tag.as_str() != v.typed.tag.as_str()
+                || other.variability != "discrete" =>
+        {
             outcome.fail(format!(
                 "`{name}` is {}; its previous value `{}` must be so too, and discrete",
-                v.typed.tag(),
+                v.typed.tag.as_str(),
                 other.name
             ));
         }

@@ -2,9 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use fmi_description::xml::Element;
+
 use super::variable::Variable;
 use crate::outcome::{Outcome, Promise};
-use crate::xml::Element;
 
 const NAMES: Promise = Promise {
     text: "names are unique; structured names follow their grammar",
@@ -20,7 +21,7 @@ const UNIQUE: Promise = Promise {
 };
 
 /// Names, also those of aliases.
-pub fn check(root: Element, variables: &[Variable]) -> (Promise, Outcome) {
+pub fn check(root: &Element, variables: &[Variable]) -> (Promise, Outcome) {
     let is_structured = root.get("variableNamingConvention") == Some("structured");
     let mut outcome = Outcome::default();
     let mut seen = BTreeSet::new();
@@ -88,7 +89,7 @@ pub fn references_2(variables: &[Variable]) -> (Promise, Outcome) {
     let mut outcome = Outcome::default();
     let mut settable = BTreeMap::new();
     for variable in variables.iter().filter(|v| v.is_settable()) {
-        let access = match variable.typed.tag() {
+        let access = match variable.typed.tag.as_str() {
             "Enumeration" => "Integer",
             tag => tag,
         };

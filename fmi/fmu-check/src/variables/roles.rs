@@ -41,7 +41,7 @@ pub fn check(variables: &[Variable], version: Version) -> (Promise, Outcome) {
             }
             _ => true,
         };
-        let is_clock = v.typed.tag() == "Clock";
+        let is_clock = v.typed.tag.as_str() == "Clock";
         // A clock has neither `initial` nor a start value.
         if !is_pair || !(is_initial || is_clock) {
             outcome.fail(format!(
@@ -51,7 +51,7 @@ pub fn check(variables: &[Variable], version: Version) -> (Promise, Outcome) {
         if variability == "continuous" && !v.is_float() {
             outcome.fail(format!(
                 "`{name}` is {} and cannot be continuous",
-                v.typed.tag()
+                v.typed.tag.as_str()
             ));
         }
         let wants_start = causality == "input" || matches!(initial, "exact" | "approx");
@@ -76,7 +76,7 @@ fn independent(variables: &[Variable], version: Version, outcome: &mut Outcome) 
         (Some(v), _, Version::Fmi3) if !v.is_float() => outcome.fail(format!(
             "`{}` is the independent variable and {}, no floating-point number",
             v.name,
-            v.typed.tag()
+            v.typed.tag.as_str()
         )),
         _ => {}
     }

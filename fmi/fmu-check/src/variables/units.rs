@@ -2,9 +2,10 @@
 
 use std::collections::BTreeSet;
 
+use fmi_description::xml::Element;
+
 use super::variable::Variable;
 use crate::outcome::{Outcome, Promise};
-use crate::xml::Element;
 
 const UNITS: Promise = Promise {
     text: "units and display units are defined, with base units",
@@ -12,7 +13,7 @@ const UNITS: Promise = Promise {
 };
 
 /// Units of floating-point variables.
-pub fn check(root: Element, variables: &[Variable]) -> (Promise, Outcome) {
+pub fn check(root: &Element, variables: &[Variable]) -> (Promise, Outcome) {
     let mut outcome = Outcome::default();
     let list = root.child("UnitDefinitions");
     let units: Vec<_> = list

@@ -46,7 +46,9 @@ pub fn numbers(variables: &[Variable], version: Version) -> (Promise, Outcome) {
         let is_enumeration = |d: &&DeclaredType| d.kind == "Enumeration";
         let items = v.declared.as_ref().filter(is_enumeration).map(|d| {
             let items = d.attributes.all("Item");
-            items.filter_map(|i| i.number("value")).collect::<Vec<_>>()
+            items
+                .filter_map(|i| i.number("value").ok().flatten())
+                .collect::<Vec<_>>()
         });
         for start in v.starts(version) {
             if !start.is_finite() && v.is_float() {
@@ -75,7 +77,7 @@ pub fn types(variables: &[Variable]) -> (Promise, Outcome) {
         let Some(name) = v.typed.get("declaredType") else {
             continue;
         };
-        let tag = v.typed.tag();
+        let tag = v.typed.tag.as_str();
         match &v.declared {
             None => outcome.fail(format!("`{}`: there is no type `{name}`", v.name)),
             Some(declared) if declared.kind != tag => {

@@ -1,8 +1,7 @@
 //! A variable of a model description, with what the standard fills in where nothing is said.
 
 use fmi_description::Version;
-
-use crate::xml::Element;
+use fmi_description::xml::Element;
 
 /// Tags of the types of a variable of FMI 2.0.
 const KINDS: [&str; 5] = ["Real", "Integer", "Boolean", "String", "Enumeration"];
@@ -14,7 +13,7 @@ pub struct Variable<'a> {
     /// Value reference, as it is written.
     pub reference: &'a str,
     /// The element that says its type, which in FMI 3.0 is the variable itself.
-    pub typed: Element<'a>,
+    pub typed: &'a Element,
     /// `causality`.
     pub causality: &'a str,
     /// `variability`.
@@ -22,7 +21,7 @@ pub struct Variable<'a> {
     /// `initial`, or what stands for it if it is left out; empty where there is none.
     pub initial: &'a str,
     /// The whole of it.
-    pub element: Element<'a>,
+    pub element: &'a Element,
     /// Its declared type.
     pub declared: Option<DeclaredType<'a>>,
 }
@@ -32,14 +31,14 @@ pub struct DeclaredType<'a> {
     /// Tag of the variables that may be of it.
     pub kind: &'a str,
     /// The element with its attributes and items.
-    pub attributes: Element<'a>,
+    pub attributes: &'a Element,
 }
 
 impl<'a> Variable<'a> {
     /// The variables of a model description.
-    pub fn all(root: Element<'a>, version: Version) -> Vec<Self> {
+    pub fn all(root: &'a Element, version: Version) -> Vec<Self> {
         let list = root.child("ModelVariables");
-        let elements = list.into_iter().flat_map(Element::children);
+        let elements = list.into_iter().flat_map(|list| &list.children);
         let read = |element| match version {
             Version::Fmi2 => Self::of_2(root, element),
             Version::Fmi3 => Some(Self::of_3(root, element)),
@@ -47,31 +46,32 @@ impl<'a> Variable<'a> {
         elements.filter_map(read).collect()
     }
 
-    fn of_2(root: Element<'a>, element: Element<'a>) -> Option<Self> {
-        let kind = |e: Element<'a>| e.children().find(|c| KINDS.contains(&c.tag()));
+    fn of_2(root: &'a Element, element: &'a Element) -> Option<Self> {
+        let kind = |e: &'a Element| e.children.iter().find(|c| KINDS.contains(&c.tag.as_str()));
         let typed = kind(element)?;
         let declared = typed.get("declaredType").and_then(|name| {
             let types = root.child("TypeDefinitions")?;
-            let attributes = kind(types.named("SimpleType", name)?)?;
-            let kind = attributes.tag();
+            let mut types = types.all("SimpleType");
+            let attributes = kind(types.find(|t| t.get("name") == Some(name))?)?;
+            let kind = attributes.tag.as_str();
             Some(DeclaredType { kind, attributes })
         });
         Some(Self::new(element, typed, declared, Version::Fmi2))
     }
 
-    fn of_3(root: Element<'a>, element: Element<'a>) -> Self {
+    fn of_3(root: &'a Element, element: &'a Element) -> Self {
         let declared = element.get("declaredType").and_then(|name| {
-            let mut types = root.child("TypeDefinitions")?.children();
+            let mut types = root.child("TypeDefinitions")?.children.iter();
             let attributes = types.find(|t| t.get("name") == Some(name))?;
-            let kind = attributes.tag().strip_suffix("Type")?;
+            let kind = attributes.tag.as_str().strip_suffix("Type")?;
             Some(DeclaredType { kind, attributes })
         });
         Self::new(element, element, declared, Version::Fmi3)
     }
 
     fn new(
-        element: Element<'a>,
-        typed: Element<'a>,
+        element: &'a Element,
+        typed: &'a Element,
         declared: Option<DeclaredType<'a>>,
         version: Version,
     ) -> Self {
@@ -139,8 +139,8 @@ impl<'a> Variable<'a> {
     }
 }
 
-fn is_float(typed: Element) -> bool {
-    matches!(typed.tag(), "Real" | "Float32" | "Float64")
+fn is_float(typed: &Element) -> bool {
+    matches!(typed.tag.as_str(), "Real" | "Float32" | "Float64")
 }
 
 /// What stands for `initial` where it is left out; empty where there is none.

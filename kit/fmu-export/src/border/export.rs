@@ -93,7 +93,10 @@ macro_rules! export_fmi3 {
             use $crate::entry3 as e;
             use $crate::ffi3::*;
 
+            #[cfg(not(target_arch = "wasm32"))]
             static LIBRARY: e::Library = e::Library::new(cfg!(test), option_env!("FMU_SIZES"));
+            #[cfg(target_arch = "wasm32")]
+            use $crate::component::LIBRARY;
 
             #[unsafe(no_mangle)]
             extern "C-unwind" fn fmi3GetVersion() -> Str {

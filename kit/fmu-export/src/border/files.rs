@@ -45,7 +45,7 @@ pub(crate) unsafe fn export(
     files: fn(&str) -> Result<Vec<Packed>, String>,
 ) -> c_int {
     let Some(receive) = receive else { return 1 };
-    panic::silence(library.is_program);
+    library.silence_panics();
     let made = panic::catch(|| files(library.sizes)).unwrap_or_else(|panic| Err(panic.describe()));
     match made {
         Ok(files) => {

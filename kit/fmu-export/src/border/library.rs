@@ -27,7 +27,9 @@ pub struct Library {
     /// The sizes that the FMU was packed with, such as `n=200 m=3`.
     pub(crate) sizes: &'static str,
     /// It is part of a program (a test), where others than the model may panic.
-    pub(crate) is_program: bool,
+    is_program: bool,
+    /// Is told of each panic, where a panic ends the library (a module of WebAssembly).
+    tell_panic: Option<fn(&str)>,
 }
 
 impl Library {
@@ -40,7 +42,20 @@ impl Library {
             },
             hashes: [OnceLock::new(), OnceLock::new()],
             is_program,
+            tell_panic: None,
         }
+    }
+
+    /// With a function that is told of each panic.
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) const fn telling_panics(mut self, tell: fn(&str)) -> Self {
+        self.tell_panic = Some(tell);
+        self
+    }
+
+    /// Keeps panics from printing; to be called before a model is.
+    pub(crate) fn silence_panics(&self) {
+        panic::silence(self.is_program, self.tell_panic);
     }
 }
 

@@ -2,8 +2,7 @@
 
 use super::causality::{ALL_PARAMETERS, Causality, Dependencies, NO_STATES};
 use super::layout::Layout;
-use super::model::ModelExchange;
-use super::model::Variable;
+use super::model::{ModelExchange, Variable};
 use crate::Model;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;

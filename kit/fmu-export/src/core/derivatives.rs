@@ -15,7 +15,7 @@ use crate::{Evaluation, MAX_INPUT_DERIVATIVE, Model};
 
 /// ∛ε, the step of central differences. A number, since some platforms would call their own `cbrt`
 /// for it.
-pub(super) const ROOT_OF_EPSILON: f64 = 6.055_454_452_393_343e-6;
+pub(crate) const ROOT_OF_EPSILON: f64 = 6.055_454_452_393_343e-6;
 
 /// A Real input or, for Model Exchange, a continuous state: index in its row, row, and place of an
 /// input.

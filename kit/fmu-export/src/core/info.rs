@@ -2,7 +2,7 @@
 
 use super::log::{Categories, MOST_CATEGORIES};
 use super::setters::setters;
-use super::unit::Unit;
+use fmi_units::Unit;
 
 /// Model-wide facts for `modelDescription.xml` and the packer.
 ///

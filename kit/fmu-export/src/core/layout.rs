@@ -7,8 +7,7 @@
 use super::copied::copied;
 use super::fault::Fault;
 use super::length::{LONGEST, MOST_COUNTED, Resize, SHIFT};
-use super::model::ModelExchange;
-use super::model::{Model, Variable, zero};
+use super::model::{Model, ModelExchange, Variable, zero};
 use super::place::Place;
 use std::ops::Range;
 

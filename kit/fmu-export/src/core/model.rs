@@ -12,7 +12,7 @@ use super::log::Log;
 use super::place::{Place, Write, each};
 use super::room::Room;
 use super::step_end::StepEnd;
-use super::unit::Unit;
+use fmi_units::Unit;
 use serde::{Serialize, de::DeserializeOwned};
 use std::path::Path;
 

@@ -19,7 +19,14 @@ use std::{
 
 type Hook = Box<dyn Fn(&PanicHookInfo<'_>) + Sync + Send>;
 
-static PREVIOUS: OnceLock<Hook> = OnceLock::new();
+/// What [`silence`] has installed.
+static INSTALLED: OnceLock<Installed> = OnceLock::new();
+
+struct Installed {
+    previous: Hook,
+    /// Is told of each panic before anything unwinds.
+    tell: Option<fn(&str)>,
+}
 
 /// Whether other panics than those of the model can happen: threads then mark when they are inside
 /// [`catch`]. In a shared library looking up a thread-local variable would take longer than most
@@ -34,22 +41,24 @@ thread_local! {
     static PLACE: Cell<*mut String> = const { Cell::new(ptr::null_mut()) };
 }
 
-/// Installs the silent hook; later calls do nothing.
-pub(crate) fn silence(in_program: bool) {
-    PREVIOUS.get_or_init(|| {
+/// Installs the silent hook, which calls `tell` with the text of each panic; later calls do nothing.
+pub(crate) fn silence(in_program: bool, tell: Option<fn(&str)>) {
+    INSTALLED.get_or_init(|| {
         IN_PROGRAM.store(in_program, Ordering::Relaxed);
         let previous = panic::take_hook();
         panic::set_hook(Box::new(hook));
-        previous
+        Installed { previous, tell }
     });
 }
 
 fn hook(info: &PanicHookInfo<'_>) {
-    #[cfg(target_arch = "wasm32")]
-    crate::wasm::callbacks::tell_panic(&info.to_string());
+    let installed = INSTALLED.get();
+    if let Some(tell) = installed.and_then(|installed| installed.tell) {
+        tell(&info.to_string());
+    }
     if IN_PROGRAM.load(Ordering::Relaxed) && INSIDE.get() == 0 {
-        if let Some(previous) = PREVIOUS.get() {
-            previous(info);
+        if let Some(installed) = installed {
+            (installed.previous)(info);
         }
         return;
     }

@@ -6,7 +6,7 @@ use std::fs::{exists, read_to_string as read};
 use std::path::Path;
 
 #[cfg(target_arch = "wasm32")]
-use crate::wasm::files::{exists, read};
+use super::placed_files::{exists, read};
 
 /// What `parse` makes of the file that a String parameter names, for use in a
 /// [`SetString`](crate::SetString).

@@ -11,7 +11,7 @@ use super::length::Length;
 use super::model::{Model, SetString, Variable};
 use super::place::{Fields, Names, Place, Read, Write};
 use super::setters::setters;
-use super::unit::Unit;
+use fmi_units::Unit;
 use std::ops::RangeInclusive;
 
 macro_rules! writable_rows {

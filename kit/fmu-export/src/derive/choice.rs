@@ -2,10 +2,9 @@
 
 use crate::Enumeration;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::fmt;
 use std::marker::PhantomData;
 use std::ops::Deref;
-use std::slice;
+use std::{fmt, slice};
 
 /// An enumeration without data: `#[derive(Enumeration)]` makes it the type of a variable.
 #[diagnostic::on_unimplemented(

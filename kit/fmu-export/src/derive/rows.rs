@@ -1,6 +1,8 @@
 //! Rows of nested structs become one table, at compile time.
 
-use crate::{KNOWN_UNITS, Model, Unit, Variable};
+use fmi_units::{BASE, KNOWN_UNITS, Unit};
+
+use crate::{Model, Variable};
 
 /// A part of a table: a row, or the rows of a nested struct.
 #[expect(
@@ -106,12 +108,23 @@ const fn per_second(unit: &str) -> Option<&'static str> {
     let Some(unit) = find(unit) else { return None };
     let (mut rate, mut k) = (None, 0);
     while k < KNOWN_UNITS.len() {
-        if KNOWN_UNITS[k].is_rate_of(unit) {
+        if is_rate_of(&KNOWN_UNITS[k], unit) {
             rate = Some(KNOWN_UNITS[k].name); // the last: `1/s`, not `Hz`
         }
         k += 1;
     }
     rate
+}
+
+/// Whether `rate` is the unit of a change of `unit` per second.
+const fn is_rate_of(rate: &Unit, unit: &Unit) -> bool {
+    let mut is_it = rate.factor == unit.factor && rate.offset == 0.0;
+    let mut k = 0;
+    while k < BASE.len() {
+        is_it &= rate.exponents[k] == unit.exponents[k] - (k == 2) as i8; // s
+        k += 1;
+    }
+    is_it
 }
 
 /// Whether [`KNOWN_UNITS`] has a unit of this name.

@@ -2,8 +2,7 @@
 
 use super::component::Fmi2;
 use super::ffi::*;
-use super::log;
-use super::uri;
+use super::{log, uri};
 use crate::Model;
 use crate::border::call::{CS, ME};
 use crate::border::description::table;
@@ -31,7 +30,7 @@ pub unsafe fn instantiate<X: Exported>(
     else {
         return ptr::null_mut();
     };
-    panic::silence(library.is_program);
+    library.silence_panics();
     // SAFETY: forwarded.
     let (name, guid, resources) = unsafe { (text(name), text(given_guid), text(resources)) };
     let resources = resources.map(|uri| {

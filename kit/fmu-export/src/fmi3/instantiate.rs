@@ -12,7 +12,6 @@ use crate::border::export::Exported;
 use crate::border::library::{self, Library, Request, refusal, text};
 use crate::core::fault::Fault;
 use crate::core::layout::Layout;
-use crate::core::panic;
 use std::path::{Path, PathBuf};
 use std::ptr;
 
@@ -56,7 +55,7 @@ pub unsafe fn instantiate<X: Exported>(
             refuse_instantiation::<X>(function, logging_on, environment, log_message)
         };
     }
-    panic::silence(library.is_program);
+    library.silence_panics();
     // SAFETY: forwarded.
     let (name, token, resources) = unsafe { (text(name), text(token), text(resources)) };
     let said = co_simulation.as_ref();

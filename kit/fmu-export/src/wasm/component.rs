@@ -7,7 +7,7 @@ pub use crate::fmi3::ffi::{Status, ValueReference};
 pub use std::ptr::{null, null_mut};
 
 use super::answers::plain;
-use super::callbacks::{fmu_intermediate_update, fmu_log_message, tell};
+use super::callbacks::{fmu_intermediate_update, fmu_log_message, tell, tell_panic};
 use crate::border::body::enter;
 use crate::border::call::{Call, U};
 use crate::border::export::Exported;
@@ -20,7 +20,9 @@ use crate::fmi3::order::ANY;
 use std::ffi::{CStr, CString};
 use std::ptr;
 
-static LIBRARY: Library = Library::new(false, option_env!("FMU_SIZES"));
+/// What all instances of the module share, by whichever functions they are made.
+pub static LIBRARY: Library =
+    Library::new(false, option_env!("FMU_SIZES")).telling_panics(tell_panic);
 
 /// An instance of the resource `co-simulation-instance`.
 pub struct Component {

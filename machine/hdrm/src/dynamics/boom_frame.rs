@@ -7,14 +7,12 @@
 //!
 //! Equations of motion: `M(zeta)·zeta_ddot + h(zeta, zeta_dot) = Q`, with gravity in h.
 
-use crate::Body;
-use crate::DOF;
-use crate::Tree;
 use crate::geometry::planar::turned;
 use crate::geometry::planar_body::{
     PlanarInertia, PlanarJoint, PlanarMotion, PlanarTwist, PlanarWrench,
 };
 use crate::geometry::tree::Solved;
+use crate::{Body, DOF, Tree};
 use nalgebra::{Matrix6, Vector2, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 use spatial::{Inertia, Pose, Twist, Wrench};

@@ -4,12 +4,8 @@
 //! pass for wrenches (see [`crate::Tree`]). The plant's forward dynamics take the specialised
 //! path of [`crate::dynamics::boom_frame`]; the two are independent and tested against each other.
 
-use crate::BODIES;
-use crate::Body;
-use crate::Configuration;
-use crate::DOF;
-use crate::Tree;
 use crate::dynamics::gravity::Gravity;
+use crate::{BODIES, Body, Configuration, DOF, Tree};
 use nalgebra::{Vector3, Vector6};
 use spatial::{Inertia, Pose, Twist, Wrench};
 

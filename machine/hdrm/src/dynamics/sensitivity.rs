@@ -1,13 +1,10 @@
 //! Exact derivatives of the joint accelerations: along the motion, and by the inputs.
 
-use crate::Configuration;
-use crate::DOF;
-use crate::Output;
-use crate::Stroke;
 use crate::dynamics::recursion;
 use crate::plant::input::{Input, wrench};
 use crate::plant::state::State;
 use crate::plant::{Dynamics, Hdrm};
+use crate::{Configuration, DOF, Output, Stroke};
 use nalgebra::Vector6;
 
 impl Hdrm {

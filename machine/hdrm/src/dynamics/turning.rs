@@ -6,12 +6,11 @@
 //! ground moves with `V = [0; Ω]`, `V̇ = [0; Ω̇]` and one whose ground rests. It costs only while
 //! the base turns.
 
-use crate::Configuration;
-use crate::DOF;
 use crate::dynamics::recursion::{self, Ground, WithRate};
 use crate::plant::input::{Input, wrench};
 use crate::plant::state::State;
 use crate::plant::{Dynamics, Hdrm};
+use crate::{Configuration, DOF};
 use nalgebra::{Vector3, Vector6};
 use spatial::{Twist, Wrench};
 

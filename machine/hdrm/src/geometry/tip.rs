@@ -1,9 +1,6 @@
 //! Kinematics of the tip T4.
 
-use crate::Body;
-use crate::Configuration;
-use crate::DOF;
-use crate::Tree;
+use crate::{Body, Configuration, DOF, Tree};
 use nalgebra::{Matrix6, Quaternion, Vector3};
 
 /// The joints between ground and tip; each turns with its own coordinate (gear 1).

@@ -10,11 +10,10 @@
 //! The joint motions solve the closed loops exactly, so this is the whole machine, not a cut-open
 //! model with constraints.
 
-use crate::Body;
-use crate::DOF;
 use crate::geometry::lift::Lift;
 use crate::geometry::planar::{Polar, relative, turned, unit};
 use crate::geometry::tilt::{FourBar, Tilt};
+use crate::{Body, DOF};
 use machine_file::Machine;
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};

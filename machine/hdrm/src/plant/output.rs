@@ -1,12 +1,10 @@
 //! Outputs as functions of state and input, and their first time derivative.
 
-use crate::DOF;
-use crate::Stroke;
-use crate::Tip;
 use crate::dynamics::recursion;
 use crate::plant::input::Input;
 use crate::plant::state::State;
 use crate::plant::{Dynamics, Hdrm};
+use crate::{DOF, Stroke, Tip};
 use nalgebra::{Quaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 

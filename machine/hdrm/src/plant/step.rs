@@ -1,10 +1,9 @@
 //! Integration of the plant over one communication step.
 
-use crate::DOF;
-use crate::Stroke;
 use crate::plant::input::Input;
 use crate::plant::state::State;
 use crate::plant::{Dynamics, Hdrm};
+use crate::{DOF, Stroke};
 use model_rules::{RATE_STEP, substeps};
 use nalgebra::Vector6;
 use thiserror::Error;

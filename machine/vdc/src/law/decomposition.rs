@@ -3,7 +3,7 @@
 //!
 //! The bodies form a tree of geared joints (`hdrm`), so the paper's equations per object become
 //! one recursion up the tree for the twists and one down for the wrenches. Projected on the joints
-//! it gives the corrected actuator forces (see `docs/departures.md`).
+//! it gives the corrected actuator forces (see `docs/machine/departures.md`).
 
 use crate::bodies::{Estimate, WristInertia};
 use crate::signals::Input;

@@ -1,5 +1,5 @@
 //! What `cosim info` says of FMUs and systems, as text and as JSON. The names in the JSON are a
-//! contract (`docs/cosim.md`): names are added, none is renamed.
+//! contract (`docs/master/cosim-options.md`): names are added, none is renamed.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;

@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use fmi_description::{Kind, Variability, Variable};
-use system_structure::Unit;
+use fmi_description::{Kind, Unit, Variability, Variable};
 
 use crate::exchange::faults::Alteration;
 use crate::exchange::{Write, writes};
@@ -12,7 +11,7 @@ use crate::io::cells::cells;
 use crate::io::numbers::{allowed, fits, number};
 use crate::slave::{At, Slave};
 use crate::structure::Hop;
-use crate::structure::package::read;
+use crate::structure::package::read_text;
 use crate::structure::system::System;
 use crate::structure::units::{common, named};
 use crate::wiring::transformation::{Transformation, along, conversion, unit_of};
@@ -51,11 +50,11 @@ impl Table {
         let mut units = Vec::new();
         let beside = path.with_extension("units.csv");
         if beside.is_file() {
-            let text = text_of(&beside)?;
+            let text = read_text(&beside)?;
             let read = parse_units(&text);
             units = read.with_context(|| format!("units `{}`", beside.display()))?;
         }
-        let text = text_of(path).context("input file")?;
+        let text = read_text(path).context("input file")?;
         let table = Self::parse(&text, &units, system, chosen);
         table.with_context(|| format!("input file `{}`", path.display()))
     }
@@ -133,11 +132,6 @@ impl Table {
         ensure!(!table.times.is_empty(), "it has no rows of numbers");
         Ok(table)
     }
-}
-
-fn text_of(path: &Path) -> Result<String> {
-    let text = String::from_utf8(read(path)?);
-    text.with_context(|| format!("`{}` is not UTF-8 text", path.display()))
 }
 
 /// Lines that are not empty, with their numbers.

@@ -16,10 +16,11 @@ use crate::run::supervision::Supervision;
 use crate::run::trial;
 use crate::run::verdict::Verdict;
 use crate::slave::Ended;
-use crate::stepping::{Control, StepCount, Steps};
+use crate::stepping::StepCount;
 use crate::structure::system::System;
 
 pub use crate::run::experiment::Experiment;
+pub use crate::run::plan::Plan;
 
 /// What came out of a run.
 #[derive(Clone, Debug)]
@@ -35,34 +36,6 @@ pub struct Outcome {
     /// What is to be said of the result: divergence, energy that the coupling made, warnings of the
     /// FMUs.
     pub verdict: Verdict,
-}
-
-/// How a run is made.
-#[derive(Clone, Debug, Default)]
-pub struct Plan {
-    /// Stop time, s.
-    pub stop: f64,
-    /// How long the communication steps are.
-    pub control: Control,
-    /// The run is saved to these files, at the first communication point that is not before the
-    /// time, s, beside each.
-    pub snapshots: Vec<(f64, PathBuf)>,
-    /// It goes on from this file.
-    pub resume: Option<PathBuf>,
-    /// The experiment that made the master in one thread, where the run may be shared out: if its
-    /// first steps take long, they are made once more by as many threads as there are cores, which
-    /// then go on if they are faster. What is observed is the same.
-    pub alone: Option<Experiment>,
-}
-
-impl Plan {
-    /// Steps of one length to `stop`, s.
-    pub fn to(stop: f64) -> Self {
-        Self {
-            stop,
-            ..Self::default()
-        }
-    }
 }
 
 /// As [`planned`], by steps of one length to `stop`, s, with a function as the observer.
@@ -96,7 +69,7 @@ pub fn planned(
     observer: &mut dyn Observer,
 ) -> Result<Outcome> {
     let Plan { stop, control, .. } = plan;
-    let (mut steps, has_left_rest) = steps_of(system, &master, plan)?;
+    let (mut steps, has_left_rest) = plan.steps(system, &master)?;
     let mut verdict = Verdict::default();
     if let Some(fixed) = system.fixed_step().filter(|_| has_left_rest) {
         verdict.note(format!(
@@ -175,17 +148,6 @@ pub fn planned(
         elapsed,
         verdict: supervision.end(system, master)?,
     })
-}
-
-/// The steps of a plan; true where a shortened last one is left out, because a component cannot vary
-/// its step.
-pub(crate) fn steps_of(system: &System, master: &Master, plan: &Plan) -> Result<(Steps, bool)> {
-    let mut steps = Steps::new(system, master, plan.stop, &plan.control)?;
-    let has_left_rest = match &mut steps {
-        Steps::Fixed(steps) => system.fixed_step().is_some() && steps.leave_rest(),
-        Steps::Chosen(_) => false,
-    };
-    Ok((steps, has_left_rest))
 }
 
 /// Save the run to the files that are due.

@@ -9,7 +9,7 @@ use anyhow::Result;
 use crate::fmu::Fmu;
 use crate::master::Master;
 use crate::run::experiment::Experiment;
-use crate::run::simulate::{Plan, steps_of};
+use crate::run::plan::Plan;
 use crate::run::supervision::Supervision;
 use crate::schedule::crew::cores;
 use crate::slave::messages;
@@ -48,7 +48,7 @@ pub(crate) fn wide(
     };
     let repeated = || -> Result<_> {
         let mut master = experiment.start(system)?;
-        let (mut steps, _) = steps_of(system, &master, plan)?;
+        let (mut steps, _) = plan.steps(system, &master)?;
         let mut times = [Duration::ZERO; STEPS];
         for time in &mut times {
             let before = Instant::now();

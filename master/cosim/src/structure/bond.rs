@@ -41,7 +41,7 @@ impl PowerBond {
                     annotation.kind
                 )));
             }
-            let power = match content.attribute("power") {
+            let power = match content.get("power") {
                 None | Some("delivered") => Power::Delivered,
                 Some("drawn") => Power::Drawn,
                 Some(text) => bail!(content.error(format!(
@@ -49,8 +49,8 @@ impl PowerBond {
                 ))),
             };
             bond = Some(Self {
-                step_mean: content.required("stepMean")?.to_string(),
-                flow: content.required("flow")?.to_string(),
+                step_mean: content.required("stepMean")?,
+                flow: content.required("flow")?,
                 power,
             });
         }

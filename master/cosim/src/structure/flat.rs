@@ -1,7 +1,8 @@
 //! A system without systems in it: components and the connections between them, as the master runs
 //! them.
 
-use system_structure::{Connector, DataType, Direction, Transformation, Unit};
+use fmi_description::Unit;
+use system_structure::{Connector, DataType, Direction, Transformation};
 
 use super::bond::PowerBond;
 
@@ -180,7 +181,6 @@ impl Structure {
                     direction,
                     data_type: None,
                     unit: None,
-                    enumeration: None,
                     dimensions: Vec::new(),
                     line: 0,
                 });

@@ -86,7 +86,7 @@ fn base_step(read: &SystemStructure) -> Result<Option<f64>> {
     for annotation in &read.default_experiment.annotations {
         let algorithm = annotation.content.child("Algorithm");
         if let Some(fixed) = algorithm.and_then(|a| a.child("FixedStepAlgorithm")) {
-            return Ok(fixed.number("baseStepSize")?);
+            return Ok(fixed.finite("baseStepSize")?);
         }
     }
     Ok(None)

@@ -199,6 +199,12 @@ fn decoded(name: &str) -> Cow<'_, str> {
     decoded.unwrap_or(name.into())
 }
 
+/// The text of the file at `path`.
+pub fn read_text(path: &Path) -> Result<String> {
+    let text = String::from_utf8(read(path)?);
+    text.with_context(|| format!("`{}` is not UTF-8 text", path.display()))
+}
+
 /// The file at `path`; an error names the path as it was given, and where that is.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     let file = path.display();

@@ -14,7 +14,7 @@ use system_structure::ParameterMapping;
 
 use crate::fmu::Fmu;
 use crate::structure::arrays;
-use crate::structure::package::{FmuPlace, Package, read};
+use crate::structure::package::{FmuPlace, Package, read, read_text};
 use crate::structure::renaming::rename;
 use crate::structure::{self, Component, Structure};
 use crate::wiring::{Port, Wiring};
@@ -103,8 +103,7 @@ impl System {
 
     /// Give the component `name` the names of its FMU, by the mapping in `file`.
     fn map(&mut self, name: &str, file: &Path) -> Result<()> {
-        let text = String::from_utf8(read(file).context("mapping")?);
-        let text = text.with_context(|| format!("`{}` is not UTF-8 text", file.display()))?;
+        let text = read_text(file).context("mapping")?;
         let mapping = ParameterMapping::parse(&text, &file.display().to_string())?;
         let Some(k) = self.structure.component(name) else {
             bail!("a mapping is given for the component `{name}`, which the system does not have");

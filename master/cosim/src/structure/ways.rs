@@ -25,7 +25,7 @@ pub(super) struct Flow {
     pub from: Key,
     pub to: Key,
     pub hop: Hop,
-    pub unit: Option<system_structure::Unit>,
+    pub unit: Option<fmi_description::Unit>,
     pub is_initial: bool,
     pub bond: Option<PowerBond>,
     pub place: String,

@@ -2,8 +2,7 @@
 //! values (SSP 1.0).
 
 use anyhow::{Result, bail};
-use fmi_description::{Description, Item, Kind, Variable};
-use system_structure::Unit;
+use fmi_description::{Description, Item, Kind, Unit, Variable};
 
 use crate::structure::Hop;
 
@@ -112,16 +111,7 @@ pub(crate) const UNITS: &str = "they are converted where both are defined with t
 /// The unit of a variable with its definition.
 pub(crate) fn unit_of(description: &Description, variable: &Variable) -> Option<Unit> {
     let name = variable.unit.as_ref()?;
-    let defined = description.units.iter().find(|u| u.name == *name);
-    Some(defined.map_or_else(
-        || Unit::named(name),
-        |u| Unit {
-            name: u.name.clone(),
-            exponents: u.exponents,
-            factor: u.factor,
-            offset: u.offset,
-        },
-    ))
+    Some(Unit::among(&description.units, name))
 }
 
 /// From values in the unit `a` to values in the unit `b`; None where that is not known.

@@ -5,7 +5,7 @@ use std::fs;
 use super::program::{cosim, fmus, packed};
 use super::support::{assert_contains, edited, oscillator, scratch};
 
-/// The JSON of `cosim info` has the names that docs/cosim.md tells, for FMUs and for systems.
+/// The JSON of `cosim info` has the names that docs/master/cosim-options.md lists, for FMUs and for systems.
 #[test]
 fn info_is_there_for_programs_too() {
     let ([spring, _], package) = (fmus("told"), packed("told-packed"));

@@ -1,9 +1,8 @@
 //! What was built, what was run, what was not and why, platform by platform.
 
 use std::collections::BTreeMap;
-use std::fmt;
-use std::fs;
 use std::path::Path;
+use std::{fmt, fs};
 
 use anyhow::{Context, Result, bail, ensure};
 use cargo_fmu::pack::FMI3_FOLDER;

@@ -12,9 +12,9 @@ use crate::core::length::Length;
 use crate::core::model::Variable;
 use crate::core::place::{Place, each};
 use crate::core::sizes::{self, Start};
-use crate::core::unit::{DisplayUnit, Unit};
 use crate::core::value::Value;
 use crate::{Model, border::log::CATEGORIES};
+use fmi_units::{DisplayUnit, Unit};
 use uuid::Uuid;
 
 /// The hash of a model with these start values, for a version of FMI. It contains the version of

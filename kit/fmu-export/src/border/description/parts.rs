@@ -8,9 +8,9 @@ use crate::core::info::Info;
 use crate::core::layout::Layout;
 use crate::core::model::Variable;
 use crate::core::place::{Kind, Place, Values, each};
-use crate::core::unit::{DIMENSIONS, Unit};
 use crate::core::value::Value;
 use crate::{KNOWN_UNITS, Model};
+use fmi_units::{BASE, Unit};
 
 /// The root, with what may be said of the model.
 pub(super) fn root(info: &Info, version: &str, hash: (&'static str, String)) -> Element {
@@ -62,7 +62,7 @@ pub(super) fn units_in_use<M: Model>(layout: &Layout<M>) -> Vec<&'static Unit> {
 
 pub(super) fn units<M: Model>(layout: &Layout<M>) -> Option<Element> {
     let units = units_in_use(layout).into_iter().map(|unit| {
-        let exponents = DIMENSIONS.into_iter().zip(unit.exponents);
+        let exponents = BASE.into_iter().zip(unit.exponents);
         let base = exponents.filter(|(_, exponent)| *exponent != 0);
         let base = Element::new("BaseUnit")
             .with(base.map(|(name, exponent)| (name, exponent.to_string())))

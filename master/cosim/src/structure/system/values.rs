@@ -10,7 +10,7 @@ use system_structure::{Connector, DataType};
 use super::System;
 use crate::fmu::Fmu;
 use crate::structure::arrays;
-use crate::structure::package::{Package, read};
+use crate::structure::package::{Package, read_text};
 use crate::structure::{Hop, Parameter, parse_set};
 use crate::wiring::Port;
 use crate::wiring::transformation::{Linear, Transformation, along, conversion, unit_of};
@@ -60,7 +60,7 @@ impl System {
         } else {
             let system = self.path.display();
             let hint = || format!("parameter set `{name}` is not in `{system}`, and as a file");
-            String::from_utf8(read(file).with_context(hint)?).with_context(hint)?
+            read_text(file).with_context(hint)?
         };
         for parameter in parse_set(&text, &name)? {
             let port = self.port(&parameter.name);

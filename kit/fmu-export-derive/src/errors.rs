@@ -1,0 +1,13 @@
+//! Errors of several fields or variants, reported in one go.
+
+use syn::Result;
+
+/// All errors at once.
+pub(crate) fn combined(results: impl Iterator<Item = Result<()>>) -> Result<()> {
+    let errors = results.filter_map(Result::err);
+    let all = errors.reduce(|mut all, next| {
+        all.combine(next);
+        all
+    });
+    all.map_or(Ok(()), Err)
+}

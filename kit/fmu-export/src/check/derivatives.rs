@@ -1,0 +1,180 @@
+//! Directional derivatives against differences of the outputs, and adjoint ones against directional
+//! ones.
+
+use super::point::Point;
+use super::trial::Trial;
+use crate::core::derivatives::ROOT_OF_EPSILON;
+use crate::core::layout::Element;
+use crate::core::model::{real_inputs, real_outputs, zero};
+use crate::core::place::Place;
+use crate::core::value::Value;
+use crate::{Evaluation, Model, ModelError};
+
+/// Part of the size of a derivative by which a difference may miss it beyond its own error.
+const TOLERANCE: f64 = 1e-4;
+/// Rounding of the sums in the transpose identity, in parts of their terms.
+const ROUNDING: f64 = 1e-10;
+
+/// Numbers from 0.5 to 1.5 of either sign, of which no two near each other are the same.
+fn weight(k: usize) -> f64 {
+    let size = 0.5 + ((5 * k + 3) % 11) as f64 / 10.0;
+    if k.is_multiple_of(3) { -size } else { size }
+}
+
+/// Whether a derivative misses a difference, of which one with twice the step is `far`.
+fn is_far(said: f64, found: f64, far: f64, rounding: f64) -> bool {
+    let scale = said.abs().max(found.abs());
+    let error = TOLERANCE * scale + 4.0 * (found - far).abs() + rounding;
+    (said - found).is_nan() || (said - found).abs() > error
+}
+
+/// The inputs with one of them moved, if it may be there.
+pub(super) fn moved<M: Model>(u: &M::Input, (i, row): Element<M>, by: f64) -> Option<M::Input> {
+    let Place::RealIn(place) = &row.place else {
+        return None;
+    };
+    let mut u = u.clone();
+    let value = place.get_mut(&mut u, i);
+    *value += by;
+    value.is_allowed(row).then_some(u)
+}
+
+impl<M: Model> Trial<M> {
+    /// Looks at the derivatives of a model in one state.
+    pub(super) fn derivatives(&mut self, model: &M, point: &Point<M>) {
+        if !M::INFO.directional_derivatives {
+            return;
+        }
+        // An input that counts its sets acts only where it was set.
+        let mut point = point.clone();
+        point.set_inputs();
+        let Point(p, u) = &point;
+        let Ok(now) = M::Evaluation::of(model, p, u) else {
+            return;
+        };
+        let directional = |du: &M::Input| {
+            let dy = model.directional_derivative(p, u, &now, du)?;
+            Ok::<Vec<f64>, ModelError>(real_outputs::<M>(&dy).collect())
+        };
+        let result = (|| {
+            let columns = self.columns(model, &point, &directional)?;
+            self.transpose(model, &point, &now, &columns, &directional)
+        })();
+        if let Err(error) = result {
+            self.problems.insert(format!("derivatives: {error}"));
+        }
+    }
+
+    /// The derivatives by each Real input, compared with differences. Two differences, one
+    /// with twice the step of the other, say how good they are: near a kink of the model that is
+    /// not very.
+    fn columns(
+        &mut self,
+        model: &M,
+        point: &Point<M>,
+        directional: &impl Fn(&M::Input) -> Result<Vec<f64>, ModelError>,
+    ) -> Result<Vec<Vec<f64>>, ModelError> {
+        let elements: Vec<_> = self.layout.iter().enumerate().collect();
+        let outputs = self.real_outputs();
+        let at = |u: M::Input| {
+            let now = M::Evaluation::of(model, &point.0, &u).ok()?;
+            let y = model.output(&point.0, &u, &now).ok()?;
+            Some(real_outputs::<M>(&y).collect::<Vec<_>>())
+        };
+        let mut columns = Vec::new();
+        for (known, element) in elements {
+            let (i, row) = element;
+            let Place::RealIn(place) = &row.place else {
+                continue;
+            };
+            let mut du = zero::<M>(&point.1);
+            *place.get_mut(&mut du, i) = 1.0;
+            let column = directional(&du)?;
+            let size = row.nominal.unwrap_or(1.0).max(place.get(&point.1, i).abs());
+            self.compare_column(known, &outputs, size, &column, |by| {
+                at(moved::<M>(&point.1, element, by)?)
+            });
+            columns.push(column);
+        }
+        Ok(columns)
+    }
+
+    /// The positions of the Real outputs and local variables.
+    pub(super) fn real_outputs(&self) -> Vec<usize> {
+        let elements = self.layout.iter().enumerate();
+        let outputs = elements.filter(|(_, (_, row))| matches!(row.place, Place::RealOut(_)));
+        outputs.map(|(k, _)| k).collect()
+    }
+
+    /// Compares a derivative that the model gives, of the elements `of` by `known` whose size this
+    /// is, with differences of what it computes where `known` is moved. At a kink any slope between
+    /// those of its two sides is one.
+    pub(super) fn compare_column(
+        &mut self,
+        known: usize,
+        of: &[usize],
+        size: f64,
+        said: &[f64],
+        at: impl Fn(f64) -> Option<Vec<f64>>,
+    ) {
+        let step = ROOT_OF_EPSILON * size;
+        let around = |step: f64| Some([at(-step)?, at(step)?]);
+        let (Some(y), Some(near), Some(far)) = (at(0.0), around(step), around(2.0 * step)) else {
+            return;
+        };
+        for (k, &said) in said.iter().enumerate() {
+            let central =
+                |[less, more]: &[Vec<f64>; 2], step: f64| (more[k] - less[k]) / (2.0 * step);
+            let (found, far) = (central(&near, step), central(&far, 2.0 * step));
+            let (left, right) = ((y[k] - near[0][k]) / step, (near[1][k] - y[k]) / step);
+            let side = match (left.min(right), left.max(right)) {
+                (low, high) if low.is_nan() || high.is_nan() => found,
+                (low, high) => said.max(low).min(high),
+            };
+            let rounding = 1e3 * f64::EPSILON * y[k].abs() / step;
+            if said.is_nan() || is_far(said, side, far + (side - found), rounding) {
+                let (output, input) = (self.name(of[k]), self.name(known));
+                self.problems.insert(format!(
+                    "the directional derivative of `{output}` by `{input}` is {said:.4e}, differences of the output give {found:.4e}"
+                ));
+            }
+        }
+    }
+
+    /// With any u and v: `J v` is the columns of J times v, and `v · (Jᵀ u)` = `u · (J v)`.
+    fn transpose(
+        &mut self,
+        model: &M,
+        point: &Point<M>,
+        now: &M::Evaluation,
+        columns: &[Vec<f64>],
+        directional: &impl Fn(&M::Input) -> Result<Vec<f64>, ModelError>,
+    ) -> Result<(), ModelError> {
+        let mut v = zero::<M>(&point.1);
+        for (n, (i, place)) in real_inputs::<M>(&point.1).enumerate() {
+            *place.get_mut(&mut v, i) = weight(n);
+        }
+        let outputs = columns.first().map_or(0, Vec::len);
+        let u: Vec<_> = (0..outputs).map(|k| weight(k + 1)).collect();
+        let adjoint = model.adjoint_derivative(&point.0, &point.1, now, &u)?;
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let forward = dot(&u, &directional(&v)?);
+        let (mut by_columns, mut backward, mut size) = (0.0, 0.0, 0.0);
+        for (n, ((i, place), column)) in real_inputs::<M>(&v).zip(columns).enumerate() {
+            backward += weight(n) * place.get(&adjoint, i);
+            by_columns += weight(n) * dot(&u, column);
+            size += column.iter().map(|x| 2.25 * x.abs()).sum::<f64>(); // 1.5² is the largest product of weights
+        }
+        for (found, what) in [
+            (by_columns, "its own columns"),
+            (backward, "the adjoint derivative"),
+        ] {
+            if (forward - found).is_nan() || (forward - found).abs() > ROUNDING * size {
+                self.problems.insert(format!(
+                    "the directional derivative u·(J v) = {forward:.4} must be v·(J' u) = {found:.4} by {what}"
+                ));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,1 +1,0 @@
-//! Nothing: its dependencies are what this package is for (`Cargo.toml` says why).
