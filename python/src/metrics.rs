@@ -3,10 +3,7 @@
 use std::collections::BTreeMap;
 
 use anyhow::Result;
-use cosim::Experiment;
-use cosim::Port;
-use cosim::Recording;
-use cosim::System;
+use cosim::{Experiment, Port, Recording, System};
 use experiments::measures::energy;
 use experiments::measures::metrics::{Metrics, add_energy, add_tracking, of_tip};
 use experiments::measures::run::{Outcome, RecordedRun, TipError};

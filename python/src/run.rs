@@ -1,14 +1,9 @@
 //! A whole run: signals as columns of numbers, metrics, verdict.
 
 use anyhow::Result;
-use cosim::Experiment;
-use cosim::Master;
-use cosim::Port;
-use cosim::Recording;
-use cosim::System;
-use cosim::Verdict;
 use cosim::io::csv::stride;
 use cosim::run::simulate;
+use cosim::{Experiment, Master, Port, Recording, System, Verdict};
 use experiments::measures::metrics::{Metrics, add_residuals, of_tip};
 use experiments::measures::run::{FailedRun, run as run_machine};
 use pyo3::prelude::*;

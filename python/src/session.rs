@@ -8,12 +8,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 
 use anyhow::{Result, anyhow};
-use cosim::Experiment;
-use cosim::Inputs;
-use cosim::Master;
-use cosim::Port;
-use cosim::Signals;
-use cosim::System;
+use cosim::{Experiment, Inputs, Master, Port, Signals, System};
 use fmi_description::Kind;
 use pyo3::prelude::*;
 

@@ -4,6 +4,7 @@ pub mod comparison;
 pub mod draws;
 pub mod efficiency;
 pub mod endurance;
+pub mod identification;
 pub mod imported_run;
 pub mod inertia;
 pub mod margins;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use charts::{Curve, Figure, Panel, wheel};
-use experiments::path_margins::PathMargins;
+use experiments::machines::path_margins::PathMargins;
 use motion_check::Quantity;
 
 /// Points of a curve that are drawn at most.

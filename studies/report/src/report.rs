@@ -35,12 +35,11 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use conditions::conditions;
-use experiments::grid::{self, Cell};
-use experiments::machine_choice::MachineFile;
+use experiments::analyses::{efficiency, inertia, robustness};
 use experiments::measures::run::TipError;
 use experiments::print::tip_errors::inertia_json;
-use experiments::studies::efficiency;
-use experiments::studies::{inertia, robustness};
+use experiments::runs::grid::{self, Cell};
+use experiments::setup::machine_choice::MachineFile;
 pub use recorded::Recorded;
 pub use request::Request;
 use request::kept;
@@ -86,7 +85,7 @@ impl Report {
         let scene = Scene::new(&machine.machine)?;
         let plan = errors::plan(request)?;
         let of_errors: u64 = plan.iter().map(|(_, cases)| robustness::count(cases)).sum();
-        let total = inertia::CELLS as u64 + of_errors + experiments::studies::stability::RUNS;
+        let total = inertia::CELLS as u64 + of_errors + experiments::analyses::stability::RUNS;
         let done = AtomicU64::new(0);
         let count = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
         let measure = |plan: &grid::Plan| runs::measure(request, &scene, plan);

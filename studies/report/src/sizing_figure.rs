@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 
 use charts::{Curve, Figure, Panel, wheel};
-use experiments::studies::sizing::{Axis, Sizing};
+use experiments::analyses::sizing::{Axis, Sizing};
 
 /// The motion's points and both envelopes over motor speed in 1000 rev/min.
 fn panel(axis: &Axis) -> Panel {

@@ -3,7 +3,7 @@
 
 use anyhow::Result;
 use clap::Parser;
-use surrogate::commands::Command;
+use surrogate::program::commands::Command;
 
 fn main() -> Result<()> {
     Command::parse().run()

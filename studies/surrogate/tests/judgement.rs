@@ -5,13 +5,13 @@ use emla::{EfficiencyBound, maps};
 use machine_file::{Emla, Heat};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rig_data::conformal::{Coverage, Point, SHARE, calibrate};
-use rig_data::free_run::simulate;
-use rig_data::least_squares::Fit;
-use rig_data::lookup::LookUp;
-use rig_data::prediction::Model;
-use rig_data::profile::{Desired, SAMPLE};
-use rig_data::resampling::{binomial, bootstrap};
+use surrogate::judgement::conformal::{Coverage, Point, SHARE, calibrate};
+use surrogate::judgement::free_run::simulate;
+use surrogate::judgement::resampling::{binomial, bootstrap};
+use surrogate::measurement::profile::{Desired, SAMPLE};
+use surrogate::prediction::least_squares::Fit;
+use surrogate::prediction::lookup::LookUp;
+use surrogate::prediction::model::Model;
 
 /// Oracle: the certified parameters and residual of Misra1a, NIST Statistical Reference
 /// Datasets. Central differences move the minimum by their (1e-4)² share.

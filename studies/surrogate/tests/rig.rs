@@ -2,11 +2,13 @@
 //! says of them.
 
 use emla::Surrogate;
-use rig_data::campaign::{Trust, compliance, held_out_profiles, measure, rms, training_profiles};
-use rig_data::prediction::{Model, Motion};
-use rig_data::profile::{Kind, Profile};
-use rig_data::rig_run::run;
-use rig_data::windows::windows;
+use surrogate::measurement::campaign::{
+    Trust, compliance, held_out_profiles, measure, rms, training_profiles,
+};
+use surrogate::measurement::profile::{Kind, Profile};
+use surrogate::measurement::rig_run::run;
+use surrogate::measurement::windows::windows;
+use surrogate::prediction::model::{Model, Motion};
 
 /// The rig follows its profile: force as asked for, speed but for what load changes bend.
 #[test]

@@ -2,14 +2,12 @@
 //! each law the median and the worst case.
 
 use anyhow::Result;
-use cosim::Experiment;
-use cosim::System;
-use cosim::Verdict;
+use cosim::{Experiment, System, Verdict};
 use serde::Serialize;
 
-use crate::grid::{self, Case, Cell, Grid, Plan, Spread};
 use crate::measures::tracking::{Sag, Tracking};
-use crate::start_values::Law;
+use crate::runs::grid::{self, Case, Cell, Grid, Plan, Spread};
+use crate::setup::start_values::Law;
 use crate::worlds::BENDING_TARGET;
 
 /// Largest error that the adaptive controller may have in the real world: median and worst RMSE of

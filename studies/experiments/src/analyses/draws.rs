@@ -2,15 +2,14 @@
 //! the rods' forces become.
 
 use anyhow::Result;
-use cosim::Experiment;
-use cosim::System;
-use cosim::Verdict;
+use cosim::{Experiment, System, Verdict};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::grid::Case;
-use crate::start_values::{Law, following};
-use crate::trial::{Fate, Store, Trial};
+use crate::runs::ended_run::{EndedRun, Fate};
+use crate::runs::grid::Case;
+use crate::runs::run_store::RunStore;
+use crate::setup::start_values::{Law, following};
 
 /// What rods may have at most, over their rated force or the controller's limit of it.
 pub const FORCE: f64 = 1.2;
@@ -22,7 +21,7 @@ pub struct Draw {
     pub case: String,
     /// What became of it.
     #[serde(flatten)]
-    pub trial: Trial,
+    pub run: EndedRun,
 }
 
 /// How many ended how.
@@ -39,16 +38,16 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Of these trials.
-    pub fn of<'a>(trials: impl IntoIterator<Item = &'a Trial>) -> Self {
+    /// Of these runs.
+    pub fn of<'a>(runs: impl IntoIterator<Item = &'a EndedRun>) -> Self {
         let mut counts = Self::default();
-        for trial in trials {
-            match trial.fate {
+        for run in runs {
+            match run.fate {
                 Fate::Kept => counts.kept += 1,
                 Fate::Stopped => counts.stopped += 1,
                 Fate::Lost => counts.lost += 1,
             }
-            counts.forced += usize::from(trial.force > FORCE);
+            counts.forced += usize::from(run.force > FORCE);
         }
         counts
     }
@@ -63,18 +62,18 @@ pub fn run(
     law: &Law,
     cases: &[Case],
     trajectory: &str,
-    store: &Store,
+    store: &RunStore,
     done: impl Fn() + Sync,
 ) -> Result<Vec<Draw>> {
     let common = [law.settings(system)?, following(system, trajectory)?].concat();
     let one = |case: &Case| {
         let experiment = case.over((system, base), &common)?;
         let name = format!("{} {trajectory} {}", law.name, case.label);
-        let trial = store.trial(&name, system, &experiment)?;
+        let run = store.run(&name, system, &experiment)?;
         done();
         Ok(Draw {
             case: case.label.clone(),
-            trial,
+            run,
         })
     };
     cases.into_par_iter().map(one).collect()
@@ -83,12 +82,12 @@ pub fn run(
 /// A run that was lost, and a force beyond what rods may be given, spoil the verdict.
 pub fn judge(draws: &[Draw], verdict: &mut Verdict) {
     let all = draws.len();
-    let counts = Counts::of(draws.iter().map(|draw| &draw.trial));
-    let mut object = |count: usize, what: &str, first: &dyn Fn(&Trial) -> bool| {
-        if let Some(draw) = draws.iter().find(|draw| first(&draw.trial)) {
+    let counts = Counts::of(draws.iter().map(|draw| &draw.run));
+    let mut object = |count: usize, what: &str, first: &dyn Fn(&EndedRun) -> bool| {
+        if let Some(draw) = draws.iter().find(|draw| first(&draw.run)) {
             verdict.object(format!(
                 "{count} of {all} machines {what}, first {} {}",
-                draw.case, draw.trial.why
+                draw.case, draw.run.why
             ));
         }
     };
@@ -105,7 +104,7 @@ mod tests {
     fn fates_and_forces_are_counted_apart() {
         let draw = |fate, force| Draw {
             case: format!("{force}"),
-            trial: Trial {
+            run: EndedRun {
                 fate,
                 why: String::new(),
                 rmse: None,
@@ -121,7 +120,7 @@ mod tests {
             draw(Fate::Stopped, 1.1),
             draw(Fate::Lost, 3.0),
         ];
-        let counts = Counts::of(draws.iter().map(|d| &d.trial));
+        let counts = Counts::of(draws.iter().map(|d| &d.run));
         let expected = Counts {
             kept: 2,
             stopped: 1,

@@ -4,10 +4,8 @@
 //! the load moves the rod back (quadrant IV).
 
 use anyhow::{Context, Result};
-use cosim::Experiment;
-use cosim::System;
-use cosim::instantiate;
 use cosim::slave::At;
+use cosim::{Experiment, System, instantiate};
 use rayon::prelude::*;
 
 /// Loads: number and largest, N. The shipped network was trained up to it.

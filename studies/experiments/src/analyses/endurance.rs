@@ -10,18 +10,12 @@ use std::f64::consts::{SQRT_2, TAU};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
-use cosim::Experiment;
-use cosim::Inputs;
-use cosim::Master;
-use cosim::Signals;
-use cosim::System;
-use cosim::Verdict;
-use cosim::matching;
+use cosim::{Experiment, Inputs, Master, Signals, System, Verdict, matching};
 
-use crate::machine_choice::MachineFile;
 use crate::measures::limits::LimitWatch;
 use crate::measures::run::Distance;
-use crate::start_values::vary;
+use crate::setup::machine_choice::MachineFile;
+use crate::setup::start_values::vary;
 
 /// Parts of a run, each of which is reported when it ends.
 pub const PARTS: u64 = 10;

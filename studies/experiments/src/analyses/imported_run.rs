@@ -5,19 +5,14 @@ use std::cmp::Ordering;
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result, bail, ensure};
-use cosim::Experiment;
-use cosim::Port;
-use cosim::Recording;
-use cosim::System;
-use cosim::Verdict;
-use cosim::start_value;
-use rig_data::signal_file::SignalFile;
+use cosim::{Experiment, Port, Recording, System, Verdict, start_value};
+use surrogate::measurement::signal_file::SignalFile;
 
-use crate::machine_choice::MachineFile;
 use crate::measures::limits::{self, LimitWatch};
 use crate::measures::metrics::{Metrics, add_tracking, of_tip};
 use crate::measures::run::{TipError, motion_start, tip_error_port};
 use crate::measures::tracking::{Evaluation, Tracking};
+use crate::setup::machine_choice::MachineFile;
 
 /// Evaluates runs of an experiment that other importers made.
 pub struct Evaluator<'a> {

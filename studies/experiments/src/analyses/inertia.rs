@@ -2,13 +2,11 @@
 //! trajectories, here for three controllers.
 
 use anyhow::Result;
-use cosim::Experiment;
-use cosim::System;
-use cosim::Verdict;
+use cosim::{Experiment, System, Verdict};
 
-use crate::grid::{Case, Cell, Grid, Plan, TRAJECTORIES};
 use crate::measures::run::{TipError, run as run_once};
-use crate::start_values::of_modes;
+use crate::runs::grid::{Case, Cell, Grid, Plan, TRAJECTORIES};
+use crate::setup::start_values::of_modes;
 pub use crate::worlds::SCALES;
 
 /// Controllers, in the order of the columns.

@@ -10,17 +10,14 @@
 use std::f64::consts::PI;
 
 use anyhow::{Context, Result};
-use cosim::Experiment;
-use cosim::Setting;
-use cosim::System;
-use cosim::Verdict;
-use cosim::start_value;
+use cosim::{Experiment, Setting, System, Verdict, start_value};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::measures::run::motion_end;
-use crate::start_values::{Law, following, over};
-use crate::trial::{Fate, Store};
+use crate::runs::ended_run::Fate;
+use crate::runs::run_store::RunStore;
+use crate::setup::start_values::{Law, following, over};
 
 /// Length of a run in a pose, s, and when the push begins: what a push leaves in the measure, 5 % of
 /// the rated force, falls with its time constant of 2 s, to a fifth of [`UNSTABLE`] at the end.
@@ -223,7 +220,7 @@ pub fn run(
     laws: &[Law],
     places: &[Place],
     payloads: &[f64],
-    store: &Store,
+    store: &RunStore,
     done: impl Fn() + Sync,
 ) -> Result<Vec<Margin>> {
     let mut points = Vec::new();
@@ -274,11 +271,11 @@ pub fn run(
             }
             let what = if change.is_some() { what } else { "as it is" };
             let name = format!("{} {} {payload} {what} {factor:.4}", law.name, place.0);
-            let trial = store.trial(&name, system, &experiment)?;
-            let is_stable = trial.fate == Fate::Kept && trial.swing < UNSTABLE;
+            let run = store.run(&name, system, &experiment)?;
+            let is_stable = run.fate == Fate::Kept && run.swing < UNSTABLE;
             Ok(match is_stable {
                 true => None,
-                false if trial.load > 1.0 => Some(Limit::Force),
+                false if run.load > 1.0 => Some(Limit::Force),
                 false => Some(Limit::Stability),
             })
         };

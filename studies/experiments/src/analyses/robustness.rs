@@ -6,18 +6,14 @@
 //! so that noise on the measurements does not count as motion.
 
 use anyhow::Result;
-use cosim::Experiment;
-use cosim::Setting;
-use cosim::System;
-use cosim::Verdict;
 use cosim::exchange::faults::Faults;
-use cosim::start_value;
+use cosim::{Experiment, Setting, System, Verdict, start_value};
 use serde::Serialize;
 
 use super::inertia::MODES;
-use crate::grid::{Case, Cell, Grid, Plan, TRAJECTORIES};
 use crate::measures::run::{RecordedRun, TipError};
-use crate::start_values::of_modes;
+use crate::runs::grid::{Case, Cell, Grid, Plan, TRAJECTORIES};
+use crate::setup::start_values::of_modes;
 
 /// What is varied.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]

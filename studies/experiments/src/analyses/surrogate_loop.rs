@@ -7,22 +7,20 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
-use cosim::Experiment;
-use cosim::System;
-use cosim::Verdict;
+use cosim::{Experiment, System, Verdict};
 use emla::Surrogate;
 use machine_file::{Emla, Machine, PerAxis};
-use rig_data::campaign::rms;
-use rig_data::coupled_run::CoupledRun;
-use rig_data::identification::Identified;
-use rig_data::prediction::{Errors, MODELS, Model, Motion, errors};
-use rig_data::resampling::bootstrap;
 use serde::Serialize;
+use surrogate::judgement::resampling::bootstrap;
+use surrogate::measurement::campaign::rms;
+use surrogate::measurement::coupled_run::CoupledRun;
+use surrogate::prediction::identification::Identified;
+use surrogate::prediction::model::{Errors, MODELS, Model, Motion, errors};
 use tempfile::TempDir;
 
-use crate::grid::{self, Case, Grid, Plan, TRAJECTORIES};
 use crate::measures::tracking::Tracking;
-use crate::start_values::{Law, SHIPPED};
+use crate::runs::grid::{self, Case, Grid, Plan, TRAJECTORIES};
+use crate::setup::start_values::{Law, SHIPPED};
 use crate::worlds::{Bounds, Cases};
 
 /// What is read, and whether the observer of the disturbance runs on it: name, and what is set
@@ -90,7 +88,7 @@ impl RigNetwork {
             std::fs::write(&path, text).with_context(|| path.display().to_string())?;
             anyhow::Ok(path)
         };
-        let network = Surrogate::from_json(rig_data::RIG_NETWORK).context("the rig's network")?;
+        let network = Surrogate::from_json(surrogate::RIG_NETWORK).context("the rig's network")?;
         let mut machine = Machine::reference();
         let found = Identified::of_campaign(&machine.emla.lift, 1)?.refitted;
         machine.emla = PerAxis::all(Emla {
@@ -103,7 +101,7 @@ impl RigNetwork {
         });
         let machine = serde_json::to_string_pretty(&machine)?;
         Ok(Self {
-            path: write("surrogate_rig.json", rig_data::RIG_NETWORK)?,
+            path: write("surrogate_rig.json", surrogate::RIG_NETWORK)?,
             refitted: write("refitted.json", &machine)?,
             network,
             _folder: folder,

@@ -7,7 +7,7 @@ mod replay;
 mod study;
 
 pub use axis::{
-    Axis, AxisError, CHECK, Course, FORCE_TARGET, Load, LoadedAxis, POSITION_TARGET, Trial,
+    Axis, AxisError, CHECK, Course, FORCE_TARGET, Load, LoadedAxis, POSITION_TARGET, TestedLaw,
     UNKNOWN_LOAD,
 };
 pub use profile::{MachineRun, ports, record};

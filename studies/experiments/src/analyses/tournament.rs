@@ -8,23 +8,21 @@
 //! gains that are found to be behind the best so far.
 
 use anyhow::{Context, Result};
-use cosim::Experiment;
-use cosim::Setting;
-use cosim::System;
-use cosim::start_value;
+use cosim::{Experiment, Setting, System, start_value};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
-use rig_data::resampling::bootstrap;
 use serde::Serialize;
+use surrogate::judgement::resampling::bootstrap;
 use tip_path::SIX_JOINTS;
 
-use crate::grid::{Case, Spread};
-use crate::identification::run::Identified;
-use crate::start_values::{Law, following};
-use crate::studies::draws::Counts;
-use crate::trial::{Fate, Store, Trial};
+use crate::analyses::draws::Counts;
+use crate::analyses::identification::run::Identified;
+use crate::runs::ended_run::{EndedRun, Fate};
+use crate::runs::grid::{Case, Spread};
+use crate::runs::run_store::RunStore;
+use crate::setup::start_values::{Law, following};
 
 /// Paths on which gains are tuned.
 pub const TUNING_PATHS: [&str; 2] = ["triangular", SIX_JOINTS];
@@ -109,7 +107,7 @@ pub struct Arena<'a> {
     /// Common to all runs.
     pub base: &'a Experiment,
     /// Kept runs.
-    pub store: &'a Store,
+    pub store: &'a RunStore,
     /// Machines as identified, for the laws that take them.
     pub identified: Identified,
 }
@@ -144,14 +142,14 @@ struct Candidate {
 
 impl Arena<'_> {
     /// A kept run. A law that needs a machine as identified is lost on one that could not be.
-    fn trial(
+    fn kept_run(
         &self,
         name: &str,
         contestant: &Contestant,
         settings: &[Setting],
         case: &Case,
         path: &str,
-    ) -> Result<Trial> {
+    ) -> Result<EndedRun> {
         let mut law = settings.to_vec();
         if contestant.is_identified {
             let identified = self.identified.get(&case.label);
@@ -160,13 +158,13 @@ impl Arena<'_> {
                     let file = found.file.display();
                     law.push(self.system.setting("controller.machine_file", file)?);
                 }
-                Err(why) => return Ok(Trial::lost(format!("not identified: {why}"))),
+                Err(why) => return Ok(EndedRun::lost(format!("not identified: {why}"))),
             }
         }
         law.extend(following(self.system, path)?);
         let experiment = case.over((self.system, self.base), &law)?;
         let name = format!("{name} {} {path}", case.label);
-        self.store.trial(&name, self.system, &experiment)
+        self.store.run(&name, self.system, &experiment)
     }
 
     /// Runs `contestant` as it is shipped on `case` and tells how long, s: for an estimate.
@@ -177,7 +175,7 @@ impl Arena<'_> {
         let (_, mut law) = self.gains(contestant, &[])?;
         law.extend(following(self.system, TUNING_PATHS[0])?);
         let experiment = case.over((self.system, self.base), &law)?;
-        Ok(Trial::of(self.system, &experiment)?.time)
+        Ok(EndedRun::of(self.system, &experiment)?.time)
     }
 
     /// The law `contestant` with these factors on the logarithm of its gains.
@@ -209,12 +207,12 @@ impl Arena<'_> {
     ) -> Result<Option<Vec<f64>>> {
         let mut errors = Vec::new();
         for case in cases {
-            let one = |path: &&str| self.trial(name, contestant, settings, case, path);
-            let trials: Vec<Trial> = TUNING_PATHS.par_iter().map(one).collect::<Result<_>>()?;
-            if trials.iter().any(|trial| trial.fate != Fate::Kept) {
+            let one = |path: &&str| self.kept_run(name, contestant, settings, case, path);
+            let ended: Vec<EndedRun> = TUNING_PATHS.par_iter().map(one).collect::<Result<_>>()?;
+            if ended.iter().any(|run| run.fate != Fate::Kept) {
                 return Ok(None);
             }
-            errors.extend(trials.iter().map(Trial::cost));
+            errors.extend(ended.iter().map(EndedRun::cost));
             if is_behind(&errors, best) {
                 break;
             }
@@ -300,15 +298,15 @@ impl Arena<'_> {
         cases: &[Case],
         paths: &[&str],
         done: impl Fn() + Sync,
-    ) -> Result<Vec<Trial>> {
+    ) -> Result<Vec<EndedRun>> {
         let runs: Vec<(&Case, &str)> = (cases.iter())
             .flat_map(|case| paths.iter().map(move |path| (case, *path)))
             .collect();
         let name = format!("report {}", tuned.law);
         let one = |(case, path): &(&Case, &str)| {
-            let trial = self.trial(&name, contestant, &tuned.settings, case, path)?;
+            let run = self.kept_run(&name, contestant, &tuned.settings, case, path)?;
             done();
-            Ok(trial)
+            Ok(run)
         };
         runs.par_iter().map(one).collect()
     }
@@ -371,21 +369,21 @@ pub struct Row {
 }
 
 /// Rows of the report: fewest failures first, then by the median; ratios are to `reference`.
-pub fn rows(results: &[(Tuned, Vec<Trial>)], reference: &str) -> Result<Vec<Row>> {
+pub fn rows(results: &[(Tuned, Vec<EndedRun>)], reference: &str) -> Result<Vec<Row>> {
     let (_, of_first) = (results.iter())
         .find(|(tuned, _)| tuned.law == reference)
         .or(results.first())
         .context("no law took part")?;
-    let row = |(tuned, trials): &(Tuned, Vec<Trial>)| {
-        let pairs = trials.iter().zip(of_first);
+    let row = |(tuned, ended): &(Tuned, Vec<EndedRun>)| {
+        let pairs = ended.iter().zip(of_first);
         let logs: Vec<f64> = pairs
             .filter_map(|(own, first)| Some((own.rmse? / first.rmse?).ln()))
             .collect();
         let is_first = tuned.law == reference;
         Row {
             law: tuned.law.clone(),
-            counts: Counts::of(trials),
-            error: Spread::of(trials.iter().filter_map(|trial| trial.rmse)),
+            counts: Counts::of(ended),
+            error: Spread::of(ended.iter().filter_map(|run| run.rmse)),
             ratio: (!is_first && !logs.is_empty()).then(|| mean_with_interval(&logs).map(f64::exp)),
         }
     };
@@ -463,20 +461,20 @@ mod tests {
     #[test]
     fn failures_come_before_errors() {
         let result = |law: &str, errors: &[Option<f64>]| {
-            let trial = |rmse: &Option<f64>| Trial {
+            let run = |rmse: &Option<f64>| EndedRun {
                 fate: if rmse.is_some() {
                     Fate::Kept
                 } else {
                     Fate::Lost
                 },
                 rmse: *rmse,
-                ..Trial::lost(String::new())
+                ..EndedRun::lost(String::new())
             };
             let tuned = Tuned {
                 law: law.into(),
                 ..Tuned::default()
             };
-            (tuned, errors.iter().map(trial).collect())
+            (tuned, errors.iter().map(run).collect())
         };
         let results = [
             result("a", &[Some(1e-3), Some(2e-3), Some(3e-3)]),

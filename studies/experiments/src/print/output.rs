@@ -6,11 +6,8 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use cosim::Experiment;
-use cosim::Setting;
-use cosim::System;
-use cosim::Verdict;
 use cosim::cli::{bar, print};
+use cosim::{Experiment, Setting, System, Verdict};
 use serde::Serialize;
 use serde_json::{Value, json};
 

@@ -1,29 +1,15 @@
 //! A run that may be lost: what became of it, how far the tip was off, how large the rods' forces
 //! were. It ends as soon as it is known that it is lost, or that it stands still after it was stopped.
-//!
-//! Trials that are asked for once more are read from the folder that keeps them, a file each, so a
-//! study that was interrupted goes on where it was.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-
-use anyhow::{Context, Result, ensure};
-use cosim::Experiment;
-use cosim::Master;
-use cosim::Port;
-use cosim::Recording;
-use cosim::Signals;
-use cosim::System;
+use anyhow::Result;
 use cosim::run::observer::{Observer, Observers};
 use cosim::run::simulate::{Plan, planned};
-use cosim::start_value;
-use rig_data::data::sha256;
-use serde::de::DeserializeOwned;
+use cosim::{Experiment, Master, Port, Recording, Signals, System, start_value};
 use serde::{Deserialize, Serialize};
 
-use crate::machine_choice::MachineFile;
 use crate::measures::run::{end, motion_start, tip_error_port};
 use crate::measures::tracking::Evaluation;
+use crate::setup::machine_choice::MachineFile;
 
 /// Tip error from which on a run is lost, m.
 const FAR: f64 = 0.05;
@@ -55,7 +41,7 @@ pub enum Fate {
 
 /// A run and what became of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Trial {
+pub struct EndedRun {
     /// What became of it.
     pub fate: Fate,
     /// Why it did not come to its end; empty of a run that did.
@@ -73,7 +59,7 @@ pub struct Trial {
     pub time: f64,
 }
 
-impl Trial {
+impl EndedRun {
     /// RMSE, m; infinite of a run that was not kept.
     #[must_use]
     pub fn cost(&self) -> f64 {
@@ -262,90 +248,6 @@ impl Watch {
             None => (Fate::Stopped, "the controller braked".into()),
             Some(k) => (Fate::Lost, format!("rod {} swings under its brake", k + 1)),
         }
-    }
-}
-
-/// Where trials are kept.
-pub struct Store {
-    folder: Option<PathBuf>,
-    /// SHA-256 of the system's file.
-    system: String,
-}
-
-/// A trial, or something else, with what it was made of.
-#[derive(Serialize, Deserialize)]
-struct Kept<T> {
-    made_of: String,
-    trial: T,
-}
-
-impl Store {
-    /// In `folder`, which is made where it is missing; without one nothing is kept.
-    ///
-    /// # Errors
-    /// A folder that cannot be made, or a system that cannot be read.
-    pub fn new(folder: Option<&Path>, system: &System) -> Result<Self> {
-        if let Some(folder) = folder {
-            fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-        }
-        let bytes = fs::read(&system.path).with_context(|| system.path.display().to_string())?;
-        Ok(Self {
-            folder: folder.map(Into::into),
-            system: sha256(&bytes),
-        })
-    }
-
-    /// The trial called `name` of `experiment`: as it is kept, else run and kept.
-    ///
-    /// # Errors
-    /// As [`Trial::of`]; as [`Store::kept`].
-    pub fn trial(&self, name: &str, system: &System, experiment: &Experiment) -> Result<Trial> {
-        self.kept(name, system, experiment, || Trial::of(system, experiment))
-    }
-
-    /// What is called `name` and made by `make` of `experiment`: as it is kept, else made and kept.
-    /// What its machine file says counts, not where it lies.
-    ///
-    /// # Errors
-    /// As of `make`; something of this name was made of something else.
-    pub fn kept<T: Serialize + DeserializeOwned>(
-        &self,
-        name: &str,
-        system: &System,
-        experiment: &Experiment,
-        make: impl FnOnce() -> Result<T>,
-    ) -> Result<T> {
-        let Some(folder) = &self.folder else {
-            return make();
-        };
-        let Experiment { stepping, stop, .. } = experiment;
-        let mut made_of = format!("{} {stepping:?} {stop:?}", self.system);
-        for setting in &experiment.settings {
-            let value = match fs::read(&setting.value) {
-                Ok(bytes) => sha256(&bytes),
-                Err(_) => setting.value.clone(),
-            };
-            made_of += &format!(" {}={value}", system.name(setting.port));
-        }
-        let made_of = sha256(made_of.as_bytes());
-        let file = folder.join(format!("{}.json", name.replace([' ', '/', ','], "_")));
-        if let Ok(text) = fs::read_to_string(&file) {
-            let kept: Kept<T> = serde_json::from_str(&text)
-                .with_context(|| format!("`{}` is no trial", file.display()))?;
-            ensure!(
-                kept.made_of == made_of,
-                "`{}` is of another system, or of other start values: take another folder, or remove it",
-                file.display()
-            );
-            return Ok(kept.trial);
-        }
-        let trial = make()?;
-        let kept = Kept { made_of, trial };
-        let part = file.with_extension("part");
-        fs::write(&part, serde_json::to_string_pretty(&kept)?)
-            .and_then(|()| fs::rename(&part, &file))
-            .with_context(|| file.display().to_string())?;
-        Ok(kept.trial)
     }
 }
 

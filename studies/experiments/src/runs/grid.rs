@@ -3,18 +3,15 @@
 //! What failed, what is bad, median and worst are counted here for all of them.
 
 use anyhow::{Error, Result};
-use cosim::Experiment;
-use cosim::Setting;
-use cosim::System;
-use cosim::Verdict;
 use cosim::exchange::faults::Faults;
 use cosim::master::Jitter;
+use cosim::{Experiment, Setting, System, Verdict};
 use rayon::prelude::*;
 use serde::Serialize;
 use tip_path::SIX_JOINTS;
 
 use crate::measures::run::FailedRun;
-use crate::start_values::{Law, following, over, with};
+use crate::setup::start_values::{Law, following, over, with};
 
 /// The trajectories of the controller.
 pub const TRAJECTORIES: [&str; 2] = ["cubic", "triangular"];

@@ -6,7 +6,7 @@ use anyhow::Result;
 use cosim::System;
 use cosim::structure::Parameter;
 
-use crate::start_values::Law;
+use crate::setup::start_values::Law;
 
 /// Rates of the tip integral that are tried, 1/s.
 const RATES: [f64; 5] = [1.25, 2.5, 5.0, 10.0, 20.0];

@@ -3,13 +3,11 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
-use cosim::Port;
-use cosim::Setting;
-use cosim::System;
 use cosim::structure::DataType;
+use cosim::{Port, Setting, System};
 use machine_file::{AXES, Machine, Source, preset};
 use percent_encoding::percent_decode_str;
-use rig_data::data::sha256;
+use surrogate::measurement::data::sha256;
 
 /// Parameter of the FMUs that have the machine's dimensions, actuators or gains.
 const MACHINE_FILE: &str = "machine_file";

@@ -1,22 +1,20 @@
 //! Puts a run of the machine together: system and world, machine file, path, start values; what is
-//! bound twice is refused. Every command begins here, with [`MachineArgs::bench`].
+//! bound twice is refused. Every command begins here, with [`MachineArgs::setup`].
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, ensure};
 use clap::Args;
-use cosim::Experiment;
-use cosim::System;
-use cosim::Verdict;
 use cosim::cli::{RunArgs, SystemArgs, find};
 use cosim::master::Schedule;
-use cosim::start_value;
+use cosim::{Experiment, System, Verdict, start_value};
 use machine_file::{Machine, Source};
 use motion_check::gain_rule;
 
-use crate::start_values::{on_path, over};
+use super::{loads, machine_choice};
+use crate::machines::path_margins;
+use crate::setup::start_values::{on_path, over};
 use crate::worlds::{BENDING_STEP, BENDING_SYSTEM, STRICT_SYSTEM, SYSTEM, World, parameters_of};
-use crate::{loads, machine_choice, path_margins};
 
 /// The packed machine.
 pub const MACHINE: &str = "Manipulator.ssp";
@@ -59,7 +57,7 @@ pub struct MachineArgs {
 }
 
 /// A machine that is ready to run.
-pub struct Bench {
+pub struct RunSetup {
     /// The system.
     pub system: System,
     /// How it is run, and from which start values.
@@ -70,7 +68,7 @@ pub struct Bench {
 
 /// Which machine the arguments are to run.
 #[derive(Clone)]
-pub struct Builder<'a> {
+pub struct SetupBuilder<'a> {
     args: &'a MachineArgs,
     world: World,
     packed: Option<PathBuf>,
@@ -79,8 +77,8 @@ pub struct Builder<'a> {
 
 impl MachineArgs {
     /// The machine that the arguments name, on their path.
-    pub fn bench(&self) -> Builder<'_> {
-        Builder {
+    pub fn setup(&self) -> SetupBuilder<'_> {
+        SetupBuilder {
             args: self,
             world: World::Ideal,
             packed: None,
@@ -89,12 +87,12 @@ impl MachineArgs {
     }
 
     /// The path that is given by its name, and the experiment that follows it.
-    pub fn on_path(&self, bench: &Bench) -> Result<Option<(String, Experiment)>> {
+    pub fn on_path(&self, setup: &RunSetup) -> Result<Option<(String, Experiment)>> {
         let Some(path) = &self.waypoints else {
             return Ok(None);
         };
-        let settings = on_path(&bench.system, path)?;
-        let experiment = over(&bench.system, &bench.base, settings)?;
+        let settings = on_path(&setup.system, path)?;
+        let experiment = over(&setup.system, &setup.base, settings)?;
         Ok(Some((path.clone(), experiment)))
     }
 
@@ -115,7 +113,7 @@ impl MachineArgs {
     }
 }
 
-impl Builder<'_> {
+impl SetupBuilder<'_> {
     /// As the machine of this world; by default its packed system.
     pub fn world(self, world: World) -> Self {
         Self { world, ..self }
@@ -188,7 +186,7 @@ impl Builder<'_> {
     ///
     /// # Errors
     /// Arguments that do not fit the system, or a value that is bound twice.
-    pub fn build(&self) -> Result<Bench> {
+    pub fn build(&self) -> Result<RunSetup> {
         let MachineArgs { run, file, .. } = self.args;
         let system = self.system()?;
         let mut base = run.experiment(&system)?;
@@ -207,25 +205,25 @@ impl Builder<'_> {
             verdict.note(text);
         }
         tell_delay(&system, &mut base)?;
-        let mut bench = Bench {
+        let mut setup = RunSetup {
             system,
             base,
             verdict,
         };
         if self.has_path
-            && let Some((_, experiment)) = self.args.on_path(&bench)?
+            && let Some((_, experiment)) = self.args.on_path(&setup)?
         {
-            bench.base = experiment;
+            setup.base = experiment;
         }
         if self.world.bends() {
-            let step = &mut bench.base.stepping.step;
+            let step = &mut setup.base.stepping.step;
             *step = step.min(BENDING_STEP);
         }
-        Ok(bench)
+        Ok(setup)
     }
 }
 
-impl Bench {
+impl RunSetup {
     /// System, experiment, and what the system may have forgotten.
     pub fn into_parts(self) -> (System, Experiment, Verdict) {
         (self.system, self.base, self.verdict)

@@ -4,10 +4,7 @@
 use std::fmt::Display;
 
 use anyhow::{Result, bail};
-use cosim::Experiment;
-use cosim::Port;
-use cosim::Setting;
-use cosim::System;
+use cosim::{Experiment, Port, Setting, System};
 use tip_path::{PathFile, SIX_JOINTS};
 
 /// Modes of the controller.

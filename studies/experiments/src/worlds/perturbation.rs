@@ -19,8 +19,8 @@ use rand_distr::{Distribution, Uniform};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::grid::Case;
-use crate::machine_choice::MachineFile;
+use crate::runs::grid::Case;
+use crate::setup::machine_choice::MachineFile;
 
 /// Largest errors.
 #[derive(Clone, Copy, Debug, PartialEq)]

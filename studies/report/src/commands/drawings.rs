@@ -8,8 +8,8 @@ use cosim::cli::print;
 use experiments::commands::path::{self, CheckArgs};
 use experiments::commands::pictures::{DrawArgs, PlotArgs, SceneArgs};
 use experiments::commands::sizing::{self, SizingArgs};
-use experiments::machine_choice::read;
 use experiments::print::output::write;
+use experiments::setup::machine_choice::read;
 
 use crate::machines::drawing::Sheet;
 use crate::machines::load_chart::LoadChart;

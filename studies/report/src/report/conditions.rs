@@ -8,7 +8,7 @@ use cosim::master::Schedule;
 use serde_json::{Value, json};
 
 use super::request::Request;
-use experiments::machine_choice::MachineFile;
+use experiments::setup::machine_choice::MachineFile;
 
 /// Time (s since the beginning of 1970), computer, program, machine, step (s) and schedule, settings, and the components of
 /// the system with their FMUs.

@@ -4,18 +4,16 @@
 use std::f64::consts::TAU;
 
 use anyhow::{Context, Result};
-use cosim::Experiment;
-use cosim::Port;
-use cosim::System;
+use cosim::{Experiment, Port, System};
 use serde_json::{Value, json};
 
 use super::request::{Request, kept, kept_as};
 use super::runs::stride;
 use super::samples::{SampleTimes, Samples};
+use experiments::analyses::sizing;
 use experiments::measures::energy;
 use experiments::measures::run::RecordedRun;
 use experiments::measures::supply::{self, Supply};
-use experiments::studies::sizing;
 
 /// Sampling of the page, s.
 const EVERY: f64 = 0.02;

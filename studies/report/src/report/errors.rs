@@ -5,10 +5,10 @@ use anyhow::Result;
 use serde_json::{Value, json};
 
 use super::request::Request;
-use experiments::grid::{Case, Cell};
+use experiments::analyses::robustness::{self, STUDIES, Study};
 use experiments::measures::run::TipError;
 use experiments::print::tip_errors::robustness_json;
-use experiments::studies::robustness::{self, STUDIES, Study};
+use experiments::runs::grid::{Case, Cell};
 
 /// First of the three seeds of the noise study.
 const SEED: u64 = 1;

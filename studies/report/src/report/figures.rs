@@ -5,16 +5,15 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use plotters::style::RGBColor;
 
-use super::Report;
 use super::request::UNCERTAIN;
 use super::runs::Run;
 use super::samples::Samples;
-use super::stability;
 use super::testbed::Axis;
+use super::{Report, stability};
 use charts::{Curve, Figure, Panel, Path3};
-use experiments::grid::TRAJECTORIES;
-use experiments::studies::inertia::{MODES, paper, scale_of};
-use experiments::studies::testbed;
+use experiments::analyses::inertia::{MODES, paper, scale_of};
+use experiments::analyses::testbed;
+use experiments::runs::grid::TRAJECTORIES;
 
 /// Colours of the controllers, as in the page: adaptive, modular, PD.
 const CONTROLLERS: [RGBColor; 3] = [

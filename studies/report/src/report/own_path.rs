@@ -3,20 +3,19 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
-use cosim::Experiment;
-use cosim::Recording;
+use cosim::{Experiment, Recording};
 use serde_json::{Value, json};
 
 use super::request::{Request, kept_as};
 use crate::margins_figure;
-use experiments::machine_choice::MachineFile;
+use experiments::analyses::inertia::MODES;
+use experiments::machines::path_margins::PathMargins;
 use experiments::measures::energy;
 use experiments::measures::iso9283::Meter;
 use experiments::measures::run::{FailedRun, RecordedRun, run};
-use experiments::path_margins::PathMargins;
 use experiments::print;
-use experiments::start_values::vary;
-use experiments::studies::inertia::MODES;
+use experiments::setup::machine_choice::MachineFile;
+use experiments::setup::start_values::vary;
 
 /// The controller whose energy is shown.
 const ADAPTIVE: &str = MODES[0];

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use experiments::studies::margins::{CHANGES, Margin};
+use experiments::analyses::margins::{CHANGES, Margin};
 use serde::Serialize;
 use serde_json::{Value, json};
 

@@ -3,8 +3,7 @@
 use std::fmt::Display;
 
 use anyhow::Result;
-use cosim::Experiment;
-use cosim::System;
+use cosim::{Experiment, System};
 
 use super::recorded::Recorded;
 

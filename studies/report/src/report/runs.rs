@@ -3,25 +3,21 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result};
-use cosim::Experiment;
-use cosim::Port;
-use cosim::System;
-use cosim::Verdict;
 use cosim::exchange::bond::Residual;
-use cosim::matching;
+use cosim::{Experiment, Port, System, Verdict, matching};
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::request::{Request, UNCERTAIN};
 use super::samples::Samples;
 use super::scene::Scene;
-use experiments::grid::{Cell, Plan};
+use experiments::analyses::inertia::MODES;
+use experiments::analyses::testbed::{self, MachineRun};
 use experiments::measures::energy;
 use experiments::measures::run::{RecordedRun, TipError};
 use experiments::print::energy::balance_json;
-use experiments::start_values::vary;
-use experiments::studies::inertia::MODES;
-use experiments::studies::testbed::{self, MachineRun};
+use experiments::runs::grid::{Cell, Plan};
+use experiments::setup::start_values::vary;
 
 /// Sampling of the page, s: tip error, other signals, frames of the animation.
 const TIP_EVERY: f64 = 0.004;

@@ -6,8 +6,7 @@
 #![allow(non_snake_case)] // points as in the paper
 
 use anyhow::{Result, ensure};
-use cosim::Recording;
-use cosim::System;
+use cosim::{Recording, System};
 use hdrm::{BODIES, Body, Tree};
 use machine_file::{Geometry, Machine};
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::request::{Request, UNCERTAIN, kept};
 use super::samples::{SampleTimes, Samples};
-use experiments::studies::stability::{self, Condition, Gains, Powers};
+use experiments::analyses::stability::{self, Condition, Gains, Powers};
 
 /// Sampling of the curves, s.
 const EVERY: f64 = 0.02;

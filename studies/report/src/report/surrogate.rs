@@ -2,18 +2,17 @@
 //! in the loop.
 
 use anyhow::Result;
-use cosim::Experiment;
-use cosim::System;
-use rig_data::campaign::{held_out_profiles, measure};
-use rig_data::efficiency_map::{EfficiencyMap, maps};
-use rig_data::profile::{Kind, LOAD_MAX, SPEED};
-use rig_data::responses::responses;
+use cosim::{Experiment, System};
 use serde_json::{Value, json};
+use surrogate::measurement::campaign::{held_out_profiles, measure};
+use surrogate::measurement::profile::{Kind, LOAD_MAX, SPEED};
+use surrogate::prediction::efficiency_map::{EfficiencyMap, maps};
+use surrogate::prediction::responses::responses;
 
 use super::request::{Request, kept_as};
 use super::samples::Samples;
-use experiments::grid::Case;
-use experiments::studies::surrogate_loop::{self, RigNetwork, SurrogateRun};
+use experiments::analyses::surrogate_loop::{self, RigNetwork, SurrogateRun};
+use experiments::runs::grid::Case;
 
 /// Cells of the maps along load and along speed.
 const CELLS: [usize; 2] = [28, 56];

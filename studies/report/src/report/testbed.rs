@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::request::{Request, kept, kept_as};
 use super::runs::stride;
 use super::samples::{SampleTimes, Samples};
-use experiments::studies::testbed::{self, CHECK, MachineRun, Replay};
+use experiments::analyses::testbed::{self, CHECK, MachineRun, Replay};
 
 /// Time constant of the testbed's load emulators, s.
 const LAG: f64 = 0.02;

@@ -2,13 +2,12 @@
 //! it.
 
 use anyhow::Result;
-use cosim::Experiment;
-use cosim::System;
+use cosim::{Experiment, System};
 use serde_json::{Value, json};
 
 use super::request::{Request, kept_as};
-use experiments::start_values::of_modes;
-use experiments::studies::comparison::{self, Summary};
+use experiments::analyses::comparison::{self, Summary};
+use experiments::setup::start_values::of_modes;
 use experiments::worlds::{self, World};
 
 /// Laws that are shown.

@@ -8,13 +8,15 @@ use emla::{Surrogate, maps};
 use machine_file::Emla;
 use rayon::prelude::*;
 
-use crate::campaign::{PROFILES, SECONDS, held_out_profiles, measure, rows, training_profiles};
-use crate::conformal::{Coverage, SHARE, points};
-use crate::free_run::{Driven, Errors, QUANTITIES, overall, ratio};
-use crate::identification::Identified;
-use crate::lookup::LookUp;
-use crate::prediction::Model;
-use crate::profile::Kind;
+use crate::judgement::conformal::{Coverage, SHARE, points};
+use crate::judgement::free_run::{Driven, Errors, QUANTITIES, overall, ratio};
+use crate::measurement::campaign::{
+    PROFILES, SECONDS, held_out_profiles, measure, rows, training_profiles,
+};
+use crate::measurement::profile::Kind;
+use crate::prediction::identification::Identified;
+use crate::prediction::lookup::LookUp;
+use crate::prediction::model::Model;
 
 /// Seed of the held-out profiles on which candidates are judged. Those of seed 1 were looked at
 /// when the campaign's size was chosen.

@@ -6,9 +6,9 @@ use emla::{Drive, EfficiencyBound, Electric, Emla, State, Surrogate, Thermal};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::free_run::Driven;
-use crate::resampling::binomial;
-use crate::windows::Window;
+use crate::judgement::free_run::Driven;
+use crate::judgement::resampling::binomial;
+use crate::measurement::windows::Window;
 
 /// Probability of the bound.
 pub const SHARE: f64 = 0.9;

@@ -7,11 +7,11 @@ use emla::maps;
 use machine_file::{Emla, Heat};
 use rayon::prelude::*;
 
-use crate::prediction::{EFFICIENCY_SPEED, Model, Motion};
-use crate::profile::{Desired, Profile, SAMPLE};
-use crate::resampling::bootstrap;
-use crate::rig_run::run;
-use crate::windows::{SAMPLES, Window, data_sheet, mean, steady_torque, windows};
+use crate::judgement::resampling::bootstrap;
+use crate::measurement::profile::{Desired, Profile, SAMPLE};
+use crate::measurement::rig_run::run;
+use crate::measurement::windows::{SAMPLES, Window, data_sheet, mean, steady_torque, windows};
+use crate::prediction::model::{EFFICIENCY_SPEED, Model, Motion};
 
 /// Samples on either side over which the desired speed is taken to change: what happens within a
 /// window is left out.

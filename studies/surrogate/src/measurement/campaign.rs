@@ -6,10 +6,10 @@ use emla::maps;
 use machine_file::Emla;
 use rayon::prelude::*;
 
-use crate::data::Row;
-use crate::profile::{Kind, Profile};
-use crate::rig_run::run;
-use crate::windows::{Window, windows};
+use crate::measurement::data::Row;
+use crate::measurement::profile::{Kind, Profile};
+use crate::measurement::rig_run::run;
+use crate::measurement::windows::{Window, windows};
 
 /// Number of the campaign's profiles, and the length of each, s.
 pub const PROFILES: u32 = 480;

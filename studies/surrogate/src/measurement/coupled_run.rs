@@ -7,8 +7,8 @@ use anyhow::{Context as _, Result, bail};
 use emla::maps;
 use machine_file::Emla;
 
-use crate::signal_file::SignalFile;
-use crate::windows::{SAMPLES, SLOWEST, Truth, mean};
+use crate::measurement::signal_file::SignalFile;
+use crate::measurement::windows::{SAMPLES, SLOWEST, Truth, mean};
 
 /// Signals of the controller.
 const TIP_ERROR: &str = "controller.tip_error_norm";

@@ -4,8 +4,8 @@ use anyhow::{Context as _, Result};
 use rig::{Drive, Extras, Input, Output, Rig};
 use sensors::{ForceKind, Params, Sensors};
 
-use crate::drive_control::{DriveControl, MotorReference, torque_per_ampere};
-use crate::profile::{Desired, Profile, SAMPLE};
+use crate::measurement::drive_control::{DriveControl, MotorReference, torque_per_ampere};
+use crate::measurement::profile::{Desired, Profile, SAMPLE};
 
 /// Switching period of the drive, s: it controls at each.
 const DT: f64 = 125e-6;
@@ -73,7 +73,7 @@ pub fn run(profile: &Profile, sensor_seed: u64) -> Result<Vec<Instant>> {
     let mut u = Input {
         v_dc: Some(p.link_voltage()),
         T_ambient: rig.extras().temperature.reference,
-        x: 0.5 * (crate::profile::STROKE[0] + crate::profile::STROKE[1]),
+        x: 0.5 * (crate::measurement::profile::STROKE[0] + crate::measurement::profile::STROKE[1]),
         F_ext: desired[0].load,
         F_hold: desired[0].load,
         ..Input::default()

@@ -9,9 +9,9 @@
 use emla::maps;
 use machine_file::{Emla, Temperature};
 
-use crate::data::Row;
-use crate::profile::SAMPLE;
-use crate::rig_run::Instant;
+use crate::measurement::data::Row;
+use crate::measurement::profile::SAMPLE;
+use crate::measurement::rig_run::Instant;
 
 /// Samples of a window.
 pub const SAMPLES: usize = 20;

@@ -5,10 +5,10 @@ use anyhow::{Context as _, Result};
 use rayon::prelude::*;
 use rig::{Drive, Input};
 
-use crate::prediction::{Model, Motion};
-use crate::profile::{LOAD_MAX, SPEED};
-use crate::rig_run;
-use crate::windows::data_sheet;
+use crate::measurement::profile::{LOAD_MAX, SPEED};
+use crate::measurement::rig_run;
+use crate::measurement::windows::data_sheet;
+use crate::prediction::model::{Model, Motion};
 
 /// Efficiency by load (rows, −70 … 70 kN) and rod speed (columns).
 pub struct EfficiencyMap {

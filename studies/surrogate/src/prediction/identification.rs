@@ -5,14 +5,15 @@ use anyhow::Result;
 use emla::maps;
 use machine_file::Emla;
 
-use crate::campaign::{PROFILES, SECONDS, measure, training_profiles};
-use crate::least_squares::Fit;
-use crate::windows::{Window, data_sheet};
+use crate::measurement::campaign::{PROFILES, SECONDS, measure, training_profiles};
+use crate::measurement::windows::{Window, data_sheet};
+use crate::prediction::least_squares::Fit;
 
 /// Current over which the voltage that the dead time takes sets in, A.
 const DEAD_TIME_CURRENT: f64 = 1.0;
 /// Middle of the stroke, m.
-const MIDDLE: f64 = 0.5 * (crate::profile::STROKE[0] + crate::profile::STROKE[1]);
+const MIDDLE: f64 =
+    0.5 * (crate::measurement::profile::STROKE[0] + crate::measurement::profile::STROKE[1]);
 
 /// What was found, with the model's parameters in `p`.
 pub struct Identified {

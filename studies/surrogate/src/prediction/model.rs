@@ -6,9 +6,9 @@ use machine_file::Emla;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::campaign::rms;
-use crate::lookup::LookUp;
-use crate::windows::{Truth, data_sheet, magnets, resistance};
+use crate::measurement::campaign::rms;
+use crate::measurement::windows::{Truth, data_sheet, magnets, resistance};
+use crate::prediction::lookup::LookUp;
 
 /// Rod speed, m/s, below which both powers are small and their ratio says little.
 pub const EFFICIENCY_SPEED: f64 = 0.01;

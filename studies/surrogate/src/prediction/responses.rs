@@ -2,7 +2,7 @@
 
 use emla::Surrogate;
 
-use crate::windows::Window;
+use crate::measurement::windows::Window;
 
 /// Two courses over time.
 pub struct Panel {

@@ -9,18 +9,18 @@ use anyhow::{Context as _, Result, ensure};
 use clap::Args;
 use emla::Surrogate;
 
-use crate::files::{NetworkArg, write};
-use crate::rig_plots;
-use rig_data::campaign::{
+use crate::judgement::candidates::{CALIBRATED, Candidates, coverage};
+use crate::judgement::conformal::{calibrate, points};
+use crate::judgement::free_run::Driven;
+use crate::measurement::campaign::{
     PROFILES, SECONDS, Trust, compliance, held_out_profiles, measure, rms, rows, training_profiles,
 };
-use rig_data::conformal::{calibrate, points};
-use rig_data::coupled_run::CoupledRun;
-use rig_data::data;
-use rig_data::free_run::Driven;
-use rig_data::identification::Identified;
-use rig_data::judgement::{CALIBRATED, Candidates, coverage};
-use rig_data::prediction::{MODELS, Model, errors};
+use crate::measurement::coupled_run::CoupledRun;
+use crate::measurement::data;
+use crate::prediction::identification::Identified;
+use crate::prediction::model::{MODELS, Model, errors};
+use crate::program::files::{NetworkArg, write};
+use crate::program::rig_plots;
 
 /// Arguments of `data`.
 #[derive(Args)]
@@ -181,7 +181,7 @@ impl RigCompareArgs {
     /// Judge and print.
     pub(crate) fn run(self) -> Result<()> {
         let p = machine_file::Machine::reference().emla.lift;
-        let trained = || Surrogate::from_json(rig_data::RIG_NETWORK).expect("a valid network");
+        let trained = || Surrogate::from_json(crate::RIG_NETWORK).expect("a valid network");
         let (shipped, network) = (Surrogate::reference(), self.network.read_or(trained)?);
         let candidates = Candidates::of(&p, &network, self.seed)?;
         writeln!(stdout(), "{}", candidates.identified.text(&p))?;

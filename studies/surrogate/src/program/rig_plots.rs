@@ -3,17 +3,17 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::measurement::profile::SPEED;
+use crate::measurement::windows::Window;
+use crate::prediction::efficiency_map::maps;
+use crate::prediction::model::Model;
+use crate::prediction::responses;
 use anyhow::Result;
 use charts::{Curve, Figure, Panel, save};
 use emla::Surrogate;
 use plotters::style::{BLUE, RED};
-use rig_data::efficiency_map::maps;
-use rig_data::prediction::Model;
-use rig_data::profile::SPEED;
-use rig_data::responses;
-use rig_data::windows::Window;
 
-use crate::plots::{EfficiencyMaps, MAP_CELLS, SIZE};
+use crate::program::plots::{EfficiencyMaps, MAP_CELLS, SIZE};
 
 /// All pictures, in a folder; `work` is a held-out profile.
 ///

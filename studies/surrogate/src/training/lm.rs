@@ -6,8 +6,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::network::Shape;
-use crate::normal::{Form, TiledMatrix, residual_order};
+use crate::training::network::Shape;
+use crate::training::normal::{Form, TiledMatrix, residual_order};
 
 /// First `mu`.
 pub const MU_START: f64 = 1e-3;

@@ -17,7 +17,7 @@ use faer::linalg::triangular_solve::{
 use faer::{Accum, Mat, MatRef, Par};
 use rayon::prelude::*;
 
-use crate::network::{LayerView, Shape};
+use crate::training::network::{LayerView, Shape};
 
 /// Rows of a tile.
 const TILE: usize = 256;

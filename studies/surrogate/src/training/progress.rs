@@ -10,9 +10,9 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::lm::{self, Outcome, Samples};
-use crate::network::{Shape, column_range, scaled};
-use rig_data::data::Data;
+use crate::measurement::data::Data;
+use crate::training::lm::{self, Outcome, Samples};
+use crate::training::network::{Shape, column_range, scaled};
 
 /// Most epochs.
 pub const EPOCHS: u32 = 1000;

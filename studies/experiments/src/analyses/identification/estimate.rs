@@ -232,7 +232,7 @@ fn deviation(k: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::identification::excitation::{DURATION, Excitation};
+    use crate::analyses::identification::excitation::{DURATION, Excitation};
     use crate::worlds::perturbation::{Bounds, draw};
     use motion_check::{Capability, Payload};
 

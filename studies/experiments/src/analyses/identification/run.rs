@@ -10,12 +10,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use cosim::Experiment;
-use cosim::Port;
-use cosim::Recording;
-use cosim::Setting;
-use cosim::System;
 use cosim::run::simulate::{Plan, planned};
+use cosim::{Experiment, Port, Recording, Setting, System};
 use hdrm::DOF;
 use motion_check::Motion;
 use nalgebra::{DMatrix, DVector};
@@ -25,11 +21,11 @@ use serde::{Deserialize, Serialize};
 use super::estimate::{Estimate, Sample, estimate};
 use super::excitation::{DURATION, Excitation};
 use super::model::{Condition, Model};
-use crate::grid::Case;
-use crate::machine_choice::MachineFile;
 use crate::measures::run::{motion_end, tip_error_port};
-use crate::start_values::{Law, on_path};
-use crate::trial::Store;
+use crate::runs::grid::Case;
+use crate::runs::run_store::RunStore;
+use crate::setup::machine_choice::MachineFile;
+use crate::setup::start_values::{Law, on_path};
 
 /// Law under which machines are excited, as shipped.
 const LAW: &str = "modular_integral";
@@ -114,7 +110,7 @@ impl Commissioning {
         &self,
         (system, base): (&System, &Experiment),
         cases: &[Case],
-        store: &Store,
+        store: &RunStore,
         done: impl Fn() + Sync,
     ) -> Result<Identified> {
         let one = |case: &Case| {
@@ -129,7 +125,7 @@ impl Commissioning {
         &self,
         (system, base): (&System, &Experiment),
         case: &Case,
-        store: &Store,
+        store: &RunStore,
     ) -> Result<Result<Identification, String>> {
         let path = on_path(system, &self.path().display().to_string())?;
         let law = Law::new(LAW, LAW).settings(system)?;

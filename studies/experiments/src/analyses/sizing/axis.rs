@@ -4,9 +4,7 @@
 use std::f64::consts::TAU;
 
 use anyhow::{Context, Result};
-use cosim::Experiment;
-use cosim::System;
-use cosim::Verdict;
+use cosim::{Experiment, System, Verdict};
 use machine_file::{Heat, Ratings};
 use serde::Serialize;
 

@@ -4,15 +4,14 @@
 //! as root mean squares.
 
 use anyhow::{Context, Result, ensure};
-use cosim::Experiment;
-use cosim::System;
+use cosim::{Experiment, System};
 use serde::Serialize;
 
 use super::recorded::{Columns, Size, columns, parameters_of, ports};
 use crate::measures::energy;
 use crate::measures::power_integral::{both_ways, rise, while_working};
 use crate::measures::run::RecordedRun;
-use crate::start_values::over;
+use crate::setup::start_values::over;
 
 /// What the metrics of arXiv 2409.16186 are for one actuator, over the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]

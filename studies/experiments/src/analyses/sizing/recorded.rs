@@ -1,11 +1,8 @@
 //! What is recorded of the actuators, and what their parameters are.
 
 use anyhow::{Result, ensure};
-use cosim::Experiment;
-use cosim::Port;
-use cosim::System;
-use cosim::instantiate;
 use cosim::slave::At;
+use cosim::{Experiment, Port, System, instantiate};
 use serde::Serialize;
 
 use crate::measures::energy;

@@ -3,18 +3,16 @@
 //! repetitions, and how power, force, energy and efficiency follow the payload at the tip.
 
 use anyhow::{Result, ensure};
-use cosim::Experiment;
-use cosim::System;
-use cosim::Verdict;
+use cosim::{Experiment, System, Verdict};
 use machine_file::{Machine, Ratings};
 use serde::Serialize;
 
 use super::axis::{Axis, axis};
 use super::payload::{Sensitivity, sensitivity};
 use super::recorded::{columns, parameters_of, ports};
-use crate::machine_choice::MachineFile;
 use crate::measures::energy;
 use crate::measures::run::RecordedRun;
+use crate::setup::machine_choice::MachineFile;
 
 /// All axes of one case.
 #[derive(Clone, Debug, Serialize)]

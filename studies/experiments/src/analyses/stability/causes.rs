@@ -2,17 +2,13 @@
 //! beside the one before.
 
 use anyhow::{Context, Result};
-use cosim::Experiment;
-use cosim::Setting;
-use cosim::System;
-use cosim::Verdict;
-use cosim::start_value;
+use cosim::{Experiment, Setting, System, Verdict, start_value};
 use machine_file::Emla;
 
 use super::run::{Run, measure};
 use super::study::scaled;
-use crate::grid::{self, Case, Grid, TRAJECTORIES};
-use crate::start_values::Law;
+use crate::runs::grid::{self, Case, Grid, TRAJECTORIES};
+use crate::setup::start_values::Law;
 
 /// Actuators of the system.
 const ACTUATORS: [&str; 3] = ["emla_1", "emla_2", "emla_3"];

@@ -16,14 +16,12 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::{Result, ensure};
-use cosim::Port;
-use cosim::System;
-use cosim::Verdict;
+use cosim::{Port, System, Verdict};
 use serde::Serialize;
 
 use super::gains::Gains;
-use crate::grid::Plan;
 use crate::measures::run::RecordedRun;
+use crate::runs::grid::Plan;
 
 /// Actuators.
 const RODS: usize = 3;

@@ -3,14 +3,11 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::{Context as _, Result};
-use cosim::Experiment;
-use cosim::Setting;
-use cosim::System;
-use cosim::Verdict;
+use cosim::{Experiment, Setting, System, Verdict};
 
 use super::run::{Run, measure};
-use crate::grid::{self, Case, Grid, Plan, TRAJECTORIES};
-use crate::start_values::Law;
+use crate::runs::grid::{self, Case, Grid, Plan, TRAJECTORIES};
+use crate::setup::start_values::Law;
 
 /// Laws: without the extensions of the voltage law, and with them.
 const LAWS: [(&str, &[&str]); 2] = [("paper", &["omega_i", "omega_d"]), ("shipped", &[])];

@@ -1,9 +1,7 @@
 //! The axes of the testbed, the controllers on it, and what is measured of an axis.
 
 use anyhow::Result;
-use cosim::Inputs;
-use cosim::Port;
-use cosim::System;
+use cosim::{Inputs, Port, System};
 use serde::Serialize;
 
 use crate::measures::run::Distance;
@@ -29,7 +27,7 @@ pub const FORCE_TARGET: f64 = 0.01;
 
 /// A controller on the testbed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Trial {
+pub struct TestedLaw {
     /// Mode of the controller.
     pub mode: &'static str,
     /// Whether it is told the load's force beforehand.
@@ -37,23 +35,23 @@ pub struct Trial {
 }
 
 /// What checks the code: the controller is told the load.
-pub const CHECK: Trial = Trial {
+pub const CHECK: TestedLaw = TestedLaw {
     mode: "adaptive",
     previewed: true,
 };
 
 /// The load is not known beforehand.
-pub const UNKNOWN_LOAD: [Trial; 5] = {
-    const fn trial(mode: &'static str) -> Trial {
+pub const UNKNOWN_LOAD: [TestedLaw; 5] = {
+    const fn untold(mode: &'static str) -> TestedLaw {
         let previewed = false;
-        Trial { mode, previewed }
+        TestedLaw { mode, previewed }
     }
     [
-        trial("adaptive"),
-        trial("modular"),
-        trial("pd"),
-        trial("modular_integral"),
-        trial("pd_integral"),
+        untold("adaptive"),
+        untold("modular"),
+        untold("pd"),
+        untold("modular_integral"),
+        untold("pd_integral"),
     ]
 };
 
@@ -96,7 +94,8 @@ pub struct Axis {
     /// `lift` or `tilt`.
     pub axis: &'static str,
     /// The controller.
-    pub trial: Trial,
+    #[serde(rename = "trial")]
+    pub law: TestedLaw,
     /// Position, m.
     pub position: AxisError,
     /// Velocity, m/s.
@@ -137,14 +136,14 @@ impl Axis {
     pub(super) fn of(
         trajectory: &'static str,
         axis: &'static str,
-        trial: Trial,
+        law: TestedLaw,
         course: Course,
         first: usize,
     ) -> Self {
         Self {
             trajectory,
             axis,
-            trial,
+            law,
             position: error(&course.position, first),
             velocity: error(&course.velocity, first),
             force: error(&course.force, first),

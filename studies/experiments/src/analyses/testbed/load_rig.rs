@@ -2,14 +2,10 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::Result;
-use cosim::Inputs;
-use cosim::Master;
-use cosim::Setting;
-use cosim::Signals;
-use cosim::System;
+use cosim::{Inputs, Master, Setting, Signals, System};
 use emla::maps;
 use machine_file::Emla;
-use rig_data::drive_control::{DriveControl, MotorReference, torque_per_ampere};
+use surrogate::measurement::drive_control::{DriveControl, MotorReference, torque_per_ampere};
 
 use super::axis::{inputs, ports};
 use super::profile::Profile;

@@ -2,16 +2,13 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::{Context, Result, ensure};
-use cosim::Experiment;
-use cosim::Port;
-use cosim::System;
-use cosim::Verdict;
+use cosim::{Experiment, Port, System, Verdict};
 use rayon::prelude::*;
 
 use super::axis::AXES;
-use crate::grid::TRAJECTORIES;
 use crate::measures::run::RecordedRun;
-use crate::start_values::vary;
+use crate::runs::grid::TRAJECTORIES;
+use crate::setup::start_values::vary;
 
 /// Course of one rod in the run of the whole machine, at its communication points.
 pub(super) struct Profile {

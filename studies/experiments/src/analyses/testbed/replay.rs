@@ -3,15 +3,11 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::Result;
-use cosim::Inputs;
-use cosim::Master;
-use cosim::Setting;
-use cosim::Signals;
-use cosim::System;
 use cosim::master::Stepping;
+use cosim::{Inputs, Master, Setting, Signals, System};
 use machine_file::Machine;
 
-use super::axis::{AXES, CONTROLLER, Course, Load, Trial, inputs, ports};
+use super::axis::{AXES, CONTROLLER, Course, Load, TestedLaw, inputs, ports};
 use super::load_rig::{self, LoadRigs};
 use super::profile::Profile;
 
@@ -30,7 +26,7 @@ pub(super) struct Bed<'a> {
     pub load: Load,
     /// Time constant of the loads, s.
     pub lag: f64,
-    pub trial: Trial,
+    pub law: TestedLaw,
 }
 
 impl Bed<'_> {
@@ -44,7 +40,7 @@ impl Bed<'_> {
 
     /// Share of the load's force that the controller is told beforehand.
     fn told(&self) -> f64 {
-        if self.trial.previewed { 1.0 } else { 0.0 }
+        if self.law.previewed { 1.0 } else { 0.0 }
     }
 
     /// Start values: the rods where the recording starts, in equilibrium with its forces.
@@ -68,7 +64,7 @@ impl Bed<'_> {
             settings.extend(load_rig::start(self.system, &p, profiles)?);
         }
         let mode = format!("{CONTROLLER}.mode");
-        settings.push(self.system.setting(&mode, self.trial.mode)?);
+        settings.push(self.system.setting(&mode, self.law.mode)?);
         Ok(settings)
     }
 

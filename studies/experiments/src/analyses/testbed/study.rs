@@ -7,13 +7,12 @@
 //! loads them too.
 
 use anyhow::{Context, Result};
-use cosim::Experiment;
-use cosim::Setting;
-use cosim::System;
-use cosim::Verdict;
+use cosim::{Experiment, Setting, System, Verdict};
 use rayon::prelude::*;
 
-use super::axis::{AXES, Axis, CONTROLLER, FORCE_TARGET, Load, LoadedAxis, POSITION_TARGET, Trial};
+use super::axis::{
+    AXES, Axis, CONTROLLER, FORCE_TARGET, Load, LoadedAxis, POSITION_TARGET, TestedLaw,
+};
 use super::profile::{MachineRun, rod_ports};
 use super::replay::Bed;
 
@@ -36,28 +35,28 @@ pub struct Replay<'a> {
 }
 
 impl Replay<'_> {
-    /// Replay both trajectories on the `testbed` with each of `trials`.
+    /// Replay both trajectories on the `testbed` with each of `laws`.
     ///
     /// # Errors
     /// A run fails, or the testbed does not have what is set on the machine.
-    pub fn on(&self, testbed: &System, trials: &[Trial]) -> Result<Vec<Axis>> {
-        let axes = self.replay(testbed, trials, &[Load::Emulator], false)?;
+    pub fn on(&self, testbed: &System, laws: &[TestedLaw]) -> Result<Vec<Axis>> {
+        let axes = self.replay(testbed, laws, &[Load::Emulator], false)?;
         Ok(axes.into_iter().map(|loaded| loaded.axis).collect())
     }
 
-    /// Replay both trajectories on the testbed of actuators as built with each of `trials`, under
+    /// Replay both trajectories on the testbed of actuators as built with each of `laws`, under
     /// both loads; of what is set on the machine what is set on its controller counts.
     ///
     /// # Errors
     /// As [`Replay::on`].
-    pub fn on_rigs(&self, testbed: &System, trials: &[Trial]) -> Result<Vec<LoadedAxis>> {
-        self.replay(testbed, trials, &[Load::Emulator, Load::Rig], true)
+    pub fn on_rigs(&self, testbed: &System, laws: &[TestedLaw]) -> Result<Vec<LoadedAxis>> {
+        self.replay(testbed, laws, &[Load::Emulator, Load::Rig], true)
     }
 
     fn replay(
         &self,
         system: &System,
-        trials: &[Trial],
+        laws: &[TestedLaw],
         loads: &[Load],
         is_as_built: bool,
     ) -> Result<Vec<LoadedAxis>> {
@@ -65,10 +64,10 @@ impl Replay<'_> {
         let mut replays = Vec::new();
         for run in self.runs {
             for load in loads {
-                replays.extend(trials.iter().map(|trial| (run, *load, *trial)));
+                replays.extend(laws.iter().map(|law| (run, *load, *law)));
             }
         }
-        let one = |(run, load, trial): (&MachineRun, Load, Trial)| {
+        let one = |(run, load, law): (&MachineRun, Load, TestedLaw)| {
             let bed = Bed {
                 system,
                 settings: &settings,
@@ -76,15 +75,15 @@ impl Replay<'_> {
                 is_as_built,
                 load,
                 lag: self.lag,
-                trial,
+                law,
             };
             let courses = bed.replay(&run.profiles).with_context(|| {
-                let (trajectory, mode) = (run.trajectory, trial.mode);
+                let (trajectory, mode) = (run.trajectory, law.mode);
                 format!("{trajectory}, testbed, {load:?} as load, {mode}")
             })?;
             let axis = |((name, ..), course): ((&'static str, usize, &str), _)| LoadedAxis {
                 load,
-                axis: Axis::of(run.trajectory, name, trial, course, run.motion_start),
+                axis: Axis::of(run.trajectory, name, law, course, run.motion_start),
             };
             Ok(AXES.into_iter().zip(courses).map(axis).collect::<Vec<_>>())
         };
