@@ -84,19 +84,6 @@ struct Conditions {
     fault_seed: u64,
 }
 
-/// What is to come out of a run.
-#[derive(FromPyObject)]
-struct Asked {
-    #[pyo3(item)]
-    signals: Vec<String>,
-    #[pyo3(item)]
-    interval: Option<f64>,
-    #[pyo3(item)]
-    max_error: Option<f64>,
-    #[pyo3(item)]
-    metrics: Vec<String>,
-}
-
 /// Inputs that no connection drives, over time: times (s), and columns with names and units.
 type Inputs = (Vec<f64>, Vec<(String, Option<String>, Vec<f64>)>);
 
@@ -351,20 +338,13 @@ impl System {
         &self,
         py: Python<'_>,
         conditions: Conditions,
-        asked: Asked,
+        request: Request,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Py<PyDict>> {
         let (experiment, forgotten) = self.experiment(conditions).map_err(raised)?;
-        let ports = asked.signals.iter().map(|name| self.system.port(name));
-        let request = Request {
-            ports: ports.collect::<Result<_>>().map_err(raised)?,
-            interval: asked.interval,
-            max_error: asked.max_error,
-            metrics: asked.metrics,
-            progress,
-            is_machine: self.is_machine(),
-        };
-        let done = py.detach(|| run::run(&self.system, &experiment, request));
+        let (is_machine, progress) = (self.is_machine(), progress.as_ref());
+        let run = || run::run(&self.system, &experiment, &request, is_machine, progress);
+        let done = py.detach(run);
         done.map_err(raised)?
             .into_python(py, &self.system, forgotten)
     }

@@ -249,9 +249,6 @@ impl Path3 {
 }
 
 /// Write `folder/name.png` and `.svg`; a folder that is not there is made.
-///
-/// # Errors
-/// A file cannot be written.
 pub fn save(
     picture: &impl Picture,
     folder: &Path,

@@ -41,9 +41,6 @@ fn panel(axis: &Axis) -> Panel {
 }
 
 /// Torque over speed of each axis as PNG and SVG in `folder`; the files' names.
-///
-/// # Errors
-/// A file cannot be written.
 pub fn draw(sizing: &Sizing, case: &str, folder: &Path) -> Result<[PathBuf; 2]> {
     let panels = sizing.axes.iter().map(panel);
     let figure = Figure {

@@ -1,8 +1,8 @@
 //! The actuator's surrogate network, from the rig to the judgement: what the rig measures
 //! ([`measurement`]), what physics, look-up map, network and hybrid predict of it ([`prediction`]),
 //! how well they do on profiles that none of them has seen ([`judgement`]), how the network is
-//! trained (`training`), and the program `hdrm-fmu-surrogate` that does all this (`program`). The
-//! last two come with the feature `training`, which is on by default.
+//! trained (`training`, with the feature of this name, which is on by default). The program
+//! `hdrm-fmu-surrogate` does all this and draws it.
 //!
 //! The rig is a simulation of the actuator as built (crate `rig`), the same that the machine is
 //! tried with; nothing here is a measurement, unless a user brings a CSV file of his own
@@ -15,8 +15,6 @@
 pub mod judgement;
 pub mod measurement;
 pub mod prediction;
-#[cfg(feature = "training")]
-pub mod program;
 #[cfg(feature = "training")]
 pub mod training;
 

@@ -1,4 +1,4 @@
-//! The program `hdrm-fmu-surrogate`: its commands and the pictures that they draw.
+//! Commands and the pictures that they draw.
 
 pub mod commands;
 mod files;

@@ -52,9 +52,6 @@ pub fn run(
 }
 
 /// As [`run`], with what `measure` makes of a run.
-///
-/// # Errors
-/// As [`run`].
 pub fn measured<T: Send>(
     system: &System,
     base: &Experiment,

@@ -60,9 +60,6 @@ pub fn runs(machines: usize) -> usize {
 }
 
 /// The first `count` machines of this study; their files exist as long as these.
-///
-/// # Errors
-/// No place for files.
 pub fn machines(system: &System, count: u64) -> Result<Cases> {
     Cases::of_machines(system, FIRST_SEED..FIRST_SEED + count, &Bounds::REAL)
 }

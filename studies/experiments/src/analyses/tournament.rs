@@ -168,9 +168,6 @@ impl Arena<'_> {
     }
 
     /// Runs `contestant` as it is shipped on `case` and tells how long, s: for an estimate.
-    ///
-    /// # Errors
-    /// As [`Arena::tune`].
     pub fn first(&self, contestant: &Contestant, case: &Case) -> Result<f64> {
         let (_, mut law) = self.gains(contestant, &[])?;
         law.extend(following(self.system, TUNING_PATHS[0])?);
@@ -288,9 +285,6 @@ impl Arena<'_> {
 
     /// The runs of `contestant`, tuned, on every case and path, in this order; `done` is called
     /// after each.
-    ///
-    /// # Errors
-    /// As [`Arena::tune`].
     pub fn report(
         &self,
         contestant: &Contestant,

@@ -49,9 +49,6 @@ pub fn motion_end(system: &System, master: &Master) -> Option<f64> {
 
 /// When a run ends, s: at the stop time asked for, else at the end of the motion, else at that of the
 /// default experiment.
-///
-/// # Errors
-/// None of them is known.
 pub fn end(system: &System, experiment: &Experiment, master: &Master) -> Result<f64> {
     match (experiment.stop, motion_end(system, master)) {
         (None, Some(end)) => Ok(end),

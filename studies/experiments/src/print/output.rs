@@ -25,9 +25,6 @@ pub fn with_progress<T>(
 }
 
 /// Write a file where one is asked for.
-///
-/// # Errors
-/// It cannot be written.
 pub fn write(
     path: Option<&Path>,
     content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
@@ -42,9 +39,6 @@ pub fn write(
 }
 
 /// Write a JSON file where one is asked for.
-///
-/// # Errors
-/// It cannot be written.
 pub fn write_json(path: Option<&Path>, value: &impl Serialize) -> Result<()> {
     write(path, |file| {
         serde_json::to_writer_pretty(&mut *file, value)?;
@@ -73,9 +67,6 @@ pub fn verdict_text(verdict: &Verdict) -> String {
 
 /// The verdict on many runs: printed where it is asked for by `--check`; else a hint beside the
 /// results where it is bad.
-///
-/// # Errors
-/// Standard output is closed.
 pub fn print_counted(verdict: &Verdict, check: bool) -> Result<()> {
     if check {
         return print(verdict_text(verdict));
@@ -88,9 +79,6 @@ pub fn print_counted(verdict: &Verdict, check: bool) -> Result<()> {
 
 /// End a command: the verdict goes into the numbers that it has found, these into a JSON file where
 /// one is asked for, and the verdict is printed as by [`print_counted`].
-///
-/// # Errors
-/// The file cannot be written.
 pub fn finish(
     mut found: Value,
     verdict: Verdict,

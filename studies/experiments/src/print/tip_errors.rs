@@ -73,9 +73,6 @@ fn table(head: [String; 2], cells: &[TipCell], row: impl Fn(&TipCell) -> [String
 }
 
 /// The paper's table as comma-separated values.
-///
-/// # Errors
-/// `out` cannot be written.
 pub fn write_inertia_csv(cells: &[TipCell], out: &mut impl io::Write) -> io::Result<()> {
     writeln!(
         out,

@@ -41,9 +41,6 @@ pub struct Candidates {
 impl Candidates {
     /// From the campaign of `seed`, with the `network` that was trained on it, and with the shipped
     /// one.
-    ///
-    /// # Errors
-    /// A step that the rig cannot make.
     pub fn of(p: &Emla, network: &Surrogate, seed: u64) -> Result<Self> {
         let profiles = training_profiles(PROFILES, SECONDS, seed);
         let measured = measure(p, &profiles, |profile| profile.seed)?;
@@ -68,9 +65,6 @@ impl Candidates {
     }
 
     /// The tables on `count` held-out profiles of `seconds`.
-    ///
-    /// # Errors
-    /// A step that the rig cannot make.
     pub fn judge(&self, p: &Emla, count: u32, seconds: f64) -> Result<String> {
         let driven = Driven::all(p, &held_out_profiles(count, seconds, JUDGED))?;
         let errors = |knows: bool| -> Vec<Vec<Errors>> {
@@ -146,9 +140,6 @@ fn cell([value, low, high]: [f64; 3]) -> String {
 }
 
 /// How the bounds of networks hold on `count` profiles that they were not calibrated on.
-///
-/// # Errors
-/// A step that the rig cannot make.
 pub fn coverage(p: &Emla, networks: &[(&str, &Surrogate)], count: u32) -> Result<String> {
     let driven = Driven::all(p, &held_out_profiles(count, SECONDS, COVERED))?;
     let mut text = format!(

@@ -35,9 +35,6 @@ impl Point {
 }
 
 /// Points of every profile: its windows in quadrants I and IV, by the measured torque and speed.
-///
-/// # Errors
-/// Never for the parameters of a checked machine.
 pub fn points(
     p: machine_file::Emla,
     network: &Surrogate,

@@ -34,9 +34,6 @@ pub struct Driven {
 
 impl Driven {
     /// Drive the profiles; the sensors of each are set up anew, with its own seed.
-    ///
-    /// # Errors
-    /// A step that the rig cannot make.
     pub fn all(p: &Emla, profiles: &[Profile]) -> Result<Vec<Self>> {
         let drive = |profile: &Profile| {
             let run = run(profile, profile.seed)?;

@@ -61,9 +61,6 @@ fn profiles(kinds: &[Kind], at: &[f64], count: u32, seconds: f64, seed: u64) -> 
 }
 
 /// Windows of each profile; the sensors of each are set up anew, with the seed `sensors` of it.
-///
-/// # Errors
-/// A step that the rig cannot make.
 pub fn measure(
     p: &Emla,
     profiles: &[Profile],

@@ -30,15 +30,9 @@ const OF_ACTUATOR: [&str; 9] = [
 /// Columns of one actuator.
 #[derive(Clone, Debug)]
 struct Axis {
-    i_q: Vec<f64>,
     i_q_required: Vec<f64>,
-    tau_e: Vec<f64>,
-    F: Vec<f64>,
-    theta_m: Vec<f64>,
-    w_m: Vec<f64>,
-    x: Vec<f64>,
-    loss: Vec<f64>,
-    T: [Vec<f64>; 2],
+    /// In the order of [`OF_ACTUATOR`].
+    own: Vec<Vec<f64>>,
 }
 
 /// What a coupled run says of its actuators.
@@ -77,18 +71,10 @@ impl CoupledRun {
             bail!("{} rows, at least {} are needed", time.len(), 2 * SAMPLES);
         }
         let axis = |k: u32| -> Result<Axis> {
-            let [i_q, tau_e, F, theta_m, w_m, x, loss, winding, housing] =
-                OF_ACTUATOR.map(|signal| column(&format!("emla_{k}.{signal}")));
+            let own = OF_ACTUATOR.map(|signal| column(&format!("emla_{k}.{signal}")));
             Ok(Axis {
-                i_q: i_q?,
+                own: own.into_iter().collect::<Result<_>>()?,
                 i_q_required: column(&format!("{REQUIRED}[{k}]"))?,
-                tau_e: tau_e?,
-                F: F?,
-                theta_m: theta_m?,
-                w_m: w_m?,
-                x: x?,
-                loss: loss?,
-                T: [winding?, housing?],
             })
         };
         Ok(Self {
@@ -114,7 +100,7 @@ impl CoupledRun {
     /// current of an axis, A.
     pub fn currents(&self, axis: usize, start: f64) -> [&[f64]; 3] {
         let (first, a) = (self.from(start), &self.axes[axis]);
-        [&self.time, &a.i_q_required, &a.i_q].map(|course| &course[first..])
+        [&self.time, &a.i_q_required, a.i_q()].map(|course| &course[first..])
     }
 
     fn from(&self, start: f64) -> usize {
@@ -134,7 +120,7 @@ impl CoupledRun {
         let first = self.from(start);
         self.axes
             .iter()
-            .flat_map(move |a| (first..a.i_q.len()).map(|k| a.i_q_required[k] - a.i_q[k]))
+            .flat_map(move |a| (first..a.i_q().len()).map(move |k| a.i_q_required[k] - a.i_q()[k]))
     }
 
     /// What is true of all axes in windows from `start`, s, on in which the rod moves one way.
@@ -160,11 +146,18 @@ impl CoupledRun {
 }
 
 impl Axis {
+    fn i_q(&self) -> &[f64] {
+        &self.own[0]
+    }
+
     fn window(&self, p: &Emla, first: usize, h: f64) -> Option<Truth> {
+        let [i_q, tau_e, F, theta_m, w_m, x, loss, winding, housing] = &self.own[..] else {
+            unreachable!("a column for each signal of an actuator");
+        };
         let last = first + SAMPLES;
         let travel = maps::travel_per_radian(p);
         let moves = |sign: f64| {
-            self.w_m[first..=last]
+            w_m[first..=last]
                 .iter()
                 .all(|w| sign * travel * w > SLOWEST)
         };
@@ -173,18 +166,18 @@ impl Axis {
         }
         let mean = |v: &[f64]| mean(first, |k| v[k]);
         let rise = |v: &[f64]| (v[last] - v[first]) / (SAMPLES as f64 * h);
-        let F = self.F[first + 1..=last].iter().sum::<f64>() / SAMPLES as f64;
-        let w_m = rise(&self.theta_m);
+        let F = F[first + 1..=last].iter().sum::<f64>() / SAMPLES as f64;
+        let speed = rise(theta_m);
         Some(Truth {
-            i_q: mean(&self.i_q),
-            tau_e: mean(&self.tau_e),
+            i_q: mean(i_q),
+            tau_e: mean(tau_e),
             F,
-            w_m,
-            w_m_dot: rise(&self.w_m),
-            x_dot: rise(&self.x),
-            T: [mean(&self.T[0]), mean(&self.T[1])],
-            P_out: F * travel * w_m,
-            P_loss: rise(&self.loss),
+            w_m: speed,
+            w_m_dot: rise(w_m),
+            x_dot: rise(x),
+            T: [mean(winding), mean(housing)],
+            P_out: F * travel * speed,
+            P_loss: rise(loss),
         })
     }
 }

@@ -61,9 +61,6 @@ pub fn sensors(seed: u64) -> Sensors {
 }
 
 /// Drive the profile; sensors with the seed `sensor_seed`.
-///
-/// # Errors
-/// A step that the rig cannot make.
 pub fn run(profile: &Profile, sensor_seed: u64) -> Result<Vec<Instant>> {
     let rig = rig(Drive::Force);
     let sensors = sensors(sensor_seed);

@@ -96,9 +96,6 @@ impl Identified {
     }
 
     /// By the campaign of `seed`, which is run for it.
-    ///
-    /// # Errors
-    /// A step that the rig cannot make.
     pub fn of_campaign(p: &Emla, seed: u64) -> Result<Self> {
         let profiles = training_profiles(PROFILES, SECONDS, seed);
         let measured = measure(p, &profiles, |profile| profile.seed)?;

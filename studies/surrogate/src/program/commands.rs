@@ -10,12 +10,12 @@ use clap::{Args, Parser};
 use emla::Surrogate;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::measurement::data;
-use crate::program::files::{NetworkArg, make_folder, write};
-use crate::program::rig_commands::{CalibrateArgs, RigCompareArgs, RigDataArgs, RigLoopArgs};
-use crate::training::progress::{EPOCHS, Progress, TrainingData};
+use super::files::{NetworkArg, make_folder, write};
+use super::rig_commands::{CalibrateArgs, RigCompareArgs, RigDataArgs, RigLoopArgs};
+use surrogate::measurement::data;
+use surrogate::training::progress::{EPOCHS, Progress, TrainingData};
 
-use crate::program::plots;
+use super::plots;
 
 /// Data of the rig and Levenberg–Marquardt training of the actuator's surrogate network.
 #[derive(Parser)]

@@ -7,8 +7,8 @@ use charts::{Area, Curve, DrawResult, Figure, Panel, Picture};
 use emla::{Split, Surrogate};
 use plotters::prelude::*;
 
-use crate::measurement::profile::LOAD_MAX;
-use crate::prediction::efficiency_map::EfficiencyMap;
+use surrogate::measurement::profile::LOAD_MAX;
+use surrogate::prediction::efficiency_map::EfficiencyMap;
 
 pub(crate) const SIZE: (u32, u32) = (1200, 520);
 pub(crate) const FONT: (&str, i32) = ("sans-serif", 16);

@@ -9,18 +9,18 @@ use anyhow::{Context as _, Result, ensure};
 use clap::Args;
 use emla::Surrogate;
 
-use crate::judgement::candidates::{CALIBRATED, Candidates, coverage};
-use crate::judgement::conformal::{calibrate, points};
-use crate::judgement::free_run::Driven;
-use crate::measurement::campaign::{
+use super::files::{NetworkArg, write};
+use super::rig_plots;
+use surrogate::judgement::candidates::{CALIBRATED, Candidates, coverage};
+use surrogate::judgement::conformal::{calibrate, points};
+use surrogate::judgement::free_run::Driven;
+use surrogate::measurement::campaign::{
     PROFILES, SECONDS, Trust, compliance, held_out_profiles, measure, rms, rows, training_profiles,
 };
-use crate::measurement::coupled_run::CoupledRun;
-use crate::measurement::data;
-use crate::prediction::identification::Identified;
-use crate::prediction::model::{MODELS, Model, errors};
-use crate::program::files::{NetworkArg, write};
-use crate::program::rig_plots;
+use surrogate::measurement::coupled_run::CoupledRun;
+use surrogate::measurement::data;
+use surrogate::prediction::identification::Identified;
+use surrogate::prediction::model::{MODELS, Model, errors};
 
 /// Arguments of `data`.
 #[derive(Args)]
@@ -181,7 +181,7 @@ impl RigCompareArgs {
     /// Judge and print.
     pub(crate) fn run(self) -> Result<()> {
         let p = machine_file::Machine::reference().emla.lift;
-        let trained = || Surrogate::from_json(crate::RIG_NETWORK).expect("a valid network");
+        let trained = || Surrogate::from_json(surrogate::RIG_NETWORK).expect("a valid network");
         let (shipped, network) = (Surrogate::reference(), self.network.read_or(trained)?);
         let candidates = Candidates::of(&p, &network, self.seed)?;
         writeln!(stdout(), "{}", candidates.identified.text(&p))?;

@@ -3,22 +3,19 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::measurement::profile::SPEED;
-use crate::measurement::windows::Window;
-use crate::prediction::efficiency_map::maps;
-use crate::prediction::model::Model;
-use crate::prediction::responses;
 use anyhow::Result;
 use charts::{Curve, Figure, Panel, save};
 use emla::Surrogate;
 use plotters::style::{BLUE, RED};
+use surrogate::measurement::profile::SPEED;
+use surrogate::measurement::windows::Window;
+use surrogate::prediction::efficiency_map::maps;
+use surrogate::prediction::model::Model;
+use surrogate::prediction::responses;
 
-use crate::program::plots::{EfficiencyMaps, MAP_CELLS, SIZE};
+use super::plots::{EfficiencyMaps, MAP_CELLS, SIZE};
 
 /// All pictures, in a folder; `work` is a held-out profile.
-///
-/// # Errors
-/// A picture that cannot be written.
 pub fn all(
     models: &[Model; 3],
     surrogate: &Surrogate,

@@ -98,11 +98,6 @@ impl TiledMatrix {
         Self { starts, columns }
     }
 
-    /// Number of rows.
-    pub fn size(&self) -> usize {
-        self.starts[self.starts.len() - 1]
-    }
-
     /// Overwrite with the Cholesky factor of itself plus `c` times identity.
     pub fn factor(&mut self, c: f64) -> Result<(), NotPositiveDefinite> {
         for k in 0..self.columns.len() {

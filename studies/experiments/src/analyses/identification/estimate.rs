@@ -97,9 +97,6 @@ impl Sums {
 }
 
 /// Estimate the parameters of the machine of `model` from samples that are `spacing` s apart.
-///
-/// # Errors
-/// Too few samples.
 pub fn estimate(model: &Model, samples: &[Sample], spacing: f64) -> Result<Estimate> {
     let sums = sums(model, samples);
     for (k, of_force) in sums.iter().enumerate() {

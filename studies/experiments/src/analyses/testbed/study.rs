@@ -46,9 +46,6 @@ impl Replay<'_> {
 
     /// Replay both trajectories on the testbed of actuators as built with each of `laws`, under
     /// both loads; of what is set on the machine what is set on its controller counts.
-    ///
-    /// # Errors
-    /// As [`Replay::on`].
     pub fn on_rigs(&self, testbed: &System, laws: &[TestedLaw]) -> Result<Vec<LoadedAxis>> {
         self.replay(testbed, laws, &[Load::Emulator, Load::Rig], true)
     }
