@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::report::{Recorded, Report, Request, figures};
+use crate::evaluation::{Recorded, Report, Request, figures};
 use anyhow::Result;
 use cosim::Verdict;
 use cosim::cli::{bar, find, print};

@@ -99,7 +99,6 @@ impl PlotsArgs {
                 "note: the network was trained on other data; all rows are new to it"
             )?;
         }
-        make_folder(&self.out.join("x"))?;
         let (inputs, targets) = TrainingData::new(data, record.seed).test_rows();
         for file in plots::quality(&surrogate, &inputs, &targets, &self.out)? {
             writeln!(stdout(), "{}", file.display())?;
