@@ -8,7 +8,6 @@ mod evaluation;
 mod machines;
 mod margins_figure;
 mod plot;
-
 mod sizing_figure;
 
 use std::process::ExitCode;
