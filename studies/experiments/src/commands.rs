@@ -1,4 +1,4 @@
-//! Subcommands: from arguments to a study, its print and the verdict. Nothing imports them but the
+//! Subcommands: from arguments to an analysis, its print and the verdict. Nothing imports them but the
 //! programs.
 
 pub mod compare;

@@ -27,7 +27,7 @@ pub fn paper(trajectory: &str, scale: f64) -> Option<f64> {
 /// Scale of all inertias of the manipulator in a cell.
 ///
 /// # Panics
-/// The cell is not of this study.
+/// The cell is not of this analysis.
 pub fn scale_of<T>(cell: &Cell<T>) -> f64 {
     cell.case.parse().expect("cases are named by their scales")
 }

@@ -49,7 +49,7 @@ const CONTROLLERS: [(&str, f64, bool); 4] = [
     ("hybrid", 0.9, false),
     ("network", 1.0, false),
 ];
-/// Seeds of the machines of this study alone.
+/// Seeds of the machines of this analysis alone.
 const FIRST_SEED: u64 = 7001;
 /// Machines where no number is asked for.
 pub const MACHINES: u64 = 3;
@@ -59,7 +59,7 @@ pub fn runs(machines: usize) -> usize {
     SENSORS.len() * CONTROLLERS.len() * TRAJECTORIES.len() * machines
 }
 
-/// The first `count` machines of this study; their files exist as long as these.
+/// The first `count` machines of this analysis; their files exist as long as these.
 pub fn machines(system: &System, count: u64) -> Result<Cases> {
     Cases::of_machines(system, FIRST_SEED..FIRST_SEED + count, &Bounds::REAL)
 }

@@ -1,4 +1,4 @@
-//! A grid of runs: control laws × cases × trajectories, run on all cores. Every study of several
+//! A grid of runs: control laws × cases × trajectories, run on all cores. Every analysis of several
 //! runs is one; its cells keep what was measured or why nothing was, and the verdict on the run.
 //! What failed, what is bad, median and worst are counted here for all of them.
 
@@ -18,7 +18,7 @@ pub const TRAJECTORIES: [&str; 2] = ["cubic", "triangular"];
 /// The same with the path that moves all six joints.
 pub const ALL_TRAJECTORIES: [&str; 3] = ["cubic", "triangular", SIX_JOINTS];
 
-/// How start values are set that a study varies.
+/// How start values are set that an analysis varies.
 type Vary = fn(&System, &Experiment, Vec<Setting>) -> Result<Experiment>;
 
 /// What differs from a nominal run.

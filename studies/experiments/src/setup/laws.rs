@@ -1,4 +1,4 @@
-//! Lists of control laws that are compared: what a study varies in the controller or beside it.
+//! Lists of control laws that are compared: what an analysis varies in the controller or beside it.
 
 use std::path::Path;
 

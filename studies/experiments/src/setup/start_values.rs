@@ -1,4 +1,4 @@
-//! Start values that a study varies, of control laws, trajectories and others: set on top of those
+//! Start values that an analysis varies, of control laws, trajectories and others: set on top of those
 //! that the user has set, refused where one would not count.
 
 use std::fmt::Display;
@@ -18,10 +18,10 @@ pub const MODES: [&str; 8] = [
     "pd",
     "pd_integral",
 ];
-/// Law that the studies of the real world start from.
+/// Law that the analyses of the real world start from.
 pub const SHIPPED: &str = "adaptive_integral";
 
-/// `base` with the start values that a study varies.
+/// `base` with the start values that an analysis varies.
 ///
 /// # Errors
 /// One of them is set in `base` or bound by the system, so that what was set would not count.
