@@ -8,9 +8,9 @@
 //! machine without a run: other sizes, lasting torques, margins along a path.
 //!
 //! Everything is computed by the FMUs; names such as `tip_error_norm`, `settle_time` or
-//! `inertia_scale` are variables of theirs. The crate `machine-file` serves the machine's limits and
-//! ratings, `hdrm` the check of machine files, `surrogate` and `emla` what a network predicts, `rig`
-//! the control of a rig that loads another. What is drawn of all this is crate `report`.
+//! `inertia_scale` are variables of theirs. The crate `machine-file` serves the machine's limits
+//! and ratings, `hdrm` the check of machine files, `surrogate` and `emla` what a network predicts,
+//! `rig` the control of a rig that loads another. What is drawn of all this is crate `report`.
 #![forbid(unsafe_code)]
 
 pub mod analyses;

@@ -115,8 +115,8 @@ pub struct Energies {
     pub verdict: Verdict,
 }
 
-/// Names of the cases that an analysis runs, and their conditions: both trajectories, or the one that
-/// `base` or the system sets itself (an external one, say).
+/// Names of the cases that an analysis runs, and their conditions: both trajectories, or the one
+/// that `base` or the system sets itself (an external one, say).
 pub fn cases(system: &System, base: &Experiment) -> Result<Vec<(String, Experiment)>> {
     let port = system.port("trajectory")?;
     let component = &system.structure.components[port.component];

@@ -1,5 +1,5 @@
-//! Start values that an analysis varies, of control laws, trajectories and others: set on top of those
-//! that the user has set, refused where one would not count.
+//! Start values that an analysis varies, of control laws, trajectories and others: set on top of
+//! those that the user has set, refused where one would not count.
 
 use std::fmt::Display;
 
