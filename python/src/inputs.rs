@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use experiments::loads;
+use experiments::setup::loads;
 use experiments::worlds::parameters_of;
 use machine_file::Source;
 use motion_check::gain_rule::gains;

@@ -31,7 +31,7 @@ fn kept_instances() -> usize {
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("RunFailed", module.py().get_type::<errors::RunFailed>())?;
-    module.add("MODES", experiments::start_values::MODES.to_vec())?;
+    module.add("MODES", experiments::setup::start_values::MODES.to_vec())?;
     module.add("REAL_SYSTEM", experiments::worlds::SYSTEM)?;
     module.add("REAL_PARAMETERS", experiments::worlds::PARAMETERS)?;
     module.add(

@@ -1,4 +1,4 @@
-//! What a run is in numbers, by the definitions of `studies`.
+//! What a run is in numbers, by the definitions of `experiments`.
 
 use std::collections::BTreeMap;
 

@@ -15,21 +15,21 @@ use crate::metrics::Extra;
 /// Communication points between two looks at whether the user has pressed Ctrl-C.
 const SIGNALS_EVERY: u64 = 2048;
 
-/// What is asked of a run beside its experiment.
+/// What is to come out of a run.
+#[derive(FromPyObject)]
 pub struct Request {
     /// Signals that are kept.
-    pub ports: Vec<Port>,
+    #[pyo3(item)]
+    signals: Vec<String>,
     /// Time between two kept points, s.
-    pub interval: Option<f64>,
+    #[pyo3(item)]
+    interval: Option<f64>,
     /// Largest tip error with which the verdict is good, m.
-    pub max_error: Option<f64>,
+    #[pyo3(item)]
+    max_error: Option<f64>,
     /// Names of further metrics.
-    pub metrics: Vec<String>,
-    /// Called with the numbers of finished and of all steps.
-    pub progress: Option<Py<PyAny>>,
-    /// Whether the system is the manipulator with its controller, so that its limits and its tip
-    /// are watched.
-    pub is_machine: bool,
+    #[pyo3(item)]
+    metrics: Vec<String>,
 }
 
 /// What came out.
@@ -42,13 +42,22 @@ pub struct Done {
     elapsed: f64,
 }
 
-/// Run `experiment`.
-pub fn run(system: &System, experiment: &Experiment, request: Request) -> Result<Done> {
+/// Run `experiment`, of the manipulator with its controller if it `is_machine`, so that its limits
+/// and its tip are watched; `progress` is called with the numbers of finished and of all steps.
+pub fn run(
+    system: &System,
+    experiment: &Experiment,
+    request: &Request,
+    is_machine: bool,
+    progress: Option<&Py<PyAny>>,
+) -> Result<Done> {
+    let ports = request.signals.iter().map(|name| system.port(name));
+    let ports: Vec<Port> = ports.collect::<Result<_>>()?;
     let stride = stride(request.interval, experiment.stepping.step)?;
-    let mut recording = Recording::new(system, &request.ports)?;
+    let mut recording = Recording::new(system, &ports)?;
     let mut extra = Extra::new(system, experiment, &request.metrics)?;
     let progress = |done: u64, all: u64| {
-        if let Some(call) = &request.progress {
+        if let Some(call) = progress {
             // What goes wrong in showing progress does not end a run.
             Python::attach(|py| drop(call.call1(py, (done, all))));
         }
@@ -66,7 +75,7 @@ pub fn run(system: &System, experiment: &Experiment, request: Request) -> Result
         }
         Ok(())
     };
-    let (outcome, metrics, verdict) = if request.is_machine {
+    let (outcome, metrics, verdict) = if is_machine {
         let outcome = run_machine(system, experiment, &progress, observe);
         let outcome = outcome.map_err(FailedRun::explained)?;
         let mut verdict = outcome.limits.clone();
@@ -89,7 +98,7 @@ pub fn run(system: &System, experiment: &Experiment, request: Request) -> Result
     all.extend(verdict);
     Ok(Done {
         recording,
-        ports: request.ports,
+        ports,
         metrics,
         verdict: all,
         simulated: outcome.simulated,

@@ -13,10 +13,10 @@ use cosim::run::signals::connected;
 use cosim::structure::package::FmuPlace;
 use cosim::structure::system::{Setting, System as Loaded};
 use cosim::{Experiment, Verdict, matching};
-use experiments::bench::{forgotten, tell_delay};
 use experiments::measures::run::useful;
+use experiments::setup::run_setup::{forgotten, tell_delay};
+use experiments::setup::{loads, machine_choice};
 use experiments::worlds::{Bounds, Cases};
-use experiments::{loads, machine_choice};
 use fmi_description::{Kind, Variable};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -83,19 +83,6 @@ struct Conditions {
     faults: Vec<String>,
     #[pyo3(item)]
     fault_seed: u64,
-}
-
-/// What is to come out of a run.
-#[derive(FromPyObject)]
-struct Asked {
-    #[pyo3(item)]
-    signals: Vec<String>,
-    #[pyo3(item)]
-    interval: Option<f64>,
-    #[pyo3(item)]
-    max_error: Option<f64>,
-    #[pyo3(item)]
-    metrics: Vec<String>,
 }
 
 /// Inputs that no connection drives, over time: times (s), and columns with names and units.
@@ -347,20 +334,13 @@ impl System {
         &self,
         py: Python<'_>,
         conditions: Conditions,
-        asked: Asked,
+        request: Request,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Py<PyDict>> {
         let (experiment, forgotten) = self.experiment(conditions).map_err(raised)?;
-        let ports = asked.signals.iter().map(|name| self.system.port(name));
-        let request = Request {
-            ports: ports.collect::<Result<_>>().map_err(raised)?,
-            interval: asked.interval,
-            max_error: asked.max_error,
-            metrics: asked.metrics,
-            progress,
-            is_machine: self.is_machine(),
-        };
-        let done = py.detach(|| run::run(&self.system, &experiment, request));
+        let (is_machine, progress) = (self.is_machine(), progress.as_ref());
+        let run = || run::run(&self.system, &experiment, &request, is_machine, progress);
+        let done = py.detach(run);
         done.map_err(raised)?
             .into_python(py, &self.system, forgotten)
     }

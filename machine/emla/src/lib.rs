@@ -49,3 +49,8 @@ pub use surrogate::{
     EfficiencyBound, LayerFile, MinMax, Ranges, Split, Surrogate, SurrogateError, SurrogateFile,
     SurrogateOutput, TrainingRecord, WIDTHS,
 };
+
+/// The example of the product's README.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct ReadMe;

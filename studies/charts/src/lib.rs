@@ -1,4 +1,8 @@
 //! Curves in panels, and paths in space, drawn on PNG and SVG alike.
+//!
+//! A crate of its own because it has two users that must not see each other: the report, and the
+//! pictures of the surrogate's training. In `surrogate` it would come to the report with the feature
+//! `training`, or need one of its own; in `report` the training would be built with the whole page.
 #![forbid(unsafe_code)]
 
 use std::fs::File;
@@ -249,9 +253,6 @@ impl Path3 {
 }
 
 /// Write `folder/name.png` and `.svg`; a folder that is not there is made.
-///
-/// # Errors
-/// A file cannot be written.
 pub fn save(
     picture: &impl Picture,
     folder: &Path,

@@ -1,5 +1,5 @@
-//! Subcommands: from arguments to a study, its print and the verdict. Nothing imports them but the
-//! programs.
+//! Subcommands: from arguments to an analysis, its print and the verdict. Nothing imports them but
+//! the programs.
 
 pub mod compare;
 pub mod draws;

@@ -1,13 +1,13 @@
-//! The program that draws: the evaluation as a page ([`report`]), machines on a sheet
+//! The program that draws: the evaluation as a page ([`evaluation`]), machines on a sheet
 //! ([`machines`]), signals over time ([`plot`]), figures of sizing and of paths. `hdrm-fmu` starts
-//! it, by the same words; numbers come from crate `studies`.
+//! it, by the same words; numbers come from crate `experiments`.
 #![forbid(unsafe_code)]
 
 mod commands;
+mod evaluation;
 mod machines;
 mod margins_figure;
 mod plot;
-mod report;
 mod sizing_figure;
 
 use std::process::ExitCode;

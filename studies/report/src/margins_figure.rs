@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use charts::{Curve, Figure, Panel, wheel};
-use experiments::path_margins::PathMargins;
+use experiments::machines::path_margins::PathMargins;
 use motion_check::Quantity;
 
 /// Points of a curve that are drawn at most.
@@ -21,9 +21,6 @@ const PANELS: [(&str, std::ops::Range<usize>); 6] = [
 ];
 
 /// Margins along the path as PNG and SVG into `folder`; the files' names.
-///
-/// # Errors
-/// A picture that cannot be written.
 pub fn draw(margins: &PathMargins, folder: &Path) -> Result<[PathBuf; 2]> {
     let stride = margins.times.len().div_ceil(POINTS).max(1);
     let panel = |(title, of): (&str, std::ops::Range<usize>)| {

@@ -8,7 +8,7 @@ use anyhow::{Result, ensure};
 use cosim::run::signals::matches_pattern;
 
 use charts::{Curve, Figure, Panel, wheel};
-use rig_data::signal_file::SignalFile;
+use surrogate::measurement::signal_file::SignalFile;
 
 /// Points of a curve that are drawn at most.
 const POINTS: usize = 4000;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 
 use charts::{Curve, Figure, Panel, wheel};
-use experiments::studies::sizing::{Axis, Sizing};
+use experiments::analyses::sizing::{Axis, Sizing};
 
 /// The motion's points and both envelopes over motor speed in 1000 rev/min.
 fn panel(axis: &Axis) -> Panel {
@@ -41,9 +41,6 @@ fn panel(axis: &Axis) -> Panel {
 }
 
 /// Torque over speed of each axis as PNG and SVG in `folder`; the files' names.
-///
-/// # Errors
-/// A file cannot be written.
 pub fn draw(sizing: &Sizing, case: &str, folder: &Path) -> Result<[PathBuf; 2]> {
     let panels = sizing.axes.iter().map(panel);
     let figure = Figure {

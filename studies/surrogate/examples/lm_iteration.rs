@@ -5,8 +5,8 @@
 
 use std::time::Instant;
 
-use surrogate::lm::{self, Samples};
-use surrogate::network::Shape;
+use surrogate::training::lm::{self, Samples};
+use surrogate::training::network::Shape;
 
 fn main() {
     let mut arguments = std::env::args()

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use rig_data::data::{FEWEST_ROWS, Row, parse_csv, to_csv};
-use surrogate::lm::Samples;
-use surrogate::training::TrainingData;
+use surrogate::measurement::data::{FEWEST_ROWS, Row, parse_csv, to_csv};
+use surrogate::training::lm::Samples;
+use surrogate::training::progress::TrainingData;
 
 fn rows(count: usize) -> Vec<Row> {
     let row = |k: usize| {

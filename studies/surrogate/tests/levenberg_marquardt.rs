@@ -1,9 +1,9 @@
 //! Levenberg–Marquardt against NumPy, and against itself with other threads and other forms.
 
 use serde_json::Value;
-use surrogate::lm::{self, Outcome, Samples};
-use surrogate::network::Shape;
-use surrogate::normal::Form;
+use surrogate::training::Form;
+use surrogate::training::lm::{self, Outcome, Samples};
+use surrogate::training::network::Shape;
 
 struct Case {
     shape: Shape,

@@ -1,7 +1,7 @@
 //! A whole training run, small: same seed same weights, interruption and resumption.
 
-use rig_data::data::{Row, parse_csv, to_csv};
-use surrogate::training::{Progress, TrainingData};
+use surrogate::measurement::data::{Row, parse_csv, to_csv};
+use surrogate::training::progress::{Progress, TrainingData};
 
 const WIDTHS: [usize; 4] = [2, 6, 5, 2];
 

@@ -2,7 +2,7 @@
 //! nothing to do with it.
 #![no_main]
 
-#[path = "../../../studies/rig-data/src/data.rs"]
+#[path = "../../../studies/surrogate/src/measurement/data.rs"]
 #[allow(dead_code)]
 mod data;
 

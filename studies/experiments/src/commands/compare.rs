@@ -9,10 +9,10 @@ use cosim::Verdict;
 use cosim::cli::{CsvArgs, print};
 
 use super::run::logged_run;
-use crate::bench::MachineArgs;
+use crate::analyses::inertia::{self, MODES};
 use crate::print::output::verdict_text;
-use crate::start_values::vary;
-use crate::studies::inertia::{self, MODES};
+use crate::setup::run_setup::MachineArgs;
+use crate::setup::start_values::vary;
 
 #[derive(Args)]
 pub struct CompareArgs {
@@ -36,7 +36,7 @@ pub struct CompareArgs {
 
 /// The three controllers on one trajectory.
 pub fn compare(args: &CompareArgs) -> Result<Verdict> {
-    let (system, base, mut verdict) = args.machine.bench().build()?.into_parts();
+    let (system, base, mut verdict) = args.machine.setup().build()?.into_parts();
     let scale = args.inertia_scale;
     // A path was set already, and has a name that may hold folders.
     let (title, stem, trajectory) = match args.machine.waypoints() {

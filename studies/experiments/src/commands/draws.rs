@@ -7,12 +7,12 @@ use clap::Args;
 use cosim::Verdict;
 use cosim::cli::print;
 
-use crate::bench::MachineArgs;
-use crate::grid::{ALL_TRAJECTORIES, Spread};
+use crate::analyses::draws::{self, Counts, FORCE};
 use crate::print::output::{conditions, finish, with_progress};
-use crate::start_values::{Law, MODES};
-use crate::studies::draws::{self, Counts, FORCE};
-use crate::trial::Store;
+use crate::runs::grid::{ALL_TRAJECTORIES, Spread};
+use crate::runs::run_store::RunStore;
+use crate::setup::run_setup::MachineArgs;
+use crate::setup::start_values::{Law, MODES};
 use crate::worlds::{World, cases};
 
 #[derive(Args)]
@@ -52,20 +52,20 @@ pub fn draws(args: &DrawsArgs) -> Result<Verdict> {
         "--world {}: machines are drawn within bounds in the worlds real and strict-rigid",
         args.world.name()
     );
-    let bench = args.machine.bench().world(args.world).build()?;
-    let (system, base, mut verdict) = bench.into_parts();
+    let setup = args.machine.setup().world(args.world).build()?;
+    let (system, base, mut verdict) = setup.into_parts();
     let mut found = conditions(&system, &base);
     let seeds = args.seed..args.seed + args.seeds;
     let cases = cases(args.world, &system, seeds, args.bounds)?;
     let law = &Law::new(&*args.mode, &args.mode);
-    let store = Store::new(args.store.as_deref(), &system)?;
+    let store = RunStore::new(args.store.as_deref(), &system)?;
     let of = (&system, &base);
     let runs = with_progress(args.seeds, "machines", |done| {
         draws::run(of, law, &cases.list, &args.trajectory, &store, done)
     })?;
-    let counts = Counts::of(runs.iter().map(|draw| &draw.trial));
-    let force = Spread::of(runs.iter().map(|draw| draw.trial.force));
-    let error = Spread::of(runs.iter().filter_map(|draw| draw.trial.rmse));
+    let counts = Counts::of(runs.iter().map(|draw| &draw.run));
+    let force = Spread::of(runs.iter().map(|draw| draw.run.force));
+    let error = Spread::of(runs.iter().filter_map(|draw| draw.run.rmse));
     print(format!(
         "{} machines, {} x the bounds of the {} world, {}, {}: {} kept, {} stopped, {} lost\nrods with more than {FORCE} x the largest \
          force asked for: on {} machines; largest force over that one: median {:.2}, worst {:.2}\nknown error of those kept: median {:.3} mm, worst {:.3} mm\n",

@@ -5,10 +5,10 @@ use clap::Args;
 use cosim::Verdict;
 use cosim::cli::print;
 
-use crate::bench::MachineArgs;
+use crate::analyses::endurance::{self, Excursion, Part};
 use crate::print::output::print_counted;
-use crate::start_values::{MODES, vary};
-use crate::studies::endurance::{self, Excursion, Part};
+use crate::setup::run_setup::MachineArgs;
+use crate::setup::start_values::{MODES, vary};
 
 #[derive(Args)]
 pub struct EnduranceArgs {
@@ -34,7 +34,7 @@ pub struct EnduranceArgs {
 
 /// A long coupled run.
 pub fn endurance(args: &EnduranceArgs) -> Result<Verdict> {
-    let (system, base, mut verdict) = args.machine.bench().build()?.into_parts();
+    let (system, base, mut verdict) = args.machine.setup().build()?.into_parts();
     anyhow::ensure!(
         base.stop.is_none(),
         "--stop-time: the length of the run is given by --steps"

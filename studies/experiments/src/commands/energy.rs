@@ -7,10 +7,10 @@ use clap::Args;
 use cosim::Verdict;
 use cosim::cli::print;
 
-use crate::bench::MachineArgs;
 use crate::measures::energy;
 use crate::print::energy::{balance_json, supply_text, text, write_csv};
 use crate::print::output::{conditions, finish, write};
+use crate::setup::run_setup::MachineArgs;
 
 #[derive(Args)]
 pub struct EnergyArgs {
@@ -26,7 +26,7 @@ pub struct EnergyArgs {
 
 /// Energy balances on both trajectories, or on the one that is set.
 pub fn energy(args: &EnergyArgs) -> Result<Verdict> {
-    let (system, base, mut verdict) = args.machine.bench().build()?.into_parts();
+    let (system, base, mut verdict) = args.machine.setup().build()?.into_parts();
     let mut done = Vec::new();
     for (case, experiment) in energy::cases(&system, &base)? {
         let energies = energy::run(&system, &experiment)?;

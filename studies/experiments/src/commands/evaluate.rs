@@ -6,12 +6,12 @@ use anyhow::{Context, Result};
 use clap::Args;
 use cosim::Verdict;
 use cosim::cli::print;
-use rig_data::signal_file::SignalFile;
 use serde_json::json;
+use surrogate::measurement::signal_file::SignalFile;
 
-use crate::bench::{Bench, MachineArgs};
+use crate::analyses::imported_run::Evaluator;
 use crate::print::output::{conditions, put_verdict, write_json};
-use crate::studies::imported_run::Evaluator;
+use crate::setup::run_setup::{MachineArgs, RunSetup};
 
 #[derive(Args)]
 pub struct EvaluateArgs {
@@ -35,7 +35,7 @@ pub struct EvaluateArgs {
 
 /// Evaluate a run that another importer made.
 pub fn evaluate(args: &EvaluateArgs) -> Result<Verdict> {
-    let Bench { system, base, .. } = args.machine.bench().build()?;
+    let RunSetup { system, base, .. } = args.machine.setup().build()?;
     let evaluator = Evaluator::new(&system, &base)?;
     let Some(csv) = args.csv.as_ref().filter(|_| !args.signals) else {
         print(evaluator.signals().join("\n") + "\n")?;

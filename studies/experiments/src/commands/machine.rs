@@ -3,12 +3,12 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use crate::bench::too_fast;
-use crate::machine_choice::read;
 use crate::machines::continuous_torque::ContinuousTorque;
 use crate::machines::scaling::booms;
 use crate::print::gains::parameter_set;
 use crate::print::output::{write, write_json};
+use crate::setup::machine_choice::read;
+use crate::setup::run_setup::too_fast;
 use crate::worlds::perturbation::{Bounds, draw};
 use crate::worlds::{PARAMETERS, parameters_of};
 use anyhow::{Context, Result, bail, ensure};

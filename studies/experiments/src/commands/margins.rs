@@ -9,11 +9,11 @@ use clap::Args;
 use cosim::Verdict;
 use cosim::cli::print;
 
-use crate::bench::MachineArgs;
+use crate::analyses::margins::{self, CHANGES, Limit, Margin, PAYLOADS, PLACES};
 use crate::print::output::{conditions, finish, with_progress, write};
-use crate::start_values::{MODES, of_modes};
-use crate::studies::margins::{self, CHANGES, Limit, Margin, PAYLOADS, PLACES};
-use crate::trial::Store;
+use crate::runs::run_store::RunStore;
+use crate::setup::run_setup::MachineArgs;
+use crate::setup::start_values::{MODES, of_modes};
 use crate::worlds::World;
 
 #[derive(Args)]
@@ -43,8 +43,8 @@ pub struct MarginsArgs {
 
 /// How far each law is from instability.
 pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
-    let bench = args.machine.bench().world(World::Real).build()?;
-    let (system, base, mut verdict) = bench.into_parts();
+    let setup = args.machine.setup().world(World::Real).build()?;
+    let (system, base, mut verdict) = setup.into_parts();
     ensure!(
         base.stop.is_none(),
         "--stop-time: how long a run takes is part of the study"
@@ -67,7 +67,7 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
         [] => &PAYLOADS,
         payloads => payloads,
     };
-    let store = Store::new(args.store.as_deref(), &system)?;
+    let store = RunStore::new(args.store.as_deref(), &system)?;
     let of_adaptive = laws.iter().filter(|law| law.name.starts_with("adaptive"));
     let count = (CHANGES.len() - 1) * laws.len() + of_adaptive.count();
     let count = (count * places.len() * payloads.len()) as u64;

@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use crate::path_margins::PathMargins;
+use crate::machines::path_margins::PathMargins;
 use anyhow::{Result, bail};
 use clap::{Args, Subcommand};
 use cosim::cli::print;
 
-use crate::machine_choice::read;
 use crate::print::output::write_json;
+use crate::setup::machine_choice::read;
 
 #[derive(Subcommand)]
 pub enum PathCommand {

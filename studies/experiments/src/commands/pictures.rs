@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::bench::MachineArgs;
+use crate::setup::run_setup::MachineArgs;
 
 #[derive(Args)]
 pub struct ReportArgs {

@@ -9,7 +9,7 @@ use crate::worlds::BENDING_SYSTEM;
 use anyhow::{Context, Result, bail};
 use cosim::cli::find;
 
-use crate::bench::MACHINE;
+use crate::setup::run_setup::MACHINE;
 
 /// Set for the program that was started with Python inside.
 const STARTED: &str = "HDRM_FMU_WITH_PYTHON";

@@ -2,16 +2,14 @@
 
 use anyhow::Result;
 use clap::Args;
-use cosim::Experiment;
-use cosim::System;
-use cosim::Verdict;
 use cosim::cli::{CsvArgs, bar, print};
+use cosim::{Experiment, System, Verdict};
 
-use crate::bench::MachineArgs;
 use crate::measures::iso9283::{Measures, Meter};
 use crate::measures::run::{FailedRun, Outcome, run as run_once, useful};
 use crate::print::output::verdict_text;
-use crate::start_values::{MODES, vary};
+use crate::setup::run_setup::MachineArgs;
+use crate::setup::start_values::{MODES, vary};
 
 #[derive(Args)]
 pub struct RunArgs {
@@ -39,7 +37,7 @@ pub struct RunArgs {
 
 /// One experiment.
 pub fn run(args: &RunArgs) -> Result<Verdict> {
-    let (system, mut experiment, mut verdict) = args.machine.bench().build()?.into_parts();
+    let (system, mut experiment, mut verdict) = args.machine.setup().build()?.into_parts();
     if let Some(trajectory) = &args.trajectory {
         experiment = vary(&system, &experiment, &[("trajectory", trajectory)])?;
     }

@@ -7,11 +7,11 @@ use clap::Args;
 use cosim::Verdict;
 use cosim::cli::print;
 
-use crate::bench::MachineArgs;
+use crate::analyses::sizing::{self, Sizing};
 use crate::measures::energy;
 use crate::print::output::{conditions, finish, write};
 use crate::print::sizing::{text, write_csv};
-use crate::studies::sizing::{self, Sizing};
+use crate::setup::run_setup::MachineArgs;
 
 #[derive(Args)]
 pub struct SizingArgs {
@@ -34,7 +34,7 @@ pub struct SizingArgs {
 /// Motors and actuators beside what they do; also returns what was found for each case, to be
 /// drawn.
 pub fn sizing(args: &SizingArgs) -> Result<(Verdict, Vec<(String, Sizing)>)> {
-    let (system, base, mut verdict) = args.machine.bench().build()?.into_parts();
+    let (system, base, mut verdict) = args.machine.setup().build()?.into_parts();
     let mut done = Vec::new();
     for (case, experiment) in energy::cases(&system, &base)? {
         let found = sizing::run(&system, &experiment, args.payload_step)?;

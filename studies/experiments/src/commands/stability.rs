@@ -7,11 +7,11 @@ use clap::Args;
 use cosim::Verdict;
 use cosim::cli::print;
 
-use crate::bench::MachineArgs;
-use crate::machine_choice::MachineFile;
+use crate::analyses::stability::{self, causes, compliance};
 use crate::print::output::{conditions, finish, with_progress};
 use crate::print::stability::{causes_text, text, unfitted_text};
-use crate::studies::stability::{self, causes, compliance};
+use crate::setup::machine_choice::MachineFile;
+use crate::setup::run_setup::MachineArgs;
 use crate::worlds::World;
 
 #[derive(Args)]
@@ -37,8 +37,8 @@ pub fn stability(args: &StabilityArgs) -> Result<Verdict> {
         "--world {}: the accompanying functions need the plant's inertias, which only the ideal and the real world tell",
         args.world.name()
     );
-    let bench = args.machine.bench().world(args.world).build()?;
-    let (system, base, mut verdict) = bench.into_parts();
+    let setup = args.machine.setup().world(args.world).build()?;
+    let (system, base, mut verdict) = setup.into_parts();
     let mut found = conditions(&system, &base);
     if args.world == World::Real {
         let (rungs, spoilt) = causes(&system, &base, args.inertia_scale)?;

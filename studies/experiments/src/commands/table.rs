@@ -8,15 +8,15 @@ use cosim::Verdict;
 use cosim::cli::print;
 use serde_json::Value;
 
-use crate::bench::{Bench, MachineArgs};
-use crate::grid::{self, Case, Cell, failed};
-use crate::laws;
+use crate::analyses::robustness::{self, Study};
+use crate::analyses::surrogate_loop::{self, RigNetwork};
+use crate::analyses::{comparison, inertia};
 use crate::print::output::{conditions, finish, with_progress, write};
 use crate::print::{comparison as compared, surrogate_loop as loop_print, tip_errors};
-use crate::start_values::{Law, MODES, SHIPPED, of_modes};
-use crate::studies::robustness::{self, Study};
-use crate::studies::surrogate_loop::{self, RigNetwork};
-use crate::studies::{comparison, inertia};
+use crate::runs::grid::{self, Case, Cell, failed};
+use crate::setup::laws;
+use crate::setup::run_setup::{MachineArgs, RunSetup};
+use crate::setup::start_values::{Law, MODES, SHIPPED, of_modes};
 use crate::worlds::{PARAMETERS, World, cases, value_name};
 
 #[derive(Args)]
@@ -126,7 +126,7 @@ impl StudyArg {
 /// What is run and what comes out of it.
 struct Tables<'a> {
     args: &'a TableArgs,
-    bench: Bench,
+    setup: RunSetup,
     /// For the JSON file.
     found: Value,
     failed: usize,
@@ -135,12 +135,12 @@ struct Tables<'a> {
 /// Robustness tables and comparisons of laws; fails when a cell failed, after the others have been
 /// printed.
 pub fn table(args: &TableArgs) -> Result<Verdict> {
-    let bench = args.machine.bench().world(args.world).build()?;
+    let setup = args.machine.setup().world(args.world).build()?;
     let wanted = args.wanted()?;
     let mut tables = Tables {
         args,
-        found: conditions(&bench.system, &bench.base),
-        bench,
+        found: conditions(&setup.system, &setup.base),
+        setup,
         failed: 0,
     };
     let comparisons = wanted.iter().filter(|study| study.compares_laws());
@@ -148,7 +148,7 @@ pub fn table(args: &TableArgs) -> Result<Verdict> {
     if !comparisons.is_empty() {
         let count = args.seeds.unwrap_or(args.world.usual_seeds());
         let seeds = args.seed..args.seed + count;
-        let cases = cases(args.world, &tables.bench.system, seeds, 1.0)?;
+        let cases = cases(args.world, &tables.setup.system, seeds, 1.0)?;
         for study in comparisons {
             tables.compare(*study, &cases.list)?;
         }
@@ -166,13 +166,13 @@ pub fn table(args: &TableArgs) -> Result<Verdict> {
         }
     }
     let Tables {
-        bench,
+        setup,
         found,
         failed,
         ..
     } = tables;
     let json = args.json.as_deref();
-    let verdict = finish(found, bench.verdict, json, args.machine.check())?;
+    let verdict = finish(found, setup.verdict, json, args.machine.check())?;
     ensure!(failed == 0, "{failed} cells failed");
     Ok(verdict)
 }
@@ -216,11 +216,11 @@ impl TableArgs {
 impl Tables<'_> {
     /// Compare the laws of `study` on the cases of the world.
     fn compare(&mut self, study: StudyArg, cases: &[Case]) -> Result<()> {
-        let Bench {
+        let RunSetup {
             system,
             base,
             verdict,
-        } = &mut self.bench;
+        } = &mut self.setup;
         let world = self.args.world;
         let network = (study == StudyArg::Tried)
             .then(RigNetwork::new)
@@ -270,7 +270,7 @@ impl Tables<'_> {
 
     /// The surrogate in the loop.
     fn surrogate(&mut self) -> Result<()> {
-        let Bench { system, base, .. } = &self.bench;
+        let RunSetup { system, base, .. } = &self.setup;
         let network = RigNetwork::new()?;
         let count = self.args.seeds.unwrap_or(surrogate_loop::MACHINES);
         let drawn = surrogate_loop::machines(system, count)?;
@@ -281,14 +281,14 @@ impl Tables<'_> {
         })?;
         let rows = surrogate_loop::rows(&runs);
         print(loop_print::text(&rows))?;
-        self.bench.verdict.extend(verdict);
+        self.setup.verdict.extend(verdict);
         self.found["surrogate"] = serde_json::json!({ "rows": rows, "runs": runs });
         Ok(())
     }
 
     /// The paper's table.
     fn inertia(&mut self) -> Result<()> {
-        let Bench { system, base, .. } = &self.bench;
+        let RunSetup { system, base, .. } = &self.setup;
         let cells = with_progress(inertia::CELLS as u64, "runs", |done| {
             inertia::run(system, base, done)
         })?;
@@ -303,12 +303,12 @@ impl Tables<'_> {
 
     /// Another error.
     fn robustness(&mut self, study: Study) -> Result<()> {
-        let Bench { system, base, .. } = &self.bench;
+        let RunSetup { system, base, .. } = &self.setup;
         let cases = study.cases(system, base, self.args.seed)?;
         let cells = with_progress(robustness::count(&cases), "runs", |done| {
             robustness::run(system, base, &cases, done)
         })?;
-        let verdict = &mut self.bench.verdict;
+        let verdict = &mut self.setup.verdict;
         print(tip_errors::robustness_text(study, &cells, verdict) + "\n")?;
         self.found[study.name()] = tip_errors::robustness_json(study, &cells);
         self.count(&cells);
@@ -317,6 +317,6 @@ impl Tables<'_> {
 
     fn count<T>(&mut self, cells: &[Cell<T>]) {
         self.failed += failed(cells);
-        self.bench.verdict.extend(grid::verdict(cells));
+        self.setup.verdict.extend(grid::verdict(cells));
     }
 }

@@ -8,10 +8,10 @@ use cosim::Verdict;
 use cosim::cli::print;
 use cosim::io::csv::CsvFile;
 
-use crate::bench::MachineArgs;
+use crate::analyses::testbed::{self, Axis, CHECK, Replay, UNKNOWN_LOAD};
 use crate::print::output::{conditions, finish};
 use crate::print::testbed::{rigs_text, text, unknown_load_text};
-use crate::studies::testbed::{self, Axis, CHECK, Replay, UNKNOWN_LOAD};
+use crate::setup::run_setup::MachineArgs;
 
 #[derive(Args)]
 pub struct TestbedArgs {
@@ -41,11 +41,11 @@ pub fn testbed(args: &TestbedArgs) -> Result<Verdict> {
         args.lag.is_finite() && args.lag >= 0.0,
         "--lag must be finite and not negative"
     );
-    let machine = args.machine.bench().build()?;
+    let machine = args.machine.setup().build()?;
     let mut verdict = machine.verdict.clone();
     let packed = |path: &Option<PathBuf>, name: &str| {
         let path = path.clone().unwrap_or_else(|| machine.beside(name));
-        args.machine.bench().packed(&path).system()
+        args.machine.setup().packed(&path).system()
     };
     let (system, base) = (&machine.system, &machine.base);
     let bed = packed(&args.testbed, testbed::SYSTEM)?;

@@ -9,13 +9,13 @@ use clap::Args;
 use cosim::Verdict;
 use cosim::cli::print;
 
-use crate::bench::MachineArgs;
-use crate::grid::{ALL_TRAJECTORIES, Spread};
-use crate::identification::model::Condition;
-use crate::identification::run::{Commissioning, Identified};
+use crate::analyses::identification::model::Condition;
+use crate::analyses::identification::run::{Commissioning, Identified};
+use crate::analyses::tournament::{self, Arena, CONTESTANTS, Contestant, Row, TUNING_PATHS, Tuned};
 use crate::print::output::{conditions, with_progress, write_json};
-use crate::studies::tournament::{self, Arena, CONTESTANTS, Contestant, Row, TUNING_PATHS, Tuned};
-use crate::trial::Store;
+use crate::runs::grid::{ALL_TRAJECTORIES, Spread};
+use crate::runs::run_store::RunStore;
+use crate::setup::run_setup::MachineArgs;
 use crate::worlds::{World, cases};
 
 /// Law to which the errors of the others are compared.
@@ -53,12 +53,12 @@ pub struct TournamentArgs {
 /// Tune every law, then report.
 pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     let world = World::StrictRigid;
-    let bench = args.machine.bench().world(world).build()?;
-    let (system, base, verdict) = bench.into_parts();
+    let setup = args.machine.setup().world(world).build()?;
+    let (system, base, verdict) = setup.into_parts();
     let mut found = conditions(&system, &base);
     let tuning = cases(world, &system, 101..101 + args.tuning_seeds, 1.0)?;
     let reporting = cases(world, &system, 1..1 + args.seeds, 1.0)?;
-    let store = &Store::new(Some(&args.store), &system)?;
+    let store = &RunStore::new(Some(&args.store), &system)?;
     let mut arena = Arena {
         system: &system,
         base: &base,
@@ -97,17 +97,17 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     })?;
     let reports: Vec<_> = with_progress(runs, "runs", |done| {
         let report = |(law, tuned): (&&Contestant, Tuned)| {
-            let trials = arena.report(law, &tuned, &reporting.list, &paths, done)?;
-            Ok((tuned, trials))
+            let ended = arena.report(law, &tuned, &reporting.list, &paths, done)?;
+            Ok((tuned, ended))
         };
         laws.iter().zip(results).map(report).collect::<Result<_>>()
     })?;
     let rows = tournament::rows(&reports, REFERENCE)?;
     print(text(&rows) + "\n" + &gains(reports.iter().map(|(tuned, _)| tuned)))?;
     found["rows"] = serde_json::to_value(&rows)?;
-    let (tuned, trials): (Vec<_>, Vec<_>) = reports.into_iter().unzip();
+    let (tuned, ended): (Vec<_>, Vec<_>) = reports.into_iter().unzip();
     found["tuned"] = serde_json::to_value(tuned)?;
-    found["runs"] = serde_json::to_value(trials)?;
+    found["runs"] = serde_json::to_value(ended)?;
     write_json(args.json.as_deref(), &found)?;
     Ok(verdict)
 }

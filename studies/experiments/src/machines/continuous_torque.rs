@@ -4,9 +4,9 @@
 use std::fmt;
 
 use machine_file::{Emla, Heat, Machine, Ratings};
-use rig_data::windows::{magnets, resistance};
+use surrogate::measurement::windows::{magnets, resistance};
 
-use crate::studies::sizing::WINDING_LIMIT;
+use crate::analyses::sizing::WINDING_LIMIT;
 
 /// Air around the motors, K: the 40 °C for which IEC 60034-1 rates machines.
 const AIR: f64 = 313.15;

@@ -3,17 +3,14 @@
 //! bonds, what it gave and where that went ([`super::supply`]).
 
 use anyhow::{Result, ensure};
-use cosim::Experiment;
-use cosim::Port;
-use cosim::System;
-use cosim::Verdict;
+use cosim::{Experiment, Port, System, Verdict};
 use serde::Serialize;
 
 use super::power_integral::{SHIFT, both_ways, integral, rise, while_working};
 use super::run::RecordedRun;
 use super::supply::{self, Supply};
-use crate::grid::TRAJECTORIES;
-use crate::start_values::vary;
+use crate::runs::grid::TRAJECTORIES;
+use crate::setup::start_values::vary;
 
 /// Outputs of an actuator that are recorded; a component that has the first is one.
 const OUTPUTS: [&str; 8] = [
@@ -118,8 +115,8 @@ pub struct Energies {
     pub verdict: Verdict,
 }
 
-/// Names of the cases that a study runs, and their conditions: both trajectories, or the one that
-/// `base` or the system sets itself (an external one, say).
+/// Names of the cases that an analysis runs, and their conditions: both trajectories, or the one
+/// that `base` or the system sets itself (an external one, say).
 pub fn cases(system: &System, base: &Experiment) -> Result<Vec<(String, Experiment)>> {
     let port = system.port("trajectory")?;
     let component = &system.structure.components[port.component];

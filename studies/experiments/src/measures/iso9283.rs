@@ -12,11 +12,7 @@
 use std::fmt;
 
 use anyhow::Result;
-use cosim::Experiment;
-use cosim::Master;
-use cosim::Port;
-use cosim::Signals;
-use cosim::System;
+use cosim::{Experiment, Master, Port, Signals, System};
 use motion_check::Pose;
 use nalgebra::{UnitQuaternion, Vector3};
 use tip_path::{Iso9283, PathFile, TestKind, TipPath};

@@ -6,14 +6,12 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use anyhow::{Context, Result};
-use cosim::Port;
-use cosim::System;
-use cosim::Verdict;
+use cosim::{Port, System, Verdict};
 use fmi_description::Kind;
 use machine_file::AXES;
 
 use self::Meaning::{RatedMean, Rating, Saturation, Supervision};
-use crate::machine_choice::MachineFile;
+use crate::setup::machine_choice::MachineFile;
 
 /// Share of the time from which on saturation spoils a run.
 const SATURATED: f64 = 0.01;

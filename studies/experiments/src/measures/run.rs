@@ -5,19 +5,11 @@
 use std::fmt;
 
 use anyhow::{Error, Result, anyhow};
-use cosim::Experiment;
-use cosim::Master;
-use cosim::Port;
-use cosim::Recording;
-use cosim::Signals;
-use cosim::System;
-use cosim::Verdict;
-use cosim::matching;
 use cosim::run::simulate;
-use cosim::start_value;
+use cosim::{Experiment, Master, Port, Recording, Signals, System, Verdict, matching, start_value};
 
 use super::limits::{LimitWatch, reference};
-use crate::machine_choice::MachineFile;
+use crate::setup::machine_choice::MachineFile;
 
 /// The controller's output of which the tip error is made.
 const TIP_ERROR: &str = "tip_error_norm";
@@ -57,9 +49,6 @@ pub fn motion_end(system: &System, master: &Master) -> Option<f64> {
 
 /// When a run ends, s: at the stop time asked for, else at the end of the motion, else at that of the
 /// default experiment.
-///
-/// # Errors
-/// None of them is known.
 pub fn end(system: &System, experiment: &Experiment, master: &Master) -> Result<f64> {
     match (experiment.stop, motion_end(system, master)) {
         (None, Some(end)) => Ok(end),

@@ -6,10 +6,8 @@
 //! with the meaning of `DcLink`'s, the balance is drawn up back to its source.
 
 use anyhow::Result;
-use cosim::Port;
-use cosim::System;
-use cosim::Verdict;
 use cosim::structure::Power;
+use cosim::{Port, System, Verdict};
 use fmi_description::{Causality, Kind};
 use serde::Serialize;
 

@@ -14,17 +14,13 @@
 //! Zero errors are the mean difference of measured and true angles over the rest before the motion.
 
 use anyhow::{Context, Result};
-use cosim::Experiment;
-use cosim::Port;
-use cosim::Recording;
-use cosim::System;
-use cosim::start_value;
+use cosim::{Experiment, Port, Recording, System, start_value};
 use hdrm::{Tip, Tree};
 use nalgebra::{Quaternion, Vector3};
 use serde::Serialize;
 
 use super::run::{Distance, RecordedRun};
-use crate::machine_choice::MachineFile;
+use crate::setup::machine_choice::MachineFile;
 
 /// Joints of the manipulator.
 const JOINTS: usize = 6;

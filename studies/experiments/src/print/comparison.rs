@@ -6,8 +6,8 @@ use std::io;
 use serde_json::{Value, json};
 
 use super::output::put_verdict;
-use crate::grid::{ALL_TRAJECTORIES, Spread, failures};
-use crate::studies::comparison::{Summary, TrackingCell, summaries};
+use crate::analyses::comparison::{Summary, TrackingCell, summaries};
+use crate::runs::grid::{ALL_TRAJECTORIES, Spread, failures};
 use crate::worlds::World;
 
 /// Columns: title, number where there is one, its scale to what is printed, digits.

@@ -6,11 +6,8 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use cosim::Experiment;
-use cosim::Setting;
-use cosim::System;
-use cosim::Verdict;
 use cosim::cli::{bar, print};
+use cosim::{Experiment, Setting, System, Verdict};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -28,9 +25,6 @@ pub fn with_progress<T>(
 }
 
 /// Write a file where one is asked for.
-///
-/// # Errors
-/// It cannot be written.
 pub fn write(
     path: Option<&Path>,
     content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
@@ -45,9 +39,6 @@ pub fn write(
 }
 
 /// Write a JSON file where one is asked for.
-///
-/// # Errors
-/// It cannot be written.
 pub fn write_json(path: Option<&Path>, value: &impl Serialize) -> Result<()> {
     write(path, |file| {
         serde_json::to_writer_pretty(&mut *file, value)?;
@@ -76,9 +67,6 @@ pub fn verdict_text(verdict: &Verdict) -> String {
 
 /// The verdict on many runs: printed where it is asked for by `--check`; else a hint beside the
 /// results where it is bad.
-///
-/// # Errors
-/// Standard output is closed.
 pub fn print_counted(verdict: &Verdict, check: bool) -> Result<()> {
     if check {
         return print(verdict_text(verdict));
@@ -91,9 +79,6 @@ pub fn print_counted(verdict: &Verdict, check: bool) -> Result<()> {
 
 /// End a command: the verdict goes into the numbers that it has found, these into a JSON file where
 /// one is asked for, and the verdict is printed as by [`print_counted`].
-///
-/// # Errors
-/// The file cannot be written.
 pub fn finish(
     mut found: Value,
     verdict: Verdict,

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use crate::studies::sizing::Sizing;
+use crate::analyses::sizing::Sizing;
 
 /// The axes as a table for people.
 pub fn text(sizing: &Sizing, title: &str) -> String {

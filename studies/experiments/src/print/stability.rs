@@ -1,7 +1,7 @@
 //! The stability proof in numbers, as tables for people.
 #![allow(non_snake_case)] // the paper's symbols
 
-use crate::studies::stability::{Gains, Power, Run};
+use crate::analyses::stability::{Gains, Power, Run};
 
 fn power(p: &Power, digits: usize) -> String {
     format!("{:.digits$} {:.digits$} {:.digits$}", p.mean, p.rms, p.max)

@@ -1,6 +1,6 @@
 //! The surrogate in the loop as a table for people.
 
-use crate::studies::surrogate_loop::SurrogateRow;
+use crate::analyses::surrogate_loop::SurrogateRow;
 
 /// The rows as a table for people.
 pub fn text(rows: &[SurrogateRow]) -> String {

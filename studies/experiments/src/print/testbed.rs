@@ -1,6 +1,6 @@
 //! The one-axis experiment as tables for people.
 
-use crate::studies::testbed::{Axis, AxisError, FORCE_TARGET, Load, LoadedAxis, POSITION_TARGET};
+use crate::analyses::testbed::{Axis, AxisError, FORCE_TARGET, Load, LoadedAxis, POSITION_TARGET};
 
 /// Root mean square and maximum.
 fn error(e: &AxisError, scale: f64, digits: usize) -> String {
@@ -16,7 +16,7 @@ pub fn unknown_load_text(axes: &[Axis]) -> String {
         let [position, velocity] = [&a.position, &a.velocity].map(|e| error(e, 1e3, 4));
         text += &format!(
             "{:<12}{:<6}{:<18}{position:>22}{velocity:>22}\n",
-            a.trajectory, a.axis, a.trial.mode
+            a.trajectory, a.axis, a.law.mode
         );
     }
     text + "RMSE and maximum over the motion; at the level of the actuators there are no inertias to adapt, so adaptive and modular are one\n"
@@ -62,7 +62,7 @@ pub fn rigs_text(axes: &[LoadedAxis]) -> String {
             "{:<12}{:<6}{load:<10}{:<18}{:>20}{:>22}{:>24}{:>11.2}\n",
             a.trajectory,
             a.axis,
-            a.trial.mode,
+            a.law.mode,
             error(&a.position, 1e3, 3),
             error(&a.velocity, 1e3, 2),
             error(&a.force, 1.0, 0),

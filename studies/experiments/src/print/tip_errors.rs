@@ -8,10 +8,10 @@ use cosim::Verdict;
 use serde_json::{Value, json};
 
 use super::output::put_verdict;
-use crate::grid::{Cell, failures};
+use crate::analyses::inertia::{MODES, paper, scale_of};
+use crate::analyses::robustness::{Study, judge};
 use crate::measures::run::TipError;
-use crate::studies::inertia::{MODES, paper, scale_of};
-use crate::studies::robustness::{Study, judge};
+use crate::runs::grid::{Cell, failures};
 
 type TipCell = Cell<TipError>;
 
@@ -73,9 +73,6 @@ fn table(head: [String; 2], cells: &[TipCell], row: impl Fn(&TipCell) -> [String
 }
 
 /// The paper's table as comma-separated values.
-///
-/// # Errors
-/// `out` cannot be written.
 pub fn write_inertia_csv(cells: &[TipCell], out: &mut impl io::Write) -> io::Result<()> {
     writeln!(
         out,

@@ -19,8 +19,8 @@ use rand_distr::{Distribution, Uniform};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::grid::Case;
-use crate::machine_choice::MachineFile;
+use crate::runs::grid::Case;
+use crate::setup::machine_choice::MachineFile;
 
 /// Largest errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -180,9 +180,6 @@ impl Cases {
     /// joint encoders and errors of the other sensors are drawn. The actuators are those of the
     /// system, `Rig`, of whose friction, play, compliance, heat and drive the controller knows
     /// nothing.
-    ///
-    /// # Errors
-    /// No place for files.
     pub fn of_machines(system: &System, seeds: Range<u64>, bounds: &Bounds) -> Result<Self> {
         let nominal = MachineFile::of(system, &[])?.machine;
         let folder = TempDir::new().context("no folder for the machine files")?;

@@ -16,8 +16,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Uniform};
 
-use crate::grid::Case;
-use crate::machine_choice::MachineFile;
+use crate::runs::grid::Case;
+use crate::setup::machine_choice::MachineFile;
 
 /// System of the structure that bends under actuators as built.
 pub const SYSTEM: &str = "StrictBending.ssd";

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::perturbation::{Bounds, Cases};
 use super::strict;
-use crate::grid::{ALL_TRAJECTORIES, Case, TRAJECTORIES};
+use crate::runs::grid::{ALL_TRAJECTORIES, Case, TRAJECTORIES};
 
 /// Packed system of the real world.
 pub const SYSTEM: &str = "Real.ssp";

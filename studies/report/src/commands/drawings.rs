@@ -8,12 +8,12 @@ use cosim::cli::print;
 use experiments::commands::path::{self, CheckArgs};
 use experiments::commands::pictures::{DrawArgs, PlotArgs, SceneArgs};
 use experiments::commands::sizing::{self, SizingArgs};
-use experiments::machine_choice::read;
 use experiments::print::output::write;
+use experiments::setup::machine_choice::read;
 
+use crate::evaluation::scene::Scene;
 use crate::machines::drawing::Sheet;
 use crate::machines::load_chart::LoadChart;
-use crate::report::scene::Scene;
 use crate::{margins_figure, plot, sizing_figure};
 
 /// Draw a machine.

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use crate::report::{Recorded, Report, Request, figures};
+use crate::evaluation::{Recorded, Report, Request, figures};
 use anyhow::Result;
 use cosim::Verdict;
 use cosim::cli::{bar, find, print};
-use experiments::bench::Bench;
 use experiments::commands::pictures::ReportArgs;
+use experiments::setup::run_setup::RunSetup;
 use experiments::worlds::{BENDING_SYSTEM, SYSTEM, World};
 
 /// The packed machine that a battery feeds, shown where it lies beside the system.
@@ -16,10 +16,10 @@ const ELECTRIC: &str = "Electric.ssp";
 /// Make the runs, then write page and figures; a run that failed is named in the page and here.
 pub fn report(args: &ReportArgs) -> Result<Verdict> {
     let recorded = Recorded::read(args.tournament.as_deref(), args.margins.as_deref())?;
-    let bench = args.machine.bench().without_path().build()?;
-    let path = args.machine.on_path(&bench)?;
-    let packed = |path: &Path| args.machine.bench().packed(path);
-    let beside = |name: &str| Some(bench.beside(name)).filter(|path| path.is_file());
+    let setup = args.machine.setup().without_path().build()?;
+    let path = args.machine.on_path(&setup)?;
+    let packed = |path: &Path| args.machine.setup().packed(path);
+    let beside = |name: &str| Some(setup.beside(name)).filter(|path| path.is_file());
     let testbed = args.testbed.clone().or_else(|| beside("Testbed.ssp"));
     let testbed = testbed.map(|path| packed(&path).system()).transpose()?;
     let real = beside(SYSTEM).map(|path| packed(&path).world(World::Real).system());
@@ -30,11 +30,11 @@ pub fn report(args: &ReportArgs) -> Result<Verdict> {
     let bending = bending.transpose()?;
     let electric = beside(ELECTRIC).map(|path| packed(&path).system());
     let electric = electric.transpose()?;
-    let Bench {
+    let RunSetup {
         system,
         base,
         verdict,
-    } = bench;
+    } = setup;
     let request = Request {
         electric: electric.as_ref(),
         system: &system,

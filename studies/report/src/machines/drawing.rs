@@ -48,9 +48,6 @@ impl Sheet {
     }
 
     /// Write it as SVG or PNG, as the file is called.
-    ///
-    /// # Errors
-    /// The file cannot be written.
     pub fn write(&self, file: &Path) -> Result<()> {
         write(self, file, SHEET)
     }

@@ -92,9 +92,6 @@ impl LoadChart {
     }
 
     /// Write them as CSV.
-    ///
-    /// # Errors
-    /// The file cannot be written.
     pub fn write_csv(&self, file: &mut impl Write) -> io::Result<()> {
         writeln!(
             file,

@@ -1,0 +1,126 @@
+//! How power, force, energy and efficiency follow the payload at the tip: the metrics of arXiv
+//! 2409.16186 and their partial derivatives by the payload's mass, found by differences as there.
+//! There they are functions of time; here they are taken over the motion, the power and the force
+//! as root mean squares.
+
+use anyhow::{Context, Result, ensure};
+use cosim::{Experiment, System};
+use serde::Serialize;
+
+use super::recorded::{Columns, Size, columns, parameters_of, ports};
+use crate::measures::energy;
+use crate::measures::power_integral::{both_ways, rise, while_working};
+use crate::measures::run::RecordedRun;
+use crate::setup::start_values::over;
+
+/// What the metrics of arXiv 2409.16186 are for one actuator, over the motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Metrics {
+    /// Root mean square of the power delivered to the load, W.
+    pub power: f64,
+    /// Root mean square of the rod force, N.
+    pub force: f64,
+    /// Electrical energy, taken less given back, J.
+    pub energy: f64,
+    /// Work over electrical energy while work is done.
+    pub efficiency: f64,
+}
+
+/// How the metrics follow the payload.
+#[derive(Clone, Debug, Serialize)]
+pub struct Sensitivity {
+    /// Component.
+    pub actuator: String,
+    /// At the payload as it is.
+    pub metrics: Metrics,
+    /// Change per kilogram, by a central difference.
+    pub per_kg: Metrics,
+}
+
+/// The metrics of one actuator.
+fn metrics(columns: &Columns) -> Metrics {
+    let (taken, work) = (columns.values[7], columns.values[8]);
+    let rates = |c: &[f64]| -> Vec<f64> {
+        let steps = columns.times.windows(2).zip(c.windows(2));
+        steps.map(|(t, e)| (e[1] - e[0]) / (t[1] - t[0])).collect()
+    };
+    let working = while_working(taken, work);
+    let (done, _) = both_ways(work);
+    Metrics {
+        power: Size::of(rates(work).into_iter()).rms,
+        force: Size::of(columns.values[4].iter().copied()).rms,
+        energy: rise(taken),
+        efficiency: if working > 0.0 { done / working } else { 0.0 },
+    }
+}
+
+impl Metrics {
+    /// Each of both numbers put through `f`.
+    fn with(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        Self {
+            power: f(self.power, other.power),
+            force: f(self.force, other.force),
+            energy: f(self.energy, other.energy),
+            efficiency: f(self.efficiency, other.efficiency),
+        }
+    }
+}
+
+/// Partial derivatives by the mass of the payload, which the manipulator carries and the controller
+/// does not know of.
+pub(super) fn sensitivity(
+    system: &System,
+    experiment: &Experiment,
+    as_it_is: &RecordedRun,
+    step: f64,
+) -> Result<Vec<Sensitivity>> {
+    let mass = system.port("payload.mass")?;
+    let [payload] = parameters_of(system, experiment, mass.component, ["payload.mass"])?
+        .context("the manipulator must have a payload")?;
+    ensure!(
+        step > 0.0 && step <= payload,
+        "the step of the payload, {step} kg, must be above 0 and at most the payload itself, {payload} kg"
+    );
+    let ports = ports(system)?;
+    let other = |mass: f64| {
+        let setting = system.setting("payload.mass", mass)?;
+        let experiment = over(system, experiment, vec![setting])?;
+        RecordedRun::of(system, &experiment, &ports)
+    };
+    let (less, more) = (other(payload - step)?, other(payload + step)?);
+    let mut found = Vec::new();
+    for k in energy::actuators(system) {
+        let of = |recorded| Ok::<_, anyhow::Error>(metrics(&columns(system, recorded, k)?));
+        found.push(Sensitivity {
+            actuator: system.structure.components[k].name.clone(),
+            metrics: of(as_it_is)?,
+            per_kg: of(&more)?.with(of(&less)?, |more, less| (more - less) / (2.0 * step)),
+        });
+    }
+    Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn metrics_are_of_power_force_energy_and_efficiency() {
+        let (idle, force) = ([0.0; 3], [2.0, -2.0, 2.0]);
+        let (taken, work) = ([0.0, 8.0, 6.0], [0.0, 4.0, 3.0]);
+        let columns = Columns {
+            times: &[0.0, 2.0, 4.0],
+            values: vec![
+                &idle, &idle, &idle, &idle, &force, &idle, &idle, &taken, &work,
+            ],
+            winding: &[],
+        };
+        let expected = Metrics {
+            power: (0.5 * (4.0 + 0.25_f64)).sqrt(),
+            force: 2.0,
+            energy: 6.0,
+            efficiency: 0.5,
+        };
+        assert_eq!(metrics(&columns), expected);
+    }
+}

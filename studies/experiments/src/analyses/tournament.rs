@@ -1,0 +1,486 @@
+//! A fair comparison of laws: one tuner with one budget and one cost for all of them on some drawn
+//! machines, and one report on others.
+//!
+//! The gains of a law are tuned as factors on what is shipped, each from an eighth to eight times:
+//! what is shipped and evenly spread points by successive halving, then points around the best so
+//! far. The cost of gains is the median plus the worst known error over the tuning machines and
+//! paths. A run that is not kept makes it infinite, and the rest of them is left out; so it is of
+//! gains that are found to be behind the best so far.
+
+use anyhow::{Context, Result};
+use cosim::{Experiment, Setting, System, start_value};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use serde::Serialize;
+use surrogate::judgement::resampling::bootstrap;
+use tip_path::SIX_JOINTS;
+
+use crate::analyses::draws::Counts;
+use crate::analyses::identification::run::Identified;
+use crate::runs::ended_run::{EndedRun, Fate};
+use crate::runs::grid::{Case, Spread};
+use crate::runs::run_store::RunStore;
+use crate::setup::start_values::{Law, following};
+
+/// Paths on which gains are tuned.
+pub const TUNING_PATHS: [&str; 2] = ["triangular", SIX_JOINTS];
+/// Largest factor on a gain; its inverse is the smallest.
+const RANGE: f64 = 8.0;
+/// Part of the budget that is spread evenly.
+const SPREAD: f64 = 0.5;
+/// Standard deviation of a step from the best so far, in parts of the logarithm of [`RANGE`], and
+/// by what it shrinks over the rest of the budget.
+const STEP: f64 = 0.3;
+const SHRINKS: f64 = 0.2;
+/// Machines on which the spread candidates are compared before all of them; from each of these
+/// rounds one of so many goes on.
+const ROUNDS: [usize; 2] = [1, 3];
+const ONE_OF: usize = 3;
+/// A candidate around the best one ends after a machine up to which its cost is by this factor
+/// larger than that of the best one.
+const BEHIND: f64 = 1.2;
+
+const TIP: &[&str] = &["Lambda_position"];
+const TURN: &[&str] = &["Lambda_orientation"];
+const KAPPA: &[&str] = &["kappa_KA"];
+const INTEGRAL: &[&str] = &["omega_tip"];
+const RODS: &[&str] = &["pd_actuator_damping"];
+const WRIST: &[&str] = &[
+    "pd_wrist_damping[1]",
+    "pd_wrist_damping[2]",
+    "pd_wrist_damping[3]",
+];
+
+/// A gain's name and value.
+pub type Gain = (String, f64);
+
+/// A law and the gains that are tuned; those of a group have one factor.
+pub struct Contestant {
+    /// Name in the tables.
+    pub name: &'static str,
+    /// Mode of the controller.
+    mode: &'static str,
+    /// Whether the controller of each machine is given what was identified of it.
+    pub is_identified: bool,
+    gains: &'static [&'static [&'static str]],
+}
+
+impl Contestant {
+    const fn new(mode: &'static str, gains: &'static [&'static [&'static str]]) -> Self {
+        Self {
+            name: mode,
+            mode,
+            is_identified: false,
+            gains,
+        }
+    }
+}
+
+const MODULAR: &[&[&str]] = &[TIP, TURN, KAPPA, INTEGRAL];
+const DAMPED: &[&[&str]] = &[TIP, TURN, RODS, WRIST, INTEGRAL];
+
+/// All laws.
+pub const CONTESTANTS: [Contestant; 8] = [
+    Contestant::new(
+        "adaptive_integral",
+        &[TIP, TURN, KAPPA, INTEGRAL, &["gamma"]],
+    ),
+    Contestant::new("adaptive", &[TIP, TURN, KAPPA, &["gamma"]]),
+    Contestant::new("modular_integral", MODULAR),
+    Contestant {
+        name: "modular_integral_identified",
+        is_identified: true,
+        ..Contestant::new("modular_integral", MODULAR)
+    },
+    Contestant::new("pd_gravity_integral", DAMPED),
+    Contestant::new("cascade", DAMPED),
+    Contestant::new("disturbance_observer", MODULAR),
+    Contestant::new("super_twisting", MODULAR),
+];
+
+/// What is run and where it is kept.
+pub struct Arena<'a> {
+    /// The machine.
+    pub system: &'a System,
+    /// Common to all runs.
+    pub base: &'a Experiment,
+    /// Kept runs.
+    pub store: &'a RunStore,
+    /// Machines as identified, for the laws that take them.
+    pub identified: Identified,
+}
+
+/// Gains of a law and what they cost.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Tuned {
+    /// Law.
+    pub law: String,
+    /// Gains that were tuned with their values.
+    pub gains: Vec<Gain>,
+    /// Median plus worst known error over the tuning runs, m; none where a run was lost with every
+    /// candidate.
+    pub cost: Option<f64>,
+    /// Candidates of whose runs none was lost, up to where they were found to be behind.
+    pub kept: usize,
+    /// Candidates that were tried.
+    pub tried: usize,
+    /// Start values of the controller.
+    #[serde(skip)]
+    settings: Vec<Setting>,
+}
+
+/// Gains that are tried.
+struct Candidate {
+    k: u64,
+    /// Factor of each gain, as [`candidate`] gives it.
+    logs: Vec<f64>,
+    /// Errors on the runs so far, m.
+    errors: Vec<f64>,
+}
+
+impl Arena<'_> {
+    /// A kept run. A law that needs a machine as identified is lost on one that could not be.
+    fn kept_run(
+        &self,
+        name: &str,
+        contestant: &Contestant,
+        settings: &[Setting],
+        case: &Case,
+        path: &str,
+    ) -> Result<EndedRun> {
+        let mut law = settings.to_vec();
+        if contestant.is_identified {
+            let identified = self.identified.get(&case.label);
+            match identified.context("a machine that was not identified")? {
+                Ok(found) => {
+                    let file = found.file.display();
+                    law.push(self.system.setting("controller.machine_file", file)?);
+                }
+                Err(why) => return Ok(EndedRun::lost(format!("not identified: {why}"))),
+            }
+        }
+        law.extend(following(self.system, path)?);
+        let experiment = case.over((self.system, self.base), &law)?;
+        let name = format!("{name} {} {path}", case.label);
+        self.store.run(&name, self.system, &experiment)
+    }
+
+    /// Runs `contestant` as it is shipped on `case` and tells how long, s: for an estimate.
+    pub fn first(&self, contestant: &Contestant, case: &Case) -> Result<f64> {
+        let (_, mut law) = self.gains(contestant, &[])?;
+        law.extend(following(self.system, TUNING_PATHS[0])?);
+        let experiment = case.over((self.system, self.base), &law)?;
+        Ok(EndedRun::of(self.system, &experiment)?.time)
+    }
+
+    /// The law `contestant` with these factors on the logarithm of its gains.
+    fn gains(&self, contestant: &Contestant, logs: &[f64]) -> Result<(Vec<Gain>, Vec<Setting>)> {
+        let law = Law::new(contestant.name, contestant.mode);
+        let (mut gains, mut settings) = (Vec::new(), law.settings(self.system)?);
+        for (group, log) in contestant.gains.iter().zip(logs) {
+            for gain in *group {
+                let name = format!("controller.{gain}");
+                let port = self.system.port(&name)?;
+                let shipped = start_value(self.system, &self.base.settings, port)?;
+                let value = shipped * (log * RANGE.ln()).exp();
+                settings.push(self.system.setting(&name, value)?);
+                gains.push(((*gain).into(), value));
+            }
+        }
+        Ok((gains, settings))
+    }
+
+    /// Known errors over cases and paths, m: none where a run is not kept, fewer where the errors of
+    /// `best` are found to be less, each without the rest.
+    fn errors(
+        &self,
+        name: &str,
+        contestant: &Contestant,
+        settings: &[Setting],
+        cases: &[Case],
+        best: &[f64],
+    ) -> Result<Option<Vec<f64>>> {
+        let mut errors = Vec::new();
+        for case in cases {
+            let one = |path: &&str| self.kept_run(name, contestant, settings, case, path);
+            let ended: Vec<EndedRun> = TUNING_PATHS.par_iter().map(one).collect::<Result<_>>()?;
+            if ended.iter().any(|run| run.fate != Fate::Kept) {
+                return Ok(None);
+            }
+            errors.extend(ended.iter().map(EndedRun::cost));
+            if is_behind(&errors, best) {
+                break;
+            }
+        }
+        Ok(Some(errors))
+    }
+
+    /// Tunes `contestant` with `budget` candidates on `cases`; `done` is called after each.
+    ///
+    /// # Errors
+    /// A gain that the controller does not have, or a store that cannot be written.
+    pub fn tune(
+        &self,
+        contestant: &Contestant,
+        cases: &[Case],
+        budget: u64,
+        done: impl Fn(),
+    ) -> Result<Tuned> {
+        let candidate = |k: u64, best: Option<&[f64]>| Candidate {
+            k,
+            logs: candidate(contestant.gains.len(), k, budget, best),
+            errors: Vec::new(),
+        };
+        let mut kept = usize::try_from(budget)?;
+        let mut judged = |of: Candidate, cases: &[Case], best: &[f64]| {
+            let (_, law) = self.gains(contestant, &of.logs)?;
+            let name = format!("tune {} {}", contestant.name, of.k);
+            let errors = self.errors(&name, contestant, &law, cases, best)?;
+            kept -= usize::from(errors.is_none());
+            anyhow::Ok(errors.map(|errors| Candidate { errors, ..of }))
+        };
+        let mut field: Vec<_> = (0..spread(budget)).map(|k| candidate(k, None)).collect();
+        let mut wanted = field.len();
+        for machines in [ROUNDS[0], ROUNDS[1], cases.len()] {
+            let mut ranked = Vec::new();
+            for of in field {
+                let is_new = of.errors.is_empty();
+                if ranked.len() < wanted {
+                    ranked.extend(judged(of, &cases[..machines.min(cases.len())], &[])?);
+                }
+                if is_new {
+                    done();
+                }
+            }
+            ranked.sort_by(|a, b| cost(&a.errors).total_cmp(&cost(&b.errors)));
+            wanted = ranked.len().div_ceil(ONE_OF);
+            field = ranked;
+        }
+        let mut best = field.into_iter().next();
+        for k in spread(budget)..budget {
+            let next = candidate(k, best.as_ref().map(|best| &best.logs[..]));
+            let of_best = best.as_ref().map_or(&[][..], |best| &best.errors);
+            let found = judged(next, cases, of_best)?;
+            if let Some(found) = found.filter(|found| found.errors.len() >= of_best.len())
+                && (of_best.is_empty() || cost(&found.errors) < cost(of_best))
+            {
+                best = Some(found);
+            }
+            done();
+        }
+        let cost = best.as_ref().map(|best| cost(&best.errors));
+        let logs = best.map_or(vec![0.0; contestant.gains.len()], |best| best.logs);
+        let (gains, settings) = self.gains(contestant, &logs)?;
+        Ok(Tuned {
+            law: contestant.name.into(),
+            gains,
+            cost,
+            kept,
+            tried: usize::try_from(budget)?,
+            settings,
+        })
+    }
+
+    /// The runs of `contestant`, tuned, on every case and path, in this order; `done` is called
+    /// after each.
+    pub fn report(
+        &self,
+        contestant: &Contestant,
+        tuned: &Tuned,
+        cases: &[Case],
+        paths: &[&str],
+        done: impl Fn() + Sync,
+    ) -> Result<Vec<EndedRun>> {
+        let runs: Vec<(&Case, &str)> = (cases.iter())
+            .flat_map(|case| paths.iter().map(move |path| (case, *path)))
+            .collect();
+        let name = format!("report {}", tuned.law);
+        let one = |(case, path): &(&Case, &str)| {
+            let run = self.kept_run(&name, contestant, &tuned.settings, case, path)?;
+            done();
+            Ok(run)
+        };
+        runs.par_iter().map(one).collect()
+    }
+}
+
+/// Median plus worst of errors, m.
+fn cost(errors: &[f64]) -> f64 {
+    let Spread { median, worst } = Spread::of(errors.iter().copied());
+    median + worst
+}
+
+/// Whether errors are clearly worse than those of the best on the same runs.
+fn is_behind(errors: &[f64], best: &[f64]) -> bool {
+    let of_best = best.get(..errors.len());
+    of_best.is_some_and(|best| cost(errors) > BEHIND * cost(best))
+}
+
+/// How many candidates of `budget` are spread evenly.
+fn spread(budget: u64) -> u64 {
+    (SPREAD * budget as f64).ceil() as u64
+}
+
+/// Candidate `k` of `budget`: a logarithm between −1 and 1 for each gain. The first is what is
+/// shipped; then a lattice of Kronecker (Roberts' generalised golden ratio) spreads evenly; the rest
+/// steps around `best`, by less and less.
+fn candidate(gains: usize, k: u64, budget: u64, best: Option<&[f64]>) -> Vec<f64> {
+    if k == 0 {
+        return vec![0.0; gains];
+    }
+    let (spread, number) = (spread(budget) as f64, k as f64);
+    if let (Some(best), true) = (best, number >= spread) {
+        let rest = (number - spread) / (budget as f64 - spread).max(1.0);
+        let step = STEP * SHRINKS.powf(rest);
+        let mut random = ChaCha8Rng::seed_from_u64(k);
+        let around = |log: &f64| {
+            let normal: f64 = StandardNormal.sample(&mut random);
+            (log + step * normal).clamp(-1.0, 1.0)
+        };
+        return best.iter().map(around).collect();
+    }
+    // The root of g^(n + 1) = g + 1, by fixed-point iteration.
+    let power = 1.0 / (gains as f64 + 1.0);
+    let golden = (0..60).fold(1.5_f64, |g, _| (g + 1.0).powf(power));
+    let part = |j: usize| (0.5 + number * golden.powi(-(j as i32 + 1))).fract();
+    (0..gains).map(|j| 2.0 * part(j) - 1.0).collect()
+}
+
+/// A law in the report.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// Law.
+    pub law: String,
+    /// How its runs ended.
+    pub counts: Counts,
+    /// Known error of those kept, m.
+    pub error: Spread,
+    /// Ratio of its error to that of the first law over runs that both kept, geometric mean, and
+    /// the bounds of its 95 % interval; none for the first, or without such runs.
+    pub ratio: Option<[f64; 3]>,
+}
+
+/// Rows of the report: fewest failures first, then by the median; ratios are to `reference`.
+pub fn rows(results: &[(Tuned, Vec<EndedRun>)], reference: &str) -> Result<Vec<Row>> {
+    let (_, of_first) = (results.iter())
+        .find(|(tuned, _)| tuned.law == reference)
+        .or(results.first())
+        .context("no law took part")?;
+    let row = |(tuned, ended): &(Tuned, Vec<EndedRun>)| {
+        let pairs = ended.iter().zip(of_first);
+        let logs: Vec<f64> = pairs
+            .filter_map(|(own, first)| Some((own.rmse? / first.rmse?).ln()))
+            .collect();
+        let is_first = tuned.law == reference;
+        Row {
+            law: tuned.law.clone(),
+            counts: Counts::of(ended),
+            error: Spread::of(ended.iter().filter_map(|run| run.rmse)),
+            ratio: (!is_first && !logs.is_empty()).then(|| mean_with_interval(&logs).map(f64::exp)),
+        }
+    };
+    let mut rows: Vec<Row> = results.iter().map(row).collect();
+    rows.sort_by(|a, b| {
+        let failed = |row: &Row| row.counts.lost + row.counts.stopped;
+        (failed(a).cmp(&failed(b))).then(a.error.median.total_cmp(&b.error.median))
+    });
+    Ok(rows)
+}
+
+/// Mean of `values` and its 95 % interval.
+fn mean_with_interval(values: &[f64]) -> [f64; 3] {
+    let mean = |drawn: &[usize]| drawn.iter().map(|&k| values[k]).sum::<f64>();
+    bootstrap(values.len(), |drawn| mean(drawn) / drawn.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 100 numbers of variance 1/12: the interval of their mean is ±1.96/√1200 = ±0.057; the
+    /// bootstrap's own error is some 5 % of it.
+    #[test]
+    fn the_interval_is_that_of_the_mean() {
+        let values: Vec<f64> = (0..100).map(|k| f64::from(k) / 99.0).collect();
+        let [mean, low, high] = mean_with_interval(&values);
+        assert!((mean - 0.5).abs() < 1e-12);
+        for side in [mean - low, high - mean] {
+            assert!((side / 0.057 - 1.0).abs() < 0.15, "{low} {high}");
+        }
+    }
+
+    /// Behind is who has more than 1.2 times the cost of the best on the same runs; nobody is behind
+    /// where nothing is known of a best one.
+    #[test]
+    fn a_candidate_that_is_behind_ends_early() {
+        let best = [1.0, 3.0, 2.0, 1.0, 1.0, 1.0, 9.0, 9.0];
+        assert!((cost(&best[..4]) - 4.5).abs() < 1e-12);
+        let [near, far] = [1.19, 1.21].map(|factor| best.map(|error| factor * error));
+        assert!(is_behind(&far[..2], &best) && !is_behind(&near[..2], &best));
+        assert!(!is_behind(&far, &[]) && !is_behind(&best, &best));
+    }
+
+    /// What is shipped comes first; a fifth of the evenly spread points, 10 of 50, lies in each fifth
+    /// of every gain's range, to 4; later ones stay within the range and close in on the best.
+    #[test]
+    fn candidates_spread_and_then_close_in() {
+        let budget = 100;
+        assert_eq!(candidate(4, 0, budget, None), [0.0; 4]);
+        for gain in 0..4 {
+            let mut fifths = [0; 5];
+            for k in 1..=50 {
+                let log = candidate(4, k, budget, None)[gain];
+                fifths[(2.5 * (log + 1.0)) as usize] += 1;
+            }
+            assert!(
+                fifths.iter().all(|n| (6..=14).contains(n)),
+                "{gain}: {fifths:?}"
+            );
+        }
+        let best = [0.9, -0.3, 0.0, 1.0];
+        let away = |k: u64| {
+            let candidate = candidate(4, k, budget, Some(&best));
+            assert!(candidate.iter().all(|log| log.abs() <= 1.0));
+            let distance = candidate.iter().zip(best).map(|(a, b)| (a - b).abs());
+            distance.sum::<f64>()
+        };
+        let mean = |from: u64| (from..from + 20).map(away).sum::<f64>() / 20.0;
+        assert!(mean(80) < 0.6 * mean(50), "{} {}", mean(80), mean(50));
+    }
+
+    /// Failures count before errors; a law with twice the error of the first on every run has that
+    /// ratio, with no width.
+    #[test]
+    fn failures_come_before_errors() {
+        let result = |law: &str, errors: &[Option<f64>]| {
+            let run = |rmse: &Option<f64>| EndedRun {
+                fate: if rmse.is_some() {
+                    Fate::Kept
+                } else {
+                    Fate::Lost
+                },
+                rmse: *rmse,
+                ..EndedRun::lost(String::new())
+            };
+            let tuned = Tuned {
+                law: law.into(),
+                ..Tuned::default()
+            };
+            (tuned, errors.iter().map(run).collect())
+        };
+        let results = [
+            result("a", &[Some(1e-3), Some(2e-3), Some(3e-3)]),
+            result("b", &[Some(1e-4), None, Some(1e-4)]),
+            result("c", &[Some(2e-3), Some(4e-3), Some(6e-3)]),
+        ];
+        let rows = rows(&results, "a").expect("laws");
+        let order: Vec<_> = rows.iter().map(|row| row.law.as_str()).collect();
+        assert_eq!(order, ["a", "c", "b"]);
+        assert_eq!(rows[0].ratio, None);
+        for bound in rows[1].ratio.expect("pairs") {
+            assert!((bound - 2.0).abs() < 1e-12, "{bound}");
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! The robustness studies besides the paper's: what is varied, their cells, and where the worst case
+//! is.
+
+use anyhow::Result;
+use serde_json::{Value, json};
+
+use super::request::Request;
+use experiments::analyses::robustness::{self, STUDIES, Study};
+use experiments::measures::run::TipError;
+use experiments::print::tip_errors::robustness_json;
+use experiments::runs::grid::{Case, Cell};
+
+/// First of the three seeds of the noise study.
+const SEED: u64 = 1;
+
+/// All studies with their cases.
+pub type Plan = Vec<(Study, Vec<Case>)>;
+
+/// What is to be run of them.
+pub fn plan(request: &Request<'_>) -> Result<Plan> {
+    let one = |study: Study| Ok((study, study.cases(request.system, request.base, SEED)?));
+    STUDIES.into_iter().map(one).collect()
+}
+
+/// Make the runs of one study; a failed one has its reason in its cell and in `failures`.
+pub fn shown(
+    request: &Request<'_>,
+    (study, cases): &(Study, Vec<Case>),
+    done: impl Fn() + Sync,
+    failures: &mut Vec<String>,
+) -> Result<Value> {
+    let cells = robustness::run(request.system, request.base, cases, done)?;
+    failures.extend(cells.iter().filter_map(|cell| failure(cell, &cell.case)));
+    let worst = robustness::worst(&cells).map(|(cell, tip)| {
+        json!({
+            "trajectory": cell.trajectory,
+            "case": cell.case,
+            "rmse": tip.motion.rms(),
+            "max": tip.motion.max,
+        })
+    });
+    Ok(json!({
+        "study": study,
+        "varied": study.varied(),
+        "target": study.target(),
+        "cells": robustness_json(*study, &cells),
+        "worst": worst,
+    }))
+}
+
+/// What is said of a cell that failed, in the `case` of this name.
+pub fn failure(cell: &Cell<TipError>, case: &str) -> Option<String> {
+    let error = cell.error()?;
+    Some(format!(
+        "{}, {}, {case}: {error:#}",
+        cell.trajectory, cell.law
+    ))
+}

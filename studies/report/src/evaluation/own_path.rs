@@ -1,0 +1,74 @@
+//! The path that the reader gave: margins, tip errors and energy.
+
+use std::fmt::Write as _;
+
+use anyhow::{Context, Result};
+use cosim::{Experiment, Recording};
+use serde_json::{Value, json};
+
+use super::request::{Request, kept_as};
+use crate::margins_figure;
+use experiments::analyses::inertia::MODES;
+use experiments::machines::path_margins::PathMargins;
+use experiments::measures::energy;
+use experiments::measures::iso9283::Meter;
+use experiments::measures::run::{FailedRun, RecordedRun, run};
+use experiments::print;
+use experiments::setup::machine_choice::MachineFile;
+use experiments::setup::start_values::vary;
+
+/// The controller whose energy is shown.
+const ADAPTIVE: &str = MODES[0];
+
+/// The path, run with the three controllers: tables as the command line prints them, and the margins
+/// along it as SVG; what failed goes to `failures`.
+pub fn shown(
+    request: &Request,
+    machine: &MachineFile,
+    failures: &mut Vec<String>,
+) -> Option<Value> {
+    let (name, experiment) = request.path.as_ref()?;
+    let made = of(request, machine, name, experiment);
+    kept_as(format_args!("path {name}"), made, failures)
+}
+
+fn of(
+    request: &Request,
+    machine: &MachineFile,
+    name: &str,
+    experiment: &Experiment,
+) -> Result<Value> {
+    let margins = PathMargins::of(name, &machine.machine)?;
+    let mut text = margins.description() + &margins.table() + "\n";
+    let mut balances = String::new();
+    for mode in MODES {
+        let experiment = vary(request.system, experiment, &[("mode", &mode)])?;
+        let mut meter = Meter::of(request.system, &experiment)?;
+        let ports = match mode {
+            ADAPTIVE => energy::ports(request.system)?,
+            _ => Vec::new(),
+        };
+        let mut recording = Recording::new(request.system, &ports)?;
+        let outcome = run(request.system, &experiment, &|_, _| (), |master| {
+            recording.add(master)?;
+            meter.iter_mut().try_for_each(|meter| meter.add(master))
+        })
+        .map_err(FailedRun::explained)
+        .with_context(|| mode.to_owned())?;
+        writeln!(text, "{mode}: tip error {}", outcome.tip.motion)?;
+        if let Some(measures) = meter.and_then(|meter| meter.measures()) {
+            write!(text, "{measures}")?;
+        }
+        write!(text, "{}", outcome.limits)?;
+        if mode == ADAPTIVE {
+            let recorded = RecordedRun { recording, outcome };
+            let energies = energy::evaluate(request.system, &recorded)?;
+            balances = print::energy::text("energy", &energies.balances);
+        }
+    }
+    write!(text, "\n{balances}")?;
+    let folder = tempfile::tempdir()?;
+    let [_, svg] = margins_figure::draw(&margins, folder.path())?;
+    let figure = std::fs::read_to_string(svg)?;
+    Ok(json!({"name": name, "text": text, "figure": figure}))
+}

@@ -1,0 +1,283 @@
+//! The runs of a report, thinned out for the page.
+
+use std::collections::BTreeMap;
+
+use anyhow::{Context, Result};
+use cosim::exchange::bond::Residual;
+use cosim::{Experiment, Port, System, Verdict, matching};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::request::{Request, UNCERTAIN};
+use super::samples::Samples;
+use super::scene::Scene;
+use experiments::analyses::inertia::MODES;
+use experiments::analyses::testbed::{self, MachineRun};
+use experiments::measures::energy;
+use experiments::measures::run::{RecordedRun, TipError};
+use experiments::print::energy::balance_json;
+use experiments::runs::grid::{Cell, Plan};
+use experiments::setup::start_values::vary;
+
+/// Sampling of the page, s: tip error, other signals, frames of the animation.
+const TIP_EVERY: f64 = 0.004;
+const SIGNALS_EVERY: f64 = 0.02;
+const FRAMES_EVERY: f64 = 0.04;
+
+/// Outputs that the page shows, as far as the system has them.
+const SHOWN: [&str; 32] = [
+    "controller.tip_error*",
+    "controller.desired.position[*]",
+    "controller.f_required[*]",
+    "controller.x_dot_required[*]",
+    "controller.i_q_required[*]",
+    "controller.v_d[*]",
+    "controller.v_q[*]",
+    "controller.tau_wrist[*]",
+    "controller.mass_hat.*",
+    "controller.lyapunov.*",
+    "hdrm.zeta[*]",
+    "hdrm.zeta_dot[*]",
+    "hdrm.x[*]",
+    "hdrm.x_dot[*]",
+    "hdrm.tip.position[*]",
+    "hdrm.energy.*",
+    "emla_*.F",
+    "emla_*.i_d",
+    "emla_*.i_q",
+    "emla_*.w_m",
+    "emla_*.tau_e",
+    "emla_*.P_in",
+    "emla_*.P_out",
+    "emla_*.loss.copper",
+    "emla_*.loss.core",
+    "emla_*.loss.inverter",
+    "emla_*.loss.mechanical",
+    "emla_*.efficiency",
+    "emla_*.efficiency_valid",
+    "emla_*.energy.in",
+    "emla_*.energy.out",
+    "emla_*.energy.loss",
+];
+
+/// Conditions of one run.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Case {
+    pub trajectory: &'static str,
+    pub mode: &'static str,
+    /// Factor on all inertias of the manipulator.
+    pub scale: f64,
+}
+
+/// A signal, from the start of the run on.
+#[derive(Serialize)]
+pub struct Signal {
+    /// Unit in the model description.
+    pub unit: String,
+    /// Time between samples, s.
+    pub every: f64,
+    pub samples: Samples,
+}
+
+/// One run.
+#[derive(Serialize)]
+pub struct Run {
+    #[serde(flatten)]
+    pub case: Case,
+    /// Start time, s.
+    pub start: f64,
+    /// Simulated time, s.
+    pub simulated: f64,
+    /// From here on the reference moves, s.
+    pub motion_start: f64,
+    /// Tip error over the motion at every communication point, m.
+    pub rmse: f64,
+    pub max: f64,
+    /// Tip error over the whole run, with the time in which the machine settles, m.
+    whole_rmse: f64,
+    whole_max: f64,
+    pub real_time_factor: f64,
+    /// Power residual of each bond.
+    bonds: Vec<Value>,
+    warnings: Vec<String>,
+    pub signals: BTreeMap<String, Signal>,
+    /// Time between frames, s.
+    frames_every: f64,
+    /// Poses of the bodies in world axes, frame after frame, body after body: x, y, z, m;
+    /// quaternion x, y, z, w.
+    frames: Samples,
+    /// Largest distance of the drawn tip from the tip position that the FMU gives, m.
+    drawing_error: f64,
+}
+
+/// What the page takes of a run of the paper's table.
+pub struct Measured {
+    tip: TipError,
+    /// Of the runs that are shown.
+    run: Option<Run>,
+    /// Of the adaptive controller with nominal inertias.
+    energy: Option<Result<Value>>,
+    /// The same for the testbed, where there is one.
+    machine: Option<Result<MachineRun>>,
+}
+
+/// What is shown of the runs of the paper's table.
+#[derive(Default)]
+pub struct Shown {
+    /// The table.
+    pub cells: Vec<Cell<TipError>>,
+    /// Both trajectories with all controllers, and with wrong inertias the adaptive one.
+    pub runs: Vec<Run>,
+    pub energies: Vec<Result<Value>>,
+    pub machines: Vec<Result<MachineRun>>,
+}
+
+impl Shown {
+    pub fn of(cells: Vec<Cell<Measured>>) -> Self {
+        let mut shown = Self::default();
+        for cell in cells {
+            let tip = cell.map(|measured| {
+                shown.runs.extend(measured.run);
+                shown.energies.extend(measured.energy);
+                shown.machines.extend(measured.machine);
+                measured.tip
+            });
+            shown.cells.push(tip);
+        }
+        let is_nominal = |run: &Run| run.case.scale == 1.0;
+        let order = |run: &Run| (run.case.trajectory, !is_nominal(run));
+        shown.runs.sort_by_key(order);
+        shown
+    }
+}
+
+/// A run of the paper's table, with what is shown of it.
+pub fn measure(request: &Request<'_>, scene: &Scene, plan: &Plan) -> Result<(Measured, Verdict)> {
+    let system = request.system;
+    let mode = MODES.into_iter().find(|mode| *mode == plan.law);
+    let case = Case {
+        trajectory: plan.trajectory,
+        mode: mode.context("a controller of the table")?,
+        scale: plan.case.parse()?,
+    };
+    let is_adaptive = case.mode == MODES[0];
+    let is_nominal = case.scale == 1.0;
+    let is_shown = is_nominal || is_adaptive && case.scale == UNCERTAIN;
+    let mut experiment = plan.experiment.clone();
+    let mut signals: Vec<Port> = Vec::new();
+    if is_shown {
+        // The controller's accompanying functions need the plant's true inertias; its law does not
+        // see them.
+        experiment = vary(
+            system,
+            &experiment,
+            &[("lyapunov.inertia_scale", &case.scale)],
+        )?;
+        let of = |pattern: &str| matching(system, &[pattern.into()]).unwrap_or_default();
+        signals = SHOWN.into_iter().flat_map(of).collect();
+    }
+    let mut ports = signals.clone();
+    if is_adaptive && is_nominal {
+        ports.extend(energy::ports(system).unwrap_or_default());
+        if request.testbed.is_some() {
+            ports.extend(testbed::ports(system).unwrap_or_default());
+        }
+    }
+    let recorded = RecordedRun::of(system, &experiment, &ports)?;
+    let energy = (is_adaptive && is_nominal).then(|| {
+        energies(system, case.trajectory, &recorded)
+            .with_context(|| format!("energy, {}", case.trajectory))
+    });
+    let machine = (is_adaptive && is_nominal && request.testbed.is_some()).then(|| {
+        MachineRun::of(system, case.trajectory, experiment.stepping.step, &recorded)
+            .with_context(|| format!("{}, run of the machine", case.trajectory))
+    });
+    let run = is_shown.then(|| Run::of(system, &experiment, case, &recorded, &signals, scene));
+    let measured = Measured {
+        tip: recorded.outcome.tip,
+        run: run.transpose()?,
+        energy,
+        machine,
+    };
+    Ok((measured, recorded.outcome.verdict()))
+}
+
+/// Energy balances of a run of which [`energy::ports`] were recorded.
+fn energies(system: &System, trajectory: &str, recorded: &RecordedRun) -> Result<Value> {
+    let balances = energy::evaluate(system, recorded)?.balances;
+    let balances: Vec<_> = balances.iter().map(balance_json).collect();
+    Ok(json!({"trajectory": trajectory, "balances": balances}))
+}
+
+impl Run {
+    fn of(
+        system: &System,
+        experiment: &Experiment,
+        case: Case,
+        recorded: &RecordedRun,
+        shown: &[Port],
+        scene: &Scene,
+    ) -> Result<Self> {
+        let (recording, outcome) = (&recorded.recording, &recorded.outcome);
+        let step = experiment.stepping.step;
+        let mut signals = BTreeMap::new();
+        for &port in shown {
+            let name = system.name(port);
+            let is_tip = name.starts_with("controller.tip_error");
+            let stride = stride(if is_tip { TIP_EVERY } else { SIGNALS_EVERY }, step);
+            let unit = system.variable(port).unit.as_deref();
+            let signal = Signal {
+                unit: unit.unwrap_or("1").into(),
+                every: step * stride as f64,
+                samples: Samples::thinned(recording.column(port)?, stride),
+            };
+            signals.insert(name, signal);
+        }
+        let stride = stride(FRAMES_EVERY, step);
+        let (frames, drawing_error) = scene.frames(system, recording, stride)?;
+        let findings = outcome.run.verdict.findings().iter();
+        Ok(Self {
+            case,
+            start: experiment.stepping.start,
+            simulated: outcome.run.simulated,
+            motion_start: outcome.tip.motion_start,
+            rmse: outcome.tip.motion.rms(),
+            max: outcome.tip.motion.max,
+            whole_rmse: outcome.tip.whole.rms(),
+            whole_max: outcome.tip.whole.max,
+            real_time_factor: outcome.run.real_time_factor(),
+            bonds: outcome.run.residuals.iter().map(bond).collect(),
+            warnings: findings.map(|finding| finding.text.clone()).collect(),
+            signals,
+            frames_every: step * stride as f64,
+            frames,
+            drawing_error,
+        })
+    }
+
+    /// One line for people.
+    pub fn line(&self) -> String {
+        let (case, [rmse, max]) = (self.case, [self.rmse, self.max].map(|e| 1e3 * e));
+        format!(
+            "{:<11}{:<9} inertia x {:<4} tip RMSE {rmse:8.4} mm, max {max:8.4} mm",
+            case.trajectory, case.mode, case.scale
+        )
+    }
+
+    /// Times, s, and values of a signal, where the system has it.
+    pub fn series(&self, name: &str) -> Option<Vec<(f64, f64)>> {
+        let signal = self.signals.get(name)?;
+        let at = |k: usize| self.start + k as f64 * signal.every;
+        let points = signal.samples.values().enumerate().map(|(k, v)| (at(k), v));
+        Some(points.collect())
+    }
+}
+
+fn bond(r: &Residual) -> Value {
+    json!({"bond": r.bond, "peak": r.peak, "energy": r.energy, "turnover": r.turnover})
+}
+
+/// Communication steps between samples.
+pub fn stride(every: f64, step: f64) -> usize {
+    ((every / step).round() as usize).max(1)
+}

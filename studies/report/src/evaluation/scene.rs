@@ -1,0 +1,390 @@
+//! What the animation draws: shapes of the bodies in body axes, and the bodies' poses over a run.
+//!
+//! Shapes are made for the eye, from the mechanism's points; where bodies hang on each other is
+//! exact.
+
+#![allow(non_snake_case)] // points as in the paper
+
+use anyhow::{Result, ensure};
+use cosim::{Recording, System};
+use hdrm::{BODIES, Body, Tree};
+use machine_file::{Geometry, Machine};
+use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+use serde::Serialize;
+
+use super::samples::Samples;
+
+/// A drawn tip this far from the FMU's is another machine, m.
+const SAME_MACHINE: f64 = 1e-6;
+
+/// The bodies to draw.
+#[derive(Serialize)]
+pub struct Scene {
+    bodies: Vec<BodyShape>,
+    #[serde(skip)]
+    tree: Tree,
+}
+
+/// What a page needs that poses the bodies itself, at joint angles that come in while it is open.
+#[derive(Serialize)]
+pub struct LiveScene<'a> {
+    bodies: &'a [BodyShape],
+    tree: &'a Tree,
+    /// Force that each rod is rated for, N.
+    rated: [f64; 3],
+}
+
+/// One body.
+#[derive(Serialize)]
+struct BodyShape {
+    name: String,
+    /// For people.
+    title: &'static str,
+    /// kg.
+    mass: f64,
+    shapes: Vec<Shape>,
+}
+
+/// A shape in body axes, m.
+#[derive(Serialize)]
+#[serde(rename_all = "lowercase", tag = "kind")]
+enum Shape {
+    /// Polygon in the body's x-y plane, extruded from `z[0]` to `z[1]`.
+    Plate { outline: Vec<[f64; 2]>, z: [f64; 2] },
+    /// Round bar.
+    Bar {
+        from: [f64; 3],
+        to: [f64; 3],
+        radius: f64,
+    },
+    /// Box with axes along the body's.
+    Box { centre: [f64; 3], size: [f64; 3] },
+}
+
+impl Scene {
+    pub fn new(machine: &Machine) -> Result<Self> {
+        let tree = Tree::new(machine)?;
+        let bodies = BODIES.map(|body| BodyShape {
+            name: format!("{body:?}"),
+            title: title(body),
+            mass: machine.bodies.in_order()[body as usize].mass,
+            shapes: shapes(body, &tree, machine),
+        });
+        Ok(Self {
+            bodies: bodies.into(),
+            tree,
+        })
+    }
+
+    /// For a page that poses the bodies itself; `machine` is the one that was given to [`Scene::new`].
+    pub fn live(&self, machine: &Machine) -> LiveScene<'_> {
+        LiveScene {
+            bodies: &self.bodies,
+            tree: &self.tree,
+            rated: machine.ratings.in_order().map(|ratings| ratings.force_max),
+        }
+    }
+
+    /// Poses of all bodies at every `stride`-th point of a run, and the largest distance of the
+    /// drawn tip from the FMU's, m.
+    pub fn frames(
+        &self,
+        system: &System,
+        recording: &Recording,
+        stride: usize,
+    ) -> Result<(Samples, f64)> {
+        let arm = system.port("hdrm.zeta[1]")?.component;
+        let columns = |name: &str, n: usize| -> Result<Vec<&[f64]>> {
+            let ports = system.elements(arm, name, n)?;
+            ports.into_iter().map(|p| recording.column(p)).collect()
+        };
+        let (zeta, tip) = (columns("zeta", hdrm::DOF)?, columns("tip.position", 3)?);
+        let (mut frames, mut error) = (Vec::new(), 0.0_f64);
+        for k in (0..recording.times.len()).step_by(stride) {
+            let configuration = self
+                .tree
+                .configuration(&std::array::from_fn(|i| zeta[i][k]));
+            let poses = configuration.world_poses();
+            for pose in &poses {
+                let rotation = Rotation3::from_matrix_unchecked(pose.R);
+                let q = UnitQuaternion::from_rotation_matrix(&rotation);
+                frames.extend(pose.r.iter().chain(q.coords.iter()));
+            }
+            let D4 = poses[Body::D4 as usize];
+            let drawn = D4.r + D4.R * self.tree.r_D4_T4;
+            error = error.max((drawn - Vector3::from_fn(|i, _| tip[i][k])).norm());
+        }
+        ensure!(
+            error <= SAME_MACHINE,
+            "the tip is drawn {error:.1e} m from where the FMU has it: the machine file is not the one the FMU runs with"
+        );
+        Ok((Samples::new(frames), error))
+    }
+}
+
+fn title(body: Body) -> &'static str {
+    match body {
+        Body::T1 => "base column",
+        Body::A2 => "lift boom",
+        Body::C2 => "lift cylinder",
+        Body::D2 => "lift rod",
+        Body::A3 => "tilt boom",
+        Body::C3 => "tilt cylinder",
+        Body::D3 => "tilt rod",
+        Body::RK => "rocker A–D",
+        Body::CP => "coupler C–D",
+        Body::A4 => "wrist 1",
+        Body::C4 => "wrist 2",
+        Body::D4 => "wrist 3 and tip",
+        Body::PL => "payload",
+    }
+}
+
+fn shapes(body: Body, tree: &Tree, machine: &Machine) -> Vec<Shape> {
+    let g = &machine.geometry;
+    // Thickness of the machine, by which all that has no length of its own is drawn.
+    let d = 0.1 * tree.r_A2_B.norm();
+    match body {
+        Body::T1 => column(tree, g, d),
+        Body::A2 => lift_boom(tree, d),
+        Body::C2 => cylinder(tree.lift.x0, d),
+        Body::D2 => rod(tree.lift.x0, tree.lift.lc, d),
+        Body::A3 => tilt_boom(tree, d),
+        Body::C3 => cylinder(tree.tilt.x0, 0.85 * d),
+        Body::D3 => rod(tree.tilt.x0, tree.tilt.lc, 0.85 * d),
+        Body::RK => pair_of_links(tree.tilt.d4, 0.66 * d, d),
+        Body::CP => pair_of_links(tree.tilt.d5, 0.5 * d, d),
+        Body::A4 => wrist(tree.r_A4_C4, 0.42 * d),
+        Body::C4 => wrist(tree.r_C4_D4, 0.38 * d),
+        Body::D4 => wrist(tree.r_D4_T4, 0.3 * d),
+        Body::PL => vec![equivalent_box(&machine.bodies.PL)],
+    }
+}
+
+/// Column up to the lift joint with brackets for joint and cylinder foot, and the slew wheel of
+/// radius `r_B`.
+fn column(tree: &Tree, g: &Geometry, d: f64) -> Vec<Shape> {
+    let O = tree.r_T1_O;
+    let foot = [O.x + tree.lift.foot.x, O.y + tree.lift.foot.y];
+    let upright = |y0: f64, y1: f64, radius| bar([0.0, y0, 0.0], [0.0, y1, 0.0], radius);
+    let mut shapes = vec![
+        upright(0.0, 0.3 * d, 1.15 * g.r_B),
+        upright(0.3 * d, 0.7 * d, g.r_B),
+        upright(0.7 * d, O.y - d, 0.85 * d),
+    ];
+    for side in [-1.0, 1.0] {
+        let z = plate(side, 0.62 * d, 0.12 * d);
+        let reach = 0.35 * d;
+        shapes.push(Shape::Plate {
+            outline: vec![
+                [-0.8 * d, O.y - 1.6 * d],
+                [0.8 * d, O.y - 1.6 * d],
+                [O.x + reach, O.y],
+                [O.x, O.y + reach],
+                [O.x - reach, O.y],
+            ],
+            z,
+        });
+        shapes.push(Shape::Plate {
+            outline: vec![
+                [0.0, foot[1] - 1.2 * d],
+                [foot[0] + reach, foot[1] - 0.3 * reach],
+                [foot[0], foot[1] + reach],
+                [0.0, foot[1] + 0.9 * d],
+            ],
+            z,
+        });
+    }
+    shapes.push(pin([O.x, O.y], 0.85 * d, 0.16 * d));
+    shapes.push(pin(foot, 0.8 * d, 0.13 * d));
+    shapes
+}
+
+/// Box boom O–B that tapers, with the brackets of rod pin, rocker pivot A and cylinder foot E.
+fn lift_boom(tree: &Tree, d: f64) -> Vec<Shape> {
+    let B = tree.r_A2_B.xy();
+    let e = B.normalize();
+    let n = nalgebra::Vector2::new(-e.y, e.x);
+    let at = |along: f64, across: f64| -> [f64; 2] { (e * along + n * across).into() };
+    let length = B.norm();
+    let mut shapes = vec![Shape::Plate {
+        outline: vec![
+            at(-0.5 * d, 0.1 * d),
+            at(-0.3 * d, -0.4 * d),
+            at(0.3 * length, -0.62 * d),
+            at(length, -0.35 * d),
+            at(length + 0.35 * d, 0.0),
+            at(length, 0.4 * d),
+            at(0.3 * length, 0.62 * d),
+            at(-0.3 * d, 0.5 * d),
+        ],
+        z: [-0.42 * d, 0.42 * d],
+    }];
+    let mounted = [
+        nalgebra::Vector2::new(tree.lift.L1, 0.0),
+        tree.r_A2_A.xy(),
+        tree.r_A2_E.xy(),
+    ];
+    for p in mounted {
+        let (along, across) = (p.dot(&e), p.dot(&n));
+        let beyond = across + 0.28 * d * across.signum();
+        for side in [-1.0, 1.0] {
+            shapes.push(Shape::Plate {
+                outline: vec![
+                    at(along - 0.9 * d, 0.0),
+                    at(along + 0.9 * d, 0.0),
+                    at(along + 0.25 * d, beyond),
+                    at(along - 0.25 * d, beyond),
+                ],
+                z: plate(side, 0.48 * d, 0.1 * d),
+            });
+        }
+        shapes.push(pin(p.into(), 0.78 * d, 0.12 * d));
+    }
+    shapes.push(pin(B.into(), 0.85 * d, 0.16 * d));
+    shapes
+}
+
+/// Tapered boom from the tilt joint to the wrist, with the coupler's pivot C.
+fn tilt_boom(tree: &Tree, d: f64) -> Vec<Shape> {
+    let (length, C) = (tree.r_A3_A4.x, tree.tilt.C);
+    vec![
+        Shape::Plate {
+            outline: vec![
+                [-0.35 * d, 0.0],
+                [0.0, -0.4 * d],
+                [C.x, C.y - 0.55 * d],
+                [length, -0.3 * d],
+                [length, 0.3 * d],
+                [C.x, C.y + 0.55 * d],
+                [0.0, 0.4 * d],
+            ],
+            z: [-0.34 * d, 0.34 * d],
+        },
+        pin(C.into(), 0.78 * d, 0.12 * d),
+        bar([length - 0.5 * d, 0.0, 0.0], tree.r_A3_A4.into(), 0.42 * d),
+    ]
+}
+
+/// Barrel from the foot on, and the motor on it.
+fn cylinder(x0: f64, d: f64) -> Vec<Shape> {
+    let along = |x0: f64, x1: f64, y: f64, radius| bar([x0, y, 0.0], [x1, y, 0.0], radius);
+    vec![
+        along(0.0, 0.93 * x0, 0.0, 0.3 * d),
+        along(0.87 * x0, 0.95 * x0, 0.0, 0.36 * d),
+        along(0.12 * x0, 0.5 * x0, -0.62 * d, 0.26 * d),
+        Shape::Box {
+            centre: [0.1 * x0, -0.3 * d, 0.0],
+            size: [0.08 * x0, 1.1 * d, 0.55 * d],
+        },
+    ]
+}
+
+/// The rod, to its pin at `lc`; behind the frame's origin it is drawn long enough to stay inside
+/// the barrel.
+fn rod(x0: f64, lc: f64, d: f64) -> Vec<Shape> {
+    vec![
+        bar([lc - x0, 0.0, 0.0], [lc, 0.0, 0.0], 0.17 * d),
+        pin([lc, 0.0], 0.4 * d, 0.24 * d),
+    ]
+}
+
+/// Two bars beside the boom along x, at distance `z` from its plane.
+fn pair_of_links(length: f64, z: f64, d: f64) -> Vec<Shape> {
+    let half = 0.15 * d;
+    let outline = vec![
+        [-half, 0.0],
+        [0.0, -half],
+        [length, -half],
+        [length + half, 0.0],
+        [length, half],
+        [0.0, half],
+    ];
+    let link = |side: f64| Shape::Plate {
+        outline: outline.clone(),
+        z: plate(side, z, 0.1 * d),
+    };
+    vec![link(-1.0), link(1.0), pin([length, 0.0], 0.8 * d, 0.11 * d)]
+}
+
+fn wrist(next: Vector3<f64>, radius: f64) -> Vec<Shape> {
+    vec![
+        pin([0.0, 0.0], 1.15 * radius, 0.8 * radius),
+        bar([0.0; 3], next.into(), radius),
+    ]
+}
+
+/// The box of uniform density with the body's mass and moments of inertia: `a_x² = 6 (I_yy + I_zz −
+/// I_xx)/m`.
+fn equivalent_box(body: &machine_file::Body) -> Shape {
+    let i = &body.inertia_com;
+    let edge = |own: f64, others: f64| (6.0 * (others - own) / body.mass).sqrt();
+    Shape::Box {
+        centre: body.com,
+        size: [
+            edge(i.xx, i.yy + i.zz),
+            edge(i.yy, i.zz + i.xx),
+            edge(i.zz, i.xx + i.yy),
+        ],
+    }
+}
+
+/// A round bar across the boom plane.
+fn pin([x, y]: [f64; 2], half_width: f64, radius: f64) -> Shape {
+    bar([x, y, -half_width], [x, y, half_width], radius)
+}
+
+fn bar(from: [f64; 3], to: [f64; 3], radius: f64) -> Shape {
+    Shape::Bar { from, to, radius }
+}
+
+/// z range of a plate on one side of the boom plane.
+fn plate(side: f64, inner: f64, thickness: f64) -> [f64; 2] {
+    let outer = inner + thickness;
+    if side < 0.0 {
+        [-outer, -inner]
+    } else {
+        [inner, outer]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Oracle: a box of edges a, b, c has I_xx = m (b² + c²)/12.
+    #[test]
+    fn the_payload_is_drawn_as_the_box_with_its_inertia() {
+        let mut body = Machine::reference().bodies.PL;
+        let (m, [a, b, c]) = (body.mass, [0.3, 0.5, 0.7]);
+        body.inertia_com.xx = m * (b * b + c * c) / 12.0;
+        body.inertia_com.yy = m * (c * c + a * a) / 12.0;
+        body.inertia_com.zz = m * (a * a + b * b) / 12.0;
+        let Shape::Box { size, .. } = equivalent_box(&body) else {
+            panic!("a box");
+        };
+        for (drawn, edge) in size.iter().zip([a, b, c]) {
+            assert!((drawn - edge).abs() < 1e-12, "{drawn} {edge}");
+        }
+    }
+
+    /// Over the whole stroke the drawn rod leaves the barrel neither in front nor behind.
+    #[test]
+    fn rods_stay_in_their_barrels() {
+        let machine = Machine::reference();
+        let tree = Tree::new(&machine).unwrap();
+        for (x0, lc, [min, max]) in [
+            (tree.lift.x0, tree.lift.lc, machine.limits.stroke_2),
+            (tree.tilt.x0, tree.tilt.lc, machine.limits.stroke_3),
+        ] {
+            let Shape::Bar { from, .. } = &rod(x0, lc, 0.2)[0] else {
+                panic!("a bar");
+            };
+            let Shape::Bar { to, .. } = &cylinder(x0, 0.2)[0] else {
+                panic!("a bar");
+            };
+            let rear = |x: f64| x0 + x - lc + from[0];
+            assert!(rear(min) >= -1e-12 && rear(max) < to[0], "{x0} {lc}");
+        }
+    }
+}

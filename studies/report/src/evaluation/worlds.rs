@@ -1,0 +1,84 @@
+//! The worlds side by side: the adaptive law and its rivals in each, with a sentence on what is in
+//! it.
+
+use anyhow::Result;
+use cosim::{Experiment, System};
+use serde_json::{Value, json};
+
+use super::request::{Request, kept_as};
+use experiments::analyses::comparison::{self, Summary};
+use experiments::setup::start_values::of_modes;
+use experiments::worlds::{self, World};
+
+/// Laws that are shown.
+const MODES: [&str; 4] = [
+    "adaptive",
+    "adaptive_integral",
+    "modular_integral",
+    "pd_integral",
+];
+/// Machines drawn for a world: one, because the page is made often; `table --world` takes more.
+const SEEDS: u64 = 1;
+
+/// The worlds that are shown, what is in each, and a command that runs it on more machines.
+const WORLDS: [(World, &str, &str); 3] = [
+    (
+        World::Ideal,
+        "The plant is the controller's own model and all inertias differ by one factor, -40 to +40 %: a check of the code.",
+        "hdrm-fmu table --study rivals",
+    ),
+    (
+        World::Real,
+        "Actuators as built (stiction, play, soft mounting, heat, a sampling inverter), encoders, noise and biases, one step of \
+         delay, and every body's mass, centre of mass, dimensions, plumb and zeros drawn by seed: what the controller does not know.",
+        "hdrm-fmu table --world real",
+    ),
+    (
+        World::Bending,
+        "Column and booms that bend in MuJoCo, an engine that shares no line with the controller's model, with dry friction in the \
+         joints and masses, centres of mass, dimensions and plumb drawn by seed; actuators and sensors are ideal.",
+        "hdrm-fmu table --world bending",
+    ),
+];
+
+/// The worlds with a sentence on what is in each and a command that runs it on more machines; those
+/// whose system is at hand with what the laws do in them; those that fail are named.
+pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<Value> {
+    let systems = [Some(request.system), request.real, request.bending];
+    let mut found = Vec::new();
+    for ((world, sentence, command), system) in WORLDS.into_iter().zip(systems) {
+        let base = match world {
+            World::Ideal => request.base.clone(),
+            _ => request.elsewhere(),
+        };
+        let run = system.map(|system| one(world, system, base));
+        let run = run.and_then(|run| kept_as(format_args!("{world:?} world"), run, failures));
+        let (cases, laws) = run.unwrap_or_default();
+        found.push(json!({
+            "name": world.name(),
+            "sentence": sentence,
+            "command": command,
+            "cases": cases,
+            "laws": laws,
+        }));
+    }
+    found
+}
+
+/// Number of machines, and each law over them.
+fn one(world: World, system: &System, mut base: Experiment) -> Result<(usize, Vec<Summary>)> {
+    if world.bends() {
+        base.stepping.step = base.stepping.step.min(worlds::BENDING_STEP);
+    }
+    let laws = of_modes(&MODES);
+    let cases = worlds::cases(world, system, 1..1 + SEEDS, 1.0)?;
+    let cells = comparison::run(
+        system,
+        &base,
+        &laws,
+        &cases.list,
+        world.trajectories(),
+        || (),
+    )?;
+    Ok((cases.list.len(), comparison::summaries(&cells, None)))
+}

@@ -1,0 +1,205 @@
+//! Models judged on whole profiles that they have not seen, in free-running simulation: a model gets
+//! the temperature at the start, then only what was asked for, and finds current, losses,
+//! temperatures and energy by itself.
+
+use anyhow::Result;
+use emla::maps;
+use machine_file::{Emla, Heat};
+use rayon::prelude::*;
+
+use crate::judgement::resampling::bootstrap;
+use crate::measurement::profile::{Desired, Profile, SAMPLE};
+use crate::measurement::rig_run::run;
+use crate::measurement::windows::{SAMPLES, Window, data_sheet, mean, steady_torque, windows};
+use crate::prediction::model::{EFFICIENCY_SPEED, Model, Motion};
+
+/// Samples on either side over which the desired speed is taken to change: what happens within a
+/// window is left out.
+const AROUND: usize = SAMPLES / 2;
+
+/// Measured force, N, below which both powers are small and their ratio says little.
+const EFFICIENCY_FORCE: f64 = 5e3;
+
+/// A profile driven on the rig, and what is true of all of it.
+pub struct Driven {
+    /// Which one.
+    pub profile: Profile,
+    /// Its windows.
+    pub windows: Vec<Window>,
+    /// Energy taken from the DC side, J.
+    pub energy: f64,
+    /// Power at the nut either way, integrated, J: what an energy's error is compared with.
+    pub moved: f64,
+}
+
+impl Driven {
+    /// Drive the profiles; the sensors of each are set up anew, with its own seed.
+    pub fn all(p: &Emla, profiles: &[Profile]) -> Result<Vec<Self>> {
+        let drive = |profile: &Profile| {
+            let run = run(profile, profile.seed)?;
+            let travel = maps::travel_per_radian(p);
+            let [first, last] = [&run[0].truth, &run[run.len() - 1].truth];
+            let power = run.iter().map(|s| (s.truth.F * travel * s.truth.w_m).abs());
+            Ok(Self {
+                profile: *profile,
+                windows: windows(p, &run),
+                energy: last.E_in - first.E_in,
+                moved: SAMPLE * power.skip(1).sum::<f64>(),
+            })
+        };
+        profiles.par_iter().map(drive).collect()
+    }
+}
+
+/// What a model finds at one sample: quadrature current, A, powers out and lost, W, and the
+/// temperature of the housing, K.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sample {
+    /// Quadrature current, A.
+    pub i_q: f64,
+    /// Power at the nut, W.
+    pub P_out: f64,
+    /// Power lost, W.
+    pub P_loss: f64,
+    /// Power from the DC side, W.
+    pub P_in: f64,
+    /// Temperature of the housing, K.
+    pub T_housing: f64,
+}
+
+/// Free run of a model along desired speeds and loads from the temperature `T` on, K, in air of the
+/// data sheet's temperature; winding and housing are those of the data sheet.
+/// ```text
+/// C_w Ṫ_w = P_copper − (T_w − T_h)/R_wh,   C_h Ṫ_h = P_mech + (T_w − T_h)/R_wh − (T_h − T_air)/R_ha
+/// ```
+/// The drive controls the motor to the desired speed over the nut's travel. The electrical losses
+/// count as the winding's.
+pub fn simulate(model: &Model, desired: &[Desired], T: f64) -> Vec<Sample> {
+    let p = model.params();
+    let (travel, inertia) = (maps::travel_per_radian(p), maps::inertia(p, 1.0));
+    let Heat {
+        C_w,
+        R_wh,
+        C_h,
+        R_ha,
+    } = p.heat.unwrap_or(Heat::TYPICAL);
+    let air = data_sheet(p).reference;
+    let mut T = [T; 2];
+    let last = desired.len() - 1;
+    (0..desired.len())
+        .map(|k| {
+            // What is true at sample k was asked for as the goal of the step before it.
+            let at = |k: usize| &desired[(k + 1).min(last)];
+            let (before, after) = (k.saturating_sub(AROUND), k + AROUND);
+            let rise = (at(after).x_dot - at(before).x_dot) / ((after - before) as f64 * SAMPLE);
+            let motion = Motion {
+                F: at(k).load,
+                w_m: at(k).x_dot / travel,
+                w_m_dot: rise / travel,
+                T,
+            };
+            let demand = model.demand(&motion);
+            let P_out = motion.F * at(k).x_dot;
+            let friction = demand.tau * motion.w_m - P_out;
+            let stored = inertia * motion.w_m_dot * motion.w_m;
+            let sample = Sample {
+                i_q: demand.i_q,
+                P_out,
+                P_loss: friction + demand.electrical,
+                P_in: demand.tau * motion.w_m + stored + demand.electrical,
+                T_housing: T[1],
+            };
+            let over = (T[0] - T[1]) / R_wh;
+            T[0] += SAMPLE / C_w * (demand.electrical - over);
+            T[1] += SAMPLE / C_h * (friction + over - (T[1] - air) / R_ha);
+            sample
+        })
+        .collect()
+}
+
+/// Errors of a model over one profile.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Errors {
+    /// Mean squares over windows: current, A²; force by the measured current and speed, N²;
+    /// efficiency. NaN where no window counts.
+    pub squares: [f64; 3],
+    /// Error of the energy from the DC side over what was moved.
+    pub energy: f64,
+}
+
+/// What is judged, with its unit and the factor to it.
+pub const QUANTITIES: [(&str, f64); 4] = [
+    ("current, A", 1.0),
+    ("force, N", 1.0),
+    ("efficiency, %", 1e2),
+    ("energy, %", 1e2),
+];
+
+impl Errors {
+    /// Of a model that knows the temperature at the start, or takes it for the data sheet's.
+    pub fn of(model: &Model, driven: &Driven, knows_temperature: bool) -> Self {
+        let p = model.params();
+        let travel = maps::travel_per_radian(p);
+        let start = if knows_temperature {
+            driven.profile.T
+        } else {
+            data_sheet(p).reference
+        };
+        let course = simulate(model, &driven.profile.desired(), start);
+        let (mut sums, mut counts) = ([0.0; 3], [0.0; 3]);
+        let mut add = |k: usize, error: f64| {
+            sums[k] += error * error;
+            counts[k] += 1.0;
+        };
+        for w in &driven.windows {
+            let mean = |of: fn(&Sample) -> f64| mean(w.first, |k| of(&course[k]));
+            add(0, mean(|s| s.i_q) - w.truth.i_q);
+            let i = [w.row.i_d, w.row.i_q];
+            let tau = steady_torque(p, i, mean(|s| s.T_housing), w.w_m_dot);
+            add(1, model.force(tau, w.row.w_m) - w.truth.F);
+            let slower = w.row.x_dot.abs().min(travel * w.row.w_m.abs());
+            let counts = slower > EFFICIENCY_SPEED && w.row.f_ext.abs() > EFFICIENCY_FORCE;
+            if let Some(truth) = w.truth.efficiency().filter(|_| counts) {
+                let (out, loss) = (mean(|s| s.P_out), mean(|s| s.P_loss));
+                add(2, rig::efficiency(out, loss, out) - truth);
+            }
+        }
+        let energy = SAMPLE * course.iter().skip(1).map(|s| s.P_in).sum::<f64>();
+        Self {
+            squares: [0, 1, 2].map(|k: usize| sums[k] / counts[k]),
+            energy: (energy - driven.energy) / driven.moved,
+        }
+    }
+
+    fn square(&self, quantity: usize) -> f64 {
+        match quantity {
+            3 => self.energy * self.energy,
+            _ => self.squares[quantity],
+        }
+    }
+}
+
+/// Root of the mean over the profiles at `places` of a quantity's mean squares; profiles without
+/// windows for it are left out.
+fn root(errors: &[Errors], places: &[usize], quantity: usize) -> f64 {
+    let squares = places.iter().map(|&k| errors[k].square(quantity));
+    let (sum, count) = squares
+        .filter(|square| square.is_finite())
+        .fold((0.0, 0.0), |(sum, count), square| {
+            (sum + square, count + 1.0)
+        });
+    f64::sqrt(sum / count)
+}
+
+/// Root mean square of a quantity's errors over profiles, of [`QUANTITIES`], with its 95 %
+/// interval.
+pub fn overall(errors: &[Errors], quantity: usize) -> [f64; 3] {
+    bootstrap(errors.len(), |places| root(errors, places, quantity))
+}
+
+/// The same over that of another model on the same profiles, drawn together.
+pub fn ratio(errors: &[Errors], other: &[Errors], quantity: usize) -> [f64; 3] {
+    bootstrap(errors.len(), |places| {
+        root(errors, places, quantity) / root(other, places, quantity)
+    })
+}

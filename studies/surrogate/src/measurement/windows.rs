@@ -1,0 +1,206 @@
+//! Samples of a rig gathered into windows of 20 ms: what the sensors make of a window, and what is
+//! true of it.
+//!
+//! A window evens out cogging and noise and is short beside the motions. Which windows count is
+//! decided by what a drive measures. The torque of a row is that of the measured currents with the
+//! magnets at the measured temperature, less what accelerates the rotor: so rows of transients and
+//! of steady motion lie on one map.
+
+use emla::maps;
+use machine_file::{Emla, Temperature};
+
+use crate::measurement::data::Row;
+use crate::measurement::profile::SAMPLE;
+use crate::measurement::rig_run::Instant;
+
+/// Samples of a window.
+pub const SAMPLES: usize = 20;
+/// Length of a window, s.
+const LENGTH: f64 = SAMPLES as f64 * SAMPLE;
+/// Below this rod speed, m/s, presliding and dry friction hold anything inside their band, and the
+/// force is no function of the torque.
+pub const SLOWEST: f64 = 1e-3;
+/// Samples over which a speed is measured that must not be slower: differences over fewer of them
+/// are mostly noise of the encoders.
+const QUARTER: usize = SAMPLES / 4;
+
+/// Means of 20 ms.
+#[derive(Clone, Copy, Debug)]
+pub struct Window {
+    /// Its first sample.
+    pub first: usize,
+    /// Time of its middle, s.
+    pub t: f64,
+    /// By the sensors, with the torque at constant speed by the data sheet's magnets.
+    pub row: Row,
+    /// Measured acceleration of the motor, rad/s².
+    pub w_m_dot: f64,
+    /// Rise of the measured quadrature current, A/s.
+    pub i_q_dot: f64,
+    /// Rate of the measured force, N/s.
+    pub F_dot: f64,
+    /// What is true of it.
+    pub truth: Truth,
+    /// What was asked for: rod speed, m/s, and load, N.
+    pub desired: [f64; 2],
+}
+
+impl Window {
+    /// Measured torque at constant speed with the magnets of `p`, N·m.
+    pub fn torque(&self, p: &Emla) -> f64 {
+        let Row {
+            i_d,
+            i_q,
+            T_housing,
+            ..
+        } = self.row;
+        steady_torque(p, [i_d, i_q], T_housing, self.w_m_dot)
+    }
+}
+
+/// What is true of a window.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Truth {
+    /// Quadrature current, A.
+    pub i_q: f64,
+    /// Electromagnetic torque, N·m.
+    pub tau_e: f64,
+    /// Force on the load, N.
+    pub F: f64,
+    /// Motor speed, rad/s, and acceleration, rad/s².
+    pub w_m: f64,
+    /// Motor acceleration, rad/s².
+    pub w_m_dot: f64,
+    /// Rod speed, m/s.
+    pub x_dot: f64,
+    /// Temperatures of winding and housing, K.
+    pub T: [f64; 2],
+    /// Power of the force at the nut, W: that to the load but for what goes into bending and comes
+    /// back.
+    pub P_out: f64,
+    /// All losses, W.
+    pub P_loss: f64,
+}
+
+impl Truth {
+    /// `P_out/(P_out + P_loss)` where the motor drives the load (quadrants I and III), `(|P_out| −
+    /// P_loss)/|P_out|` where the load drives the motor (II and IV), kept in [0, 1]; none where the
+    /// motor stands or has no torque.
+    pub fn efficiency(&self) -> Option<f64> {
+        let shaft = self.tau_e * self.w_m;
+        (shaft != 0.0).then(|| rig::efficiency(self.P_out, self.P_loss, shaft))
+    }
+}
+
+/// What winding and magnets do with their temperature, by the machine's data sheet.
+pub fn data_sheet(p: &Emla) -> Temperature {
+    p.temperature.unwrap_or(Temperature::TYPICAL)
+}
+
+/// Flux of the magnets at the temperature `T` of the housing, Wb.
+pub fn magnets(p: &Emla, T: f64) -> f64 {
+    let Temperature {
+        reference, magnet, ..
+    } = data_sheet(p);
+    p.lambda_m * (1.0 + magnet * (T - reference))
+}
+
+/// Resistance of the winding at its temperature `T`, Ω.
+pub fn resistance(p: &Emla, T: f64) -> f64 {
+    let Temperature {
+        reference, copper, ..
+    } = data_sheet(p);
+    p.R_s * (1.0 + copper * (T - reference))
+}
+
+/// Torque at constant speed of measured currents, A, with the magnets at the temperature `T`, K:
+/// less what accelerates the rotor by `w_m_dot`, rad/s².
+pub fn steady_torque(p: &Emla, i: [f64; 2], T: f64, w_m_dot: f64) -> f64 {
+    let flux = magnets(p, T) + (p.L_d - p.L_q) * i[0];
+    1.5 * f64::from(p.p) * flux * i[1] - maps::inertia(p, 1.0) * w_m_dot
+}
+
+/// Windows in which the encoders of rod and motor move one way, in no quarter slower than
+/// [`SLOWEST`]: where a load that changes bends the structure, the rod moves while the motor stands.
+pub fn windows(p: &Emla, run: &[Instant]) -> Vec<Window> {
+    let whole = run.len().saturating_sub(2) / SAMPLES;
+    let travel = maps::travel_per_radian(p);
+    let moves = |first: usize| {
+        let speeds = |place: &dyn Fn(&Instant) -> f64, sign: f64| {
+            let moved = |k: usize| place(&run[k + QUARTER]) - place(&run[k]);
+            let starts = (first..first + SAMPLES).step_by(QUARTER);
+            let slowest = starts.map(|k| sign * moved(k) / (QUARTER as f64 * SAMPLE));
+            slowest.fold(f64::INFINITY, f64::min)
+        };
+        let slower = |sign: f64| {
+            let rod = speeds(&|s| s.measured.x, sign);
+            rod.min(speeds(&|s| travel * s.measured.theta_m, sign))
+        };
+        slower(1.0) > SLOWEST || slower(-1.0) > SLOWEST
+    };
+    (0..whole)
+        .map(|k| 1 + k * SAMPLES)
+        .filter(|&first| first + SAMPLES + 1 < run.len() && moves(first))
+        .map(|first| window(p, run, first))
+        .collect()
+}
+
+/// Mean over the window between sample `first` and the one [`SAMPLES`] later of what is straight
+/// between samples.
+pub fn mean(first: usize, at: impl Fn(usize) -> f64) -> f64 {
+    let last = first + SAMPLES;
+    let ends = 0.5 * (at(first) + at(last));
+    (ends + (first + 1..last).map(at).sum::<f64>()) / SAMPLES as f64
+}
+
+/// The window between sample `first` and the one [`SAMPLES`] later.
+///
+/// Speeds are differences of encoder readings over the window, the acceleration that of speeds over
+/// the two milliseconds around its ends: what is evaluated afterwards needs no filter that lags.
+fn window(p: &Emla, run: &[Instant], first: usize) -> Window {
+    let last = first + SAMPLES;
+    let mean = |of: &dyn Fn(&Instant) -> f64| mean(first, |k| of(&run[k]));
+    let rise = |of: &dyn Fn(&Instant) -> f64| (of(&run[last]) - of(&run[first])) / LENGTH;
+    let speed =
+        |k: usize| (run[k + 1].measured.theta_m - run[k - 1].measured.theta_m) / (2.0 * SAMPLE);
+    let w_m_dot = (speed(last) - speed(first)) / LENGTH;
+    let T = [mean(&|s| s.measured.T[0]), mean(&|s| s.measured.T[1])];
+    let i = [mean(&|s| s.measured.i[0]), mean(&|s| s.measured.i[1])];
+    let row = Row {
+        v_d: mean(&|s| s.v[0]),
+        v_q: mean(&|s| s.v[1]),
+        i_d: i[0],
+        i_q: i[1],
+        tau_e: steady_torque(p, i, T[1], w_m_dot),
+        w_m: rise(&|s| s.measured.theta_m),
+        f_ext: mean(&|s| s.measured.F),
+        x_dot: rise(&|s| s.measured.x),
+        T_winding: T[0],
+        T_housing: T[1],
+        x: mean(&|s| s.measured.x),
+    };
+    Window {
+        first,
+        t: (first as f64 + 0.5 * SAMPLES as f64) * SAMPLE,
+        row,
+        w_m_dot,
+        i_q_dot: rise(&|s| s.measured.i[1]),
+        F_dot: rise(&|s| s.measured.F),
+        truth: Truth {
+            i_q: mean(&|s| s.truth.i_q),
+            tau_e: mean(&|s| s.truth.tau_e),
+            F: run[first + 1..=last]
+                .iter()
+                .map(|s| s.truth.F_mean)
+                .sum::<f64>()
+                / SAMPLES as f64,
+            w_m: rise(&|s| s.truth.theta_m),
+            w_m_dot: rise(&|s| s.truth.w_m),
+            x_dot: rise(&|s| s.truth.x_rod),
+            T: [mean(&|s| s.truth.T_winding), mean(&|s| s.truth.T_housing)],
+            P_out: maps::travel_per_radian(p) * mean(&|s| s.truth.F * s.truth.w_m),
+            P_loss: rise(&|s| s.truth.E_loss),
+        },
+        desired: [mean(&|s| s.desired.x_dot), mean(&|s| s.desired.load)],
+    }
+}
