@@ -2,9 +2,9 @@
 //! function.
 
 fn main() {
-    println!("cargo::rerun-if-changed=src/slave/logger.c");
-    #[cfg(feature = "native")]
+    println!("cargo::rerun-if-changed=src/logger.c");
+    #[cfg(feature = "printf")]
     cc::Build::new()
-        .file("src/slave/logger.c")
-        .compile("cosim_logger");
+        .file("src/logger.c")
+        .compile("fmi_import_logger");
 }

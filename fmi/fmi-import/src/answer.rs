@@ -4,7 +4,8 @@
 use std::ffi::c_int;
 
 use anyhow::Result;
-use fmi_import::calls::ABSENT;
+
+use crate::status::{ABSENT, DISCARD, UNFIT};
 use thiserror::Error;
 
 /// Where in the run a call was made, for its error text.
@@ -38,11 +39,11 @@ pub struct Answer {
 
 impl Answer {
     /// `fmi2Discard`, `fmi3Discard`.
-    pub const DISCARD: c_int = 2;
+    pub const DISCARD: c_int = DISCARD;
     /// In place of a status: the library does not export the function.
     pub const MISSING: c_int = ABSENT;
     /// In place of a status: it was not called, because a value does not fit its type.
-    pub const UNFIT: c_int = -1;
+    pub const UNFIT: c_int = UNFIT;
 
     /// Good where the status is OK or Warning.
     #[inline]
@@ -104,4 +105,4 @@ macro_rules! call {
         Answer::check(($api.$function)($($argument),*), stringify!($function))
     };
 }
-pub(super) use call;
+pub(crate) use call;

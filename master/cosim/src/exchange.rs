@@ -14,11 +14,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::exchange::algebraic_loop::{LoopStage, Unknowns};
 use crate::exchange::faults::Alteration;
-use crate::io::value::{Value, is_wide};
 use crate::slave::{At, Failure, Slave};
 use crate::wiring::{Feedthrough, Link, Port, Undeclared, Wiring};
 use anyhow::Result;
 use fmi_description::{Access, Variability};
+use fmi_import::value::{Value, is_wide};
 use serde::{Deserialize, Serialize};
 
 pub use transfers::{Read, Write, reads, writes};

@@ -1,16 +1,7 @@
-//! One FMU instance: safe calls that are the same for both versions of FMI. All `unsafe` of this
-//! crate is in this folder and in `fmu/`.
+//! One FMU instance: an error of a call says who, where in the run, which variables, and the FMU's
+//! own reasons.
 
-pub mod answer;
-mod border;
-pub(crate) mod clocks;
 mod errors;
-#[cfg(feature = "native")]
-mod fmi2;
-mod fmi3;
-mod instance;
-pub mod messages;
-mod owner;
 #[cfg(feature = "native")]
 mod remote;
 #[cfg_attr(not(feature = "native"), path = "slave/workers_of_module.rs")]
@@ -19,22 +10,22 @@ pub(crate) mod workers;
 use std::any::Any;
 use std::ffi::CString;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use fmi_import::answer::Answer;
+pub use fmi_import::answer::{At, Ended, Stopped};
+use fmi_import::batch::Batch;
+use fmi_import::fmi_instance::{Arguments, FmiInstance};
+pub(crate) use fmi_import::fmi_instance::{BegunCall, Call};
+pub use fmi_import::messages;
+use fmi_import::value::{Value, fits};
 
 use crate::fmu::Fmu;
-use crate::io::value::{Value, fits};
-use crate::wiring::batch::Batch;
-use anyhow::{Context, Result, anyhow, bail, ensure};
-
-use answer::Answer;
-pub use answer::{At, Ended, Stopped};
-use border::{Arguments, Border};
-pub(crate) use border::{BegunCall, Call};
 use workers::Worker;
 
 /// An FMU instance; terminated by the owner, freed when dropped.
 pub struct Slave {
-    border: Box<dyn Border>,
+    instance: Box<dyn FmiInstance>,
     fmu: Arc<Fmu>,
     name: String,
     has_events: bool,
@@ -121,7 +112,7 @@ impl Slave {
         let arguments = Arguments {
             name: c_string(name)?,
             token: c_string(&description.guid)?,
-            resources: c_string(&fmu.resources)?,
+            resources: fmu.loaded.resources.clone(),
             has_events,
             returns_early: has_events && description.capabilities.variable_step,
         };
@@ -133,18 +124,18 @@ impl Slave {
             );
         }
         fmu.register(name)?;
-        let border = match worker {
-            None => instance::make(fmu, &fmu.api, &arguments),
+        let made = match worker {
+            None => fmu.make(&fmu.loaded.functions, &arguments),
             #[cfg(feature = "native")]
             Some(worker) => remote::make(worker, fmu, &arguments),
             #[cfg(not(feature = "native"))]
             Some(worker) => match *worker {},
         };
-        let border = match border {
-            Ok(Some(border)) => border,
+        let instance = match made {
+            Ok(Some(instance)) => instance,
             Ok(None) | Err(_) => {
-                fmu.instances.fetch_sub(1, Ordering::SeqCst);
-                border.with_context(|| format!("{name}: FMU `{}`", fmu.file))?;
+                fmu.unregister();
+                made.with_context(|| format!("{name}: FMU `{}`", fmu.file))?;
                 let tool = match description.capabilities.needs_execution_tool {
                     true => "; it says that it needs its tool (needsExecutionTool)",
                     false => "",
@@ -158,7 +149,7 @@ impl Slave {
             }
         };
         let slave = Self {
-            border,
+            instance,
             fmu: fmu.clone(),
             name: name.to_string(),
             has_events,
@@ -191,12 +182,12 @@ impl Slave {
 
     /// Begin a call, where it is in another thread.
     pub(crate) fn begin(&self, ahead: BegunCall) {
-        self.border.begin(ahead);
+        self.instance.begin(ahead);
     }
 
     /// Await and forget what is begun.
     pub(crate) fn drain(&self) {
-        self.border.drain();
+        self.instance.drain();
     }
 
     /// Ask for warnings and errors only, where the FMU has the standard categories; other messages
@@ -217,7 +208,7 @@ impl Slave {
         if chosen.is_empty() {
             return Ok(());
         }
-        match self.border.log_only(&chosen) {
+        match self.instance.log_only(&chosen) {
             Err(error) if Answer::status(&error) == Some(Answer::MISSING) => Ok(()),
             done => self.check(done, None, At::Initialization),
         }
@@ -233,7 +224,7 @@ impl Slave {
             .map_err(|unfit| anyhow!("{}.{variable}: `{text}` is not {unfit}", self.name))?;
         let index = description.index(variable).unwrap_or_default();
         let batch = self.fmu.any_batch(vec![index]);
-        let set = self.border.set_whole(&batch, &[value]);
+        let set = self.instance.set_whole(&batch, &[value]);
         set.map_err(|error| match error.downcast::<Answer>() {
             Ok(answer) => {
                 let names = format!("{} to `{text}` of {variable}", answer.call);
@@ -262,7 +253,7 @@ impl Slave {
 
     /// A call without values.
     pub(crate) fn call(&self, call: Call, at: At) -> Result<f64> {
-        self.check(self.border.call(call), None, at)
+        self.check(self.instance.call(call), None, at)
     }
 
     /// Into Initialization Mode, from `start`, s.
@@ -279,19 +270,19 @@ impl Slave {
 
     /// Read values, as numbers.
     pub fn get(&self, batch: &Batch, values: &mut [f64], at: At) -> Result<()> {
-        let done = self.border.get(batch, values);
+        let done = self.instance.get(batch, values);
         self.check(done, Some(batch), at)
     }
 
     /// Set values.
     pub fn set(&self, batch: &Batch, values: &[f64], at: At) -> Result<()> {
-        let done = self.border.set(batch, values);
+        let done = self.instance.set(batch, values);
         self.check(done, Some(batch), at)
     }
 
     /// Read values of a type that does not pass as numbers.
     pub fn get_whole(&self, batch: &Batch, values: &mut [Value], at: At) -> Result<()> {
-        let done = self.border.get_whole(batch, values);
+        let done = self.instance.get_whole(batch, values);
         self.check(done, Some(batch), at)
     }
 
@@ -300,20 +291,20 @@ impl Slave {
         let is_unfit = |value: &&Value| matches!(value, Value::Whole(k) if !fits(batch.access, *k));
         let done = match values.iter().find(is_unfit) {
             Some(_) => Answer::refuse(Answer::UNFIT, "set"),
-            None => self.border.set_whole(batch, values),
+            None => self.instance.set_whole(batch, values),
         };
         self.check(done, Some(batch), at)
     }
 
     /// First time derivatives of outputs.
     pub fn get_derivatives(&self, batch: &Batch, values: &mut [f64], at: At) -> Result<()> {
-        let done = self.border.get_derivatives(batch, values);
+        let done = self.instance.get_derivatives(batch, values);
         self.check(done, Some(batch), at)
     }
 
     /// First time derivatives of inputs for the next step.
     pub fn set_derivatives(&self, batch: &Batch, values: &[f64], at: At) -> Result<()> {
-        let done = self.border.set_derivatives(batch, values);
+        let done = self.instance.set_derivatives(batch, values);
         self.check(done, Some(batch), at)
     }
 
@@ -325,13 +316,13 @@ impl Slave {
         rates: &mut [f64],
         at: At,
     ) -> Result<()> {
-        let done = self.border.directional(of, seeds, rates);
+        let done = self.instance.directional(of, seeds, rates);
         self.check(done, Some(of[0]), at)
     }
 
     /// A communication step from `t` by `h`, both s.
     pub fn step(&self, t: f64, h: f64) -> Result<()> {
-        let done = self.border.call(Call::Step(t, h)).map(drop);
+        let done = self.instance.call(Call::Step(t, h)).map(drop);
         let is_discarded = matches!(&done, Err(e) if Answer::status(e) == Some(Answer::DISCARD));
         let early = matches!(&done, Err(e) if e.downcast_ref::<Stopped>().is_some());
         let checked = self.check(done, None, At::Time(t));
@@ -346,7 +337,7 @@ impl Slave {
     fn stopped(&self) -> Stopped {
         Stopped {
             name: self.name.clone(),
-            time: self.border.call(Call::Time).ok(),
+            time: self.instance.call(Call::Time).ok(),
         }
     }
 
@@ -354,19 +345,19 @@ impl Slave {
     /// with.
     pub fn stop_early(&self, stops: bool) {
         // Where its thread has ended, the next call says so.
-        let _ = self.border.call(Call::StopEarly(stops));
+        let _ = self.instance.call(Call::StopEarly(stops));
     }
 
     /// The instance's own time, s: the end of its last successful step.
     pub fn time(&self) -> Result<f64> {
-        let time = self.border.call(Call::Time);
+        let time = self.instance.call(Call::Time);
         time.with_context(|| self.name.clone())
     }
 
     /// When Event Mode must be entered next, s: infinite where that is not known. Where its thread
     /// has ended, the next call says so.
     pub fn next_event(&self) -> f64 {
-        let next = self.border.call(Call::NextEvent);
+        let next = self.instance.call(Call::NextEvent);
         next.unwrap_or(f64::INFINITY)
     }
 
@@ -381,7 +372,7 @@ impl Slave {
             self.name,
             self.fmu.file
         );
-        self.check(self.border.save(), None, at).map(State)
+        self.check(self.instance.save(), None, at).map(State)
     }
 
     /// Back to a state that it was saved in.
@@ -389,7 +380,7 @@ impl Slave {
     /// # Errors
     /// A state of another instance, or one that the FMU refuses.
     pub fn restore(&self, state: &State, at: At) -> Result<()> {
-        self.check(self.border.restore(&*state.0), None, at)
+        self.check(self.instance.restore(&*state.0), None, at)
     }
 
     /// The bytes of a state that it was saved in.
@@ -403,7 +394,7 @@ impl Slave {
             self.name,
             self.fmu.file
         );
-        self.check(self.border.state_to_bytes(&*state.0), None, at)
+        self.check(self.instance.state_to_bytes(&*state.0), None, at)
     }
 
     /// A state to be restored, from bytes that an instance of the same FMU gave.
@@ -411,18 +402,18 @@ impl Slave {
     /// # Errors
     /// Bytes that the FMU refuses.
     pub fn state_from_bytes(&self, bytes: &[u8], at: At) -> Result<State> {
-        let state = self.check(self.border.state_from_bytes(bytes), None, at);
+        let state = self.check(self.instance.state_from_bytes(bytes), None, at);
         state.map(State)
     }
 
     /// Back to where it was when it was made; false where it cannot be, so that another is needed.
     pub(crate) fn reset(&self) -> bool {
-        self.border.reset() && self.log_only_trouble().is_ok()
+        self.instance.reset() && self.log_only_trouble().is_ok()
     }
 }
 
 impl Drop for Slave {
     fn drop(&mut self) {
-        self.fmu.instances.fetch_sub(1, Ordering::SeqCst);
+        self.fmu.unregister();
     }
 }

@@ -12,8 +12,8 @@ use anyhow::{Result, bail};
 use fmi_description::Access;
 
 use crate::slave::{At, Slave};
-use crate::wiring::batch::Batch;
 use crate::wiring::{Port, Wiring};
+use fmi_import::batch::Batch;
 
 /// Iterations after which a loop is not solved.
 const ITERATIONS: usize = 50;

@@ -6,11 +6,11 @@ use std::ops::Range;
 use anyhow::Result;
 
 use crate::exchange::faults::Alteration;
-use crate::io::value::Value;
 use crate::slave::{At, BegunCall, Slave};
-use crate::wiring::batch::Batch;
 use crate::wiring::transformation::Transformation;
 use crate::wiring::{Port, Wiring};
+use fmi_import::batch::Batch;
+use fmi_import::value::Value;
 
 /// Values of one component's variables of one type, read together.
 #[derive(Debug)]

@@ -4,9 +4,11 @@
 use anyhow::{Error, Result, anyhow};
 use fmi_description::Version;
 
-use super::answer::Answer;
-use super::{At, Slave, messages};
-use crate::wiring::batch::Batch;
+use fmi_import::answer::Answer;
+use fmi_import::batch::Batch;
+use fmi_import::messages;
+
+use super::{At, Slave};
 
 impl Slave {
     #[inline]
