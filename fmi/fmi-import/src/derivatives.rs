@@ -10,7 +10,7 @@ impl Instance<'_> {
         let f = &self.fmu.functions;
         assert_eq!(f.count(knowns), seed.len());
         let mut result = vec![0.0; f.count(unknowns)];
-        let status = self.get_directional_derivative([unknowns, knowns], seed, &mut result);
+        let status = self.get_directional_derivative(unknowns, knowns, seed, &mut result);
         (status, result)
     }
 
@@ -18,7 +18,7 @@ impl Instance<'_> {
     /// that is tried.
     pub fn adjoint(&self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> (c_int, Vec<f64>) {
         let mut result = vec![0.0; self.fmu.functions.count(knowns)];
-        let status = self.get_adjoint_derivative([unknowns, knowns], seed, &mut result);
+        let status = self.get_adjoint_derivative(unknowns, knowns, seed, &mut result);
         (status, result)
     }
 

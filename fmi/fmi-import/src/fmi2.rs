@@ -16,7 +16,7 @@ use crate::fmi_instance::{Call, FmiInstance};
 use crate::raw::{Array, Experiment, RawInstance};
 use crate::saved;
 use crate::standard::Pointer;
-use crate::status::PENDING;
+use crate::status::{self, PENDING};
 use crate::value::{Value, fits};
 
 /// `fmi2Terminated`.
@@ -63,7 +63,7 @@ impl Component {
             bail!("fmi2DoStep answered fmi2Pending, but steps in the background are not supported");
         }
         let (mut ends, kind) = (0, TERMINATED);
-        if status == Some(Answer::DISCARD) {
+        if status == Some(status::DISCARD) {
             // SAFETY: room for one value.
             let told = unsafe { call!(api, fmi2GetBooleanStatus(c, kind, &mut ends)) };
             if told.is_ok() && ends != 0 {
@@ -178,7 +178,7 @@ impl FmiInstance for Component {
         }
         for (vr, value) in vr.iter().zip(values) {
             if !fits(batch.access, *value as i128) {
-                return Answer::refuse(Answer::UNFIT, "fmi2SetInteger");
+                return Answer::refuse(status::UNFIT, "fmi2SetInteger");
             }
             let written = *value as i32;
             // SAFETY: one reference and one value of the type of the call.
@@ -205,8 +205,8 @@ impl FmiInstance for Component {
     }
 
     fn directional(&self, of: [&Batch; 2], seeds: &[f64], rates: &mut [f64]) -> Result<()> {
-        let of = of.map(|batch| &batch.references[..]);
-        let status = self.raw.get_directional_derivative(of, seeds, rates);
+        let [y, u] = of.map(|batch| &batch.references[..]);
+        let status = self.raw.get_directional_derivative(y, u, seeds, rates);
         Answer::check(status, "fmi2GetDirectionalDerivative")
     }
 

@@ -23,6 +23,7 @@ use crate::fmi_instance::{Arguments, Call, FmiInstance};
 use crate::raw::{Array, Experiment, RawInstance, StepEnd};
 use crate::saved;
 use crate::standard::Pointer;
+use crate::status;
 use crate::value::{Value, fits};
 
 /// Updates of discrete states, or early returns, at one time after which that is a failure.
@@ -274,7 +275,7 @@ impl FmiInstance for Instance {
         let access = batch.access;
         let is_float = matches!(access, Access::Real | Access::Float32);
         if !is_float && values.iter().any(|value| !fits(access, *value as i128)) {
-            return Answer::refuse(Answer::UNFIT, "fmi3Set");
+            return Answer::refuse(status::UNFIT, "fmi3Set");
         }
         self.open(batch, |slot, k| {
             as_bits(access, values[k]) != self.known.memory.borrow()[slot]

@@ -146,33 +146,44 @@ pub fn receive(environment: usize, status: c_int, text: &str) {
     messages::add(name, status <= 1, text.trim_end());
 }
 
-fn note(environment: Pointer, message: Message) {
+/// Notes a message; FMI 3.0 does not tell the name of the instance.
+///
+/// # Safety
+/// What the FMU says are C strings.
+unsafe fn note(
+    environment: Pointer,
+    name: Option<Text>,
+    status: c_int,
+    [category, format]: [Text; 2],
+) {
+    // SAFETY: as the caller promises.
+    let [category, format] = unsafe { [category, format].map(|text| shown(text)) };
+    // SAFETY: the same.
+    let told = name.map(|name| unsafe { shown(name) });
     let mut listeners = listeners();
     let environment = environment.addr();
     let is_known = environment != STRAY && listeners.contains_key(&environment);
-    let to = if is_known { environment } else { STRAY };
-    let listener = listeners.get_mut(&to);
-    let Some((name, own)) = listener.and_then(|l| Some((&l.name, l.own.as_mut()?))) else {
-        drop(listeners);
-        let text = message.text();
-        if !text.is_empty() {
-            receive(environment, message.status, &text);
-        }
-        return;
-    };
-    let instance = match message.is_plain {
-        true => name.clone(),
-        false => message.instance,
-    };
-    own.push(Message {
-        instance,
+    let listener = listeners.get_mut(&if is_known { environment } else { STRAY });
+    let (own, known) = listener.map_or((None, ""), |l| (l.own.as_mut(), &l.name));
+    let message = Message {
+        is_plain: told.is_none(),
+        instance: told.unwrap_or_else(|| known.to_string()),
+        status,
+        category,
+        format,
         is_stray: !is_known,
-        ..message
-    });
+    };
+    match own {
+        Some(own) => own.push(message),
+        None if message.format.is_empty() => {}
+        None => {
+            drop(listeners);
+            receive(environment, status, &message.text());
+        }
+    }
 }
 
-/// The logger of FMI 3.0, which does not say which instance speaks; a message is a text, which has
-/// nothing doubled.
+/// The logger of FMI 3.0.
 pub(crate) unsafe extern "C" fn logger_3(
     environment: Pointer,
     status: c_int,
@@ -180,16 +191,7 @@ pub(crate) unsafe extern "C" fn logger_3(
     message: Text,
 ) {
     // SAFETY: what the FMU says are C strings.
-    let [category, format] = unsafe { [category, message].map(|text| shown(text)) };
-    let message = Message {
-        instance: String::new(),
-        status,
-        category,
-        format,
-        is_plain: true,
-        is_stray: false,
-    };
-    note(environment, message);
+    unsafe { note(environment, None, status, [category, message]) }
 }
 
 /// FMI declares it variadic; this one does not look at the arguments of the format, and a variadic
@@ -203,16 +205,7 @@ unsafe extern "C" fn logger(
     format: Text,
 ) {
     // SAFETY: what the FMU says are C strings.
-    let [instance, category, format] = unsafe { [name, category, format].map(|text| shown(text)) };
-    let message = Message {
-        instance,
-        status,
-        category,
-        format,
-        is_plain: false,
-        is_stray: false,
-    };
-    note(environment, message);
+    unsafe { note(environment, Some(name), status, [category, format]) }
 }
 
 #[cfg(feature = "printf")]

@@ -30,7 +30,7 @@ impl Instance<'_> {
             _ if self.fmu.functions.has_numbers(access) => {
                 let mut room = vec![0; n];
                 let place = (!is_null).then_some(&mut room[..]);
-                let (status, _) = self.get_numbers(access, Array::Of(vr), place, n);
+                let status = self.get_numbers(access, Array::Of(vr), place, n);
                 let stored = self.stored(access);
                 let shown = |k| shown(access, load(stored, &room, k));
                 (status, (0..n).map(shown).collect())
@@ -66,9 +66,8 @@ impl Instance<'_> {
                     };
                     store(stored, &mut numbers, k, bits);
                 }
-                let given = (!no_values).then_some(&numbers[..]);
+                let given = Array::or_null(&numbers, no_values);
                 self.set_numbers(access, Array::or_null(vr, no_vr), given, n)
-                    .0
             }
             Access::Binary => {
                 let values: Option<Vec<_>> = values.iter().map(|text| bytes(text)).collect();

@@ -18,6 +18,7 @@ use fmi_import::batch::Batch;
 use fmi_import::fmi_instance::{Arguments, FmiInstance};
 pub(crate) use fmi_import::fmi_instance::{BegunCall, Call};
 pub use fmi_import::messages;
+use fmi_import::status;
 use fmi_import::value::{Value, fits};
 
 use crate::fmu::Fmu;
@@ -209,7 +210,7 @@ impl Slave {
             return Ok(());
         }
         match self.instance.log_only(&chosen) {
-            Err(error) if Answer::status(&error) == Some(Answer::MISSING) => Ok(()),
+            Err(error) if Answer::status(&error) == Some(status::ABSENT) => Ok(()),
             done => self.check(done, None, At::Initialization),
         }
     }
@@ -290,7 +291,7 @@ impl Slave {
     pub fn set_whole(&self, batch: &Batch, values: &[Value], at: At) -> Result<()> {
         let is_unfit = |value: &&Value| matches!(value, Value::Whole(k) if !fits(batch.access, *k));
         let done = match values.iter().find(is_unfit) {
-            Some(_) => Answer::refuse(Answer::UNFIT, "set"),
+            Some(_) => Answer::refuse(status::UNFIT, "set"),
             None => self.instance.set_whole(batch, values),
         };
         self.check(done, Some(batch), at)
@@ -323,7 +324,7 @@ impl Slave {
     /// A communication step from `t` by `h`, both s.
     pub fn step(&self, t: f64, h: f64) -> Result<()> {
         let done = self.instance.call(Call::Step(t, h)).map(drop);
-        let is_discarded = matches!(&done, Err(e) if Answer::status(e) == Some(Answer::DISCARD));
+        let is_discarded = matches!(&done, Err(e) if Answer::status(e) == Some(status::DISCARD));
         let early = matches!(&done, Err(e) if e.downcast_ref::<Stopped>().is_some());
         let checked = self.check(done, None, At::Time(t));
         match is_discarded || early {

@@ -159,15 +159,16 @@ impl Session<'_> {
         };
         use Access::*;
         let instance = &self.instances[i];
+        let names = |access| self.fmu.functions.names_of(access);
         // Room for more values than the variable has.
         let mut get = |access, n| {
-            let (status, name) = instance.get_numbers(access, Array::Of(&[vr]), Some(&mut room), n);
-            (name, status)
+            let status = instance.get_numbers(access, Array::Of(&[vr]), Some(&mut room), n);
+            (names(access)[0], status)
         };
+        let values = vec![0; size + 2];
         let set = |access, n| {
-            let values = vec![0; size + 2];
-            let (status, name) = instance.set_numbers(access, Array::Of(&[vr]), Some(&values), n);
-            (name, status)
+            let status = instance.set_numbers(access, Array::Of(&[vr]), Array::Of(&values), n);
+            (names(access)[1], status)
         };
         let (name, status) = match which {
             0..7 => {

@@ -70,8 +70,8 @@ fn counts(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
         }
         for wrong in [n - 1, n + 1] {
             let vr = Array::Of(std::slice::from_ref(&v.reference));
-            let (got, _) = instance.get_numbers(Access::Real, vr, Some(&mut room), wrong);
-            let (set, _) = instance.set_numbers(Access::Real, vr, Some(&room), wrong);
+            let got = instance.get_numbers(Access::Real, vr, Some(&mut room), wrong);
+            let set = instance.set_numbers(Access::Real, vr, Array::Of(&room), wrong);
             calls += 2;
             for (call, status) in [("fmi3GetFloat64", got), ("fmi3SetFloat64", set)] {
                 if status <= WARNING {

@@ -6,7 +6,7 @@ use fmi_description::Version;
 
 use fmi_import::answer::Answer;
 use fmi_import::batch::Batch;
-use fmi_import::messages;
+use fmi_import::{messages, status};
 
 use super::{At, Slave};
 
@@ -43,18 +43,18 @@ impl Slave {
             Version::Fmi3 => "fmi3",
         };
         let result = match answer.status {
-            Answer::MISSING => {
+            status::ABSENT => {
                 let function = answer.call;
                 return anyhow!(
                     "{name} (FMU `{file}`): its library does not export {function}, which is needed {at}"
                 );
             }
-            Answer::UNFIT => {
+            status::UNFIT => {
                 return anyhow!(
                     "{name} (FMU `{file}`): {call} {at}: a value is outside of the range of its type"
                 );
             }
-            Answer::DISCARD => format!("{version}Discard"),
+            status::DISCARD => format!("{version}Discard"),
             3 => format!("{version}Error"),
             4 => format!("{version}Fatal"),
             other => format!("the unknown status {other}"),
