@@ -21,6 +21,7 @@
 //!
 //! An FMU is foreign code with all rights of this process, so to open one is to trust it. What is
 //! safe here is what we pass: it is valid for as long and as far as the FMU may look at it.
+#![cfg_attr(all(doctest, feature = "native"), doc = include_str!("../README.md"))]
 #![allow(unsafe_code)] // loads libraries, and calls them
 
 #[cfg(feature = "master")]

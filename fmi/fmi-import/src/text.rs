@@ -4,10 +4,6 @@ use std::ffi::{CStr, CString};
 
 use crate::standard::Text;
 
-/// Longest text that is read, bytes.
-#[cfg(all(target_os = "linux", feature = "native"))]
-const LONGEST: usize = 1 << 20;
-
 /// A text; None where the pointer leads to no memory that can be read. NULL is an empty text.
 ///
 /// # Safety
@@ -41,7 +37,7 @@ pub unsafe fn shown(text: Text) -> String {
 fn through_the_system(text: Text) -> Option<Option<CString>> {
     let mut bytes = Vec::new();
     let mut room = [0_u8; 256];
-    while bytes.len() < LONGEST {
+    loop {
         let from = text.addr() + bytes.len();
         // No copy crosses a border of pages: what lies behind it may not be there.
         let length = (256 - from % 256).min(room.len());
@@ -62,10 +58,9 @@ fn through_the_system(text: Text) -> Option<Option<CString>> {
         let end = room[..length].iter().position(|byte| *byte == 0);
         bytes.extend(&room[..end.unwrap_or(length)]);
         if end.is_some() {
-            break;
+            return Some(CString::new(bytes).ok());
         }
     }
-    Some(CString::new(bytes).ok())
 }
 
 #[cfg(test)]
