@@ -8,7 +8,7 @@
 //! [`wiring::Port`]s for them. [`master`] initializes and steps; [`run`] steps to a stop time and
 //! lets the caller observe every communication point, for example through an [`observer`]:
 //! [`signals`], a [`recording`], a file. FMUs are loaded and called by [`fmi_import`], by way of [`fmu`]
-//! and [`slave`]; what one call passes, elements or whole arrays, is planned before the run
+//! and [`instance`]; what one call passes, elements or whole arrays, is planned before the run
 //! ([`Batch`](fmi_import::batch::Batch)).
 //!
 //! Nothing here knows the physics.
@@ -22,11 +22,11 @@
 pub mod cli;
 pub mod exchange;
 pub mod fmu;
+pub mod instance;
 pub mod io;
 pub mod master;
 pub mod run;
 pub mod schedule;
-pub mod slave;
 pub mod stepping;
 pub mod structure;
 pub mod wiring;

@@ -8,9 +8,9 @@ use system_structure::Unit;
 
 use crate::exchange::faults::Alteration;
 use crate::exchange::{Write, writes};
+use crate::instance::{At, Instance};
 use crate::io::cells::cells;
 use crate::io::numbers::{allowed, fits, number};
-use crate::slave::{At, Slave};
 use crate::structure::Hop;
 use crate::structure::package::read;
 use crate::structure::system::System;
@@ -280,7 +280,7 @@ impl InputTable {
     /// hold.
     pub(crate) fn set(
         &mut self,
-        slaves: &[Slave],
+        instances: &[Instance],
         mut faults: Option<&mut Alteration>,
         t: f64,
     ) -> Result<()> {
@@ -309,7 +309,7 @@ impl InputTable {
         let mut writes = self.writes.iter();
         writes.try_for_each(|write| {
             let faults = faults.as_deref_mut();
-            write.run(slaves, values, buffer, faults, At::Time(t))
+            write.run(instances, values, buffer, faults, At::Time(t))
         })
     }
 }

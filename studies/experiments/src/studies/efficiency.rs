@@ -6,8 +6,8 @@
 use anyhow::{Context, Result};
 use cosim::Experiment;
 use cosim::System;
+use cosim::instance::At;
 use cosim::instantiate;
-use cosim::slave::At;
 use rayon::prelude::*;
 
 /// Loads: number and largest, N. The shipped network was trained up to it.

@@ -4,8 +4,8 @@ use anyhow::{Result, ensure};
 use cosim::Experiment;
 use cosim::Port;
 use cosim::System;
+use cosim::instance::At;
 use cosim::instantiate;
-use cosim::slave::At;
 use serde::Serialize;
 
 use crate::measures::energy;

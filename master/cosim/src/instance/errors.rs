@@ -8,9 +8,9 @@ use fmi_import::answer::Answer;
 use fmi_import::batch::Batch;
 use fmi_import::{messages, status};
 
-use super::{At, Slave};
+use super::{At, Instance};
 
-impl Slave {
+impl Instance {
     #[inline]
     pub(super) fn check<T>(&self, done: Result<T>, batch: Option<&Batch>, at: At) -> Result<T> {
         done.map_err(|error| self.error(error, batch, at))

@@ -4,7 +4,7 @@
 mod errors;
 #[cfg(feature = "native")]
 mod remote;
-#[cfg_attr(not(feature = "native"), path = "slave/workers_of_module.rs")]
+#[cfg_attr(not(feature = "native"), path = "instance/workers_of_module.rs")]
 pub(crate) mod workers;
 
 use std::any::Any;
@@ -17,6 +17,7 @@ pub use fmi_import::answer::{At, Ended, Stopped};
 use fmi_import::batch::Batch;
 use fmi_import::fmi_instance::{Arguments, FmiInstance};
 pub(crate) use fmi_import::fmi_instance::{BegunCall, Call};
+pub use fmi_import::log::receive;
 pub use fmi_import::messages;
 use fmi_import::status;
 use fmi_import::value::{Value, fits};
@@ -25,8 +26,8 @@ use crate::fmu::Fmu;
 use workers::Worker;
 
 /// An FMU instance; terminated by the owner, freed when dropped.
-pub struct Slave {
-    instance: Box<dyn FmiInstance>,
+pub struct Instance {
+    fmi: Box<dyn FmiInstance>,
     fmu: Arc<Fmu>,
     name: String,
     has_events: bool,
@@ -61,24 +62,24 @@ impl From<Failure> for Result<()> {
 /// A call of all these instances, side by side where they are in several threads; the largest of
 /// what they answer.
 pub(crate) fn all<'a>(
-    mut slaves: impl Iterator<Item = &'a Slave> + Clone,
+    mut instances: impl Iterator<Item = &'a Instance> + Clone,
     call: Call,
     at: At,
 ) -> Result<f64> {
     let mut largest = 0.0_f64;
-    let mut make = |slave: &Slave| {
-        largest = largest.max(slave.call(call, at)?);
+    let mut make = |instance: &Instance| {
+        largest = largest.max(instance.call(call, at)?);
         Ok(())
     };
-    if slaves.clone().any(Slave::is_elsewhere) {
+    if instances.clone().any(Instance::is_elsewhere) {
         let mut failure = Failure::default();
-        (slaves.clone()).for_each(|slave| slave.begin(BegunCall::Plain(call)));
-        for (k, slave) in slaves.enumerate() {
-            failure.add(k, make(slave));
+        (instances.clone()).for_each(|instance| instance.begin(BegunCall::Plain(call)));
+        for (k, instance) in instances.enumerate() {
+            failure.add(k, make(instance));
         }
         Result::from(failure)?;
     } else {
-        slaves.try_for_each(make)?;
+        instances.try_for_each(make)?;
     }
     Ok(largest)
 }
@@ -86,7 +87,7 @@ pub(crate) fn all<'a>(
 /// A saved state of an instance.
 pub struct State(Box<dyn Any>);
 
-impl Slave {
+impl Instance {
     /// Create the instance `name` of `fmu`. Errors it logs later become part of the error texts.
     ///
     /// With `is_staged` an output may be read after an input was set at the same communication
@@ -132,8 +133,8 @@ impl Slave {
             #[cfg(not(feature = "native"))]
             Some(worker) => match *worker {},
         };
-        let instance = match made {
-            Ok(Some(instance)) => instance,
+        let fmi = match made {
+            Ok(Some(fmi)) => fmi,
             Ok(None) | Err(_) => {
                 fmu.unregister();
                 made.with_context(|| format!("{name}: FMU `{}`", fmu.file))?;
@@ -149,16 +150,16 @@ impl Slave {
                 );
             }
         };
-        let slave = Self {
-            instance,
+        let instance = Self {
+            fmi,
             fmu: fmu.clone(),
             name: name.to_string(),
             has_events,
             is_staged,
             is_elsewhere: worker.is_some(),
         };
-        slave.log_only_trouble()?;
-        Ok(slave)
+        instance.log_only_trouble()?;
+        Ok(instance)
     }
 
     /// Name of the instance.
@@ -183,12 +184,12 @@ impl Slave {
 
     /// Begin a call, where it is in another thread.
     pub(crate) fn begin(&self, ahead: BegunCall) {
-        self.instance.begin(ahead);
+        self.fmi.begin(ahead);
     }
 
     /// Await and forget what is begun.
     pub(crate) fn drain(&self) {
-        self.instance.drain();
+        self.fmi.drain();
     }
 
     /// Ask for warnings and errors only, where the FMU has the standard categories; other messages
@@ -209,7 +210,7 @@ impl Slave {
         if chosen.is_empty() {
             return Ok(());
         }
-        match self.instance.log_only(&chosen) {
+        match self.fmi.log_only(&chosen) {
             Err(error) if Answer::status(&error) == Some(status::ABSENT) => Ok(()),
             done => self.check(done, None, At::Initialization),
         }
@@ -225,7 +226,7 @@ impl Slave {
             .map_err(|unfit| anyhow!("{}.{variable}: `{text}` is not {unfit}", self.name))?;
         let index = description.index(variable).unwrap_or_default();
         let batch = self.fmu.any_batch(vec![index]);
-        let set = self.instance.set_whole(&batch, &[value]);
+        let set = self.fmi.set_whole(&batch, &[value]);
         set.map_err(|error| match error.downcast::<Answer>() {
             Ok(answer) => {
                 let names = format!("{} to `{text}` of {variable}", answer.call);
@@ -254,7 +255,7 @@ impl Slave {
 
     /// A call without values.
     pub(crate) fn call(&self, call: Call, at: At) -> Result<f64> {
-        self.check(self.instance.call(call), None, at)
+        self.check(self.fmi.call(call), None, at)
     }
 
     /// Into Initialization Mode, from `start`, s.
@@ -271,19 +272,19 @@ impl Slave {
 
     /// Read values, as numbers.
     pub fn get(&self, batch: &Batch, values: &mut [f64], at: At) -> Result<()> {
-        let done = self.instance.get(batch, values);
+        let done = self.fmi.get(batch, values);
         self.check(done, Some(batch), at)
     }
 
     /// Set values.
     pub fn set(&self, batch: &Batch, values: &[f64], at: At) -> Result<()> {
-        let done = self.instance.set(batch, values);
+        let done = self.fmi.set(batch, values);
         self.check(done, Some(batch), at)
     }
 
     /// Read values of a type that does not pass as numbers.
     pub fn get_whole(&self, batch: &Batch, values: &mut [Value], at: At) -> Result<()> {
-        let done = self.instance.get_whole(batch, values);
+        let done = self.fmi.get_whole(batch, values);
         self.check(done, Some(batch), at)
     }
 
@@ -292,20 +293,20 @@ impl Slave {
         let is_unfit = |value: &&Value| matches!(value, Value::Whole(k) if !fits(batch.access, *k));
         let done = match values.iter().find(is_unfit) {
             Some(_) => Answer::refuse(status::UNFIT, "set"),
-            None => self.instance.set_whole(batch, values),
+            None => self.fmi.set_whole(batch, values),
         };
         self.check(done, Some(batch), at)
     }
 
     /// First time derivatives of outputs.
     pub fn get_derivatives(&self, batch: &Batch, values: &mut [f64], at: At) -> Result<()> {
-        let done = self.instance.get_derivatives(batch, values);
+        let done = self.fmi.get_derivatives(batch, values);
         self.check(done, Some(batch), at)
     }
 
     /// First time derivatives of inputs for the next step.
     pub fn set_derivatives(&self, batch: &Batch, values: &[f64], at: At) -> Result<()> {
-        let done = self.instance.set_derivatives(batch, values);
+        let done = self.fmi.set_derivatives(batch, values);
         self.check(done, Some(batch), at)
     }
 
@@ -317,13 +318,13 @@ impl Slave {
         rates: &mut [f64],
         at: At,
     ) -> Result<()> {
-        let done = self.instance.directional(of, seeds, rates);
+        let done = self.fmi.directional(of, seeds, rates);
         self.check(done, Some(of[0]), at)
     }
 
     /// A communication step from `t` by `h`, both s.
     pub fn step(&self, t: f64, h: f64) -> Result<()> {
-        let done = self.instance.call(Call::Step(t, h)).map(drop);
+        let done = self.fmi.call(Call::Step(t, h)).map(drop);
         let is_discarded = matches!(&done, Err(e) if Answer::status(e) == Some(status::DISCARD));
         let early = matches!(&done, Err(e) if e.downcast_ref::<Stopped>().is_some());
         let checked = self.check(done, None, At::Time(t));
@@ -338,7 +339,7 @@ impl Slave {
     fn stopped(&self) -> Stopped {
         Stopped {
             name: self.name.clone(),
-            time: self.instance.call(Call::Time).ok(),
+            time: self.fmi.call(Call::Time).ok(),
         }
     }
 
@@ -346,19 +347,19 @@ impl Slave {
     /// with.
     pub fn stop_early(&self, stops: bool) {
         // Where its thread has ended, the next call says so.
-        let _ = self.instance.call(Call::StopEarly(stops));
+        let _ = self.fmi.call(Call::StopEarly(stops));
     }
 
     /// The instance's own time, s: the end of its last successful step.
     pub fn time(&self) -> Result<f64> {
-        let time = self.instance.call(Call::Time);
+        let time = self.fmi.call(Call::Time);
         time.with_context(|| self.name.clone())
     }
 
     /// When Event Mode must be entered next, s: infinite where that is not known. Where its thread
     /// has ended, the next call says so.
     pub fn next_event(&self) -> f64 {
-        let next = self.instance.call(Call::NextEvent);
+        let next = self.fmi.call(Call::NextEvent);
         next.unwrap_or(f64::INFINITY)
     }
 
@@ -373,7 +374,7 @@ impl Slave {
             self.name,
             self.fmu.file
         );
-        self.check(self.instance.save(), None, at).map(State)
+        self.check(self.fmi.save(), None, at).map(State)
     }
 
     /// Back to a state that it was saved in.
@@ -381,7 +382,7 @@ impl Slave {
     /// # Errors
     /// A state of another instance, or one that the FMU refuses.
     pub fn restore(&self, state: &State, at: At) -> Result<()> {
-        self.check(self.instance.restore(&*state.0), None, at)
+        self.check(self.fmi.restore(&*state.0), None, at)
     }
 
     /// The bytes of a state that it was saved in.
@@ -395,7 +396,7 @@ impl Slave {
             self.name,
             self.fmu.file
         );
-        self.check(self.instance.state_to_bytes(&*state.0), None, at)
+        self.check(self.fmi.state_to_bytes(&*state.0), None, at)
     }
 
     /// A state to be restored, from bytes that an instance of the same FMU gave.
@@ -403,17 +404,17 @@ impl Slave {
     /// # Errors
     /// Bytes that the FMU refuses.
     pub fn state_from_bytes(&self, bytes: &[u8], at: At) -> Result<State> {
-        let state = self.check(self.instance.state_from_bytes(bytes), None, at);
+        let state = self.check(self.fmi.state_from_bytes(bytes), None, at);
         state.map(State)
     }
 
     /// Back to where it was when it was made; false where it cannot be, so that another is needed.
     pub(crate) fn reset(&self) -> bool {
-        self.instance.reset() && self.log_only_trouble().is_ok()
+        self.fmi.reset() && self.log_only_trouble().is_ok()
     }
 }
 
-impl Drop for Slave {
+impl Drop for Instance {
     fn drop(&mut self) {
         self.fmu.unregister();
     }
