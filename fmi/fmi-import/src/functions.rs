@@ -164,6 +164,7 @@ macro_rules! numbers {
             }
 
             /// Whether the version has functions for numbers of this type.
+            #[cfg(feature = "native")]
             pub(crate) fn has_numbers(&self, access: Access) -> bool {
                 match (&self.own, access) {
                     $($(($version(_), Access::$access) => true,)*)*

@@ -1,7 +1,6 @@
 //! What the command lines of programs on this library share: which system, how it is stepped, which
 //! values it starts from, which signals are written where, how a program ends.
 
-pub mod describe;
 mod places;
 mod step_args;
 

@@ -20,6 +20,7 @@
 
 #[cfg(feature = "native")]
 pub mod cli;
+pub mod describe;
 pub mod exchange;
 pub mod fmu;
 pub mod instance;

@@ -8,8 +8,8 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand};
-use cosim::cli::describe;
 use cosim::cli::{CsvArgs, InputArgs, RunArgs, StepArgs, SystemArgs, bar, exit, place, print};
+use cosim::describe;
 use cosim::exchange::{Exchange, Order};
 use cosim::run::signals::connected;
 use cosim::run::simulate;
