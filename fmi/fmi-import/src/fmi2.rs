@@ -87,7 +87,7 @@ impl Component {
 impl FmiInstance for Component {
     fn log_only(&self, categories: &[CString]) -> Result<()> {
         let names: Vec<_> = categories.iter().map(|c| Some(c.as_c_str())).collect();
-        let status = self.raw.set_debug_logging(true, Array::Of(&names));
+        let status = self.raw.set_debug_logging(true, Array::Elements(&names));
         Answer::check(status, "fmi2SetDebugLogging")
     }
 

@@ -20,7 +20,7 @@ use crate::calls::Functions3;
 use crate::clocks::{Clock, Plan, Ticking};
 use crate::encoding::{as_bits, load, number};
 use crate::fmi_instance::{Arguments, Call, FmiInstance};
-use crate::raw::{Array, Experiment, RawInstance, StepEnd};
+use crate::raw::{Array, Experiment, RawInstance};
 use crate::saved;
 use crate::standard::Pointer;
 use crate::status;
@@ -131,17 +131,17 @@ impl Instance {
         }
         let (mut from, mut rest, mut stays) = (t, h, 0);
         loop {
-            let mut end = StepEnd {
-                time: self.known.time.get(),
-                ..StepEnd::default()
-            };
-            Answer::check(self.raw.do_step(from, rest, 1, &mut end), "fmi3DoStep")?;
-            let StepEnd {
-                event_needed: event,
-                terminates: ends,
-                early,
-                time,
-            } = end;
+            let [mut event, mut ends, mut early] = [false; 3];
+            let mut time = self.known.time.get();
+            // SAFETY: plain values and places for the results.
+            unsafe {
+                let (api, i, time) = (&self.api, self.instance, &mut time);
+                let (event, ends, early) = (&mut event, &mut ends, &mut early);
+                call!(
+                    api,
+                    fmi3DoStep(i, from, rest, true, event, ends, early, time)
+                )?;
+            }
             self.known.time.set(time);
             if ends {
                 let call = "fmi3DoStep";
@@ -176,7 +176,7 @@ impl FmiInstance for Instance {
     fn log_only(&self, categories: &[CString]) -> Result<()> {
         let names: Vec<_> = categories.iter().map(|c| Some(c.as_c_str())).collect();
         // All categories are on from instantiation, so that it may say why it fails.
-        for (on, names) in [(false, Array::Null(0)), (true, Array::Of(&names[..]))] {
+        for (on, names) in [(false, Array::Null(0)), (true, Array::Elements(&names[..]))] {
             let status = self.raw.set_debug_logging(on, names);
             Answer::check(status, "fmi3SetDebugLogging")?;
         }

@@ -115,20 +115,17 @@ impl Functions {
 macro_rules! numbers {
     ($($version:ident $functions:ident { $($access:ident $get:ident $set:ident;)* })*) => {
         $(impl $functions {
-            /// Gets numbers of a type into `values`, which each have the size of their C type;
-            /// what the function is called.
+            /// Gets numbers of a type into `values`, which each have the size of their C type.
             ///
             /// # Safety
             /// A live instance or NULL, NULL or `m` references, NULL or room for `n` values.
             #[inline]
             pub(crate) unsafe fn get_numbers(
                 &self, access: Access, c: Pointer, vr: *const u32, m: usize, values: *mut u64, n: usize,
-            ) -> (c_int, &'static str) {
+            ) -> c_int {
                 match access {
                     // SAFETY: forwarded.
-                    $(Access::$access => unsafe {
-                        ($version!((self.$get)(c, vr, m, values.cast()), n), stringify!($get))
-                    },)*
+                    $(Access::$access => unsafe { $version!((self.$get)(c, vr, m, values.cast()), n) },)*
                     other => unreachable!("{other:?} is no number"),
                 }
             }
@@ -140,12 +137,10 @@ macro_rules! numbers {
             #[inline]
             pub(crate) unsafe fn set_numbers(
                 &self, access: Access, c: Pointer, vr: *const u32, m: usize, values: *const u64, n: usize,
-            ) -> (c_int, &'static str) {
+            ) -> c_int {
                 match access {
                     // SAFETY: forwarded.
-                    $(Access::$access => unsafe {
-                        ($version!((self.$set)(c, vr, m, values.cast()), n), stringify!($set))
-                    },)*
+                    $(Access::$access => unsafe { $version!((self.$set)(c, vr, m, values.cast()), n) },)*
                     other => unreachable!("{other:?} is no number"),
                 }
             }

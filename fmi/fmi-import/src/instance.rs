@@ -9,7 +9,7 @@ use fmi_description::{Access, Variable};
 
 use crate::fmu::Fmu;
 use crate::log::{Log, Message};
-use crate::raw::{Array, Experiment, Given, Kind, RawInstance, Request, StepEnd};
+use crate::raw::{Array, CallbackSet, Experiment, InstanceKind, RawInstance, Request, StepEnd};
 use crate::standard::Mode;
 use crate::status::{self, OK, WARNING};
 
@@ -19,7 +19,7 @@ pub struct Manner<'a> {
     /// GUID or instantiation token; None for that of the description.
     pub token: Option<&'a str>,
     /// What it is made for.
-    pub kind: Kind,
+    pub kind: InstanceKind,
     /// loggingOn.
     pub is_logging: bool,
     /// It is given functions for memory (FMI 2.0).
@@ -32,7 +32,7 @@ impl Manner<'_> {
     /// As most importers do it.
     pub const USUAL: Self = Self {
         token: None,
-        kind: Kind::CoSimulation,
+        kind: InstanceKind::CoSimulation,
         is_logging: false,
         gives_memory: true,
         may_warn: true,
@@ -88,8 +88,8 @@ impl<'a> Instance<'a> {
             has_events: fmu.functions.has_event_mode(),
             returns_early: false,
             given: match manner.gives_memory {
-                true => Given::LoggerAndMemory,
-                false => Given::Logger,
+                true => CallbackSet::LoggerAndMemory,
+                false => CallbackSet::Logger,
             },
         };
         let made = RawInstance::new(&fmu.functions, &request, Log::new(name));
@@ -239,7 +239,9 @@ impl<'a> Instance<'a> {
             return (OK, Vec::new());
         }
         let mut values = vec![0.0; self.fmu.functions.count(references)];
-        let status = self.raw.get_reals(Array::Of(references), Some(&mut values));
+        let status = self
+            .raw
+            .get_reals(Array::Elements(references), Some(&mut values));
         (status, values)
     }
 
@@ -270,7 +272,8 @@ impl<'a> Instance<'a> {
     /// Set Real variables; the status.
     pub fn set_reals(&self, references: &[u32], values: &[f64]) -> c_int {
         assert_eq!(self.fmu.functions.count(references), values.len());
-        self.raw.set_reals(Array::Of(references), Array::Of(values))
+        self.raw
+            .set_reals(Array::Elements(references), Array::Elements(values))
     }
 
     /// Everything that can be read, as bits: numbers of all variables.

@@ -12,7 +12,7 @@ use crate::fmi2;
 use crate::fmi3;
 use crate::functions::{Functions, OwnFunctions};
 use crate::log::Log;
-use crate::raw::{Given, Kind, RawInstance, Request};
+use crate::raw::{CallbackSet, InstanceKind, RawInstance, Request};
 
 /// An instance for co-simulation; none where the FMU gives none.
 ///
@@ -32,14 +32,14 @@ pub fn instantiate(
         needed[1]
     );
     let request = Request {
-        kind: Kind::CoSimulation,
+        kind: InstanceKind::CoSimulation,
         name: Some(&arguments.name),
         token: Some(&arguments.token),
         resources: Some(&arguments.resources),
         is_logging: true,
         has_events: arguments.has_events,
         returns_early: arguments.returns_early,
-        given: Given::LoggerAndMemory,
+        given: CallbackSet::LoggerAndMemory,
     };
     let log = Log::of_thread(&arguments.name.to_string_lossy());
     let Ok(raw) = RawInstance::new(functions, &request, log) else {

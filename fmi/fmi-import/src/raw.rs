@@ -8,6 +8,8 @@
 mod calls;
 mod lists;
 
+pub use lists::{ClockFunction, Inquiry};
+
 use std::ffi::{CStr, c_int};
 use std::ptr;
 use std::sync::Arc;
@@ -22,7 +24,7 @@ use crate::standard::{Pointer, Text};
 #[derive(Clone, Copy, Debug)]
 pub enum Array<'a, T> {
     /// Elements.
-    Of(&'a [T]),
+    Elements(&'a [T]),
     /// NULL.
     Null(usize),
 }
@@ -32,20 +34,20 @@ impl<'a, T> Array<'a, T> {
     pub fn or_null(elements: &'a [T], is_null: bool) -> Self {
         match is_null {
             true => Self::Null(elements.len()),
-            false => Self::Of(elements),
+            false => Self::Elements(elements),
         }
     }
 
     fn pointer(self) -> *const T {
         match self {
-            Self::Of(elements) => elements.as_ptr(),
+            Self::Elements(elements) => elements.as_ptr(),
             Self::Null(_) => ptr::null(),
         }
     }
 
     fn len(self) -> usize {
         match self {
-            Self::Of(elements) => elements.len(),
+            Self::Elements(elements) => elements.len(),
             Self::Null(count) => count,
         }
     }
@@ -91,7 +93,7 @@ pub struct Experiment {
 
 /// `fmi2Type`: what an instance is made for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
+pub enum InstanceKind {
     /// Model Exchange.
     ModelExchange,
     /// Co-Simulation.
@@ -102,7 +104,7 @@ pub enum Kind {
 
 /// Callbacks that an instance is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Given {
+pub enum CallbackSet {
     /// NULL in their place.
     Nothing,
     /// Without a logger.
@@ -117,7 +119,7 @@ pub enum Given {
 #[derive(Clone, Copy, Debug)]
 pub struct Request<'a> {
     /// What it is made for.
-    pub kind: Kind,
+    pub kind: InstanceKind,
     /// Name.
     pub name: Option<&'a CStr>,
     /// `guid` or `instantiationToken`.
@@ -131,7 +133,7 @@ pub struct Request<'a> {
     /// earlyReturnAllowed (FMI 3.0).
     pub returns_early: bool,
     /// Callbacks.
-    pub given: Given,
+    pub given: CallbackSet,
 }
 
 /// How a step of FMI 3.0 ended.
@@ -159,14 +161,14 @@ pub struct Update {
 /// Numbers of a model that an importer integrates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(missing_docs)] // named in the standard
-pub enum Continuous {
+pub enum ContinuousValues {
     States,
     Derivatives,
     Indicators,
     Nominals,
 }
 
-impl Continuous {
+impl ContinuousValues {
     /// The function that gets them, as in FMI 2.0.
     pub const fn function(self) -> &'static str {
         match self {
@@ -195,9 +197,9 @@ impl RawInstance {
     ) -> Result<Self, Vec<Message>> {
         let mut callbacks = Box::new(log.callbacks());
         match request.given {
-            Given::NoLogger => callbacks.logger = ptr::null(),
+            CallbackSet::NoLogger => callbacks.logger = ptr::null(),
             #[cfg(feature = "native")]
-            Given::LoggerAndMemory => {
+            CallbackSet::LoggerAndMemory => {
                 callbacks.allocate_memory = Some(libc::calloc);
                 callbacks.free_memory = Some(libc::free);
             }
@@ -270,25 +272,26 @@ unsafe fn instantiate(
         match &functions.own {
             Fmi2(f) => {
                 let callbacks = match request.given {
-                    Given::Nothing => ptr::null(),
+                    CallbackSet::Nothing => ptr::null(),
                     _ => callbacks,
                 };
                 let kind = match request.kind {
-                    Kind::ModelExchange => 0,
-                    Kind::CoSimulation => 1,
-                    Kind::Other(kind) => kind,
+                    InstanceKind::ModelExchange => 0,
+                    InstanceKind::CoSimulation => 1,
+                    InstanceKind::Other(kind) => kind,
                 };
                 (f.fmi2Instantiate)(name, kind, token, resources, callbacks, 0, logging.into())
             }
             Fmi3(f) => {
                 let environment = match request.given {
-                    Given::Nothing => ptr::null_mut(),
+                    CallbackSet::Nothing => ptr::null_mut(),
                     _ => callbacks.environment,
                 };
-                let has_logger = !matches!(request.given, Given::Nothing | Given::NoLogger);
+                let has_logger =
+                    !matches!(request.given, CallbackSet::Nothing | CallbackSet::NoLogger);
                 let logger = has_logger.then_some(logger_3 as Logger);
                 match request.kind {
-                    Kind::CoSimulation => (f.fmi3InstantiateCoSimulation)(
+                    InstanceKind::CoSimulation => (f.fmi3InstantiateCoSimulation)(
                         name,
                         token,
                         resources,

@@ -79,7 +79,7 @@ where
 {
     let (known, own): (T, _) = postcard::take_from_bytes(bytes)?;
     let mut handle = StateHandle::NULL;
-    let status = owner.deserialize(Array::Of(own), Some(&mut handle));
+    let status = owner.deserialize(Array::Elements(own), Some(&mut handle));
     check(owner, status, "fmi2DeSerializeFMUstate")?;
     let owner = owner.clone();
     Ok(Box::new(State {

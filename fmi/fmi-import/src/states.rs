@@ -46,7 +46,7 @@ impl Instance<'_> {
     /// A state made of bytes; the status, and what was made.
     pub fn state_of(&self, bytes: &[u8]) -> (c_int, StateHandle) {
         let mut state = StateHandle::NULL;
-        let status = self.deserialize(Array::Of(bytes), Some(&mut state));
+        let status = self.deserialize(Array::Elements(bytes), Some(&mut state));
         (status, state)
     }
 

@@ -30,7 +30,7 @@ impl Instance<'_> {
             _ if self.fmu.functions.has_numbers(access) => {
                 let mut room = vec![0; n];
                 let place = (!is_null).then_some(&mut room[..]);
-                let status = self.get_numbers(access, Array::Of(vr), place, n);
+                let status = self.get_numbers(access, Array::Elements(vr), place, n);
                 let stored = self.stored(access);
                 let shown = |k| shown(access, load(stored, &room, k));
                 (status, (0..n).map(shown).collect())

@@ -11,7 +11,7 @@ use std::any::Any;
 use std::ffi::CString;
 use std::sync::Arc;
 
-use anyhow::{Context, Result, anyhow, bail, ensure};
+use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use fmi_import::answer::Answer;
 pub use fmi_import::answer::{At, Ended, Stopped};
 use fmi_import::batch::Batch;
@@ -324,13 +324,20 @@ impl Instance {
 
     /// A communication step from `t` by `h`, both s.
     pub fn step(&self, t: f64, h: f64) -> Result<()> {
-        let done = self.fmi.call(Call::Step(t, h)).map(drop);
-        let is_discarded = matches!(&done, Err(e) if Answer::status(e) == Some(status::DISCARD));
-        let early = matches!(&done, Err(e) if e.downcast_ref::<Stopped>().is_some());
-        let checked = self.check(done, None, At::Time(t));
-        match is_discarded || early {
-            true => checked.with_context(|| self.stopped()),
-            false => checked,
+        match self.fmi.call(Call::Step(t, h)) {
+            Ok(_) => Ok(()),
+            Err(error) => self.not_made(error, t),
+        }
+    }
+
+    #[cold]
+    fn not_made(&self, error: Error, t: f64) -> Result<()> {
+        let is_discarded = Answer::status(&error) == Some(status::DISCARD);
+        let stops = is_discarded || error.is::<Stopped>();
+        let failure = self.check(Err(error), None, At::Time(t));
+        match stops {
+            true => failure.with_context(|| self.stopped()),
+            false => failure,
         }
     }
 

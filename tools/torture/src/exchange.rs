@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Result, bail, ensure};
 use fmi_description::Variable;
 use fmi_import::instance::Manner;
-use fmi_import::raw::{Array, Continuous, Kind, RawInstance, Update};
+use fmi_import::raw::{Array, ContinuousValues, InstanceKind, RawInstance, Update};
 use fmi_import::status::{DISCARD, ERROR, OK};
 use fmi_import::{Fmu, Instance};
 
@@ -73,7 +73,7 @@ pub fn run(path: &Path, calls: usize, seed: u64) -> Result<()> {
 
 fn new(fmu: &Fmu) -> Result<Instance<'_>> {
     let manner = Manner {
-        kind: Kind::ModelExchange,
+        kind: InstanceKind::ModelExchange,
         ..Manner::STRICT
     };
     Instance::with(fmu, "exchange", manner)
@@ -152,7 +152,7 @@ fn call(instance: &Instance, r: &mut Random, state: char) -> Call {
             let count = n(states, r);
             let x = seeds(r, count, right);
             let is_valid = x.len() == states && x.iter().all(|x| x.is_finite());
-            let status = f.set_continuous_states(Array::Of(&x));
+            let status = f.set_continuous_states(Array::Elements(&x));
             Call::new("fmi2SetContinuousStates", "C", is_valid, status)
         }
         9 => {
@@ -165,10 +165,10 @@ fn call(instance: &Instance, r: &mut Random, state: char) -> Call {
         which @ (10 | 11) => {
             let nominals = if is_3 { "NECT" } else { "IECT" };
             let (which, allowed, of) = match (which, r.below(3)) {
-                (11, _) => (Continuous::Indicators, "NECT", d.event_indicators),
-                (_, 0) => (Continuous::Derivatives, reads, states),
-                (_, 1) => (Continuous::States, "NECT", states),
-                _ => (Continuous::Nominals, nominals, states),
+                (11, _) => (ContinuousValues::Indicators, "NECT", d.event_indicators),
+                (_, 0) => (ContinuousValues::Derivatives, reads, states),
+                (_, 1) => (ContinuousValues::States, "NECT", states),
+                _ => (ContinuousValues::Nominals, nominals, states),
             };
             let n = n(of, r);
             let mut x = vec![0.0; n];
@@ -185,7 +185,7 @@ fn call(instance: &Instance, r: &mut Random, state: char) -> Call {
             };
             let value = seeds(r, input.size(), right);
             let values = Array::or_null(&value, is_null);
-            let status = f.set_reals(Array::Of(&[input.reference]), values);
+            let status = f.set_reals(Array::Elements(&[input.reference]), values);
             // Bounds, and inputs that are discrete, are looked at elsewhere.
             let allowed = if status == OK { "INEC" } else { "" };
             Call::new("fmi2SetReal", allowed, !is_null, status)

@@ -7,7 +7,7 @@ use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use anyhow::{Result, bail};
 use fmi_description::{Access, Causality};
-use fmi_import::raw::{Array, RawInstance, Update};
+use fmi_import::raw::{Array, ClockFunction, RawInstance, Update};
 use fmi_import::standard::Mode;
 use fmi_import::status::OK;
 
@@ -162,12 +162,13 @@ impl Session<'_> {
         let names = |access| self.fmu.functions.names_of(access);
         // Room for more values than the variable has.
         let mut get = |access, n| {
-            let status = instance.get_numbers(access, Array::Of(&[vr]), Some(&mut room), n);
+            let status = instance.get_numbers(access, Array::Elements(&[vr]), Some(&mut room), n);
             (names(access)[0], status)
         };
         let values = vec![0; size + 2];
         let set = |access, n| {
-            let status = instance.set_numbers(access, Array::Of(&[vr]), Array::Of(&values), n);
+            let status =
+                instance.set_numbers(access, Array::Elements(&[vr]), Array::Elements(&values), n);
             (names(access)[1], status)
         };
         let (name, status) = match which {
@@ -176,7 +177,8 @@ impl Session<'_> {
                 get(types[which], size)
             }
             7..11 => set([Float32, Int8, UInt16, UInt64][which - 7], size),
-            11 | 12 => instance.clock_call(which - 11, vr),
+            11 => instance.clock_call(ClockFunction::Get, vr),
+            12 => instance.clock_call(ClockFunction::Set, vr),
             13 => (
                 "fmi3EnterConfigurationMode",
                 instance.enter_configuration_mode(),
@@ -185,7 +187,10 @@ impl Session<'_> {
                 "fmi3ExitConfigurationMode",
                 instance.exit_configuration_mode(),
             ),
-            15..19 => instance.clock_call(which - 13, vr),
+            15 => instance.clock_call(ClockFunction::GetInterval, vr),
+            16 => instance.clock_call(ClockFunction::SetInterval, vr),
+            17 => instance.clock_call(ClockFunction::GetShift, vr),
+            18 => instance.clock_call(ClockFunction::SetShift, vr),
             19 => get(Real, size + 1),
             20 => set(Real, size + 1),
             21 => get(Real, size - 1),

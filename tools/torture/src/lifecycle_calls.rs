@@ -6,7 +6,10 @@ use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use anyhow::Result;
 use fmi_import::log::Log;
-use fmi_import::raw::{Array, Experiment, Given, Kind, RawInstance, Request, StateHandle, StepEnd};
+use fmi_import::raw::{
+    Array, CallbackSet, Experiment, Inquiry, InstanceKind, RawInstance, Request, StateHandle,
+    StepEnd,
+};
 use fmi_import::standard::Mode;
 use fmi_import::status::{ERROR, OK};
 use std::ffi::{CStr, CString, c_int};
@@ -141,14 +144,20 @@ impl Session<'_> {
         let kind = r.of(&[0, 1, 2, 3, 4, -1, c_int::MAX]);
         let is_null = r.one_in(8);
         // The inquiry that each function answers.
-        let inquiries = [Some(0), Some(2), None, Some(3), Some(1)];
-        let which = r.below(inquiries.len());
-        let right = inquiries[which] == Some(kind);
-        let (name, status) = self.instances[i].inquire(which, kind, is_null);
+        let inquiries = [
+            (Inquiry::Status, Some(0)),
+            (Inquiry::Real, Some(2)),
+            (Inquiry::Integer, None),
+            (Inquiry::Boolean, Some(3)),
+            (Inquiry::String, Some(1)),
+        ];
+        let (by, answered) = inquiries[r.below(inquiries.len())];
+        let right = answered == Some(kind);
+        let (name, status) = self.instances[i].inquire(by, kind, is_null);
         self.trace(i, format_args!("{name}({kind}, NULL: {is_null})"));
-        let expect = match (right, which) {
+        let expect = match (right, by) {
             _ if is_null => Expect::Refused,
-            (true, 4) | (false, _) => Expect::Discarded, // what the standard has for an inquiry without answer
+            (true, Inquiry::String) | (false, _) => Expect::Discarded, // what the standard has for an inquiry without answer
             (true, _) => Expect::Done,
         };
         Ok(self.plain(i, name, status, expect))
@@ -212,9 +221,9 @@ impl Session<'_> {
         );
         let request = Request {
             kind: match kind {
-                0 => Kind::ModelExchange,
-                1 => Kind::CoSimulation,
-                other => Kind::Other(other),
+                0 => InstanceKind::ModelExchange,
+                1 => InstanceKind::CoSimulation,
+                other => InstanceKind::Other(other),
             },
             name,
             token: (!no_guid).then_some(&guid),
@@ -223,8 +232,8 @@ impl Session<'_> {
             has_events: self.fmu.functions.has_event_mode(),
             returns_early: false,
             given: match no_callbacks {
-                true => Given::Nothing,
-                false => Given::NoLogger,
+                true => CallbackSet::Nothing,
+                false => CallbackSet::NoLogger,
             },
         };
         let f = &self.fmu.functions;
@@ -255,7 +264,7 @@ impl Session<'_> {
     pub fn without_instance(&mut self, i: usize) -> Result<Call> {
         let f = &self.fmu.functions;
         let nobody = RawInstance::null(f);
-        let (vr, mut number) = (Array::Of(&[0]), [0.0]);
+        let (vr, mut number) = (Array::Elements(&[0]), [0.0]);
         let which = self.random.below(8);
         self.trace(i, format_args!("a call without instance, number {which}"));
         let (name, status) = match which {
@@ -264,7 +273,10 @@ impl Session<'_> {
                 ("fmi2DoStep", status)
             }
             1 => ("fmi2GetReal", nobody.get_reals(vr, Some(&mut number))),
-            2 => ("fmi2SetReal", nobody.set_reals(vr, Array::Of(&number))),
+            2 => (
+                "fmi2SetReal",
+                nobody.set_reals(vr, Array::Elements(&number)),
+            ),
             3 => ("fmi2Reset", nobody.reset()),
             4 => ("fmi2Terminate", nobody.terminate()),
             5 => {

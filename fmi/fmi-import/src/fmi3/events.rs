@@ -5,7 +5,6 @@ use anyhow::{Result, bail};
 use super::{Instance, Mode, PASSES};
 use crate::answer::{Answer, Ended, call};
 use crate::clocks::Interval;
-use crate::raw::Update;
 
 impl Instance {
     /// What the FMU says of the interval of a clock.
@@ -63,7 +62,8 @@ impl Instance {
         if !self.has_events || self.known.mode.replace(Mode::Event) == Mode::Event {
             return Ok(());
         }
-        Answer::check(self.raw.enter_event_mode(), "fmi3EnterEventMode")
+        // SAFETY: the instance is alive.
+        unsafe { call!(self.api, fmi3EnterEventMode(self.instance)) }
     }
 
     /// What clocked variables have at the tick is remembered before it is over. A clock that ticks
@@ -79,15 +79,26 @@ impl Instance {
                 false => Ok(()),
             })?;
         }
-        let (mut update, call) = (Update::default(), "fmi3UpdateDiscreteStates");
-        Answer::check(self.raw.update_discrete_states(&mut update), call)?;
+        let [mut again, mut ends, mut nominals, mut values, mut has_next] = [false; 5];
+        let mut next = 0.0;
+        // SAFETY: the instance is alive; places for the results.
+        unsafe {
+            let (api, i, again, ends) = (&self.api, self.instance, &mut again, &mut ends);
+            let (n, v) = (&mut nominals, &mut values);
+            let (has_next, next) = (&mut has_next, &mut next);
+            call!(
+                api,
+                fmi3UpdateDiscreteStates(i, again, ends, n, v, has_next, next)
+            )?;
+        }
         self.known.active.borrow_mut().clear();
         let time = self.known.time.get();
-        if update.terminates {
+        if ends {
+            let call = "fmi3UpdateDiscreteStates";
             bail!(Ended { call, time });
         }
-        let is_ahead = update.next > time;
-        let announced = if is_ahead { update.next } else { f64::INFINITY };
+        let is_ahead = has_next && next > time;
+        let announced = if is_ahead { next } else { f64::INFINITY };
         self.known.announced.set(announced);
         let mut is_due = false;
         let mut clocks = self.known.clocks.borrow_mut();
@@ -100,7 +111,7 @@ impl Instance {
         if is_due {
             self.activate(time)?;
         }
-        Ok(update.again || is_due)
+        Ok(again || is_due)
     }
 
     pub(super) fn leave_events(&self) -> Result<()> {
@@ -108,7 +119,8 @@ impl Instance {
             return Ok(());
         }
         self.known.mode.set(Mode::Step);
-        Answer::check(self.raw.enter_step_mode(), "fmi3EnterStepMode")
+        // SAFETY: the instance is alive.
+        unsafe { call!(self.api, fmi3EnterStepMode(self.instance)) }
     }
 
     pub(super) fn settle(&self) -> Result<()> {

@@ -1,6 +1,8 @@
 //! Values of variables of all types, with a memory of what was given: whole arrays pass, and clocked
 //! variables pass at ticks only.
 
+use std::ffi::c_int;
+
 use anyhow::Result;
 use fmi_description::Access;
 
@@ -10,7 +12,19 @@ use crate::batch::Batch;
 use crate::encoding::{load, store};
 use crate::value::Value;
 
+/// Places in the names of the functions of a type.
+const GET: usize = 0;
+const SET: usize = 1;
+
 impl Instance {
+    #[inline]
+    fn check(&self, status: c_int, access: Access, function: usize) -> Result<()> {
+        match status {
+            0 | 1 => Ok(()),
+            _ => Answer::refuse(status, self.raw.functions().names_of(access)[function]),
+        }
+    }
+
     /// Set variables to what the memory holds.
     pub(super) fn set_remembered(&self, batch: &Batch) -> Result<()> {
         let vr = &batch.references;
@@ -44,11 +58,11 @@ impl Instance {
                 assert!(n <= passed.len());
                 // SAFETY: `m` references, and `n` values of the type of the call, which the memory
                 // has for these references.
-                let (status, name) = unsafe {
+                let status = unsafe {
                     let (i, vr) = (self.instance, vr.as_ptr());
                     self.api.set_numbers(access, i, vr, m, p, n)
                 };
-                Answer::check(status, name)
+                self.check(status, access, SET)
             }
         }
     }
@@ -59,8 +73,8 @@ impl Instance {
         let (vr, m) = (batch.references.as_ptr(), batch.references.len());
         // SAFETY: `m` references and room for `n` values of at most eight bytes each, the caller's
         // promise.
-        let (status, name) = unsafe { self.api.get_numbers(access, i, vr, m, p, n) };
-        Answer::check(status, name)
+        let status = unsafe { self.api.get_numbers(access, i, vr, m, p, n) };
+        self.check(status, access, GET)
     }
 
     /// Read variables into the memory.

@@ -5,7 +5,7 @@ use std::ptr;
 
 use fmi_description::Access;
 
-use super::{Array, Continuous, Experiment, RawInstance, StateHandle, StepEnd, room};
+use super::{Array, ContinuousValues, Experiment, RawInstance, StateHandle, StepEnd, room};
 use crate::functions::OwnFunctions::{Fmi2, Fmi3};
 use crate::status::{ABSENT, DISCARD};
 
@@ -103,13 +103,13 @@ calls! { self, c, f:
     /// it is given NULL.
     fn get_numbers(access: Access, vr: Array<u32>, values: Option<&mut [u64]>, n: usize)
         [values.as_ref().is_none_or(|room| room.len() >= n.max(vr.len()))]
-        = f.get_numbers(access, c, vr.pointer(), vr.len(), start(values), n).0,
-        f.get_numbers(access, c, vr.pointer(), vr.len(), start(values), n).0;
+        = f.get_numbers(access, c, vr.pointer(), vr.len(), start(values), n),
+        f.get_numbers(access, c, vr.pointer(), vr.len(), start(values), n);
     /// Sets numbers likewise.
     fn set_numbers(access: Access, vr: Array<u32>, values: Array<u64>, n: usize)
         [values.len() >= n.max(vr.len())]
-        = f.set_numbers(access, c, vr.pointer(), vr.len(), values.pointer(), n).0,
-        f.set_numbers(access, c, vr.pointer(), vr.len(), values.pointer(), n).0;
+        = f.set_numbers(access, c, vr.pointer(), vr.len(), values.pointer(), n),
+        f.set_numbers(access, c, vr.pointer(), vr.len(), values.pointer(), n);
     /// Derivatives of outputs, of these orders.
     fn get_output_derivatives(vr: &[u32], orders: &[c_int], values: &mut [f64])
         [orders.len() == vr.len() && values.len() >= vr.len()]
@@ -182,18 +182,18 @@ calls! { self, c, f:
         = (f.fmi2SetContinuousStates)(c, x.pointer(), x.len()),
         (f.fmi3SetContinuousStates)(c, x.pointer(), x.len());
     /// Numbers of one kind, or NULL in the place of room for `n` of them.
-    fn get_continuous(which: Continuous, values: Option<&mut [f64]>, n: usize)
+    fn get_continuous(which: ContinuousValues, values: Option<&mut [f64]>, n: usize)
         [values.as_ref().is_none_or(|room| room.len() >= n)]
         = match which {
-            Continuous::States => (f.fmi2GetContinuousStates)(c, start(values), n),
-            Continuous::Derivatives => (f.fmi2GetDerivatives)(c, start(values), n),
-            Continuous::Indicators => (f.fmi2GetEventIndicators)(c, start(values), n),
-            Continuous::Nominals => (f.fmi2GetNominalsOfContinuousStates)(c, start(values), n),
+            ContinuousValues::States => (f.fmi2GetContinuousStates)(c, start(values), n),
+            ContinuousValues::Derivatives => (f.fmi2GetDerivatives)(c, start(values), n),
+            ContinuousValues::Indicators => (f.fmi2GetEventIndicators)(c, start(values), n),
+            ContinuousValues::Nominals => (f.fmi2GetNominalsOfContinuousStates)(c, start(values), n),
         }, match which {
-            Continuous::States => (f.fmi3GetContinuousStates)(c, start(values), n),
-            Continuous::Derivatives => (f.fmi3GetContinuousStateDerivatives)(c, start(values), n),
-            Continuous::Indicators => (f.fmi3GetEventIndicators)(c, start(values), n),
-            Continuous::Nominals => (f.fmi3GetNominalsOfContinuousStates)(c, start(values), n),
+            ContinuousValues::States => (f.fmi3GetContinuousStates)(c, start(values), n),
+            ContinuousValues::Derivatives => (f.fmi3GetContinuousStateDerivatives)(c, start(values), n),
+            ContinuousValues::Indicators => (f.fmi3GetEventIndicators)(c, start(values), n),
+            ContinuousValues::Nominals => (f.fmi3GetNominalsOfContinuousStates)(c, start(values), n),
         };
     /// Whether an event must be handled, and whether the simulation ends.
     fn completed_integrator_step(told: &mut [bool; 2]) = {

@@ -18,6 +18,29 @@ struct EventInfo {
     next: f64,
 }
 
+/// The functions of FMI 2.0 that answer inquiries.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)] // named in the standard
+pub enum Inquiry {
+    Status,
+    Real,
+    Integer,
+    Boolean,
+    String,
+}
+
+/// Functions of FMI 3.0 for clocks.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)] // named in the standard
+pub enum ClockFunction {
+    Get,
+    Set,
+    GetInterval,
+    SetInterval,
+    GetShift,
+    SetShift,
+}
+
 impl RawInstance {
     /// fmi2SetupExperiment; FMI 3.0 has it in fmi3EnterInitializationMode, and nothing is called
     /// here.
@@ -31,11 +54,11 @@ impl RawInstance {
     /// Switches on or off what these categories say, all of them where none is named.
     pub fn set_debug_logging(&self, on: bool, categories: Array<Option<&CStr>>) -> c_int {
         let pointers: Vec<Text> = match categories {
-            Array::Of(categories) => categories.iter().map(|c| c_text(*c)).collect(),
+            Array::Elements(categories) => categories.iter().map(|c| c_text(*c)).collect(),
             Array::Null(_) => Vec::new(),
         };
         let list = match categories {
-            Array::Of(_) => pointers.as_ptr(),
+            Array::Elements(_) => pointers.as_ptr(),
             Array::Null(_) => ptr::null(),
         };
         let n = categories.len();
@@ -181,9 +204,8 @@ impl RawInstance {
         }
     }
 
-    /// The inquiry `kind` by one of `fmi2GetStatus`, `fmi2GetRealStatus`, `fmi2GetIntegerStatus`,
-    /// `fmi2GetBooleanStatus` and `fmi2GetStringStatus`, in this order.
-    pub fn inquire(&self, which: usize, kind: c_int, is_null: bool) -> (&'static str, c_int) {
+    /// The inquiry `kind` by a function; its name, too.
+    pub fn inquire(&self, by: Inquiry, kind: c_int, is_null: bool) -> (&'static str, c_int) {
         let Fmi2(f) = &self.functions.own else {
             return ("fmi2GetStatus", ABSENT);
         };
@@ -198,12 +220,12 @@ impl RawInstance {
         }
         // SAFETY: a live instance or NULL; places for one result or NULL.
         unsafe {
-            match which {
-                0 => ask!(fmi2GetStatus, &mut integer),
-                1 => ask!(fmi2GetRealStatus, &mut number),
-                2 => ask!(fmi2GetIntegerStatus, &mut integer),
-                3 => ask!(fmi2GetBooleanStatus, &mut integer),
-                _ => ask!(fmi2GetStringStatus, &mut string),
+            match by {
+                Inquiry::Status => ask!(fmi2GetStatus, &mut integer),
+                Inquiry::Real => ask!(fmi2GetRealStatus, &mut number),
+                Inquiry::Integer => ask!(fmi2GetIntegerStatus, &mut integer),
+                Inquiry::Boolean => ask!(fmi2GetBooleanStatus, &mut integer),
+                Inquiry::String => ask!(fmi2GetStringStatus, &mut string),
             }
         }
     }
@@ -232,11 +254,9 @@ impl RawInstance {
         (status, of, on)
     }
 
-    /// Functions for clocks, with one reference and one answer or value; the interval without a
-    /// place for its qualifier. `which` counts `fmi3GetClock`, `fmi3SetClock`,
-    /// `fmi3GetIntervalDecimal`, `fmi3SetIntervalDecimal`, `fmi3GetShiftDecimal` and
-    /// `fmi3SetShiftFraction`.
-    pub fn clock_call(&self, which: usize, vr: u32) -> (&'static str, c_int) {
+    /// A function for clocks, with one reference and one answer or value; the interval without a
+    /// place for its qualifier. Its name, too.
+    pub fn clock_call(&self, function: ClockFunction, vr: u32) -> (&'static str, c_int) {
         let Fmi3(f) = &self.functions.own else {
             return ("fmi3GetClock", ABSENT);
         };
@@ -246,13 +266,15 @@ impl RawInstance {
         }
         // SAFETY: a live instance or NULL; one reference, and a place for one answer.
         unsafe {
-            match which {
-                0 => call!(fmi3GetClock(&mut active)),
-                1 => call!(fmi3SetClock(&active)),
-                2 => call!(fmi3GetIntervalDecimal(&mut number, ptr::null_mut())),
-                3 => call!(fmi3SetIntervalDecimal(&number)),
-                4 => call!(fmi3GetShiftDecimal(&mut number)),
-                _ => call!(fmi3SetShiftFraction(&fraction, &fraction)),
+            match function {
+                ClockFunction::Get => call!(fmi3GetClock(&mut active)),
+                ClockFunction::Set => call!(fmi3SetClock(&active)),
+                ClockFunction::GetInterval => {
+                    call!(fmi3GetIntervalDecimal(&mut number, ptr::null_mut()))
+                }
+                ClockFunction::SetInterval => call!(fmi3SetIntervalDecimal(&number)),
+                ClockFunction::GetShift => call!(fmi3GetShiftDecimal(&mut number)),
+                ClockFunction::SetShift => call!(fmi3SetShiftFraction(&fraction, &fraction)),
             }
         }
     }

@@ -6,7 +6,7 @@ use super::trial::trials;
 use crate::outcome::Outcome;
 use fmi_import::Fmu;
 use fmi_import::instance::{Instance, Manner, start_time};
-use fmi_import::raw::{Array, Continuous, Kind, RawInstance, Update};
+use fmi_import::raw::{Array, ContinuousValues, InstanceKind, RawInstance, Update};
 use fmi_import::standard::Mode;
 
 /// Heading of what is for Model Exchange.
@@ -36,7 +36,7 @@ struct Integrated<'a> {
 impl<'a> Integrated<'a> {
     fn started(fmu: &'a Fmu, name: &str) -> Result<Self> {
         let manner = Manner {
-            kind: Kind::ModelExchange,
+            kind: InstanceKind::ModelExchange,
             ..Manner::USUAL
         };
         let mut instance = Instance::with(fmu, name, manner)?;
@@ -54,7 +54,7 @@ impl<'a> Integrated<'a> {
             events: 0,
         };
         new.handle_events()?;
-        let nominals = new.read(Continuous::Nominals, n)?;
+        let nominals = new.read(ContinuousValues::Nominals, n)?;
         ensure!(
             nominals.iter().all(|x| *x > 0.0),
             "nominal values {nominals:?} must be positive"
@@ -71,11 +71,11 @@ impl<'a> Integrated<'a> {
             !update.terminates,
             "the model ends the simulation at {time} s"
         );
-        self.x = self.read(Continuous::States, self.x.len())?;
+        self.x = self.read(ContinuousValues::States, self.x.len())?;
         Ok(())
     }
 
-    fn read(&self, which: Continuous, n: usize) -> Result<Vec<f64>> {
+    fn read(&self, which: ContinuousValues, n: usize) -> Result<Vec<f64>> {
         let mut values = vec![f64::NAN; n];
         let name = format!("{} at t = {} s", which.function(), self.instance.time);
         let read = |raw: &RawInstance| raw.get_continuous(which, Some(&mut values), n);
@@ -90,14 +90,14 @@ impl<'a> Integrated<'a> {
     fn derivatives(&mut self, t: f64, x: &[f64]) -> Result<Vec<f64>> {
         self.instance.time = t;
         (self.instance).done("fmi2SetTime", |raw| raw.set_time(t))?;
-        let set = |raw: &RawInstance| raw.set_continuous_states(Array::Of(x));
+        let set = |raw: &RawInstance| raw.set_continuous_states(Array::Elements(x));
         self.instance.done("fmi2SetContinuousStates", set)?;
-        self.read(Continuous::Derivatives, x.len())
+        self.read(ContinuousValues::Derivatives, x.len())
     }
 
     fn indicators(&self) -> Result<Vec<f64>> {
         let n = self.instance.fmu.description.event_indicators;
-        self.read(Continuous::Indicators, n)
+        self.read(ContinuousValues::Indicators, n)
     }
 
     /// A step by the method of Heun, and the events at its end.

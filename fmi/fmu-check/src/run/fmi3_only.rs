@@ -69,9 +69,9 @@ fn counts(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
             *to = value.to_bits();
         }
         for wrong in [n - 1, n + 1] {
-            let vr = Array::Of(std::slice::from_ref(&v.reference));
+            let vr = Array::Elements(std::slice::from_ref(&v.reference));
             let got = instance.get_numbers(Access::Real, vr, Some(&mut room), wrong);
-            let set = instance.set_numbers(Access::Real, vr, Array::Of(&room), wrong);
+            let set = instance.set_numbers(Access::Real, vr, Array::Elements(&room), wrong);
             calls += 2;
             for (call, status) in [("fmi3GetFloat64", got), ("fmi3SetFloat64", set)] {
                 if status <= WARNING {

@@ -193,10 +193,10 @@ fn null(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
         let real = variables.find(|v| v.access() == Access::Real && v.size() == 1);
         if let Some(v) = real {
             let (vr, none) = (
-                Array::Of(std::slice::from_ref(&v.reference)),
+                Array::Elements(std::slice::from_ref(&v.reference)),
                 Array::Null(1),
             );
-            let (given, no_values, mut place) = (Array::Of(&[0.0]), Array::Null(1), [0.0]);
+            let (given, no_values, mut place) = (Array::Elements(&[0.0]), Array::Null(1), [0.0]);
             let got = nobody.get_reals(vr, Some(&mut place));
             let of_nothing = instance.get_reals(none, Some(&mut place));
             let raw: &RawInstance = instance;
