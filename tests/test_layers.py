@@ -11,11 +11,11 @@ from fmpy_master import ROOT
 
 #: The crates of each product, by folder, and its folders that are no crates.
 PRODUCTS = {
-    "fmi": ["fmi-description", "fmi-import", "fmu-check", "fmu-solver"],
+    "fmi": ["fmi-description", "fmi-import", "fmi-units", "fmu-check", "fmu-solver"],
     "kit": ["cargo-fmu", "fmu-export", "fmu-export-derive"],
     "master": ["cosim", "cosim-page", "page-files", "system-structure"],
     "machine": ["dclink", "emla", "hdrm", "machine-file", "model-rules", "motion-check", "rig", "sensors", "spatial", "tip-path", "vdc"],
-    "studies": ["charts", "experiments", "report", "rig-data", "surrogate"],
+    "studies": ["charts", "experiments", "report", "surrogate"],
     "tools": ["fuzz", "torture", "unified-features", "xtask"],
 }
 NO_CRATES = {"studies": ["machine-page"], "tools": ["benches", "rust-fmi-importer"]}
@@ -58,8 +58,7 @@ OF_MACHINE = {
     "experiments": ["emla", "hdrm", "machine-file", "motion-check", "rig", "spatial", "tip-path"],
     "hdrm-fmu-python": ["machine-file", "motion-check", "tip-path"],
     "report": ["hdrm", "machine-file", "motion-check"],
-    "rig-data": ["emla", "machine-file", "rig", "sensors"],
-    "surrogate": ["emla", "machine-file"],
+    "surrogate": ["emla", "machine-file", "rig", "sensors"],
 }
 
 #: What tests may import although the crate may not, and why.

@@ -131,8 +131,8 @@ impl Session {
                 }
             }
             for (port, value) in others {
-                let slave = &running.master.slaves()[port.component];
-                slave.set_from_text(&system.variable(port).name, value)?;
+                let instance = &running.master.instances()[port.component];
+                instance.set_from_text(&system.variable(port).name, value)?;
             }
             if !ports.is_empty() {
                 let inputs = match running.inputs.get_mut(&ports) {

@@ -8,10 +8,8 @@ use std::ffi::{c_int, c_void};
 use std::ptr;
 
 use crate::standard::{Pointer, Text};
+use crate::status::ABSENT;
 use crate::{fmi2_functions, fmi3_functions};
-
-/// No status: the library does not export the function.
-pub const ABSENT: c_int = 1000;
 
 /// What exports functions for as long as it lives.
 pub trait Exports: Any + Send + Sync {

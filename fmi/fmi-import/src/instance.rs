@@ -2,26 +2,24 @@
 //! read of it. The FMU is asked nothing of types of which it has no variable.
 
 use std::ffi::{CString, c_int};
-use std::ptr;
+use std::ops::Deref;
 
-use crate::calls::Callbacks;
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Result, anyhow};
 use fmi_description::{Access, Variable};
 
-use super::fmu::Fmu;
-use super::functions::{Experiment, Functions};
-use super::log::{Log, Message};
-use super::order::Mode;
-use super::symbols::{ABSENT, OK, Pointer, WARNING};
-use super::text;
+use crate::fmu::Fmu;
+use crate::log::{Log, Message};
+use crate::raw::{Array, CallbackSet, Experiment, InstanceKind, RawInstance, Request, StepEnd};
+use crate::standard::Mode;
+use crate::status::{self, OK, WARNING};
 
 /// How an instance is made and what is asked of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Manner<'a> {
     /// GUID or instantiation token; None for that of the description.
     pub token: Option<&'a str>,
-    /// fmi2Type: 0 for Model Exchange, 1 for Co-Simulation.
-    pub kind: c_int,
+    /// What it is made for.
+    pub kind: InstanceKind,
     /// loggingOn.
     pub is_logging: bool,
     /// It is given functions for memory (FMI 2.0).
@@ -34,7 +32,7 @@ impl Manner<'_> {
     /// As most importers do it.
     pub const USUAL: Self = Self {
         token: None,
-        kind: 1,
+        kind: InstanceKind::CoSimulation,
         is_logging: false,
         gives_memory: true,
         may_warn: true,
@@ -47,15 +45,11 @@ impl Manner<'_> {
     };
 }
 
-/// No status: a text is at a place that cannot be read.
-pub const NO_TEXT: c_int = 1001;
-
-/// A live instance; freed when dropped.
+/// A live instance; freed when dropped. Its C functions are those of a [`RawInstance`].
 pub struct Instance<'a> {
     /// Its FMU.
     pub fmu: &'a Fmu,
-    /// `fmi2Component`.
-    pub c: Pointer,
+    raw: RawInstance,
     /// instanceName.
     pub name: String,
     /// Time of the last communication point, s.
@@ -65,8 +59,14 @@ pub struct Instance<'a> {
     /// It is in Event Mode between steps, where FMI 3.0 allows a get after a set.
     in_events: bool,
     may_warn: bool,
-    log: Log,
-    _callbacks: Box<Callbacks>,
+}
+
+impl Deref for Instance<'_> {
+    type Target = RawInstance;
+
+    fn deref(&self) -> &RawInstance {
+        &self.raw
+    }
 }
 
 impl<'a> Instance<'a> {
@@ -77,44 +77,30 @@ impl<'a> Instance<'a> {
 
     /// fmi2Instantiate.
     pub fn with(fmu: &'a Fmu, name: &str, manner: Manner) -> Result<Self> {
-        let log = Log::new(name);
-        let mut callbacks = Box::new(log.callbacks());
-        if manner.gives_memory {
-            callbacks.allocate_memory = Some(libc_calloc);
-            callbacks.free_memory = Some(libc_free);
-        }
         let token = manner.token.unwrap_or(&fmu.description.guid);
         let [c_name, token] = [name, token].map(|s| CString::new(s).expect("no NUL in names"));
-        let resources = match fmu.resources.is_empty() {
-            true => ptr::null(),
-            false => fmu.resources.as_ptr(),
+        let request = Request {
+            kind: manner.kind,
+            name: Some(&c_name),
+            token: Some(&token),
+            resources: (!fmu.resources.is_empty()).then_some(&fmu.resources),
+            is_logging: manner.is_logging,
+            has_events: fmu.functions.has_event_mode(),
+            returns_early: false,
+            given: match manner.gives_memory {
+                true => CallbackSet::LoggerAndMemory,
+                false => CallbackSet::Logger,
+            },
         };
-        let logging = c_int::from(manner.is_logging);
-        // SAFETY: valid strings, and callbacks that outlive the instance.
-        let c = unsafe {
-            fmu.functions.instantiate(
-                c_name.as_ptr(),
-                manner.kind,
-                token.as_ptr(),
-                resources,
-                &*callbacks,
-                0,
-                logging,
-            )
-        };
-        if c.is_null() {
-            bail!("fmi2Instantiate gave NULL{}", told(&log.take_own()));
-        }
+        let made = RawInstance::new(&fmu.functions, &request, Log::new(name));
         Ok(Self {
             fmu,
-            c,
+            raw: made.map_err(|said| anyhow!("fmi2Instantiate gave NULL{}", told(&said)))?,
             name: name.to_string(),
             time: 0.0,
             experiment: Experiment::default(),
             in_events: false,
             may_warn: manner.may_warn,
-            log,
-            _callbacks: callbacks,
         })
     }
 
@@ -144,7 +130,7 @@ impl<'a> Instance<'a> {
 
     /// Messages since the last call of this function.
     pub fn messages(&self) -> Vec<Message> {
-        self.log.take()
+        self.raw.log().take()
     }
 
     /// A call that must be answered by fmi2OK; fmi2Warning is let through.
@@ -154,15 +140,15 @@ impl<'a> Instance<'a> {
             WARNING if self.may_warn => Ok(()),
             _ => Err(anyhow!(
                 "{call} gave {}{}",
-                status_name(status),
+                status::name(status),
                 told(&self.messages())
             )),
         }
     }
 
     /// A call of a function that must succeed.
-    pub fn done(&self, name: &str, call: impl FnOnce(&Functions, Pointer) -> c_int) -> Result<()> {
-        self.must(name, call(&self.fmu.functions, self.c))
+    pub fn done(&self, name: &str, call: impl FnOnce(&RawInstance) -> c_int) -> Result<()> {
+        self.must(name, call(&self.raw))
     }
 
     /// From Instantiated to the first communication point, at the default start time.
@@ -185,68 +171,55 @@ impl<'a> Instance<'a> {
             stop: stop.unwrap_or(0.0),
             ..Experiment::default()
         };
-        let f = &self.fmu.functions;
-        // SAFETY: a live instance.
-        let status = unsafe { f.setup_experiment(self.c, self.experiment) };
+        let status = self.raw.setup_experiment(self.experiment);
         self.time = start;
         self.must("fmi2SetupExperiment", status)
     }
 
     /// The call that leads into the next mode.
     pub fn enter(&mut self, mode: Mode) -> Result<()> {
-        let (f, c) = (&self.fmu.functions, self.c);
-        // SAFETY: a live instance.
-        let (name, status) = unsafe {
-            match mode {
-                Mode::Instantiated => ("fmi2Reset", f.reset(c)),
-                Mode::Initialization => {
-                    let status = f.enter_initialization_mode(c, self.experiment);
-                    ("fmi2EnterInitializationMode", status)
-                }
-                Mode::Event | Mode::Stepping | Mode::SteppingAfterSet => {
-                    let status = f.exit_initialization_mode(c);
-                    ("fmi2ExitInitializationMode", status)
-                }
-                Mode::Terminated => ("fmi2Terminate", f.terminate(c)),
+        let raw = &self.raw;
+        let (name, status) = match mode {
+            Mode::Instantiated => ("fmi2Reset", raw.reset()),
+            Mode::Initialization => {
+                let status = raw.enter_initialization_mode(self.experiment);
+                ("fmi2EnterInitializationMode", status)
             }
+            Mode::Event | Mode::Stepping | Mode::SteppingAfterSet => {
+                ("fmi2ExitInitializationMode", raw.exit_initialization_mode())
+            }
+            Mode::Terminated => ("fmi2Terminate", raw.terminate()),
         };
-        self.in_events = f.has_event_mode() && matches!(mode, Mode::Event | Mode::Stepping);
+        let has_events = self.fmu.functions.has_event_mode();
+        self.in_events = has_events && matches!(mode, Mode::Event | Mode::Stepping);
         self.must(name, status)
     }
 
     /// A step from `t`; its status.
-    pub fn step_from(&mut self, t: f64, h: f64) -> c_int {
-        self.stepping(|f, c| {
-            // SAFETY: a live instance.
-            unsafe { f.do_step(c, t, h, 1) }
-        })
+    pub fn step_from(&self, t: f64, h: f64) -> c_int {
+        self.stepping(|raw| raw.do_step(t, h, 1, &mut StepEnd::default()))
     }
 
     /// Out of Event Mode, to stay in Step Mode.
     pub fn enter_step_mode(&mut self) -> Result<()> {
-        if !std::mem::take(&mut self.in_events) {
-            return Ok(());
+        match std::mem::take(&mut self.in_events) {
+            true => self.done("fmi3EnterStepMode", RawInstance::leave_events),
+            false => Ok(()),
         }
-        // SAFETY: a live instance.
-        self.done("fmi3EnterStepMode", |f, c| unsafe { f.leave_events(c) })
     }
 
     /// What is done where steps are made: in FMI 3.0 in Step Mode, between two visits of Event
     /// Mode.
-    pub fn stepping(&self, act: impl FnOnce(&Functions, Pointer) -> c_int) -> c_int {
-        let (f, c) = (&self.fmu.functions, self.c);
+    pub fn stepping(&self, act: impl FnOnce(&RawInstance) -> c_int) -> c_int {
         if !self.in_events {
-            return act(f, c);
+            return act(&self.raw);
         }
-        // SAFETY: a live instance.
-        let left = unsafe { f.leave_events(c) };
+        let left = self.raw.leave_events();
         if left > WARNING {
             return left;
         }
-        let status = act(f, c);
-        // SAFETY: a live instance.
-        let entered = unsafe { f.enter_events(c) };
-        status.max(entered)
+        let status = act(&self.raw);
+        status.max(self.raw.enter_events())
     }
 
     /// fmi2DoStep from the present time, which must succeed.
@@ -266,13 +239,9 @@ impl<'a> Instance<'a> {
             return (OK, Vec::new());
         }
         let mut values = vec![0.0; self.fmu.functions.count(references)];
-        let (vr, n) = (references.as_ptr(), references.len());
-        // SAFETY: a live instance, arrays of equal length.
-        let status = unsafe {
-            self.fmu
-                .functions
-                .get_real(self.c, vr, n, values.as_mut_ptr())
-        };
+        let status = self
+            .raw
+            .get_reals(Array::Elements(references), Some(&mut values));
         (status, values)
     }
 
@@ -289,7 +258,7 @@ impl<'a> Instance<'a> {
         let of = refused.map_or("all variables".into(), |v| format!("`{}`", v.name));
         Err(anyhow!(
             "fmi2GetReal of {of} gave {}{said}",
-            status_name(status)
+            status::name(status)
         ))
     }
 
@@ -303,26 +272,8 @@ impl<'a> Instance<'a> {
     /// Set Real variables; the status.
     pub fn set_reals(&self, references: &[u32], values: &[f64]) -> c_int {
         assert_eq!(self.fmu.functions.count(references), values.len());
-        let (vr, n) = (references.as_ptr(), references.len());
-        // SAFETY: a live instance, arrays of equal length.
-        unsafe { self.fmu.functions.set_real(self.c, vr, n, values.as_ptr()) }
-    }
-
-    /// Values of String variables; the status is [`NO_TEXT`] where a pointer leads nowhere.
-    pub fn texts(&self, references: &[u32]) -> (c_int, Vec<String>) {
-        let mut values = vec![ptr::null(); self.fmu.functions.count(references)];
-        let (vr, n, place) = (references.as_ptr(), references.len(), values.as_mut_ptr());
-        // SAFETY: a live instance, arrays of equal length.
-        let status = unsafe { self.fmu.functions.get_string(self.c, vr, n, place) };
-        if status > WARNING {
-            return (status, vec![String::new(); values.len()]);
-        }
-        // SAFETY: what is given out is NULL or a C string until the next call.
-        let texts = values.into_iter().map(|value| unsafe { text::read(value) });
-        match texts.collect::<Option<Vec<_>>>() {
-            Some(texts) => (status, texts),
-            None => (NO_TEXT, Vec::new()),
-        }
+        self.raw
+            .set_reals(Array::Elements(references), Array::Elements(values))
     }
 
     /// Everything that can be read, as bits: numbers of all variables.
@@ -381,23 +332,6 @@ impl<'a> Instance<'a> {
     }
 }
 
-impl Drop for Instance<'_> {
-    fn drop(&mut self) {
-        // SAFETY: a live instance, freed once.
-        unsafe { self.fmu.functions.free_instance(self.c) }
-    }
-}
-
-unsafe extern "C" fn libc_calloc(count: usize, size: usize) -> Pointer {
-    // SAFETY: calloc takes any sizes.
-    unsafe { libc::calloc(count, size) }
-}
-
-unsafe extern "C" fn libc_free(memory: Pointer) {
-    // SAFETY: what calloc gave, or NULL.
-    unsafe { libc::free(memory) }
-}
-
 /// Value references of the variables that fit.
 pub fn references(variables: &[Variable], fits: impl Fn(&Variable) -> bool) -> Vec<u32> {
     let fitting = variables.iter().filter(|v| fits(v));
@@ -428,25 +362,6 @@ pub fn step_size(fmu: &Fmu) -> f64 {
         proposed
     } else {
         0.01
-    }
-}
-
-/// Name of a status.
-pub fn status_name(status: c_int) -> String {
-    let names = [
-        "fmi2OK",
-        "fmi2Warning",
-        "fmi2Discard",
-        "fmi2Error",
-        "fmi2Fatal",
-        "fmi2Pending",
-    ];
-    let known = usize::try_from(status).ok().and_then(|k| names.get(k));
-    match (known, status) {
-        (Some(name), _) => (*name).to_string(),
-        (_, ABSENT) => "no answer, since the library does not export it".to_string(),
-        (_, NO_TEXT) => "a pointer that leads to no text".to_string(),
-        _ => format!("the number {status}, which is no fmi2Status"),
     }
 }
 

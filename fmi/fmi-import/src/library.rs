@@ -1,18 +1,94 @@
 //! The shared library of an FMU, with the libraries beside it that it needs.
-#![allow(unsafe_code)]
-
 use std::fs;
 use std::path::{MAIN_SEPARATOR, Path, PathBuf};
+use std::sync::Arc;
 
+use anyhow::{Result, anyhow};
+use fmi_description::{Archive, Version};
 use libloading::Error;
+use tempfile::{Builder, TempDir, TempPath};
 
 use crate::calls::Exports;
-use fmi_description::Version;
+use crate::output;
 
-/// A library, and those that were loaded for it. It is closed first.
+/// A library, and those that were loaded for it. It is closed first; what was unpacked for it is
+/// removed last.
 pub struct Library {
     own: libloading::Library,
     _others: Vec<libloading::Library>,
+    _copy: Option<TempPath>,
+    _folder: Option<Arc<TempDir>>,
+}
+
+/// An FMU unpacked to a folder of the system for temporary files, and its library there.
+#[derive(Clone)]
+pub(crate) struct Unpacked {
+    folder: Arc<TempDir>,
+    library: String,
+}
+
+impl Unpacked {
+    /// Unpacks an archive whose `library` is for this platform.
+    pub fn new(archive: &mut Archive, library: String) -> Result<Self> {
+        let folder = Arc::new(TempDir::with_prefix("fmu-")?);
+        archive.unpack(folder.path())?;
+        Ok(Self { folder, library })
+    }
+
+    /// Where it was unpacked to.
+    pub fn folder(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// Loads the library; what it prints meanwhile is named as of `who`.
+    pub fn load(&self, who: &str) -> Result<Library> {
+        let path = self.folder().join(&self.library);
+        let mut opened = output::named(who, || Library::open(&path)).map_err(|error| {
+            let remedy = remedy(&error.to_string());
+            anyhow!("its library cannot be loaded: {error}{remedy}")
+        })?;
+        opened._folder = Some(self.folder.clone());
+        Ok(opened)
+    }
+
+    /// A copy of the library beside it, with global variables of its own.
+    pub fn copy(&self) -> Result<Library> {
+        let library = self.folder().join(&self.library);
+        let name = library.file_name().unwrap_or_default();
+        let beside = library.parent().unwrap_or(self.folder());
+        let copy = Builder::new().suffix(name).tempfile_in(beside)?;
+        let copy = copy.into_temp_path();
+        fs::copy(&library, &copy)?;
+        let mut opened = Library::open(&copy)?;
+        (opened._copy, opened._folder) = (Some(copy), Some(self.folder.clone()));
+        Ok(opened)
+    }
+}
+
+/// What helps where the functions of Python are missing, as pythonfmu leaves them out of its
+/// libraries.
+fn remedy(error: &str) -> &'static str {
+    match error.contains("undefined symbol: Py") || error.contains("undefined symbol: _Py") {
+        true => {
+            "; it runs in Python, whose library must be in this program: start it with \
+             LD_PRELOAD=…/libpython3.X.so (docs/cosim.md, FMUs of pythonfmu)"
+        }
+        false => "",
+    }
+}
+
+/// The files below `binaries` of an unpacked FMU, by their paths in it.
+pub(crate) fn binaries(folder: &Path) -> Result<Vec<String>> {
+    let mut names = Vec::new();
+    for platform in fs::read_dir(folder.join("binaries"))?.flatten() {
+        let files = fs::read_dir(platform.path()).into_iter().flatten();
+        for file in files.flatten() {
+            let [platform, file] = [platform.file_name(), file.file_name()];
+            let [platform, file] = [platform.to_string_lossy(), file.to_string_lossy()];
+            names.push(format!("binaries/{platform}/{file}"));
+        }
+    }
+    Ok(names)
 }
 
 impl Library {
@@ -21,7 +97,7 @@ impl Library {
     ///
     /// # Errors
     /// What the system said of it at first.
-    pub fn open(file: &Path) -> Result<Self, Error> {
+    pub fn open(file: &Path) -> std::result::Result<Self, Error> {
         let mut others = Vec::new();
         let first = match open(file) {
             Err(error) => error,
@@ -46,8 +122,12 @@ impl Library {
     }
 
     fn with(own: libloading::Library, others: Vec<libloading::Library>) -> Self {
-        let _others = others;
-        Self { own, _others }
+        Self {
+            own,
+            _others: others,
+            _copy: None,
+            _folder: None,
+        }
     }
 }
 
@@ -66,7 +146,7 @@ fn is_library(path: &Path) -> bool {
 }
 
 #[cfg(not(windows))]
-fn open(file: &Path) -> Result<libloading::Library, Error> {
+fn open(file: &Path) -> std::result::Result<libloading::Library, Error> {
     // SAFETY: the FMU's library or one that came with it, which the caller asked to run.
     unsafe { libloading::Library::new(file) }
 }
@@ -74,7 +154,7 @@ fn open(file: &Path) -> Result<libloading::Library, Error> {
 /// Windows looks for further libraries in the folder of the file, not of the program, where it is
 /// asked to.
 #[cfg(windows)]
-fn open(file: &Path) -> Result<libloading::Library, Error> {
+fn open(file: &Path) -> std::result::Result<libloading::Library, Error> {
     use libloading::os::windows::{LOAD_WITH_ALTERED_SEARCH_PATH, Library};
     // SAFETY: the FMU's library or one that came with it, which the caller asked to run.
     unsafe { Library::load_with_flags(file, LOAD_WITH_ALTERED_SEARCH_PATH) }.map(Into::into)

@@ -1,5 +1,8 @@
-//! What an FMU says to its importer's logger. The environment that it passes is trusted only if it
-//! is that of a live log: some FMUs call the logger with another one.
+//! What FMUs say through the logger that they are given. A message goes to its instance, which keeps
+//! it in a [`Log`] of its own, or adds it to what was said in this thread ([`messages`]).
+//!
+//! The environment that an FMU passes is a number that is looked up, never followed: some FMUs call
+//! the logger with another one.
 
 use std::collections::BTreeMap;
 use std::ffi::{c_int, c_void};
@@ -8,9 +11,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::calls::Callbacks;
-
-use super::symbols::{Pointer, Text};
-use super::text::shown;
+use crate::messages;
+use crate::standard::{Pointer, Text};
+use crate::text::shown;
 
 /// A message as the logger got it.
 #[derive(Clone, Debug)]
@@ -40,48 +43,68 @@ impl Message {
     }
 }
 
-/// What came with one environment.
+/// A live instance, or nobody.
 #[derive(Default)]
-struct Journal {
+struct Listener {
     /// Name of the instance, which a logger of FMI 3.0 is not told.
     name: String,
-    messages: Vec<Message>,
+    /// None: they are added to those of the thread.
+    own: Option<Vec<Message>>,
 }
 
-/// What all live logs have heard, by the number that is their environment; under [`STRAY`] what
-/// came with another one.
-static HEARD: Mutex<BTreeMap<usize, Journal>> = Mutex::new(BTreeMap::new());
+/// All live instances, by the number that is their environment; under [`STRAY`] what came with
+/// another one, once an instance keeps its messages itself.
+static LISTENERS: Mutex<BTreeMap<usize, Listener>> = Mutex::new(BTreeMap::new());
 
 /// The environment of nobody: NULL.
 const STRAY: usize = 0;
 
-fn heard() -> MutexGuard<'static, BTreeMap<usize, Journal>> {
-    HEARD.lock().unwrap_or_else(PoisonError::into_inner)
+fn listeners() -> MutexGuard<'static, BTreeMap<usize, Listener>> {
+    LISTENERS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The messages of an instance.
+/// An instance as the logger knows it, for as long as this lives.
 #[derive(Debug)]
 pub struct Log {
     environment: usize,
+    is_of_thread: bool,
 }
 
 impl Log {
-    /// Of the instance with this name.
+    /// Of an instance that keeps its messages: as they came, formats without their arguments.
     pub fn new(name: &str) -> Self {
+        listeners().entry(STRAY).or_insert_with(|| Listener {
+            own: Some(Vec::new()),
+            ..Listener::default()
+        });
+        Self::with(name, Some(Vec::new()))
+    }
+
+    /// Of an instance whose messages are added to those of the thread that it is called in, with
+    /// their arguments.
+    pub fn of_thread(name: &str) -> Self {
+        Self::with(name, None)
+    }
+
+    fn with(name: &str, own: Option<Vec<Message>>) -> Self {
         static NEXT: AtomicUsize = AtomicUsize::new(STRAY + 1);
         let environment = NEXT.fetch_add(1, Ordering::Relaxed);
-        let own = Journal {
-            name: name.to_string(),
-            messages: Vec::new(),
-        };
-        heard().insert(environment, own);
-        Self { environment }
+        let (name, is_of_thread) = (name.to_string(), own.is_none());
+        listeners().insert(environment, Listener { name, own });
+        Self {
+            environment,
+            is_of_thread,
+        }
     }
 
     /// Callbacks whose logger writes here, without memory functions.
     pub fn callbacks(&self) -> Callbacks {
         Callbacks {
-            logger: logger as *const c_void,
+            logger: match self.is_of_thread {
+                #[cfg(feature = "printf")]
+                true => fmi_import_logger as *const c_void,
+                _ => logger as *const c_void,
+            },
             allocate_memory: None,
             free_memory: None,
             step_finished: ptr::null(),
@@ -104,51 +127,71 @@ impl Log {
 }
 
 fn take(environment: usize) -> Vec<Message> {
-    let mut heard = heard();
-    let heard = heard.get_mut(&environment);
-    heard.map_or_else(Vec::new, |heard| std::mem::take(&mut heard.messages))
+    let mut listeners = listeners();
+    let own = listeners.get_mut(&environment);
+    let own = own.and_then(|listener| listener.own.as_mut());
+    own.map_or_else(Vec::new, std::mem::take)
 }
 
 impl Drop for Log {
     fn drop(&mut self) {
-        heard().remove(&self.environment);
+        listeners().remove(&self.environment);
     }
 }
 
-fn note(environment: Pointer, message: Message) {
-    let mut heard = heard();
-    let known = Some(environment.addr()).filter(|e| heard.contains_key(e) && *e != STRAY);
-    let heard = heard.entry(known.unwrap_or(STRAY)).or_default();
-    let instance = match message.is_plain {
-        true => heard.name.clone(),
-        false => message.instance,
-    };
-    heard.messages.push(Message {
-        instance,
-        is_stray: known.is_none(),
-        ..message
-    });
+/// A text of the instance with this environment: added to what was said in this thread.
+pub fn receive(environment: usize, status: c_int, text: &str) {
+    let name = listeners().get(&environment).map(|l| l.name.clone());
+    let name = name.as_deref().unwrap_or(messages::NOBODY);
+    messages::add(name, status <= 1, text.trim_end());
 }
 
-/// The logger of FMI 3.0, which does not say which instance speaks; a message is a text, which has
-/// nothing doubled.
-pub(super) unsafe extern "C" fn logger_3(
+/// Notes a message; FMI 3.0 does not tell the name of the instance.
+///
+/// # Safety
+/// What the FMU says are C strings.
+unsafe fn note(
+    environment: Pointer,
+    name: Option<Text>,
+    status: c_int,
+    [category, format]: [Text; 2],
+) {
+    // SAFETY: as the caller promises.
+    let [category, format] = unsafe { [category, format].map(|text| shown(text)) };
+    // SAFETY: the same.
+    let told = name.map(|name| unsafe { shown(name) });
+    let mut listeners = listeners();
+    let environment = environment.addr();
+    let is_known = environment != STRAY && listeners.contains_key(&environment);
+    let listener = listeners.get_mut(&if is_known { environment } else { STRAY });
+    let (own, known) = listener.map_or((None, ""), |l| (l.own.as_mut(), &l.name));
+    let message = Message {
+        is_plain: told.is_none(),
+        instance: told.unwrap_or_else(|| known.to_string()),
+        status,
+        category,
+        format,
+        is_stray: !is_known,
+    };
+    match own {
+        Some(own) => own.push(message),
+        None if message.format.is_empty() => {}
+        None => {
+            drop(listeners);
+            receive(environment, status, &message.text());
+        }
+    }
+}
+
+/// The logger of FMI 3.0.
+pub(crate) unsafe extern "C" fn logger_3(
     environment: Pointer,
     status: c_int,
     category: Text,
     message: Text,
 ) {
     // SAFETY: what the FMU says are C strings.
-    let [category, format] = unsafe { [category, message].map(|text| shown(text)) };
-    let message = Message {
-        instance: String::new(),
-        status,
-        category,
-        format,
-        is_plain: true,
-        is_stray: false,
-    };
-    note(environment, message);
+    unsafe { note(environment, None, status, [category, message]) }
 }
 
 /// FMI declares it variadic; this one does not look at the arguments of the format, and a variadic
@@ -162,16 +205,30 @@ unsafe extern "C" fn logger(
     format: Text,
 ) {
     // SAFETY: what the FMU says are C strings.
-    let [instance, category, format] = unsafe { [name, category, format].map(|text| shown(text)) };
-    let message = Message {
-        instance,
-        status,
-        category,
-        format,
-        is_plain: false,
-        is_stray: false,
-    };
-    note(environment, message);
+    unsafe { note(environment, Some(name), status, [category, format]) }
+}
+
+#[cfg(feature = "printf")]
+unsafe extern "C" {
+    /// The logger of FMI 2.0 that formats messages, in logger.c: stable Rust cannot define a
+    /// variadic function.
+    fn fmi_import_logger(
+        environment: Pointer,
+        instance: Text,
+        status: c_int,
+        category: Text,
+        message: Text,
+        ...
+    );
+}
+
+/// What `logger.c` calls with the formatted text.
+#[cfg(feature = "printf")]
+#[unsafe(no_mangle)]
+unsafe extern "C" fn fmi_import_receive(environment: Pointer, status: c_int, text: Text) {
+    // SAFETY: a C string of the logger's own.
+    let text = unsafe { std::ffi::CStr::from_ptr(text) };
+    receive(environment.addr(), status, &text.to_string_lossy());
 }
 
 #[cfg(test)]

@@ -68,15 +68,23 @@ impl Mode {
 }
 
 // The states in the lists below.
-const N: u8 = Mode::Instantiated.bit();
-const I: u8 = Mode::Initialization.bit();
-const E: u8 = Mode::Event.bit();
-const S: u8 = Mode::Stepping.bit();
-const A: u8 = Mode::SteppingAfterSet.bit();
-const T: u8 = Mode::Terminated.bit();
-const ANY: u8 = N | I | E | S | A | T;
+const INSTANTIATED: u8 = Mode::Instantiated.bit();
+const INITIALIZATION_MODE: u8 = Mode::Initialization.bit();
+const EVENT_MODE: u8 = Mode::Event.bit();
+const STEP_MODE: u8 = Mode::Stepping.bit();
+/// Step Mode, when something was set since the last step.
+const AFTER_SET: u8 = Mode::SteppingAfterSet.bit();
+const TERMINATED: u8 = Mode::Terminated.bit();
+const ANY: u8 =
+    INSTANTIATED | INITIALIZATION_MODE | EVENT_MODE | STEP_MODE | AFTER_SET | TERMINATED;
+/// Where FMI 2.0 lets values be set, and got.
+const SET_2: u8 = INSTANTIATED | INITIALIZATION_MODE | STEP_MODE;
+const GET_2: u8 = INITIALIZATION_MODE | STEP_MODE | TERMINATED;
+/// Where FMI 3.0 does.
+const SET_3: u8 = INSTANTIATED | INITIALIZATION_MODE | EVENT_MODE | STEP_MODE | AFTER_SET;
+const GET_3: u8 = INSTANTIATED | INITIALIZATION_MODE | EVENT_MODE | STEP_MODE | TERMINATED;
 /// Not in co-simulation.
-const NO: u8 = 0;
+const NONE: u8 = 0;
 
 impl Function {
     /// The function of this name, of FMI 2.0 or 3.0.
@@ -90,6 +98,16 @@ impl Function {
     pub fn is_allowed(&self, mode: Mode) -> bool {
         self.states & mode.bit() != 0
     }
+}
+
+/// Whether the function of this name, of either version, may be called in this state.
+///
+/// # Panics
+/// FMI has no such function.
+#[must_use]
+pub fn is_allowed(name: &str, mode: Mode) -> bool {
+    let function = Function::named(name);
+    function.expect("a function of FMI").is_allowed(mode)
 }
 
 macro_rules! list {
@@ -115,48 +133,48 @@ macro_rules! fmi2_functions {
             fmi2SetDebugLogging Shared [ANY] (Pointer, c_int, usize, *const Text) -> c_int;
             fmi2Instantiate Shared [ANY] (Text, c_int, Text, Text, *const Callbacks, c_int, c_int) -> Pointer;
             fmi2FreeInstance Shared [ANY] (Pointer);
-            fmi2SetupExperiment Shared [N] (Pointer, c_int, f64, f64, c_int, f64) -> c_int;
-            fmi2EnterInitializationMode Shared [N] (Pointer) -> c_int;
-            fmi2ExitInitializationMode Shared [I] (Pointer) -> c_int;
-            fmi2Terminate Shared [S] (Pointer) -> c_int;
+            fmi2SetupExperiment Shared [INSTANTIATED] (Pointer, c_int, f64, f64, c_int, f64) -> c_int;
+            fmi2EnterInitializationMode Shared [INSTANTIATED] (Pointer) -> c_int;
+            fmi2ExitInitializationMode Shared [INITIALIZATION_MODE] (Pointer) -> c_int;
+            fmi2Terminate Shared [STEP_MODE] (Pointer) -> c_int;
             fmi2Reset Shared [ANY] (Pointer) -> c_int;
-            fmi2GetReal Shared [I | S | T] (Pointer, *const u32, usize, *mut f64) -> c_int;
-            fmi2GetInteger Shared [I | S | T] (Pointer, *const u32, usize, *mut c_int) -> c_int;
-            fmi2GetBoolean Shared [I | S | T] (Pointer, *const u32, usize, *mut c_int) -> c_int;
-            fmi2GetString Shared [I | S | T] (Pointer, *const u32, usize, *mut Text) -> c_int;
-            fmi2SetReal Shared [N | I | S] (Pointer, *const u32, usize, *const f64) -> c_int;
-            fmi2SetInteger Shared [N | I | S] (Pointer, *const u32, usize, *const c_int) -> c_int;
-            fmi2SetBoolean Shared [N | I | S] (Pointer, *const u32, usize, *const c_int) -> c_int;
-            fmi2SetString Shared [N | I | S] (Pointer, *const u32, usize, *const Text) -> c_int;
+            fmi2GetReal Shared [GET_2] (Pointer, *const u32, usize, *mut f64) -> c_int;
+            fmi2GetInteger Shared [GET_2] (Pointer, *const u32, usize, *mut c_int) -> c_int;
+            fmi2GetBoolean Shared [GET_2] (Pointer, *const u32, usize, *mut c_int) -> c_int;
+            fmi2GetString Shared [GET_2] (Pointer, *const u32, usize, *mut Text) -> c_int;
+            fmi2SetReal Shared [SET_2] (Pointer, *const u32, usize, *const f64) -> c_int;
+            fmi2SetInteger Shared [SET_2] (Pointer, *const u32, usize, *const c_int) -> c_int;
+            fmi2SetBoolean Shared [SET_2] (Pointer, *const u32, usize, *const c_int) -> c_int;
+            fmi2SetString Shared [SET_2] (Pointer, *const u32, usize, *const Text) -> c_int;
             fmi2GetFMUstate Shared [ANY] (Pointer, *mut Pointer) -> c_int;
             fmi2SetFMUstate Shared [ANY] (Pointer, Pointer) -> c_int;
             fmi2FreeFMUstate Shared [ANY] (Pointer, *mut Pointer) -> c_int;
             fmi2SerializedFMUstateSize Shared [ANY] (Pointer, Pointer, *mut usize) -> c_int;
             fmi2SerializeFMUstate Shared [ANY] (Pointer, Pointer, *mut u8, usize) -> c_int;
             fmi2DeSerializeFMUstate Shared [ANY] (Pointer, *const u8, usize, *mut Pointer) -> c_int;
-            fmi2GetDirectionalDerivative Shared [I | S | T]
+            fmi2GetDirectionalDerivative Shared [GET_2]
                 (Pointer, *const u32, usize, *const u32, usize, *const f64, *mut f64) -> c_int;
-            fmi2SetRealInputDerivatives CoSimulation [N | I | S]
+            fmi2SetRealInputDerivatives CoSimulation [SET_2]
                 (Pointer, *const u32, usize, *const c_int, *const f64) -> c_int;
-            fmi2GetRealOutputDerivatives CoSimulation [S | T]
+            fmi2GetRealOutputDerivatives CoSimulation [STEP_MODE | TERMINATED]
                 (Pointer, *const u32, usize, *const c_int, *mut f64) -> c_int;
-            fmi2DoStep CoSimulation [S] (Pointer, f64, f64, c_int) -> c_int;
+            fmi2DoStep CoSimulation [STEP_MODE] (Pointer, f64, f64, c_int) -> c_int;
             fmi2CancelStep CoSimulation [ANY] (Pointer) -> c_int;
-            fmi2GetStatus CoSimulation [S | T] (Pointer, c_int, *mut c_int) -> c_int;
-            fmi2GetRealStatus CoSimulation [S | T] (Pointer, c_int, *mut f64) -> c_int;
-            fmi2GetIntegerStatus CoSimulation [S | T] (Pointer, c_int, *mut c_int) -> c_int;
-            fmi2GetBooleanStatus CoSimulation [S | T] (Pointer, c_int, *mut c_int) -> c_int;
-            fmi2GetStringStatus CoSimulation [S | T] (Pointer, c_int, *mut Text) -> c_int;
-            fmi2EnterEventMode ModelExchange [NO] (Pointer) -> c_int;
-            fmi2NewDiscreteStates ModelExchange [NO] (Pointer, Pointer) -> c_int;
-            fmi2EnterContinuousTimeMode ModelExchange [NO] (Pointer) -> c_int;
-            fmi2CompletedIntegratorStep ModelExchange [NO] (Pointer, c_int, *mut c_int, *mut c_int) -> c_int;
-            fmi2SetTime ModelExchange [NO] (Pointer, f64) -> c_int;
-            fmi2SetContinuousStates ModelExchange [NO] (Pointer, *const f64, usize) -> c_int;
-            fmi2GetDerivatives ModelExchange [NO] (Pointer, *mut f64, usize) -> c_int;
-            fmi2GetEventIndicators ModelExchange [NO] (Pointer, *mut f64, usize) -> c_int;
-            fmi2GetContinuousStates ModelExchange [NO] (Pointer, *mut f64, usize) -> c_int;
-            fmi2GetNominalsOfContinuousStates ModelExchange [NO] (Pointer, *mut f64, usize) -> c_int;
+            fmi2GetStatus CoSimulation [STEP_MODE | TERMINATED] (Pointer, c_int, *mut c_int) -> c_int;
+            fmi2GetRealStatus CoSimulation [STEP_MODE | TERMINATED] (Pointer, c_int, *mut f64) -> c_int;
+            fmi2GetIntegerStatus CoSimulation [STEP_MODE | TERMINATED] (Pointer, c_int, *mut c_int) -> c_int;
+            fmi2GetBooleanStatus CoSimulation [STEP_MODE | TERMINATED] (Pointer, c_int, *mut c_int) -> c_int;
+            fmi2GetStringStatus CoSimulation [STEP_MODE | TERMINATED] (Pointer, c_int, *mut Text) -> c_int;
+            fmi2EnterEventMode ModelExchange [NONE] (Pointer) -> c_int;
+            fmi2NewDiscreteStates ModelExchange [NONE] (Pointer, Pointer) -> c_int;
+            fmi2EnterContinuousTimeMode ModelExchange [NONE] (Pointer) -> c_int;
+            fmi2CompletedIntegratorStep ModelExchange [NONE] (Pointer, c_int, *mut c_int, *mut c_int) -> c_int;
+            fmi2SetTime ModelExchange [NONE] (Pointer, f64) -> c_int;
+            fmi2SetContinuousStates ModelExchange [NONE] (Pointer, *const f64, usize) -> c_int;
+            fmi2GetDerivatives ModelExchange [NONE] (Pointer, *mut f64, usize) -> c_int;
+            fmi2GetEventIndicators ModelExchange [NONE] (Pointer, *mut f64, usize) -> c_int;
+            fmi2GetContinuousStates ModelExchange [NONE] (Pointer, *mut f64, usize) -> c_int;
+            fmi2GetNominalsOfContinuousStates ModelExchange [NONE] (Pointer, *mut f64, usize) -> c_int;
         }
     };
 }
@@ -167,7 +185,7 @@ macro_rules! fmi3_functions {
     ($make:ident! $($first:tt)*) => {
         $make! {
             $($first)*
-            fmi3GetVersion Shared [N | I | E | S | T] () -> Text;
+            fmi3GetVersion Shared [GET_3] () -> Text;
             fmi3SetDebugLogging Shared [ANY] (Pointer, bool, usize, *const Text) -> c_int;
             fmi3InstantiateModelExchange ModelExchange [ANY]
                 (Text, Text, Text, bool, bool, Pointer, Option<Logger>) -> Pointer;
@@ -176,41 +194,41 @@ macro_rules! fmi3_functions {
             fmi3InstantiateScheduledExecution ScheduledExecution [ANY]
                 (Text, Text, Text, bool, bool, Pointer, Option<Logger>, Pointer, Pointer, Pointer) -> Pointer;
             fmi3FreeInstance Shared [ANY] (Pointer);
-            fmi3EnterInitializationMode Shared [N] (Pointer, bool, f64, f64, bool, f64) -> c_int;
-            fmi3ExitInitializationMode Shared [I] (Pointer) -> c_int;
-            fmi3EnterEventMode Shared [S | A] (Pointer) -> c_int;
-            fmi3Terminate Shared [E | S | A] (Pointer) -> c_int;
+            fmi3EnterInitializationMode Shared [INSTANTIATED] (Pointer, bool, f64, f64, bool, f64) -> c_int;
+            fmi3ExitInitializationMode Shared [INITIALIZATION_MODE] (Pointer) -> c_int;
+            fmi3EnterEventMode Shared [STEP_MODE | AFTER_SET] (Pointer) -> c_int;
+            fmi3Terminate Shared [EVENT_MODE | STEP_MODE | AFTER_SET] (Pointer) -> c_int;
             fmi3Reset Shared [ANY] (Pointer) -> c_int;
-            fmi3GetFloat32 Shared [N | I | E | S | T] (Pointer, *const u32, usize, *mut f32, usize) -> c_int;
-            fmi3GetFloat64 Shared [N | I | E | S | T] (Pointer, *const u32, usize, *mut f64, usize) -> c_int;
-            fmi3GetInt8 Shared [N | I | E | S | T] (Pointer, *const u32, usize, *mut i8, usize) -> c_int;
-            fmi3GetUInt8 Shared [N | I | E | S | T] (Pointer, *const u32, usize, *mut u8, usize) -> c_int;
-            fmi3GetInt16 Shared [N | I | E | S | T] (Pointer, *const u32, usize, *mut i16, usize) -> c_int;
-            fmi3GetUInt16 Shared [N | I | E | S | T] (Pointer, *const u32, usize, *mut u16, usize) -> c_int;
-            fmi3GetInt32 Shared [N | I | E | S | T] (Pointer, *const u32, usize, *mut i32, usize) -> c_int;
-            fmi3GetUInt32 Shared [N | I | E | S | T] (Pointer, *const u32, usize, *mut u32, usize) -> c_int;
-            fmi3GetInt64 Shared [N | I | E | S | T] (Pointer, *const u32, usize, *mut i64, usize) -> c_int;
-            fmi3GetUInt64 Shared [N | I | E | S | T] (Pointer, *const u32, usize, *mut u64, usize) -> c_int;
-            fmi3GetBoolean Shared [N | I | E | S | T] (Pointer, *const u32, usize, *mut bool, usize) -> c_int;
-            fmi3GetString Shared [N | I | E | S | T] (Pointer, *const u32, usize, *mut Text, usize) -> c_int;
-            fmi3GetBinary Shared [N | I | E | S | T]
+            fmi3GetFloat32 Shared [GET_3] (Pointer, *const u32, usize, *mut f32, usize) -> c_int;
+            fmi3GetFloat64 Shared [GET_3] (Pointer, *const u32, usize, *mut f64, usize) -> c_int;
+            fmi3GetInt8 Shared [GET_3] (Pointer, *const u32, usize, *mut i8, usize) -> c_int;
+            fmi3GetUInt8 Shared [GET_3] (Pointer, *const u32, usize, *mut u8, usize) -> c_int;
+            fmi3GetInt16 Shared [GET_3] (Pointer, *const u32, usize, *mut i16, usize) -> c_int;
+            fmi3GetUInt16 Shared [GET_3] (Pointer, *const u32, usize, *mut u16, usize) -> c_int;
+            fmi3GetInt32 Shared [GET_3] (Pointer, *const u32, usize, *mut i32, usize) -> c_int;
+            fmi3GetUInt32 Shared [GET_3] (Pointer, *const u32, usize, *mut u32, usize) -> c_int;
+            fmi3GetInt64 Shared [GET_3] (Pointer, *const u32, usize, *mut i64, usize) -> c_int;
+            fmi3GetUInt64 Shared [GET_3] (Pointer, *const u32, usize, *mut u64, usize) -> c_int;
+            fmi3GetBoolean Shared [GET_3] (Pointer, *const u32, usize, *mut bool, usize) -> c_int;
+            fmi3GetString Shared [GET_3] (Pointer, *const u32, usize, *mut Text, usize) -> c_int;
+            fmi3GetBinary Shared [GET_3]
                 (Pointer, *const u32, usize, *mut usize, *mut *const u8, usize) -> c_int;
-            fmi3GetClock Shared [E] (Pointer, *const u32, usize, *mut bool) -> c_int;
-            fmi3SetFloat32 Shared [N | I | E | S | A] (Pointer, *const u32, usize, *const f32, usize) -> c_int;
-            fmi3SetFloat64 Shared [N | I | E | S | A] (Pointer, *const u32, usize, *const f64, usize) -> c_int;
-            fmi3SetInt8 Shared [N | I | E | S | A] (Pointer, *const u32, usize, *const i8, usize) -> c_int;
-            fmi3SetUInt8 Shared [N | I | E | S | A] (Pointer, *const u32, usize, *const u8, usize) -> c_int;
-            fmi3SetInt16 Shared [N | I | E | S | A] (Pointer, *const u32, usize, *const i16, usize) -> c_int;
-            fmi3SetUInt16 Shared [N | I | E | S | A] (Pointer, *const u32, usize, *const u16, usize) -> c_int;
-            fmi3SetInt32 Shared [N | I | E | S | A] (Pointer, *const u32, usize, *const i32, usize) -> c_int;
-            fmi3SetUInt32 Shared [N | I | E | S | A] (Pointer, *const u32, usize, *const u32, usize) -> c_int;
-            fmi3SetInt64 Shared [N | I | E | S | A] (Pointer, *const u32, usize, *const i64, usize) -> c_int;
-            fmi3SetUInt64 Shared [N | I | E | S | A] (Pointer, *const u32, usize, *const u64, usize) -> c_int;
-            fmi3SetBoolean Shared [N | I | E | S | A] (Pointer, *const u32, usize, *const bool, usize) -> c_int;
-            fmi3SetString Shared [N | I | E | S | A] (Pointer, *const u32, usize, *const Text, usize) -> c_int;
-            fmi3SetBinary Shared [N | I | E | S | A]
+            fmi3GetClock Shared [EVENT_MODE] (Pointer, *const u32, usize, *mut bool) -> c_int;
+            fmi3SetFloat32 Shared [SET_3] (Pointer, *const u32, usize, *const f32, usize) -> c_int;
+            fmi3SetFloat64 Shared [SET_3] (Pointer, *const u32, usize, *const f64, usize) -> c_int;
+            fmi3SetInt8 Shared [SET_3] (Pointer, *const u32, usize, *const i8, usize) -> c_int;
+            fmi3SetUInt8 Shared [SET_3] (Pointer, *const u32, usize, *const u8, usize) -> c_int;
+            fmi3SetInt16 Shared [SET_3] (Pointer, *const u32, usize, *const i16, usize) -> c_int;
+            fmi3SetUInt16 Shared [SET_3] (Pointer, *const u32, usize, *const u16, usize) -> c_int;
+            fmi3SetInt32 Shared [SET_3] (Pointer, *const u32, usize, *const i32, usize) -> c_int;
+            fmi3SetUInt32 Shared [SET_3] (Pointer, *const u32, usize, *const u32, usize) -> c_int;
+            fmi3SetInt64 Shared [SET_3] (Pointer, *const u32, usize, *const i64, usize) -> c_int;
+            fmi3SetUInt64 Shared [SET_3] (Pointer, *const u32, usize, *const u64, usize) -> c_int;
+            fmi3SetBoolean Shared [SET_3] (Pointer, *const u32, usize, *const bool, usize) -> c_int;
+            fmi3SetString Shared [SET_3] (Pointer, *const u32, usize, *const Text, usize) -> c_int;
+            fmi3SetBinary Shared [SET_3]
                 (Pointer, *const u32, usize, *const usize, *const *const u8, usize) -> c_int;
-            fmi3SetClock Shared [E] (Pointer, *const u32, usize, *const bool) -> c_int;
+            fmi3SetClock Shared [EVENT_MODE] (Pointer, *const u32, usize, *const bool) -> c_int;
             fmi3GetNumberOfVariableDependencies Shared [ANY] (Pointer, u32, *mut usize) -> c_int;
             fmi3GetVariableDependencies Shared [ANY]
                 (Pointer, u32, *mut usize, *mut u32, *mut usize, *mut c_int, usize) -> c_int;
@@ -220,40 +238,40 @@ macro_rules! fmi3_functions {
             fmi3SerializedFMUStateSize Shared [ANY] (Pointer, Pointer, *mut usize) -> c_int;
             fmi3SerializeFMUState Shared [ANY] (Pointer, Pointer, *mut u8, usize) -> c_int;
             fmi3DeserializeFMUState Shared [ANY] (Pointer, *const u8, usize, *mut Pointer) -> c_int;
-            fmi3GetDirectionalDerivative Shared [I | E | S | A | T]
+            fmi3GetDirectionalDerivative Shared [INITIALIZATION_MODE | EVENT_MODE | STEP_MODE | AFTER_SET | TERMINATED]
                 (Pointer, *const u32, usize, *const u32, usize, *const f64, usize, *mut f64, usize) -> c_int;
-            fmi3GetAdjointDerivative Shared [I | E | S | A | T]
+            fmi3GetAdjointDerivative Shared [INITIALIZATION_MODE | EVENT_MODE | STEP_MODE | AFTER_SET | TERMINATED]
                 (Pointer, *const u32, usize, *const u32, usize, *const f64, usize, *mut f64, usize) -> c_int;
-            fmi3EnterConfigurationMode Shared [N | S | A] (Pointer) -> c_int;
+            fmi3EnterConfigurationMode Shared [INSTANTIATED | STEP_MODE | AFTER_SET] (Pointer) -> c_int;
             fmi3ExitConfigurationMode Shared [ANY] (Pointer) -> c_int;
-            fmi3GetIntervalDecimal Shared [I | E] (Pointer, *const u32, usize, *mut f64, *mut c_int) -> c_int;
-            fmi3GetIntervalFraction Shared [I | E]
+            fmi3GetIntervalDecimal Shared [INITIALIZATION_MODE | EVENT_MODE] (Pointer, *const u32, usize, *mut f64, *mut c_int) -> c_int;
+            fmi3GetIntervalFraction Shared [INITIALIZATION_MODE | EVENT_MODE]
                 (Pointer, *const u32, usize, *mut u64, *mut u64, *mut c_int) -> c_int;
-            fmi3GetShiftDecimal Shared [I] (Pointer, *const u32, usize, *mut f64) -> c_int;
-            fmi3GetShiftFraction Shared [I] (Pointer, *const u32, usize, *mut u64, *mut u64) -> c_int;
-            fmi3SetIntervalDecimal Shared [I | E] (Pointer, *const u32, usize, *const f64) -> c_int;
-            fmi3SetIntervalFraction Shared [I | E] (Pointer, *const u32, usize, *const u64, *const u64) -> c_int;
-            fmi3SetShiftDecimal Shared [I | E] (Pointer, *const u32, usize, *const f64) -> c_int;
-            fmi3SetShiftFraction Shared [I | E] (Pointer, *const u32, usize, *const u64, *const u64) -> c_int;
-            fmi3EvaluateDiscreteStates Shared [E] (Pointer) -> c_int;
-            fmi3UpdateDiscreteStates Shared [E]
+            fmi3GetShiftDecimal Shared [INITIALIZATION_MODE] (Pointer, *const u32, usize, *mut f64) -> c_int;
+            fmi3GetShiftFraction Shared [INITIALIZATION_MODE] (Pointer, *const u32, usize, *mut u64, *mut u64) -> c_int;
+            fmi3SetIntervalDecimal Shared [INITIALIZATION_MODE | EVENT_MODE] (Pointer, *const u32, usize, *const f64) -> c_int;
+            fmi3SetIntervalFraction Shared [INITIALIZATION_MODE | EVENT_MODE] (Pointer, *const u32, usize, *const u64, *const u64) -> c_int;
+            fmi3SetShiftDecimal Shared [INITIALIZATION_MODE | EVENT_MODE] (Pointer, *const u32, usize, *const f64) -> c_int;
+            fmi3SetShiftFraction Shared [INITIALIZATION_MODE | EVENT_MODE] (Pointer, *const u32, usize, *const u64, *const u64) -> c_int;
+            fmi3EvaluateDiscreteStates Shared [EVENT_MODE] (Pointer) -> c_int;
+            fmi3UpdateDiscreteStates Shared [EVENT_MODE]
                 (Pointer, *mut bool, *mut bool, *mut bool, *mut bool, *mut bool, *mut f64) -> c_int;
-            fmi3EnterStepMode CoSimulation [E] (Pointer) -> c_int;
-            fmi3GetOutputDerivatives CoSimulation [S | T]
+            fmi3EnterStepMode CoSimulation [EVENT_MODE] (Pointer) -> c_int;
+            fmi3GetOutputDerivatives CoSimulation [STEP_MODE | TERMINATED]
                 (Pointer, *const u32, usize, *const c_int, *mut f64, usize) -> c_int;
-            fmi3DoStep CoSimulation [S | A]
+            fmi3DoStep CoSimulation [STEP_MODE | AFTER_SET]
                 (Pointer, f64, f64, bool, *mut bool, *mut bool, *mut bool, *mut f64) -> c_int;
-            fmi3EnterContinuousTimeMode ModelExchange [NO] (Pointer) -> c_int;
-            fmi3CompletedIntegratorStep ModelExchange [NO] (Pointer, bool, *mut bool, *mut bool) -> c_int;
-            fmi3SetTime ModelExchange [NO] (Pointer, f64) -> c_int;
-            fmi3SetContinuousStates ModelExchange [NO] (Pointer, *const f64, usize) -> c_int;
-            fmi3GetContinuousStateDerivatives ModelExchange [NO] (Pointer, *mut f64, usize) -> c_int;
-            fmi3GetEventIndicators ModelExchange [NO] (Pointer, *mut f64, usize) -> c_int;
-            fmi3GetContinuousStates ModelExchange [NO] (Pointer, *mut f64, usize) -> c_int;
-            fmi3GetNominalsOfContinuousStates ModelExchange [NO] (Pointer, *mut f64, usize) -> c_int;
-            fmi3GetNumberOfEventIndicators ModelExchange [NO] (Pointer, *mut usize) -> c_int;
-            fmi3GetNumberOfContinuousStates ModelExchange [NO] (Pointer, *mut usize) -> c_int;
-            fmi3ActivateModelPartition ScheduledExecution [NO] (Pointer, u32, f64) -> c_int;
+            fmi3EnterContinuousTimeMode ModelExchange [NONE] (Pointer) -> c_int;
+            fmi3CompletedIntegratorStep ModelExchange [NONE] (Pointer, bool, *mut bool, *mut bool) -> c_int;
+            fmi3SetTime ModelExchange [NONE] (Pointer, f64) -> c_int;
+            fmi3SetContinuousStates ModelExchange [NONE] (Pointer, *const f64, usize) -> c_int;
+            fmi3GetContinuousStateDerivatives ModelExchange [NONE] (Pointer, *mut f64, usize) -> c_int;
+            fmi3GetEventIndicators ModelExchange [NONE] (Pointer, *mut f64, usize) -> c_int;
+            fmi3GetContinuousStates ModelExchange [NONE] (Pointer, *mut f64, usize) -> c_int;
+            fmi3GetNominalsOfContinuousStates ModelExchange [NONE] (Pointer, *mut f64, usize) -> c_int;
+            fmi3GetNumberOfEventIndicators ModelExchange [NONE] (Pointer, *mut usize) -> c_int;
+            fmi3GetNumberOfContinuousStates ModelExchange [NONE] (Pointer, *mut usize) -> c_int;
+            fmi3ActivateModelPartition ScheduledExecution [NONE] (Pointer, u32, f64) -> c_int;
         }
     };
 }

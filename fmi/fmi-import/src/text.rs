@@ -1,28 +1,23 @@
 //! C strings that an FMU hands out, read without trusting that they are there.
 
-use std::ffi::CStr;
+use std::ffi::{CStr, CString};
 
-use super::symbols::Text;
-
-/// Longest text that is read, bytes.
-#[cfg(target_os = "linux")]
-const LONGEST: usize = 1 << 20;
+use crate::standard::Text;
 
 /// A text; None where the pointer leads to no memory that can be read. NULL is an empty text.
 ///
 /// # Safety
 /// On Linux any pointer may be given; elsewhere it must be NULL or a C string.
-pub unsafe fn read(text: Text) -> Option<String> {
+pub unsafe fn owned(text: Text) -> Option<CString> {
     if text.is_null() {
-        return Some(String::new());
+        return Some(CString::default());
     }
-    #[cfg(target_os = "linux")]
+    #[cfg(all(target_os = "linux", feature = "native"))]
     if let Some(read) = through_the_system(text) {
         return read;
     }
     // SAFETY: forwarded.
-    let text = unsafe { CStr::from_ptr(text) };
-    Some(text.to_string_lossy().into_owned())
+    Some(unsafe { CStr::from_ptr(text) }.to_owned())
 }
 
 /// The text, or what is told of a pointer that leads nowhere.
@@ -31,17 +26,18 @@ pub unsafe fn read(text: Text) -> Option<String> {
 /// As for [`read`].
 pub unsafe fn shown(text: Text) -> String {
     // SAFETY: forwarded.
-    let read = unsafe { read(text) };
+    let read = unsafe { owned(text) };
+    let read = read.map(|text| text.to_string_lossy().into_owned());
     read.unwrap_or_else(|| format!("(no text: {text:p} cannot be read)"))
 }
 
 /// Copied by the system, which tells of memory that is not there; None where it does not let a
 /// process copy from itself.
-#[cfg(target_os = "linux")]
-fn through_the_system(text: Text) -> Option<Option<String>> {
+#[cfg(all(target_os = "linux", feature = "native"))]
+fn through_the_system(text: Text) -> Option<Option<CString>> {
     let mut bytes = Vec::new();
     let mut room = [0_u8; 256];
-    while bytes.len() < LONGEST {
+    loop {
         let from = text.addr() + bytes.len();
         // No copy crosses a border of pages: what lies behind it may not be there.
         let length = (256 - from % 256).min(room.len());
@@ -62,10 +58,9 @@ fn through_the_system(text: Text) -> Option<Option<String>> {
         let end = room[..length].iter().position(|byte| *byte == 0);
         bytes.extend(&room[..end.unwrap_or(length)]);
         if end.is_some() {
-            break;
+            return Some(CString::new(bytes).ok());
         }
     }
-    Some(Some(String::from_utf8_lossy(&bytes).into_owned()))
 }
 
 #[cfg(test)]
@@ -77,9 +72,9 @@ mod tests {
         let long = std::ffi::CString::new("äx".repeat(1000)).unwrap();
         // SAFETY: C strings and NULL.
         let [long_read, empty, none] =
-            unsafe { [long.as_ptr(), c"".as_ptr(), std::ptr::null()].map(|text| read(text)) };
-        assert_eq!(long_read.as_deref(), long.to_str().ok());
-        assert_eq!([empty, none], [Some(String::new()), Some(String::new())]);
+            unsafe { [long.as_ptr(), c"".as_ptr(), std::ptr::null()].map(|text| owned(text)) };
+        assert_eq!(long_read, Some(long));
+        assert_eq!([empty, none], [(); 2].map(|()| Some(CString::default())));
     }
 
     #[test]
@@ -88,7 +83,7 @@ mod tests {
         let nowhere: Text = std::ptr::without_provenance(8);
         // SAFETY: any pointer may be given.
         unsafe {
-            assert_eq!(read(nowhere), None);
+            assert_eq!(owned(nowhere), None);
             assert_eq!(shown(nowhere), "(no text: 0x8 cannot be read)");
         }
     }

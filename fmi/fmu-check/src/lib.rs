@@ -1,6 +1,8 @@
 //! Whether an FMU, whoever made it, keeps what importers rely on: archive, model
 //! description, libraries, and how it behaves when it is called. What the standard demands fails;
 //! what it permits, but importers stumble over, is a remark.
+#![cfg_attr(doctest, doc = include_str!("../README.md"))]
+#![forbid(unsafe_code)]
 
 mod archive;
 mod arguments;

@@ -1,6 +1,5 @@
 //! What an FMU does when it is run. Each promise is tried in a process of its own, so that a crash,
 //! a hang or a word on standard output is a row of the table.
-#![allow(unsafe_code)] // calls the C functions of an FMU
 
 mod calls;
 mod derivatives;

@@ -12,6 +12,9 @@
 //! sums, products, quotients and square roots are used, so results have the same bits on every
 //! machine if the system's have.
 
+#![cfg_attr(doctest, doc = include_str!("../README.md"))]
+#![forbid(unsafe_code)]
+
 mod adaptive;
 mod algorithm;
 mod band;

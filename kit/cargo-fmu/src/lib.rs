@@ -3,7 +3,7 @@
 //!
 //! The program is `cargo fmu` (see [`pack`]); other tools use its parts from here. No model is
 //! linked: libraries are loaded, asked for their files, and closed again.
-#![deny(unsafe_code)]
+#![forbid(unsafe_code)]
 
 pub mod library;
 pub mod licences;

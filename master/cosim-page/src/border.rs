@@ -8,7 +8,7 @@ use std::ffi::c_int;
 use std::panic;
 
 use anyhow::{Context, Result};
-use cosim::slave::messages;
+use cosim::instance::receive;
 use serde_json::{Value, json};
 
 use crate::command;
@@ -154,5 +154,5 @@ pub unsafe extern "C" fn engine_message(
 ) {
     // SAFETY: as the caller promises.
     let text = unsafe { bytes(address, size) };
-    messages::receive(environment, status, &String::from_utf8_lossy(&text));
+    receive(environment, status, &String::from_utf8_lossy(&text));
 }

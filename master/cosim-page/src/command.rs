@@ -1,7 +1,7 @@
 //! Commands of a page and their answers, as JSON.
 
 use anyhow::{Context, Result, bail};
-use cosim::cli::describe;
+use cosim::describe;
 use serde_json::{Map, Value, json};
 
 use crate::engine::{Engine, text};

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use anyhow::{Context, Result, bail, ensure};
 use cosim::exchange::faults;
+use cosim::instance::{At, Ended, messages};
 use cosim::io::numbers;
 use cosim::master::{Master, Saved};
 use cosim::run::experiment::Experiment;
@@ -12,7 +13,6 @@ use cosim::run::signals::{Inputs, Signals};
 use cosim::run::supervision::Supervision;
 use cosim::run::verdict::Verdict;
 use cosim::schedule::Schedule;
-use cosim::slave::{At, Ended, messages};
 use cosim::structure::system::{Setting, System};
 use cosim::wiring::Port;
 use fmi_description::{Causality, Kind};
@@ -135,8 +135,8 @@ impl Run {
             let mut inputs = Inputs::new(&self.system, &[setting.port])?;
             return inputs.set(&self.master, &[number]);
         }
-        let slave = &self.master.slaves()[setting.port.component];
-        let set = slave.set_from_text(&v.name, &setting.value);
+        let instance = &self.master.instances()[setting.port.component];
+        let set = instance.set_from_text(&v.name, &setting.value);
         set.with_context(|| At::Time(self.master.time()).to_string())
     }
 

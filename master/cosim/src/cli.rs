@@ -1,7 +1,6 @@
 //! What the command lines of programs on this library share: which system, how it is stepped, which
 //! values it starts from, which signals are written where, how a program ends.
 
-pub mod describe;
 mod places;
 mod step_args;
 
@@ -20,7 +19,6 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::exchange::faults::Faults;
 use crate::io::csv::Log;
 use crate::io::input_table::{InputTable, Table};
-use crate::io::output;
 use crate::io::scenario;
 use crate::master::{Schedule, Stepping};
 use crate::run::signals::{matches_pattern, matching_any};
@@ -30,6 +28,7 @@ pub use crate::schedule::STEP;
 use crate::schedule::{Between, parse_rate};
 use crate::structure::system::System;
 use crate::wiring::Port;
+use fmi_import::output;
 use places::place_of_fmi_3;
 
 pub use places::{find, place};

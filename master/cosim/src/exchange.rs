@@ -14,11 +14,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::exchange::algebraic_loop::{LoopStage, Unknowns};
 use crate::exchange::faults::Alteration;
-use crate::io::value::{Value, is_wide};
-use crate::slave::{At, Failure, Slave};
+use crate::instance::{At, Failure, Instance};
 use crate::wiring::{Feedthrough, Link, Port, Undeclared, Wiring};
 use anyhow::Result;
 use fmi_description::{Access, Variability};
+use fmi_import::value::{Value, is_wide};
 use serde::{Deserialize, Serialize};
 
 pub use transfers::{Read, Write, reads, writes};
@@ -206,26 +206,26 @@ impl Exchange {
     }
 
     /// Pass all values, stage by stage.
-    pub fn run(&mut self, slaves: &[Slave], at: At) -> Result<()> {
+    pub fn run(&mut self, instances: &[Instance], at: At) -> Result<()> {
         let resting = &self.resting;
-        for read in self.first.iter().filter(|r| !rests(resting, r.slave)) {
-            read.run_any(slaves, &mut self.values, &mut self.wide, at)?;
+        for read in self.first.iter().filter(|r| !rests(resting, r.instance)) {
+            read.run_any(instances, &mut self.values, &mut self.wide, at)?;
         }
-        self.run_again(slaves, at)
+        self.run_again(instances, at)
     }
 
     /// Pass all values once more at the same communication point: outputs that can be read once
     /// only keep their values.
-    pub fn run_again(&mut self, slaves: &[Slave], at: At) -> Result<()> {
+    pub fn run_again(&mut self, instances: &[Instance], at: At) -> Result<()> {
         for k in 0..self.stages.len() {
-            self.read_stage(k, slaves, at)?;
+            self.read_stage(k, instances, at)?;
             match self.stages[k].unknowns.take() {
-                None => self.write_stage(k, None, slaves, at)?,
+                None => self.write_stage(k, None, instances, at)?,
                 Some(mut unknowns) => {
                     let stage = &mut SolvedStage {
                         exchange: &mut *self,
                         k,
-                        slaves,
+                        instances,
                         at,
                     };
                     let solved = unknowns.solve(stage, at);
@@ -239,11 +239,11 @@ impl Exchange {
 
     /// Pass all values until none changes any more, bit for bit, at most `passes` times; the
     /// outputs that still change.
-    pub fn settle(&mut self, slaves: &[Slave], at: At, passes: usize) -> Result<Vec<Port>> {
+    pub fn settle(&mut self, instances: &[Instance], at: At, passes: usize) -> Result<Vec<Port>> {
         let mut changed = Vec::new();
         for _ in 0..passes {
             let (before, wide) = (self.values.clone(), self.wide.clone());
-            self.run(slaves, at)?;
+            self.run(instances, at)?;
             let differs = |(_, k): &(&Port, &usize)| {
                 before[**k].to_bits() != self.values[**k].to_bits()
                     || wide.get(**k) != self.wide.get(**k)
@@ -258,46 +258,46 @@ impl Exchange {
     }
 
     /// Read all outputs of one component.
-    pub fn read_of(&mut self, component: usize, slaves: &[Slave], at: At) -> Result<()> {
+    pub fn read_of(&mut self, component: usize, instances: &[Instance], at: At) -> Result<()> {
         let reads = self.stages.iter().flat_map(|stage| &stage.reads);
-        let mut own = reads.filter(|read| read.slave == component);
-        own.try_for_each(|read| read.run_any(slaves, &mut self.values, &mut self.wide, at))
+        let mut own = reads.filter(|read| read.instance == component);
+        own.try_for_each(|read| read.run_any(instances, &mut self.values, &mut self.wide, at))
     }
 
     /// Set all inputs of one component.
-    pub fn write_of(&mut self, component: usize, slaves: &[Slave], at: At) -> Result<()> {
+    pub fn write_of(&mut self, component: usize, instances: &[Instance], at: At) -> Result<()> {
         let chosen = Some(component);
-        (0..self.stages.len()).try_for_each(|k| self.write_stage(k, chosen, slaves, at))
+        (0..self.stages.len()).try_for_each(|k| self.write_stage(k, chosen, instances, at))
     }
 
     /// Read all outputs.
-    pub fn read(&mut self, slaves: &[Slave], at: At) -> Result<()> {
-        (0..self.stages.len()).try_for_each(|k| self.read_stage(k, slaves, at))
+    pub fn read(&mut self, instances: &[Instance], at: At) -> Result<()> {
+        (0..self.stages.len()).try_for_each(|k| self.read_stage(k, instances, at))
     }
 
     /// Set all inputs to what was last read.
-    pub fn write(&mut self, slaves: &[Slave], at: At) -> Result<()> {
-        (0..self.stages.len()).try_for_each(|k| self.write_stage(k, None, slaves, at))
+    pub fn write(&mut self, instances: &[Instance], at: At) -> Result<()> {
+        (0..self.stages.len()).try_for_each(|k| self.write_stage(k, None, instances, at))
     }
 
-    fn read_stage(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
+    fn read_stage(&mut self, k: usize, instances: &[Instance], at: At) -> Result<()> {
         if self.is_beside && self.wide.is_empty() {
-            return self.read_beside(k, slaves, at);
+            return self.read_beside(k, instances, at);
         }
         let (all, resting) = (&self.stages[k].reads, &self.resting);
-        let mut reads = all.iter().filter(|read| !rests(resting, read.slave));
-        reads.try_for_each(|read| read.run_any(slaves, &mut self.values, &mut self.wide, at))
+        let mut reads = all.iter().filter(|read| !rests(resting, read.instance));
+        reads.try_for_each(|read| read.run_any(instances, &mut self.values, &mut self.wide, at))
     }
 
-    fn read_beside(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
+    fn read_beside(&mut self, k: usize, instances: &[Instance], at: At) -> Result<()> {
         let (all, values) = (&self.stages[k].reads, &mut self.values);
-        let reads = (all.iter()).filter(|read| !rests(&self.resting, read.slave));
-        reads.clone().for_each(|read| read.begin(slaves));
+        let reads = (all.iter()).filter(|read| !rests(&self.resting, read.instance));
+        reads.clone().for_each(|read| read.begin(instances));
         let mut failure = Failure::default();
         for is_elsewhere in [false, true] {
-            let there = |read: &&Read| slaves[read.slave].is_elsewhere() == is_elsewhere;
+            let there = |read: &&Read| instances[read.instance].is_elsewhere() == is_elsewhere;
             for read in reads.clone().filter(there) {
-                failure.add(read.slave, read.run(slaves, values, at));
+                failure.add(read.instance, read.run(instances, values, at));
             }
         }
         failure.into()
@@ -308,7 +308,7 @@ impl Exchange {
         &mut self,
         k: usize,
         only: Option<usize>,
-        slaves: &[Slave],
+        instances: &[Instance],
         at: At,
     ) -> Result<()> {
         let mut faults = self.faults.as_mut();
@@ -317,35 +317,37 @@ impl Exchange {
             faults.begin(t);
         }
         if self.is_beside && self.wide.is_empty() && only.is_none() {
-            return self.write_beside(k, slaves, at);
+            return self.write_beside(k, instances, at);
         }
         for write in &self.stages[k].writes {
-            if only.is_some_and(|slave| slave != write.slave) || rests(&self.resting, write.slave) {
+            if only.is_some_and(|instance| instance != write.instance)
+                || rests(&self.resting, write.instance)
+            {
                 continue;
             }
             if write.is_wide {
-                write.run_wide(slaves, &self.wide, &mut self.wide_buffer, at)?;
+                write.run_wide(instances, &self.wide, &mut self.wide_buffer, at)?;
                 continue;
             }
             let faults = faults.as_deref_mut();
-            write.run(slaves, &self.values, &mut self.buffer, faults, at)?;
+            write.run(instances, &self.values, &mut self.buffer, faults, at)?;
         }
         Ok(())
     }
 
     /// Values are gathered in order, as faults draw their random numbers.
-    fn write_beside(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
+    fn write_beside(&mut self, k: usize, instances: &[Instance], at: At) -> Result<()> {
         let mut faults = self.faults.as_mut();
         let all = self.stages[k].writes.iter();
-        let writes = all.filter(|write| !rests(&self.resting, write.slave));
+        let writes = all.filter(|write| !rests(&self.resting, write.instance));
         let mut failure = Failure::default();
         for write in writes.clone() {
             let (values, buffer) = (&self.values, &mut self.buffer);
-            let begun = write.begin(slaves, values, buffer, faults.as_deref_mut(), at);
-            failure.add(write.slave, begun);
+            let begun = write.begin(instances, values, buffer, faults.as_deref_mut(), at);
+            failure.add(write.instance, begun);
         }
         for write in writes {
-            failure.add(write.slave, write.end(slaves, at));
+            failure.add(write.instance, write.end(instances, at));
         }
         failure.into()
     }
@@ -353,23 +355,23 @@ impl Exchange {
     /// Pass all first time derivatives; [`Exchange::values`] then holds derivatives.
     pub fn run_derivatives(
         &mut self,
-        slaves: &[Slave],
+        instances: &[Instance],
         faults: Option<&Alteration>,
         at: At,
     ) -> Result<()> {
         for stage in &self.stages {
             for Read {
-                slave,
+                instance,
                 batch,
                 slots,
             } in &stage.reads
             {
                 let values = &mut self.values[slots.clone()];
-                slaves[*slave].get_derivatives(batch, values, at)?;
+                instances[*instance].get_derivatives(batch, values, at)?;
             }
             for write in &stage.writes {
                 let derivatives = write.gather_derivatives(&self.values, &mut self.buffer, faults);
-                slaves[write.slave].set_derivatives(&write.batch, derivatives, at)?;
+                instances[write.instance].set_derivatives(&write.batch, derivatives, at)?;
             }
         }
         Ok(())
@@ -397,7 +399,7 @@ impl Exchange {
                 text += &format!("  get {}, {first} …\n", count(r.batch.len()));
             }
             for w in &stage.writes {
-                let component = wiring.component(w.slave);
+                let component = wiring.component(w.instance);
                 text += &format!("  set {} of {component}\n", count(w.batch.len()));
             }
         }
@@ -414,7 +416,7 @@ fn rests(resting: &[bool], component: usize) -> bool {
 struct SolvedStage<'a> {
     exchange: &'a mut Exchange,
     k: usize,
-    slaves: &'a [Slave],
+    instances: &'a [Instance],
     at: At,
 }
 
@@ -424,13 +426,13 @@ impl LoopStage for SolvedStage<'_> {
     }
 
     fn write_and_read(&mut self) -> Result<()> {
-        let (k, slaves, at) = (self.k, self.slaves, self.at);
-        self.exchange.write_stage(k, None, slaves, at)?;
-        self.exchange.read_stage(k, slaves, at)
+        let (k, instances, at) = (self.k, self.instances, self.at);
+        self.exchange.write_stage(k, None, instances, at)?;
+        self.exchange.read_stage(k, instances, at)
     }
 
     /// What is done to values on their way is in no derivative of an FMU.
-    fn derivatives_of(&self) -> Option<&[Slave]> {
-        self.exchange.faults.is_none().then_some(self.slaves)
+    fn derivatives_of(&self) -> Option<&[Instance]> {
+        self.exchange.faults.is_none().then_some(self.instances)
     }
 }

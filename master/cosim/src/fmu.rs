@@ -1,66 +1,32 @@
-//! An FMU with its library loaded once, shared by all its instances.
-
-#[cfg_attr(not(feature = "native"), path = "fmu/module.rs")]
-mod library;
+//! An FMU as the master wires it: its variables by element, and what that plans for its instances.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Context, Result, bail};
-use fmi_description::{Archive, Description, Version};
-#[cfg(feature = "native")]
-use fmi_import::calls::Functions2;
-use fmi_import::calls::Functions3;
+use fmi_description::{Archive, Description};
+use fmi_import::batch::{Batch, Layout};
+use fmi_import::clocks::{Plan, is_triggered};
+use fmi_import::fmi_instance::{Arguments, FmiInstance};
+use fmi_import::functions::Functions;
+use fmi_import::{instantiate, output};
 
-use crate::slave::clocks::{Plan, is_triggered};
-use crate::wiring::batch::{Batch, Layout};
-use library::Library;
-
-/// A loaded FMU. The library and the files that it needs live as long as any instance.
+/// A loaded FMU, shared by all its instances.
 pub struct Fmu {
     /// Name for messages: the file it came from.
     pub file: String,
     /// What the model description says; arrays of FMI 3.0 by element, which is how a system
     /// structure names them.
     pub description: Description,
-    /// Where the unpacked resources are, as the version wants it: a URI or a path.
-    pub resources: String,
-    pub(crate) api: Api,
-    #[cfg(feature = "native")]
-    unpacked: library::Unpacked,
-    pub(crate) layout: Layout,
+    pub(crate) loaded: fmi_import::Fmu,
+    layout: Layout,
     pub(crate) plan: Arc<Plan>,
-    pub(crate) instances: AtomicUsize,
+    instances: AtomicUsize,
     /// What is odd about the archive or its description, but does no harm.
     pub remarks: Vec<String>,
 }
 
-/// The functions of the library; those of modules are of FMI 3.0.
-pub(crate) enum Api {
-    #[cfg(feature = "native")]
-    Fmi2(Arc<Functions2>),
-    Fmi3(Arc<Functions3>),
-}
-
-impl Api {
-    fn of(library: Library, version: Version) -> Self {
-        match version {
-            #[cfg(feature = "native")]
-            Version::Fmi2 => Self::Fmi2(Arc::new(Functions2::of(library))),
-            _ => Self::Fmi3(Arc::new(Functions3::of(library))),
-        }
-    }
-}
-
 impl Fmu {
-    /// The functions of a copy of its library, for another thread: global variables are not shared.
-    #[cfg(feature = "native")]
-    pub(crate) fn copied(&self) -> Result<Api> {
-        let copy = self.unpacked.copy();
-        let copy = copy.with_context(|| format!("a copy of the library of FMU `{}`", self.file))?;
-        Ok(Api::of(copy, self.description.fmi))
-    }
-
     /// Load an FMU from its bytes; `file` is its name for messages.
     pub fn load(file: &str, bytes: Vec<u8>) -> Result<Arc<Self>> {
         Self::open(file, bytes).with_context(|| format!("FMU `{file}` cannot be loaded"))
@@ -69,10 +35,10 @@ impl Fmu {
     fn open(file: &str, bytes: Vec<u8>) -> Result<Arc<Self>> {
         let mut archive = Archive::open(bytes)?;
         let description = archive.description()?;
-        let (library, resources, remark) = Library::load(file, &mut archive, &description)?;
-        let remarks = description.remarks.iter().cloned().chain(remark);
+        let (loaded, remark) = fmi_import::Fmu::from_archive(file, &mut archive, description)?;
+        let remarks = loaded.description.remarks.iter().cloned().chain(remark);
         let mut remarks: Vec<String> = remarks.map(|remark| remark.to_string()).collect();
-        let description = description.by_element();
+        let description = loaded.description.clone().by_element();
         if description.capabilities.needs_execution_tool {
             remarks.push("it says that it needs its tool (needsExecutionTool)".into());
         }
@@ -85,16 +51,18 @@ impl Fmu {
         let layout = Layout::new(&description);
         Ok(Arc::new(Self {
             file: file.to_string(),
-            resources,
-            #[cfg(feature = "native")]
-            unpacked: library.unpacked(),
-            api: Api::of(library, description.fmi),
+            loaded,
             plan: Arc::new(Plan::new(&description, &layout)),
             layout,
             description,
             instances: AtomicUsize::new(0),
             remarks,
         }))
+    }
+
+    /// Where its unpacked resources are, as its version wants it: a URI or a path.
+    pub fn resources(&self) -> &str {
+        self.loaded.resources.to_str().unwrap_or_default()
     }
 
     /// Variables that are read or written together, by index; all must be of one type that is a
@@ -112,17 +80,35 @@ impl Fmu {
         Batch::new(&self.description, &self.layout, variables)
     }
 
+    /// An instance of these functions, which are those of the FMU or of a copy of its library; none
+    /// where the FMU gives none. What it prints meanwhile is named as its own.
+    pub(crate) fn make(
+        &self,
+        functions: &Arc<Functions>,
+        arguments: &Arguments,
+    ) -> Result<Option<Box<dyn FmiInstance>>> {
+        let who = format!("{} (FMU `{}`)", arguments.name.to_string_lossy(), self.file);
+        output::named(&who, || {
+            instantiate(functions, &self.layout, &self.plan, arguments)
+        })
+    }
+
     /// Count one more instance, or refuse where the FMU allows only one per process.
     pub(crate) fn register(&self, name: &str) -> Result<()> {
         if self.instances.fetch_add(1, Ordering::SeqCst) > 0
             && self.description.capabilities.only_once
         {
-            self.instances.fetch_sub(1, Ordering::SeqCst);
+            self.unregister();
             bail!(
                 "{name}: FMU `{}` allows only one instance per process",
                 self.file
             );
         }
         Ok(())
+    }
+
+    /// Count one instance less.
+    pub(crate) fn unregister(&self) {
+        self.instances.fetch_sub(1, Ordering::SeqCst);
     }
 }

@@ -1,10 +1,8 @@
-//! Values as people and files write them: tables, scenarios, standard output.
+//! Values as people and files write them: tables, scenarios.
 
 pub mod cells;
 #[cfg(feature = "native")]
 pub mod csv;
 pub mod input_table;
 pub mod numbers;
-pub mod output;
 pub mod scenario;
-pub mod value;

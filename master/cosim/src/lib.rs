@@ -7,25 +7,27 @@
 //! ([`wiring`], [`exchange`]). A loaded [`system`] finds variables by name once and hands out
 //! [`wiring::Port`]s for them. [`master`] initializes and steps; [`run`] steps to a stop time and
 //! lets the caller observe every communication point, for example through an [`observer`]:
-//! [`signals`], a [`recording`], a file. FMUs are unpacked and called by [`fmu`] and [`slave`];
-//! what one call passes, elements or whole arrays, is planned before the run ([`batch`]).
+//! [`signals`], a [`recording`], a file. FMUs are loaded and called by [`fmi_import`], by way of [`fmu`]
+//! and [`instance`]; what one call passes, elements or whole arrays, is planned before the run
+//! ([`Batch`](fmi_import::batch::Batch)).
 //!
 //! Nothing here knows the physics.
 //!
 //! Without the feature `native` there are no libraries and files of a system, no clock and no
 //! command line: packages are read from bytes, FMUs are WebAssembly modules of FMI 3.0 that a host
 //! of WebAssembly calls, and the caller makes the steps and has them watched ([`supervision`]).
-#![deny(unsafe_code)]
+#![forbid(unsafe_code)]
 
 #[cfg(feature = "native")]
 pub mod cli;
+pub mod describe;
 pub mod exchange;
 pub mod fmu;
+pub mod instance;
 pub mod io;
 pub mod master;
 pub mod run;
 pub mod schedule;
-pub mod slave;
 pub mod stepping;
 pub mod structure;
 pub mod wiring;

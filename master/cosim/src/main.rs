@@ -8,8 +8,8 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand};
-use cosim::cli::describe;
 use cosim::cli::{CsvArgs, InputArgs, RunArgs, StepArgs, SystemArgs, bar, exit, place, print};
+use cosim::describe;
 use cosim::exchange::{Exchange, Order};
 use cosim::run::signals::connected;
 use cosim::run::simulate;
@@ -111,7 +111,7 @@ fn main() -> ExitCode {
     let command = Cli::parse().command;
     // What FMUs print must not get into what this program prints; where that cannot be had, it runs
     // all the same.
-    let _ = cosim::io::output::separate();
+    let _ = fmi_import::output::separate();
     let check = matches!(&command, Command::Run(args) if args.run.check);
     let result = match command {
         Command::Run(args) => run_system(&args),

@@ -10,13 +10,13 @@ use crate::exchange::coupling::{self, Coupling};
 use crate::exchange::faults::{Alteration, Faults, is_source};
 use crate::exchange::means::Means;
 use crate::exchange::{Exchange, Order};
+use crate::instance::{At, Call, Instance, State, all};
 use crate::io::input_table::InputTable;
 use crate::run::instances::make;
 use crate::run::spare;
 use crate::schedule::crew::Crew;
 use crate::schedule::rates::Rates;
 use crate::schedule::{self, Between};
-use crate::slave::{At, Call, Slave, State, all};
 use crate::structure::system::{Setting, System};
 use crate::wiring::{Link, Port, Wiring};
 
@@ -102,12 +102,12 @@ impl Master {
         let crew = Crew::new(system, threads, parts)?;
         let start = stepping.start;
         let of = |k| make(system, k, settings, is_staged, start, crew.worker(k));
-        let slaves: Vec<Slave> = (0..system.fmus.len()).map(of).collect::<Result<_>>()?;
-        exchange.is_beside = slaves.iter().any(Slave::is_elsewhere);
-        initialize(&slaves, &wiring, stepping)?;
+        let instances: Vec<Instance> = (0..system.fmus.len()).map(of).collect::<Result<_>>()?;
+        exchange.is_beside = instances.iter().any(Instance::is_elsewhere);
+        initialize(&instances, &wiring, stepping)?;
         let residuals = bonds.iter().map(|b| Residual::new(wiring.name(b.effort)));
         let residuals = residuals.collect();
-        let timed = (0..slaves.len()).filter(|k| slaves[*k].has_events());
+        let timed = (0..instances.len()).filter(|k| instances[*k].has_events());
         let mut coupling = Coupling {
             timed: timed.collect(),
             fixed: system.fixed_step().map(str::to_string),
@@ -115,7 +115,7 @@ impl Master {
             ranks: crew.ranks(&wiring, |link| {
                 is_sequential && (link.bond.is_some() || has_ends)
             }),
-            slaves,
+            instances,
             rates,
             exchange,
             balance,
@@ -153,9 +153,9 @@ impl Master {
 
     /// From now on a component that ends a step early stops the step of all.
     pub(crate) fn stop_early(&self) {
-        self.slaves()
+        self.instances()
             .iter()
-            .for_each(|slave| slave.stop_early(true));
+            .for_each(|instance| instance.stop_early(true));
     }
 
     /// Present time, s: `t_0 + k·h` after k steps.
@@ -180,18 +180,20 @@ impl Master {
 
     /// Present value of a numeric variable.
     pub fn number(&self, port: Port) -> Result<f64> {
-        self.coupling.slaves[port.component].number(port.variable, At::Time(self.time))
+        self.coupling.instances[port.component].number(port.variable, At::Time(self.time))
     }
 
     /// Present value of a variable of any type that does not pass as a number, whole, as text.
     pub fn text(&self, port: Port) -> Result<String> {
-        let slave = &self.coupling.slaves[port.component];
-        Ok(slave.value(port.variable, At::Time(self.time))?.to_string())
+        let instance = &self.coupling.instances[port.component];
+        Ok(instance
+            .value(port.variable, At::Time(self.time))?
+            .to_string())
     }
 
     /// The instances, in the order of the structure's components.
-    pub fn slaves(&self) -> &[Slave] {
-        &self.coupling.slaves
+    pub fn instances(&self) -> &[Instance] {
+        &self.coupling.instances
     }
 
     /// From now on values are altered; what was passed at the present time is passed again. An
@@ -297,9 +299,11 @@ impl Master {
             return Ok(());
         };
         let Coupling {
-            slaves, exchange, ..
+            instances,
+            exchange,
+            ..
         } = &mut self.coupling;
-        inputs.set(slaves, exchange.faults.as_mut(), self.time)?;
+        inputs.set(instances, exchange.faults.as_mut(), self.time)?;
         self.pass()
     }
 
@@ -353,11 +357,11 @@ impl Master {
 
     /// End the run for all.
     pub fn terminate(self) -> Result<()> {
-        let (slaves, at) = (self.coupling.slaves, At::Time(self.time));
-        for slave in &slaves {
-            slave.call(Call::Terminate, at)?;
+        let (instances, at) = (self.coupling.instances, At::Time(self.time));
+        for instance in &instances {
+            instance.call(Call::Terminate, at)?;
         }
-        spare::keep(slaves);
+        spare::keep(instances);
         Ok(())
     }
 }
@@ -377,7 +381,7 @@ fn passes_derivative(wiring: &Wiring, link: &Link) -> bool {
 /// every component starts from what the others start from. Where what is not declared forms a loop,
 /// they are passed until nothing changes, bit for bit; with the schedule `standard` what is
 /// declared, too.
-fn initialize(slaves: &[Slave], wiring: &Wiring, stepping: Stepping) -> Result<()> {
+fn initialize(instances: &[Instance], wiring: &Wiring, stepping: Stepping) -> Result<()> {
     let planned = |order| Exchange::new(wiring, order, |_| true);
     let ordered = planned(Order::Initialization);
     let repeated = || match planned(Order::Repeated) {
@@ -385,15 +389,15 @@ fn initialize(slaves: &[Slave], wiring: &Wiring, stepping: Stepping) -> Result<(
         planned => planned,
     };
     let enter = Call::EnterInitialization(stepping.start);
-    all(slaves.iter(), enter, At::Initialization)?;
+    all(instances.iter(), enter, At::Initialization)?;
     match ordered {
         Ok(mut exchange) => {
-            exchange.is_beside = slaves.iter().any(Slave::is_elsewhere);
-            exchange.run(slaves, At::Initialization)?;
+            exchange.is_beside = instances.iter().any(Instance::is_elsewhere);
+            exchange.run(instances, At::Initialization)?;
         }
         Err(_) => {
             let passes = wiring.links.len() + 1;
-            let changing = repeated()?.settle(slaves, At::Initialization, passes)?;
+            let changing = repeated()?.settle(instances, At::Initialization, passes)?;
             if !changing.is_empty() {
                 let names: Vec<_> = changing.iter().map(|port| wiring.name(*port)).collect();
                 bail!(
@@ -405,5 +409,5 @@ fn initialize(slaves: &[Slave], wiring: &Wiring, stepping: Stepping) -> Result<(
         }
     }
     let exit = Call::ExitInitialization;
-    all(slaves.iter(), exit, At::Initialization).map(drop)
+    all(instances.iter(), exit, At::Initialization).map(drop)
 }

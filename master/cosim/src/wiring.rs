@@ -1,7 +1,6 @@
 //! Who must be read before whom: connections resolved against the model descriptions and put in the
 //! order of direct feedthrough.
 
-pub mod batch;
 mod order;
 pub mod probing;
 pub mod transformation;
@@ -9,10 +8,10 @@ pub mod transformation;
 use std::collections::HashMap;
 
 use crate::structure::{Connection, Power, Structure};
-use crate::wiring::batch::{Batch, Layout};
 use crate::wiring::transformation::{Linear, Transformation, along, unit_of};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use fmi_description::{Access, Causality, Description, Kind, Variable, Version};
+use fmi_import::batch::{Batch, Layout};
 use serde::{Deserialize, Serialize};
 use system_structure::DataType;
 

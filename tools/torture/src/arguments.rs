@@ -2,10 +2,9 @@
 //! type in C.
 
 use std::ffi::CString;
-use std::ptr;
 
 use fmi_description::{Access, Variable};
-use fmi_import::{self, Fmu};
+use fmi_import::Fmu;
 
 use crate::random::Random;
 
@@ -42,29 +41,6 @@ pub fn seeds(r: &mut Random, n: usize, valid: bool) -> Vec<f64> {
 /// A C string.
 pub fn c_string(text: &str) -> CString {
     CString::new(text).expect("names have no NUL")
-}
-
-/// NULL or the array: NULL is an error unless the array is empty.
-pub fn pointer<T>(values: &[T], is_null: bool) -> *const T {
-    if is_null {
-        ptr::null()
-    } else {
-        values.as_ptr()
-    }
-}
-
-/// NULL or the place of a result.
-pub fn place<T>(of: &mut T, is_null: bool) -> *mut T {
-    if is_null { ptr::null_mut() } else { of }
-}
-
-/// NULL or room for results.
-pub fn room<T>(of: &mut [T], is_null: bool) -> *mut T {
-    if is_null {
-        ptr::null_mut()
-    } else {
-        of.as_mut_ptr()
-    }
 }
 
 /// Any integer.

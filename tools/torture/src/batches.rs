@@ -1,7 +1,6 @@
 //! Batches of random calls in processes of their own; the seed of a batch also decides which FMU it
 //! is for.
 
-use cargo_fmu::library;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -10,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 
+use fmi_import::Fmu;
 use fmi_import::process::wait;
 use fmi_import::standard::Function;
 use rayon::ThreadPoolBuilder;
@@ -32,10 +32,7 @@ fn chosen(fmus: &[PathBuf], seed: u64) -> (&Path, Option<&Path>) {
 /// One batch in this process; the counts go to standard output, which the FMU must leave alone.
 pub fn one(fmus: &[PathBuf], calls: usize, seed: u64, is_traced: bool) -> Result<()> {
     let (path, foreign) = chosen(fmus, seed);
-    let (fmu, foreign) = (
-        library::open(path)?,
-        foreign.map(library::open).transpose()?,
-    );
+    let (fmu, foreign) = (Fmu::open(path)?, foreign.map(Fmu::open).transpose()?);
     let session = Session::new(&fmu, foreign.as_ref(), seed, is_traced);
     let mut session = session?;
     session.run(calls)?;

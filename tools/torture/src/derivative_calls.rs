@@ -6,7 +6,7 @@ use crate::session::Session;
 use anyhow::{Result, bail};
 use fmi_description::{Access, Causality, Variability, Variable};
 use fmi_import::Fmu;
-use fmi_import::order::Mode;
+use fmi_import::standard::Mode;
 use std::ffi::c_int;
 
 /// Whether derivatives may be taken by a variable: an input, or a state of Model Exchange.
@@ -95,7 +95,7 @@ impl Session<'_> {
         let n = elements(self.fmu, &known).count();
         let seed = seeds(&mut self.random, n, valid);
         // Knowns with their seeds come first, one by one.
-        let is_3 = self.fmu.functions.fmi3().is_some();
+        let is_3 = self.fmu.functions.is_3();
         let are_there = self.are(&known, |_| true) && self.are(&unknown, |_| true);
         let wrong_known = elements(self.fmu, &known)
             .zip(&seed)

@@ -1,6 +1,5 @@
 //! Long runs: memory must not grow, time must not drift, outputs must stay bounded.
 
-use cargo_fmu::library;
 use std::path::Path;
 use std::time::Instant;
 
@@ -9,7 +8,8 @@ use anyhow::{Context, Result, ensure};
 use crate::arguments::start;
 use crate::subject::Subject;
 use fmi_description::Access;
-use fmi_import::symbols::WARNING;
+use fmi_import::Fmu;
+use fmi_import::status::WARNING;
 
 const STEP: f64 = 1e-3;
 /// Memory may grow by this much, kB: some pages that the allocator keeps.
@@ -17,7 +17,7 @@ const GROWTH: i64 = 256;
 
 /// `steps` steps of 1 ms of an FMU alone, all Real inputs swinging around their start values.
 pub fn run(path: &Path, steps: u64) -> Result<()> {
-    let (clock, fmu) = (Instant::now(), library::open(path)?);
+    let (clock, fmu) = (Instant::now(), Fmu::open(path)?);
     let mut instance = Subject::new(&fmu, "long")?;
     instance.initialize()?;
     let inputs: Vec<_> = fmu
@@ -60,8 +60,7 @@ pub fn run(path: &Path, steps: u64) -> Result<()> {
     }
     let growth = resident()? - before;
     let mut end = f64::NAN;
-    // SAFETY: a live instance, a place for the result.
-    unsafe { fmu.functions.last_time(instance.c, &mut end) };
+    instance.last_time(&mut end);
     let drift = end - steps as f64 * STEP;
     println!(
         "{}: {steps} steps of 1 ms in {:.0} s; memory after the first tenth {before} kB, growth {growth} kB; drift of time {drift:e} s; \

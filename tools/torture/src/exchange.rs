@@ -1,18 +1,16 @@
 //! Random calls of an instance for Model Exchange, in any order, against its call order: a call that
 //! is refused changes nothing, one that is right is done.
 
-use cargo_fmu::library;
-use std::ffi::c_int;
 use std::path::Path;
 
 use anyhow::{Result, bail, ensure};
 use fmi_description::Variable;
-use fmi_import::functions::Functions;
 use fmi_import::instance::Manner;
-use fmi_import::symbols::{DISCARD, ERROR, OK, Pointer};
+use fmi_import::raw::{Array, ContinuousValues, InstanceKind, RawInstance, Update};
+use fmi_import::status::{DISCARD, ERROR, OK};
 use fmi_import::{Fmu, Instance};
 
-use crate::arguments::{place, room, seeds};
+use crate::arguments::seeds;
 use crate::random::Random;
 
 /// States of an instance, as letters: instantiated, initialization, event, continuous-time,
@@ -21,7 +19,7 @@ const STATES: &str = "INECT";
 
 /// So many calls of each FMU that offers Model Exchange.
 pub fn run(path: &Path, calls: usize, seed: u64) -> Result<()> {
-    let fmu = library::open(path)?;
+    let fmu = Fmu::open(path)?;
     if !fmu.description.model_exchange {
         println!("{}: no Model Exchange", path.display());
         return Ok(());
@@ -75,7 +73,7 @@ pub fn run(path: &Path, calls: usize, seed: u64) -> Result<()> {
 
 fn new(fmu: &Fmu) -> Result<Instance<'_>> {
     let manner = Manner {
-        kind: 0,
+        kind: InstanceKind::ModelExchange,
         ..Manner::STRICT
     };
     Instance::with(fmu, "exchange", manner)
@@ -115,9 +113,8 @@ impl Call {
 }
 
 fn call(instance: &Instance, r: &mut Random, state: char) -> Call {
-    let (fmu, c) = (instance.fmu, instance.c);
-    let (f, d) = (&fmu.functions, &fmu.description);
-    let is_3 = f.fmi3().is_some();
+    let (d, f): (_, &RawInstance) = (&instance.fmu.description, instance);
+    let is_3 = f.functions().is_3();
     let derivatives = d.derivatives.iter().map(|u| d.variables[u.variable].size());
     let states: usize = derivatives.sum();
     let right = r.below(4) > 0;
@@ -126,98 +123,72 @@ fn call(instance: &Instance, r: &mut Random, state: char) -> Call {
         false => r.of(&[0, of + 1, of.saturating_sub(1)]),
     };
     let is_null = !right && r.one_in(4);
-    let (mut next, mut ends, mut told) = (0.0, false, [false; 2]);
     let reads = if is_3 { "NECT" } else { "ECT" };
-    // SAFETY: a live instance; arrays of the lengths given, or NULL.
-    unsafe {
-        match r.below(13) {
-            0 if state == 'I' => {
-                let begun = f.setup_experiment(c, Default::default());
-                let status = begun.max(f.enter_initialization_mode(c, Default::default()));
-                Call::to('N', "fmi2EnterInitializationMode", "I", status)
-            }
-            1 => {
-                let status = f.exit_initialization_mode(c);
-                Call::to('E', "fmi2ExitInitializationMode", "N", status)
-            }
-            2 if r.one_in(8) => Call::to('T', "fmi2Terminate", "EC", f.terminate(c)),
-            3 if r.one_in(8) => Call::to('I', "fmi2Reset", STATES, f.reset(c)),
-            4 => {
-                let allowed = if is_3 { "C" } else { "EC" };
-                Call::to('E', "fmi2EnterEventMode", allowed, f.enter_event_mode(c))
-            }
-            5 | 6 => {
-                let status = f.handle_events(c, &mut next, &mut ends);
-                Call::to('C', "fmi2NewDiscreteStates", "E", status)
-            }
-            7 => {
-                let status = f.completed_integrator_step(c, &mut told);
-                Call::new("fmi2CompletedIntegratorStep", "C", true, status)
-            }
-            8 => {
-                let count = n(states, r);
-                let x = seeds(r, count, right);
-                let is_valid = x.len() == states && x.iter().all(|x| x.is_finite());
-                let status = f.set_continuous_states(c, x.as_ptr(), x.len());
-                Call::new("fmi2SetContinuousStates", "C", is_valid, status)
-            }
-            9 => {
-                let t = match right {
-                    true => 0.0,
-                    false => r.of(&[f64::NAN, f64::INFINITY, -1.0]),
-                };
-                Call::new("fmi2SetTime", "EC", right, f.set_time(c, t))
-            }
-            which @ (10 | 11) => {
-                let nominals = if is_3 { "NECT" } else { "IECT" };
-                let (name, allowed, get, of): (_, _, Get, _) = match (which, r.below(3)) {
-                    (11, _) => (
-                        "fmi2GetEventIndicators",
-                        "NECT",
-                        Functions::get_event_indicators,
-                        d.event_indicators,
-                    ),
-                    (_, 0) => (
-                        "fmi2GetDerivatives",
-                        reads,
-                        Functions::get_derivatives,
-                        states,
-                    ),
-                    (_, 1) => (
-                        "fmi2GetContinuousStates",
-                        "NECT",
-                        Functions::get_continuous_states,
-                        states,
-                    ),
-                    _ => (
-                        "fmi2GetNominalsOfContinuousStates",
-                        nominals,
-                        Functions::get_nominals,
-                        states,
-                    ),
-                };
-                let n = n(of, r);
-                let mut x = vec![0.0; n];
-                let is_valid = n == of && (!is_null || n == 0);
-                Call::new(name, allowed, is_valid, get(f, c, room(&mut x, is_null), n))
-            }
-            _ => {
-                let is_input = |v: &&Variable| v.is_input() && v.kind.name() == "Real";
-                let inputs = d.variables.iter().filter(is_input);
-                let Some(input) = inputs.min_by_key(|v| (v.reference + r.below(7) as u32) % 7)
-                else {
-                    return Call::to('I', "fmi2Reset", STATES, f.reset(c));
-                };
-                let mut value = seeds(r, input.size(), right);
-                let to = place(&mut value[0], is_null);
-                let status = f.set_real(c, &input.reference, 1, to);
-                // Bounds, and inputs that are discrete, are looked at elsewhere.
-                let allowed = if status == OK { "INEC" } else { "" };
-                Call::new("fmi2SetReal", allowed, !is_null, status)
-            }
+    match r.below(13) {
+        0 if state == 'I' => {
+            let begun = f.setup_experiment(Default::default());
+            let status = begun.max(f.enter_initialization_mode(Default::default()));
+            Call::to('N', "fmi2EnterInitializationMode", "I", status)
+        }
+        1 => {
+            let status = f.exit_initialization_mode();
+            Call::to('E', "fmi2ExitInitializationMode", "N", status)
+        }
+        2 if r.one_in(8) => Call::to('T', "fmi2Terminate", "EC", f.terminate()),
+        3 if r.one_in(8) => Call::to('I', "fmi2Reset", STATES, f.reset()),
+        4 => {
+            let allowed = if is_3 { "C" } else { "EC" };
+            Call::to('E', "fmi2EnterEventMode", allowed, f.enter_event_mode())
+        }
+        5 | 6 => {
+            let status = f.handle_events(&mut Update::default());
+            Call::to('C', "fmi2NewDiscreteStates", "E", status)
+        }
+        7 => {
+            let status = f.completed_integrator_step(&mut [false; 2]);
+            Call::new("fmi2CompletedIntegratorStep", "C", true, status)
+        }
+        8 => {
+            let count = n(states, r);
+            let x = seeds(r, count, right);
+            let is_valid = x.len() == states && x.iter().all(|x| x.is_finite());
+            let status = f.set_continuous_states(Array::Elements(&x));
+            Call::new("fmi2SetContinuousStates", "C", is_valid, status)
+        }
+        9 => {
+            let t = match right {
+                true => 0.0,
+                false => r.of(&[f64::NAN, f64::INFINITY, -1.0]),
+            };
+            Call::new("fmi2SetTime", "EC", right, f.set_time(t))
+        }
+        which @ (10 | 11) => {
+            let nominals = if is_3 { "NECT" } else { "IECT" };
+            let (which, allowed, of) = match (which, r.below(3)) {
+                (11, _) => (ContinuousValues::Indicators, "NECT", d.event_indicators),
+                (_, 0) => (ContinuousValues::Derivatives, reads, states),
+                (_, 1) => (ContinuousValues::States, "NECT", states),
+                _ => (ContinuousValues::Nominals, nominals, states),
+            };
+            let n = n(of, r);
+            let mut x = vec![0.0; n];
+            let is_valid = n == of && (!is_null || n == 0);
+            let room = (!is_null).then_some(&mut x[..]);
+            let status = f.get_continuous(which, room, n);
+            Call::new(which.function(), allowed, is_valid, status)
+        }
+        _ => {
+            let is_input = |v: &&Variable| v.is_input() && v.kind.name() == "Real";
+            let inputs = d.variables.iter().filter(is_input);
+            let Some(input) = inputs.min_by_key(|v| (v.reference + r.below(7) as u32) % 7) else {
+                return Call::to('I', "fmi2Reset", STATES, f.reset());
+            };
+            let value = seeds(r, input.size(), right);
+            let values = Array::or_null(&value, is_null);
+            let status = f.set_reals(Array::Elements(&[input.reference]), values);
+            // Bounds, and inputs that are discrete, are looked at elsewhere.
+            let allowed = if status == OK { "INEC" } else { "" };
+            Call::new("fmi2SetReal", allowed, !is_null, status)
         }
     }
 }
-
-/// A function that gets numbers of a kind of which there are so many.
-type Get = unsafe fn(&Functions, Pointer, *mut f64, usize) -> c_int;

@@ -1,50 +1,41 @@
 //! Random calls of what FMI 3.0 has and FMI 2.0 has not: Event Mode, adjoint derivatives,
 //! dependencies, wrong numbers of values, and the functions of what these FMUs declare not to have.
 
-use crate::arguments::{elements, place, seeds};
+use crate::arguments::{elements, seeds};
 use crate::derivative_calls::{is_known, is_unknown};
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use anyhow::{Result, bail};
 use fmi_description::{Access, Causality};
-use fmi_import::Functions3;
-use fmi_import::order::Mode;
-use fmi_import::symbols::*;
-use std::ptr;
+use fmi_import::raw::{Array, ClockFunction, RawInstance, Update};
+use fmi_import::standard::Mode;
+use fmi_import::status::OK;
 
 /// Elements of inputs up to which an adjoint derivative is compared with the directional ones.
 const COLUMNS: usize = 8;
 
-impl<'a> Session<'a> {
-    fn fmi3(&self) -> &'a Functions3 {
-        self.fmu.functions.fmi3().expect("called for FMI 3.0 only")
-    }
-
+impl Session<'_> {
     /// Into Event Mode, in it, and out of it.
     pub fn event_call(&mut self, i: usize) -> Result<Call> {
-        let (f, c) = (self.fmi3(), self.instances[i].c);
-        let (mut flags, mut next_time) = ([false; 5], f64::NAN);
-        let [a, b, d, e, g] = &mut flags;
+        let mut update = Update::default();
         let which = self.random.below(8);
-        // SAFETY: a live instance, places for the results.
-        let (name, status) = unsafe {
-            match which {
-                0..3 => ("fmi3EnterEventMode", (f.fmi3EnterEventMode)(c)),
-                3..6 => ("fmi3EnterStepMode", (f.fmi3EnterStepMode)(c)),
-                6 => {
-                    let status = (f.fmi3UpdateDiscreteStates)(c, a, b, d, e, g, &mut next_time);
-                    ("fmi3UpdateDiscreteStates", status)
-                }
-                _ => (
-                    "fmi3EvaluateDiscreteStates",
-                    (f.fmi3EvaluateDiscreteStates)(c),
-                ),
+        let instance: &RawInstance = &self.instances[i];
+        let (name, status) = match which {
+            0..3 => ("fmi3EnterEventMode", instance.enter_event_mode()),
+            3..6 => ("fmi3EnterStepMode", instance.enter_step_mode()),
+            6 => {
+                let status = instance.update_discrete_states(&mut update);
+                ("fmi3UpdateDiscreteStates", status)
             }
+            _ => (
+                "fmi3EvaluateDiscreteStates",
+                instance.evaluate_discrete_states(),
+            ),
         };
         self.trace(i, format_args!("{name}()"));
         let call = self.plain(i, name, status, Expect::Done);
-        let [needs_update, terminates, _, _, has_next_time] = flags;
-        if status == OK && (needs_update || terminates || has_next_time) {
+        let announces = update.again || update.terminates || update.next.is_finite();
+        if which == 6 && status == OK && announces {
             bail!("{name} announces events, of which these FMUs have none");
         }
         let next = match which {
@@ -60,7 +51,6 @@ impl<'a> Session<'a> {
 
     /// fmi3GetNumberOfVariableDependencies and fmi3GetVariableDependencies.
     pub fn dependencies(&mut self, i: usize) -> Result<Call> {
-        let (f, c) = (self.fmi3(), self.instances[i].c);
         let r = &mut self.random;
         let variables = &self.fmu.description.variables;
         let vr = match r.one_in(8) {
@@ -75,22 +65,15 @@ impl<'a> Session<'a> {
             _ => Expect::Refused,
         };
         let mut n = usize::MAX;
-        let to = place(&mut n, is_null);
-        // SAFETY: a live instance; NULL or a place for the result.
-        let status = unsafe { (f.fmi3GetNumberOfVariableDependencies)(c, vr, to) };
+        let to = (!is_null).then_some(&mut n);
+        let status = self.instances[i].count_dependencies(vr, to);
         let name = "fmi3GetNumberOfVariableDependencies";
         self.trace(i, format_args!("{name}({vr}, NULL: {is_null})"));
         if status != OK || n == 0 {
             return Ok(self.plain(i, name, status, expect));
         }
         let n = if is_short { n - 1 } else { n };
-        let (mut of, mut on, mut of_on, mut kinds) =
-            (vec![0; n], vec![0; n], vec![0; n], vec![0; n]);
-        // SAFETY: a live instance; room for `n` of each.
-        let status = unsafe {
-            let (of, on, of_on) = (of.as_mut_ptr(), on.as_mut_ptr(), of_on.as_mut_ptr());
-            (f.fmi3GetVariableDependencies)(c, vr, of, on, of_on, kinds.as_mut_ptr(), n)
-        };
+        let (status, _, on) = self.instances[i].get_dependencies(vr, n);
         let name = "fmi3GetVariableDependencies";
         self.trace(i, format_args!("{name}({vr}, {n}, too few: {is_short})"));
         if status == OK && on.iter().any(|vr| self.fmu.find(*vr).is_none()) {
@@ -161,14 +144,12 @@ impl<'a> Session<'a> {
     /// Functions of types, clocks, structural parameters and interfaces that these FMUs have not,
     /// and wrong numbers of values.
     pub fn absent(&mut self, i: usize) -> Result<Call> {
-        let (f, c) = (self.fmi3(), self.instances[i].c);
         let r = &mut self.random;
         let variables = &self.fmu.description.variables;
         let v = &variables[r.below(variables.len())];
         let (vr, access) = (v.reference, v.access());
         let size = self.fmu.functions.count(&[vr]);
         let mut room = vec![0_u64; size + 2];
-        let (p, q) = (&raw const vr, room.as_mut_ptr());
         let has_sizes = (variables.iter()).any(|v| v.causality == Causality::StructuralParameter);
         let which = match r.below(24) {
             // What this FMU has.
@@ -176,38 +157,45 @@ impl<'a> Session<'a> {
             0..11 if !matches!(access, Access::Real | Access::Integer | Access::Boolean) => 15,
             which => which,
         };
-        macro_rules! call {
-            ($name:ident($($argument:expr),*)) => { (stringify!($name), (f.$name)(c $(, $argument)*)) };
-        }
-        // SAFETY: a live instance; room for more values than the variable has, of at most eight
-        // bytes each.
-        let (name, status) = unsafe {
-            match which {
-                0 => call!(fmi3GetFloat32(p, 1, q.cast(), size)),
-                1 => call!(fmi3GetInt8(p, 1, q.cast(), size)),
-                2 => call!(fmi3GetUInt8(p, 1, q.cast(), size)),
-                3 => call!(fmi3GetInt16(p, 1, q.cast(), size)),
-                4 => call!(fmi3GetUInt16(p, 1, q.cast(), size)),
-                5 => call!(fmi3GetUInt32(p, 1, q.cast(), size)),
-                6 => call!(fmi3GetUInt64(p, 1, q, size)),
-                7 => call!(fmi3SetFloat32(p, 1, q.cast(), size)),
-                8 => call!(fmi3SetInt8(p, 1, q.cast(), size)),
-                9 => call!(fmi3SetUInt16(p, 1, q.cast(), size)),
-                10 => call!(fmi3SetUInt64(p, 1, q, size)),
-                11 => call!(fmi3GetClock(p, 1, q.cast())),
-                12 => call!(fmi3SetClock(p, 1, q.cast())),
-                13 => call!(fmi3EnterConfigurationMode()),
-                14 => call!(fmi3ExitConfigurationMode()),
-                15 => call!(fmi3GetIntervalDecimal(p, 1, q.cast(), ptr::null_mut())),
-                16 => call!(fmi3SetIntervalDecimal(p, 1, q.cast())),
-                17 => call!(fmi3GetShiftDecimal(p, 1, q.cast())),
-                18 => call!(fmi3SetShiftFraction(p, 1, q, q)),
-                19 => call!(fmi3GetFloat64(p, 1, q.cast(), size + 1)),
-                20 => call!(fmi3SetFloat64(p, 1, q.cast(), size + 1)),
-                21 => call!(fmi3GetFloat64(p, 1, q.cast(), size - 1)),
-                22 => call!(fmi3SetFloat64(p, 1, q.cast(), size - 1)),
-                _ => call!(fmi3GetInt64(p, 1, q.cast(), size + 1)),
+        use Access::*;
+        let instance = &self.instances[i];
+        let names = |access| self.fmu.functions.names_of(access);
+        // Room for more values than the variable has.
+        let mut get = |access, n| {
+            let status = instance.get_numbers(access, Array::Elements(&[vr]), Some(&mut room), n);
+            (names(access)[0], status)
+        };
+        let values = vec![0; size + 2];
+        let set = |access, n| {
+            let status =
+                instance.set_numbers(access, Array::Elements(&[vr]), Array::Elements(&values), n);
+            (names(access)[1], status)
+        };
+        let (name, status) = match which {
+            0..7 => {
+                let types = [Float32, Int8, UInt8, Int16, UInt16, UInt32, UInt64];
+                get(types[which], size)
             }
+            7..11 => set([Float32, Int8, UInt16, UInt64][which - 7], size),
+            11 => instance.clock_call(ClockFunction::Get, vr),
+            12 => instance.clock_call(ClockFunction::Set, vr),
+            13 => (
+                "fmi3EnterConfigurationMode",
+                instance.enter_configuration_mode(),
+            ),
+            14 => (
+                "fmi3ExitConfigurationMode",
+                instance.exit_configuration_mode(),
+            ),
+            15 => instance.clock_call(ClockFunction::GetInterval, vr),
+            16 => instance.clock_call(ClockFunction::SetInterval, vr),
+            17 => instance.clock_call(ClockFunction::GetShift, vr),
+            18 => instance.clock_call(ClockFunction::SetShift, vr),
+            19 => get(Real, size + 1),
+            20 => set(Real, size + 1),
+            21 => get(Real, size - 1),
+            22 => set(Real, size - 1),
+            _ => get(Int64, size + 1),
         };
         self.trace(i, format_args!("{name} of {vr}, number {which}"));
         // A value that is given may be out of bounds, too.

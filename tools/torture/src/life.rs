@@ -1,7 +1,6 @@
 //! Lives of instances from load to unload. Under valgrind this shows that nothing is read wrongly
 //! and nothing is left.
 
-use cargo_fmu::library;
 use std::path::Path;
 use std::time::Instant;
 
@@ -9,7 +8,7 @@ use anyhow::{Result, ensure};
 
 use crate::subject::{Subject, first_steps};
 use fmi_import::Fmu;
-use fmi_import::symbols::OK;
+use fmi_import::status::OK;
 
 /// Instances alive at a time.
 const ALIVE: usize = 10;
@@ -20,7 +19,7 @@ pub fn run(path: &Path, instances: usize, loads: usize) -> Result<()> {
     let generations = (instances / loads).div_ceil(ALIVE);
     let mut expected = None;
     for _ in 0..loads {
-        let fmu = library::open(path)?;
+        let fmu = Fmu::open(path)?;
         for _ in 0..generations {
             let generation: Result<Vec<_>> = (0..ALIVE).map(|_| live(&fmu)).collect();
             for (_, bits) in generation? {
@@ -44,10 +43,10 @@ fn live(fmu: &Fmu) -> Result<(Subject<'_>, Vec<u64>)> {
     let mut instance = Subject::new(fmu, "life")?;
     first_steps(&mut instance)?;
     let bytes = instance.bytes()?;
-    let (status, state) = instance.deserialize(&bytes);
+    let (status, state) = instance.state_of(&bytes);
     instance.must("fmi2DeSerializeFMUstate", status)?;
     instance.go_back(state, 0.0)?;
-    let (damaged, _) = instance.deserialize(&bytes[..bytes.len() - 1]);
+    let (damaged, _) = instance.state_of(&bytes[..bytes.len() - 1]);
     let unknown = instance.set_reals(&[u32::MAX], &[0.0]);
     let are_refused = damaged != OK && unknown != OK;
     ensure!(are_refused, "a wrong call was accepted");

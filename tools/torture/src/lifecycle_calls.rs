@@ -1,16 +1,18 @@
 //! Random calls about the life cycle of an instance: instantiation, modes, steps, inquiries,
 //! logging.
 
-use crate::arguments::{c_string, integer, place, pointer, real};
+use crate::arguments::{c_string, integer, real};
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use anyhow::Result;
-use fmi_import::Callbacks;
-use fmi_import::functions::{Experiment, OwnFunctions};
-use fmi_import::order::Mode;
-use fmi_import::symbols::*;
+use fmi_import::log::Log;
+use fmi_import::raw::{
+    Array, CallbackSet, Experiment, Inquiry, InstanceKind, RawInstance, Request, StateHandle,
+    StepEnd,
+};
+use fmi_import::standard::Mode;
+use fmi_import::status::{ERROR, OK};
 use std::ffi::{CStr, CString, c_int};
-use std::ptr;
 
 impl Session<'_> {
     pub fn setup_experiment(&mut self, i: usize) -> Result<Call> {
@@ -19,7 +21,7 @@ impl Session<'_> {
         let start = if r.one_in(4) { real(r) } else { 0.0 };
         let tolerance = if r.one_in(2) { real(r) } else { 1e-4 };
         let stop = if r.one_in(2) { real(r) } else { start + 1.0 };
-        let is_3 = self.fmu.functions.fmi3().is_some();
+        let is_3 = self.fmu.functions.is_3();
         let name = self.fmu.functions.name("fmi2SetupExperiment");
         // The tolerance is for FMUs that control their error, which declare one; no stop time and an
         // infinite one are the same.
@@ -37,8 +39,8 @@ impl Session<'_> {
         };
         self.trace(i, format_args!("{name}({experiment:?})"));
         let instance = &mut self.instances[i];
-        // SAFETY: a live instance. FMI 3.0 has this in fmi3EnterInitializationMode.
-        let status = unsafe { self.fmu.functions.begin(instance.c, experiment) };
+        // FMI 3.0 has this in fmi3EnterInitializationMode.
+        let status = instance.begin(experiment);
         if status == OK {
             instance.known.time = start;
             instance.known.has_stop = has_stop;
@@ -52,7 +54,7 @@ impl Session<'_> {
 
     /// A function without arguments, named as in FMI 2.0.
     pub fn simple(&mut self, i: usize, name: &'static str) -> Result<Call> {
-        let (f, c) = (&self.fmu.functions, self.instances[i].c);
+        let f = &self.fmu.functions;
         let after_initialization = match f.has_event_mode() {
             true => Mode::Event,
             false => Mode::Stepping,
@@ -68,18 +70,16 @@ impl Session<'_> {
         let expect = self.in_order(i, own, expect);
         self.trace(i, format_args!("{own}()"));
         let experiment = Experiment::default();
-        // SAFETY: a live instance.
-        let status = unsafe {
-            match (name, f.own()) {
-                ("fmi2EnterInitializationMode", _) => f.enter_initialization_mode(c, experiment),
-                ("fmi2ExitInitializationMode", _) => f.exit_initialization_mode(c),
-                ("fmi2Terminate", _) => f.terminate(c),
-                ("fmi2Reset", _) => f.reset(c),
-                (_, OwnFunctions::Fmi2(f)) => (f.fmi2CancelStep)(c),
-                (_, OwnFunctions::Fmi3(_)) => return self.event_call(i),
-            }
+        let instance = &self.instances[i];
+        let status = match name {
+            "fmi2EnterInitializationMode" => instance.enter_initialization_mode(experiment),
+            "fmi2ExitInitializationMode" => instance.exit_initialization_mode(),
+            "fmi2Terminate" => instance.terminate(),
+            "fmi2Reset" => RawInstance::reset(instance),
+            _ if f.is_3() => return self.event_call(i),
+            _ => instance.cancel_step(),
         };
-        let is_3 = f.fmi3().is_some();
+        let is_3 = f.is_3();
         let instance = &mut self.instances[i];
         match next {
             Some(Mode::Instantiated) if status == OK => instance.forget(),
@@ -126,9 +126,7 @@ impl Session<'_> {
         };
         let no_set_prior = r.of(&[0, 1, -7]);
         self.trace(i, format_args!("{name}({t:?}, {h:?}, {no_set_prior})"));
-        let instance = &mut self.instances[i];
-        // SAFETY: a live instance.
-        let status = unsafe { self.fmu.functions.do_step(instance.c, t, h, no_set_prior) };
+        let status = self.instances[i].do_step(t, h, no_set_prior, &mut StepEnd::default());
         let call = self.plain(i, name, status, expect);
         if status == OK {
             let known = &mut self.instances[i].known;
@@ -139,39 +137,27 @@ impl Session<'_> {
 
     /// Inquiries of FMI 2.0; in FMI 3.0 about dependencies.
     pub fn status(&mut self, i: usize) -> Result<Call> {
-        let OwnFunctions::Fmi2(f) = self.fmu.functions.own() else {
+        if self.fmu.functions.is_3() {
             return self.dependencies(i);
-        };
-        let (r, c) = (&mut self.random, self.instances[i].c);
+        }
+        let r = &mut self.random;
         let kind = r.of(&[0, 1, 2, 3, 4, -1, c_int::MAX]);
         let is_null = r.one_in(8);
-        let (mut integer, mut number, mut string) = (-1, f64::NAN, ptr::null());
         // The inquiry that each function answers.
-        let inquiries = [Some(0), Some(2), None, Some(3), Some(1)];
-        let which = r.below(inquiries.len());
-        let right = inquiries[which] == Some(kind);
-        macro_rules! ask {
-            ($function:ident, $place:expr) => {
-                (
-                    stringify!($function),
-                    (f.$function)(c, kind, place($place, is_null)),
-                )
-            };
-        }
-        // SAFETY: a live instance; places for one result or NULL.
-        let (name, status) = unsafe {
-            match which {
-                0 => ask!(fmi2GetStatus, &mut integer),
-                1 => ask!(fmi2GetRealStatus, &mut number),
-                2 => ask!(fmi2GetIntegerStatus, &mut integer),
-                3 => ask!(fmi2GetBooleanStatus, &mut integer),
-                _ => ask!(fmi2GetStringStatus, &mut string),
-            }
-        };
+        let inquiries = [
+            (Inquiry::Status, Some(0)),
+            (Inquiry::Real, Some(2)),
+            (Inquiry::Integer, None),
+            (Inquiry::Boolean, Some(3)),
+            (Inquiry::String, Some(1)),
+        ];
+        let (by, answered) = inquiries[r.below(inquiries.len())];
+        let right = answered == Some(kind);
+        let (name, status) = self.instances[i].inquire(by, kind, is_null);
         self.trace(i, format_args!("{name}({kind}, NULL: {is_null})"));
-        let expect = match (right, which) {
+        let expect = match (right, by) {
             _ if is_null => Expect::Refused,
-            (true, 4) | (false, _) => Expect::Discarded, // what the standard has for an inquiry without answer
+            (true, Inquiry::String) | (false, _) => Expect::Discarded, // what the standard has for an inquiry without answer
             (true, _) => Expect::Done,
         };
         Ok(self.plain(i, name, status, expect))
@@ -190,28 +176,26 @@ impl Session<'_> {
                     let name = r.of::<&CStr>(&names);
                     // Categories that nobody has declared are ignored in FMI 2.0, and refused in
                     // FMI 3.0.
-                    sound &= name.to_str().is_ok() && self.fmu.functions.fmi3().is_none();
+                    sound &= name.to_str().is_ok() && !self.fmu.functions.is_3();
                     name.to_owned()
                 }
             })
             .collect();
-        let mut pointers: Vec<Text> = names.iter().map(|n| n.as_ptr()).collect();
+        let mut list: Vec<Option<&CStr>> = names.iter().map(|n| Some(n.as_c_str())).collect();
         if r.one_in(16) {
-            pointers.push(ptr::null());
+            list.push(None);
             sound = false;
         }
-        let (n, is_null) = (pointers.len(), r.one_in(16));
-        let list = pointer(&pointers, is_null);
-        sound &= !is_null || n == 0;
+        let is_null = r.one_in(16);
+        sound &= !is_null || list.is_empty();
         let name = self.fmu.functions.name("fmi2SetDebugLogging");
         self.trace(i, format_args!("{name}({on}, {names:?}, NULL: {is_null})"));
-        let c = self.instances[i].c;
-        // SAFETY: a live instance; NULL or `n` elements, each NULL or a C string.
-        let status = unsafe { self.fmu.functions.set_debug_logging(c, on.into(), n, list) };
+        let list = Array::or_null(&list, is_null);
+        let status = self.instances[i].set_debug_logging(on, list);
         let call = self.plain(i, name, status, Expect::done_if(sound));
         if status == OK {
             let named = names.iter().map(|n| n.to_string_lossy().into_owned());
-            let adds = self.fmu.functions.fmi3().is_some();
+            let adds = self.fmu.functions.is_3();
             self.instances[i].logging.set(on, named.collect(), adds);
         }
         Ok(call)
@@ -235,40 +219,37 @@ impl Session<'_> {
             i,
             format_args!("fmi2Instantiate({name:?}, {kind}, {guid:?}, {uri:?}, {missing:?})"),
         );
-        let callbacks = Callbacks {
-            logger: ptr::null(),
-            allocate_memory: None,
-            free_memory: None,
-            step_finished: ptr::null(),
-            environment: ptr::null_mut(),
+        let request = Request {
+            kind: match kind {
+                0 => InstanceKind::ModelExchange,
+                1 => InstanceKind::CoSimulation,
+                other => InstanceKind::Other(other),
+            },
+            name,
+            token: (!no_guid).then_some(&guid),
+            resources: uri,
+            is_logging: true,
+            has_events: self.fmu.functions.has_event_mode(),
+            returns_early: false,
+            given: match no_callbacks {
+                true => CallbackSet::Nothing,
+                false => CallbackSet::NoLogger,
+            },
         };
-        let text = |s: Option<&CStr>| s.map_or(ptr::null(), CStr::as_ptr);
-        let token = text((!no_guid).then_some(&guid));
-        let callbacks = [callbacks];
-        let callbacks = pointer(&callbacks, no_callbacks);
         let f = &self.fmu.functions;
-        // SAFETY: C strings or NULL, callbacks or NULL; what is made is freed once.
-        let is_made = unsafe {
-            let c = f.instantiate(text(name), kind, token, text(uri), callbacks, 0, 1);
-            f.free_instance(c);
-            f.free_instance(ptr::null_mut());
-            !c.is_null()
-                && match f.own() {
-                    OwnFunctions::Fmi2(f) => {
-                        CStr::from_ptr((f.fmi2GetVersion)()) == c"2.0"
-                            && CStr::from_ptr((f.fmi2GetTypesPlatform)()) == c"default"
-                    }
-                    OwnFunctions::Fmi3(f) => CStr::from_ptr((f.fmi3GetVersion)()) == c"3.0",
-                }
-        };
+        let made = RawInstance::new(f, &request, Log::new("x")).is_ok();
+        RawInstance::free_null(f);
+        let versions = f.versions().into_iter().map(|(_, text)| text);
+        let versions: Vec<_> = versions.flatten().collect();
+        let is_made = made && (versions == ["2.0", "default"] || versions == ["3.0"]);
         let right = guid.to_str() == Ok(&self.fmu.description.guid) && !no_guid;
         // Of FMI 3.0 any other number calls the function for Model Exchange.
-        let is_exchange = kind == 0 || f.fmi3().is_some();
+        let is_exchange = kind == 0 || f.is_3();
         let is_offered = kind == 1 || is_exchange && self.fmu.description.model_exchange;
         // FMI 3.0 has a logger instead, which may be NULL.
         let sound = right
             && is_offered
-            && (!no_callbacks || f.fmi3().is_some())
+            && (!no_callbacks || f.is_3())
             && name.is_some_and(|n| !n.is_empty());
         Call {
             name: f.name("fmi2Instantiate"),
@@ -281,25 +262,34 @@ impl Session<'_> {
 
     /// Functions with `c` = NULL.
     pub fn without_instance(&mut self, i: usize) -> Result<Call> {
-        let (f, c) = (&self.fmu.functions, ptr::null_mut());
-        let (vr, mut number, mut state) = (0_u32, 0.0, ptr::null_mut());
+        let f = &self.fmu.functions;
+        let nobody = RawInstance::null(f);
+        let (vr, mut number) = (Array::Elements(&[0]), [0.0]);
         let which = self.random.below(8);
         self.trace(i, format_args!("a call without instance, number {which}"));
-        // SAFETY: NULL instead of an instance; places of one number.
-        let (name, status) = unsafe {
-            match which {
-                0 => ("fmi2DoStep", f.do_step(c, 0.0, 1e-3, 1)),
-                1 => ("fmi2GetReal", f.get_real(c, &vr, 1, &mut number)),
-                2 => ("fmi2SetReal", f.set_real(c, &vr, 1, &number)),
-                3 => ("fmi2Reset", f.reset(c)),
-                4 => ("fmi2Terminate", f.terminate(c)),
-                5 => ("fmi2GetFMUstate", f.get_fmu_state(c, &mut state)),
-                6 => match f.own() {
-                    OwnFunctions::Fmi2(f) => ("fmi2CancelStep", (f.fmi2CancelStep)(c)),
-                    OwnFunctions::Fmi3(f) => ("fmi3EnterStepMode", (f.fmi3EnterStepMode)(c)),
-                },
-                _ => ("fmi2ExitInitializationMode", f.exit_initialization_mode(c)),
+        let (name, status) = match which {
+            0 => {
+                let status = nobody.do_step(0.0, 1e-3, 1, &mut StepEnd::default());
+                ("fmi2DoStep", status)
             }
+            1 => ("fmi2GetReal", nobody.get_reals(vr, Some(&mut number))),
+            2 => (
+                "fmi2SetReal",
+                nobody.set_reals(vr, Array::Elements(&number)),
+            ),
+            3 => ("fmi2Reset", nobody.reset()),
+            4 => ("fmi2Terminate", nobody.terminate()),
+            5 => {
+                let mut state = StateHandle::NULL;
+                let status = nobody.get_state(Some(&mut state));
+                ("fmi2GetFMUstate", status)
+            }
+            6 if f.is_3() => ("fmi3EnterStepMode", nobody.enter_step_mode()),
+            6 => ("fmi2CancelStep", nobody.cancel_step()),
+            _ => (
+                "fmi2ExitInitializationMode",
+                nobody.exit_initialization_mode(),
+            ),
         };
         let name = f.name(name);
         Ok(Call {

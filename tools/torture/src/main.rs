@@ -10,6 +10,7 @@
 //!
 //! It works on any packed FMU; that a refused call changes nothing and that messages name what was
 //! wrong is asked of those made with `fmu-export`.
+#![forbid(unsafe_code)]
 #![allow(clippy::missing_errors_doc)] // a program: every error is printed
 
 mod arguments;
@@ -34,7 +35,6 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
-use cargo_fmu::process::end;
 use clap::{Args, Parser, Subcommand};
 
 #[derive(Parser)]
@@ -158,7 +158,13 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    end(run(Cli::parse().command).map(|()| ExitCode::SUCCESS))
+    match run(Cli::parse().command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
 }
 
 fn run(command: Command) -> Result<()> {

@@ -2,8 +2,8 @@
 
 use crate::subject::Subject;
 use anyhow::{Context, Result, anyhow, ensure};
-use fmi_import::Message;
-use fmi_import::symbols::{DISCARD, ERROR, OK, WARNING};
+use fmi_import::log::Message;
+use fmi_import::status::{DISCARD, ERROR, OK, WARNING};
 use std::ffi::c_int;
 
 /// What the standard lets a call answer.

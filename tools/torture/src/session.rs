@@ -5,12 +5,11 @@ use crate::random::Random;
 use crate::subject::{KnownState, Subject, first_steps};
 use anyhow::Result;
 use fmi_import::Fmu;
-use fmi_import::order::is_allowed;
-use fmi_import::symbols::*;
+use fmi_import::raw::StateHandle;
+use fmi_import::standard::is_allowed;
 use std::collections::BTreeMap;
 use std::ffi::c_int;
 use std::fmt::Arguments;
-use std::ptr;
 
 /// Instances that take turns.
 pub const INSTANCES: usize = 3;
@@ -32,7 +31,7 @@ pub struct Session<'a> {
     /// Serialized states that any instance may be given.
     pub bytes: Vec<Bytes>,
     /// Handles that are freed, or belong to no instance.
-    pub stale: Vec<Pointer>,
+    pub stale: Vec<StateHandle>,
     /// What a new instance does in its first steps.
     pub new_bits: Vec<u64>,
     is_traced: bool,
@@ -64,7 +63,7 @@ impl<'a> Session<'a> {
             random: Random::new(seed),
             instances: names.collect::<Result<_, _>>()?,
             bytes,
-            stale: vec![ptr::null_mut(), ptr::dangling_mut::<u64>().cast()],
+            stale: vec![StateHandle::NULL, StateHandle::INVENTED],
             new_bits,
             is_traced,
             counts: Counts::new(),

@@ -1,14 +1,13 @@
 //! Random calls about saved states: copies, handles, bytes; whole and damaged, own and foreign,
 //! live and freed.
 
-use crate::arguments::{place, pointer};
 use crate::oracle::{Call, Expect};
 use crate::session::{Bytes, Session};
 use crate::subject::KnownState;
 use anyhow::{Result, bail};
-use fmi_import::order::Mode;
-use fmi_import::symbols::*;
-use std::ptr;
+use fmi_import::raw::{Array, StateHandle};
+use fmi_import::standard::Mode;
+use fmi_import::status::OK;
 
 /// Saved states an instance holds at most in a batch, so that memory stays bounded.
 const MOST_SAVED: usize = 8;
@@ -18,7 +17,7 @@ const MOST_BYTES: usize = 12;
 impl Session<'_> {
     /// A handle for instance `i`: one of its own, with what it holds; or a freed, foreign or
     /// invented one.
-    fn handle(&mut self, i: usize) -> (Pointer, Option<KnownState>) {
+    fn handle(&mut self, i: usize) -> (StateHandle, Option<KnownState>) {
         let r = &mut self.random;
         let own = &self.instances[i].saved;
         if !own.is_empty() && !r.one_in(4) {
@@ -37,31 +36,29 @@ impl Session<'_> {
 
     /// Where a state is saved to: mostly a new handle, as long as there are few; else one of
     /// [`Session::handle`].
-    fn new_or_old(&mut self, i: usize) -> (Pointer, Option<KnownState>) {
+    fn new_or_old(&mut self, i: usize) -> (StateHandle, Option<KnownState>) {
         match self.instances[i].saved.len() < MOST_SAVED && !self.random.one_in(4) {
-            true => (ptr::null_mut(), None),
+            true => (StateHandle::NULL, None),
             false => self.handle(i),
         }
     }
 
     /// Remembers that `handle` of instance `i` now holds `known`.
-    fn remember(&mut self, i: usize, handle: Pointer, known: KnownState) {
+    fn remember(&mut self, i: usize, handle: StateHandle, known: KnownState) {
         let saved = &mut self.instances[i].saved;
         saved.retain(|(h, _)| *h != handle);
         saved.push((handle, known));
     }
 
     pub fn get_state(&mut self, i: usize) -> Result<Call> {
-        let (f, c) = (&self.fmu.functions, self.instances[i].c);
-        let name = f.name("fmi2GetFMUstate");
+        let name = self.fmu.functions.name("fmi2GetFMUstate");
         let (old, held) = self.new_or_old(i);
         let is_null = self.random.one_in(16);
         let sound = !is_null && (old.is_null() || held.is_some());
         self.trace(i, format_args!("{name}({old:?}, NULL: {is_null})"));
         let mut state = old;
-        let to = place(&mut state, is_null);
-        // SAFETY: a live instance; NULL or a place with a handle, which is looked up.
-        let status = unsafe { f.get_fmu_state(c, to) };
+        let to = (!is_null).then_some(&mut state);
+        let status = self.instances[i].get_state(to);
         if status == OK {
             let known = self.instances[i].known;
             self.remember(i, state, known);
@@ -72,12 +69,10 @@ impl Session<'_> {
     }
 
     pub fn set_state(&mut self, i: usize) -> Result<Call> {
-        let (f, c) = (&self.fmu.functions, self.instances[i].c);
-        let name = f.name("fmi2SetFMUstate");
+        let name = self.fmu.functions.name("fmi2SetFMUstate");
         let (handle, held) = self.handle(i);
         self.trace(i, format_args!("{name}({handle:?}: {held:?})"));
-        // SAFETY: a live instance; the handle is looked up.
-        let status = unsafe { f.set_fmu_state(c, handle) };
+        let status = self.instances[i].set_state(handle);
         if let (OK, Some(known)) = (status, held) {
             // A state is one of the model; what was set before it was saved is in it.
             let mode = match known.mode {
@@ -90,8 +85,7 @@ impl Session<'_> {
     }
 
     pub fn free_state(&mut self, i: usize) -> Result<Call> {
-        let (f, c) = (&self.fmu.functions, self.instances[i].c);
-        let name = f.name("fmi2FreeFMUstate");
+        let name = self.fmu.functions.name("fmi2FreeFMUstate");
         let (handle, held) = self.handle(i);
         let is_null = self.random.one_in(16);
         let sound = is_null || handle.is_null() || held.is_some();
@@ -100,9 +94,8 @@ impl Session<'_> {
             format_args!("{name}({handle:?}: {held:?}, NULL: {is_null})"),
         );
         let mut state = handle;
-        let to = place(&mut state, is_null);
-        // SAFETY: a live instance; NULL or a place with a handle, which is looked up.
-        let status = unsafe { f.free_fmu_state(c, to) };
+        let to = (!is_null).then_some(&mut state);
+        let status = self.instances[i].free_state(to);
         if status == OK && !is_null {
             if !state.is_null() {
                 bail!("{name} left a handle behind");
@@ -116,15 +109,13 @@ impl Session<'_> {
     }
 
     pub fn serialize(&mut self, i: usize) -> Result<Call> {
-        let (f, c) = (&self.fmu.functions, self.instances[i].c);
         let (handle, held) = self.handle(i);
         let mut size = 0;
         let name = self.fmu.functions.name("fmi2SerializedFMUstateSize");
         self.trace(i, format_args!("{name}({handle:?}: {held:?})"));
         let is_null = self.random.one_in(16);
-        let to = place(&mut size, is_null);
-        // SAFETY: a live instance; the handle is looked up; NULL or a place.
-        let status = unsafe { f.serialized_fmu_state_size(c, handle, to) };
+        let to = (!is_null).then_some(&mut size);
+        let status = self.instances[i].serialized_size(handle, to);
         let sound = held.is_some() && !is_null;
         if status != OK || !sound {
             return Ok(self.plain(i, name, status, Expect::done_if(sound)));
@@ -137,8 +128,7 @@ impl Session<'_> {
         let mut bytes = vec![0xa5; room];
         let name = self.fmu.functions.name("fmi2SerializeFMUstate");
         self.trace(i, format_args!("{name}({handle:?}, {room} of {size})"));
-        // SAFETY: as above; `room` bytes.
-        let status = unsafe { f.serialize_fmu_state(c, handle, bytes.as_mut_ptr(), room) };
+        let status = self.instances[i].serialize(handle, &mut bytes);
         if bytes.iter().skip(size).any(|b| *b != 0xa5) {
             bail!("{name} wrote beyond the end of the state");
         }
@@ -154,8 +144,7 @@ impl Session<'_> {
     }
 
     pub fn deserialize(&mut self, i: usize) -> Result<Call> {
-        let (f, c) = (&self.fmu.functions, self.instances[i].c);
-        let name = f.name("fmi2DeSerializeFMUstate");
+        let name = self.fmu.functions.name("fmi2DeSerializeFMUstate");
         let (old, held) = self.new_or_old(i);
         let r = &mut self.random;
         let pick = r.below(self.bytes.len());
@@ -175,11 +164,9 @@ impl Session<'_> {
             ),
         );
         let mut state = old;
-        let (n, from) = (bytes.len(), pointer(&bytes, no_bytes));
-        let to = place(&mut state, no_place);
-        // SAFETY: a live instance; NULL or an array; NULL or a place with a handle, which is looked
-        // up.
-        let status = unsafe { f.deserialize_fmu_state(c, from, n, to) };
+        let from = Array::or_null(&bytes, no_bytes);
+        let to = (!no_place).then_some(&mut state);
+        let status = self.instances[i].deserialize(from, to);
         if let (OK, Some(known)) = (status, known) {
             self.remember(i, state, known);
         } else if state != old {

@@ -8,8 +8,8 @@ use anyhow::Result;
 use fmi_description::Access;
 use fmi_import::Fmu;
 use fmi_import::instance::{Instance, Manner, references};
-use fmi_import::order::Mode;
-use fmi_import::symbols::Pointer;
+use fmi_import::raw::StateHandle;
+use fmi_import::standard::Mode;
 
 /// What the oracle remembers of an instance, and of each of its saved states.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +25,7 @@ pub struct KnownState {
 impl KnownState {
     /// Something was set: FMI 3.0 lets nothing be read in Step Mode before the next step.
     pub fn note_set(&mut self, fmu: &Fmu) {
-        if self.mode == Mode::Stepping && fmu.functions.fmi3().is_some() {
+        if self.mode == Mode::Stepping && fmu.functions.is_3() {
             self.mode = Mode::SteppingAfterSet;
         }
     }
@@ -73,7 +73,7 @@ pub struct Subject<'a> {
     /// State as the oracle knows it.
     pub known: KnownState,
     /// Saved states that have not been freed.
-    pub saved: Vec<(Pointer, KnownState)>,
+    pub saved: Vec<(StateHandle, KnownState)>,
     /// What the logger must hear.
     pub logging: Logging,
 }
@@ -107,7 +107,7 @@ impl<'a> Subject<'a> {
     /// is what debug logging is not about (2.0.4, section 2.1.5). FMI 3.0 (section 2.3.1) lets them be
     /// muted too.
     pub fn expects(&self, category: &str) -> bool {
-        let is_never_muted = category == "logStatusError" && self.fmu.functions.fmi3().is_none();
+        let is_never_muted = category == "logStatusError" && !self.fmu.functions.is_3();
         is_never_muted || self.logging.named.iter().any(|n| n == category)
     }
 

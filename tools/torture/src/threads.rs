@@ -1,7 +1,6 @@
 //! Instances in parallel threads: each must do what one alone does, bit for bit. Under helgrind
 //! this shows that they share nothing.
 
-use cargo_fmu::library;
 use std::path::PathBuf;
 use std::thread;
 use std::time::Instant;
@@ -21,7 +20,7 @@ pub fn run(paths: &[PathBuf], threads: usize, steps: usize, is_warm: bool) -> Re
     let clock = Instant::now();
     let fmus = paths
         .iter()
-        .map(|p| library::open(p))
+        .map(|p| Fmu::open(p))
         .collect::<Result<Vec<_>>>()?;
     let first = if is_warm { &fmus[..] } else { &[] };
     let kept = first.iter().map(warm).collect::<Result<Vec<_>>>()?;

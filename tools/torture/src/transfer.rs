@@ -1,12 +1,12 @@
 //! States carried between processes, and so between platforms: one saves them in the middle of a
 //! run, another continues from there and must compute the same numbers bit for bit.
 
-use cargo_fmu::library;
 use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use fmi_description::{Access, Variable};
+use fmi_import::Fmu;
 
 use crate::arguments::start;
 use crate::subject::Subject;
@@ -17,7 +17,7 @@ const STEPS: usize = 50;
 
 /// Run an FMU, save its state in the middle, and write the state and what followed into the folder.
 pub fn save(path: &Path, folder: &Path) -> Result<()> {
-    let fmu = library::open(path)?;
+    let fmu = Fmu::open(path)?;
     let mut instance = Subject::new(&fmu, "carry")?;
     instance.initialize()?;
     steps(&mut instance, 0)?;
@@ -33,7 +33,7 @@ pub fn save(path: &Path, folder: &Path) -> Result<()> {
 
 /// Continue an FMU from the state in the folder; what follows must be what is written there.
 pub fn proceed(path: &Path, folder: &Path) -> Result<()> {
-    let fmu = library::open(path)?;
+    let fmu = Fmu::open(path)?;
     let file = folder.join(&fmu.description.identifier);
     let read = |suffix| {
         let file = file.with_extension(suffix);

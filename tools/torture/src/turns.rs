@@ -4,8 +4,8 @@ use std::ffi::c_int;
 
 use anyhow::{Context, Result, bail, ensure};
 use fmi_description::Access;
-use fmi_import::order::{Mode, is_allowed};
-use fmi_import::symbols::{DISCARD, OK};
+use fmi_import::standard::{Mode, is_allowed};
+use fmi_import::status::{DISCARD, OK};
 
 use crate::oracle::{Call, judge};
 use crate::session::{INSTANCES, Session};
@@ -101,8 +101,7 @@ impl Session<'_> {
         }
         if status == OK && mode != Mode::Initialization {
             let mut time = f64::NAN;
-            // SAFETY: a live instance, a place for the result.
-            let got = unsafe { self.fmu.functions.last_time(instance.c, &mut time) };
+            let got = instance.last_time(&mut time);
             instance.must("fmi2GetRealStatus", got)?;
             if time != instance.known.time {
                 bail!("time is {time}, expected {}", instance.known.time);
@@ -140,10 +139,10 @@ impl Session<'_> {
             10 if self.random.one_in(4) => self.simple(i, "fmi2Reset"),
             // In FMI 3.0 what leads into Event Mode and out of it, often enough.
             11 => self.simple(i, "fmi2CancelStep"),
-            49..53 if self.fmu.functions.fmi3().is_some() => self.event_call(i),
-            53 if self.fmu.functions.fmi3().is_some() => self.absent(i),
-            54 if self.fmu.functions.fmi3().is_some() => self.get_other(i),
-            55..57 if self.fmu.functions.fmi3().is_some() => self.set_other(i),
+            49..53 if self.fmu.functions.is_3() => self.event_call(i),
+            53 if self.fmu.functions.is_3() => self.absent(i),
+            54 if self.fmu.functions.is_3() => self.get_other(i),
+            55..57 if self.fmu.functions.is_3() => self.set_other(i),
             12 => self.set_debug_logging(i),
             13..15 => self.status(i),
             15 if self.random.one_in(2) => Ok(self.instantiate(i)),
@@ -153,7 +152,7 @@ impl Session<'_> {
             25..30 => self.get(i, Access::Real),
             30..32 => self.get_other(i),
             32 => self.get(i, Access::String),
-            33..35 if self.fmu.functions.fmi3().is_some() => self.adjoint(i),
+            33..35 if self.fmu.functions.is_3() => self.adjoint(i),
             33..35 => self.set_input_derivatives(i),
             35..37 => self.get_output_derivatives(i),
             37..39 => self.get_directional_derivative(i),

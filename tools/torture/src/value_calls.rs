@@ -5,10 +5,9 @@ use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use anyhow::{Result, bail};
 use fmi_description::{Access, Causality, Variable};
-use fmi_import::order::Mode;
-use fmi_import::symbols::*;
+use fmi_import::standard::Mode;
+use fmi_import::status::OK;
 use std::ffi::{CStr, c_int};
-use std::ptr;
 
 impl Session<'_> {
     /// Names for the judge, and whether all references are known.
@@ -52,7 +51,7 @@ impl Session<'_> {
         values: &[f64],
         is_null: bool,
     ) -> Expect {
-        let are_several = self.fmu.functions.fmi3().is_some() && vr.len() > 1;
+        let are_several = self.fmu.functions.is_3() && vr.len() > 1;
         let mistake = |expect| match are_several {
             true => Expect::RefusedOrDiscarded,
             false => expect,
@@ -103,7 +102,7 @@ impl Session<'_> {
 
     /// A type that it has variables of, beside Real. In FMI 2.0 texts have calls of their own.
     fn other_access(&mut self) -> Access {
-        let is_3 = self.fmu.functions.fmi3().is_some();
+        let is_3 = self.fmu.functions.is_3();
         let is_other = |a: &Access| a.is_number() || is_3 && *a != Access::Clock;
         let accesses = self.fmu.accesses().into_iter().filter(is_other);
         let others: Vec<_> = accesses.filter(|a| *a != Access::Real).collect();
@@ -145,7 +144,7 @@ impl Session<'_> {
         let status = self.instances[i].set_values_of(access, &vr, &values, nulls);
         let is_readable = match self.instances[i].known.mode {
             Mode::Initialization | Mode::Event => true,
-            Mode::Stepping => self.fmu.functions.fmi3().is_none(),
+            Mode::Stepping => !self.fmu.functions.is_3(),
             _ => false,
         };
         self.note_set(i, status);
@@ -179,9 +178,9 @@ impl Session<'_> {
         let texts: Vec<&CStr> = elements(self.fmu, &vr)
             .map(|_| r.of(&pool[..if valid { 2 } else { 6 }]))
             .collect();
-        let mut values: Vec<Text> = texts.iter().map(|t| t.as_ptr()).collect();
+        let mut values: Vec<_> = texts.iter().map(|t| Some(*t)).collect();
         if !valid && !values.is_empty() && r.one_in(8) {
-            values[0] = ptr::null();
+            values[0] = None;
         }
         let expect = match self.are(&vr, wanted) {
             _ if vr.is_empty() => Expect::Done,
@@ -189,10 +188,8 @@ impl Session<'_> {
             false => Expect::Refused,
         };
         let name = self.fmu.functions.name("fmi2SetString");
-        self.trace(i, format_args!("{name}({vr:?}, {texts:?}, {values:?})"));
-        let (f, c) = (&self.fmu.functions, self.instances[i].c);
-        // SAFETY: a live instance; arrays of equal length, each element NULL or a C string.
-        let status = unsafe { f.set_string(c, vr.as_ptr(), vr.len(), values.as_ptr()) };
+        self.trace(i, format_args!("{name}({vr:?}, {values:?})"));
+        let status = self.instances[i].set_strings(&vr, &values);
         let call = self.plain(i, name, status, expect);
         self.note_set(i, status);
         Ok(call)

@@ -1,18 +1,18 @@
 //! Call order, and what the logger hears.
 
 use std::ffi::c_int;
-use std::ptr;
 
 use super::simulation::is_odd;
 use super::trial::trials;
 use crate::outcome::Outcome;
 use anyhow::Result;
 use fmi_description::{Access, Variable};
-use fmi_import::functions::Experiment;
-use fmi_import::instance::{Instance, Manner, references, status_name, step_size};
-use fmi_import::order::{Mode, is_allowed};
-use fmi_import::symbols::{ERROR, WARNING};
-use fmi_import::{Fmu, Message};
+use fmi_import::Fmu;
+use fmi_import::instance::{Instance, Manner, references, step_size};
+use fmi_import::log::Message;
+use fmi_import::raw::{Array, Experiment, RawInstance, StepEnd};
+use fmi_import::standard::{Mode, is_allowed};
+use fmi_import::status::{self, ERROR, WARNING};
 
 trials! {
     "misuse" {
@@ -34,7 +34,7 @@ trials! {
 fn modes(fmu: &Fmu) -> Vec<Mode> {
     let is_had = |mode: &Mode| match mode {
         Mode::Event => fmu.functions.has_event_mode(),
-        Mode::SteppingAfterSet => fmu.functions.fmi3().is_some() && an_input(fmu).is_some(),
+        Mode::SteppingAfterSet => fmu.functions.is_3() && an_input(fmu).is_some(),
         _ => true,
     };
     Mode::ALL.into_iter().filter(is_had).collect()
@@ -60,7 +60,7 @@ fn in_mode(fmu: &Fmu, mode: Mode) -> Result<Instance<'_>> {
     if mode == Mode::Terminated {
         instance.enter(Mode::Terminated)?;
     }
-    if fmu.functions.fmi3().is_some() && matches!(mode, Mode::Stepping | Mode::SteppingAfterSet) {
+    if fmu.functions.is_3() && matches!(mode, Mode::Stepping | Mode::SteppingAfterSet) {
         instance.enter_step_mode()?;
     }
     if mode == Mode::SteppingAfterSet
@@ -90,23 +90,17 @@ const CALLS_3: [&str; 3] = [
 ];
 
 fn call(instance: &Instance, name: &str) -> c_int {
-    let (f, c) = (&instance.fmu.functions, instance.c);
     let (t, h) = (instance.time, step_size(instance.fmu));
-    // SAFETY: a live instance; no elements are asked for.
-    unsafe {
-        match (name, f.fmi3()) {
-            ("fmi3EnterEventMode", Some(f)) => (f.fmi3EnterEventMode)(c),
-            ("fmi3EnterStepMode", Some(f)) => (f.fmi3EnterStepMode)(c),
-            ("fmi3EvaluateDiscreteStates", Some(f)) => (f.fmi3EvaluateDiscreteStates)(c),
-            ("fmi2SetupExperiment", _) => f.setup_experiment(c, Experiment::default()),
-            ("fmi2EnterInitializationMode", _) => {
-                f.enter_initialization_mode(c, Experiment::default())
-            }
-            ("fmi2ExitInitializationMode", _) => f.exit_initialization_mode(c),
-            ("fmi2DoStep", _) => f.do_step(c, t, h, 1),
-            ("fmi2Terminate", _) => f.terminate(c),
-            _ => instance.reals(&reals(instance.fmu)).0,
-        }
+    match name {
+        "fmi3EnterEventMode" => instance.enter_event_mode(),
+        "fmi3EnterStepMode" => RawInstance::enter_step_mode(instance),
+        "fmi3EvaluateDiscreteStates" => instance.evaluate_discrete_states(),
+        "fmi2SetupExperiment" => instance.setup_experiment(Experiment::default()),
+        "fmi2EnterInitializationMode" => instance.enter_initialization_mode(Experiment::default()),
+        "fmi2ExitInitializationMode" => instance.exit_initialization_mode(),
+        "fmi2DoStep" => instance.do_step(t, h, 1, &mut StepEnd::default()),
+        "fmi2Terminate" => instance.terminate(),
+        _ => instance.reals(&reals(instance.fmu)).0,
     }
 }
 
@@ -115,9 +109,9 @@ fn reals(fmu: &Fmu) -> Vec<u32> {
 }
 
 fn order(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
-    let names: Vec<&str> = match fmu.functions.fmi3() {
-        None => CALLS.to_vec(),
-        Some(_) => CALLS[1..].iter().chain(&CALLS_3).copied().collect(),
+    let names: Vec<&str> = match fmu.functions.is_3() {
+        false => CALLS.to_vec(),
+        true => CALLS[1..].iter().chain(&CALLS_3).copied().collect(),
     };
     let is_tried = |name: &&&str| **name != "fmi2GetReal" || !reals(fmu).is_empty();
     let modes = modes(fmu);
@@ -134,7 +128,7 @@ fn order(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
         let status = call(&instance, name);
         tried += 1;
         if is_odd(status) {
-            outcome.fail(format!("{name} in {mode:?} gave {}", status_name(status)));
+            outcome.fail(format!("{name} in {mode:?} gave {}", status::name(status)));
         } else if status <= WARNING {
             outcome.remark(format!("{name} was accepted in state {mode:?}"));
         }
@@ -149,11 +143,7 @@ fn messages(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
         ..Manner::USUAL
     };
     let mut instance = Instance::with(fmu, "talker", talking)?;
-    // SAFETY: a live instance; no categories are named.
-    let status = unsafe {
-        fmu.functions
-            .set_debug_logging(instance.c, 1, 0, ptr::null())
-    };
+    let status = instance.set_debug_logging(true, Array::Null(0));
     instance.must("fmi2SetDebugLogging", status)?;
     let mut heard = instance.messages();
     instance.initialize()?;

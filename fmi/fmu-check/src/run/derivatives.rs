@@ -8,7 +8,7 @@ use super::values::without_reading_after_set;
 use crate::outcome::Outcome;
 use fmi_import::Fmu;
 use fmi_import::instance::{Instance, references, step_size};
-use fmi_import::symbols::WARNING;
+use fmi_import::status::WARNING;
 
 /// By which share a directional derivative may differ from a difference of outputs, which is itself
 /// an approximation.
@@ -160,7 +160,7 @@ fn outputs(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
     instance.step(step_size(fmu))?;
     // In FMI 3.0 they are to be had after a step, in Step Mode.
     let mut values = Vec::new();
-    let status = instance.stepping(|_, _| {
+    let status = instance.stepping(|_| {
         let (status, derivatives) = instance.output_derivatives(&vr, &vec![1; vr.len()]);
         values = derivatives;
         status

@@ -1,16 +1,13 @@
 //! Model Exchange: an importer that integrates the states itself.
 
-use std::ffi::c_int;
-
 use anyhow::{Result, bail, ensure};
 
 use super::trial::trials;
 use crate::outcome::Outcome;
 use fmi_import::Fmu;
-use fmi_import::functions::Functions;
 use fmi_import::instance::{Instance, Manner, start_time};
-use fmi_import::order::Mode;
-use fmi_import::symbols::Pointer;
+use fmi_import::raw::{Array, ContinuousValues, InstanceKind, RawInstance, Update};
+use fmi_import::standard::Mode;
 
 /// Heading of what is for Model Exchange.
 pub(super) const AREA: &str = "model exchange";
@@ -36,20 +33,17 @@ struct Integrated<'a> {
     events: usize,
 }
 
-type Read = unsafe fn(&Functions, Pointer, *mut f64, usize) -> c_int;
-
 impl<'a> Integrated<'a> {
     fn started(fmu: &'a Fmu, name: &str) -> Result<Self> {
         let manner = Manner {
-            kind: 0,
+            kind: InstanceKind::ModelExchange,
             ..Manner::USUAL
         };
         let mut instance = Instance::with(fmu, name, manner)?;
         instance.setup(start_time(fmu), None)?;
         instance.enter(Mode::Initialization)?;
-        let exit = "fmi2ExitInitializationMode";
-        // SAFETY: a live instance.
-        instance.done(exit, |f, c| unsafe { f.exit_initialization_mode(c) })?;
+        let exit = RawInstance::exit_initialization_mode;
+        instance.done("fmi2ExitInitializationMode", exit)?;
         let derivatives = fmu.description.derivatives.iter();
         let sizes = derivatives.map(|u| fmu.description.variables[u.variable].size());
         let n = sizes.sum();
@@ -60,8 +54,7 @@ impl<'a> Integrated<'a> {
             events: 0,
         };
         new.handle_events()?;
-        let name = "fmi2GetNominalsOfContinuousStates";
-        let nominals = new.read(name, Functions::get_nominals, n)?;
+        let nominals = new.read(ContinuousValues::Nominals, n)?;
         ensure!(
             nominals.iter().all(|x| *x > 0.0),
             "nominal values {nominals:?} must be positive"
@@ -70,24 +63,22 @@ impl<'a> Integrated<'a> {
     }
 
     fn handle_events(&mut self) -> Result<()> {
-        let (time, next, mut ends) = (self.instance.time, &mut self.next, false);
-        // SAFETY: a live instance.
-        let handle = |f: &Functions, c| unsafe { f.handle_events(c, next, &mut ends) };
+        let (time, mut update) = (self.instance.time, Update::default());
+        let handle = |raw: &RawInstance| raw.handle_events(&mut update);
         self.instance.done("events", handle)?;
-        ensure!(!ends, "the model ends the simulation at {time} s");
-        let (name, n) = ("fmi2GetContinuousStates", self.x.len());
-        self.x = self.read(name, Functions::get_continuous_states, n)?;
+        self.next = update.next;
+        ensure!(
+            !update.terminates,
+            "the model ends the simulation at {time} s"
+        );
+        self.x = self.read(ContinuousValues::States, self.x.len())?;
         Ok(())
     }
 
-    fn read(&self, name: &str, read: Read, n: usize) -> Result<Vec<f64>> {
+    fn read(&self, which: ContinuousValues, n: usize) -> Result<Vec<f64>> {
         let mut values = vec![f64::NAN; n];
-        let (name, to) = (
-            format!("{name} at t = {} s", self.instance.time),
-            values.as_mut_ptr(),
-        );
-        // SAFETY: a live instance, room for `n` numbers.
-        let read = |f: &Functions, c| unsafe { read(f, c, to, n) };
+        let name = format!("{} at t = {} s", which.function(), self.instance.time);
+        let read = |raw: &RawInstance| raw.get_continuous(which, Some(&mut values), n);
         self.instance.done(&name, read)?;
         match values.iter().position(|x| !x.is_finite()) {
             Some(k) => bail!("{name}: number {k} is {}", values[k]),
@@ -97,19 +88,16 @@ impl<'a> Integrated<'a> {
 
     /// The derivatives at a time and states.
     fn derivatives(&mut self, t: f64, x: &[f64]) -> Result<Vec<f64>> {
-        let (from, n) = (x.as_ptr(), x.len());
         self.instance.time = t;
-        // SAFETY: a live instance.
-        (self.instance).done("fmi2SetTime", |f, c| unsafe { f.set_time(c, t) })?;
-        // SAFETY: the numbers live during the call.
-        let set = |f: &Functions, c| unsafe { f.set_continuous_states(c, from, n) };
+        (self.instance).done("fmi2SetTime", |raw| raw.set_time(t))?;
+        let set = |raw: &RawInstance| raw.set_continuous_states(Array::Elements(x));
         self.instance.done("fmi2SetContinuousStates", set)?;
-        self.read("fmi2GetDerivatives", Functions::get_derivatives, x.len())
+        self.read(ContinuousValues::Derivatives, x.len())
     }
 
     fn indicators(&self) -> Result<Vec<f64>> {
         let n = self.instance.fmu.description.event_indicators;
-        self.read("fmi2GetEventIndicators", Functions::get_event_indicators, n)
+        self.read(ContinuousValues::Indicators, n)
     }
 
     /// A step by the method of Heun, and the events at its end.
@@ -129,8 +117,7 @@ impl<'a> Integrated<'a> {
         let end = self.x.clone();
         self.derivatives(t + h, &end)?;
         let mut told = [false; 2];
-        // SAFETY: a live instance.
-        let complete = |f: &Functions, c| unsafe { f.completed_integrator_step(c, &mut told) };
+        let complete = |raw: &RawInstance| raw.completed_integrator_step(&mut told);
         self.instance
             .done("fmi2CompletedIntegratorStep", complete)?;
         let after = self.indicators()?;
@@ -140,8 +127,7 @@ impl<'a> Integrated<'a> {
             .any(|(a, b)| (*a > 0.0) != (*b > 0.0));
         if passed || told[0] || t + h >= self.next {
             let enter = "fmi2EnterEventMode";
-            // SAFETY: a live instance.
-            (self.instance).done(enter, |f, c| unsafe { f.enter_event_mode(c) })?;
+            self.instance.done(enter, RawInstance::enter_event_mode)?;
             self.events += 1;
             self.handle_events()?;
         }

@@ -7,7 +7,8 @@ use super::trial::trials;
 use crate::outcome::Outcome;
 use fmi_import::Fmu;
 use fmi_import::instance::{Instance, references, step_size};
-use fmi_import::symbols::WARNING;
+use fmi_import::raw::{Array, StepEnd};
+use fmi_import::status::WARNING;
 
 trials! {
     "simulation" {
@@ -28,23 +29,18 @@ trials! {
 }
 
 fn step_end(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
-    let f = fmu.functions.fmi3().context("it is not of FMI 3.0")?;
     let h = step_size(fmu);
     let mut instance = Instance::started(fmu, "step end")?;
     instance.enter_step_mode()?;
     for k in 0..10 {
-        let [mut event, mut ends, mut early] = [false; 3];
-        let (t, mut last) = (instance.time, f64::NAN);
-        // SAFETY: a live instance in Step Mode, places for the results.
-        let status = unsafe {
-            (f.fmi3DoStep)(
-                instance.c, t, h, true, &mut event, &mut ends, &mut early, &mut last,
-            )
-        };
+        let (t, mut end) = (instance.time, StepEnd::default());
+        end.time = f64::NAN;
+        let status = instance.do_step(t, h, 1, &mut end);
         instance.must(&format!("fmi3DoStep from {t} s by {h} s"), status)?;
-        if early {
+        if end.early {
             bail!("step {k} returned early, which it was not allowed to");
         }
+        let last = end.time;
         if (last - (t + h)).abs().is_nan() || (last - (t + h)).abs() > 1e-6 * h {
             outcome.fail(format!(
                 "after the step to {} s lastSuccessfulTime is {last} s",
@@ -53,7 +49,7 @@ fn step_end(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
             return Ok(());
         }
         instance.time += h;
-        if event || ends {
+        if end.event_needed || end.terminates {
             break;
         }
     }
@@ -61,22 +57,21 @@ fn step_end(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
 }
 
 fn counts(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
-    let f = fmu.functions.fmi3().context("it is not of FMI 3.0")?;
     let instance = Instance::exchanging(fmu, "counts")?;
     let is_input = |v: &&Variable| v.is_input() && v.access() == Access::Real;
     let mut calls = 0;
     for v in fmu.description.variables.iter().filter(is_input) {
-        let mut values = instance.read(v)?;
+        let values = instance.read(v)?;
         let n = values.len();
-        values.push(values[n - 1]);
+        // Room for one value more than there are elements.
+        let mut room = vec![0; n + 1];
+        for (to, value) in room.iter_mut().zip(values.iter().chain(&values[n - 1..])) {
+            *to = value.to_bits();
+        }
         for wrong in [n - 1, n + 1] {
-            // SAFETY: a live instance, room for one value more than there are elements.
-            let [got, set] = unsafe {
-                [
-                    (f.fmi3GetFloat64)(instance.c, &v.reference, 1, values.as_mut_ptr(), wrong),
-                    (f.fmi3SetFloat64)(instance.c, &v.reference, 1, values.as_ptr(), wrong),
-                ]
-            };
+            let vr = Array::Elements(std::slice::from_ref(&v.reference));
+            let got = instance.get_numbers(Access::Real, vr, Some(&mut room), wrong);
+            let set = instance.set_numbers(Access::Real, vr, Array::Elements(&room), wrong);
             calls += 2;
             for (call, status) in [("fmi3GetFloat64", got), ("fmi3SetFloat64", set)] {
                 if status <= WARNING {
@@ -97,35 +92,19 @@ fn counts(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
 }
 
 fn variable_dependencies(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
-    let f = fmu.functions.fmi3().context("it is not of FMI 3.0")?;
     let description = &fmu.description;
     let instance = Instance::started(fmu, "dependencies")?;
     let is_output = |v: &Variable| v.causality == Causality::Output;
     for reference in references(&description.variables, is_output) {
         let mut n = 0;
-        // SAFETY: a live instance, a place for the result.
-        let status =
-            unsafe { (f.fmi3GetNumberOfVariableDependencies)(instance.c, reference, &mut n) };
+        let status = instance.count_dependencies(reference, Some(&mut n));
         let output = fmu.find(reference).context("a variable has gone")?;
         let name = &output.name;
         instance.must(
             &format!("fmi3GetNumberOfVariableDependencies of `{name}`"),
             status,
         )?;
-        let (mut of, mut on) = (vec![0; n], vec![0; n]);
-        let (mut element, mut kind) = (vec![0; n], vec![0; n]);
-        // SAFETY: a live instance, room for as many as were announced.
-        let status = unsafe {
-            (f.fmi3GetVariableDependencies)(
-                instance.c,
-                reference,
-                of.as_mut_ptr(),
-                on.as_mut_ptr(),
-                element.as_mut_ptr(),
-                kind.as_mut_ptr(),
-                n,
-            )
-        };
+        let (status, of, on) = instance.get_dependencies(reference, n);
         instance.must(&format!("fmi3GetVariableDependencies of `{name}`"), status)?;
         // Elements count from 1, and 0 stands for all of them (FMI 3.0.2, section 2.2.10).
         if let Some(element) = of.iter().find(|element| **element > output.size()) {

@@ -6,7 +6,7 @@ use super::trial::trials;
 use crate::outcome::Outcome;
 use fmi_import::Fmu;
 use fmi_import::instance::{Instance, step_size};
-use fmi_import::order::Mode;
+use fmi_import::standard::Mode;
 
 const STEPS: usize = 20;
 /// Instances that live at a time.

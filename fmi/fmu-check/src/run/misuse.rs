@@ -2,7 +2,6 @@
 //! standard asks importers not to make them; accepting one is a remark, a crash is a failure.
 
 use std::ffi::c_int;
-use std::ptr;
 
 use anyhow::Result;
 use fmi_description::{Access, Causality, Variability, Variable};
@@ -10,9 +9,9 @@ use fmi_description::{Access, Causality, Variability, Variable};
 use super::trial::trials;
 use crate::outcome::Outcome;
 use fmi_import::Fmu;
-use fmi_import::functions::Experiment;
 use fmi_import::instance::{Instance, references, step_size};
-use fmi_import::symbols::WARNING;
+use fmi_import::raw::{Array, Experiment, RawInstance, StepEnd};
+use fmi_import::status::WARNING;
 
 const STEPS: usize = 10;
 
@@ -167,9 +166,7 @@ fn wrong_steps(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     for (what, shift, h) in jumps {
         // A step that was accepted has moved the time: each is tried on a fresh instance.
         refused(fmu, outcome, |instance| {
-            // SAFETY: a live instance.
-            let status =
-                instance.stepping(|f, c| unsafe { f.do_step(c, instance.time + shift, h, 1) });
+            let status = instance.step_from(instance.time + shift, h);
             vec![(format!("fmi2DoStep {what}"), status)]
         })?;
     }
@@ -179,47 +176,41 @@ fn wrong_steps(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
 
 fn null(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     refused(fmu, outcome, |instance| {
-        let f = &instance.fmu.functions;
-        let (c, nobody, mut value) = (instance.c, ptr::null_mut(), 0.0);
-        // SAFETY: NULL is what is tried; all other pointers are valid.
-        unsafe {
-            let begun = f.enter_initialization_mode(nobody, Experiment::default());
-            let mut answers = vec![
-                ("fmi2EnterInitializationMode(NULL)", begun),
-                (
-                    "fmi2ExitInitializationMode(NULL)",
-                    f.exit_initialization_mode(nobody),
-                ),
-                ("fmi2DoStep(NULL, …)", f.do_step(nobody, 0.0, 0.1, 1)),
-                ("fmi2Reset(NULL)", f.reset(nobody)),
-                ("fmi2Terminate(NULL)", f.terminate(nobody)),
-            ];
-            let mut variables = instance.fmu.description.variables.iter();
-            let real = variables.find(|v| v.access() == Access::Real && v.size() == 1);
-            if let Some(vr) = real.map(|v| &raw const v.reference) {
-                let (none, no_values) = (ptr::null(), ptr::null_mut());
-                let place = &raw mut value;
-                answers.extend([
-                    ("fmi2GetReal(NULL, …)", f.get_real(nobody, vr, 1, place)),
-                    ("fmi2SetReal(NULL, …)", f.set_real(nobody, vr, 1, &0.0)),
-                    (
-                        "fmi2GetReal(…, vr = NULL, 1, …)",
-                        f.get_real(c, none, 1, place),
-                    ),
-                    (
-                        "fmi2GetReal(…, value = NULL)",
-                        f.get_real(c, vr, 1, no_values),
-                    ),
-                    (
-                        "fmi2SetReal(…, value = NULL)",
-                        f.set_real(c, vr, 1, no_values),
-                    ),
-                ]);
-            }
-            let answers = answers.into_iter();
-            answers
-                .map(|(call, status)| (call.to_string(), status))
-                .collect()
+        let nobody = RawInstance::null(&instance.fmu.functions);
+        let begun = nobody.enter_initialization_mode(Experiment::default());
+        let stepped = nobody.do_step(0.0, 0.1, 1, &mut StepEnd::default());
+        let mut answers = vec![
+            ("fmi2EnterInitializationMode(NULL)", begun),
+            (
+                "fmi2ExitInitializationMode(NULL)",
+                nobody.exit_initialization_mode(),
+            ),
+            ("fmi2DoStep(NULL, …)", stepped),
+            ("fmi2Reset(NULL)", nobody.reset()),
+            ("fmi2Terminate(NULL)", nobody.terminate()),
+        ];
+        let mut variables = instance.fmu.description.variables.iter();
+        let real = variables.find(|v| v.access() == Access::Real && v.size() == 1);
+        if let Some(v) = real {
+            let (vr, none) = (
+                Array::Elements(std::slice::from_ref(&v.reference)),
+                Array::Null(1),
+            );
+            let (given, no_values, mut place) = (Array::Elements(&[0.0]), Array::Null(1), [0.0]);
+            let got = nobody.get_reals(vr, Some(&mut place));
+            let of_nothing = instance.get_reals(none, Some(&mut place));
+            let raw: &RawInstance = instance;
+            answers.extend([
+                ("fmi2GetReal(NULL, …)", got),
+                ("fmi2SetReal(NULL, …)", nobody.set_reals(vr, given)),
+                ("fmi2GetReal(…, vr = NULL, 1, …)", of_nothing),
+                ("fmi2GetReal(…, value = NULL)", raw.get_reals(vr, None)),
+                ("fmi2SetReal(…, value = NULL)", raw.set_reals(vr, no_values)),
+            ]);
         }
+        let answers = answers.into_iter();
+        answers
+            .map(|(call, status)| (call.to_string(), status))
+            .collect()
     })
 }

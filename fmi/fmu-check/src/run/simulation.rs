@@ -2,7 +2,6 @@
 
 use std::ffi::c_int;
 use std::path::Path;
-use std::ptr;
 
 use anyhow::{Result, bail, ensure};
 use fmi_description::Access;
@@ -10,11 +9,10 @@ use fmi_description::Access;
 use super::trial::trials;
 use crate::outcome::Outcome;
 use fmi_import::Fmu;
-use fmi_import::functions::OwnFunctions;
-use fmi_import::instance::{Instance, Manner, references, start_time, status_name, step_size};
-use fmi_import::order::Mode;
-use fmi_import::symbols::{OK, WARNING};
-use fmi_import::text;
+use fmi_import::instance::{Instance, Manner, references, start_time, step_size};
+use fmi_import::raw::RawInstance;
+use fmi_import::standard::Mode;
+use fmi_import::status::{self, OK, WARNING};
 
 /// Steps of a plain run that does not end before.
 const STEPS: usize = 100;
@@ -75,25 +73,15 @@ fn loads(_: &Fmu, _: &mut Outcome) -> Result<()> {
 }
 
 fn versions(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
-    let f = &fmu.functions;
-    // SAFETY: functions without arguments that give C strings.
-    let mut texts = vec![(
-        "fmi2GetVersion",
-        unsafe { f.get_version() },
-        fmu.description.fmi.to_string(),
-    )];
-    if let OwnFunctions::Fmi2(f) = f.own() {
-        // SAFETY: as above.
-        let platform = unsafe { (f.fmi2GetTypesPlatform)() };
-        texts.push(("fmi2GetTypesPlatform", platform, "default".to_string()));
-    }
-    for (name, text, expected) in texts {
-        if text.is_null() {
+    for (name, text) in fmu.functions.versions() {
+        let expected = match name {
+            "fmi2GetTypesPlatform" => "default".to_string(),
+            _ => fmu.description.fmi.to_string(),
+        };
+        let Some(text) = text else {
             outcome.fail(format!("{name} gave NULL"));
             continue;
-        }
-        // SAFETY: what an FMU gives out is a C string.
-        let text = unsafe { text::shown(text) };
+        };
         // FMI 3.0 has minor versions, and may name one.
         let is_minor = text.starts_with("3.") && expected == "3.0";
         if text != expected && !is_minor {
@@ -129,8 +117,7 @@ fn reload(folder: &Path) -> Result<()> {
 }
 
 fn free_nothing(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
-    // SAFETY: NULL is what the standard lets pass.
-    unsafe { fmu.functions.free_instance(ptr::null_mut()) };
+    RawInstance::free_null(&fmu.functions);
     Ok(())
 }
 
@@ -195,7 +182,7 @@ fn stop_time(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     if let status @ (OK | WARNING) = instance.step_from(instance.time, h) {
         outcome.fail(format!(
             "a step beyond the stop time gave {}, expected fmi2Error",
-            status_name(status)
+            status::name(status)
         ));
     }
     Ok(())

@@ -4,8 +4,9 @@ use anyhow::Result;
 
 use super::trial::trials;
 use crate::outcome::Outcome;
-use fmi_import::symbols::{OK, WARNING};
-use fmi_import::{Fmu, Instance, SavedState};
+use fmi_import::raw::StateHandle;
+use fmi_import::status::{OK, WARNING};
+use fmi_import::{Fmu, Instance};
 
 const STEPS: usize = 10;
 
@@ -43,7 +44,7 @@ fn restore(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     }
     instance.free(at_start)?;
     instance.free(in_between)?;
-    instance.free(SavedState::NONE)
+    instance.free(StateHandle::NULL)
 }
 
 fn serialize(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
@@ -54,7 +55,7 @@ fn serialize(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     drop(instance); // it may be the only one that can be made
     outcome.note(format!("{} bytes", bytes.len()));
     let mut other = Instance::started(fmu, "other")?;
-    let (status, state) = other.deserialize(&bytes);
+    let (status, state) = other.state_of(&bytes);
     other.must("fmi2DeSerializeFMUstate", status)?;
     other.go_back(state, time)?;
     if other.motion(STEPS, STEPS)? != expected {
@@ -75,7 +76,7 @@ fn damaged(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
         ("half of the bytes", half),
         ("bytes with one bit changed", flipped),
     ] {
-        let (status, state) = instance.deserialize(&bytes);
+        let (status, state) = instance.state_of(&bytes);
         if matches!(status, OK | WARNING) {
             outcome.remark(format!("fmi2DeSerializeFMUstate took {what}"));
             instance.free(state)?;

@@ -197,7 +197,7 @@ pub fn one(name: &str, folder: &Path, result: &Path) -> Result<()> {
     let trial = trials().find(|trial| trial.name == name);
     let trial = trial.with_context(|| format!("there is no trial `{name}`"))?;
     let mut outcome = trial.outcome(folder);
-    if Fmu::unpacked(folder).is_ok_and(|fmu| fmu.functions.fmi3().is_some()) {
+    if Fmu::unpacked(folder).is_ok_and(|fmu| fmu.functions.is_3()) {
         let texts = [&mut outcome.fails, &mut outcome.remarks, &mut outcome.notes];
         let texts = texts.into_iter().flatten();
         texts.for_each(|text| *text = names::text_in_3(text));

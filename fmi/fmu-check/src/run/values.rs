@@ -7,7 +7,7 @@ use super::trial::trials;
 use crate::outcome::Outcome;
 use fmi_import::Fmu;
 use fmi_import::instance::{Instance, about, references, step_size, told};
-use fmi_import::symbols::{OK, WARNING};
+use fmi_import::status::{OK, WARNING};
 
 trials! {
     "values" {

@@ -11,9 +11,9 @@ use std::collections::BTreeMap;
 use anyhow::{Result, bail};
 use fmi_description::Access;
 
-use crate::slave::{At, Slave};
-use crate::wiring::batch::Batch;
+use crate::instance::{At, Instance};
 use crate::wiring::{Port, Wiring};
+use fmi_import::batch::Batch;
 
 /// Iterations after which a loop is not solved.
 const ITERATIONS: usize = 50;
@@ -39,7 +39,7 @@ pub(crate) trait LoopStage {
         Ok(())
     }
     /// The instances whose directional derivatives are those of what is passed, if they are.
-    fn derivatives_of(&self) -> Option<&[Slave]> {
+    fn derivatives_of(&self) -> Option<&[Instance]> {
         None
     }
 }
@@ -207,13 +207,14 @@ impl Unknowns {
             row[self.slots.len()] = *residual;
         }
         for j in 0..self.slots.len() {
-            if let (Some(all), Some(slaves)) = (&mut self.influences[j], stage.derivatives_of()) {
+            if let (Some(all), Some(instances)) = (&mut self.influences[j], stage.derivatives_of())
+            {
                 for (i, row) in self.rows.iter_mut().enumerate() {
                     row[j] = f64::from(i == j);
                 }
                 for on in all {
                     let of = on.of.each_ref();
-                    slaves[on.component].directional(of, &on.seeds, &mut on.rates, at)?;
+                    instances[on.component].directional(of, &on.seeds, &mut on.rates, at)?;
                     for (i, rate) in on.rows.iter().zip(&on.rates) {
                         self.rows[*i][j] -= rate;
                     }

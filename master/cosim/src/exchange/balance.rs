@@ -17,8 +17,8 @@ use anyhow::{Result, ensure};
 
 use crate::exchange::bond::{BondSlots, BondStep};
 use crate::exchange::{Exchange, Write, writes};
+use crate::instance::{At, Instance};
 use crate::schedule::{Between, Schedule, Stepping};
-use crate::slave::{At, Slave};
 use crate::wiring::Wiring;
 
 /// The corrected inputs.
@@ -76,7 +76,7 @@ impl Balance {
     pub fn set<'a>(
         &mut self,
         bonds: impl Iterator<Item = (&'a BondSlots, &'a BondStep)>,
-        slaves: &[Slave],
+        instances: &[Instance],
         exchange: &mut Exchange,
         [t, h]: [f64; 2],
     ) -> Result<()> {
@@ -89,7 +89,13 @@ impl Balance {
         }
         for write in &self.writes {
             let faults = exchange.faults.as_mut();
-            write.run(slaves, &self.values, &mut self.buffer, faults, At::Time(t))?;
+            write.run(
+                instances,
+                &self.values,
+                &mut self.buffer,
+                faults,
+                At::Time(t),
+            )?;
         }
         Ok(())
     }

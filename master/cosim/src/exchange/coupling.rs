@@ -8,15 +8,15 @@ use crate::exchange::balance::Balance;
 use crate::exchange::bond::{BondSlots, BondStep, Residual};
 use crate::exchange::means::Means;
 use crate::exchange::{Exchange, Passed};
+use crate::instance::{At, BegunCall, Call, Failure, Instance, State, all};
 use crate::schedule::rates::{ComponentStep, PastValues, Rates};
-use crate::slave::{At, BegunCall, Call, Failure, Slave, State, all};
 
 /// Passes of Event Mode after which discrete states that still change are a failure.
 const PASSES: usize = 100;
 
 /// The coupled instances.
 pub(crate) struct Coupling {
-    pub slaves: Vec<Slave>,
+    pub instances: Vec<Instance>,
     /// Components that Gauss–Seidel may step side by side: each after those whose mean effort it
     /// gets. Those of this thread come first.
     pub ranks: Vec<Vec<usize>>,
@@ -41,7 +41,7 @@ pub(crate) struct Coupling {
 /// instances, or bytes of them.
 #[derive(Deserialize, Serialize)]
 pub(crate) struct Saved<S = State> {
-    slaves: Vec<S>,
+    instances: Vec<S>,
     passed: Passed,
     derivatives: Option<Passed>,
     means: Vec<f64>,
@@ -52,15 +52,19 @@ pub(crate) struct Saved<S = State> {
 
 impl<S> Saved<S> {
     /// The same with what `of` makes of the state of each instance.
-    fn with<T>(self, coupling: &Coupling, of: impl Fn(&Slave, S) -> Result<T>) -> Result<Saved<T>> {
+    fn with<T>(
+        self,
+        coupling: &Coupling,
+        of: impl Fn(&Instance, S) -> Result<T>,
+    ) -> Result<Saved<T>> {
         ensure!(
-            self.slaves.len() == coupling.slaves.len(),
+            self.instances.len() == coupling.instances.len(),
             "a state of another run"
         );
-        let slaves = coupling.slaves.iter().zip(self.slaves);
-        let slaves = slaves.map(|(slave, state)| of(slave, state));
+        let instances = coupling.instances.iter().zip(self.instances);
+        let instances = instances.map(|(instance, state)| of(instance, state));
         Ok(Saved {
-            slaves: slaves.collect::<Result<_>>()?,
+            instances: instances.collect::<Result<_>>()?,
             passed: self.passed,
             derivatives: self.derivatives,
             means: self.means,
@@ -74,8 +78,8 @@ impl<S> Saved<S> {
 impl Coupling {
     /// The state at `t`, s, with those of the instances as bytes.
     pub fn save_bytes(&self, t: f64) -> Result<Saved<Vec<u8>>> {
-        self.save(t)?.with(self, |slave, state| {
-            slave.state_to_bytes(&state, At::Time(t))
+        self.save(t)?.with(self, |instance, state| {
+            instance.state_to_bytes(&state, At::Time(t))
         })
     }
 
@@ -89,17 +93,17 @@ impl Coupling {
                 && self.rates.is_some() == saved.rates.is_some(),
             "a state of a system or of faults that differ from these"
         );
-        let saved = saved.with(self, |slave, bytes| {
-            slave.state_from_bytes(&bytes, At::Time(t))
+        let saved = saved.with(self, |instance, bytes| {
+            instance.state_from_bytes(&bytes, At::Time(t))
         })?;
         self.restore(&saved, t)
     }
 
     /// The state at `t`, s.
     pub fn save(&self, t: f64) -> Result<Saved> {
-        let slaves = self.slaves.iter().map(|s| s.save(At::Time(t)));
+        let instances = self.instances.iter().map(|s| s.save(At::Time(t)));
         Ok(Saved {
-            slaves: slaves.collect::<Result<_>>()?,
+            instances: instances.collect::<Result<_>>()?,
             passed: self.exchange.save(),
             derivatives: self.derivatives.as_ref().map(Exchange::save),
             means: self.means.values.clone(),
@@ -112,11 +116,11 @@ impl Coupling {
     /// Back to a state at `t`, s.
     pub fn restore(&mut self, saved: &Saved, t: f64) -> Result<()> {
         ensure!(
-            saved.slaves.len() == self.slaves.len(),
+            saved.instances.len() == self.instances.len(),
             "a state of another run"
         );
-        for (slave, state) in self.slaves.iter().zip(&saved.slaves) {
-            slave.restore(state, At::Time(t))?;
+        for (instance, state) in self.instances.iter().zip(&saved.instances) {
+            instance.restore(state, At::Time(t))?;
         }
         self.exchange.restore(&saved.passed);
         for (exchange, passed) in self.derivatives.iter_mut().zip(&saved.derivatives) {
@@ -133,28 +137,28 @@ impl Coupling {
 
     /// Number of components.
     pub fn count(&self) -> usize {
-        self.slaves.len()
+        self.instances.len()
     }
 
     /// Read all outputs at `t`, s.
     pub fn read(&mut self, t: f64) -> Result<()> {
-        self.exchange.read(&self.slaves, At::Time(t))
+        self.exchange.read(&self.instances, At::Time(t))
     }
 
     /// Set all inputs to what was last read.
     pub fn write(&mut self, t: f64) -> Result<()> {
-        self.exchange.write(&self.slaves, At::Time(t))
+        self.exchange.write(&self.instances, At::Time(t))
     }
 
     /// Pass all connections, stage by stage.
     pub fn pass(&mut self, t: f64) -> Result<()> {
-        self.exchange.run(&self.slaves, At::Time(t))
+        self.exchange.run(&self.instances, At::Time(t))
     }
 
     /// Pass all connections once more at the same communication point, and derivatives, which an
     /// input forgets when it is set.
     pub fn pass_again(&mut self, t: f64) -> Result<()> {
-        self.exchange.run_again(&self.slaves, At::Time(t))?;
+        self.exchange.run_again(&self.instances, At::Time(t))?;
         self.pass_derivatives(t)
     }
 
@@ -162,7 +166,7 @@ impl Coupling {
     pub fn pass_derivatives(&mut self, t: f64) -> Result<()> {
         let faults = self.exchange.faults.as_ref();
         let derivatives = self.derivatives.iter_mut();
-        let mut all = derivatives.map(|d| d.run_derivatives(&self.slaves, faults, At::Time(t)));
+        let mut all = derivatives.map(|d| d.run_derivatives(&self.instances, faults, At::Time(t)));
         all.try_for_each(|done| done)
     }
 
@@ -177,7 +181,7 @@ impl Coupling {
         match &writes[component] {
             Some(write) => {
                 let faults = self.exchange.faults.as_mut();
-                write.run(&self.slaves, values, buffer, faults, At::Time(t))
+                write.run(&self.instances, values, buffer, faults, At::Time(t))
             }
             None => Ok(()),
         }
@@ -189,9 +193,9 @@ impl Coupling {
             self.look_ahead(component, t, h)?;
             return self.make(component, [t, h], false);
         }
-        self.slaves[component].step(t, h)?;
+        self.instances[component].step(t, h)?;
         match &self.means.reads[component] {
-            Some(read) => read.run(&self.slaves, &mut self.means.values, At::Time(t)),
+            Some(read) => read.run(&self.instances, &mut self.means.values, At::Time(t)),
             None => Ok(()),
         }
     }
@@ -199,7 +203,7 @@ impl Coupling {
     fn look_ahead(&mut self, component: usize, t: f64, h: f64) -> Result<()> {
         let values = &self.exchange.values;
         self.rates.as_mut().map_or(Ok(()), |rates| {
-            rates.look_ahead(component, &self.slaves, values, [t, h])
+            rates.look_ahead(component, &self.instances, values, [t, h])
         })
     }
 
@@ -210,7 +214,7 @@ impl Coupling {
         };
         let steps = ComponentStep {
             component,
-            slaves: &self.slaves,
+            instances: &self.instances,
             values: &self.exchange.values,
             mean: self.means.reads[component].as_ref(),
             means: &mut self.means.values,
@@ -224,7 +228,7 @@ impl Coupling {
     pub fn step_all(&mut self, t: f64, h: f64, gives_means: bool) -> Result<()> {
         if let Some(balance) = &mut self.balance {
             let bonds = self.bonds.iter().zip(&self.bond_steps);
-            balance.set(bonds, &self.slaves, &mut self.exchange, [t, h])?;
+            balance.set(bonds, &self.instances, &mut self.exchange, [t, h])?;
         }
         if let Some(rates) = &self.rates {
             rates.rest(&mut self.exchange.resting, t + h);
@@ -253,7 +257,7 @@ impl Coupling {
     /// Those of other threads are begun before those of this one are made.
     fn step_beside(&mut self, rank: &[usize], [t, h]: [f64; 2], gives_means: bool) -> Result<()> {
         let mut failure = Failure::default();
-        let is_elsewhere = |coupling: &Self, k: usize| coupling.slaves[k].is_elsewhere();
+        let is_elsewhere = |coupling: &Self, k: usize| coupling.instances[k].is_elsewhere();
         for k in rank.iter().copied() {
             if is_elsewhere(self, k) {
                 failure.add(k, self.begin_step(k, [t, h], gives_means));
@@ -268,7 +272,7 @@ impl Coupling {
                 true => self.make(k, [t, h], false),
                 false => self.step(k, t, h),
             });
-            self.slaves[k].drain();
+            self.instances[k].drain();
             failure.add(k, done);
         }
         failure.into()
@@ -276,7 +280,7 @@ impl Coupling {
 
     /// Begin what [`Coupling::give_means`] and [`Coupling::step`] then make.
     fn begin_step(&mut self, k: usize, [t, h]: [f64; 2], gives_means: bool) -> Result<()> {
-        let (at, slaves) = (At::Time(t), &self.slaves);
+        let (at, instances) = (At::Time(t), &self.instances);
         let Means {
             writes,
             values,
@@ -284,22 +288,22 @@ impl Coupling {
             ..
         } = &mut self.means;
         if let Some(write) = writes[k].as_ref().filter(|_| gives_means) {
-            write.begin(slaves, values, buffer, None, at)?;
+            write.begin(instances, values, buffer, None, at)?;
         }
         if self.rates.is_some() {
             self.look_ahead(k, t, h)?;
             return self.make(k, [t, h], true);
         }
-        slaves[k].begin(BegunCall::Plain(Call::Step(t, h)));
+        instances[k].begin(BegunCall::Plain(Call::Step(t, h)));
         if let Some(read) = &self.means.reads[k] {
-            read.begin(slaves);
+            read.begin(instances);
         }
         Ok(())
     }
 
     /// Those that have an Event Mode.
-    fn timed(&self) -> impl Iterator<Item = &Slave> + Clone {
-        self.timed.iter().map(|k| &self.slaves[*k])
+    fn timed(&self) -> impl Iterator<Item = &Instance> + Clone {
+        self.timed.iter().map(|k| &self.instances[*k])
     }
 
     /// All instances into Event Mode, where they have one.
@@ -329,7 +333,7 @@ impl Coupling {
     /// Time of the first event before `end`, s, at which a step is split; none where a component
     /// cannot vary its step.
     pub fn split(&self, end: f64) -> Option<f64> {
-        let first = self.timed().map(Slave::next_event).reduce(f64::min)?;
+        let first = self.timed().map(Instance::next_event).reduce(f64::min)?;
         (first < end && self.fixed.is_none()).then_some(first)
     }
 
@@ -338,15 +342,15 @@ impl Coupling {
     pub fn tick(&mut self, t: f64, tolerance: f64, is_staged: bool) -> Result<()> {
         let (at, mut is_any) = (At::Time(t), false);
         for k in self.timed.iter().copied() {
-            let slave = &self.slaves[k];
-            if slave.next_event() > t + tolerance {
+            let instance = &self.instances[k];
+            if instance.next_event() > t + tolerance {
                 continue;
             }
             is_any = true;
             if !is_staged {
-                self.exchange.write_of(k, &self.slaves, at)?;
+                self.exchange.write_of(k, &self.instances, at)?;
             }
-            slave
+            instance
                 .call(Call::Tick(t, tolerance), at)
                 .map_err(|error| match &self.fixed {
                     Some(fixed) => error.context(format!(
@@ -355,8 +359,8 @@ impl Coupling {
                     None => error,
                 })?;
             if !is_staged {
-                slave.call(Call::Settle, at)?;
-                self.exchange.read_of(k, &self.slaves, at)?;
+                instance.call(Call::Settle, at)?;
+                self.exchange.read_of(k, &self.instances, at)?;
             }
         }
         if is_any && is_staged {

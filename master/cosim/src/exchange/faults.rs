@@ -9,10 +9,10 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
 use crate::io::numbers;
-use crate::io::value::is_wide;
 use crate::schedule::{Stepping, steps_in};
 use crate::structure::system::System;
 use crate::wiring::{Port, Wiring};
+use fmi_import::value::is_wide;
 
 /// What becomes of a value; numbers are in the unit of the variable.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]

@@ -6,16 +6,16 @@ use std::ops::Range;
 use anyhow::Result;
 
 use crate::exchange::faults::Alteration;
-use crate::io::value::Value;
-use crate::slave::{At, BegunCall, Slave};
-use crate::wiring::batch::Batch;
+use crate::instance::{At, BegunCall, Instance};
 use crate::wiring::transformation::Transformation;
 use crate::wiring::{Port, Wiring};
+use fmi_import::batch::Batch;
+use fmi_import::value::Value;
 
 /// Values of one component's variables of one type, read together.
 #[derive(Debug)]
 pub struct Read {
-    pub(super) slave: usize,
+    pub(super) instance: usize,
     pub(super) batch: Batch,
     pub(super) slots: Range<usize>,
 }
@@ -23,7 +23,7 @@ pub struct Read {
 impl Read {
     /// Component that is read.
     pub fn component(&self) -> usize {
-        self.slave
+        self.instance
     }
 
     /// Slots of the values.
@@ -32,33 +32,35 @@ impl Read {
     }
 
     /// Begin to read where the instance is in another thread.
-    pub(crate) fn begin(&self, slaves: &[Slave]) {
-        slaves[self.slave].begin(BegunCall::Get(&self.batch));
+    pub(crate) fn begin(&self, instances: &[Instance]) {
+        instances[self.instance].begin(BegunCall::Get(&self.batch));
     }
 
     pub(super) fn run_any(
         &self,
-        slaves: &[Slave],
+        instances: &[Instance],
         values: &mut [f64],
         wide: &mut [Value],
         at: At,
     ) -> Result<()> {
         match self.batch.is_wide {
-            false => self.run(slaves, values, at),
-            true => slaves[self.slave].get_whole(&self.batch, &mut wide[self.slots.clone()], at),
+            false => self.run(instances, values, at),
+            true => {
+                instances[self.instance].get_whole(&self.batch, &mut wide[self.slots.clone()], at)
+            }
         }
     }
 
     /// Read the values into their slots.
-    pub fn run(&self, slaves: &[Slave], values: &mut [f64], at: At) -> Result<()> {
-        slaves[self.slave].get(&self.batch, &mut values[self.slots.clone()], at)
+    pub fn run(&self, instances: &[Instance], values: &mut [f64], at: At) -> Result<()> {
+        instances[self.instance].get(&self.batch, &mut values[self.slots.clone()], at)
     }
 }
 
 /// Values of one component's inputs of one type, set together.
 #[derive(Debug)]
 pub struct Write {
-    pub(super) slave: usize,
+    pub(super) instance: usize,
     pub(super) batch: Batch,
     slots: Vec<usize>,
     /// What becomes of some of the values on their way, by place.
@@ -73,7 +75,7 @@ pub struct Write {
 impl Write {
     /// Component that is written to.
     pub fn component(&self) -> usize {
-        self.slave
+        self.instance
     }
 
     /// Number of values.
@@ -85,7 +87,7 @@ impl Write {
     pub(crate) fn attach(&mut self, wiring: &Wiring, faults: &mut Alteration) {
         for (place, variable) in self.batch.variables.iter().enumerate() {
             let input = Port {
-                component: self.slave,
+                component: self.instance,
                 variable: *variable,
             };
             let ends = [wiring.source(input), Some(input)];
@@ -99,38 +101,38 @@ impl Write {
     /// Set the inputs to the values in their slots; `buffer` has room for all of them.
     pub fn run(
         &self,
-        slaves: &[Slave],
+        instances: &[Instance],
         values: &[f64],
         buffer: &mut [f64],
         faults: Option<&mut Alteration>,
         at: At,
     ) -> Result<()> {
         let buffer = self.gather(values, buffer, faults);
-        slaves[self.slave].set(&self.batch, buffer, at)
+        instances[self.instance].set(&self.batch, buffer, at)
     }
 
     /// Set the inputs of an instance in this thread; of one in another, begin to.
     pub(crate) fn begin(
         &self,
-        slaves: &[Slave],
+        instances: &[Instance],
         values: &[f64],
         buffer: &mut [f64],
         faults: Option<&mut Alteration>,
         at: At,
     ) -> Result<()> {
-        let slave = &slaves[self.slave];
-        if !slave.is_elsewhere() {
-            return self.run(slaves, values, buffer, faults, at);
+        let instance = &instances[self.instance];
+        if !instance.is_elsewhere() {
+            return self.run(instances, values, buffer, faults, at);
         }
         let buffer = self.gather(values, buffer, faults);
-        slave.begin(BegunCall::Set(&self.batch, buffer));
+        instance.begin(BegunCall::Set(&self.batch, buffer));
         Ok(())
     }
 
     /// The end of what was begun.
-    pub(crate) fn end(&self, slaves: &[Slave], at: At) -> Result<()> {
-        match slaves[self.slave].is_elsewhere() {
-            true => slaves[self.slave].set(&self.batch, &[], at),
+    pub(crate) fn end(&self, instances: &[Instance], at: At) -> Result<()> {
+        match instances[self.instance].is_elsewhere() {
+            true => instances[self.instance].set(&self.batch, &[], at),
             false => Ok(()),
         }
     }
@@ -159,7 +161,7 @@ impl Write {
     /// Set the inputs to whole values, which `buffer` takes up.
     pub(super) fn run_wide(
         &self,
-        slaves: &[Slave],
+        instances: &[Instance],
         wide: &[Value],
         buffer: &mut Vec<Value>,
         at: At,
@@ -171,7 +173,7 @@ impl Write {
                 *number = transformation.of_whole(*number);
             }
         }
-        slaves[self.slave].set_whole(&self.batch, buffer, at)
+        instances[self.instance].set_whole(&self.batch, buffer, at)
     }
 
     /// Of time derivatives: an offset has none.
@@ -218,14 +220,14 @@ pub fn reads(
         }
     }
     let mut reads = Vec::new();
-    for ((slave, ..), ports) in together {
+    for ((instance, ..), ports) in together {
         let start = slots.len();
         for (k, port) in ports.iter().enumerate() {
             slots.insert(*port, start + k);
         }
         reads.push(Read {
-            slave,
-            batch: wiring.batch(slave, ports.iter().map(|p| p.variable)),
+            instance,
+            batch: wiring.batch(instance, ports.iter().map(|p| p.variable)),
             slots: start..start + ports.len(),
         });
     }
@@ -245,11 +247,11 @@ pub fn writes(
         together.entry(key).or_default().push(input);
     }
     let mut writes = Vec::new();
-    for ((slave, ..), inputs) in together {
+    for ((instance, ..), inputs) in together {
         let transformed = inputs.iter().map(|(.., t)| t.clone()).enumerate();
         writes.push(Write {
-            slave,
-            batch: wiring.batch(slave, inputs.iter().map(|(port, ..)| port.variable)),
+            instance,
+            batch: wiring.batch(instance, inputs.iter().map(|(port, ..)| port.variable)),
             slots: inputs.iter().map(|(_, slot, _)| *slot).collect(),
             transformed: transformed
                 .filter(|(_, t)| *t != Transformation::NONE)

@@ -9,13 +9,13 @@ use anyhow::{Context, Result};
 use fmi_description::Kind;
 
 use crate::io::cells::cell;
-use crate::io::value::is_wide;
 use crate::master::{LastStep, Master, Stepping};
 use crate::run::observer::Observer;
 use crate::run::signals::Signals;
 use crate::schedule::steps_in;
 use crate::structure::system::System;
 use crate::wiring::Port;
+use fmi_import::value::is_wide;
 
 /// A file that is being written under another name; it gets its own when it is complete, and leaves
 /// nothing when it is not.

@@ -7,9 +7,9 @@ use fmi_description::{Kind, Unit, Variability, Variable};
 
 use crate::exchange::faults::Alteration;
 use crate::exchange::{Write, writes};
+use crate::instance::{At, Instance};
 use crate::io::cells::cells;
 use crate::io::numbers::{allowed, fits, number};
-use crate::slave::{At, Slave};
 use crate::structure::Hop;
 use crate::structure::package::read_text;
 use crate::structure::system::System;
@@ -274,7 +274,7 @@ impl InputTable {
     /// hold.
     pub(crate) fn set(
         &mut self,
-        slaves: &[Slave],
+        instances: &[Instance],
         mut faults: Option<&mut Alteration>,
         t: f64,
     ) -> Result<()> {
@@ -303,7 +303,7 @@ impl InputTable {
         let mut writes = self.writes.iter();
         writes.try_for_each(|write| {
             let faults = faults.as_deref_mut();
-            write.run(slaves, values, buffer, faults, At::Time(t))
+            write.run(instances, values, buffer, faults, At::Time(t))
         })
     }
 }

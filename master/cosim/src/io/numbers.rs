@@ -3,7 +3,7 @@
 use anyhow::{Result, ensure};
 use fmi_description::{Kind, Variable};
 
-use crate::io::value::{self, Value};
+use fmi_import::value::{self, Value};
 
 /// Whole numbers up to here pass as numbers without loss: 2^53.
 const WHOLE: f64 = 9_007_199_254_740_992.0;

@@ -7,8 +7,8 @@ use anyhow::{Context, Result};
 use crate::exchange::faults::Faults;
 use crate::io::input_table::{InputTable, Table};
 use crate::master::{Master, Stepping};
-use crate::slave::messages;
 use crate::structure::system::{Setting, System};
+use fmi_import::messages;
 
 /// Conditions of a run.
 #[derive(Clone, Debug)]

@@ -2,15 +2,15 @@
 
 use anyhow::{Context, Result};
 
+use crate::instance::workers::Worker;
+use crate::instance::{At, Call, Instance};
 use crate::run::spare;
-use crate::slave::workers::Worker;
-use crate::slave::{At, Call, Slave};
 use crate::structure::system::{Setting, System};
 use crate::wiring::Port;
 
 /// An instance of the component with the index `k` for itself, with the system's parameter values,
 /// then `settings`.
-pub fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Slave> {
+pub fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Instance> {
     make(
         system,
         k,
@@ -22,7 +22,7 @@ pub fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Sl
 }
 
 /// The same for a run from `start`, s, maybe in the thread of a worker; `is_staged` as in
-/// [`Slave::new`].
+/// [`Instance::new`].
 pub(crate) fn make(
     system: &System,
     k: usize,
@@ -30,33 +30,33 @@ pub(crate) fn make(
     is_staged: bool,
     start: f64,
     worker: Option<&Worker>,
-) -> Result<Slave> {
+) -> Result<Instance> {
     let component = &system.structure.components[k];
     let fmu = &system.fmus[k];
     let spare = match worker {
         None => spare::take(fmu, &component.name, is_staged),
         Some(_) => None,
     };
-    let slave = match spare {
-        Some(slave) => slave,
-        None => Slave::at(worker, fmu, &component.name, is_staged)?,
+    let instance = match spare {
+        Some(instance) => instance,
+        None => Instance::at(worker, fmu, &component.name, is_staged)?,
     };
-    slave.call(Call::SetUp(start), At::Initialization)?;
+    instance.call(Call::SetUp(start), At::Initialization)?;
     for p in &component.parameters {
-        slave
+        instance
             .set_from_text(&p.name, &p.value)
             .with_context(|| p.origin.clone())?;
     }
     for s in settings.iter().filter(|s| s.port.component == k) {
-        slave.set_from_text(&system.variable(s.port).name, &s.value)?;
+        instance.set_from_text(&system.variable(s.port).name, &s.value)?;
     }
-    Ok(slave)
+    Ok(instance)
 }
 
 /// Value that a variable has in initialization mode under the system's parameter values and
 /// `settings`, before any connection is passed.
 pub fn start_value(system: &System, settings: &[Setting], port: Port) -> Result<f64> {
-    let slave = instantiate(system, port.component, settings)?;
-    slave.enter_initialization(system.structure.start_time)?;
-    slave.number(port.variable, At::Initialization)
+    let instance = instantiate(system, port.component, settings)?;
+    instance.enter_initialization(system.structure.start_time)?;
+    instance.number(port.variable, At::Initialization)
 }

@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 
 use crate::exchange::{Read, Write, reads, writes};
+use crate::instance::At;
 use crate::master::Master;
-use crate::slave::At;
 use crate::structure::system::System;
 use crate::wiring::Port;
 use crate::wiring::transformation::Transformation;
@@ -49,7 +49,7 @@ impl Signals {
     pub fn read(&mut self, master: &Master) -> Result<&[f64]> {
         let at = At::Time(master.time());
         for read in &self.reads {
-            read.run(master.slaves(), &mut self.raw, at)?;
+            read.run(master.instances(), &mut self.raw, at)?;
         }
         for (value, slot) in self.values.iter_mut().zip(&self.order) {
             *value = self.raw[*slot];
@@ -79,7 +79,7 @@ impl Inputs {
     pub fn set(&mut self, master: &Master, values: &[f64]) -> Result<()> {
         let at = At::Time(master.time());
         let mut writes = self.writes.iter();
-        writes.try_for_each(|w| w.run(master.slaves(), values, &mut self.buffer, None, at))
+        writes.try_for_each(|w| w.run(master.instances(), values, &mut self.buffer, None, at))
     }
 }
 

@@ -9,13 +9,13 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 
 use crate::exchange::bond::Residual;
+use crate::instance::Ended;
 use crate::master::Master;
 use crate::run::observer::{Function, Observer};
 use crate::run::snapshot::RunState;
 use crate::run::supervision::Supervision;
 use crate::run::trial;
 use crate::run::verdict::Verdict;
-use crate::slave::Ended;
 use crate::stepping::StepCount;
 use crate::structure::system::System;
 

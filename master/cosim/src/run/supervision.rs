@@ -6,8 +6,8 @@ use crate::exchange::bond::Residual;
 use crate::master::Master;
 use crate::run::divergence::Watch;
 use crate::run::verdict::Verdict;
-use crate::slave::messages::{self, Message};
 use crate::structure::system::System;
+use fmi_import::messages::{self, Message};
 
 /// Share of the energy through all bonds that the coupling may make or lose.
 const SPURIOUS: f64 = 0.01;

@@ -12,9 +12,9 @@ use crate::run::experiment::Experiment;
 use crate::run::plan::Plan;
 use crate::run::supervision::Supervision;
 use crate::schedule::crew::cores;
-use crate::slave::messages;
 use crate::stepping::Steps;
 use crate::structure::system::System;
+use fmi_import::messages;
 
 /// Steps of the trial.
 pub(crate) const STEPS: usize = 8;

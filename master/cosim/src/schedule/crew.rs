@@ -6,7 +6,7 @@ use std::thread::available_parallelism;
 
 use anyhow::{Result, ensure};
 
-use crate::slave::workers::Worker;
+use crate::instance::workers::Worker;
 use crate::structure::system::System;
 use crate::wiring::{Link, Wiring};
 

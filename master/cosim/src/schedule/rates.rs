@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::choice::{Between, Schedule, Stepping};
 use crate::exchange::faults::Alteration;
 use crate::exchange::{Exchange, Read, Write, reads, writes};
-use crate::slave::{At, BegunCall, Call, Slave};
+use crate::instance::{At, BegunCall, Call, Instance};
 use crate::structure::Structure;
 use crate::wiring::{Link, Wiring};
 
@@ -163,7 +163,7 @@ impl Rates {
     pub fn look_ahead(
         &mut self,
         component: usize,
-        slaves: &[Slave],
+        instances: &[Instance],
         values: &[f64],
         [t, h]: [f64; 2],
     ) -> Result<()> {
@@ -175,7 +175,7 @@ impl Rates {
         } = &mut self.components[component];
         if !reads.is_empty() {
             let mut reads = reads.iter();
-            return reads.try_for_each(|read| read.run(slaves, ends, At::Time(t)));
+            return reads.try_for_each(|read| read.run(instances, ends, At::Time(t)));
         }
         let PastValues { before, length, .. } = &self.known;
         let share = if *length > 0.0 { h / length } else { 0.0 };
@@ -193,7 +193,7 @@ impl Rates {
             return Ok(());
         }
         let ComponentStep {
-            slaves,
+            instances,
             values,
             mean,
             means,
@@ -217,20 +217,20 @@ impl Rates {
                 _ => Some(((part as f64 + 0.5) / parts as f64).min(1.0)),
             };
             if let Some(share) = share {
-                rate.set(share, slaves, values, faults.as_deref_mut(), begins, at)?;
+                rate.set(share, instances, values, faults.as_deref_mut(), begins, at)?;
             }
             if part == parts {
                 break;
             }
             let from = start + part as f64 * length;
             if begins {
-                slaves[k].begin(BegunCall::Plain(Call::Step(from, length)));
-                mean.into_iter().for_each(|read| read.begin(slaves));
+                instances[k].begin(BegunCall::Plain(Call::Step(from, length)));
+                mean.into_iter().for_each(|read| read.begin(instances));
                 continue;
             }
-            slaves[k].step(from, length)?;
+            instances[k].step(from, length)?;
             if let Some(read) = mean {
-                read.run(slaves, means, at)?;
+                read.run(instances, means, at)?;
                 let news = &means[slots.clone()];
                 rate.sums
                     .iter_mut()
@@ -250,7 +250,7 @@ impl Rates {
 /// What the steps of a component need.
 pub(crate) struct ComponentStep<'a> {
     pub component: usize,
-    pub slaves: &'a [Slave],
+    pub instances: &'a [Instance],
     /// Values last passed.
     pub values: &'a [f64],
     /// How the mean efforts are read, and where to.
@@ -290,7 +290,7 @@ impl ComponentRate {
     fn set(
         &mut self,
         share: f64,
-        slaves: &[Slave],
+        instances: &[Instance],
         values: &[f64],
         mut faults: Option<&mut Alteration>,
         begins: bool,
@@ -306,8 +306,8 @@ impl ComponentRate {
         for write in &self.writes {
             let (mixed, buffer, faults) = (&self.mixed, &mut self.buffer, faults.as_deref_mut());
             match begins {
-                true => write.begin(slaves, mixed, buffer, faults, at)?,
-                false => write.run(slaves, mixed, buffer, faults, at)?,
+                true => write.begin(instances, mixed, buffer, faults, at)?,
+                false => write.run(instances, mixed, buffer, faults, at)?,
             }
         }
         Ok(())

@@ -4,7 +4,7 @@ use anyhow::Result;
 
 use crate::exchange::algebraic_loop::LoopStage;
 use crate::exchange::coupling::{Coupling, Saved};
-use crate::slave::At;
+use crate::instance::At;
 
 /// Read all outputs at the start time.
 pub fn begin(coupling: &mut Coupling, t: f64) -> Result<()> {

@@ -4,8 +4,8 @@ use anyhow::{Result, bail, ensure};
 use fmi_description::{Access, Variability, Variable};
 
 use super::control::{Control, Limits, Progress, Regulator};
+use crate::instance::Stopped;
 use crate::master::{LastStep, Master};
-use crate::slave::Stopped;
 use crate::structure::system::System;
 
 /// Times that a step is repeated before that is a failure.

@@ -6,9 +6,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use anyhow::Result;
 use fmi_description::{Causality, Kind, Variable};
 
+use crate::instance::{At, Instance};
 use crate::io::numbers::fits;
 use crate::run::instances::instantiate;
-use crate::slave::{At, Slave};
 use crate::structure::system::System;
 
 /// What was found of a component; variables are indices in its description.
@@ -36,31 +36,32 @@ pub fn probe(system: &System, k: usize) -> Result<Found> {
     let mut found = Found::default();
     for is_moved in [false, true] {
         // After an error an instance is good for nothing: the next input gets another one.
-        let mut instance = None;
+        let mut kept = None;
         for input in &inputs {
-            let slave = match instance.take() {
-                Some(slave) => slave,
+            let instance = match kept.take() {
+                Some(instance) => instance,
                 None => at_point(system, k, &inputs, is_moved)?,
             };
             let read = || -> Result<Vec<u64>> {
                 // -0 is 0.
-                let value = |o: &usize| Ok((slave.number(*o, At::Initialization)? + 0.0).to_bits());
+                let value =
+                    |o: &usize| Ok((instance.number(*o, At::Initialization)? + 0.0).to_bits());
                 outputs.iter().map(value).collect()
             };
-            let (start, before) = (slave.number(*input, At::Initialization)?, read()?);
+            let (start, before) = (instance.number(*input, At::Initialization)?, read()?);
             let mut try_all = || -> Result<()> {
                 for other in others(&variables[*input], start) {
-                    set(&slave, *input, other)?;
+                    set(&instance, *input, other)?;
                     for (output, (a, b)) in outputs.iter().zip(before.iter().zip(read()?)) {
                         if *a != b {
                             found.acting.entry(*output).or_default().insert(*input);
                         }
                     }
                 }
-                set(&slave, *input, start)
+                set(&instance, *input, start)
             };
             match try_all() {
-                Ok(()) => instance = Some(slave),
+                Ok(()) => kept = Some(instance),
                 Err(_) => drop(found.refused.insert(*input)),
             }
         }
@@ -68,33 +69,33 @@ pub fn probe(system: &System, k: usize) -> Result<Found> {
     Ok(found)
 }
 
-fn set(slave: &Slave, input: usize, value: f64) -> Result<()> {
-    let batch = slave.fmu().batch(vec![input])?;
-    slave.set(&batch, &[value], At::Initialization)
+fn set(instance: &Instance, input: usize, value: f64) -> Result<()> {
+    let batch = instance.fmu().batch(vec![input])?;
+    instance.set(&batch, &[value], At::Initialization)
 }
 
 /// An instance in Initialization Mode at its start values; or with Reals moved away from them,
 /// where the FMU takes that.
-fn at_point(system: &System, k: usize, inputs: &[usize], is_moved: bool) -> Result<Slave> {
+fn at_point(system: &System, k: usize, inputs: &[usize], is_moved: bool) -> Result<Instance> {
     let variables = &system.fmus[k].description.variables;
-    let new = || -> Result<Slave> {
-        let slave = instantiate(system, k, &[])?;
-        slave.enter_initialization(system.structure.start_time)?;
-        Ok(slave)
+    let new = || -> Result<Instance> {
+        let instance = instantiate(system, k, &[])?;
+        instance.enter_initialization(system.structure.start_time)?;
+        Ok(instance)
     };
-    let slave = new()?;
+    let instance = new()?;
     for (place, input) in inputs.iter().enumerate().filter(|_| is_moved) {
         let v = &variables[*input];
-        let start = slave.number(*input, At::Initialization)?;
+        let start = instance.number(*input, At::Initialization)?;
         // No two inputs are moved alike.
         let share = 0.1 + 0.05 * (place as f64).sin();
         let moved = start + share * scale(v, start);
-        if v.kind == Kind::Real && fits(v, moved) && set(&slave, *input, moved).is_err() {
-            drop(slave);
+        if v.kind == Kind::Real && fits(v, moved) && set(&instance, *input, moved).is_err() {
+            drop(instance);
             return new();
         }
     }
-    Ok(slave)
+    Ok(instance)
 }
 
 fn scale(v: &Variable, value: f64) -> f64 {

@@ -148,13 +148,16 @@ fn a_slow_component_is_passed_when_it_is_new() {
         let a = force / M;
         (x, v) = (x + h * v + h * h * a / 2.0, v + h * a);
         master.step().unwrap();
-        let (own, slave) = (number(&system, &master, "mass.x"), &master.slaves()[0]);
+        let (own, instance) = (number(&system, &master, "mass.x"), &master.instances()[0]);
         assert!(
             (own - x).abs() < 1000.0 * f64::EPSILON * 3.2,
             "{k}: {own} {x}"
         );
         let reached = 0.5 + f64::from((k + 1) / 3) * 3.0 * h;
-        assert!((slave.time().unwrap() - reached).abs() < 1e-12, "step {k}");
+        assert!(
+            (instance.time().unwrap() - reached).abs() < 1e-12,
+            "step {k}"
+        );
     }
 }
 

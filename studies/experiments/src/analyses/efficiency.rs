@@ -4,7 +4,7 @@
 //! the load moves the rod back (quadrant IV).
 
 use anyhow::{Context, Result};
-use cosim::slave::At;
+use cosim::instance::At;
 use cosim::{Experiment, System, instantiate};
 use rayon::prelude::*;
 

@@ -229,8 +229,8 @@ pub fn run(
     }
     let elapsed = clock.elapsed();
     let mut drift = 0.0_f64;
-    for slave in master.slaves() {
-        drift = drift.max((slave.time()? - master.time()).abs());
+    for instance in master.instances() {
+        drift = drift.max((instance.time()? - master.time()).abs());
     }
     let end = master.time();
     master.terminate()?;

@@ -80,7 +80,7 @@ impl MachineFile {
         let set = (set.map(|s| &s.value)).or(bound.map(|p| &p.value));
         let set = set.filter(|name| !name.is_empty());
         let resources = system.fmus[file.component]
-            .resources
+            .resources()
             .trim_start_matches("file://");
         let resources = PathBuf::from(percent_decode_str(resources).decode_utf8()?.as_ref());
         let mut file = match set {

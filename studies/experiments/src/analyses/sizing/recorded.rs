@@ -1,7 +1,7 @@
 //! What is recorded of the actuators, and what their parameters are.
 
 use anyhow::{Result, ensure};
-use cosim::slave::At;
+use cosim::instance::At;
 use cosim::{Experiment, Port, System, instantiate};
 use serde::Serialize;
 

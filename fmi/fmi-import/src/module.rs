@@ -1,15 +1,14 @@
 //! The WebAssembly module of an FMU, in the place of a shared library: the host of WebAssembly keeps
 //! it, and forwards the functions of FMI 3.0 to instances of it.
-#![allow(unsafe_code)]
 
 use std::ffi::{c_int, c_void};
 
-use anyhow::{Context, Result, anyhow, bail, ensure};
-use fmi_description::{Archive, Description, Remark, Version, fmi3_functions};
-use fmi_import::calls::{Exports, Logger};
-use fmi_import::standard::{Pointer, Text};
+use anyhow::{Context, Result, bail, ensure};
+use fmi_description::{Archive, Description, Version};
 
-use crate::slave::messages;
+use crate::calls::{Exports, Logger};
+use crate::standard::{Pointer, Text};
+use crate::{fmi3_functions, messages};
 
 /// Where an archive has a module by itself, and where in a component.
 const FOLDERS: [&str; 2] = ["binaries/wasm32-unknown-unknown", "binaries/wasm32-wasip2"];
@@ -48,8 +47,8 @@ macro_rules! imports {
 fmi3_functions!(imports!);
 
 impl Library {
-    /// Have the host compile the module of the FMU `file`. In the place of its resources, which a
-    /// module cannot read, is the path by which the host knows the module.
+    /// Have the host compile the module of an FMU. In the place of its resources, which a module
+    /// cannot read, is the path by which the host knows the module.
     ///
     /// # Errors
     /// The FMU has no module, or what the host says of it.
@@ -57,7 +56,7 @@ impl Library {
         file: &str,
         archive: &mut Archive,
         description: &Description,
-    ) -> Result<(Self, String, Option<Remark>)> {
+    ) -> Result<(Self, String)> {
         ensure!(
             description.fmi == Version::Fmi3,
             "it is of FMI 2.0; a page runs FMUs of FMI 3.0 with WebAssembly"
@@ -76,12 +75,9 @@ impl Library {
         };
         let Ok(module) = u32::try_from(load(bytes.as_ptr(), bytes.len())) else {
             let reasons = messages::take().into_iter().map(|m| m.text);
-            return Err(
-                anyhow!("{path}: {}", reasons.collect::<Vec<_>>().join("; "))
-                    .context(file.to_string()),
-            );
+            bail!("{file}: {path}: {}", reasons.collect::<Vec<_>>().join("; "));
         };
-        Ok((Self(module), format!("/{module}/"), None))
+        Ok((Self(module), format!("/{module}/")))
     }
 }
 

@@ -1,32 +1,30 @@
 //! The calls of FMI 3.0.
-#![allow(unsafe_code)]
 
-mod encoding;
 mod events;
 mod values;
 
 use std::any::Any;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
-use std::ffi::{CStr, CString, c_char};
-use std::ptr;
+use std::ffi::CString;
 use std::rc::Rc;
 use std::sync::Arc;
 
 use anyhow::{Result, bail};
 use fmi_description::Access;
-use fmi_import::calls::Functions3;
-use fmi_import::standard::Pointer;
 use serde::{Deserialize, Serialize};
 
-use super::answer::{Answer, Ended, Stopped, call};
-use super::border::{Arguments, Border, Call};
-use super::clocks::{Clock, Plan, Ticking};
-use super::messages::{Speaker, receive_3};
-use super::owner::{Owner, StateFunctions, state_functions};
-use crate::io::value::{Value, fits};
-use crate::wiring::batch::{Batch, Layout};
-use encoding::{as_bits, load, number};
+use crate::answer::{Answer, Ended, Stopped, call};
+use crate::batch::{Batch, Layout};
+use crate::calls::Functions3;
+use crate::clocks::{Clock, Plan, Ticking};
+use crate::encoding::{as_bits, load, number};
+use crate::fmi_instance::{Arguments, Call, FmiInstance};
+use crate::raw::{Array, Experiment, RawInstance};
+use crate::saved;
+use crate::standard::Pointer;
+use crate::status;
+use crate::value::{Value, fits};
 
 /// Updates of discrete states, or early returns, at one time after which that is a failure.
 const PASSES: usize = 100;
@@ -70,46 +68,21 @@ pub struct Instance {
     /// Room for what one call passes.
     passed: RefCell<Vec<u64>>,
     plan: Arc<Plan>,
-    owner: Rc<Owner>,
+    raw: Rc<RawInstance>,
 }
 
 impl Instance {
-    /// `fmi3InstantiateCoSimulation`; None where the FMU gives no instance.
+    /// Of an instance whose functions these are, as it was made.
     pub fn new(
-        api: &Arc<Functions3>,
+        api: Arc<Functions3>,
+        raw: RawInstance,
         layout: &Layout,
         plan: &Arc<Plan>,
         arguments: &Arguments,
-    ) -> Result<Option<Self>> {
-        let names = ["fmi3InstantiateCoSimulation", "fmi3FreeInstance"];
-        if !names.iter().all(|name| api.exports(name)) {
-            bail!("its library does not export {} and {}", names[0], names[1]);
-        }
-        let speaker = Speaker::new(&arguments.name);
-        // SAFETY: valid C strings; the logger looks the environment up before it trusts it.
-        let instance = unsafe {
-            (api.fmi3InstantiateCoSimulation)(
-                arguments.name.as_ptr(),
-                arguments.token.as_ptr(),
-                arguments.resources.as_ptr(),
-                false,
-                true,
-                arguments.has_events,
-                arguments.returns_early,
-                ptr::null(),
-                0,
-                speaker.environment(),
-                Some(receive_3),
-                ptr::null_mut(),
-            )
-        };
-        let functions = state_functions!(api, fmi3FreeInstance fmi3FreeFMUState;
-            get fmi3GetFMUState set fmi3SetFMUState size fmi3SerializedFMUStateSize
-            write fmi3SerializeFMUState read fmi3DeserializeFMUState);
-        let kept = (api.clone(), speaker);
-        Ok((!instance.is_null()).then(|| Self {
-            api: api.clone(),
-            instance,
+    ) -> Self {
+        Self {
+            api,
+            instance: raw.pointer(),
             has_events: arguments.has_events,
             returns_early: arguments.returns_early,
             stops_early: Cell::new(false),
@@ -124,21 +97,18 @@ impl Instance {
             },
             passed: RefCell::new(vec![0; layout.initial.len()]),
             plan: plan.clone(),
-            // SAFETY: the instance and the functions of its library.
-            owner: unsafe { Owner::new(instance, functions, kept) },
-        }))
+            raw: Rc::new(raw),
+        }
     }
 
+    /// No stop time: a run may be continued.
     fn enter_initialization(&self, start: f64) -> Result<()> {
         self.known.time.set(start);
-        let (api, i) = (&self.api, self.instance);
-        // SAFETY: plain values. No stop time: a run may be continued.
-        unsafe {
-            call!(
-                api,
-                fmi3EnterInitializationMode(i, false, 0.0, start, false, 0.0)
-            )
-        }
+        let experiment = Experiment {
+            start,
+            ..Experiment::default()
+        };
+        Answer::check(self.raw.begin(experiment), "fmi3EnterInitializationMode")
     }
 
     /// Leads into Event Mode where the master uses it.
@@ -150,8 +120,8 @@ impl Instance {
             true => Mode::Event,
             false => Mode::Step,
         });
-        // SAFETY: the instance is alive.
-        unsafe { call!(self.api, fmi3ExitInitializationMode(self.instance)) }
+        let status = self.raw.exit_initialization_mode();
+        Answer::check(status, "fmi3ExitInitializationMode")
     }
 
     /// A step that ends early is gone on with, after the event that ended it.
@@ -202,16 +172,15 @@ impl Instance {
     }
 }
 
-impl Border for Instance {
+impl FmiInstance for Instance {
     fn log_only(&self, categories: &[CString]) -> Result<()> {
-        let pointers: Vec<_> = categories.iter().map(|c| c.as_ptr()).collect();
-        // SAFETY: as many valid C strings as said. All categories are on from instantiation, so
-        // that it may say why it fails.
-        unsafe {
-            let (api, i, n) = (&self.api, self.instance, pointers.len());
-            call!(api, fmi3SetDebugLogging(i, false, 0, ptr::null()))?;
-            call!(api, fmi3SetDebugLogging(i, true, n, pointers.as_ptr()))
+        let names: Vec<_> = categories.iter().map(|c| Some(c.as_c_str())).collect();
+        // All categories are on from instantiation, so that it may say why it fails.
+        for (on, names) in [(false, Array::Null(0)), (true, Array::Elements(&names[..]))] {
+            let status = self.raw.set_debug_logging(on, names);
+            Answer::check(status, "fmi3SetDebugLogging")?;
         }
+        Ok(())
     }
 
     fn call(&self, call: Call) -> Result<f64> {
@@ -234,8 +203,7 @@ impl Border for Instance {
             Call::Settle => self.settle(),
             Call::NextEvent => return Ok(self.next_event()),
             Call::Tick(t, tolerance) => self.tick(t, tolerance),
-            // SAFETY: the instance is alive.
-            Call::Terminate => unsafe { call!(self.api, fmi3Terminate(self.instance)) },
+            Call::Terminate => Answer::check(self.raw.terminate(), "fmi3Terminate"),
         };
         done.map(|()| 0.0)
     }
@@ -307,7 +275,7 @@ impl Border for Instance {
         let access = batch.access;
         let is_float = matches!(access, Access::Real | Access::Float32);
         if !is_float && values.iter().any(|value| !fits(access, *value as i128)) {
-            return Answer::refuse(Answer::UNFIT, "fmi3Set");
+            return Answer::refuse(status::UNFIT, "fmi3Set");
         }
         self.open(batch, |slot, k| {
             as_bits(access, values[k]) != self.known.memory.borrow()[slot]
@@ -377,11 +345,11 @@ impl Border for Instance {
     }
 
     fn save(&self) -> Result<Box<dyn Any>> {
-        self.owner.save(self.known.clone())
+        saved::save(&self.raw, self.known.clone())
     }
 
     fn restore(&self, state: &dyn Any) -> Result<()> {
-        let (saved, own): (&Known, _) = (self.owner.restore(state)?, &self.known);
+        let (saved, own): (&Known, _) = (saved::restore(&self.raw, state)?, &self.known);
         own.mode.set(saved.mode.get());
         own.time.set(saved.time.get());
         own.memory.borrow_mut().clone_from(&saved.memory.borrow());
@@ -393,28 +361,16 @@ impl Border for Instance {
     }
 
     fn state_to_bytes(&self, state: &dyn Any) -> Result<Vec<u8>> {
-        self.owner.to_bytes::<Known>(state)
+        saved::to_bytes::<Known>(&self.raw, state)
     }
 
     fn state_from_bytes(&self, bytes: &[u8]) -> Result<Box<dyn Any>> {
-        self.owner.from_bytes::<Known>(bytes)
+        saved::from_bytes::<Known>(&self.raw, bytes)
     }
 
     /// The memory of what was last given would have to be as new, too: another instance is made
     /// instead.
     fn reset(&self) -> bool {
         false
-    }
-}
-
-/// A text of an FMU as our own; none is an empty one.
-///
-/// # Safety
-/// NULL or a C string.
-pub unsafe fn owned(text: *const c_char) -> CString {
-    match text.is_null() {
-        true => CString::default(),
-        // SAFETY: as the caller promises.
-        false => unsafe { CStr::from_ptr(text) }.to_owned(),
     }
 }

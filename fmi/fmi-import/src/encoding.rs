@@ -1,6 +1,5 @@
 //! Numbers as the memory of an instance has them, all in 64 bits, and as a call of their type passes
 //! them.
-#![allow(unsafe_code)]
 
 use fmi_description::Access;
 
@@ -58,6 +57,7 @@ pub fn load(access: Access, array: &[u64], k: usize) -> u64 {
     }
 }
 
+#[cfg(feature = "master")]
 /// What the memory has, as a number: an integer beyond 2^53 as the nearest.
 pub fn number(access: Access, bits: u64) -> f64 {
     match access {
@@ -67,6 +67,7 @@ pub fn number(access: Access, bits: u64) -> f64 {
     }
 }
 
+#[cfg(feature = "master")]
 /// A number as the memory has it.
 pub fn as_bits(access: Access, value: f64) -> u64 {
     match access {

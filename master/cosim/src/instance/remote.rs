@@ -9,12 +9,12 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result};
 
-use super::border::{Arguments, BegunCall, Border, Call};
-use super::instance;
+use fmi_import::batch::Batch;
+use fmi_import::fmi_instance::{Arguments, BegunCall, Call, FmiInstance};
+use fmi_import::value::Value;
+
 use super::workers::{Copies, Pass, RemoteInstance, Task, Worker};
 use crate::fmu::Fmu;
-use crate::io::value::Value;
-use crate::wiring::batch::Batch;
 
 /// An instance in another thread.
 struct Remote(Rc<RemoteInstance>);
@@ -29,17 +29,19 @@ pub fn make(
     worker: &Worker,
     fmu: &Arc<Fmu>,
     arguments: &Arguments,
-) -> Result<Option<Box<dyn Border>>> {
+) -> Result<Option<Box<dyn FmiInstance>>> {
     let (own, arguments) = (fmu.clone(), arguments.clone());
     let make = move |copies: &mut Copies| {
         let key = Arc::as_ptr(&own).addr();
         if let Entry::Vacant(free) = copies.entry(key) {
-            free.insert((own.clone(), own.copied()?));
+            let copy = own.loaded.copied();
+            let what = || format!("a copy of the library of FMU `{}`", own.file);
+            free.insert((own.clone(), copy.with_context(what)?));
         }
-        instance::make(&own, &copies[&key].1, &arguments)
+        own.make(&copies[&key].1, &arguments)
     };
     let made = RemoteInstance::new(worker, room(fmu), Box::new(make))?;
-    Ok(made.map(|there| Box::new(Remote(there)) as Box<dyn Border>))
+    Ok(made.map(|there| Box::new(Remote(there)) as Box<dyn FmiInstance>))
 }
 
 /// A state that is kept in the thread of its instance.
@@ -65,11 +67,11 @@ impl Remote {
     /// A new state, which stays in the thread.
     fn kept(
         &self,
-        save: impl FnOnce(&dyn Border) -> Result<Box<dyn Any>> + Send + 'static,
+        save: impl FnOnce(&dyn FmiInstance) -> Result<Box<dyn Any>> + Send + 'static,
     ) -> Result<Box<dyn Any>> {
-        let key = self.0.any(move |border, states| {
+        let key = self.0.any(move |instance, states| {
             let key = states.keys().last().map_or(0, |last| last + 1);
-            states.insert(key, save(border)?);
+            states.insert(key, save(instance)?);
             Ok(key)
         })?;
         let there = self.0.clone();
@@ -114,7 +116,7 @@ impl Remote {
     }
 }
 
-impl Border for Remote {
+impl FmiInstance for Remote {
     fn begin(&self, ahead: BegunCall) {
         self.0.send(self.task(ahead));
         self.0.begun.set(self.0.begun.get() + 1);
@@ -126,13 +128,14 @@ impl Border for Remote {
 
     fn log_only(&self, categories: &[CString]) -> Result<()> {
         let categories = categories.to_vec();
-        self.0.any(move |border, _| border.log_only(&categories))
+        self.0
+            .any(move |instance, _| instance.log_only(&categories))
     }
 
     fn get_whole(&self, batch: &Batch, values: &mut [Value]) -> Result<()> {
         let (batch, mut own) = (batch.clone(), values.to_vec());
-        let read = self.0.any(move |border, _| {
-            border.get_whole(&batch, &mut own)?;
+        let read = self.0.any(move |instance, _| {
+            instance.get_whole(&batch, &mut own)?;
             Ok(own)
         });
         values.clone_from_slice(&read?);
@@ -141,14 +144,15 @@ impl Border for Remote {
 
     fn set_whole(&self, batch: &Batch, values: &[Value]) -> Result<()> {
         let (batch, own) = (batch.clone(), values.to_vec());
-        self.0.any(move |border, _| border.set_whole(&batch, &own))
+        self.0
+            .any(move |instance, _| instance.set_whole(&batch, &own))
     }
 
     /// What is rare brings along what the FMU has said.
     fn call(&self, call: Call) -> Result<f64> {
         match call {
             Call::SetUp(_) | Call::StopEarly(_) | Call::Terminate => {
-                self.0.any(move |border, _| border.call(call))
+                self.0.any(move |instance, _| instance.call(call))
             }
             _ => self.0.end(|| Task::Plain(call))?.result,
         }
@@ -173,8 +177,8 @@ impl Border for Remote {
     fn directional(&self, of: [&Batch; 2], seeds: &[f64], rates: &mut [f64]) -> Result<()> {
         let of = of.map(Batch::clone);
         let (seeds, mut own) = (seeds.to_vec(), rates.to_vec());
-        let found = self.0.any(move |border, _| {
-            border.directional(of.each_ref(), &seeds, &mut own)?;
+        let found = self.0.any(move |instance, _| {
+            instance.directional(of.each_ref(), &seeds, &mut own)?;
             Ok(own)
         });
         rates.copy_from_slice(&found?);
@@ -182,24 +186,24 @@ impl Border for Remote {
     }
 
     fn save(&self) -> Result<Box<dyn Any>> {
-        self.kept(|border| border.save())
+        self.kept(|instance| instance.save())
     }
 
     fn restore(&self, state: &dyn Any) -> Result<()> {
         let key = self.key(state)?;
         self.0
-            .any(move |border, states| border.restore(&*states[&key]))
+            .any(move |instance, states| instance.restore(&*states[&key]))
     }
 
     fn state_to_bytes(&self, state: &dyn Any) -> Result<Vec<u8>> {
         let key = self.key(state)?;
         self.0
-            .any(move |border, states| border.state_to_bytes(&*states[&key]))
+            .any(move |instance, states| instance.state_to_bytes(&*states[&key]))
     }
 
     fn state_from_bytes(&self, bytes: &[u8]) -> Result<Box<dyn Any>> {
         let bytes = bytes.to_vec();
-        self.kept(move |border| border.state_from_bytes(&bytes))
+        self.kept(move |instance| instance.state_from_bytes(&bytes))
     }
 
     /// The thread ends with its run.

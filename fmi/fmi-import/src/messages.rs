@@ -1,19 +1,13 @@
-//! What the FMUs say through their logger callback, kept for the error texts and for the verdict of
-//! a run.
+//! What the FMUs of a run say, kept for the error texts and for the verdict of the run: messages
+//! that differ in their numbers only are counted.
 //!
 //! FMUs log while they are being called, so a buffer per thread keeps apart what several systems in
-//! several threads say. An FMU hands back the environment that it was given; it is looked up, not
-//! trusted.
-#![allow(unsafe_code)]
+//! several threads say.
 
 use std::cell::RefCell;
-use std::collections::BTreeMap;
-use std::ffi::{CStr, c_char, c_int, c_void};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Name that a message gets whose FMU does not say whose it is.
-pub(crate) const NOBODY: &str = "an FMU";
+pub const NOBODY: &str = "an FMU";
 
 /// Kinds of messages kept per thread; further ones are dropped.
 const KEPT: usize = 64;
@@ -74,63 +68,8 @@ pub(crate) fn add(instance: &str, is_warning: bool, text: &str) {
 }
 
 /// Keep what was said in another thread.
-#[cfg(feature = "native")]
-pub(crate) fn extend(others: Vec<Message>) {
+pub fn extend(others: Vec<Message>) {
     MESSAGES.with_borrow_mut(|messages| messages.extend(others));
-}
-
-/// Names of the living instances, by the number that each has as its environment.
-static NAMES: Mutex<BTreeMap<usize, String>> = Mutex::new(BTreeMap::new());
-
-/// An instance as the logger knows it, for as long as it lives.
-#[derive(Debug)]
-pub(super) struct Speaker(usize);
-
-impl Speaker {
-    /// Of the instance `name`.
-    pub fn new(name: &CStr) -> Self {
-        static NEXT: AtomicUsize = AtomicUsize::new(1);
-        let number = NEXT.fetch_add(1, Ordering::Relaxed);
-        if let Ok(mut names) = NAMES.lock() {
-            names.insert(number, name.to_string_lossy().into_owned());
-        }
-        Self(number)
-    }
-
-    /// What the FMU is given as its environment: a number, nothing that could be read.
-    pub fn environment(&self) -> *mut c_void {
-        std::ptr::without_provenance_mut(self.0)
-    }
-}
-
-impl Drop for Speaker {
-    fn drop(&mut self) {
-        if let Ok(mut names) = NAMES.lock() {
-            names.remove(&self.0);
-        }
-    }
-}
-
-/// The logger of FMI 3.0.
-pub(super) unsafe extern "C" fn receive_3(
-    environment: *mut c_void,
-    status: c_int,
-    _category: *const c_char,
-    message: *const c_char,
-) {
-    if !message.is_null() {
-        // SAFETY: the message is a C string of the FMU.
-        let message = unsafe { CStr::from_ptr(message) };
-        receive(environment.addr(), status, &message.to_string_lossy());
-    }
-}
-
-/// A message of an instance with this environment. What is not a warning is a reason.
-pub fn receive(environment: usize, status: c_int, text: &str) {
-    let name = NAMES.lock().ok();
-    let name = name.and_then(|names| names.get(&environment).cloned());
-    let name = name.as_deref().unwrap_or(NOBODY);
-    add(name, status <= 1, text.trim_end());
 }
 
 /// What was said in this thread since it was last taken.
@@ -144,7 +83,7 @@ pub fn take() -> Vec<Message> {
 }
 
 /// The reasons that the instance has logged, else its warnings, each once.
-pub(super) fn reasons(instance: &str) -> Vec<String> {
+pub fn reasons(instance: &str) -> Vec<String> {
     let mut messages = take();
     messages.retain(|m| m.instance == instance || m.instance == NOBODY);
     if messages.iter().any(|m| !m.is_warning) {

@@ -4,10 +4,10 @@ use std::ffi::CString;
 use std::fmt;
 
 use fmi_description::{Access, Kind, Variable};
-use serde::{Deserialize, Serialize};
 
 /// A value of a variable.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "master", derive(serde::Deserialize, serde::Serialize))]
 pub enum Value {
     /// A floating-point number.
     Real(f64),
@@ -132,7 +132,8 @@ fn range(access: Access) -> [i128; 2] {
     }
 }
 
-fn bytes(digits: &str) -> Option<Vec<u8>> {
+/// Bytes from hexadecimal digits.
+pub(crate) fn bytes(digits: &str) -> Option<Vec<u8>> {
     let digit = |d: u8| char::from(d).to_digit(16);
     let byte = |pair: &[u8]| match pair {
         [high, low] => u8::try_from(16 * digit(*high)? + digit(*low)?).ok(),

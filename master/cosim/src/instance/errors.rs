@@ -4,11 +4,13 @@
 use anyhow::{Error, Result, anyhow};
 use fmi_description::Version;
 
-use super::answer::Answer;
-use super::{At, Slave, messages};
-use crate::wiring::batch::Batch;
+use fmi_import::answer::Answer;
+use fmi_import::batch::Batch;
+use fmi_import::{messages, status};
 
-impl Slave {
+use super::{At, Instance};
+
+impl Instance {
     #[inline]
     pub(super) fn check<T>(&self, done: Result<T>, batch: Option<&Batch>, at: At) -> Result<T> {
         done.map_err(|error| self.error(error, batch, at))
@@ -41,18 +43,18 @@ impl Slave {
             Version::Fmi3 => "fmi3",
         };
         let result = match answer.status {
-            Answer::MISSING => {
+            status::ABSENT => {
                 let function = answer.call;
                 return anyhow!(
                     "{name} (FMU `{file}`): its library does not export {function}, which is needed {at}"
                 );
             }
-            Answer::UNFIT => {
+            status::UNFIT => {
                 return anyhow!(
                     "{name} (FMU `{file}`): {call} {at}: a value is outside of the range of its type"
                 );
             }
-            Answer::DISCARD => format!("{version}Discard"),
+            status::DISCARD => format!("{version}Discard"),
             3 => format!("{version}Error"),
             4 => format!("{version}Fatal"),
             other => format!("the unknown status {other}"),

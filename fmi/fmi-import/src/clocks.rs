@@ -7,7 +7,7 @@ use anyhow::{Result, bail};
 use fmi_description::{ClockInterval, ClockTiming, Description, Kind, Variable};
 use serde::{Deserialize, Serialize};
 
-use crate::wiring::batch::{Batch, Layout};
+use crate::batch::{Batch, Layout};
 
 /// The clocks that time alone makes tick, and the clocked variables, of an FMU.
 #[derive(Debug, Default)]

@@ -4,7 +4,6 @@
 use std::ffi::c_int;
 
 use anyhow::Result;
-use fmi_import::calls::ABSENT;
 use thiserror::Error;
 
 /// Where in the run a call was made, for its error text.
@@ -30,20 +29,13 @@ impl std::fmt::Display for At {
 #[derive(Clone, Copy, Debug, Error)]
 #[error("{call} answered {status}")]
 pub struct Answer {
-    /// Status, or [`Answer::MISSING`] or [`Answer::UNFIT`].
+    /// Status, or [`status::ABSENT`] or [`status::UNFIT`].
     pub status: c_int,
     /// C name of the function.
     pub call: &'static str,
 }
 
 impl Answer {
-    /// `fmi2Discard`, `fmi3Discard`.
-    pub const DISCARD: c_int = 2;
-    /// In place of a status: the library does not export the function.
-    pub const MISSING: c_int = ABSENT;
-    /// In place of a status: it was not called, because a value does not fit its type.
-    pub const UNFIT: c_int = -1;
-
     /// Good where the status is OK or Warning.
     #[inline]
     pub fn check(status: c_int, call: &'static str) -> Result<()> {
@@ -104,4 +96,4 @@ macro_rules! call {
         Answer::check(($api.$function)($($argument),*), stringify!($function))
     };
 }
-pub(super) use call;
+pub(crate) use call;

@@ -1,6 +1,5 @@
 //! Standard output: ours stays ours. Many FMUs print banners there; what they print goes to
 //! standard error, and is named as theirs while they are loaded and made.
-#![allow(unsafe_code)]
 
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -47,7 +46,7 @@ pub fn end(code: u8) -> ExitCode {
 }
 
 /// Call what may print; where outputs are separate, its lines are named as those of `who`.
-pub(crate) fn named<T>(who: &str, call: impl FnOnce() -> T) -> T {
+pub fn named<T>(who: &str, call: impl FnOnce() -> T) -> T {
     own::named(who, call)
 }
 

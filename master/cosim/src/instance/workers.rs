@@ -14,22 +14,24 @@ use std::thread::{Builder, JoinHandle};
 
 use anyhow::{Context, Result, anyhow};
 
-use super::border::{Border, Call};
-use super::messages::{self, Message};
-use crate::fmu::{Api, Fmu};
-use crate::wiring::batch::Batch;
+use fmi_import::batch::Batch;
+use fmi_import::fmi_instance::{Call, FmiInstance};
+use fmi_import::functions::Functions;
+use fmi_import::messages::{self, Message};
+
+use crate::fmu::Fmu;
 
 /// How often an empty queue is looked at, at most and at least, before the thread sleeps: the most
 /// are some 50 µs. Fewer times where that was in vain, as on a busy machine.
 const SPINS: [usize; 2] = [2000, 20];
 
 /// Passes the values of a batch.
-pub(super) type Pass = fn(&dyn Border, &Batch, &mut [f64]) -> Result<()>;
-type AnyCall = Box<dyn FnOnce(&dyn Border, &mut States) -> Result<Given> + Send>;
+pub(super) type Pass = fn(&dyn FmiInstance, &Batch, &mut [f64]) -> Result<()>;
+type AnyCall = Box<dyn FnOnce(&dyn FmiInstance, &mut States) -> Result<Given> + Send>;
 /// Saved states, by number.
 pub(super) type States = BTreeMap<usize, Box<dyn Any>>;
 type Given = Box<dyn Any + Send>;
-type Make = Box<dyn FnOnce(&mut Copies) -> Result<Option<Box<dyn Border>>> + Send>;
+type Make = Box<dyn FnOnce(&mut Copies) -> Result<Option<Box<dyn FmiInstance>>> + Send>;
 
 /// What a worker is to do with an instance.
 pub(super) enum Task {
@@ -61,11 +63,11 @@ struct Order {
 }
 
 /// Libraries of a thread, by the address of their FMU, which the master holds.
-pub(super) type Copies = BTreeMap<usize, (Arc<Fmu>, Api)>;
+pub(super) type Copies = BTreeMap<usize, (Arc<Fmu>, Arc<Functions>)>;
 
 /// An instance in its thread.
 struct HostedInstance {
-    border: Option<Box<dyn Border>>,
+    border: Option<Box<dyn FmiInstance>>,
     states: States,
     answers: SyncSender<Done>,
     has_failed: bool,
@@ -281,10 +283,10 @@ impl RemoteInstance {
     /// What is rare: nothing else may be begun.
     pub fn any<T: Send + 'static>(
         &self,
-        call: impl FnOnce(&dyn Border, &mut States) -> Result<T> + Send + 'static,
+        call: impl FnOnce(&dyn FmiInstance, &mut States) -> Result<T> + Send + 'static,
     ) -> Result<T> {
         debug_assert_eq!(self.begun.get(), 0);
-        let task = move |border: &dyn Border, states: &mut States| {
+        let task = move |border: &dyn FmiInstance, states: &mut States| {
             call(border, states).map(|given| Box::new(given) as Given)
         };
         let done = self.end(|| Task::Any(Box::new(task)))?;

@@ -1,40 +1,33 @@
-//! One FMU instance: safe calls that are the same for both versions of FMI. All `unsafe` of this
-//! crate is in this folder and in `fmu/`.
+//! One FMU instance: an error of a call says who, where in the run, which variables, and the FMU's
+//! own reasons.
 
-pub mod answer;
-mod border;
-pub(crate) mod clocks;
 mod errors;
 #[cfg(feature = "native")]
-mod fmi2;
-mod fmi3;
-mod instance;
-pub mod messages;
-mod owner;
-#[cfg(feature = "native")]
 mod remote;
-#[cfg_attr(not(feature = "native"), path = "slave/workers_of_module.rs")]
+#[cfg_attr(not(feature = "native"), path = "instance/workers_of_module.rs")]
 pub(crate) mod workers;
 
 use std::any::Any;
 use std::ffi::CString;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+
+use anyhow::{Context, Error, Result, anyhow, bail, ensure};
+use fmi_import::answer::Answer;
+pub use fmi_import::answer::{At, Ended, Stopped};
+use fmi_import::batch::Batch;
+use fmi_import::fmi_instance::{Arguments, FmiInstance};
+pub(crate) use fmi_import::fmi_instance::{BegunCall, Call};
+pub use fmi_import::log::receive;
+pub use fmi_import::messages;
+use fmi_import::status;
+use fmi_import::value::{Value, fits};
 
 use crate::fmu::Fmu;
-use crate::io::value::{Value, fits};
-use crate::wiring::batch::Batch;
-use anyhow::{Context, Result, anyhow, bail, ensure};
-
-use answer::Answer;
-pub use answer::{At, Ended, Stopped};
-use border::{Arguments, Border};
-pub(crate) use border::{BegunCall, Call};
 use workers::Worker;
 
 /// An FMU instance; terminated by the owner, freed when dropped.
-pub struct Slave {
-    border: Box<dyn Border>,
+pub struct Instance {
+    fmi: Box<dyn FmiInstance>,
     fmu: Arc<Fmu>,
     name: String,
     has_events: bool,
@@ -69,24 +62,24 @@ impl From<Failure> for Result<()> {
 /// A call of all these instances, side by side where they are in several threads; the largest of
 /// what they answer.
 pub(crate) fn all<'a>(
-    mut slaves: impl Iterator<Item = &'a Slave> + Clone,
+    mut instances: impl Iterator<Item = &'a Instance> + Clone,
     call: Call,
     at: At,
 ) -> Result<f64> {
     let mut largest = 0.0_f64;
-    let mut make = |slave: &Slave| {
-        largest = largest.max(slave.call(call, at)?);
+    let mut make = |instance: &Instance| {
+        largest = largest.max(instance.call(call, at)?);
         Ok(())
     };
-    if slaves.clone().any(Slave::is_elsewhere) {
+    if instances.clone().any(Instance::is_elsewhere) {
         let mut failure = Failure::default();
-        (slaves.clone()).for_each(|slave| slave.begin(BegunCall::Plain(call)));
-        for (k, slave) in slaves.enumerate() {
-            failure.add(k, make(slave));
+        (instances.clone()).for_each(|instance| instance.begin(BegunCall::Plain(call)));
+        for (k, instance) in instances.enumerate() {
+            failure.add(k, make(instance));
         }
         Result::from(failure)?;
     } else {
-        slaves.try_for_each(make)?;
+        instances.try_for_each(make)?;
     }
     Ok(largest)
 }
@@ -94,7 +87,7 @@ pub(crate) fn all<'a>(
 /// A saved state of an instance.
 pub struct State(Box<dyn Any>);
 
-impl Slave {
+impl Instance {
     /// Create the instance `name` of `fmu`. Errors it logs later become part of the error texts.
     ///
     /// With `is_staged` an output may be read after an input was set at the same communication
@@ -121,7 +114,7 @@ impl Slave {
         let arguments = Arguments {
             name: c_string(name)?,
             token: c_string(&description.guid)?,
-            resources: c_string(&fmu.resources)?,
+            resources: fmu.loaded.resources.clone(),
             has_events,
             returns_early: has_events && description.capabilities.variable_step,
         };
@@ -133,18 +126,18 @@ impl Slave {
             );
         }
         fmu.register(name)?;
-        let border = match worker {
-            None => instance::make(fmu, &fmu.api, &arguments),
+        let made = match worker {
+            None => fmu.make(&fmu.loaded.functions, &arguments),
             #[cfg(feature = "native")]
             Some(worker) => remote::make(worker, fmu, &arguments),
             #[cfg(not(feature = "native"))]
             Some(worker) => match *worker {},
         };
-        let border = match border {
-            Ok(Some(border)) => border,
+        let fmi = match made {
+            Ok(Some(fmi)) => fmi,
             Ok(None) | Err(_) => {
-                fmu.instances.fetch_sub(1, Ordering::SeqCst);
-                border.with_context(|| format!("{name}: FMU `{}`", fmu.file))?;
+                fmu.unregister();
+                made.with_context(|| format!("{name}: FMU `{}`", fmu.file))?;
                 let tool = match description.capabilities.needs_execution_tool {
                     true => "; it says that it needs its tool (needsExecutionTool)",
                     false => "",
@@ -157,16 +150,16 @@ impl Slave {
                 );
             }
         };
-        let slave = Self {
-            border,
+        let instance = Self {
+            fmi,
             fmu: fmu.clone(),
             name: name.to_string(),
             has_events,
             is_staged,
             is_elsewhere: worker.is_some(),
         };
-        slave.log_only_trouble()?;
-        Ok(slave)
+        instance.log_only_trouble()?;
+        Ok(instance)
     }
 
     /// Name of the instance.
@@ -191,12 +184,12 @@ impl Slave {
 
     /// Begin a call, where it is in another thread.
     pub(crate) fn begin(&self, ahead: BegunCall) {
-        self.border.begin(ahead);
+        self.fmi.begin(ahead);
     }
 
     /// Await and forget what is begun.
     pub(crate) fn drain(&self) {
-        self.border.drain();
+        self.fmi.drain();
     }
 
     /// Ask for warnings and errors only, where the FMU has the standard categories; other messages
@@ -217,8 +210,8 @@ impl Slave {
         if chosen.is_empty() {
             return Ok(());
         }
-        match self.border.log_only(&chosen) {
-            Err(error) if Answer::status(&error) == Some(Answer::MISSING) => Ok(()),
+        match self.fmi.log_only(&chosen) {
+            Err(error) if Answer::status(&error) == Some(status::ABSENT) => Ok(()),
             done => self.check(done, None, At::Initialization),
         }
     }
@@ -233,7 +226,7 @@ impl Slave {
             .map_err(|unfit| anyhow!("{}.{variable}: `{text}` is not {unfit}", self.name))?;
         let index = description.index(variable).unwrap_or_default();
         let batch = self.fmu.any_batch(vec![index]);
-        let set = self.border.set_whole(&batch, &[value]);
+        let set = self.fmi.set_whole(&batch, &[value]);
         set.map_err(|error| match error.downcast::<Answer>() {
             Ok(answer) => {
                 let names = format!("{} to `{text}` of {variable}", answer.call);
@@ -262,7 +255,7 @@ impl Slave {
 
     /// A call without values.
     pub(crate) fn call(&self, call: Call, at: At) -> Result<f64> {
-        self.check(self.border.call(call), None, at)
+        self.check(self.fmi.call(call), None, at)
     }
 
     /// Into Initialization Mode, from `start`, s.
@@ -279,19 +272,19 @@ impl Slave {
 
     /// Read values, as numbers.
     pub fn get(&self, batch: &Batch, values: &mut [f64], at: At) -> Result<()> {
-        let done = self.border.get(batch, values);
+        let done = self.fmi.get(batch, values);
         self.check(done, Some(batch), at)
     }
 
     /// Set values.
     pub fn set(&self, batch: &Batch, values: &[f64], at: At) -> Result<()> {
-        let done = self.border.set(batch, values);
+        let done = self.fmi.set(batch, values);
         self.check(done, Some(batch), at)
     }
 
     /// Read values of a type that does not pass as numbers.
     pub fn get_whole(&self, batch: &Batch, values: &mut [Value], at: At) -> Result<()> {
-        let done = self.border.get_whole(batch, values);
+        let done = self.fmi.get_whole(batch, values);
         self.check(done, Some(batch), at)
     }
 
@@ -299,21 +292,21 @@ impl Slave {
     pub fn set_whole(&self, batch: &Batch, values: &[Value], at: At) -> Result<()> {
         let is_unfit = |value: &&Value| matches!(value, Value::Whole(k) if !fits(batch.access, *k));
         let done = match values.iter().find(is_unfit) {
-            Some(_) => Answer::refuse(Answer::UNFIT, "set"),
-            None => self.border.set_whole(batch, values),
+            Some(_) => Answer::refuse(status::UNFIT, "set"),
+            None => self.fmi.set_whole(batch, values),
         };
         self.check(done, Some(batch), at)
     }
 
     /// First time derivatives of outputs.
     pub fn get_derivatives(&self, batch: &Batch, values: &mut [f64], at: At) -> Result<()> {
-        let done = self.border.get_derivatives(batch, values);
+        let done = self.fmi.get_derivatives(batch, values);
         self.check(done, Some(batch), at)
     }
 
     /// First time derivatives of inputs for the next step.
     pub fn set_derivatives(&self, batch: &Batch, values: &[f64], at: At) -> Result<()> {
-        let done = self.border.set_derivatives(batch, values);
+        let done = self.fmi.set_derivatives(batch, values);
         self.check(done, Some(batch), at)
     }
 
@@ -325,19 +318,26 @@ impl Slave {
         rates: &mut [f64],
         at: At,
     ) -> Result<()> {
-        let done = self.border.directional(of, seeds, rates);
+        let done = self.fmi.directional(of, seeds, rates);
         self.check(done, Some(of[0]), at)
     }
 
     /// A communication step from `t` by `h`, both s.
     pub fn step(&self, t: f64, h: f64) -> Result<()> {
-        let done = self.border.call(Call::Step(t, h)).map(drop);
-        let is_discarded = matches!(&done, Err(e) if Answer::status(e) == Some(Answer::DISCARD));
-        let early = matches!(&done, Err(e) if e.downcast_ref::<Stopped>().is_some());
-        let checked = self.check(done, None, At::Time(t));
-        match is_discarded || early {
-            true => checked.with_context(|| self.stopped()),
-            false => checked,
+        match self.fmi.call(Call::Step(t, h)) {
+            Ok(_) => Ok(()),
+            Err(error) => self.not_made(error, t),
+        }
+    }
+
+    #[cold]
+    fn not_made(&self, error: Error, t: f64) -> Result<()> {
+        let is_discarded = Answer::status(&error) == Some(status::DISCARD);
+        let stops = is_discarded || error.is::<Stopped>();
+        let failure = self.check(Err(error), None, At::Time(t));
+        match stops {
+            true => failure.with_context(|| self.stopped()),
+            false => failure,
         }
     }
 
@@ -346,7 +346,7 @@ impl Slave {
     fn stopped(&self) -> Stopped {
         Stopped {
             name: self.name.clone(),
-            time: self.border.call(Call::Time).ok(),
+            time: self.fmi.call(Call::Time).ok(),
         }
     }
 
@@ -354,19 +354,19 @@ impl Slave {
     /// with.
     pub fn stop_early(&self, stops: bool) {
         // Where its thread has ended, the next call says so.
-        let _ = self.border.call(Call::StopEarly(stops));
+        let _ = self.fmi.call(Call::StopEarly(stops));
     }
 
     /// The instance's own time, s: the end of its last successful step.
     pub fn time(&self) -> Result<f64> {
-        let time = self.border.call(Call::Time);
+        let time = self.fmi.call(Call::Time);
         time.with_context(|| self.name.clone())
     }
 
     /// When Event Mode must be entered next, s: infinite where that is not known. Where its thread
     /// has ended, the next call says so.
     pub fn next_event(&self) -> f64 {
-        let next = self.border.call(Call::NextEvent);
+        let next = self.fmi.call(Call::NextEvent);
         next.unwrap_or(f64::INFINITY)
     }
 
@@ -381,7 +381,7 @@ impl Slave {
             self.name,
             self.fmu.file
         );
-        self.check(self.border.save(), None, at).map(State)
+        self.check(self.fmi.save(), None, at).map(State)
     }
 
     /// Back to a state that it was saved in.
@@ -389,7 +389,7 @@ impl Slave {
     /// # Errors
     /// A state of another instance, or one that the FMU refuses.
     pub fn restore(&self, state: &State, at: At) -> Result<()> {
-        self.check(self.border.restore(&*state.0), None, at)
+        self.check(self.fmi.restore(&*state.0), None, at)
     }
 
     /// The bytes of a state that it was saved in.
@@ -403,7 +403,7 @@ impl Slave {
             self.name,
             self.fmu.file
         );
-        self.check(self.border.state_to_bytes(&*state.0), None, at)
+        self.check(self.fmi.state_to_bytes(&*state.0), None, at)
     }
 
     /// A state to be restored, from bytes that an instance of the same FMU gave.
@@ -411,18 +411,18 @@ impl Slave {
     /// # Errors
     /// Bytes that the FMU refuses.
     pub fn state_from_bytes(&self, bytes: &[u8], at: At) -> Result<State> {
-        let state = self.check(self.border.state_from_bytes(bytes), None, at);
+        let state = self.check(self.fmi.state_from_bytes(bytes), None, at);
         state.map(State)
     }
 
     /// Back to where it was when it was made; false where it cannot be, so that another is needed.
     pub(crate) fn reset(&self) -> bool {
-        self.border.reset() && self.log_only_trouble().is_ok()
+        self.fmi.reset() && self.log_only_trouble().is_ok()
     }
 }
 
-impl Drop for Slave {
+impl Drop for Instance {
     fn drop(&mut self) {
-        self.fmu.instances.fetch_sub(1, Ordering::SeqCst);
+        self.fmu.unregister();
     }
 }

@@ -1,11 +1,10 @@
 //! Event Mode and the clocks that tick in it.
-#![allow(unsafe_code)]
 
 use anyhow::{Result, bail};
 
 use super::{Instance, Mode, PASSES};
-use crate::slave::answer::{Answer, Ended, call};
-use crate::slave::clocks::Interval;
+use crate::answer::{Answer, Ended, call};
+use crate::clocks::Interval;
 
 impl Instance {
     /// What the FMU says of the interval of a clock.

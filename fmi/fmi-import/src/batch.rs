@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use fmi_description::{Access, Description, Variability, Version};
 
-use crate::io::value::{Value, is_wide};
+use crate::value::{Value, is_wide};
 
 /// Values of some variables of one instance and of one type. A clone is the same plan.
 #[derive(Clone, Debug)]
@@ -19,30 +19,31 @@ pub struct Batch(Arc<Planned>);
 /// What a batch has planned.
 #[derive(Debug)]
 pub struct Planned {
-    pub(crate) access: Access,
+    /// Type of the values.
+    pub access: Access,
     /// Variables by index in the description, one for each value.
-    pub(crate) variables: Vec<usize>,
+    pub variables: Vec<usize>,
     /// References as the call passes them.
-    pub(crate) references: Vec<u32>,
+    pub references: Vec<u32>,
     /// The same number of ones: orders of first derivatives.
-    pub(crate) ones: Vec<i32>,
+    pub ones: Vec<i32>,
     /// Number of values that the call passes.
-    pub(crate) passed: usize,
+    pub passed: usize,
     /// Place of each value among those that are passed.
-    pub(crate) places: Vec<usize>,
+    pub places: Vec<usize>,
     /// Slots of what is passed in the memory of an instance, for each reference. FMI 3.0 only, as
     /// the next.
-    pub(crate) spans: Vec<Range<usize>>,
+    pub spans: Vec<Range<usize>>,
     /// Slot of each value in that memory.
-    pub(crate) slots: Vec<usize>,
+    pub slots: Vec<usize>,
     /// The passed values are just the values.
-    pub(crate) is_whole: bool,
+    pub is_whole: bool,
     /// Slots and places of values that change at events only. FMI 3.0 only, as the next.
-    pub(crate) discrete: Vec<(usize, usize)>,
+    pub discrete: Vec<(usize, usize)>,
     /// Clocks at whose ticks alone the values are exchanged; the same for all of them.
-    pub(crate) clocks: Vec<u32>,
+    pub clocks: Vec<u32>,
     /// Values of this type do not pass as `f64`.
-    pub(crate) is_wide: bool,
+    pub is_wide: bool,
 }
 
 /// A memory for what was last given to the elements of an instance of FMI 3.0: a slot for each, as
@@ -51,9 +52,9 @@ pub struct Planned {
 pub struct Layout {
     spans: HashMap<u32, Range<usize>>,
     /// Start values.
-    pub(crate) initial: Vec<u64>,
+    pub initial: Vec<u64>,
     /// Start values of texts and bytes.
-    pub(crate) texts: BTreeMap<usize, Value>,
+    pub texts: BTreeMap<usize, Value>,
 }
 
 impl Layout {

@@ -6,8 +6,8 @@ use std::ffi::CString;
 
 use anyhow::Result;
 
-use crate::io::value::Value;
-use crate::wiring::batch::Batch;
+use crate::batch::Batch;
+use crate::value::Value;
 
 /// What an instance is made with.
 #[derive(Clone, Debug)]
@@ -28,10 +28,6 @@ pub struct Arguments {
 #[derive(Clone, Copy, Debug)]
 pub enum Call {
     /// Say when the run starts, s. Before start values are set: FMUs of 20-sim forget them here.
-    #[cfg_attr(
-        not(feature = "native"),
-        expect(dead_code, reason = "FMI 3.0 has no call for it")
-    )]
     SetUp(f64),
     /// From Instantiated into Initialization Mode at this time, s, set up or not.
     EnterInitialization(f64),
@@ -41,7 +37,7 @@ pub enum Call {
     Step(f64, f64),
     /// The instance's own time, s.
     Time,
-    /// Whether a step that the FMU ends early is left there, as [`Stopped`](super::answer::Stopped).
+    /// Whether a step that the FMU ends early is left there, as [`Stopped`](crate::answer::Stopped).
     StopEarly(bool),
     /// Into Event Mode, where an output may be read after an input was set.
     EnterEvents,
@@ -61,19 +57,18 @@ pub enum Call {
 }
 
 /// A call that may be begun before it is made.
-#[cfg_attr(
-    not(feature = "native"),
-    expect(dead_code, reason = "modules run in the thread of their host")
-)]
 #[derive(Clone, Copy, Debug)]
 pub enum BegunCall<'a> {
+    /// One without values.
     Plain(Call),
+    /// Values are read.
     Get(&'a Batch),
+    /// Values are set.
     Set(&'a Batch, &'a [f64]),
 }
 
-/// The calls of one version of FMI. An error is an [`Answer`](super::answer::Answer), or says more.
-pub trait Border {
+/// The calls of one version of FMI. An error is an [`Answer`](crate::answer::Answer), or says more.
+pub trait FmiInstance {
     /// Begin a call where the instance is in another thread. The same call, made later, is its end; calls
     /// end in the order in which they were begun.
     fn begin(&self, _ahead: BegunCall) {}
@@ -97,11 +92,11 @@ pub trait Border {
     fn set_derivatives(&self, batch: &Batch, values: &[f64]) -> Result<()>;
     /// How fast Real outputs change with Real inputs that change as fast as `seeds` say.
     fn directional(&self, of: [&Batch; 2], seeds: &[f64], rates: &mut [f64]) -> Result<()>;
-    /// The state of the instance, and what its border knows of it; freed when dropped.
+    /// The state of the instance, and what is known of it besides; freed when dropped.
     fn save(&self) -> Result<Box<dyn Any>>;
     /// Back to a state that this instance was saved in.
     fn restore(&self, state: &dyn Any) -> Result<()>;
-    /// The bytes of a state that this instance was saved in, and of what its border knows of it.
+    /// The bytes of a state that this instance was saved in, and of what is known of it besides.
     fn state_to_bytes(&self, state: &dyn Any) -> Result<Vec<u8>>;
     /// A state of this instance, from the bytes of one of an instance of the same FMU.
     fn state_from_bytes(&self, bytes: &[u8]) -> Result<Box<dyn Any>>;
