@@ -2,14 +2,14 @@
 
 use super::algorithm::Algorithm;
 use super::system::System;
-use super::{Failure, MOST_STEPS, Room};
+use super::{Failure, MOST_STEPS, Workspace};
 
 /// How much shorter than the error allows steps are, so that few are rejected.
 const SAFETY: f64 = 0.9;
 /// By what the length of a step changes at least and at most.
 const FACTORS: [f64; 2] = [0.2, 6.0];
 
-impl Room {
+impl Workspace {
     /// The root of the mean square of `values` over what errors may be where the sizes of the
     /// states are at least `|x|`.
     fn norm(&self, x: impl Iterator<Item = f64>, values: impl Iterator<Item = f64>) -> f64 {
@@ -30,7 +30,7 @@ impl Room {
 
     /// To the end of the step or the first event. The answer is when that was, and the internal
     /// step to try next, s.
-    pub(super) fn adapt<A: Algorithm, S: System>(
+    pub(super) fn take_adaptive_steps<A: Algorithm, S: System>(
         &mut self,
         method: &mut A,
         system: &mut S,
@@ -50,8 +50,8 @@ impl Room {
             dt = dt.min(self.longest);
             let rest = h - s;
             // Two steps of half the rest rather than one whole and a short one.
-            let trial = if dt >= rest { rest } else { dt.min(0.5 * rest) };
-            let done = method.step(system, (s, trial), &self.x, &mut self.end, &mut self.error);
+            let length = if dt >= rest { rest } else { dt.min(0.5 * rest) };
+            let done = method.step(system, (s, length), &self.x, &mut self.end, &mut self.error);
             let ends = self.x.iter().zip(&self.end);
             let sizes = ends.map(|(a, b)| a.abs().max(b.abs()));
             let norm = match done {
@@ -62,25 +62,25 @@ impl Room {
             is_new = norm <= 1.0;
             if !is_new {
                 self.counts.rejected += 1;
-                dt = trial * factor.max(FACTORS[0]);
+                dt = length * factor.max(FACTORS[0]);
                 most = 1.0;
                 if dt < 16.0 * f64::EPSILON * (t + s).abs().max(h) {
                     return Err(done
                         .err()
-                        .map_or(Failure::TooShort(s, trial), Failure::System));
+                        .map_or(Failure::TooShort(s, length), Failure::System));
                 }
                 continue;
             }
-            let next = trial * factor.clamp(FACTORS[0], most);
-            dt = if trial < dt { dt.max(next) } else { next };
+            let next = length * factor.clamp(FACTORS[0], most);
+            dt = if length < dt { dt.max(next) } else { next };
             most = FACTORS[1];
-            if let Some(event) = self.arrive(method, system, t, (s, trial))? {
-                return Ok((Some(event), 0.0)); // what follows may be quite another course
+            if let Some(event) = self.accept_step(method, system, t, (s, length))? {
+                return Ok((Some(event), 0.0)); // what follows may be quite another dense_output
             }
-            if trial == rest {
+            if length == rest {
                 return Ok((None, dt));
             }
-            s += trial;
+            s += length;
         }
         Err(Failure::TooManySteps(MOST_STEPS, dt))
     }

@@ -1,6 +1,6 @@
 //! What the methods have in common.
 
-use super::course::Course;
+use super::dense_output::DenseOutput;
 use super::system::System;
 
 /// A one-step method. States and rates are slices of one length; `s` and `dt` are where an internal
@@ -32,12 +32,12 @@ pub(crate) trait Algorithm {
     ) -> Result<bool, S::Error>;
 
     /// The states within the step that was tried last, between those at its `ends`.
-    fn course<S: System>(
+    fn dense_output<S: System>(
         &mut self,
         system: &mut S,
         step: (f64, f64),
         ends: [&[f64]; 2],
-        to: &mut Course,
+        to: &mut DenseOutput,
     ) -> Result<(), S::Error>;
 }
 

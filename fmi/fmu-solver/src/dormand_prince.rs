@@ -2,7 +2,7 @@
 //! states between of order 4.
 
 use super::algorithm::{Algorithm, add, vectors};
-use super::course::Course;
+use super::dense_output::DenseOutput;
 use super::system::System;
 
 /// Coefficients as in Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, table
@@ -72,12 +72,12 @@ impl Algorithm for DormandPrince {
         Ok(true)
     }
 
-    fn course<S: System>(
+    fn dense_output<S: System>(
         &mut self,
         _system: &mut S,
         (_s, dt): (f64, f64),
         [x, end]: [&[f64]; 2],
-        Course([a, b, c]): &mut Course,
+        DenseOutput([a, b, c]): &mut DenseOutput,
     ) -> Result<(), S::Error> {
         c.fill(0.0);
         add(c, D.map(|d| -dt * d), &self.0);

@@ -14,19 +14,19 @@
 
 mod adaptive;
 mod algorithm;
-mod band;
-mod course;
+mod band_matrix;
+mod dense_output;
 mod dormand_prince;
-mod pattern;
 mod rosenbrock;
 mod runge_kutta;
+mod sparsity_pattern;
 mod system;
 
-pub use pattern::Pattern;
+pub use sparsity_pattern::SparsityPattern;
 pub use system::System;
 
 use algorithm::{Algorithm, vectors};
-use course::{Course, Indicators};
+use dense_output::{DenseOutput, Indicators};
 use dormand_prince::DormandPrince;
 use rosenbrock::Rosenbrock;
 use runge_kutta::RungeKutta;
@@ -46,7 +46,7 @@ pub enum Method {
     /// Dormand–Prince of order 5.
     Adaptive,
     /// Rodas5P of order 5, with a Jacobian of this pattern.
-    Stiff(Pattern),
+    Stiff(SparsityPattern),
 }
 
 /// Why a communication step could not be done.
@@ -102,18 +102,18 @@ pub struct Counts {
 
 /// A solver with all the room that it needs.
 pub struct Solver {
-    algorithm: Choice,
-    room: Room,
+    algorithm: AnyAlgorithm,
+    workspace: Workspace,
 }
 
-enum Choice {
+enum AnyAlgorithm {
     Fixed(RungeKutta),
     Adaptive(DormandPrince),
     Stiff(Box<Rosenbrock>),
 }
 
 /// What all methods need.
-struct Room {
+struct Workspace {
     nominal: Vec<f64>,
     tolerance: f64,
     /// What an internal step may at most be, s.
@@ -123,7 +123,7 @@ struct Room {
     end: Vec<f64>,
     /// The estimate of the errors of an internal step; then the states at an event within.
     error: Vec<f64>,
-    course: Course,
+    dense_output: DenseOutput,
     indicators: Indicators,
     counts: Counts,
 }
@@ -138,18 +138,18 @@ impl Solver {
         let [x, end, error] = vectors(n);
         Self {
             algorithm: match method {
-                Method::Fixed => Choice::Fixed(RungeKutta::new(n)),
-                Method::Adaptive => Choice::Adaptive(DormandPrince::new(n)),
-                Method::Stiff(pattern) => Choice::Stiff(Box::new(Rosenbrock::new(pattern))),
+                Method::Fixed => AnyAlgorithm::Fixed(RungeKutta::new(n)),
+                Method::Adaptive => AnyAlgorithm::Adaptive(DormandPrince::new(n)),
+                Method::Stiff(pattern) => AnyAlgorithm::Stiff(Box::new(Rosenbrock::new(pattern))),
             },
-            room: Room {
+            workspace: Workspace {
                 nominal,
                 tolerance: TOLERANCE,
                 longest,
                 x,
                 end,
                 error,
-                course: Course(vectors(if indicators > 0 { n } else { 0 })),
+                dense_output: DenseOutput(vectors(if indicators > 0 { n } else { 0 })),
                 indicators: Indicators(vectors(indicators)),
                 counts: Counts::default(),
             },
@@ -159,13 +159,13 @@ impl Solver {
     /// The error that an internal step may have, relative to a state or its nominal value,
     /// whichever is larger: [`TOLERANCE`] until it is said. The fixed method has none.
     pub fn set_tolerance(&mut self, tolerance: f64) {
-        self.room.tolerance = tolerance;
+        self.workspace.tolerance = tolerance;
     }
 
     /// What has been done so far.
     #[must_use]
     pub fn counts(&self) -> Counts {
-        self.room.counts
+        self.workspace.counts
     }
 
     /// Moves the states `x` on from the time `t` by `h`, both s, or to the first event. `first` is
@@ -184,28 +184,34 @@ impl Solver {
         x: &mut [f64],
         first: &mut f64,
     ) -> Result<Option<f64>, Failure<S::Error>> {
-        let room = &mut self.room;
-        room.x.copy_from_slice(x);
-        if !room.indicators.is_empty() {
-            system.indicators(0.0, x, &mut room.indicators.0[0])?;
+        let workspace = &mut self.workspace;
+        workspace.x.copy_from_slice(x);
+        if !workspace.indicators.is_empty() {
+            system.indicators(0.0, x, &mut workspace.indicators.0[0])?;
         }
         let (event, next) = match &mut self.algorithm {
-            Choice::Fixed(method) => (room.walk(method, system, (t, h))?, *first),
-            Choice::Adaptive(method) => room.adapt(method, system, (t, h), *first)?,
-            Choice::Stiff(method) => room.adapt(&mut **method, system, (t, h), *first)?,
+            AnyAlgorithm::Fixed(method) => {
+                (workspace.take_fixed_steps(method, system, (t, h))?, *first)
+            }
+            AnyAlgorithm::Adaptive(method) => {
+                workspace.take_adaptive_steps(method, system, (t, h), *first)?
+            }
+            AnyAlgorithm::Stiff(method) => {
+                workspace.take_adaptive_steps(&mut **method, system, (t, h), *first)?
+            }
         };
-        if let Some((state, value)) = room.x.iter().enumerate().find(|(_, x)| !x.is_finite()) {
+        if let Some((state, value)) = workspace.x.iter().enumerate().find(|(_, x)| !x.is_finite()) {
             return Err(Failure::NotFinite(state, *value));
         }
-        x.copy_from_slice(&room.x);
+        x.copy_from_slice(&workspace.x);
         *first = next;
         Ok(event)
     }
 }
 
-impl Room {
+impl Workspace {
     /// In equal internal steps, so that the last one ends at `t` + `h`; or to the first event.
-    fn walk<A: Algorithm, S: System>(
+    fn take_fixed_steps<A: Algorithm, S: System>(
         &mut self,
         method: &mut A,
         system: &mut S,
@@ -220,7 +226,7 @@ impl Room {
             let s = f64::from(k) * dt;
             method.begin(system, (t, s, dt), &self.x, &self.nominal)?;
             method.step(system, (s, dt), &self.x, &mut self.end, &mut self.error)?;
-            if let Some(event) = self.arrive(method, system, t, (s, dt))? {
+            if let Some(event) = self.accept_step(method, system, t, (s, dt))? {
                 return Ok(Some(event));
             }
         }
@@ -228,7 +234,7 @@ impl Room {
     }
 
     /// Takes the internal step that was tried last, to its end or to the first event on the way.
-    fn arrive<A: Algorithm, S: System>(
+    fn accept_step<A: Algorithm, S: System>(
         &mut self,
         method: &mut A,
         system: &mut S,
@@ -236,16 +242,22 @@ impl Room {
         (s, dt): (f64, f64),
     ) -> Result<Option<f64>, Failure<S::Error>> {
         self.counts.steps += 1;
-        let (step, indicators, course) = ((s, dt), &mut self.indicators, &mut self.course);
+        let (step, indicators, dense_output) =
+            ((s, dt), &mut self.indicators, &mut self.dense_output);
         if !indicators.is_empty() {
             system.indicators(s + dt, &self.end, &mut indicators.0[1])?;
             if indicators.has_event() {
                 let ends = [&self.x[..], &self.end[..]];
-                method.course(system, step, ends, course)?;
+                method.dense_output(system, step, ends, dense_output)?;
                 // As finely as times can be told apart.
                 let finest = 4.0 * f64::EPSILON * (t.abs() + s + dt) / dt;
-                let at =
-                    indicators.locate(system, step, finest, (course, ends), &mut self.error)?;
+                let at = indicators.locate(
+                    system,
+                    step,
+                    finest,
+                    (dense_output, ends),
+                    &mut self.error,
+                )?;
                 std::mem::swap(&mut self.x, &mut self.error);
                 return Ok(Some(s + at * dt));
             }

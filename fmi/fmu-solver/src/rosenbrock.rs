@@ -7,9 +7,9 @@
 //! equations, where others lose orders. Its states between are of order 4.
 
 use super::algorithm::{Algorithm, add, vectors};
-use super::band::Band;
-use super::course::Course;
-use super::pattern::Pattern;
+use super::band_matrix::BandMatrix;
+use super::dense_output::DenseOutput;
+use super::sparsity_pattern::SparsityPattern;
 use super::system::System;
 
 /// Steps of differences: 2⁻²⁴ of the internal step, and 2⁻³⁰ of the time, which is still well above
@@ -60,10 +60,10 @@ const H: [[f64; 8]; 3] = [
 
 /// The Jacobian and the solutions of the stages.
 pub(crate) struct Rosenbrock {
-    pattern: Pattern,
+    pattern: SparsityPattern,
     groups: Vec<Vec<usize>>,
     places: Vec<usize>,
-    band: Band,
+    band: BandMatrix,
     /// In the order of the pattern.
     jacobian: Vec<f64>,
     stages: [Vec<f64>; 8],
@@ -75,13 +75,13 @@ pub(crate) struct Rosenbrock {
 }
 
 impl Rosenbrock {
-    pub(crate) fn new(pattern: Pattern) -> Self {
+    pub(crate) fn new(pattern: SparsityPattern) -> Self {
         let n = pattern.len();
         let (places, lower, upper) = pattern.order();
         Self {
             groups: pattern.groups(),
             places,
-            band: Band::new(n, lower, upper),
+            band: BandMatrix::new(n, lower, upper),
             jacobian: vec![0.0; pattern.non_zeros()],
             pattern,
             stages: vectors(n),
@@ -202,12 +202,12 @@ impl Algorithm for Rosenbrock {
         Ok(true)
     }
 
-    fn course<S: System>(
+    fn dense_output<S: System>(
         &mut self,
         _system: &mut S,
         _step: (f64, f64),
         _ends: [&[f64]; 2],
-        to: &mut Course,
+        to: &mut DenseOutput,
     ) -> Result<(), S::Error> {
         for (to, row) in to.0.iter_mut().zip(H) {
             to.fill(0.0);

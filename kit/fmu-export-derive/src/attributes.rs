@@ -27,12 +27,12 @@ pub(crate) struct Attributes {
     /// Words without a value.
     flags: Vec<(String, Span)>,
     /// Everything that is said, in order, and where.
-    pub(crate) said: Vec<(String, Span)>,
+    pub(crate) keys: Vec<(String, Span)>,
 }
 
 /// Every key there is.
 const KEYS: &str = "unit, display_unit, start, min, max, nominal, len, name, at, structural, tunable, constant, discrete, set, depends_on, \
-                    initially_depends_on, rate_depends_on, beside_evaluation, local, calculated or skip";
+                    initially_depends_on, rate_depends_on, not_in_evaluation, local, calculated or skip";
 
 /// Keys without a value.
 const FLAGS: &[&str] = &[
@@ -40,14 +40,14 @@ const FLAGS: &[&str] = &[
     "tunable",
     "constant",
     "discrete",
-    "beside_evaluation",
+    "not_in_evaluation",
     "local",
     "calculated",
     "skip",
 ];
 
 impl Attributes {
-    pub(crate) fn of(field: &Field) -> Result<Self> {
+    pub(crate) fn from_field(field: &Field) -> Result<Self> {
         let mut all = Self::default();
         for attribute in fmu(&field.attrs) {
             all.read(attribute)?;
@@ -60,7 +60,7 @@ impl Attributes {
             let Some(key) = meta.path.get_ident().map(ToString::to_string) else {
                 return Err(meta.error(format!("unknown attribute; it must be {KEYS}")));
             };
-            if self.said.iter().any(|(said, _)| *said == key) {
+            if self.keys.iter().any(|(known, _)| *known == key) {
                 return Err(meta.error(format!("`{key}` is said twice")));
             }
             match key.as_str() {
@@ -83,7 +83,7 @@ impl Attributes {
                     let content;
                     syn::parenthesized!(content in meta.input);
                     let list = Punctuated::<Expr, Token![,]>::parse_terminated(&content)?;
-                    let names = list.iter().map(variable).collect::<Result<_>>()?;
+                    let names = list.iter().map(variable_name).collect::<Result<_>>()?;
                     match key.as_str() {
                         "depends_on" => self.depends_on = Some(names),
                         "rate_depends_on" => self.rate_depends_on = Some(names),
@@ -97,7 +97,7 @@ impl Attributes {
                     return Err(meta.error(format!("unknown attribute `{key}`; it must be {KEYS}")));
                 }
             }
-            self.said.push((key, span(&meta.path)));
+            self.keys.push((key, span(&meta.path)));
             Ok(())
         })
     }
@@ -118,13 +118,13 @@ fn span(path: &Path) -> Span {
 }
 
 /// A variable as it is written in a list of dependencies, `motor.u[2]` or `"motor.u[2]"`.
-fn variable(expr: &Expr) -> Result<LitStr> {
+fn variable_name(expr: &Expr) -> Result<LitStr> {
     let text = match expr {
         Expr::Lit(ExprLit {
             lit: Lit::Str(text),
             ..
         }) => return Ok(text.clone()),
-        _ => written(expr),
+        _ => path_text(expr),
     };
     let span = syn::spanned::Spanned::span(expr);
     text.map(|text| LitStr::new(&text, span)).ok_or_else(|| {
@@ -135,25 +135,25 @@ fn variable(expr: &Expr) -> Result<LitStr> {
     })
 }
 
-fn written(expr: &Expr) -> Option<String> {
+fn path_text(expr: &Expr) -> Option<String> {
     match expr {
-        Expr::Path(path) => path.path.get_ident().map(crate::names::plain),
+        Expr::Path(path) => path.path.get_ident().map(crate::names::ident_text),
         Expr::Field(field) => {
             let member = match &field.member {
-                Member::Named(name) => crate::names::plain(name),
+                Member::Named(name) => crate::names::ident_text(name),
                 Member::Unnamed(Index { .. }) => return None,
             };
-            Some(format!("{}.{member}", written(&field.base)?))
+            Some(format!("{}.{member}", path_text(&field.base)?))
         }
         Expr::Index(index) => {
             let place = &index.index;
             let number = quote!(#place).to_string().replace(' ', "");
-            let beside = number.strip_prefix("i+").or(number.strip_prefix("i-"));
-            let is_number = beside.unwrap_or(&number).parse::<u32>().is_ok();
+            let neighbour = number.strip_prefix("i+").or(number.strip_prefix("i-"));
+            let is_number = neighbour.unwrap_or(&number).parse::<u32>().is_ok();
             if !is_number && number != "i" {
                 return None;
             }
-            Some(format!("{}[{number}]", written(&index.expr)?))
+            Some(format!("{}[{number}]", path_text(&index.expr)?))
         }
         _ => None,
     }

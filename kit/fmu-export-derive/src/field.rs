@@ -83,21 +83,21 @@ pub(crate) struct Field {
     pub(crate) description: String,
     /// A part of a state: its start value is said where the part is.
     pub(crate) starts_elsewhere: bool,
-    pub(crate) said: Attributes,
+    pub(crate) attributes: Attributes,
 }
 
 impl Field {
     pub(crate) fn new(field: &SynField) -> Result<Self> {
         let ident = field.ident.clone().expect("named fields only");
-        let said = Attributes::of(field)?;
-        let (kind, shape) = if said.has("skip") {
+        let attributes = Attributes::from_field(field)?;
+        let (kind, shape) = if attributes.has("skip") {
             (Kind::Struct, Shape::Scalar)
         } else {
             kind(&field.ty)?
         };
-        let name = match &said.name {
+        let name = match &attributes.name {
             Some(name) => name.value(),
-            None => names::plain(&ident),
+            None => names::ident_text(&ident),
         };
         Ok(Self {
             name,
@@ -107,7 +107,7 @@ impl Field {
             shape,
             description: names::description(&field.attrs),
             starts_elsewhere: false,
-            said,
+            attributes,
         })
     }
 
@@ -136,13 +136,13 @@ impl Field {
     }
 
     /// Whether it is a text that may mean other parameters.
-    pub(crate) fn is_meaning(&self, role: Role) -> bool {
+    pub(crate) fn has_setter(&self, role: Role) -> bool {
         let is_text = self.kind == Kind::Text && role == Role::Parameter;
         is_text && matches!(self.shape, Shape::Scalar)
     }
 
     /// How many structs an array of structs has.
-    pub(crate) fn structs(&self) -> Result<Option<usize>> {
+    pub(crate) fn struct_count(&self) -> Result<Option<usize>> {
         let (Kind::Struct, Shape::Array(lengths)) = (self.kind, &self.shape) else {
             return Ok(None);
         };
@@ -164,8 +164,8 @@ impl Field {
     }
 
     /// Whether it is a variable, or more of them.
-    pub(crate) fn is_seen(&self) -> bool {
-        !self.said.has("skip")
+    pub(crate) fn is_variable(&self) -> bool {
+        !self.attributes.has("skip")
     }
 }
 

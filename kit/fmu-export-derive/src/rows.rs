@@ -14,7 +14,7 @@ pub(crate) fn derive(ident: &Ident, fields: &[Field], role: Role) -> TokenStream
         Role::Input => quote!(Input),
         Role::Output | Role::State => quote!(Output),
     };
-    let fields: Vec<_> = fields.iter().filter(|field| field.is_seen()).collect();
+    let fields: Vec<_> = fields.iter().filter(|field| field.is_variable()).collect();
     let names = fields.iter().map(|field| &field.name);
     let parts = (fields.iter().enumerate()).flat_map(|(k, field)| parts(field, role, k));
     let checks = fields.iter().map(|field| match (field.kind, role) {
@@ -48,7 +48,7 @@ pub(crate) fn derive(ident: &Ident, fields: &[Field], role: Role) -> TokenStream
         {
             const ROWS: &'static [__fmu::Part<M>] = {
                 #[allow(unused_imports)]
-                use __fmu::SpareRows as _;
+                use __fmu::FallbackRows as _;
                 &[#(#parts),*]
             };
         }
@@ -86,15 +86,15 @@ fn path(ident: &Ident, field: &Field) -> TokenStream {
 }
 
 fn to(field: &Field) -> Ident {
-    format_ident!("To_{}", crate::names::plain(&field.ident))
+    format_ident!("To_{}", crate::names::ident_text(&field.ident))
 }
 
 /// The parts of the table that a field is: a row, or the rows of a struct or more.
 fn parts(field: &Field, role: Role, k: usize) -> Vec<TokenStream> {
     if field.kind == Kind::Struct {
         let (ty, path) = (field.element(), to(field));
-        let structs = field.structs().ok().flatten().unwrap_or(1);
-        let rows = |k| quote!(__fmu::Part::Struct(__fmu::RowsOf::<#ty, M, #path<At, #k>>::ROWS));
+        let structs = field.struct_count().ok().flatten().unwrap_or(1);
+        let rows = |k| quote!(__fmu::Part::Struct(__fmu::FieldRows::<#ty, M, #path<At, #k>>::ROWS));
         return (0..structs).map(rows).collect();
     }
     let constructor = constructor(field, role);
@@ -120,11 +120,11 @@ fn constructor(field: &Field, role: Role) -> Ident {
         _ => ("string_", ""),
     };
     let causality = match role {
-        Role::Parameter if field.said.has("constant") => "constant",
+        Role::Parameter if field.attributes.has("constant") => "constant",
         Role::Parameter => "parameter",
         Role::Input => "input",
-        _ if field.said.has("calculated") => "calculated_parameter",
-        _ if field.said.has("local") => "local",
+        _ if field.attributes.has("calculated") => "calculated_parameter",
+        _ if field.attributes.has("local") => "local",
         Role::Output | Role::State => "output",
     };
     let plural = match field.shape {
@@ -137,7 +137,7 @@ fn constructor(field: &Field, role: Role) -> Ident {
 /// What `Fields` calls the accessors of a type that has no constructors of its own.
 fn fields(field: &Field, role: Role) -> Option<&'static str> {
     match field.kind {
-        Kind::Text if !field.is_meaning(role) => Some("String"),
+        Kind::Text if !field.has_setter(role) => Some("String"),
         Kind::Choice => Some("Integer"),
         Kind::Other(name) => Some(name),
         _ => None,
@@ -164,7 +164,7 @@ fn slices(field: &Field, name: &str) -> TokenStream {
             match field.kind {
                 Kind::Choice => {
                     let ty = field.value();
-                    quote!(__fmu::Of::<#ty>::#numbers(#slice))
+                    quote!(__fmu::FieldType::<#ty>::#numbers(#slice))
                 }
                 _ => slice,
             }
@@ -174,8 +174,8 @@ fn slices(field: &Field, name: &str) -> TokenStream {
 
 fn accessors(field: &Field, role: Role) -> TokenStream {
     let member = &field.ident;
-    if field.said.has("constant") {
-        let value = (field.said.start.as_ref()).map(|start| start_value(field, start));
+    if field.attributes.has("constant") {
+        let value = (field.attributes.start.as_ref()).map(|start| start_value(field, start));
         let (flat, ty) = (flattened(field, "as_flattened"), &field.ty);
         return match (fields(field, role), &field.shape) {
             (None, _) => quote!(|_| (&#value) #flat),
@@ -196,7 +196,7 @@ fn accessors(field: &Field, role: Role) -> TokenStream {
     let is_written = matches!(role, Role::Parameter | Role::Input);
     match (field.kind, is_written) {
         (Kind::Text, _) => {
-            let set = match &field.said.set {
+            let set = match &field.attributes.set {
                 Some(set) => quote!(|s, text, folder| #set(At::get_mut(s), text, folder)),
                 None => quote!(|s, text, _| {
                     text.clone_into(&mut At::get_mut(s).#member);
@@ -243,7 +243,7 @@ fn shape(field: &Field, role: Role) -> TokenStream {
                 Role::State => quote!(::std::vec![0.0; n]), // `State::start` has the start values
                 _ => vector(field),
             };
-            let (member, lengths) = (&field.ident, field.said.len.iter().map(length));
+            let (member, lengths) = (&field.ident, field.attributes.len.iter().map(length));
             quote!(.vector(&[#(#lengths),*], ::fmu_export::Resize::#owner(|s, n| At::get_mut(s).#member = #value)))
         }
         _ => TokenStream::new(),
@@ -265,9 +265,9 @@ fn size(field: &Field) -> TokenStream {
 
 /// What the row says beside name, description and place.
 fn more(field: &Field, role: Role) -> TokenStream {
-    let (said, ty) = (&field.said, field.value());
+    let (attributes, ty) = (&field.attributes, field.value());
     let mut calls = TokenStream::new();
-    match &said.unit {
+    match &attributes.unit {
         Some(Expr::Lit(name)) => calls.extend(quote!(.unit(#name))),
         Some(unit) => calls.extend(quote!(.own_unit(&#unit))),
         None => {}
@@ -276,25 +276,25 @@ fn more(field: &Field, role: Role) -> TokenStream {
         let enumeration = quote_spanned!(ty.span()=> <#ty as __fmu::Enumerated>::ENUMERATION);
         calls.extend(quote!(.enumeration(&#enumeration)));
     }
-    if let Some(unit) = &said.display_unit {
+    if let Some(unit) = &attributes.display_unit {
         calls.extend(quote!(.display_unit(#unit)));
     }
     for (key, value) in [
-        ("min", &said.min),
-        ("max", &said.max),
-        ("nominal", &said.nominal),
+        ("min", &attributes.min),
+        ("max", &attributes.max),
+        ("nominal", &attributes.nominal),
     ] {
         if let Some(value) = value {
             let (key, value) = (Ident::new(key, Span::call_site()), bound(value, field.kind));
             calls.extend(quote!(.#key(#value)));
         }
     }
-    if let Some(reference) = &said.at {
+    if let Some(reference) = &attributes.at {
         calls.extend(quote!(.at(#reference)));
     }
     calls.extend(shape(field, role));
-    for flag in ["structural", "tunable", "discrete", "beside_evaluation"] {
-        if said.has(flag) && (flag != "discrete" || field.kind.is_float()) {
+    for flag in ["structural", "tunable", "discrete", "not_in_evaluation"] {
+        if attributes.has(flag) && (flag != "discrete" || field.kind.is_float()) {
             let flag = Ident::new(flag, Span::call_site());
             calls.extend(quote!(.#flag()));
         }
@@ -304,24 +304,24 @@ fn more(field: &Field, role: Role) -> TokenStream {
 }
 
 fn dependencies(field: &Field, role: Role) -> TokenStream {
-    let said = &field.said;
+    let attributes = &field.attributes;
     let mut calls = TokenStream::new();
-    let is_output = !said.has("local") && !said.has("calculated");
-    match &said.depends_on {
+    let is_output = !attributes.has("local") && !attributes.has("calculated");
+    match &attributes.depends_on {
         Some(names) => {
             let names = names.iter().map(known);
             calls.extend(quote!(.depends_on(&[#(#names),*])));
         }
-        None if role == Role::State && is_output && said.has("discrete") => {
+        None if role == Role::State && is_output && attributes.has("discrete") => {
             calls.extend(quote!(.depends_on(&[::fmu_export::NO_STATES])));
         }
         None if role == Role::State && is_output => calls.extend(quote!(.depends_on(&[]))),
         None => {}
     }
-    if let Some(names) = &said.rate_depends_on {
+    if let Some(names) = &attributes.rate_depends_on {
         calls.extend(quote!(.rate_depends_on(&[#(#names),*])));
     }
-    let knowns = match &said.initially_depends_on {
+    let knowns = match &attributes.initially_depends_on {
         Some(names) => Some(names.iter().map(known).collect()),
         None if role == Role::State && is_output => start_dependencies(field),
         None => None,
@@ -345,7 +345,7 @@ fn start_dependencies(field: &Field) -> Option<Vec<TokenStream>> {
     if field.starts_elsewhere {
         return None;
     }
-    let Some(start) = &field.said.start else {
+    let Some(start) = &field.attributes.start else {
         return Some(Vec::new());
     };
     let mut names = Vec::new();
@@ -382,7 +382,7 @@ fn collect(tokens: TokenStream, is_vector: bool, names: &mut Vec<String>) -> Opt
                     {
                         break; // a method of a number
                     }
-                    name.push(crate::names::plain(member));
+                    name.push(crate::names::ident_text(member));
                     k += 2;
                 }
                 if name.is_empty() {
@@ -427,7 +427,7 @@ fn units(field: &Field) -> TokenStream {
     let Some(Expr::Lit(ExprLit {
         lit: Lit::Str(unit),
         ..
-    })) = &field.said.unit
+    })) = &field.attributes.unit
     else {
         return TokenStream::new();
     };
@@ -438,7 +438,7 @@ fn units(field: &Field) -> TokenStream {
     let mut checks = quote_spanned! { unit.span()=>
         const _: () = ::core::assert!(__fmu::is_known_unit(#unit), #text);
     };
-    if let Some(display) = &field.said.display_unit {
+    if let Some(display) = &field.attributes.display_unit {
         let text = format!("`{}` is not a display unit of `{name}`", display.value());
         checks.extend(quote_spanned! { display.span()=>
             const _: () = ::core::assert!(!__fmu::is_known_unit(#unit) || __fmu::is_display_unit(#unit, #display), #text);

@@ -14,7 +14,7 @@ pub(crate) fn derive(input: &DeriveInput, role: Role) -> Result<TokenStream> {
     let ident = &input.ident;
     let mut fields = fields(input)?;
     let model = match role {
-        Role::State => Some(state::Model::of(input)?),
+        Role::State => Some(state::Model::from_input(input)?),
         _ => None,
     };
     let table_only = match &model {
@@ -42,7 +42,7 @@ pub(crate) fn derive(input: &DeriveInput, role: Role) -> Result<TokenStream> {
         const _: () = {
             use ::fmu_export::derive as __fmu;
             #[allow(unused_imports)]
-            use __fmu::Spare as _;
+            use __fmu::Fallback as _;
             #rows
             #kind
             #data
@@ -106,8 +106,8 @@ fn start(ident: &Ident, fields: &[Field], kind: &TokenStream) -> TokenStream {
     let values = fields.iter().map(|field| {
         let member = &field.ident;
         let ty = field.element();
-        let value = match (&field.said.start, field.kind) {
-            (None, Kind::Struct) if field.is_seen() => {
+        let value = match (&field.attributes.start, field.kind) {
+            (None, Kind::Struct) if field.is_variable() => {
                 let start = quote_spanned!(ty.span()=> <#ty as __fmu::#kind>::start());
                 match field.shape {
                     Shape::Scalar => start,
@@ -136,7 +136,7 @@ fn data(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
         let function = Ident::new(function, Span::call_site());
         let types = fields.iter().map(|field| &field.ty);
         types
-            .map(|ty| quote!(__fmu::Of::<#ty>::#function))
+            .map(|ty| quote!(__fmu::FieldType::<#ty>::#function))
             .collect::<Vec<_>>()
     });
     let mut impls = quote! {
@@ -187,7 +187,7 @@ fn serde(ident: &Ident, fields: &[Field]) -> TokenStream {
             let member = &field.ident;
             match (field.kind, &field.shape) {
                 (Kind::Struct, _) | (_, Shape::Scalar | Shape::Vector) => quote!(#member),
-                (_, Shape::Array(_)) => quote!(__fmu::Read(#member)),
+                (_, Shape::Array(_)) => quote!(__fmu::DeserializedArray(#member)),
             }
         });
         quote!((#(#members,)*))
@@ -196,8 +196,8 @@ fn serde(ident: &Ident, fields: &[Field]) -> TokenStream {
         let values = group.iter().map(|field| {
             let (member, ty) = (&field.ident, &field.ty);
             match (field.kind, &field.shape) {
-                (Kind::Struct, _) => quote!(__fmu::Of::<#ty>::written(&self.#member)),
-                (_, Shape::Array(_)) => quote!(__fmu::Written(&self.#member)),
+                (Kind::Struct, _) => quote!(__fmu::FieldType::<#ty>::written(&self.#member)),
+                (_, Shape::Array(_)) => quote!(__fmu::SerializedArray(&self.#member)),
                 _ => quote!(&self.#member),
             }
         });
@@ -206,7 +206,7 @@ fn serde(ident: &Ident, fields: &[Field]) -> TokenStream {
     let members = fields.iter().map(|field| {
         let (member, ty) = (&field.ident, &field.ty);
         match field.kind {
-            Kind::Struct => quote!(#member: __fmu::Of::<#ty>::read(#member)),
+            Kind::Struct => quote!(#member: __fmu::FieldType::<#ty>::read(#member)),
             _ => quote!(#member),
         }
     });

@@ -33,7 +33,10 @@ pub(crate) fn start_value(field: &Field, start: &Expr) -> TokenStream {
         kind if kind.is_heap() => each(start, &|start| quote!(::core::convert::From::from(#start))),
         Kind::Choice => {
             let ty = field.value();
-            each(start, &|start| quote!(__fmu::Of::<#ty>::choice(#start)))
+            each(
+                start,
+                &|start| quote!(__fmu::FieldType::<#ty>::choice(#start)),
+            )
         }
         _ => quote!(#start),
     };
@@ -73,7 +76,7 @@ fn filled(value: TokenStream, lengths: &[Expr], is_heap: bool) -> TokenStream {
 /// The vector of a field that has `n` elements, of which each starts as `start` says of its index
 /// `i`.
 pub(crate) fn vector(field: &Field) -> TokenStream {
-    let value = match &field.said.start {
+    let value = match &field.attributes.start {
         Some(start) => start_value(field, start),
         None => element(field),
     };
@@ -86,7 +89,7 @@ pub(crate) fn vector(field: &Field) -> TokenStream {
 
 /// How many elements a vector has, where `p` are the parameters.
 pub(crate) fn number(field: &Field) -> TokenStream {
-    let lengths = &field.said.len;
+    let lengths = &field.attributes.len;
     quote!(1 #(* ((#lengths) as usize))*)
 }
 
@@ -105,7 +108,7 @@ fn parameter(expr: &Expr) -> Option<String> {
     let Member::Named(member) = &field.member else {
         return None;
     };
-    let member = crate::names::plain(member);
+    let member = crate::names::ident_text(member);
     match &*field.base {
         Expr::Path(path) if path.path.is_ident("p") => Some(member),
         base => Some(format!("{}.{member}", parameter(base)?)),
@@ -135,7 +138,7 @@ fn element(field: &Field) -> TokenStream {
         Kind::Text | Kind::Choice => quote!(::core::default::Default::default()),
         Kind::Struct => {
             let ty = field.element();
-            quote!(__fmu::Of::<#ty>::zero())
+            quote!(__fmu::FieldType::<#ty>::zero())
         }
     }
 }

@@ -5,26 +5,26 @@
 //! and any [`Path`] that leads to it, so that structs can be nested. The rows of a model are a
 //! constant: nothing is made when a library is loaded.
 
-mod cells;
+mod array_serde;
 mod choice;
+mod fallback;
 mod name;
 mod ode;
 mod path;
 mod rows;
-mod shape;
-mod spare;
+mod solver;
 
-pub use cells::{Cells, Read, Written};
+pub use array_serde::{ArrayCells, DeserializedArray, SerializedArray};
 pub use choice::{Choice, Enumerated, Item};
+pub use fallback::{Fallback, FallbackRows, FieldRows, FieldType, is_output};
 pub use name::Name;
-pub use ode::{Ode, Seen, SeenOutputs, SeenState, State, Vector};
+pub use ode::{Ode, OutputsPath, State, StateAndOutputs, StatePath, Vector};
 pub use path::{Path, Root};
 pub use rows::{
     Part, Rows, assemble, count, count_states, derivatives, is_display_unit, is_known_unit,
 };
 pub use serde;
-pub use shape::SolverName;
-pub use spare::{Of, RowsOf, Spare, SpareRows, is_output};
+pub use solver::SolverName;
 
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -100,7 +100,7 @@ macro_rules! derived {
         }
 
         fn defaults() -> (Self::Parameters, Self::Input) {
-            $crate::fitted::<Self>((
+            $crate::fit_start_values::<Self>((
                 <$parameters as $crate::derive::Parameters>::start(),
                 <$input as $crate::derive::Input>::start(),
             ))

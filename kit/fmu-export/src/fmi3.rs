@@ -2,7 +2,6 @@
 //! statuses, call order, messages to the importer's logger, `modelDescription.xml` and
 //! `terminalsAndIcons.xml`.
 
-mod absent;
 mod dependencies;
 pub(crate) mod description;
 pub mod entry;
@@ -11,5 +10,6 @@ mod files;
 pub(crate) mod instance;
 mod instantiate;
 mod log;
-pub(crate) mod order;
+pub(crate) mod states;
+mod unsupported;
 mod values;

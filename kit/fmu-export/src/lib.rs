@@ -100,7 +100,7 @@
 //! A model that is to be exported for Model Exchange too implements [`Continuous`]; one with
 //! derives says `#[fmu(model_exchange)]`.
 
-mod border;
+mod c_api;
 mod core;
 #[cfg(feature = "derive")]
 #[doc(hidden)]
@@ -114,26 +114,26 @@ pub mod tables;
 mod wasm;
 
 pub use core::binary::Binary;
-pub use core::carried::{Carried, Counted};
 pub use core::causality::{ALL_PARAMETERS, NO_STATES};
 pub use core::check::check;
 pub use core::continuous::Continuous;
+pub use core::counted_input::{CountedInput, ExtrapolatedInput};
 pub use core::enumeration::{Enumeration, Items};
 pub use core::error::ModelError;
 pub use core::event::Event;
 pub use core::info::{File, Info, MadeFile, Terminal};
 pub use core::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
-#[doc(hidden)]
-pub use core::joined::{join, total};
 pub use core::length::{Length, Resize};
 pub use core::log::Log;
 pub use core::message::Level;
 pub use core::model::{Evaluation, Model, ModelExchange, SetString, Variable};
 pub use core::parameter_file::{read_parameter_file, read_placed_file};
-pub use core::place::Fields;
 #[doc(hidden)]
-pub use core::sizes::fitted;
+pub use core::sizes::fit_start_values;
 pub use core::step_end::StepEnd;
+pub use core::storage::Fields;
+#[doc(hidden)]
+pub use core::table_macros::{join, total};
 pub use core::unit::{DisplayUnit, Unit};
 pub use core::units::KNOWN_UNITS;
 pub use fmi2::description::model_description;

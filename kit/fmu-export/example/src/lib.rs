@@ -129,7 +129,7 @@ impl Model for Oscillator {
         .with_output_derivatives()
         .with_directional_derivatives();
 
-    const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::of();
+    const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::from_continuous();
 
     fn variables() -> &'static [V] {
         VARIABLES

@@ -3,14 +3,14 @@
 mod accessors;
 mod dependencies;
 mod derivatives;
-mod exchange;
+mod equations;
+mod model_check;
 mod point;
 mod start;
-mod trial;
 
 use crate::Model;
-use crate::fmi2::description::lacking;
-use trial::Trial;
+use crate::fmi2::description::unsupported_type;
+use model_check::ModelCheck;
 
 /// What is wrong with a model's table, as far as trying can tell; empty if nothing is.
 ///
@@ -44,22 +44,22 @@ use trial::Trial;
 /// assert_eq!(fmu_export::check::<Lag>(), [""; 0]);
 /// ```
 pub fn check<M: Model>() -> Vec<String> {
-    let described = match lacking::<M>() {
+    let described = match unsupported_type::<M>() {
         None => crate::model_description::<M>(),
         Some(_) => crate::model_description3::<M>(),
     };
     if let Err(reason) = described {
         return vec![reason];
     }
-    let mut trial = Trial::<M>::new();
-    trial.accessors();
-    trial.texts();
-    trial.outputs();
-    trial.start();
-    trial.exchange();
-    if trial.problems.is_empty() {
-        trial.dependencies();
-        trial.initial_dependencies();
+    let mut check = ModelCheck::<M>::new();
+    check.accessors();
+    check.texts();
+    check.outputs();
+    check.start();
+    check.equations();
+    if check.problems.is_empty() {
+        check.dependencies();
+        check.initial_dependencies();
     }
-    trial.problems.into_iter().collect()
+    check.problems.into_iter().collect()
 }

@@ -21,7 +21,7 @@ use super::sizes;
 /// struct Ball { height: f64, speed: f64 }
 ///
 /// impl Model for Ball {
-///     const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::of();
+///     const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::from_continuous();
 /// #   type Parameters = Nothing; type Input = Nothing; type Output = Output; type Evaluation = ();
 /// #   const INFO: Info = Info::new("Ball", "ball");
 /// #   fn variables() -> &'static [Variable<Self>] { const { &[row!(Variable<Ball>, output height, "Height").unit("m").depends_on(&[]).initially_depends_on(&[]),
@@ -148,7 +148,7 @@ pub trait Continuous: Model {
 }
 
 /// Where the equations are looked at: parameters, inputs, their evaluation, and time, s.
-pub(crate) type At<'a, M> = (
+pub(crate) type EvaluationPoint<'a, M> = (
     &'a <M as Model>::Parameters,
     &'a <M as Model>::Input,
     &'a <M as Model>::Evaluation,
@@ -157,10 +157,10 @@ pub(crate) type At<'a, M> = (
 
 impl<M: Model> ModelExchange<M> {
     /// Writes the derivatives of all states into `dx`. `rate` is a copy of some state of the model.
-    pub(crate) fn rates(
+    pub(crate) fn write_derivatives(
         &self,
         model: &M,
-        (p, u, now, t): At<M>,
+        (p, u, now, t): EvaluationPoint<M>,
         rate: &mut M,
         dx: &mut [f64],
     ) -> Result<(), ModelError> {
@@ -170,26 +170,26 @@ impl<M: Model> ModelExchange<M> {
     }
 
     /// The derivatives of all `states`, and behind them the event indicators, in `numbers`.
-    pub(crate) fn behind(
+    pub(crate) fn derivatives_and_indicators(
         &self,
         model: &M,
-        at: At<M>,
+        at: EvaluationPoint<M>,
         rate: &mut M,
         states: usize,
         numbers: &mut [f64],
     ) -> Result<(), ModelError> {
         let (dx, z) = numbers.split_at_mut(states);
-        self.rates(model, at, rate, dx)?;
+        self.write_derivatives(model, at, rate, dx)?;
         let (p, u, now, t) = at;
         (self.indicate)(model, p, u, now, t, z)
     }
 
     /// How the outputs change along a change of the states, `dx`, and of the inputs, `du`. In the
     /// place of `dx` comes how the derivatives change. None where the model does not say it.
-    pub(crate) fn along(
+    pub(crate) fn directional_derivative(
         &self,
         model: &M,
-        (p, u, now, t): At<M>,
+        (p, u, now, t): EvaluationPoint<M>,
         dx: &mut [f64],
         du: &M::Input,
     ) -> Option<Result<M::Output, ModelError>> {
@@ -205,7 +205,7 @@ impl<M: Model> ModelExchange<M> {
 
 impl<M: Continuous> ModelExchange<M> {
     /// What `impl Continuous` says, for [`Model::MODEL_EXCHANGE`].
-    pub const fn of() -> Option<Self> {
+    pub const fn from_continuous() -> Option<Self> {
         Some(Self {
             derivatives: M::derivative_rows,
             indicators: M::INDICATORS,

@@ -55,7 +55,7 @@ impl Knowns {
             }
             rows.insert(row.name, Known { elements, role });
         }
-        for row in ModelExchange::<M>::rows().filter(|row| row.place.is_derivative()) {
+        for row in ModelExchange::<M>::rows().filter(|row| row.storage.is_derivative()) {
             states.extend(
                 rows.get(row.name)
                     .into_iter()
@@ -92,7 +92,7 @@ impl Knowns {
         };
         let mut elements = Vec::new();
         // An output that names no state is taken to depend on all.
-        let mut no_states = initially || row.place.is_behind() || row.is_state();
+        let mut no_states = initially || row.storage.is_derivative_or_indicator() || row.is_state();
         if !initially && row.is_state() {
             elements.extend(self.find(row.name, i).and_then(|(_, mut own)| own.nth(i)));
         }
@@ -209,7 +209,9 @@ impl<M: Model> Variable<M> {
     /// Whether it is computed and may depend on something, at communication points or initially.
     pub(crate) fn is_unknown(&self, initially: bool) -> bool {
         match self.causality {
-            _ if self.place.is_behind() => self.place.is_derivative() || !initially,
+            _ if self.storage.is_derivative_or_indicator() => {
+                self.storage.is_derivative() || !initially
+            }
             Causality::Output => true,
             Causality::CalculatedParameter => initially,
             _ => initially && self.is_state(),
@@ -218,7 +220,7 @@ impl<M: Model> Variable<M> {
 
     /// Whether it is a continuous state of a model for Model Exchange.
     pub(crate) fn is_state(&self) -> bool {
-        let is_it = |row: &Variable<M>| row.place.is_derivative() && row.name == self.name;
-        !self.place.is_behind() && ModelExchange::<M>::rows().any(is_it)
+        let is_it = |row: &Variable<M>| row.storage.is_derivative() && row.name == self.name;
+        !self.storage.is_derivative_or_indicator() && ModelExchange::<M>::rows().any(is_it)
     }
 }

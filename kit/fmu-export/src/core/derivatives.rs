@@ -7,7 +7,7 @@ use super::layout::Element;
 use super::message::Kind;
 use super::model::Variable;
 use super::phase::Phase;
-use super::place::{Place, Write};
+use super::storage::{Accessor, Storage};
 use super::value::Value;
 use std::collections::BTreeMap;
 
@@ -22,7 +22,7 @@ pub(super) const ROOT_OF_EPSILON: f64 = 6.055_454_452_393_343e-6;
 type Known<M> = (
     usize,
     &'static Variable<M>,
-    Option<&'static Write<<M as Model>::Input, f64>>,
+    Option<&'static Accessor<<M as Model>::Input, f64>>,
 );
 
 /// A direction: seeds of the inputs and, unless all are zero, of the states; and the largest seed in
@@ -34,7 +34,7 @@ struct Direction<M: Model> {
 }
 
 /// What a derivative is read from: outputs, and what is behind the table as far as it is asked for.
-type Observed<M> = (<M as Model>::Output, Vec<f64>);
+type Observation<M> = (<M as Model>::Output, Vec<f64>);
 
 impl<M: Model> Instance<M> {
     /// Derivatives of `n` Real inputs for the next step: the `order(k)`-th of `element(k)` is
@@ -50,7 +50,7 @@ impl<M: Model> Instance<M> {
         for k in 0..n {
             let (i, row) = self.layout.find(element(k))?;
             let name = || self.name(row, i);
-            if !matches!(row.place, Place::RealIn(_)) || row.discrete {
+            if !matches!(row.storage, Storage::RealIn(_)) || row.discrete {
                 let (name, kind) = (name(), row.kind(self.names));
                 return refuse!(
                     "`{name}` is {kind} without derivatives; it must be a continuous Real input"
@@ -72,15 +72,15 @@ impl<M: Model> Instance<M> {
         }
         for k in 0..n {
             let ((i, row), order) = (self.layout.find(element(k))?, order(k) as usize);
-            if let Place::RealIn(place) = &row.place
+            if let Storage::RealIn(field) = &row.storage
                 && order <= MAX_INPUT_DERIVATIVE
             {
-                self.state.set_input_derivative(place, i, order, value(k));
+                self.state.set_input_derivative(field, i, order, value(k));
             }
         }
         if highest > MAX_INPUT_DERIVATIVE && !self.has_warned_of_order {
             self.has_warned_of_order = true;
-            self.tell(
+            self.report(
                 Kind::Warning,
                 format!("input derivatives of order {highest} are left out: up to {MAX_INPUT_DERIVATIVE} are used"),
             );
@@ -122,7 +122,7 @@ impl<M: Model> Instance<M> {
     ) -> Result<(), Fault> {
         for k in 0..n {
             let (i, row) = self.layout.find(element(k))?;
-            if !matches!(row.place, Place::RealOut(_)) || row.causality != Causality::Output {
+            if !matches!(row.storage, Storage::RealOut(_)) || row.causality != Causality::Output {
                 let (name, kind) = (self.name(row, i), row.kind(self.names));
                 return refuse!("`{name}` is {kind}; it must be a Real output");
             }
@@ -141,8 +141,8 @@ impl<M: Model> Instance<M> {
 
     fn known(&self, number: u32) -> Result<Known<M>, Fault> {
         let (i, row) = self.layout.find(number)?;
-        match &row.place {
-            Place::RealIn(place) => Ok((i, row, Some(place))),
+        match &row.storage {
+            Storage::RealIn(field) => Ok((i, row, Some(field))),
             _ if row.is_state() => Ok((i, row, None)),
             _ => {
                 let (name, kind, real) = (self.name(row, i), row.kind(self.names), self.names.real);
@@ -159,7 +159,8 @@ impl<M: Model> Instance<M> {
     /// A Real output or local variable, the derivative of a state, or an event indicator.
     fn unknown(&self, number: u32) -> Result<Element<M>, Fault> {
         let (i, row) = self.layout.find(number)?;
-        if !(matches!(row.place, Place::RealOut(_)) || row.place.is_behind()) {
+        if !(matches!(row.storage, Storage::RealOut(_)) || row.storage.is_derivative_or_indicator())
+        {
             let (name, kind) = (self.name(row, i), row.kind(self.names));
             let real = self.names.real;
             return refuse!("unknown `{name}` is {kind}; it must be a {real} output");
@@ -181,14 +182,14 @@ impl<M: Model> Instance<M> {
             largest: 0.0,
         };
         for k in 0..n {
-            let (i, row, place) = self.known(known(k))?;
+            let (i, row, field) = self.known(known(k))?;
             let seed = seed(k);
             if !seed.is_finite() {
                 let name = self.name(row, i);
                 return discard!("known `{name}`: seed = {seed} must be finite");
             }
-            match place {
-                Some(place) => *place.get_mut(&mut all.du, i) += seed,
+            match field {
+                Some(field) => *field.get_mut(&mut all.du, i) += seed,
                 None if seed == 0.0 => {}
                 None => {
                     let dx = all.dx.get_or_insert_with(|| vec![0.0; self.layout.states]);
@@ -220,22 +221,24 @@ impl<M: Model> Instance<M> {
     ) -> Result<(), Fault> {
         let direction = self.direction(knowns, known, seed)?;
         // How much of what is behind the table is asked for.
-        let mut behind = 0;
+        let mut equations_needed = 0;
         for k in 0..unknowns {
             let (i, row) = self.unknown(unknown(k))?;
-            if row.place.is_behind() {
-                behind = behind.max(self.layout.offset(row) + i + 1);
+            if row.storage.is_derivative_or_indicator() {
+                equations_needed = equations_needed.max(self.layout.offset(row) + i + 1);
             }
         }
         if unknowns == 0 {
             return Ok(());
         }
-        match self.analytic(&direction, behind)? {
+        match self.analytic(&direction, equations_needed)? {
             Some(found) => {
                 let value = |e| self.value(e, &found);
                 self.put_values(unknowns, unknown, value, put, "directional derivative")
             }
-            None => self.difference(&direction, behind, unknowns, &unknown, &mut { put }),
+            None => self.difference(&direction, equations_needed, unknowns, &unknown, &mut {
+                put
+            }),
         }
     }
 
@@ -243,12 +246,12 @@ impl<M: Model> Instance<M> {
     fn analytic(
         &mut self,
         direction: &Direction<M>,
-        behind: usize,
-    ) -> Result<Option<Observed<M>>, Fault> {
-        let is_of_outputs = direction.dx.is_none() && behind == 0;
+        equations_needed: usize,
+    ) -> Result<Option<Observation<M>>, Fault> {
+        let is_of_outputs = direction.dx.is_none() && equations_needed == 0;
         let of_outputs = is_of_outputs && M::INFO.directional_derivatives;
         let equations = M::MODEL_EXCHANGE.filter(|x| x.directional.is_some());
-        let of_equations = equations.filter(|_| behind <= self.layout.states);
+        let of_equations = equations.filter(|_| equations_needed <= self.layout.states);
         if self.state.phase == Phase::Initialization || !of_outputs && of_equations.is_none() {
             return Ok(None);
         }
@@ -261,7 +264,8 @@ impl<M: Model> Instance<M> {
         }
         let zero = || vec![0.0; self.layout.states];
         let mut dx = direction.dx.clone().unwrap_or_else(zero);
-        let dy = of_equations.and_then(|x| x.along(model, (p, u, now, state.time), &mut dx, du));
+        let dy = of_equations
+            .and_then(|x| x.directional_derivative(model, (p, u, now, state.time), &mut dx, du));
         Ok(dy.transpose()?.map(|dy| (dy, dx)))
     }
 
@@ -279,7 +283,7 @@ impl<M: Model> Instance<M> {
         }
         let weights = self.weights(unknowns, seed)?;
         for &number in unknowns {
-            by_columns |= self.unknown(number)?.1.place.is_behind();
+            by_columns |= self.unknown(number)?.1.storage.is_derivative_or_indicator();
         }
         if unknowns.is_empty() {
             return Ok(vec![0.0; knowns.len()]);
@@ -291,8 +295,8 @@ impl<M: Model> Instance<M> {
         let (state, (model, now)) = (&self.state, self.evaluated());
         let adjoint = model.adjoint_derivative(&state.parameters, state.input(), now, &weights)?;
         let read = |&number: &u32| {
-            let (i, _, place) = self.known(number)?;
-            let value = place.map_or(0.0, |place| place.get(&adjoint, i));
+            let (i, _, field) = self.known(number)?;
+            let value = field.map_or(0.0, |field| field.get(&adjoint, i));
             self.finite_adjoint(number, value)
         };
         knowns.iter().map(read).collect()
@@ -311,7 +315,7 @@ impl<M: Model> Instance<M> {
     /// A weight for each element of the Real outputs and local variables, in the order of the
     /// table.
     fn weights(&self, unknowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Fault> {
-        let is_output = |row: &Variable<M>| matches!(row.place, Place::RealOut(_));
+        let is_output = |row: &Variable<M>| matches!(row.storage, Storage::RealOut(_));
         let mut positions = BTreeMap::new();
         for (number, _) in (self.layout.numbered()).filter(|(_, (_, row))| is_output(row)) {
             positions.insert(number, positions.len());
@@ -358,7 +362,7 @@ impl<M: Model> Instance<M> {
     fn difference(
         &mut self,
         direction: &Direction<M>,
-        behind: usize,
+        equations_needed: usize,
         unknowns: usize,
         unknown: &dyn Fn(usize) -> u32,
         put: &mut dyn FnMut(usize, f64),
@@ -371,56 +375,61 @@ impl<M: Model> Instance<M> {
             None => (0.0, self.state.input().clone()),
         });
         if less.0 == more.0 {
-            let parts = self.parts(direction);
+            let parts = self.split(direction);
             if parts.len() > 1 {
                 let mut sums = vec![0.0; unknowns];
                 for part in &parts {
-                    self.difference(part, behind, unknowns, unknown, &mut |k, dy| sums[k] += dy)?;
+                    self.difference(part, equations_needed, unknowns, unknown, &mut |k, dy| {
+                        sums[k] += dy
+                    })?;
                 }
                 sums.iter().enumerate().for_each(|(k, dy)| put(k, *dy));
                 return Ok(());
             }
         }
-        let y_less = self.observed(direction, behind, &less)?;
-        let y_more = self.observed(direction, behind, &more)?;
+        let y_less = self.observe(direction, equations_needed, &less)?;
+        let y_more = self.observe(direction, equations_needed, &more)?;
         let slope = |e| (self.value(e, &y_more) - self.value(e, &y_less)) / (more.0 - less.0);
         self.put_values(unknowns, unknown, slope, put, "derivative")
     }
 
     /// The direction as a sum: the states, and each input that changes. Inputs at opposite bounds
     /// cannot move together, but each of them can.
-    fn parts(&self, direction: &Direction<M>) -> Vec<Direction<M>> {
+    fn split(&self, direction: &Direction<M>) -> Vec<Direction<M>> {
         let zero = || self.layout.zero(self.state.input());
         let states = direction.dx.is_some().then(|| Direction {
             du: zero(),
             dx: direction.dx.clone(),
             largest: direction.largest,
         });
-        let inputs = self.layout.iter().filter_map(|(i, row)| match &row.place {
-            Place::RealIn(place) if place.get(&direction.du, i) != 0.0 => {
-                let (seed, mut du) = (place.get(&direction.du, i), zero());
-                *place.get_mut(&mut du, i) = seed;
-                let largest = seed.abs() / row.nominal.unwrap_or(1.0);
-                Some(Direction {
-                    du,
-                    dx: None,
-                    largest,
-                })
-            }
-            _ => None,
-        });
+        let inputs = self
+            .layout
+            .iter()
+            .filter_map(|(i, row)| match &row.storage {
+                Storage::RealIn(field) if field.get(&direction.du, i) != 0.0 => {
+                    let (seed, mut du) = (field.get(&direction.du, i), zero());
+                    *field.get_mut(&mut du, i) = seed;
+                    let largest = seed.abs() / row.nominal.unwrap_or(1.0);
+                    Some(Direction {
+                        du,
+                        dx: None,
+                        largest,
+                    })
+                }
+                _ => None,
+            });
         states.into_iter().chain(inputs).collect()
     }
 
     /// What is observed with the inputs `u` and the states moved by `step`; in Initialization Mode of
     /// a model that is initialized with these inputs. What is behind the table is looked at as far as
     /// `behind`.
-    fn observed(
+    fn observe(
         &self,
         direction: &Direction<M>,
-        behind: usize,
+        equations_needed: usize,
         (step, u): &(f64, M::Input),
-    ) -> Result<Observed<M>, Fault> {
+    ) -> Result<Observation<M>, Fault> {
         let p = &self.state.parameters;
         let mut model = match &self.state.model {
             Some(model) if self.state.phase != Phase::Initialization => model.clone(),
@@ -432,18 +441,18 @@ impl<M: Model> Instance<M> {
             x.iter_mut().zip(dx).for_each(|(x, dx)| *x += step * dx);
             (equations.set_states)(&mut model, &x);
         }
-        let now = M::Evaluation::of(&model, p, u)?;
+        let now = M::Evaluation::new(&model, p, u)?;
         let y = model.output(p, u, &now)?;
-        let Some(equations) = M::MODEL_EXCHANGE.filter(|_| behind > 0) else {
+        let Some(equations) = M::MODEL_EXCHANGE.filter(|_| equations_needed > 0) else {
             return Ok((y, Vec::new()));
         };
         let (states, indicators) = (self.layout.states, self.layout.indicators);
         let (at, mut rate) = ((p, u, &now, self.state.time), model.clone());
         let mut numbers = vec![0.0; states + indicators];
-        if behind > states {
-            equations.behind(&model, at, &mut rate, states, &mut numbers)?;
+        if equations_needed > states {
+            equations.derivatives_and_indicators(&model, at, &mut rate, states, &mut numbers)?;
         } else {
-            equations.rates(&model, at, &mut rate, &mut numbers[..states])?;
+            equations.write_derivatives(&model, at, &mut rate, &mut numbers[..states])?;
         }
         Ok((y, numbers))
     }
@@ -452,9 +461,9 @@ impl<M: Model> Instance<M> {
     fn moved_inputs(&self, du: &M::Input, step: f64) -> Option<M::Input> {
         let mut u = self.state.input().clone();
         for (i, row) in self.layout.iter() {
-            if let Place::RealIn(place) = &row.place {
-                let slot = place.get_mut(&mut u, i);
-                *slot += step * place.get(du, i);
+            if let Storage::RealIn(field) = &row.storage {
+                let slot = field.get_mut(&mut u, i);
+                *slot += step * field.get(du, i);
                 if !slot.is_allowed(row) {
                     return None;
                 }
@@ -464,10 +473,10 @@ impl<M: Model> Instance<M> {
     }
 
     /// What an unknown is among all that was observed.
-    fn value(&self, (i, row): Element<M>, (y, behind): &Observed<M>) -> f64 {
-        match &row.place {
-            Place::RealOut(place) => place.get(y, i),
-            _ => behind[self.layout.offset(row) + i],
+    fn value(&self, (i, row): Element<M>, (y, equations): &Observation<M>) -> f64 {
+        match &row.storage {
+            Storage::RealOut(field) => field.get(y, i),
+            _ => equations[self.layout.offset(row) + i],
         }
     }
 

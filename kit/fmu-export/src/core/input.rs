@@ -1,6 +1,6 @@
 //! Inputs over a communication step: value and time derivatives at its start.
 
-use super::place::Write;
+use super::storage::Accessor;
 use serde::{Deserialize, Serialize};
 
 /// Highest order of input derivative that is used; higher orders are accepted and left out.
@@ -67,8 +67,8 @@ impl<I: Clone + Default> InputPolynomial<I> {
     }
 
     /// Least and greatest value of one input within a step of `h` s.
-    pub(crate) fn range(&self, place: &Write<I, f64>, i: usize, h: f64) -> [f64; 2] {
-        let [a, b, c, d] = [0, 1, 2, 3].map(|k| self.known(k).map_or(0.0, |u| place.get(u, i)));
+    pub(crate) fn range(&self, field: &Accessor<I, f64>, i: usize, h: f64) -> [f64; 2] {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k| self.known(k).map_or(0.0, |u| field.get(u, i)));
         let at = |s: f64| a + s * (b + s / 2.0 * (c + s / 3.0 * d));
         let inside = |&s: &f64| 0.0 < s && s < h;
         // The extrema inside are the roots of b + c s + d/2 s²; the second form of the formula
@@ -98,7 +98,7 @@ mod tests {
     /// slope times their distance.
     #[test]
     fn the_range_holds_every_value_within_the_step() {
-        let place: Write<f64, f64> = Write::Scalar(|u| u, |u| u);
+        let field: Accessor<f64, f64> = Accessor::Scalar(|u| u, |u| u);
         for (value, derivatives) in [
             (1.5, [0.0; 3]),
             (1.5, [2.0, 0.0, 0.0]),
@@ -112,7 +112,7 @@ mod tests {
         ] {
             let h = 0.75;
             let u = InputPolynomial::with_derivatives(value, &derivatives);
-            let [least, most] = u.range(&place, 0, h);
+            let [least, most] = u.range(&field, 0, h);
             let [b, c, d] = derivatives;
             let at = |k: i32| {
                 let s = h * f64::from(k) / 1e5;

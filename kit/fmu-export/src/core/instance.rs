@@ -1,15 +1,15 @@
 //! One instance of a model: its state, and what is computed of it.
 
+use super::equation_cache::EquationCache;
 use super::fault::{Fault, refuse};
 use super::layout::Layout;
-use super::log::Wanted;
+use super::log::LogFilter;
 use super::message::{Kind, Message};
 use super::phase::Phase;
-use super::place::Names;
-use super::rates::Rates;
-use super::room::Room;
 use super::sizes;
+use super::solver_workspace::SolverWorkspace;
 use super::state::{Identity, Saved, State};
+use super::storage::TypeNames;
 use crate::{Evaluation, Model, ModelError};
 use std::path::PathBuf;
 
@@ -19,7 +19,7 @@ pub(crate) struct Instance<M: Model> {
     /// Saved states carry it.
     pub(crate) identity: Identity,
     /// What the border calls the types.
-    pub(crate) names: &'static Names,
+    pub(crate) names: &'static TypeNames,
     pub(crate) resources: Option<PathBuf>,
     /// A panic happened: nothing of `state` can be trusted until another one takes its place.
     pub(crate) lost: bool,
@@ -32,16 +32,16 @@ pub(crate) struct Instance<M: Model> {
     pub(crate) evaluation: Option<M::Evaluation>,
     /// Outputs of `state`, valid while `fresh`.
     pub(crate) output: M::Output,
-    pub(crate) fresh: bool,
+    pub(crate) output_is_valid: bool,
     /// Room for a solver.
-    pub(crate) room: Room<M, M::Input>,
+    pub(crate) workspace: SolverWorkspace<M, M::Input>,
     /// What is for Model Exchange only.
-    pub(crate) exchange: Rates<M>,
+    pub(crate) equation_cache: EquationCache<M>,
     pub(crate) saved: Saved<M>,
     /// Not sent yet.
     pub(crate) messages: Vec<Message>,
     /// What the importer wants to hear of the model.
-    pub(crate) wanted: Wanted,
+    pub(crate) log_filter: LogFilter,
     /// It has been said that derivatives of a higher order are not used.
     pub(crate) has_warned_of_order: bool,
 }
@@ -52,7 +52,7 @@ impl<M: Model> Instance<M> {
         layout: Layout<M>,
         (start, input): (M::Parameters, M::Input),
         identity: Identity,
-        names: &'static Names,
+        names: &'static TypeNames,
         resources: Option<PathBuf>,
         sizes: &'static str,
     ) -> Self {
@@ -67,18 +67,18 @@ impl<M: Model> Instance<M> {
             layout,
             sizes,
             evaluation: None,
-            fresh: false,
-            room: Room::default(),
-            exchange: Rates::default(),
+            output_is_valid: false,
+            workspace: SolverWorkspace::default(),
+            equation_cache: EquationCache::default(),
             saved: Saved::default(),
             messages: Vec::new(),
-            wanted: Wanted::default(),
+            log_filter: LogFilter::default(),
             has_warned_of_order: false,
         }
     }
 
     /// Queues a message.
-    pub(crate) fn tell(&mut self, kind: Kind, text: impl Into<String>) {
+    pub(crate) fn report(&mut self, kind: Kind, text: impl Into<String>) {
         self.messages.push(Message::new(kind, text));
     }
 
@@ -119,60 +119,60 @@ impl<M: Model> Instance<M> {
     pub(crate) fn exit_initialization(&mut self) -> Result<(), Fault> {
         self.model()?;
         self.state.phase = Phase::Stepping;
-        self.tell(Kind::Event, "initialized");
+        self.report(Kind::Event, "initialized");
         Ok(())
     }
 
     pub(crate) fn terminate(&mut self) {
         self.state.phase = Phase::Terminated;
-        self.tell(Kind::Event, "terminated");
+        self.report(Kind::Event, "terminated");
     }
 
     pub(crate) fn reset(&mut self) {
         let (start, input) = sizes::start::<M>(self.sizes).expect("as when it was made");
         let slots = Layout::<M>::new(&start, &input).slots();
         self.replace(State::instantiated(start, input, slots));
-        self.tell(Kind::Event, "reset to the state after instantiation");
+        self.report(Kind::Event, "reset to the state after instantiation");
     }
 
     /// The state, to be put back if the second of two changes fails.
     #[cold]
     pub(crate) fn snapshot(&self) -> State<M> {
         let mut state = self.state.clone();
-        state.first = self.room.first;
+        state.first = self.workspace.first;
         state
     }
 
     /// Puts another state in place of the present one.
     pub(crate) fn replace(&mut self, state: State<M>) {
         self.state = state;
-        self.settle();
+        self.adopt_state();
     }
 
     /// After another state has taken the place of the one before.
-    pub(crate) fn settle(&mut self) {
-        self.room.first = self.state.first;
+    pub(crate) fn adopt_state(&mut self) {
+        self.workspace.first = self.state.first;
         if self.layout.has_vectors() && !self.has_sizes(&self.state.parameters) {
             self.follow_sizes();
         }
-        self.forget();
+        self.invalidate();
         self.lost = false;
     }
 
     /// Marks all that was computed of the state as out of date.
     #[inline(always)]
-    pub(crate) fn forget(&mut self) {
+    pub(crate) fn invalidate(&mut self) {
         self.evaluation = None;
-        self.fresh = false;
-        self.exchange.forget();
+        self.output_is_valid = false;
+        self.equation_cache.invalidate();
     }
 
     /// Marks what was computed from parameters and inputs as out of date: the outputs, and the
     /// evaluation if it has read them.
     #[inline]
-    pub(crate) fn touch(&mut self, is_evaluated: bool) {
-        self.fresh = false;
-        self.exchange.forget();
+    pub(crate) fn invalidate_inputs(&mut self, is_evaluated: bool) {
+        self.output_is_valid = false;
+        self.equation_cache.invalidate();
         let is_initializing = self.state.phase == Phase::Initialization;
         if is_evaluated || is_initializing {
             self.evaluation = None;
@@ -187,7 +187,7 @@ impl<M: Model> Instance<M> {
         let state = &mut self.state;
         if state.model.is_none() {
             let mut new = M::initialize(&state.parameters, &state.input.value, state.start)?;
-            warn(&mut self.messages, &mut new);
+            collect_messages(&mut self.messages, &mut new);
             state.model = Some(new);
             self.evaluation = None;
         }
@@ -201,7 +201,7 @@ impl<M: Model> Instance<M> {
             self.model()?;
             let state = &self.state;
             let model = state.model.as_ref().expect("made above");
-            self.evaluation = Some(M::Evaluation::of(model, &state.parameters, state.input())?);
+            self.evaluation = Some(M::Evaluation::new(model, &state.parameters, state.input())?);
         }
         Ok(())
     }
@@ -217,15 +217,15 @@ impl<M: Model> Instance<M> {
 
     /// Makes `output` agree with the state and the current inputs.
     #[inline]
-    pub(crate) fn refresh(&mut self) -> Result<(), ModelError> {
-        if !self.fresh {
+    pub(crate) fn update_output(&mut self) -> Result<(), ModelError> {
+        if !self.output_is_valid {
             self.evaluate()?;
             let (Some(model), Some(now)) = (&self.state.model, &self.evaluation) else {
                 unreachable!("`evaluate` comes first");
             };
             let (p, u) = (&self.state.parameters, self.state.input());
             model.output_into(p, u, now, &mut self.output)?;
-            self.fresh = true;
+            self.output_is_valid = true;
         }
         Ok(())
     }
@@ -233,15 +233,15 @@ impl<M: Model> Instance<M> {
 
 /// Tells the model's log what the importer wants to hear.
 #[inline]
-pub(crate) fn listen<M: Model>(wanted: Wanted, model: &mut M) {
+pub(crate) fn set_log_filter<M: Model>(filter: LogFilter, model: &mut M) {
     if let Some(log) = model.log() {
-        log.prepare(wanted, M::INFO.log_categories);
+        log.prepare(filter, M::INFO.log_categories);
     }
 }
 
 /// Queues what the model has told of.
 #[inline]
-pub(crate) fn hear<M: Model>(messages: &mut Vec<Message>, model: &mut M) {
+pub(crate) fn collect_log<M: Model>(messages: &mut Vec<Message>, model: &mut M) {
     if let Some(log) = model.log() {
         log.empty_into(messages);
     }
@@ -249,9 +249,9 @@ pub(crate) fn hear<M: Model>(messages: &mut Vec<Message>, model: &mut M) {
 
 /// Queues what the model has to warn and to tell of.
 #[inline]
-pub(crate) fn warn<M: Model>(messages: &mut Vec<Message>, model: &mut M) {
+pub(crate) fn collect_messages<M: Model>(messages: &mut Vec<Message>, model: &mut M) {
     if let Some(warning) = model.take_warning() {
         messages.push(Message::new(Kind::Warning, warning));
     }
-    hear(messages, model);
+    collect_log(messages, model);
 }

@@ -4,12 +4,12 @@
 //! A long row, and one in a vector, counts as one: its number is `r` whatever its length is, and its
 //! elements have numbers far above all others, `(r + 1) << 20` and on.
 
-use super::copied::copied;
 use super::fault::Fault;
+use super::impl_copy::impl_copy;
 use super::length::{LONGEST, MOST_COUNTED, Resize, SHIFT};
 use super::model::ModelExchange;
 use super::model::{Model, Variable, zero};
-use super::place::Place;
+use super::storage::Storage;
 use std::ops::Range;
 
 /// An element: the index within its row, from 0, and the row.
@@ -19,7 +19,7 @@ pub(crate) type Element<M> = (usize, &'static Variable<M>);
 pub(crate) const TIME: u32 = LARGEST_NUMBER + 1;
 
 /// The elements of one row, which follow each other.
-pub(crate) struct Run<M: Model> {
+pub(crate) struct RowSpan<M: Model> {
     /// Number of the first element.
     first: u32,
     len: u32,
@@ -31,9 +31,9 @@ pub(crate) struct Run<M: Model> {
     pub(crate) bounds: [f64; 2],
 }
 
-copied! { [M: Model] Run<M>; }
+impl_copy! { [M: Model] RowSpan<M>; }
 
-impl<M: Model> Run<M> {
+impl<M: Model> RowSpan<M> {
     /// Index within the row of the element with this number; larger than any for an element of
     /// another row.
     #[inline]
@@ -84,10 +84,10 @@ impl<M: Model> Run<M> {
     }
 }
 
-/// The elements that one number means where rows are arrays: their run, the index of the first one,
+/// The elements that one number means where rows are arrays: their span, the index of the first one,
 /// and how many they are. It is the number of a row's first element, and means all of the row;
 /// where the elements have different units, each is on its own.
-pub(crate) type Block<M> = (Run<M>, usize, usize);
+pub(crate) type Block<M> = (RowSpan<M>, usize, usize);
 
 /// Largest number of an element that may be said.
 pub(crate) const LARGEST_NUMBER: u32 = u16::MAX as u32;
@@ -97,11 +97,11 @@ pub(crate) const LARGEST_OF_LONG: u32 = (1 << (u32::BITS - SHIFT)) - 3;
 /// The elements of a table. A row, too, can be addressed: by the number of its first element.
 pub(crate) struct Layout<M: Model> {
     /// By number; None where no element has it.
-    by_number: Vec<Option<Run<M>>>,
+    by_number: Vec<Option<RowSpan<M>>>,
     /// All rows in the order of the table, with the position of the first element among all.
-    rows: Vec<(usize, Run<M>)>,
+    rows: Vec<(usize, RowSpan<M>)>,
     /// The long rows, with the number of elements of those before.
-    long: Vec<(usize, Run<M>)>,
+    long: Vec<(usize, RowSpan<M>)>,
     /// How many continuous states there are for Model Exchange.
     pub(crate) states: usize,
     /// How many event indicators.
@@ -126,20 +126,20 @@ impl<M: Model> Layout<M> {
         };
         let (mut next, mut position, mut in_long, mut offset) = (0, 0, 0, 0);
         for row in M::variables().iter().chain(ModelExchange::<M>::rows()) {
-            let is_behind = row.place.is_behind();
-            let owner = match row.place {
-                Place::Derivative => state(row.name).unwrap_or(row),
+            let is_derivative_or_indicator = row.storage.is_derivative_or_indicator();
+            let owner = match row.storage {
+                Storage::Derivative => state(row.name).unwrap_or(row),
                 _ => row,
             };
             let len = owner.len(parameters, input, &output).min(LONGEST);
-            let number = match is_behind {
+            let number = match is_derivative_or_indicator {
                 true => layout.len() as u32,
                 false => row.at.unwrap_or(next),
             };
             let is_long = owner.resize.is_some() || len > MOST_COUNTED;
             let counted = if is_long { 1 } else { len as u32 };
             next = number.saturating_add(counted);
-            let run = Run {
+            let span = RowSpan {
                 first: match is_long {
                     true => number.saturating_add(1).min(LARGEST_OF_LONG + 2) << SHIFT,
                     false => number,
@@ -151,13 +151,17 @@ impl<M: Model> Layout<M> {
                 row,
                 bounds: row.bounds(),
             };
-            match row.place {
-                Place::Derivative => layout.states += len,
-                _ if is_behind => layout.indicators += len,
+            match row.storage {
+                Storage::Derivative => layout.states += len,
+                _ if is_derivative_or_indicator => layout.indicators += len,
                 _ => {}
             }
-            offset += if is_behind { len as u32 } else { 0 };
-            layout.rows.push((position, run));
+            offset += if is_derivative_or_indicator {
+                len as u32
+            } else {
+                0
+            };
+            layout.rows.push((position, span));
             position += len;
             if number > LARGEST_NUMBER {
                 continue; // refused by the check of the table
@@ -166,12 +170,12 @@ impl<M: Model> Layout<M> {
                 layout.by_number.resize(next as usize, None);
             }
             if is_long {
-                layout.long.push((in_long, run));
+                layout.long.push((in_long, span));
                 in_long += len;
                 continue;
             }
-            for place in &mut layout.by_number[number as usize..next as usize] {
-                place.get_or_insert(run);
+            for entry in &mut layout.by_number[number as usize..next as usize] {
+                entry.get_or_insert(span);
             }
         }
         layout
@@ -184,14 +188,14 @@ impl<M: Model> Layout<M> {
 
     /// How many places for something about each element there must be.
     pub(crate) fn slots(&self) -> usize {
-        let in_long = |(before, run): &(usize, Run<M>)| before + run.len();
+        let in_long = |(before, span): &(usize, RowSpan<M>)| before + span.len();
         self.len() + self.long.last().map_or(0, in_long)
     }
 
     /// The place for something about the element with this number.
     pub(crate) fn slot(&self, number: u32) -> usize {
-        match (self.long.iter()).find(|(_, run)| run.index(number) < run.len()) {
-            Some((before, run)) => self.len() + before + run.index(number),
+        match (self.long.iter()).find(|(_, span)| span.index(number) < span.len()) {
+            Some((before, span)) => self.len() + before + span.index(number),
             None => number as usize,
         }
     }
@@ -199,7 +203,7 @@ impl<M: Model> Layout<M> {
     /// Whether there are rows whose length is that of a vector.
     #[inline]
     pub(crate) fn has_vectors(&self) -> bool {
-        (self.long.iter()).any(|(_, run)| run.row.resize.is_some())
+        (self.long.iter()).any(|(_, span)| span.row.resize.is_some())
     }
 
     /// Inputs that are zero, with vectors as long as those of `like`.
@@ -213,9 +217,9 @@ impl<M: Model> Layout<M> {
 
     /// Whether parameters and inputs are as long as the rows.
     pub(crate) fn fits(&self, p: &M::Parameters, u: &M::Input) -> bool {
-        self.long.iter().all(|(_, run)| match run.row.resize {
+        self.long.iter().all(|(_, span)| match span.row.resize {
             None | Some(Resize::Output(_)) => true,
-            Some(_) => run.row.place.len(p, u, &M::Output::default()) == run.len(),
+            Some(_) => span.row.storage.len(p, u, &M::Output::default()) == span.len(),
         })
     }
 
@@ -226,48 +230,50 @@ impl<M: Model> Layout<M> {
 
     /// All elements in the order of the table, with their numbers.
     pub(crate) fn numbered(&self) -> impl Iterator<Item = (u32, Element<M>)> {
-        (self.rows.iter()).flat_map(|&(_, run)| {
-            (run.first..run.first + run.len)
-                .map(move |number| (number, (run.index(number), run.row)))
+        (self.rows.iter()).flat_map(|&(_, span)| {
+            (span.first..span.first + span.len)
+                .map(move |number| (number, (span.index(number), span.row)))
         })
     }
 
     /// Elements to try something with, at their positions: all, of long rows some.
     pub(crate) fn samples(&self) -> Vec<(usize, Element<M>)> {
-        let some = |&(start, run): &(usize, Run<M>)| {
-            let last = run.len().saturating_sub(1);
-            let is_tried = move |&i: &usize| !run.is_long() || [0, 1, last / 2, last].contains(&i);
-            let tried = (0..run.len()).filter(is_tried);
-            tried.map(move |i| (start + i, (i, run.row)))
+        let some = |&(start, span): &(usize, RowSpan<M>)| {
+            let last = span.len().saturating_sub(1);
+            let is_tried = move |&i: &usize| !span.is_long() || [0, 1, last / 2, last].contains(&i);
+            let tried = (0..span.len()).filter(is_tried);
+            tried.map(move |i| (start + i, (i, span.row)))
         };
         self.rows.iter().flat_map(some).collect()
     }
 
     /// All rows in the order of the table, with the positions of their elements among all elements.
     pub(crate) fn rows(&self) -> impl Iterator<Item = (Range<usize>, &'static Variable<M>)> {
-        (self.rows.iter()).map(|&(start, run)| (start..start + run.len(), run.row))
+        (self.rows.iter()).map(|&(start, span)| (start..start + span.len(), span.row))
     }
 
     /// Where the derivatives of a state's row, or an indicator, begin among all that is behind the
     /// table.
     pub(crate) fn offset(&self, of: &Variable<M>) -> usize {
-        let is_it = |row: &Variable<M>| row.place.is_behind() && row.name == of.name;
-        let run = self.rows.iter().find(|(_, run)| is_it(run.row));
-        run.map_or(0, |(_, run)| run.offset as usize)
+        let is_it =
+            |row: &Variable<M>| row.storage.is_derivative_or_indicator() && row.name == of.name;
+        let span = self.rows.iter().find(|(_, span)| is_it(span.row));
+        span.map_or(0, |(_, span)| span.offset as usize)
     }
 
     /// The position of the state of which element `i` of a row is the derivative.
-    pub(crate) fn state_of(&self, row: &Variable<M>, i: usize) -> Option<usize> {
+    pub(crate) fn state_position(&self, row: &Variable<M>, i: usize) -> Option<usize> {
         let mut rows = self.rows();
-        let state = rows.find(|(_, state)| row.place.is_derivative() && state.name == row.name)?;
+        let state =
+            rows.find(|(_, state)| row.storage.is_derivative() && state.name == row.name)?;
         Some(state.0.start + i)
     }
 
     /// The block that a number means.
     #[inline]
     pub(crate) fn block(&self, number: u32) -> Result<Block<M>, Fault> {
-        match self.short(number) {
-            Some(run) => run.block_of(number).ok_or(Fault::Unknown(number)),
+        match self.short_row(number) {
+            Some(span) => span.block_of(number).ok_or(Fault::Unknown(number)),
             None => self.long_block(number),
         }
     }
@@ -275,99 +281,99 @@ impl<M: Model> Layout<M> {
     #[cold]
     #[inline(never)]
     fn long_block(&self, number: u32) -> Result<Block<M>, Fault> {
-        let run = (self.long.iter()).find(|(_, run)| run.number() == number);
-        run.map_or(Err(Fault::Unknown(number)), |&(_, run)| {
-            Ok((run, 0, run.len()))
+        let span = (self.long.iter()).find(|(_, span)| span.number() == number);
+        span.map_or(Err(Fault::Unknown(number)), |&(_, span)| {
+            Ok((span, 0, span.len()))
         })
     }
 
     /// The row of which this number means all elements, if there are `len` of them.
     #[inline]
-    pub(crate) fn whole(&self, number: u32, len: usize) -> Option<&Run<M>> {
-        let run = self.short(number)?;
-        let is_whole = number == run.first && len == run.len() && (run.is_array || len == 1);
-        is_whole.then_some(run)
+    pub(crate) fn whole_row(&self, number: u32, len: usize) -> Option<&RowSpan<M>> {
+        let span = self.short_row(number)?;
+        let is_whole = number == span.first && len == span.len() && (span.is_array || len == 1);
+        is_whole.then_some(span)
     }
 
     /// The long row of this number, if it has `len` elements.
     #[cold]
     #[inline(never)]
-    pub(crate) fn long(&self, number: u32, len: usize) -> Option<Run<M>> {
-        let (run, _, n) = self.long_block(number).ok()?;
-        (n == len && run.is_array).then_some(run)
+    pub(crate) fn long_row(&self, number: u32, len: usize) -> Option<RowSpan<M>> {
+        let (span, _, n) = self.long_block(number).ok()?;
+        (n == len && span.is_array).then_some(span)
     }
 
     /// All blocks in the order of the table, with their numbers.
     pub(crate) fn blocks(&self) -> impl Iterator<Item = (u32, Block<M>)> {
-        self.together(|run| run.is_array && run.len > 0)
+        self.grouped(|span| span.is_array && span.len > 0)
     }
 
     /// What is numbered: elements, and long rows as one.
     pub(crate) fn entries(&self) -> impl Iterator<Item = (u32, Block<M>)> {
-        self.together(Run::is_long)
+        self.grouped(RowSpan::is_long)
     }
 
     /// All elements, together where a row is one.
-    fn together(&self, is_one: fn(&Run<M>) -> bool) -> impl Iterator<Item = (u32, Block<M>)> {
-        self.rows.iter().flat_map(move |&(_, run)| {
-            let (blocks, len) = match is_one(&run) {
-                true => (1, run.len()),
-                false => (run.len, 1),
+    fn grouped(&self, is_one: fn(&RowSpan<M>) -> bool) -> impl Iterator<Item = (u32, Block<M>)> {
+        self.rows.iter().flat_map(move |&(_, span)| {
+            let (blocks, len) = match is_one(&span) {
+                true => (1, span.len()),
+                false => (span.len, 1),
             };
-            (0..blocks).map(move |i| (run.number() + i, (run, i as usize, len)))
+            (0..blocks).map(move |i| (span.number() + i, (span, i as usize, len)))
         })
     }
 
     /// The numbers of the elements that `number` means in [`block`](Self::block).
     pub(crate) fn elements(&self, number: u32) -> Result<Range<u32>, Fault> {
-        let (run, first, len) = self.block(number)?;
-        let first = run.first + first as u32;
+        let (span, first, len) = self.block(number)?;
+        let first = span.first + first as u32;
         Ok(first..first + len as u32)
     }
 
     /// The number of the block that holds the element at a position, and its index there.
     pub(crate) fn block_at(&self, position: usize) -> (u32, usize) {
         let k = self.rows.partition_point(|(start, _)| *start <= position) - 1;
-        let (start, run) = &self.rows[k];
+        let (start, span) = &self.rows[k];
         let i = position - start;
-        match run.is_array() {
-            true => (run.number(), i),
-            false => (run.first + i as u32, 0),
+        match span.is_array() {
+            true => (span.number(), i),
+            false => (span.first + i as u32, 0),
         }
     }
 
-    /// The run of the element with this number, unless it is of a long row.
+    /// The span of the element with this number, unless it is of a long row.
     #[inline]
-    pub(crate) fn short(&self, number: u32) -> Option<&Run<M>> {
+    pub(crate) fn short_row(&self, number: u32) -> Option<&RowSpan<M>> {
         self.by_number.get(number as usize)?.as_ref()
     }
 
-    /// The run of the element with this number.
+    /// The span of the element with this number.
     #[inline]
-    pub(crate) fn run(&self, number: u32) -> Result<Run<M>, Fault> {
-        match self.short(number) {
-            Some(run) => Ok(*run),
-            None => self.long_run(number),
+    pub(crate) fn span(&self, number: u32) -> Result<RowSpan<M>, Fault> {
+        match self.short_row(number) {
+            Some(span) => Ok(*span),
+            None => self.long_span(number),
         }
     }
 
     #[cold]
     #[inline(never)]
-    fn long_run(&self, number: u32) -> Result<Run<M>, Fault> {
-        let run = (self.long.iter()).find(|(_, run)| run.index(number) < run.len());
-        run.map_or(Err(Fault::Unknown(number)), |&(_, run)| Ok(run))
+    fn long_span(&self, number: u32) -> Result<RowSpan<M>, Fault> {
+        let span = (self.long.iter()).find(|(_, span)| span.index(number) < span.len());
+        span.map_or(Err(Fault::Unknown(number)), |&(_, span)| Ok(span))
     }
 
     /// The element with this number, or the first one of the block with it: for what is said of it.
     pub(crate) fn find_any(&self, number: u32) -> Result<Element<M>, Fault> {
-        let block = self.block(number).map(|(run, first, _)| (first, run.row));
+        let block = self.block(number).map(|(span, first, _)| (first, span.row));
         block.or_else(|_| self.find(number))
     }
 
     /// The element with this number.
     #[inline]
     pub(crate) fn find(&self, number: u32) -> Result<Element<M>, Fault> {
-        let run = self.run(number)?;
-        Ok((run.index(number), run.row))
+        let span = self.span(number)?;
+        Ok((span.index(number), span.row))
     }
 }

@@ -1,6 +1,6 @@
 //! How long a row is that is not an array in Rust, and what makes it as long.
 
-use super::copied::copied;
+use super::impl_copy::impl_copy;
 
 /// Most elements of a row whose elements are counted one by one.
 pub(crate) const MOST_COUNTED: usize = 256;
@@ -28,4 +28,4 @@ pub enum Resize<P, U, Y> {
     Output(fn(&mut Y, usize)),
 }
 
-copied! { [P, U, Y] Resize<P, U, Y>; }
+impl_copy! { [P, U, Y] Resize<P, U, Y>; }

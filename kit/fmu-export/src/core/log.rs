@@ -25,8 +25,8 @@ use std::panic::Location;
 pub struct Log {
     queue: Vec<Message>,
     /// Lines of the program that have sent messages, and how many.
-    places: Vec<(&'static Location<'static>, u64)>,
-    wanted: Wanted,
+    locations: Vec<(&'static Location<'static>, u64)>,
+    filter: LogFilter,
     categories: Categories,
 }
 
@@ -42,12 +42,12 @@ const FIRST: u64 = 10;
 
 /// What the importer wants to hear, by level: bit k for category k.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wanted {
+pub(crate) struct LogFilter {
     pub(crate) info: u32,
     pub(crate) warning: u32,
 }
 
-impl Default for Wanted {
+impl Default for LogFilter {
     /// Everything: what is not wanted is left out later.
     fn default() -> Self {
         Self {
@@ -62,22 +62,22 @@ impl Log {
     /// or empty for that of FMI which fits the level.
     #[track_caller]
     pub fn info(&mut self, category: &'static str, text: fmt::Arguments<'_>) {
-        self.tell(Level::Info, category, text);
+        self.push(Level::Info, category, text);
     }
 
     /// Warns; the call succeeds all the same.
     #[track_caller]
     pub fn warning(&mut self, category: &'static str, text: fmt::Arguments<'_>) {
-        self.tell(Level::Warning, category, text);
+        self.push(Level::Warning, category, text);
     }
 
     #[track_caller]
-    fn tell(&mut self, level: Level, category: &'static str, text: fmt::Arguments<'_>) {
-        let wanted = match level {
-            Level::Info => self.wanted.info,
-            Level::Warning => self.wanted.warning,
+    fn push(&mut self, level: Level, category: &'static str, text: fmt::Arguments<'_>) {
+        let filter = match level {
+            Level::Info => self.filter.info,
+            Level::Warning => self.filter.warning,
         };
-        if wanted & 1 << number(self.categories, category) == 0 {
+        if filter & 1 << number(self.categories, category) == 0 {
             return;
         }
         let count = self.count(Location::caller());
@@ -95,14 +95,18 @@ impl Log {
     }
 
     /// Counts a message from a line of the program.
-    fn count(&mut self, place: &'static Location<'static>) -> u64 {
-        match self.places.iter_mut().find(|(known, _)| *known == place) {
+    fn count(&mut self, location: &'static Location<'static>) -> u64 {
+        match self
+            .locations
+            .iter_mut()
+            .find(|(known, _)| *known == location)
+        {
             Some((_, count)) => {
                 *count += 1;
                 *count
             }
             None => {
-                self.places.push((place, 1));
+                self.locations.push((location, 1));
                 1
             }
         }
@@ -110,8 +114,8 @@ impl Log {
 
     /// Before a call of the model.
     #[inline]
-    pub(crate) fn prepare(&mut self, wanted: Wanted, categories: Categories) {
-        self.wanted = wanted;
+    pub(crate) fn prepare(&mut self, filter: LogFilter, categories: Categories) {
+        self.filter = filter;
         self.categories = categories;
     }
 

@@ -1,17 +1,17 @@
 //! What a model implements, and what a row of its table of variables holds.
 
 use super::causality::{Causality, Dependencies};
-use super::copied::copied;
 use super::enumeration::Enumeration;
 use super::error::ModelError;
 use super::event::Event;
+use super::impl_copy::impl_copy;
 use super::info::Info;
 use super::input::InputPolynomial;
 use super::length::{Length, Resize};
 use super::log::Log;
-use super::place::{Place, Write, each};
-use super::room::Room;
+use super::solver_workspace::SolverWorkspace;
 use super::step_end::StepEnd;
+use super::storage::{Accessor, Storage, each};
 use super::unit::Unit;
 use serde::{Serialize, de::DeserializeOwned};
 use std::path::Path;
@@ -47,7 +47,7 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
     const INFO: Info;
 
     /// The equations of a model that is exported for Model Exchange too:
-    /// [`ModelExchange::of`]`()`, which is those of [`Continuous`](crate::Continuous).
+    /// [`ModelExchange::from_continuous`]`()`, which is those of [`Continuous`](crate::Continuous).
     const MODEL_EXCHANGE: Option<ModelExchange<Self>> = None;
 
     /// The table of variables: the single source of value references, get and set, and
@@ -106,9 +106,9 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
     /// [`step`](Self::step) with room for a solver, which the layer keeps from step to step.
     #[doc(hidden)]
     #[inline(always)]
-    fn step_in(
+    fn step_with_workspace(
         &mut self,
-        _room: &mut Room<Self, Self::Input>,
+        _workspace: &mut SolverWorkspace<Self, Self::Input>,
         p: &Self::Parameters,
         u: &InputPolynomial<Self::Input>,
         now: &Self::Evaluation,
@@ -172,16 +172,16 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
 
 /// Work that outputs, derivatives and the step share: the layer makes it when one of them first
 /// needs it, hands it to each of them, and drops it when the state, a parameter or an input
-/// changes. Inputs that [`of`](Self::of) does not read say so by [`Variable::beside_evaluation`];
+/// changes. Inputs that [`new`](Self::new) does not read say so by [`Variable::not_in_evaluation`];
 /// setting them keeps it.
 pub trait Evaluation<M: Model>: Sized + Send + 'static {
     /// The evaluation of this state, with these parameters and inputs.
-    fn of(model: &M, p: &M::Parameters, u: &M::Input) -> Result<Self, ModelError>;
+    fn new(model: &M, p: &M::Parameters, u: &M::Input) -> Result<Self, ModelError>;
 }
 
 impl<M: Model> Evaluation<M> for () {
     #[inline]
-    fn of(_model: &M, _p: &M::Parameters, _u: &M::Input) -> Result<Self, ModelError> {
+    fn new(_model: &M, _p: &M::Parameters, _u: &M::Input) -> Result<Self, ModelError> {
         Ok(())
     }
 }
@@ -196,7 +196,7 @@ pub struct Variable<M: Model> {
     pub(crate) name: &'static str,
     pub(crate) description: &'static str,
     pub(crate) causality: Causality,
-    pub(crate) place: Place<M::Parameters, M::Input, M::Output>,
+    pub(crate) storage: Storage<M::Parameters, M::Input, M::Output>,
     /// `x`, not `x[1]`.
     pub(crate) scalar: bool,
     /// How many elements it has in each dimension; empty: one dimension, as long as the slice.
@@ -208,9 +208,9 @@ pub struct Variable<M: Model> {
     pub(crate) tunable: bool,
     pub(crate) discrete: bool,
     /// Not read by the model's [`Evaluation`](crate::Evaluation).
-    pub(crate) beside_evaluation: bool,
+    pub(crate) not_in_evaluation: bool,
     /// String setters read this parameter.
-    pub(crate) read_by_texts: bool,
+    pub(crate) read_by_string_setters: bool,
     /// Counts how often the importer has set this input.
     pub(crate) counter: Option<fn(&mut M::Input) -> &mut u32>,
     /// Value reference of the first element; None: the next one.
@@ -231,7 +231,7 @@ pub struct Variable<M: Model> {
     pub(crate) initial_dependencies: Dependencies,
 }
 
-copied! { [M: Model] Variable<M>; }
+impl_copy! { [M: Model] Variable<M>; }
 
 /// The equations of a model for Model Exchange: those of [`Continuous`](crate::Continuous).
 pub struct ModelExchange<M: Model> {
@@ -272,7 +272,7 @@ type Directional<M> = fn(
     Option<&mut <M as Model>::Output>,
 ) -> Result<(), ModelError>;
 
-copied! { [M: Model] ModelExchange<M>; }
+impl_copy! { [M: Model] ModelExchange<M>; }
 
 impl<M: Model> ModelExchange<M> {
     /// The rows behind the table.
@@ -285,8 +285,8 @@ impl<M: Model> ModelExchange<M> {
 pub(crate) fn real_outputs<M: Model>(y: &M::Output) -> impl Iterator<Item = f64> {
     M::variables()
         .iter()
-        .filter_map(|row| match &row.place {
-            Place::RealOut(place) => Some(place.slice(y)),
+        .filter_map(|row| match &row.storage {
+            Storage::RealOut(field) => Some(field.slice(y)),
             _ => None,
         })
         .flatten()
@@ -296,14 +296,14 @@ pub(crate) fn real_outputs<M: Model>(y: &M::Output) -> impl Iterator<Item = f64>
 /// Every element of the Real inputs: index in its row, and place.
 pub(crate) fn real_inputs<M: Model>(
     u: &M::Input,
-) -> impl Iterator<Item = (usize, &'static Write<M::Input, f64>)> {
+) -> impl Iterator<Item = (usize, &'static Accessor<M::Input, f64>)> {
     M::variables()
         .iter()
-        .filter_map(|row| match &row.place {
-            Place::RealIn(place) => Some(place),
+        .filter_map(|row| match &row.storage {
+            Storage::RealIn(field) => Some(field),
             _ => None,
         })
-        .flat_map(|place| (0..place.len(u)).map(move |i| (i, place)))
+        .flat_map(|field| (0..field.len(u)).map(move |i| (i, field)))
 }
 
 /// The adjoint derivative of a model from its directional derivatives: the columns of
@@ -316,11 +316,11 @@ fn adjoint_by_columns<M: Model>(
     weights: &[f64],
 ) -> Result<M::Input, ModelError> {
     let (mut adjoint, mut du) = (zero::<M>(u), zero::<M>(u));
-    for (i, place) in real_inputs::<M>(u) {
-        *place.get_mut(&mut du, i) = 1.0;
+    for (i, field) in real_inputs::<M>(u) {
+        *field.get_mut(&mut du, i) = 1.0;
         let column = model.directional_derivative(p, u, now, &du)?;
-        *place.get_mut(&mut du, i) = 0.0;
-        *place.get_mut(&mut adjoint, i) = (real_outputs::<M>(&column).zip(weights))
+        *field.get_mut(&mut du, i) = 0.0;
+        *field.get_mut(&mut adjoint, i) = (real_outputs::<M>(&column).zip(weights))
             .map(|(dy, weight)| weight * dy)
             .sum();
     }
@@ -334,11 +334,11 @@ pub(crate) fn zero<M: Model>(like: &M::Input) -> M::Input {
         let Some(Resize::Input(resize)) = row.resize else {
             continue;
         };
-        if let Some(values) = row.place.input_values(like) {
+        if let Some(values) = row.storage.input_values(like) {
             resize(&mut zero, each!(Values, values, |values| values.len()));
         }
-        if let Place::RealIn(place) = &row.place {
-            place.slice_mut(&mut zero).fill(0.0);
+        if let Storage::RealIn(field) = &row.storage {
+            field.slice_mut(&mut zero).fill(0.0);
         }
     }
     zero

@@ -9,13 +9,13 @@ use super::enumeration::{Enumeration, Items};
 use super::layout::state;
 use super::length::Length;
 use super::model::{Model, SetString, Variable};
-use super::place::{Fields, Names, Place, Read, Write};
 use super::setters::setters;
+use super::storage::{Accessor, Fields, Getter, Storage, TypeNames};
 use super::unit::Unit;
 use std::ops::RangeInclusive;
 
 macro_rules! writable_rows {
-    ($($scalar:ident $vector:ident $what:literal $causality:ident $place:ident $owner:ident $type:ty;)*) => {$(
+    ($($scalar:ident $vector:ident $what:literal $causality:ident $storage:ident $owner:ident $type:ty;)*) => {$(
         #[doc = concat!("A scalar ", $what, ".")]
         pub const fn $scalar(
             name: &'static str,
@@ -23,7 +23,7 @@ macro_rules! writable_rows {
             get: fn(&M::$owner) -> &$type,
             get_mut: fn(&mut M::$owner) -> &mut $type,
         ) -> Self {
-            Self::row(name, description, Causality::$causality, Place::$place(Write::Scalar(get, get_mut)), true)
+            Self::row(name, description, Causality::$causality, Storage::$storage(Accessor::Scalar(get, get_mut)), true)
         }
 
         #[doc = concat!("A vector ", $what, ".")]
@@ -33,20 +33,20 @@ macro_rules! writable_rows {
             get: fn(&M::$owner) -> &[$type],
             get_mut: fn(&mut M::$owner) -> &mut [$type],
         ) -> Self {
-            Self::row(name, description, Causality::$causality, Place::$place(Write::Vector(get, get_mut)), false)
+            Self::row(name, description, Causality::$causality, Storage::$storage(Accessor::Vector(get, get_mut)), false)
         }
     )*};
 }
 
 macro_rules! readable_rows {
-    ($($scalar:ident $vector:ident $what:literal $causality:ident $place:ident $type:ty;)*) => {$(
+    ($($scalar:ident $vector:ident $what:literal $causality:ident $storage:ident $type:ty;)*) => {$(
         #[doc = concat!("A scalar ", $what, ".")]
         pub const fn $scalar(
             name: &'static str,
             description: &'static str,
             get: fn(&M::Output) -> &$type,
         ) -> Self {
-            Self::row(name, description, Causality::$causality, Place::$place(Read::Scalar(get)), true)
+            Self::row(name, description, Causality::$causality, Storage::$storage(Getter::Scalar(get)), true)
         }
 
         #[doc = concat!("A vector ", $what, ".")]
@@ -55,21 +55,21 @@ macro_rules! readable_rows {
             description: &'static str,
             get: fn(&M::Output) -> &[$type],
         ) -> Self {
-            Self::row(name, description, Causality::$causality, Place::$place(Read::Vector(get)), false)
+            Self::row(name, description, Causality::$causality, Storage::$storage(Getter::Vector(get)), false)
         }
     )*};
 }
 
 macro_rules! rows_of {
-    ($($scalar:ident $vector:ident $what:literal $causality:ident $place:ident $owner:ident;)*) => {$(
+    ($($scalar:ident $vector:ident $what:literal $causality:ident $storage:ident $owner:ident;)*) => {$(
         #[doc = concat!("A scalar ", $what, " of any type.")]
         pub const fn $scalar(name: &'static str, description: &'static str, fields: Fields<M::$owner>) -> Self {
-            Self::row(name, description, Causality::$causality, Place::$place(fields), true)
+            Self::row(name, description, Causality::$causality, Storage::$storage(fields), true)
         }
 
         #[doc = concat!("A vector ", $what, " of any type.")]
         pub const fn $vector(name: &'static str, description: &'static str, fields: Fields<M::$owner>) -> Self {
-            Self::row(name, description, Causality::$causality, Place::$place(fields), false)
+            Self::row(name, description, Causality::$causality, Storage::$storage(fields), false)
         }
     )*};
 }
@@ -114,8 +114,8 @@ impl<M: Model> Variable<M> {
         description: &'static str,
         get: fn(&M::Output) -> &str,
     ) -> Self {
-        let place = Place::TextOut(get);
-        Self::row(name, description, Causality::Output, place, true)
+        let storage = Storage::TextOut(get);
+        Self::row(name, description, Causality::Output, storage, true)
     }
 
     /// A String parameter (fixed). `set` may read a file and replace every other parameter:
@@ -127,8 +127,8 @@ impl<M: Model> Variable<M> {
         get: fn(&M::Parameters) -> &str,
         set: SetString<M>,
     ) -> Self {
-        let place = Place::Text(get, set);
-        Self::row(name, description, Causality::Parameter, place, true)
+        let storage = Storage::Text(get, set);
+        Self::row(name, description, Causality::Parameter, storage, true)
     }
 
     /// The derivative of the scalar output or local variable `state`, for
@@ -139,7 +139,7 @@ impl<M: Model> Variable<M> {
             state,
             "Time derivative",
             Causality::Local,
-            Place::Derivative,
+            Storage::Derivative,
             true,
         )
     }
@@ -150,36 +150,42 @@ impl<M: Model> Variable<M> {
             state,
             "Time derivative",
             Causality::Local,
-            Place::Derivative,
+            Storage::Derivative,
             false,
         )
     }
 
     /// An event indicator, for [`Continuous::INDICATORS`](crate::Continuous::INDICATORS).
     pub const fn indicator(name: &'static str, description: &'static str) -> Self {
-        Self::row(name, description, Causality::Local, Place::Indicator, true)
+        Self::row(
+            name,
+            description,
+            Causality::Local,
+            Storage::Indicator,
+            true,
+        )
     }
 
     const fn row(
         name: &'static str,
         description: &'static str,
         causality: Causality,
-        place: Place<M::Parameters, M::Input, M::Output>,
+        storage: Storage<M::Parameters, M::Input, M::Output>,
         scalar: bool,
     ) -> Self {
         Self {
             name,
             description,
             causality,
-            place,
+            storage,
             scalar,
             shape: &[],
             resize: None,
             structural: false,
             tunable: false,
             discrete: false,
-            beside_evaluation: false,
-            read_by_texts: false,
+            not_in_evaluation: false,
+            read_by_string_setters: false,
             counter: None,
             at: None,
             unit: None,
@@ -199,7 +205,7 @@ impl<M: Model> Variable<M> {
     /// Whether it can be a continuous state.
     #[cfg(feature = "derive")]
     pub(crate) const fn is_continuous(&self) -> bool {
-        matches!(self.place, Place::RealOut(_)) && !self.discrete
+        matches!(self.storage, Storage::RealOut(_)) && !self.discrete
     }
 
     /// The derivative of this row.
@@ -215,8 +221,8 @@ impl<M: Model> Variable<M> {
     /// A row without elements, in place of which another one is put.
     #[cfg(feature = "derive")]
     pub(crate) const NOTHING: Self = {
-        let place = Place::RealOut(Read::Vector(|_| &[]));
-        Self::row("", "", Causality::Local, place, false)
+        let storage = Storage::RealOut(Getter::Vector(|_| &[]));
+        Self::row("", "", Causality::Local, storage, false)
     };
 
     setters! {
@@ -260,13 +266,13 @@ impl<M: Model> Variable<M> {
         /// continuous.
         discrete() discrete = true;
 
-        /// An input that [`Evaluation::of`](crate::Evaluation::of) does not read: setting it keeps
+        /// An input that [`Evaluation::new`](crate::Evaluation::new) does not read: setting it keeps
         /// the evaluation.
-        beside_evaluation() beside_evaluation = true;
+        not_in_evaluation() not_in_evaluation = true;
 
         /// A parameter that setters of String parameters read: they find what the importer has set
         /// explicitly, in whatever order.
-        read_by_texts() read_by_texts = true;
+        read_by_string_setters() read_by_string_setters = true;
 
         /// A field of the inputs in which the sets of this input are counted, for a model to which
         /// setting it to the same value again means something. The count wraps around.
@@ -366,22 +372,22 @@ impl<M: Model> Variable<M> {
     }
 
     fn named(&self, name: String) -> String {
-        match self.place {
-            Place::Derivative => format!("der({name})"),
+        match self.storage {
+            Storage::Derivative => format!("der({name})"),
             _ => name,
         }
     }
 
     /// Its lengths: a derivative has those of its state.
     pub(crate) fn lengths(&self) -> &'static [Length] {
-        match self.place {
-            Place::Derivative => state::<M>(self.name).map_or(&[], |state| state.shape),
+        match self.storage {
+            Storage::Derivative => state::<M>(self.name).map_or(&[], |state| state.shape),
             _ => self.shape,
         }
     }
 
     /// Type and causality in words, for messages: `an Integer input`.
-    pub(crate) fn kind(&self, names: &Names) -> String {
+    pub(crate) fn kind(&self, names: &TypeNames) -> String {
         let causality = match self.causality {
             Causality::Input => "input",
             Causality::Output => "output",
@@ -402,20 +408,20 @@ impl<M: Model> Variable<M> {
     }
 
     /// Name of its type.
-    pub(crate) fn type_name(&self, names: &Names) -> &'static str {
+    pub(crate) fn type_name(&self, names: &TypeNames) -> &'static str {
         match self.enumeration {
             Some(_) => names.enumeration,
             None if self.structural => names.size,
-            None => self.place.kind().name(names),
+            None => self.storage.kind().name(names),
         }
     }
 
     /// Name of the type by which it is set and read.
-    pub(crate) fn access(&self, names: &Names) -> &'static str {
+    pub(crate) fn access(&self, names: &TypeNames) -> &'static str {
         match self.enumeration {
             Some(_) => names.enumeration_access,
             None if self.structural => names.size,
-            None => self.place.kind().name(names),
+            None => self.storage.kind().name(names),
         }
     }
 

@@ -35,7 +35,7 @@ impl<M: Model> Instance<M> {
             None => self.keep(Box::new(self.state.clone()), old)?,
         };
         let state = self.saved.states.get_mut(&handle).expect("kept above");
-        state.first = self.room.first;
+        state.first = self.workspace.first;
         if state.phase == Phase::Initialization {
             state.model = None; // only kept from one get to the next: made again when needed
         }
@@ -67,8 +67,8 @@ impl<M: Model> Instance<M> {
         };
         self.state.copy(saved);
         let text = format!("state of t = {} s restored", self.state.time);
-        self.tell(Kind::Event, text);
-        self.settle();
+        self.report(Kind::Event, text);
+        self.adopt_state();
         Ok(())
     }
 

@@ -5,10 +5,10 @@
 
 use super::length::{LONGEST, Length, MOST_COUNTED, Resize};
 use super::model::{Model, Variable};
-use super::place::{Place, Write};
+use super::storage::{Accessor, Storage};
 
 /// Start values of parameters and inputs.
-pub(crate) type Start<M> = (<M as Model>::Parameters, <M as Model>::Input);
+pub(crate) type StartValues<M> = (<M as Model>::Parameters, <M as Model>::Input);
 
 impl<M: Model> Variable<M> {
     /// A row in a vector, `Vec<f64>` or another one: how many elements it has in each dimension, row
@@ -33,8 +33,8 @@ impl<M: Model> Variable<M> {
     pub(crate) fn dimensions(&self, p: &M::Parameters) -> impl Iterator<Item = usize> {
         self.lengths().iter().map(move |length| match *length {
             Length::Fixed(n) => n,
-            Length::Parameter(name) => size::<M>(name).map_or(0, |(_, place)| {
-                usize::try_from(place.get(p, 0)).unwrap_or(0)
+            Length::Parameter(name) => size::<M>(name).map_or(0, |(_, field)| {
+                usize::try_from(field.get(p, 0)).unwrap_or(0)
             }),
         })
     }
@@ -42,7 +42,7 @@ impl<M: Model> Variable<M> {
     /// How many elements it has.
     pub(crate) fn len(&self, p: &M::Parameters, u: &M::Input, y: &M::Output) -> usize {
         match self.shape {
-            [] => self.place.len(p, u, y),
+            [] => self.storage.len(p, u, y),
             _ => (self.dimensions(p)).fold(1, usize::saturating_mul),
         }
     }
@@ -50,7 +50,10 @@ impl<M: Model> Variable<M> {
     /// What is wrong with its lengths, and with those that it gives others.
     pub(crate) fn check_lengths(&self) -> Result<(), String> {
         if self.structural {
-            let is_integer = matches!(self.place, Place::IntegerParameter(Write::Scalar(..)));
+            let is_integer = matches!(
+                self.storage,
+                Storage::IntegerParameter(Accessor::Scalar(..))
+            );
             let has_bounds = self.min >= 1.0 && self.max <= LONGEST as f64;
             if !is_integer || self.tunable || self.enumeration.is_some() || !has_bounds {
                 return Err(format!(
@@ -88,7 +91,7 @@ impl<M: Model> Variable<M> {
 /// A row that is a size, and its place.
 type Size<M> = (
     &'static Variable<M>,
-    &'static Write<<M as Model>::Parameters, i32>,
+    &'static Accessor<<M as Model>::Parameters, i32>,
 );
 
 /// The size of this name.
@@ -98,15 +101,15 @@ pub(crate) fn size<M: Model>(name: &str) -> Option<Size<M>> {
 
 /// All rows that are sizes.
 pub(crate) fn sizes<M: Model>() -> impl Iterator<Item = Size<M>> {
-    (M::variables().iter().filter(|row| row.structural)).filter_map(|row| match &row.place {
-        Place::IntegerParameter(place) => Some((row, place)),
+    (M::variables().iter().filter(|row| row.structural)).filter_map(|row| match &row.storage {
+        Storage::IntegerParameter(field) => Some((row, field)),
         _ => None,
     })
 }
 
 /// Makes every vector as long as the parameters say, with start values; those that were as long with
 /// the parameters before keep what is in them.
-pub(crate) fn fit<M: Model>(
+pub(crate) fn resize_vectors<M: Model>(
     p: &mut M::Parameters,
     u: &mut M::Input,
     y: &mut M::Output,
@@ -130,8 +133,10 @@ pub(crate) fn fit<M: Model>(
 /// Parameters and inputs with every vector as long as the parameters say: the start values of a
 /// model.
 #[doc(hidden)]
-pub fn fitted<M: Model>((mut p, mut u): (M::Parameters, M::Input)) -> (M::Parameters, M::Input) {
-    fit::<M>(&mut p, &mut u, &mut M::Output::default(), None);
+pub fn fit_start_values<M: Model>(
+    (mut p, mut u): (M::Parameters, M::Input),
+) -> (M::Parameters, M::Input) {
+    resize_vectors::<M>(&mut p, &mut u, &mut M::Output::default(), None);
     (p, u)
 }
 
@@ -147,11 +152,11 @@ pub(crate) fn output<M: Model>(p: &M::Parameters) -> M::Output {
 }
 
 /// The start values of a model with these sizes, such as `n=200 m=3`.
-pub(crate) fn start<M: Model>(given: &str) -> Result<Start<M>, String> {
+pub(crate) fn start<M: Model>(given: &str) -> Result<StartValues<M>, String> {
     let (mut p, u) = M::defaults();
     for word in given.split_whitespace() {
         let (name, value) = word.split_once('=').unwrap_or((word, ""));
-        let Some((row, place)) = size::<M>(name) else {
+        let Some((row, field)) = size::<M>(name) else {
             let known: Vec<_> = sizes::<M>().map(|(row, _)| row.name).collect();
             let (model, known) = (M::INFO.model, known.join(", "));
             return Err(format!(
@@ -165,7 +170,7 @@ pub(crate) fn start<M: Model>(given: &str) -> Result<Start<M>, String> {
                 "size `{word}`: `{name}` must be a whole number from {min} to {max}"
             ));
         };
-        *place.get_mut(&mut p, 0) = value;
+        *field.get_mut(&mut p, 0) = value;
     }
-    Ok(fitted::<M>((p, u)))
+    Ok(fit_start_values::<M>((p, u)))
 }

@@ -27,19 +27,19 @@ pub(crate) struct State<M: Model> {
     pub(crate) tolerance: Option<f64>,
     pub(crate) parameters: M::Parameters,
     /// By [`Layout::slot`]: what the importer has set of the parameters.
-    pub(crate) given: Vec<Given>,
+    pub(crate) assignments: Vec<Assignment>,
     /// Inputs as they were set, and their derivatives for the next step.
     pub(crate) input: InputPolynomial<M::Input>,
     /// Where the derivatives of earlier steps have taken them; None while each input is what was
     /// set.
-    pub(crate) reached: Option<Reached<M::Input>>,
+    pub(crate) held_input: Option<HeldInput<M::Input>>,
     /// None until initialized, and during initialization after something was set.
     pub(crate) model: Option<M>,
 }
 
 /// The inputs at the end of a step with derivatives: held there until each is set again.
 #[derive(Clone, Serialize, Deserialize)]
-pub(crate) struct Reached<I> {
+pub(crate) struct HeldInput<I> {
     pub(crate) value: I,
     /// First derivative there; zero for what is held or was set since.
     pub(crate) slope: I,
@@ -49,8 +49,8 @@ impl<M: Model> State<M> {
     /// The inputs that act now.
     #[inline]
     pub(crate) fn input(&self) -> &M::Input {
-        match &self.reached {
-            Some(reached) => &reached.value,
+        match &self.held_input {
+            Some(held) => &held.value,
             None => &self.input.value,
         }
     }
@@ -66,20 +66,20 @@ impl<M: Model> State<M> {
             first,
             tolerance,
             parameters,
-            given,
+            assignments,
             input,
-            reached,
+            held_input,
             model,
         } = from;
         (self.phase, self.start, self.stop) = (*phase, *start, *stop);
         (self.time, self.event) = (*time, *event);
         (self.first, self.tolerance) = (*first, *tolerance);
         self.parameters.clone_from(parameters);
-        self.given.clone_from(given);
+        self.assignments.clone_from(assignments);
         self.input.value.clone_from(&input.value);
         self.input.derivatives.clone_from(&input.derivatives);
         self.input.order = input.order;
-        self.reached.clone_from(reached);
+        self.held_input.clone_from(held_input);
         self.model.clone_from(model);
     }
 
@@ -93,13 +93,13 @@ impl<M: Model> State<M> {
             first: 0.0,
             tolerance: None,
             parameters,
-            given: vec![Given::Nothing; slots],
+            assignments: vec![Assignment::Nothing; slots],
             input: InputPolynomial {
                 derivatives: zeros::<M>(&input),
                 value: input,
                 order: 0,
             },
-            reached: None,
+            held_input: None,
             model: None,
         }
     }
@@ -108,12 +108,10 @@ impl<M: Model> State<M> {
     pub(crate) fn is_sound(&self) -> bool {
         let layout = Layout::<M>::new(&self.parameters, &self.input.value);
         let initialized = self.phase.is_running() || self.phase == Phase::Terminated;
-        let reached = self.reached.iter().flat_map(|r| [&r.value, &r.slope]);
+        let held = self.held_input.iter().flat_map(|r| [&r.value, &r.slope]);
         let inputs = self.input.derivatives.iter().chain([&self.input.value]);
-        inputs
-            .chain(reached)
-            .all(|u| layout.fits(&self.parameters, u))
-            && self.given.len() == layout.slots()
+        inputs.chain(held).all(|u| layout.fits(&self.parameters, u))
+            && self.assignments.len() == layout.slots()
             && self.time.is_finite()
             && self.event.is_finite()
             && self.first.is_finite()
@@ -127,7 +125,7 @@ impl<M: Model> State<M> {
 
 /// What the importer has set of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum Given {
+pub(crate) enum Assignment {
     Nothing,
     /// Its start value, before the end of initialization.
     Start,

@@ -2,16 +2,16 @@
 
 use super::fault::Fault;
 use super::input::InputPolynomial;
-use super::instance::{Instance, hear, listen, warn};
+use super::instance::{Instance, collect_log, collect_messages, set_log_filter};
 use super::layout::Layout;
-use super::place::Place;
 use super::step_end::StepEnd;
+use super::storage::Storage;
 use super::value::{Value, allowed};
 use crate::{Model, ModelError};
 
 /// Where a step of an instance has ended.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct End {
+pub(crate) struct CompletedStep {
     /// Time, s.
     pub(crate) time: f64,
     /// Whether that is where the step should have ended.
@@ -28,10 +28,10 @@ fn check_inputs<M: Model>(
     h: f64,
 ) -> Result<(), ModelError> {
     for (i, row) in layout.iter() {
-        let Place::RealIn(place) = &row.place else {
+        let Storage::RealIn(field) = &row.storage else {
             continue;
         };
-        if let Some(value) = (u.range(place, i, h).into_iter()).find(|x| !x.is_allowed(row)) {
+        if let Some(value) = (u.range(field, i, h).into_iter()).find(|x| !x.is_allowed(row)) {
             let (name, allowed) = (row.element_name(i), allowed(row));
             return Err(ModelError::new(format!(
                 "the derivatives of `{name}` take it to {value}; it must be {allowed}"
@@ -88,7 +88,7 @@ impl<M: Model> Instance<M> {
     /// A step from `t` by `h`, both s. Where `t` is not quite the present time, the step makes up
     /// for it.
     #[inline(always)] // into each border's step: a call would cost several per cent of a small one
-    pub(crate) fn do_step(&mut self, t: f64, h: f64) -> Result<End, Fault> {
+    pub(crate) fn do_step(&mut self, t: f64, h: f64) -> Result<CompletedStep, Fault> {
         let from_now = self.check_step(t, h)?;
         let step = match self.advance(from_now) {
             Ok(step) => step,
@@ -101,8 +101,8 @@ impl<M: Model> Instance<M> {
         };
         (self.state).hold_inputs(reached.unwrap_or(from_now), &self.layout);
         self.state.time = time;
-        self.forget();
-        Ok(End {
+        self.invalidate();
+        Ok(CompletedStep {
             time,
             is_whole: reached.is_none(),
             event: step.event,
@@ -113,7 +113,7 @@ impl<M: Model> Instance<M> {
     /// [`do_step`](Self::do_step) where it does not come often.
     #[cold]
     #[inline(never)]
-    pub(crate) fn do_rest(&mut self, t: f64, h: f64) -> Result<End, Fault> {
+    pub(crate) fn do_rest_of_step(&mut self, t: f64, h: f64) -> Result<CompletedStep, Fault> {
         self.do_step(t, h)
     }
 
@@ -122,26 +122,35 @@ impl<M: Model> Instance<M> {
     fn advance(&mut self, h: f64) -> Result<StepEnd, ModelError> {
         self.evaluate()?;
         let state = &mut self.state;
-        let course = (!state.is_held()).then(|| state.input_course());
+        let polynomial = (!state.is_held()).then(|| state.input_polynomial());
         let (Some(model), Some(now)) = (&mut state.model, &self.evaluation) else {
             unreachable!("`evaluate` comes first");
         };
-        if let Some(course) = &course {
-            check_inputs(&self.layout, course, h)?;
+        if let Some(polynomial) = &polynomial {
+            check_inputs(&self.layout, polynomial, h)?;
         }
-        let u = course.as_ref().unwrap_or(&state.input);
-        listen(self.wanted, model);
+        let u = polynomial.as_ref().unwrap_or(&state.input);
+        set_log_filter(self.log_filter, model);
         if let Some(usual) = M::INFO.tolerance {
-            self.room.tolerance = state.tolerance.unwrap_or(usual);
-            self.room.log.prepare(self.wanted, M::INFO.log_categories);
+            self.workspace.tolerance = state.tolerance.unwrap_or(usual);
+            self.workspace
+                .log
+                .prepare(self.log_filter, M::INFO.log_categories);
         }
-        let end = model.step_in(&mut self.room, &state.parameters, u, now, state.time, h);
+        let end = model.step_with_workspace(
+            &mut self.workspace,
+            &state.parameters,
+            u,
+            now,
+            state.time,
+            h,
+        );
         match end {
-            Ok(_) => warn(&mut self.messages, model),
-            Err(_) => hear(&mut self.messages, model),
+            Ok(_) => collect_messages(&mut self.messages, model),
+            Err(_) => collect_log(&mut self.messages, model),
         }
         if M::INFO.tolerance.is_some() {
-            self.room.log.empty_into(&mut self.messages);
+            self.workspace.log.empty_into(&mut self.messages);
         }
         end
     }

@@ -3,11 +3,11 @@
 use super::binary::Binary;
 use super::enumeration::numbered;
 use super::model::{Model, Variable};
-use super::place::Kept;
+use super::storage::StorageType;
 use std::fmt::Display;
 
 /// A type of variable.
-pub(crate) trait Value: Kept + Clone + Default + Display + 'static {
+pub(crate) trait Value: StorageType + Clone + Default + Display + 'static {
     /// Whether the value is finite, in the row's bounds and in its enumeration.
     #[inline]
     fn is_allowed<M: Model>(&self, row: &Variable<M>) -> bool {
@@ -24,18 +24,18 @@ pub(crate) trait Value: Kept + Clone + Default + Display + 'static {
     fn write_bytes(&self, to: &mut Vec<u8>);
 
     /// As a model description has it: of numbers the shortest that reads back as the same.
-    fn written(&self) -> String {
+    fn to_xml(&self) -> String {
         self.to_string()
     }
 
     /// In a message.
     #[cold]
-    fn shown(&self) -> String {
+    fn to_message(&self) -> String {
         self.to_string()
     }
 
     /// Values near it, moved by a part of its size, of which some may be allowed.
-    fn moved<M: Model>(&self, part: f64, row: &Variable<M>) -> Vec<Self>;
+    fn perturbed<M: Model>(&self, part: f64, row: &Variable<M>) -> Vec<Self>;
 
     /// The bits of a number, of a whole one with its sign and as many as the longest has; of no
     /// meaning for other types.
@@ -44,12 +44,12 @@ pub(crate) trait Value: Kept + Clone + Default + Display + 'static {
     }
 
     /// The number of these bits.
-    fn of_bits(_bits: u64) -> Self {
+    fn from_raw_bits(_bits: u64) -> Self {
         Self::default()
     }
 
     /// These numbers, if they are of this type.
-    fn of_reals(_values: &[f64]) -> Option<&[Self]> {
+    fn from_reals(_values: &[f64]) -> Option<&[Self]> {
         None
     }
 
@@ -77,11 +77,11 @@ macro_rules! float {
             to.extend(self.to_le_bytes());
         }
 
-        fn written(&self) -> String {
+        fn to_xml(&self) -> String {
             format!("{self:?}")
         }
 
-        fn moved<M: Model>(&self, part: f64, row: &Variable<M>) -> Vec<Self> {
+        fn perturbed<M: Model>(&self, part: f64, row: &Variable<M>) -> Vec<Self> {
             let size = row.nominal.unwrap_or(1.0).max(self.abs().into());
             let parts = [1.0, 0.1, 1e-3]
                 .into_iter()
@@ -104,7 +104,7 @@ impl Value for f64 {
         min <= *self && *self <= max
     }
 
-    fn of_reals(values: &[f64]) -> Option<&[f64]> {
+    fn from_reals(values: &[f64]) -> Option<&[f64]> {
         Some(values)
     }
 
@@ -126,7 +126,7 @@ impl Value for f32 {
         self.to_bits().into()
     }
 
-    fn of_bits(bits: u64) -> f32 {
+    fn from_raw_bits(bits: u64) -> f32 {
         f32::from_bits(bits as u32)
     }
 
@@ -156,7 +156,7 @@ macro_rules! integer {
                 to.extend(self.to_le_bytes());
             }
 
-            fn moved<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<Self> {
+            fn perturbed<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<Self> {
                 vec![self.saturating_add(1), self.saturating_sub(1)]
             }
 
@@ -164,7 +164,7 @@ macro_rules! integer {
                 *self as u64
             }
 
-            fn of_bits(bits: u64) -> Self {
+            fn from_raw_bits(bits: u64) -> Self {
                 bits as Self
             }
         }
@@ -188,7 +188,7 @@ impl Value for bool {
         to.push((*self).into());
     }
 
-    fn moved<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<bool> {
+    fn perturbed<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<bool> {
         vec![!self]
     }
 
@@ -196,7 +196,7 @@ impl Value for bool {
         (*self).into()
     }
 
-    fn of_bits(bits: u64) -> bool {
+    fn from_raw_bits(bits: u64) -> bool {
         bits != 0
     }
 }
@@ -215,11 +215,11 @@ impl Value for String {
         to.extend(self.as_bytes());
     }
 
-    fn shown(&self) -> String {
+    fn to_message(&self) -> String {
         format!("\"{self}\"")
     }
 
-    fn moved<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<String> {
+    fn perturbed<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<String> {
         vec![format!("{self}'")]
     }
 }
@@ -238,7 +238,7 @@ impl Value for Binary {
         to.extend(&self.0);
     }
 
-    fn moved<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<Binary> {
+    fn perturbed<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<Binary> {
         vec![Binary([&self[..], &[0]].concat())]
     }
 }

@@ -1,10 +1,10 @@
 //! Models that are ordinary differential equations.
 
-use super::shape::{SolverName, solver};
+use super::solver::{SolverName, solver};
 use super::{Input, Name, Output, Parameters, Path};
-use crate::core::room::Room;
-use crate::core::sizes::{self, fitted};
-use crate::core::solving::solve;
+use crate::core::sizes::{self, fit_start_values};
+use crate::core::solver_step::solve;
+use crate::core::solver_workspace::SolverWorkspace;
 use crate::{
     Continuous, Event, Info, InputPolynomial, Model, ModelError, ModelExchange, StepEnd, Variable,
 };
@@ -223,12 +223,12 @@ pub trait Ode: State {
 }
 
 /// What an importer sees of a model: its state and its outputs.
-pub struct Seen<S: State> {
+pub struct StateAndOutputs<S: State> {
     state: S,
     outputs: S::Y,
 }
 
-impl<S: State> Clone for Seen<S> {
+impl<S: State> Clone for StateAndOutputs<S> {
     fn clone(&self) -> Self {
         Self {
             state: self.state.clone(),
@@ -237,7 +237,7 @@ impl<S: State> Clone for Seen<S> {
     }
 }
 
-impl<S: State> Default for Seen<S> {
+impl<S: State> Default for StateAndOutputs<S> {
     fn default() -> Self {
         Self {
             state: S::default(),
@@ -246,41 +246,41 @@ impl<S: State> Default for Seen<S> {
     }
 }
 
-/// Ways to the fields of [`Seen`].
-macro_rules! ways {
-    ($($(#[$doc:meta])* $way:ident to $field:ident: $type:ty;)*) => {$(
+/// Ways to the fields of [`StateAndOutputs`].
+macro_rules! paths {
+    ($($(#[$doc:meta])* $path:ident to $field:ident: $type:ty;)*) => {$(
         $(#[$doc])*
-        pub struct $way<S>(PhantomData<S>);
+        pub struct $path<S>(PhantomData<S>);
 
-        impl<S: State> Path for $way<S> {
-            type From = Seen<S>;
+        impl<S: State> Path for $path<S> {
+            type From = StateAndOutputs<S>;
             type To = $type;
             const NAME: Name = Name::EMPTY;
 
             #[inline]
-            fn get(from: &Seen<S>) -> &$type {
+            fn get(from: &StateAndOutputs<S>) -> &$type {
                 &from.$field
             }
 
             #[inline]
-            fn get_mut(from: &mut Seen<S>) -> &mut $type {
+            fn get_mut(from: &mut StateAndOutputs<S>) -> &mut $type {
                 &mut from.$field
             }
         }
     )*};
 }
 
-ways! {
-    /// The way to the state in [`Seen`].
-    SeenState to state: S;
-    /// The way to the outputs in [`Seen`].
-    SeenOutputs to outputs: S::Y;
+paths! {
+    /// The way to the state in [`StateAndOutputs`].
+    StatePath to state: S;
+    /// The way to the outputs in [`StateAndOutputs`].
+    OutputsPath to outputs: S::Y;
 }
 
 impl<S: Ode> Model for S {
     type Parameters = S::P;
     type Input = S::U;
-    type Output = Seen<S>;
+    type Output = StateAndOutputs<S>;
     type Evaluation = ();
 
     const INFO: Info = match S::SOLVER {
@@ -290,7 +290,7 @@ impl<S: Ode> Model for S {
             .with_tolerance(S::TOLERANCE),
     };
     const MODEL_EXCHANGE: Option<ModelExchange<S>> = if S::MODEL_EXCHANGE {
-        ModelExchange::of()
+        ModelExchange::from_continuous()
     } else {
         None
     };
@@ -300,14 +300,14 @@ impl<S: Ode> Model for S {
     }
 
     fn defaults() -> (S::P, S::U) {
-        fitted::<S>((S::P::start(), S::U::start()))
+        fit_start_values::<S>((S::P::start(), S::U::start()))
     }
 
     fn initialize(p: &S::P, u: &S::U, _t: f64) -> Result<Self, ModelError> {
         finite(S::start(p, u), "at the start")
     }
 
-    fn output(&self, p: &S::P, u: &S::U, now: &()) -> Result<Seen<S>, ModelError> {
+    fn output(&self, p: &S::P, u: &S::U, now: &()) -> Result<StateAndOutputs<S>, ModelError> {
         let mut y = sizes::output::<S>(p);
         self.output_into(p, u, now, &mut y)?;
         Ok(y)
@@ -318,7 +318,7 @@ impl<S: Ode> Model for S {
         p: &S::P,
         u: &S::U,
         _now: &(),
-        y: &mut Seen<S>,
+        y: &mut StateAndOutputs<S>,
     ) -> Result<(), ModelError> {
         y.state.clone_from(self);
         self.outputs_into(p, u, &mut y.outputs);
@@ -333,24 +333,32 @@ impl<S: Ode> Model for S {
         t: f64,
         h: f64,
     ) -> Result<StepEnd, ModelError> {
-        self.step_in(&mut Room::default(), p, u, &(), t, h)
+        self.step_with_workspace(&mut SolverWorkspace::default(), p, u, &(), t, h)
     }
 
-    fn step_in(
+    fn step_with_workspace(
         &mut self,
-        room: &mut Room<S, S::U>,
+        workspace: &mut SolverWorkspace<S, S::U>,
         p: &S::P,
         u: &InputPolynomial<S::U>,
         _now: &(),
         t: f64,
         h: f64,
     ) -> Result<StepEnd, ModelError> {
-        solve(self, room, solver_of, self.len(), name_of, (p, u), (t, h))
+        solve(
+            self,
+            workspace,
+            make_solver,
+            self.len(),
+            state_name,
+            (p, u),
+            (t, h),
+        )
     }
 }
 
 /// The solver of a model like this one. Each state is given its number, which its row then reads.
-fn solver_of<S: Ode>(like: &S) -> Result<Solver, ModelError> {
+fn make_solver<S: Ode>(like: &S) -> Result<Solver, ModelError> {
     let numbers: Vec<f64> = (0..like.len()).map(|k| k as f64).collect();
     let (mut state, outputs) = (like.clone(), S::Y::default());
     state.write(&numbers);
@@ -359,13 +367,13 @@ fn solver_of<S: Ode>(like: &S) -> Result<Solver, ModelError> {
         S::SOLVER,
         sizes,
         S::derivatives(),
-        &Seen { state, outputs },
+        &StateAndOutputs { state, outputs },
         S::MAX_STEP,
     )
 }
 
 /// The name of the state of this index; the value is no finite one.
-fn name_of<S: Ode>(x: &mut S, state: usize, value: f64) -> &'static str {
+fn state_name<S: Ode>(x: &mut S, state: usize, value: f64) -> &'static str {
     let mut states = vec![0.0; x.len()];
     states[state] = value;
     x.write(&states);
@@ -411,7 +419,7 @@ impl<S: Ode> Continuous for S {
         t: f64,
         seed: (&S, &S::U),
         dx: &mut S,
-        y: Option<&mut Seen<S>>,
+        y: Option<&mut StateAndOutputs<S>>,
     ) -> Result<(), ModelError> {
         Ode::directional(self, p, u, t, seed, dx);
         if let Some(y) = y {

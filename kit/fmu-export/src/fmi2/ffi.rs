@@ -105,4 +105,4 @@ pub struct CallbackFunctions {
     pub component_environment: ComponentEnvironment,
 }
 
-pub use crate::border::files::ReceiveFile;
+pub use crate::c_api::files::ReceiveFile;

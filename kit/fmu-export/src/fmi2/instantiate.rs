@@ -1,14 +1,14 @@
 //! fmi2Instantiate and fmi2FreeInstance.
 
-use super::component::Fmi2;
 use super::ffi::*;
+use super::instance::Fmi2;
 use super::log;
 use super::uri;
 use crate::Model;
-use crate::border::call::{CS, ME};
-use crate::border::description::table;
-use crate::border::export::Exported;
-use crate::border::library::{self, Library, Request, text};
+use crate::c_api::call_order::{CS, ME};
+use crate::c_api::description::table_check;
+use crate::c_api::export::Exported;
+use crate::c_api::library::{self, Library, Request, text};
 use crate::core::panic;
 use std::ptr;
 
@@ -52,12 +52,12 @@ pub unsafe fn instantiate<X: Exported>(
         hash: &library.hashes[0],
         resources,
         interface: if kind == MODEL_EXCHANGE { ME } else { CS },
-        own: Fmi2 {
+        version: Fmi2 {
             last_step: Status::Ok,
             terminated: false,
         },
     };
-    request.make::<X::Model>(table::check, |_| check_kind::<X::Model>(kind))
+    request.instantiate::<X::Model>(table_check::check, |_| check_kind::<X::Model>(kind))
 }
 
 fn check_kind<X: Model>(kind: c_int) -> Result<(), String> {

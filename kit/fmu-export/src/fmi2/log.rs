@@ -2,8 +2,8 @@
 //! message is written.
 
 use super::ffi::{CallbackFunctions, CallbackLogger, ComponentEnvironment, Status};
-use crate::border::answer::Answer;
-use crate::border::log::{self, ALL, REFUSED, WARNING, c_string};
+use crate::c_api::answer::Answer;
+use crate::c_api::log::{self, ALL, REFUSED, WARNING, c_string};
 use crate::core::log::Categories;
 use crate::core::message::{Kind, Level};
 use std::ffi::{CStr, CString};
@@ -41,7 +41,7 @@ pub(crate) fn new(
 
 /// fmi2SetDebugLogging: all or only the named categories on; all or only the named ones off. Errors
 /// are always reported. Categories of the standard that no message has are accepted.
-pub(crate) fn switched(log: &Log, on: bool, categories: &[&str]) -> u32 {
+pub(crate) fn switch_categories(log: &Log, on: bool, categories: &[&str]) -> u32 {
     let named = (categories.iter()).fold(0, |mask, name| mask | log.bits(name).unwrap_or(0));
     let enabled = match (on, categories) {
         (true, []) => ALL,
@@ -54,9 +54,9 @@ pub(crate) fn switched(log: &Log, on: bool, categories: &[&str]) -> u32 {
 
 impl log::Logger for Logger {
     type Status = Status;
-    const WARNINGS_ARE_ONE: bool = true;
+    const WARNINGS_INCLUDE_MODEL: bool = true;
 
-    fn is_there(&self) -> bool {
+    fn is_available(&self) -> bool {
         self.callback.is_some()
     }
 
@@ -70,7 +70,7 @@ impl log::Logger for Logger {
         }
     }
 
-    fn tell(&self, status: Status, category: &CStr, text: &str) {
+    fn log(&self, status: Status, category: &CStr, text: &str) {
         let Some(callback) = self.callback else {
             return;
         };

@@ -1,15 +1,15 @@
 //! Inquiries about steps. Steps are synchronous, so most of them have no answer; FMI 2.0 then wants
 //! fmi2Discard.
 
-use super::component::Body;
 use super::ffi::{
     Boolean, DO_STEP_STATUS, LAST_SUCCESSFUL_TIME, PENDING_STATUS, Status, Str, TERMINATED,
 };
+use super::instance::Fmi2Instance;
 use crate::Model;
 use crate::core::fault::{Fault, discard, refuse};
 use std::ffi::c_int;
 
-impl<M: Model> Body<M> {
+impl<M: Model> Fmi2Instance<M> {
     /// fmi2CancelStep: FMI allows it during a step only, and a synchronous step is over when
     /// fmi2DoStep returns.
     pub(crate) fn cancel_step(&mut self) -> Result<(), Fault> {
@@ -19,7 +19,7 @@ impl<M: Model> Body<M> {
     /// fmi2GetStatus: how the last step ended.
     pub(crate) fn status(&self, kind: c_int) -> Result<Status, Fault> {
         match kind {
-            DO_STEP_STATUS => Ok(self.own.last_step),
+            DO_STEP_STATUS => Ok(self.version.last_step),
             _ => discard!("status kind = {kind} must be {DO_STEP_STATUS} (fmi2DoStepStatus)"),
         }
     }
@@ -42,7 +42,7 @@ impl<M: Model> Body<M> {
     /// fmi2GetBooleanStatus: whether the model wanted the simulation to end.
     pub(crate) fn boolean_status(&self, kind: c_int) -> Result<Boolean, Fault> {
         match kind {
-            TERMINATED => Ok(self.own.terminated.into()),
+            TERMINATED => Ok(self.version.terminated.into()),
             _ => discard!("status kind = {kind} must be {TERMINATED} (fmi2Terminated)"),
         }
     }

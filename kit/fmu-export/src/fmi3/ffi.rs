@@ -3,7 +3,7 @@
 //! Enumerations that come from the importer are plain numbers, and so is its `bool`: a foreign
 //! value must not be undefined behaviour.
 
-pub use crate::border::files::ReceiveFile;
+pub use crate::c_api::files::ReceiveFile;
 pub use std::ffi::{c_char, c_int, c_void};
 
 /// `fmi3Instance`.

@@ -5,11 +5,11 @@ use super::ffi::*;
 use super::instance::{Fmi3, Update};
 use super::log;
 use crate::Model;
-use crate::border::answer::Answer;
-use crate::border::arguments::array;
-use crate::border::call::{CS, ME, S};
-use crate::border::export::Exported;
-use crate::border::library::{self, Library, Request, refusal, text};
+use crate::c_api::answer::Answer;
+use crate::c_api::arguments::array;
+use crate::c_api::call_order::{CS, ME, STEP_MODE};
+use crate::c_api::export::Exported;
+use crate::c_api::library::{self, Library, Request, refusal, text};
 use crate::core::fault::Fault;
 use crate::core::layout::Layout;
 use crate::core::panic;
@@ -69,14 +69,14 @@ pub unsafe fn instantiate<X: Exported>(
         hash: &library.hashes[1],
         resources: resources.map(|path| folder(&path)),
         interface,
-        own: Fmi3 {
+        version: Fmi3 {
             has_event_mode: said.is_some_and(|said| said.event_mode_used != 0),
             may_return_early: said.is_some_and(|said| said.early_return_allowed != 0),
-            stepping: S,
+            step_state: STEP_MODE,
             update: None,
         },
     };
-    request.make::<X::Model>(check, |body| {
+    request.instantiate::<X::Model>(check, |fmi| {
         let Some(said) = co_simulation else {
             return Ok(());
         };
@@ -85,7 +85,7 @@ pub unsafe fn instantiate<X: Exported>(
         let required = unsafe { array("requiredIntermediateVariables", said.required, n) };
         let required = required.map_err(reason)?;
         let variables = (0..n).map(|k| required.get(k)).collect();
-        body.own.update = updates(&body.instance.layout, variables, environment, said.update)?;
+        fmi.version.update = updates(&fmi.instance.layout, variables, environment, said.update)?;
         Ok(())
     })
 }
@@ -118,11 +118,11 @@ fn updates<M: Model>(
     callback: Option<IntermediateUpdate>,
 ) -> Result<Option<Update>, String> {
     for &number in &variables {
-        let (run, first, _) = layout.block(number).map_err(|_| {
+        let (span, first, _) = layout.block(number).map_err(|_| {
             format!("requiredIntermediateVariables: unknown value reference {number}")
         })?;
-        if !run.row.has_intermediate_update() {
-            let name = run.row.element_name(first);
+        if !span.row.has_intermediate_update() {
+            let name = span.row.element_name(first);
             return Err(format!(
                 "requiredIntermediateVariables: `{name}` must be a variable with intermediateUpdate = true"
             ));

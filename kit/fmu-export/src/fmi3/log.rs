@@ -3,8 +3,8 @@
 //! than the function returns.
 
 use super::ffi::{InstanceEnvironment, LogMessage, Status};
-use crate::border::answer::Answer;
-use crate::border::log::{self, ALL, CATEGORIES, c_string};
+use crate::c_api::answer::Answer;
+use crate::c_api::log::{self, ALL, CATEGORIES, c_string};
 use crate::core::fault::{Fault, refuse};
 use crate::core::log::Categories;
 use crate::core::message::Kind;
@@ -39,7 +39,7 @@ pub(crate) fn new(
 }
 
 /// fmi3SetDebugLogging: all or the named categories on or off.
-pub(crate) fn switched(log: &Log, on: bool, names: &[&str]) -> Result<u32, Fault> {
+pub(crate) fn switch_categories(log: &Log, on: bool, names: &[&str]) -> Result<u32, Fault> {
     let mut named = if names.is_empty() { ALL } else { 0 };
     for name in names {
         let Some(bits) = log.bits(name) else {
@@ -58,9 +58,9 @@ pub(crate) fn switched(log: &Log, on: bool, names: &[&str]) -> Result<u32, Fault
 
 impl log::Logger for Logger {
     type Status = Status;
-    const WARNINGS_ARE_ONE: bool = false;
+    const WARNINGS_INCLUDE_MODEL: bool = false;
 
-    fn is_there(&self) -> bool {
+    fn is_available(&self) -> bool {
         self.callback.is_some()
     }
 
@@ -72,7 +72,7 @@ impl log::Logger for Logger {
         }
     }
 
-    fn tell(&self, status: Status, category: &CStr, text: &str) {
+    fn log(&self, status: Status, category: &CStr, text: &str) {
         let Some(callback) = self.callback else {
             return;
         };

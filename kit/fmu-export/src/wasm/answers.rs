@@ -67,19 +67,19 @@ impl List {
     };
 
     /// Of so many items there.
-    pub fn at<T>(at: *const T, len: usize) -> Self {
+    pub fn from_raw<T>(at: *const T, len: usize) -> Self {
         let at = at.cast();
         Self { at, len }
     }
 
     /// Of what lives on until the next call.
-    pub fn of<T>(items: &[T]) -> Self {
-        Self::at(items.as_ptr(), items.len())
+    pub fn from_slice<T>(items: &[T]) -> Self {
+        Self::from_raw(items.as_ptr(), items.len())
     }
 
     /// Of what is kept until the next answer.
-    pub fn kept<T: 'static>(items: Vec<T>) -> Self {
-        let list = Self::of(&items);
+    pub fn from_vec<T: 'static>(items: Vec<T>) -> Self {
+        let list = Self::from_slice(&items);
         KEPT.set(Some(Box::new(items)));
         list
     }

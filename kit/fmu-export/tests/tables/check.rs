@@ -39,7 +39,7 @@ struct Output {
 struct Now(f64);
 
 impl<const K: usize> Evaluation<Tried<K>> for Now {
-    fn of(model: &Tried<K>, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
+    fn new(model: &Tried<K>, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
         Ok(Now(
             2.0 * model.x + if matches!(K, 12..=14) { u.w } else { 0.0 }
         ))
@@ -60,8 +60,8 @@ rows! {
     law   V::boolean_parameter("law", "a flag", |p| &p.law, |p| &mut p.law);
     many  V::parameters("many", "two", |p| &p.many, |p| &mut p.many);
     u     V::inputs("u", "two", |u| &u.u, |u| &mut u.u);
-    w     V::input("w", "one", |u| &u.w, |u| &mut u.w).beside_evaluation();
-    on    V::boolean_input("on", "a switch", |u| &u.on, |u| &mut u.on).beside_evaluation();
+    w     V::input("w", "one", |u| &u.w, |u| &mut u.w).not_in_evaluation();
+    on    V::boolean_input("on", "a switch", |u| &u.on, |u| &mut u.on).not_in_evaluation();
     x     V::output("x", "the state", |y| &y.x).depends_on(&[]).initially_depends_on(&["start"]);
     y     V::output("y", "with feedthrough", |y| &y.y).depends_on(&["u[2]"]).initially_depends_on(&["u[2]", "start", "gain"]);
     is_on V::boolean_output("is_on", "the switch", |y| &y.on).depends_on(&["on"]).initially_depends_on(&["on"]);

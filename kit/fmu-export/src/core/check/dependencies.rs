@@ -1,14 +1,14 @@
 //! Outputs follow what they declare, and nothing else.
 
+use super::model_check::{ModelCheck, output, texts};
 use super::point::Point;
-use super::trial::{Trial, output, texts};
 use crate::core::causality::Causality;
 use crate::core::layout::Layout;
 use crate::core::model::Variable;
-use crate::core::place::Names;
+use crate::core::storage::TypeNames;
 use crate::{Evaluation, InputPolynomial, Model, ModelError, StepEnd};
 
-impl<M: Model> Trial<M> {
+impl<M: Model> ModelCheck<M> {
     /// Outputs at fixed states against each input, at points away from the start.
     pub(super) fn dependencies(&mut self) {
         let step = M::INFO.experiment.step;
@@ -55,7 +55,7 @@ impl<M: Model> Trial<M> {
                     continue;
                 };
                 self.compare(known, &expected, &found, false);
-                if element.1.beside_evaluation
+                if element.1.not_in_evaluation
                     && !keeps_evaluation(&self.layout, model, point, &moved)
                 {
                     let name = self.name(known);
@@ -95,7 +95,7 @@ impl<M: Model> Trial<M> {
     fn compare_fixed(&mut self, first: &[String], now: &[String]) {
         for (k, (i, row)) in self.layout.iter().enumerate() {
             if is_fixed(row) && first[k] != now[k] {
-                let (name, kind) = (row.element_name(i), row.kind(&Names::PLAIN));
+                let (name, kind) = (row.element_name(i), row.kind(&TypeNames::PLAIN));
                 self.problems
                     .insert(format!("`{name}` changes in a step, but is {kind}"));
             }
@@ -114,7 +114,7 @@ impl<M: Model> Trial<M> {
             let is_declared = matches!(
                 row.causality,
                 Causality::Output | Causality::CalculatedParameter | Causality::Constant
-            ) || row.place.is_behind();
+            ) || row.storage.is_derivative_or_indicator();
             if !is_declared || expected[k] == found[k] {
                 continue;
             }
@@ -126,7 +126,7 @@ impl<M: Model> Trial<M> {
             };
             if !may_follow {
                 let (output, kind, known) =
-                    (self.name(k), row.kind(&Names::PLAIN), self.name(known));
+                    (self.name(k), row.kind(&TypeNames::PLAIN), self.name(known));
                 self.problems
                     .insert(format!("`{output}` depends on `{known}`, but is {kind}"));
                 continue;
@@ -159,7 +159,7 @@ fn advance<M: Model>(
     t: f64,
     h: f64,
 ) -> Result<StepEnd, ModelError> {
-    let now = M::Evaluation::of(model, p, u)?;
+    let now = M::Evaluation::new(model, p, u)?;
     model.step(p, &InputPolynomial::held(u.clone()), &now, t, h)
 }
 
@@ -178,8 +178,8 @@ fn keeps_evaluation<M: Model>(
         model.step(p, &InputPolynomial::held(u.clone()), &now, 0.0, step)?;
         Ok((before, output(layout, &model, new)?))
     };
-    let kept = with(M::Evaluation::of(model, &old.0, &old.1));
-    let made = with(M::Evaluation::of(model, p, u));
+    let kept = with(M::Evaluation::new(model, &old.0, &old.1));
+    let made = with(M::Evaluation::new(model, p, u));
     match (kept, made) {
         (Ok(kept), Ok(made)) => kept == made,
         (kept, made) => kept.is_err() == made.is_err(),

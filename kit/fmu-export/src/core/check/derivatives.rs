@@ -1,13 +1,13 @@
 //! Directional derivatives against differences of the outputs, and adjoint ones against directional
 //! ones.
 
+use super::model_check::ModelCheck;
 use super::point::Point;
-use super::trial::Trial;
 use crate::core::derivatives::ROOT_OF_EPSILON;
 use crate::core::layout::Element;
 use crate::core::model::zero;
 use crate::core::model::{real_inputs, real_outputs};
-use crate::core::place::Place;
+use crate::core::storage::Storage;
 use crate::core::value::Value;
 use crate::{Evaluation, Model, ModelError};
 
@@ -30,17 +30,21 @@ fn is_far(said: f64, found: f64, far: f64, rounding: f64) -> bool {
 }
 
 /// The inputs with one of them moved, if it may be there.
-pub(super) fn moved<M: Model>(u: &M::Input, (i, row): Element<M>, by: f64) -> Option<M::Input> {
-    let Place::RealIn(place) = &row.place else {
+pub(super) fn moved_input<M: Model>(
+    u: &M::Input,
+    (i, row): Element<M>,
+    by: f64,
+) -> Option<M::Input> {
+    let Storage::RealIn(field) = &row.storage else {
         return None;
     };
     let mut u = u.clone();
-    let value = place.get_mut(&mut u, i);
+    let value = field.get_mut(&mut u, i);
     *value += by;
     value.is_allowed(row).then_some(u)
 }
 
-impl<M: Model> Trial<M> {
+impl<M: Model> ModelCheck<M> {
     /// Looks at the derivatives of a model in one state.
     pub(super) fn derivatives(&mut self, model: &M, point: &Point<M>) {
         if !M::INFO.directional_derivatives {
@@ -50,7 +54,7 @@ impl<M: Model> Trial<M> {
         let mut point = point.clone();
         point.set_inputs();
         let Point(p, u) = &point;
-        let Ok(now) = M::Evaluation::of(model, p, u) else {
+        let Ok(now) = M::Evaluation::new(model, p, u) else {
             return;
         };
         let directional = |du: &M::Input| {
@@ -78,22 +82,22 @@ impl<M: Model> Trial<M> {
         let elements: Vec<_> = self.layout.iter().enumerate().collect();
         let outputs = self.real_outputs();
         let at = |u: M::Input| {
-            let now = M::Evaluation::of(model, &point.0, &u).ok()?;
+            let now = M::Evaluation::new(model, &point.0, &u).ok()?;
             let y = model.output(&point.0, &u, &now).ok()?;
             Some(real_outputs::<M>(&y).collect::<Vec<_>>())
         };
         let mut columns = Vec::new();
         for (known, element) in elements {
             let (i, row) = element;
-            let Place::RealIn(place) = &row.place else {
+            let Storage::RealIn(field) = &row.storage else {
                 continue;
             };
             let mut du = zero::<M>(&point.1);
-            *place.get_mut(&mut du, i) = 1.0;
+            *field.get_mut(&mut du, i) = 1.0;
             let column = directional(&du)?;
-            let size = row.nominal.unwrap_or(1.0).max(place.get(&point.1, i).abs());
+            let size = row.nominal.unwrap_or(1.0).max(field.get(&point.1, i).abs());
             self.compare_column(known, &outputs, size, &column, |by| {
-                at(moved::<M>(&point.1, element, by)?)
+                at(moved_input::<M>(&point.1, element, by)?)
             });
             columns.push(column);
         }
@@ -103,7 +107,7 @@ impl<M: Model> Trial<M> {
     /// The positions of the Real outputs and local variables.
     pub(super) fn real_outputs(&self) -> Vec<usize> {
         let elements = self.layout.iter().enumerate();
-        let outputs = elements.filter(|(_, (_, row))| matches!(row.place, Place::RealOut(_)));
+        let outputs = elements.filter(|(_, (_, row))| matches!(row.storage, Storage::RealOut(_)));
         outputs.map(|(k, _)| k).collect()
     }
 
@@ -152,8 +156,8 @@ impl<M: Model> Trial<M> {
         directional: &impl Fn(&M::Input) -> Result<Vec<f64>, ModelError>,
     ) -> Result<(), ModelError> {
         let mut v = zero::<M>(&point.1);
-        for (n, (i, place)) in real_inputs::<M>(&point.1).enumerate() {
-            *place.get_mut(&mut v, i) = weight(n);
+        for (n, (i, field)) in real_inputs::<M>(&point.1).enumerate() {
+            *field.get_mut(&mut v, i) = weight(n);
         }
         let outputs = columns.first().map_or(0, Vec::len);
         let u: Vec<_> = (0..outputs).map(|k| weight(k + 1)).collect();
@@ -161,8 +165,8 @@ impl<M: Model> Trial<M> {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let forward = dot(&u, &directional(&v)?);
         let (mut by_columns, mut backward, mut size) = (0.0, 0.0, 0.0);
-        for (n, ((i, place), column)) in real_inputs::<M>(&v).zip(columns).enumerate() {
-            backward += weight(n) * place.get(&adjoint, i);
+        for (n, ((i, field), column)) in real_inputs::<M>(&v).zip(columns).enumerate() {
+            backward += weight(n) * field.get(&adjoint, i);
             by_columns += weight(n) * dot(&u, column);
             size += column.iter().map(|x| 2.25 * x.abs()).sum::<f64>(); // 1.5² is the largest product of weights
         }

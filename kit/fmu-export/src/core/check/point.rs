@@ -3,7 +3,7 @@
 use crate::Model;
 use crate::core::layout::Element;
 use crate::core::model::Variable;
-use crate::core::place::{Values, ValuesMut, each};
+use crate::core::storage::{Values, ValuesMut, each};
 use crate::core::value::Value;
 
 /// Parameters and inputs.
@@ -18,13 +18,13 @@ impl<M: Model> Clone for Point<M> {
 impl<M: Model> Point<M> {
     /// The values of an input or a parameter.
     pub(super) fn values(&self, row: &Variable<M>) -> Option<Values<'_>> {
-        let of_input = row.place.input_values(&self.1);
-        of_input.or_else(|| row.place.parameter_values(&self.0))
+        let of_input = row.storage.input_values(&self.1);
+        of_input.or_else(|| row.storage.parameter_values(&self.0))
     }
 
     pub(super) fn values_mut(&mut self, row: &Variable<M>) -> Option<ValuesMut<'_>> {
-        let of_input = row.place.input_values_mut(&mut self.1);
-        of_input.or_else(|| row.place.parameter_values_mut(&mut self.0))
+        let of_input = row.storage.input_values_mut(&mut self.1);
+        of_input.or_else(|| row.storage.parameter_values_mut(&mut self.0))
     }
 
     /// The value in an element, as text: equal texts are equal bits.
@@ -50,7 +50,7 @@ impl<M: Model> Point<M> {
             return false;
         };
         each!(ValuesMut, values, |values| {
-            let moved = values[i].moved(part, row);
+            let moved = values[i].perturbed(part, row);
             let is_other = |v: &_| !values[i].is_same(v) && v.is_allowed(row);
             match moved.into_iter().find(is_other) {
                 Some(other) => values[i] = other,

@@ -1,19 +1,22 @@
 //! `<ModelStructure>`: what outputs and derivatives depend on, while stepping and in Initialization Mode.
 
 use crate::Model;
-use crate::border::description::{Element, listed};
+use crate::c_api::description::{Element, listed};
 use crate::core::dependencies::Knowns;
 use crate::core::layout::Layout;
 use crate::core::length::MOST_COUNTED;
 use crate::core::model::Variable;
 
-pub(super) fn of<M: Model>(layout: &Layout<M>) -> Result<Element, String> {
+pub(super) fn model_structure<M: Model>(layout: &Layout<M>) -> Result<Element, String> {
     let knowns = Knowns::new(layout);
     let unknowns = |element, initially| {
         let mut unknowns = Vec::new();
         let is_unknown = |row: &Variable<M>| match element {
-            "Derivatives" => row.place.is_derivative(),
-            _ => row.is_unknown(initially) && (initially || !row.place.is_behind()),
+            "Derivatives" => row.storage.is_derivative(),
+            _ => {
+                row.is_unknown(initially)
+                    && (initially || !row.storage.is_derivative_or_indicator())
+            }
         };
         for (elements, row) in layout.rows().filter(|(_, row)| is_unknown(row)) {
             // Of a long row that depends on much nothing is listed, which stands for all: the list

@@ -3,14 +3,14 @@
 //! element by element.
 
 use crate::Model;
-use crate::border::description::{Element, listed};
+use crate::c_api::description::{Element, listed};
 use crate::core::dependencies::Knowns;
 use crate::core::layout::{Block, Layout};
 
-pub(super) fn of<M: Model>(layout: &Layout<M>) -> Result<Element, String> {
+pub(super) fn model_structure<M: Model>(layout: &Layout<M>) -> Result<Element, String> {
     let knowns = Knowns::new(layout);
-    let unknown = |element, initially, (number, (run, first, n)): (u32, Block<M>)| {
-        let blocks = knowns.blocks(layout, run.row, (first, n), initially)?;
+    let unknown = |element, initially, (number, (span, first, n)): (u32, Block<M>)| {
+        let blocks = knowns.blocks(layout, span.row, (first, n), initially)?;
         let dependencies = blocks.map(|blocks| {
             let kinds = vec!["dependent"; blocks.len()].join(" ");
             [
@@ -25,10 +25,16 @@ pub(super) fn of<M: Model>(layout: &Layout<M>) -> Result<Element, String> {
     let unknowns = |element, initially| {
         let blocks = layout.blocks();
         blocks
-            .filter(|(_, (run, ..))| match element {
-                "ContinuousStateDerivative" => run.row.place.is_derivative(),
-                "EventIndicator" => run.row.place.is_behind() && !run.row.place.is_derivative(),
-                _ => run.row.is_unknown(initially) && (initially || !run.row.place.is_behind()),
+            .filter(|(_, (span, ..))| match element {
+                "ContinuousStateDerivative" => span.row.storage.is_derivative(),
+                "EventIndicator" => {
+                    span.row.storage.is_derivative_or_indicator()
+                        && !span.row.storage.is_derivative()
+                }
+                _ => {
+                    span.row.is_unknown(initially)
+                        && (initially || !span.row.storage.is_derivative_or_indicator())
+                }
             })
             .map(|block| unknown(element, initially, block))
             .collect::<Result<Vec<_>, String>>()

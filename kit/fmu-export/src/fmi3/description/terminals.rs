@@ -1,7 +1,7 @@
 //! `terminalsAndIcons.xml`: groups of variables that are wired together (FMI 3.0.2, section 2.4.9).
 
 use crate::Model;
-use crate::border::description::Element;
+use crate::c_api::description::Element;
 use crate::core::layout::Layout;
 use std::collections::BTreeSet;
 
@@ -20,9 +20,9 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
             }
             let is_known = layout
                 .blocks()
-                .any(|(_, (run, first, _))| match run.is_array() {
-                    true => run.row.name == *variable,
-                    false => run.row.element_name(first) == *variable,
+                .any(|(_, (span, first, _))| match span.is_array() {
+                    true => span.row.name == *variable,
+                    false => span.row.element_name(first) == *variable,
                 });
             if !is_known {
                 return Err(format!(

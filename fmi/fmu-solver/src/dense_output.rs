@@ -1,0 +1,87 @@
+//! The states between two points of a solver, and where an event lies there.
+
+use super::system::System;
+
+/// The states over one internal step: with the vectors a, b and c `x(θ) = x₀ + θ (Δ + (1 − θ) (a +
+/// θ (b + θ c)))`, θ from 0 to 1.
+pub(crate) struct DenseOutput(pub(crate) [Vec<f64>; 3]);
+
+impl DenseOutput {
+    /// The states at `theta` between those at the ends.
+    fn at(&self, theta: f64, [start, end]: [&[f64]; 2], x: &mut [f64]) {
+        let [a, b, c] = &self.0;
+        for (i, x) in x.iter_mut().enumerate() {
+            let inner = a[i] + theta * (b[i] + theta * c[i]);
+            *x = start[i] + theta * (end[i] - start[i] + (1.0 - theta) * inner);
+        }
+    }
+}
+
+/// Event indicators at the start and the end of the internal step, then at the ends and in the
+/// middle of the part of it where an event lies.
+pub(crate) struct Indicators(pub(crate) [Vec<f64>; 5]);
+
+/// Whether the sign of an indicator changes from `a` to `b`.
+fn changes((a, b): (&f64, &f64)) -> bool {
+    (*a > 0.0) != (*b > 0.0)
+}
+
+impl Indicators {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0[0].is_empty()
+    }
+
+    /// Whether one changes within the internal step.
+    pub(crate) fn has_event(&self) -> bool {
+        self.0[0].iter().zip(&self.0[1]).any(changes)
+    }
+
+    /// The first place θ in the step `(s, dt)` at which the sign of an indicator has changed, to
+    /// `resolution`, and the states `x` there. The place is that behind the change, so that whoever
+    /// goes on from there does not meet it again.
+    ///
+    /// Regula falsi with the weights of the Illinois method, for the indicator that it says passes
+    /// zero first; each fourth time the middle is taken, for indicators that it is slow with.
+    pub(crate) fn locate<S: System>(
+        &mut self,
+        system: &mut S,
+        (s, dt): (f64, f64),
+        resolution: f64,
+        (dense_output, ends): (&DenseOutput, [&[f64]; 2]),
+        x: &mut [f64],
+    ) -> Result<f64, S::Error> {
+        let [start, end, at_low, at_high, middle] = &mut self.0;
+        at_low.copy_from_slice(start);
+        at_high.copy_from_slice(end);
+        let (mut low, mut high, mut was_low, mut count) = (0.0, 1.0, None, 0);
+        while high - low > resolution {
+            count += 1;
+            let least = 0.5 * resolution / (high - low);
+            let share = match count % 4 {
+                0 => 0.5,
+                _ => first_crossing(at_low, at_high).clamp(least, 1.0 - least),
+            };
+            let theta = low + share * (high - low);
+            dense_output.at(theta, ends, x);
+            system.indicators(s + theta * dt, x, middle)?;
+            let is_low = !start.iter().zip(&*middle).any(changes);
+            let (place, near, far) = match is_low {
+                true => (&mut low, &mut *at_low, &mut *at_high),
+                false => (&mut high, &mut *at_high, &mut *at_low),
+            };
+            *place = theta;
+            near.copy_from_slice(middle);
+            if was_low.replace(is_low) == Some(is_low) {
+                far.iter_mut().for_each(|z| *z *= 0.5);
+            }
+        }
+        dense_output.at(high, ends, x);
+        Ok(high)
+    }
+}
+
+/// Where straight lines from `low` to `high` first change their sign, from 0 to 1.
+fn first_crossing(low: &[f64], high: &[f64]) -> f64 {
+    let lines = low.iter().zip(high).filter(|ends| changes(*ends));
+    lines.map(|(a, b)| a / (a - b)).fold(1.0, f64::min)
+}

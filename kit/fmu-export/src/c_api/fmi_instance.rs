@@ -1,0 +1,201 @@
+//! What an importer's handle of an instance points at, and how every call gets in and out. Nothing
+//! here knows what a function does.
+
+use super::answer::Answer;
+use super::call_order::{COMMON_STATES, CS, Call, LOST, ME, ME_STATES};
+use super::log::{Log, Logger};
+use crate::core::exclusive::{Exclusive, ExclusiveRef};
+use crate::core::fault::{self, Fault};
+use crate::core::instance::Instance;
+use crate::core::message::{Kind, Message};
+use crate::core::panic::{self, Panic};
+use crate::core::storage::TypeNames;
+use crate::{Binary, Model};
+use std::ffi::{CString, c_void};
+use std::sync::Arc;
+
+/// A version of FMI: what its border adds to an instance, and the words in which it answers.
+pub(crate) trait Version: Sized + 'static {
+    /// Its statuses.
+    type Status: From<Answer>;
+    /// Its logger.
+    type Logger: Logger;
+    /// Its name, filled up with zeros.
+    const NAME: [u8; 4];
+    /// What it calls the types.
+    const NAMES: TypeNames;
+    /// Names of the states, by their bits.
+    const STATES: &'static [(u16, &'static str)];
+    /// What brings an instance back that was lost by a panic.
+    const RECOVERY: &'static str;
+    /// Value reference of time, where it is a variable.
+    const TIME: Option<u32> = None;
+
+    /// The bit of the state that an instance is in.
+    fn state<M: Model>(fmi: &FmiInstance<M, Self>) -> u16;
+
+    /// The bits of the categories that are on after these were switched on or off.
+    fn switch_categories(
+        log: &Log<Self::Logger>,
+        on: bool,
+        categories: &[&str],
+    ) -> Result<u32, Fault>;
+}
+
+/// An instance and what its version of FMI adds to it.
+pub(crate) struct FmiInstance<M: Model, V: Version> {
+    pub(crate) instance: Instance<M>,
+    pub(crate) log: Arc<Log<V::Logger>>,
+    /// Texts that the importer was given by the last get.
+    pub(crate) strings: Vec<CString>,
+    /// Values of Binary that it was given by the last get.
+    pub(crate) bytes: Vec<Binary>,
+    /// The interface it was made for, [`CS`] or [`ME`].
+    pub(crate) interface: u16,
+    pub(crate) version: V,
+}
+
+/// Runs `f` on the instance: NULL, calls from within calls, call order, panics and messages are
+/// dealt with here.
+///
+/// # Safety
+/// `c` is NULL or came from the instantiation of this library in this version and was not freed.
+#[inline]
+pub(crate) unsafe fn enter<M: Model, V: Version>(
+    c: *mut c_void,
+    call: Call,
+    f: impl FnOnce(&mut FmiInstance<M, V>) -> Result<(), Fault>,
+) -> V::Status {
+    // SAFETY: forwarded.
+    let guard = unsafe { c.cast::<Exclusive<FmiInstance<M, V>>>().as_ref() };
+    let Some(mut fmi) = guard.and_then(Exclusive::enter) else {
+        return Answer::Error.into();
+    };
+    let result = panic::catch(|| {
+        let done = check_order(&fmi, call).and_then(|()| f(&mut fmi));
+        match done {
+            Ok(()) => Answer::Ok,
+            Err(fault) => report_fault(&mut fmi, call, fault),
+        }
+    });
+    let answer = match result {
+        Ok(answer) => answer,
+        Err(panic) => report_panic(&mut fmi, call, panic),
+    };
+    if !fmi.instance.messages.is_empty() {
+        send(fmi, answer);
+    }
+    answer.into()
+}
+
+/// Refuses the call in a state it is not allowed in.
+#[inline]
+fn check_order<M: Model, V: Version>(fmi: &FmiInstance<M, V>, call: Call) -> Result<(), Fault> {
+    let state = V::state(fmi);
+    // Of a model for Co-Simulation alone, what is for Model Exchange is not even compiled.
+    let interface = match M::MODEL_EXCHANGE {
+        Some(_) => fmi.interface,
+        None => CS,
+    };
+    if call.allowed & interface == 0 {
+        return other_interface::<M>(call);
+    }
+    match call.allowed & state {
+        0 => out_of_order::<V>(call, state, interface),
+        _ => Ok(()),
+    }
+}
+
+#[cold]
+fn other_interface<M: Model>(call: Call) -> Result<(), Fault> {
+    let [of, is] = match call.allowed & ME {
+        0 => ["Co-Simulation", "Model Exchange"],
+        _ => ["Model Exchange", "Co-Simulation"],
+    };
+    if M::MODEL_EXCHANGE.is_none() {
+        return fault::refuse!("this function is for {of}, and this FMU offers {is} only");
+    }
+    fault::refuse!("this function is for {of}, and the instance was made for {is}")
+}
+
+#[cold]
+fn out_of_order<V: Version>(call: Call, state: u16, interface: u16) -> Result<(), Fault> {
+    let names = |mask: u16| -> Vec<&str> {
+        let named = V::STATES.iter().filter(|(bit, _)| mask & bit != 0);
+        named.map(|(_, name)| *name).collect()
+    };
+    let others = if interface == ME {
+        !ME_STATES & !COMMON_STATES
+    } else {
+        ME_STATES
+    };
+    let (now, allowed) = (
+        names(state).join(""),
+        names(call.allowed & !LOST & !others).join(", "),
+    );
+    Err(Fault::refused(format_args!(
+        "not allowed in state {now}; allowed in {allowed}"
+    )))
+}
+
+#[cold]
+fn report_fault<M: Model, V: Version>(
+    fmi: &mut FmiInstance<M, V>,
+    call: Call,
+    fault: Fault,
+) -> Answer {
+    let instance = &mut fmi.instance;
+    let (kind, answer, text) = match fault {
+        Fault::Refused(text) => (Kind::Refused, Answer::Error, text),
+        Fault::Discarded(text) => (Kind::Discarded, Answer::Discard, text),
+        Fault::Unknown(number) if V::TIME == Some(number) => {
+            let real = V::NAMES.real;
+            let text = format!(
+                "value reference {number} is `time`, the independent variable; it can only be read, as {real}"
+            );
+            (Kind::Refused, Answer::Error, text)
+        }
+        Fault::Unknown(number) => {
+            let last = instance.layout.len().saturating_sub(1);
+            let known = if number as usize > last {
+                format!("from 0 to {last}")
+            } else {
+                "one of the model description".to_owned()
+            };
+            let text = format!("unknown value reference {number}; it must be {known}");
+            (Kind::Refused, Answer::Error, text)
+        }
+    };
+    instance.report(kind, format!("{}: {text}", call.name));
+    answer
+}
+
+/// After a panic: one instance is of no use until a reset or a restored state, the others go on.
+#[cold]
+fn report_panic<M: Model, V: Version>(
+    fmi: &mut FmiInstance<M, V>,
+    call: Call,
+    panic: Panic,
+) -> Answer {
+    fmi.instance.lost = true;
+    let text = format!(
+        "{}: {}; the instance needs {}",
+        call.name,
+        panic.describe(),
+        V::RECOVERY
+    );
+    fmi.instance.report(Kind::Refused, text);
+    Answer::Error
+}
+
+/// Sends what is queued, after the instance has been let go of: the logger may call back.
+#[cold]
+pub(crate) fn send<M: Model, V: Version>(
+    mut fmi: ExclusiveRef<'_, FmiInstance<M, V>>,
+    answer: Answer,
+) {
+    let messages: Vec<Message> = std::mem::take(&mut fmi.instance.messages);
+    let log = Arc::clone(&fmi.log);
+    drop(fmi);
+    log.send(&messages, answer);
+}

@@ -1,0 +1,182 @@
+//! What all instances of a library share, and how an instance is made and freed.
+
+use super::answer::Answer;
+use super::call_order::{INTERMEDIATE_UPDATE, ME};
+use super::description::hash;
+use super::fmi_instance::{FmiInstance, Version};
+use super::log::Log;
+use crate::Model;
+use crate::core::exclusive::Exclusive;
+use crate::core::instance::Instance;
+use crate::core::layout::Layout;
+use crate::core::message::{Kind, Message};
+use crate::core::panic;
+use crate::core::sizes::{self, StartValues};
+use crate::core::state::Identity;
+use std::borrow::Cow;
+use std::ffi::{CStr, c_char, c_void};
+use std::path::PathBuf;
+use std::ptr;
+use std::sync::{Arc, OnceLock};
+use uuid::Uuid;
+
+/// What all instances of a library share.
+pub struct Library {
+    /// Hashes of the model descriptions, once they have been computed: of FMI 2.0 and 3.0.
+    pub(crate) hashes: [OnceLock<Uuid>; 2],
+    /// The sizes that the FMU was packed with, such as `n=200 m=3`.
+    pub(crate) sizes: &'static str,
+    /// It is part of a program (a test), where others than the model may panic.
+    pub(crate) is_program: bool,
+}
+
+impl Library {
+    /// For one model.
+    pub const fn new(is_program: bool, sizes: Option<&'static str>) -> Self {
+        Self {
+            sizes: match sizes {
+                Some(sizes) => sizes,
+                None => "",
+            },
+            hashes: [OnceLock::new(), OnceLock::new()],
+            is_program,
+        }
+    }
+}
+
+/// What an importer says of a new instance.
+pub(crate) struct Request<'a, V: Version> {
+    /// Name of the function that was called.
+    pub(crate) function: &'static str,
+    pub(crate) log: Log<V::Logger>,
+    pub(crate) name: Option<&'a str>,
+    /// Name of the argument by which importer and library agree on the model, and its value.
+    pub(crate) token: (&'static str, Option<&'a str>),
+    /// Where the hash is kept.
+    pub(crate) hash: &'a OnceLock<Uuid>,
+    pub(crate) sizes: &'static str,
+    /// The folder of resources; one that cannot be understood is reported and done without.
+    pub(crate) resources: Option<Result<PathBuf, String>>,
+    /// [`CS`] or [`ME`].
+    pub(crate) interface: u16,
+    pub(crate) version: V,
+}
+
+impl<V: Version> Request<'_, V> {
+    /// An instance; NULL if there is none, of which the importer's logger hears why. `check` says
+    /// what is wrong with the table: then no importer can know the hash.
+    pub(crate) fn instantiate<M: Model>(
+        self,
+        check: impl FnOnce(&Layout<M>, &StartValues<M>) -> Result<(), String>,
+        prepare: impl FnOnce(&mut FmiInstance<M, V>) -> Result<(), String>,
+    ) -> *mut c_void {
+        let (function, log) = (self.function, Arc::new(self.log));
+        let mut messages = Vec::new();
+        let resources = self.resources.and_then(|folder| {
+            let report = |reason: &String| {
+                let text = format!("{function}: {reason}; going on without");
+                messages.push(Message::new(Kind::Warning, text));
+            };
+            folder.inspect_err(report).ok()
+        });
+        let made = panic::catch(|| {
+            let start = sizes::start::<M>(self.sizes)?;
+            let layout = Layout::new(&start.0, &start.1);
+            let known = || hash(&layout, &start, V::NAME);
+            let hash = *self.hash.get_or_init(known);
+            check_name(self.name)?;
+            check_token(self.token, hash).map_err(|reason| match check(&layout, &start) {
+                Ok(()) => reason,
+                Err(wrong) => wrong,
+            })?;
+            let identity = Identity {
+                version: match self.interface {
+                    ME => [V::NAME[0], V::NAME[1], V::NAME[2], b'X'],
+                    _ => V::NAME,
+                },
+                model: hash.into_bytes(),
+            };
+            let instance = Instance::new(layout, start, identity, &V::NAMES, resources, self.sizes);
+            let mut fmi = FmiInstance {
+                instance,
+                log: Arc::clone(&log),
+                strings: Vec::new(),
+                bytes: Vec::new(),
+                interface: self.interface,
+                version: self.version,
+            };
+            fmi.instance.log_filter = fmi.log.model_filter();
+            prepare(&mut fmi)?;
+            Ok(Box::new(Exclusive::new(fmi)))
+        });
+        let (instance, answer) = match made.unwrap_or_else(|panic| Err(panic.describe())) {
+            Ok(fmi) => (Box::into_raw(fmi).cast(), Answer::Ok),
+            Err(reason) => {
+                messages.push(refusal(function, &reason));
+                (ptr::null_mut(), Answer::Error)
+            }
+        };
+        log.send(&messages, answer);
+        instance
+    }
+}
+
+/// A text of C, if there is one.
+///
+/// # Safety
+/// `s` is NULL or a C string that lives as long as the result is used.
+pub(crate) unsafe fn text<'a>(s: *const c_char) -> Option<Cow<'a, str>> {
+    // SAFETY: not NULL; the rest is forwarded.
+    (!s.is_null()).then(|| unsafe { CStr::from_ptr(s) }.to_string_lossy())
+}
+
+/// A message that says why there is no instance.
+pub(crate) fn refusal(function: &str, reason: &str) -> Message {
+    Message::new(Kind::Refused, format!("{function}: {reason}"))
+}
+
+/// Refuses an instance without a name.
+fn check_name(name: Option<&str>) -> Result<(), String> {
+    match name {
+        None => Err("instanceName = NULL must be a name".to_owned()),
+        Some("") => Err("instanceName is empty; it must be a name".to_owned()),
+        Some(_) => Ok(()),
+    }
+}
+
+/// Refuses a hash that is not this FMU's.
+fn check_token((argument, given): (&str, Option<&str>), hash: Uuid) -> Result<(), String> {
+    if given.is_some_and(|given| is_same(given, hash)) {
+        return Ok(());
+    }
+    let given = given.unwrap_or("NULL");
+    Err(format!("{argument} = {given} must be {{{hash}}}"))
+}
+
+/// Hashes are compared as numbers: with or without braces, in either case.
+fn is_same(given: &str, hash: Uuid) -> bool {
+    Uuid::try_parse(given.trim()).is_ok_and(|given| given == hash)
+}
+
+/// Frees an instance; NULL is ignored, and so is an instance in use: a logger that is called while
+/// its instance works cannot free it.
+///
+/// # Safety
+/// `c` is NULL or came from the instantiation of this library in this version, and is not used
+/// afterwards.
+pub(crate) unsafe fn free<M: Model, V: Version>(c: *mut c_void) {
+    let guard = c.cast::<Exclusive<FmiInstance<M, V>>>();
+    // SAFETY: forwarded.
+    let Some(fmi) = unsafe { guard.as_ref() }.and_then(Exclusive::enter) else {
+        return;
+    };
+    if V::state(&fmi) == INTERMEDIATE_UPDATE {
+        return;
+    }
+    fmi.log.close();
+    drop(fmi);
+    // SAFETY: made by `Request::instantiate` with `Box::into_raw`, and not in use.
+    let guard = unsafe { Box::from_raw(guard) };
+    // Only the drop of a model can panic; there is nobody left to tell.
+    let _ = panic::catch(|| drop(guard));
+}

@@ -1,0 +1,181 @@
+//! What the importer wants to hear, and its logger.
+
+use super::answer::Answer;
+use crate::core::log::{Categories, LogFilter, STANDARD, number};
+use crate::core::message::{Kind, Level, Message};
+use std::ffi::{CStr, CString};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+/// Every category that each FMU declares: its name, its bits, its description. Those of the model
+/// come after them.
+pub(crate) const CATEGORIES: [(&str, u32, &str); 5] = [
+    ("logAll", ALL, "All messages"),
+    (
+        "logEvents",
+        EVENT,
+        "Life of the instance: initialization, reset, restored states",
+    ),
+    (
+        "logStatusWarning",
+        WARNING,
+        "Something is not quite right, the call succeeded",
+    ),
+    (
+        "logStatusDiscard",
+        DISCARDED,
+        "A value out of its bounds, or a step that could not be done; the instance is as before",
+    ),
+    (
+        "logStatusError",
+        REFUSED,
+        "A wrong call (the instance is as before), or a panic of the model; never switch_categories off",
+    ),
+];
+
+pub(crate) const EVENT: u32 = 1;
+pub(crate) const WARNING: u32 = 2;
+pub(crate) const DISCARDED: u32 = 4;
+pub(crate) const REFUSED: u32 = 8;
+pub(crate) const ALL: u32 = u32::MAX;
+/// Number of the bit of the model's first category.
+const FIRST: usize = 4;
+
+/// The importer's logger and what it wants to hear.
+pub(crate) struct Log<L> {
+    logger: L,
+    /// The model's own.
+    categories: Categories,
+    enabled: AtomicU32,
+    /// The instance is gone, and with it perhaps the importer's environment.
+    is_closed: AtomicBool,
+}
+
+/// The logger of an importer, as a version of FMI has it.
+pub(crate) trait Logger: Send + Sync {
+    /// The statuses of the version.
+    type Status;
+    /// The category of warnings holds those too that have a category of the model.
+    const WARNINGS_INCLUDE_MODEL: bool;
+
+    /// Whether the importer has one.
+    fn is_available(&self) -> bool;
+
+    /// The status that comes with a message of a call that is answered with `answer`.
+    fn status(kind: Kind, answer: Answer) -> Self::Status;
+
+    /// Calls it. It may call functions of the instance, and free it.
+    ///
+    /// A C++ exception thrown by the logger unwinds through here; leaving it by longjmp is not
+    /// allowed.
+    fn log(&self, status: Self::Status, category: &CStr, text: &str);
+}
+
+impl<L: Logger> Log<L> {
+    /// With the bits `enabled` on.
+    pub(crate) fn new(logger: L, categories: Categories, enabled: u32) -> Self {
+        Self {
+            logger,
+            categories,
+            enabled: AtomicU32::new(enabled),
+            is_closed: AtomicBool::new(false),
+        }
+    }
+
+    pub(crate) fn enabled(&self) -> u32 {
+        self.enabled.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn enable(&self, bits: u32) {
+        self.enabled.store(bits, Ordering::Relaxed);
+    }
+
+    /// The bits of a category; None if it is neither declared by each FMU nor one of the model's.
+    pub(crate) fn bits(&self, name: &str) -> Option<u32> {
+        let declared = CATEGORIES.iter().find(|(known, ..)| *known == name);
+        match (declared, number(self.categories, name)) {
+            (Some((_, bits, _)), _) => Some(*bits),
+            (None, STANDARD) => None,
+            (None, k) => Some(1 << (FIRST + k)),
+        }
+    }
+
+    /// The model's own categories.
+    pub(crate) fn categories(&self) -> Categories {
+        self.categories
+    }
+
+    /// What the importer wants to hear of the model.
+    pub(crate) fn model_filter(&self) -> LogFilter {
+        if !self.logger.is_available() {
+            let (info, warning) = (0, 0);
+            return LogFilter { info, warning };
+        }
+        let has_all_warnings = L::WARNINGS_INCLUDE_MODEL && self.enabled() & WARNING != 0;
+        LogFilter {
+            info: self.model_bits(EVENT),
+            warning: match has_all_warnings {
+                true => u32::MAX,
+                false => self.model_bits(WARNING),
+            },
+        }
+    }
+
+    /// What the model's messages of one level are worth formatting for, where those without a
+    /// category of its own have the bit `standard`.
+    fn model_bits(&self, standard: u32) -> u32 {
+        let enabled = self.enabled();
+        enabled >> FIRST | u32::from(enabled & standard != 0) << STANDARD
+    }
+
+    /// Nothing is sent any more.
+    pub(crate) fn close(&self) {
+        self.is_closed.store(true, Ordering::Relaxed);
+    }
+
+    /// Sends messages that are wanted, one by one, until the logger frees the instance. No
+    /// reference to the instance lives meanwhile, and nothing is left half done if the logger does
+    /// not return.
+    pub(crate) fn send(&self, messages: &[Message], answer: Answer) {
+        if !self.logger.is_available() {
+            return;
+        }
+        for message in messages {
+            let (bits, category) = self.category(message.kind);
+            if self.enabled() & bits == 0 {
+                continue;
+            }
+            let category = c_string(category);
+            if self.is_closed.load(Ordering::Relaxed) {
+                return;
+            }
+            let status = L::status(message.kind, answer);
+            self.logger.log(status, &category, &message.text);
+        }
+    }
+
+    /// Where a message belongs: the bits of which one must be on, and the name of its category.
+    fn category(&self, kind: Kind) -> (u32, &'static str) {
+        let (standard, category) = match kind {
+            Kind::Event | Kind::Model(Level::Info, _) => (EVENT, "logEvents"),
+            Kind::Warning | Kind::Model(Level::Warning, _) => (WARNING, "logStatusWarning"),
+            Kind::Discarded => (DISCARDED, "logStatusDiscard"),
+            Kind::Refused => (REFUSED, "logStatusError"),
+        };
+        let own = match kind {
+            Kind::Model(_, name) => (number(self.categories, name), name),
+            _ => (STANDARD, ""),
+        };
+        match own {
+            (STANDARD, _) => (standard, category),
+            (k, name) if L::WARNINGS_INCLUDE_MODEL && standard == WARNING => {
+                (1 << (FIRST + k) | WARNING, name)
+            }
+            (k, name) => (1 << (FIRST + k), name),
+        }
+    }
+}
+
+/// A C string; a NUL inside the text becomes U+FFFD.
+pub(crate) fn c_string(text: &str) -> CString {
+    CString::new(text.replace('\0', "\u{fffd}")).expect("no NUL is left")
+}

@@ -1,0 +1,106 @@
+//! Saved states through C: handles that are numbers, and bytes. What `name` calls the argument
+//! differs between the versions of FMI.
+
+use super::arguments::{array_mut, bytes, output_argument};
+use super::fmi_instance::{FmiInstance, Version};
+use crate::Model;
+use crate::core::fault::{Fault, refuse};
+use std::ffi::c_void;
+use std::ptr;
+
+/// A handle of a saved state as C sees it: a number, not a place.
+fn to_c(handle: usize) -> *mut c_void {
+    ptr::without_provenance_mut(handle)
+}
+
+impl<M: Model, V: Version> FmiInstance<M, V> {
+    /// Saves the present state, under a new handle where `state` holds none.
+    ///
+    /// # Safety
+    /// `state` is NULL or points at a handle that is readable and writable.
+    pub(crate) unsafe fn save(&mut self, name: &str, state: *mut *mut c_void) -> Result<(), Fault> {
+        // SAFETY: forwarded; not NULL where it is read, as `place` has checked.
+        unsafe {
+            let to = output_argument(name, state)?;
+            let handle = self.instance.save(state.read_unaligned().addr())?;
+            to.put(0, to_c(handle));
+        }
+        Ok(())
+    }
+
+    /// Frees a saved state and forgets its handle; NULL is nothing to free.
+    ///
+    /// # Safety
+    /// As for [`Body::save`].
+    pub(crate) unsafe fn free(&mut self, name: &str, state: *mut *mut c_void) -> Result<(), Fault> {
+        if state.is_null() {
+            return Ok(());
+        }
+        // SAFETY: forwarded; not NULL.
+        unsafe {
+            self.instance.free(state.read_unaligned().addr())?;
+            output_argument(name, state)?.put(0, ptr::null_mut());
+        }
+        Ok(())
+    }
+
+    /// Tells how many bytes a saved state takes.
+    ///
+    /// # Safety
+    /// `size` is NULL or writable.
+    pub(crate) unsafe fn serialized_size(
+        &self,
+        state: *mut c_void,
+        size: *mut usize,
+    ) -> Result<(), Fault> {
+        // SAFETY: forwarded.
+        let to = unsafe { output_argument("size", size) }?;
+        to.put(0, self.instance.serialize(state.addr())?.len());
+        Ok(())
+    }
+
+    /// Writes the bytes of a saved state; room beyond their end is left alone.
+    ///
+    /// # Safety
+    /// `bytes` is NULL or points at `size` writable bytes.
+    pub(crate) unsafe fn serialize(
+        &self,
+        state: *mut c_void,
+        bytes: *mut u8,
+        size: usize,
+    ) -> Result<(), Fault> {
+        let state = self.instance.serialize(state.addr())?;
+        let needed = state.len();
+        if size < needed {
+            return refuse!("size = {size} must be at least {needed} bytes");
+        }
+        // SAFETY: forwarded.
+        let to = unsafe { array_mut("serializedState", bytes, size) }?;
+        for (k, byte) in state.into_iter().enumerate() {
+            to.put(k, byte);
+        }
+        Ok(())
+    }
+
+    /// Takes a saved state from its bytes, under a new handle where `state` holds none.
+    ///
+    /// # Safety
+    /// `serialized` is NULL or points at `size` bytes that nothing writes to; `state` as for
+    /// [`Body::save`].
+    pub(crate) unsafe fn deserialize(
+        &mut self,
+        serialized: *const u8,
+        size: usize,
+        name: &str,
+        state: *mut *mut c_void,
+    ) -> Result<(), Fault> {
+        // SAFETY: forwarded; not NULL where it is read, as `place` has checked.
+        unsafe {
+            let bytes = bytes("serializedState", serialized, size)?;
+            let to = output_argument(name, state)?;
+            let handle = (self.instance).deserialize(bytes, state.read_unaligned().addr())?;
+            to.put(0, to_c(handle));
+        }
+        Ok(())
+    }
+}
