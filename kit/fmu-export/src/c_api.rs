@@ -1,6 +1,6 @@
-//! What the borders of all versions of FMI have in common: raw arguments of C functions, how a call
-//! gets in and out of an instance, call order, how a version lists its functions, what the importer
-//! wants to hear, instantiation, and the parts of a model description that they share.
+//! The part of the C interface that FMI 2.0 and FMI 3.0 share: C arguments, entering an instance,
+//! call order, the list of a version's functions, logging, instantiation and model descriptions.
+//! The modules `fmi2` and `fmi3` add what differs between the versions.
 
 pub(crate) mod answer;
 pub(crate) mod arguments;

@@ -1,5 +1,5 @@
-//! FMI 3.0 for co-simulation over the core: C functions, rows as arrays with one value reference,
-//! statuses, call order, messages to the importer's logger, `modelDescription.xml` and
+//! The C interface of FMI 3.0: its functions and their call order, rows of the table as arrays with
+//! one value reference, statuses, messages to the importer's logger, `modelDescription.xml` and
 //! `terminalsAndIcons.xml`.
 
 mod dependencies;

@@ -1,7 +1,7 @@
-//! Exports a Rust model as an FMU of FMI 2.0 and of FMI 3.0, for Co-Simulation and, if it says its
-//! differential equations, for Model Exchange, from one table of variables and in one library.
+//! Exports a Rust model as an FMU for FMI 2.0 and FMI 3.0, from one table of variables and as one
+//! library: for Co-Simulation and, if the model gives its differential equations, Model Exchange.
 //!
-//! With the feature `derive`, structs with derives are the table of variables:
+//! With the feature `derive`, structs with derives make up the table of variables:
 //!
 #![cfg_attr(feature = "derive", doc = "```")]
 #![cfg_attr(not(feature = "derive"), doc = "```ignore")]
@@ -40,8 +40,8 @@
 //! # fn main() { assert_eq!(fmu_export::check::<Lag>(), [""; 0]); }
 //! ```
 //!
-//! Without them, a table of [`Variable`]s says where each one is, and an implementation of
-//! [`Model`] what it does:
+//! Without the derives, a table of [`Variable`]s says where each variable is stored, and an
+//! implementation of [`Model`] computes:
 //!
 //! ```
 //! use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
@@ -97,8 +97,8 @@
 //! everything a row can say and [`Info`] for default experiment, documentation, icon and resources.
 //! `type V = Variable<Lag>` is needed for type inference.
 //!
-//! A model that is to be exported for Model Exchange too implements [`Continuous`]; one with
-//! derives says `#[fmu(model_exchange)]`.
+//! For Model Exchange, a model also implements [`Continuous`]; one with derives has the attribute
+//! `#[fmu(model_exchange)]`.
 
 mod c_api;
 mod core;
@@ -153,7 +153,7 @@ pub use {
     fmu_export_derive::{Enumeration, Input, Output, Parameters, State},
 };
 
-/// All that a model with derives uses: `use fmu_export::prelude::*;`.
+/// Everything a model with derives needs: `use fmu_export::prelude::*;`.
 #[cfg(feature = "derive")]
 pub mod prelude {
     pub use crate::{

@@ -1,10 +1,10 @@
-//! How a call is answered, in no version's words.
+//! The result of an FMI call, which `fmi2` and `fmi3` convert to their own status type.
 
-/// How a call is answered. A warning is never returned, only logged: importers abort on it. Nor is
-/// fatality, which would mean that all instances are corrupt.
+/// The result of an FMI call. There is no warning, which is only logged, because importers abort on
+/// it; and no fatal error, which would mean that all instances are corrupt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Answer {
-    /// All well.
+    /// The call succeeded.
     Ok = 0,
     /// [`Fault::Discarded`](crate::core::fault::Fault::Discarded).
     Discard = 2,

@@ -1,17 +1,17 @@
-//! Raw arguments of C functions.
+//! Checked access to the arguments of C functions: arrays, strings and pointers to results.
 //!
-//! Arrays of the importer stay raw: they may be uninitialised where we write, one array may be
-//! given for several arguments, and on 32-bit platforms numbers of eight bytes may lie at multiples
-//! of four. So elements are read and written one by one, through pointers, unaligned.
+//! No Rust slices are made of the importer's arrays: an output array may be uninitialised, one
+//! array may be passed for several arguments, and on 32-bit platforms eight-byte numbers may be
+//! aligned to four bytes. Elements are read and written one by one, unaligned, through pointers.
 
 use crate::core::fault::{Fault, refuse};
 use std::ffi::{CStr, c_char};
 
-/// An array to read.
+/// An array of the importer to read.
 #[derive(Clone, Copy)]
 pub(crate) struct Array<T>(*const T, usize);
 
-/// An array to write.
+/// An array of the importer to write.
 #[derive(Clone, Copy)]
 pub(crate) struct ArrayMut<T>(*mut T, usize);
 
@@ -23,13 +23,13 @@ impl<T: Copy> Array<T> {
         (k < self.1).then(|| unsafe { self.0.add(k).read_unaligned() })
     }
 
-    /// How many elements there are.
+    /// The number of elements.
     #[inline]
     pub(crate) fn len(self) -> usize {
         self.1
     }
 
-    /// All elements, one after the other.
+    /// All elements in order.
     #[inline]
     pub(crate) fn iter(self) -> impl Iterator<Item = T> {
         // SAFETY: as in `at`.
@@ -52,7 +52,7 @@ impl<T: Copy> ArrayMut<T> {
         unsafe { self.0.add(k).write_unaligned(value) }
     }
 
-    /// Writes elements from the `k`-th on.
+    /// Writes `values`, converted, starting at the `k`-th element.
     #[inline]
     pub(crate) fn put_all<S: Copy>(self, k: usize, values: &[S], convert: impl Fn(S) -> T) {
         assert!(k <= self.1 && values.len() <= self.1 - k);
@@ -65,13 +65,13 @@ impl<T: Copy> ArrayMut<T> {
 }
 
 impl<T> ArrayMut<T> {
-    /// How many elements there are.
+    /// The number of elements.
     #[inline]
     pub(crate) fn len(self) -> usize {
         self.1
     }
 
-    /// Writes the bytes of elements from the `k`-th on.
+    /// Writes the bytes of elements, starting at the `k`-th element.
     pub(crate) fn put_bytes(self, k: usize, bytes: &[u8]) {
         assert!(k <= self.1 && bytes.len() <= (self.1 - k) * size_of::<T>());
         // SAFETY: within the array, which `array_mut` was promised to be writable during the call;
@@ -84,7 +84,7 @@ impl<T> ArrayMut<T> {
     }
 }
 
-/// A C array to read; empty may be NULL.
+/// Checks a C array to read; NULL is allowed for 0 elements.
 ///
 /// # Safety
 /// `p` is NULL or points at `n` values that are readable as long as the result is used.
@@ -94,7 +94,7 @@ pub(crate) unsafe fn array<T>(name: &str, p: *const T, n: usize) -> Result<Array
     Ok(Array(p, n))
 }
 
-/// A C array to write; empty may be NULL.
+/// Checks a C array to write; NULL is allowed for 0 elements.
 ///
 /// # Safety
 /// `p` is NULL or points at `n` places that are writable as long as the result is used.
@@ -104,7 +104,7 @@ pub(crate) unsafe fn array_mut<T>(name: &str, p: *mut T, n: usize) -> Result<Arr
     Ok(ArrayMut(p, n))
 }
 
-/// A place for one result.
+/// Checks a pointer through which one result is returned.
 ///
 /// # Safety
 /// As for [`array_mut`], with one value.
@@ -132,7 +132,7 @@ fn check<T>(name: &str, p: *const T, n: usize) -> Result<(), Fault> {
     }
 }
 
-/// Out of line, so that the arguments stay in registers.
+/// The error of [`check`], out of line so that the arguments stay in registers.
 #[cold]
 #[inline(never)]
 fn not_an_array<T>(name: &str, p: *const T, n: usize) -> Result<(), Fault> {
@@ -142,7 +142,7 @@ fn not_an_array<T>(name: &str, p: *const T, n: usize) -> Result<(), Fault> {
     refuse!("{name} = {p:?} with {n} elements is longer than memory")
 }
 
-/// Bytes to read.
+/// A C array of bytes as a slice.
 ///
 /// # Safety
 /// As for [`array`]; nothing writes to them as long as the result is used.
@@ -155,7 +155,7 @@ pub(crate) unsafe fn bytes<'a>(name: &str, p: *const u8, n: usize) -> Result<&'a
     Ok(unsafe { std::slice::from_raw_parts(p, n) })
 }
 
-/// The bytes of a C array to read.
+/// The bytes of a C array of any type as a slice.
 ///
 /// # Safety
 /// As for [`bytes`].
@@ -165,7 +165,7 @@ pub(crate) unsafe fn bytes_of<'a, T>(name: &str, p: *const T, n: usize) -> Resul
     unsafe { bytes(name, p.cast(), n * size_of::<T>()) }
 }
 
-/// C strings as text.
+/// An array of C strings as texts.
 ///
 /// # Safety
 /// As for [`array`]; each element is NULL or a C string.

@@ -1,5 +1,5 @@
-//! Model descriptions: what is the same in every version of FMI, and how a version says what is
-//! not.
+//! Writes `modelDescription.xml`: what both versions of FMI share is here, and a [`Dialect`] says
+//! what differs.
 
 mod element;
 mod hash;
@@ -15,21 +15,21 @@ use crate::core::layout::Layout;
 use crate::core::sizes::{self, StartValues};
 use parts::{categories, experiment, root, types, units};
 
-/// How a version of FMI writes a model description.
+/// What a version of FMI writes differently in a model description.
 pub(crate) struct Dialect<M: Model> {
-    /// Its name, filled up with zeros.
+    /// Name of the version, padded with zeros.
     pub(crate) name: [u8; 4],
-    /// Its name in the root.
+    /// The value of `fmiVersion`.
     pub(crate) version: &'static str,
-    /// What it calls the hash.
+    /// Name of the attribute that holds the hash (`guid`, `instantiationToken`).
     pub(crate) hash: &'static str,
-    /// Attributes of the element `ModelExchange`, where the model has that.
+    /// Attributes of the element `ModelExchange`, if the model supports it.
     pub(crate) model_exchange: Vec<(&'static str, &'static str)>,
-    /// Where the root tells the number of event indicators.
+    /// Name of the root's attribute for the number of event indicators.
     pub(crate) indicators: Option<&'static str>,
     /// Attributes of the element `CoSimulation`.
     pub(crate) co_simulation: Vec<(&'static str, &'static str)>,
-    /// Elements of an enumeration's type.
+    /// Names of the elements that define an enumeration type: outer and inner.
     pub(crate) enumeration: (&'static str, Option<&'static str>),
     /// The element `ModelVariables`.
     pub(crate) variables: fn(&Layout<M>, &StartValues<M>) -> Element,
@@ -38,7 +38,7 @@ pub(crate) struct Dialect<M: Model> {
 }
 
 impl<M: Model> Dialect<M> {
-    /// The text of `modelDescription.xml`, or what `check` finds wrong with the table.
+    /// The text of `modelDescription.xml`, or the mistake in the table that `check` finds.
     pub(crate) fn describe(
         &self,
         sizes: &str,

@@ -1,9 +1,9 @@
-//! The macro that gives the functions their C names.
+//! [`export_fmu!`](crate::export_fmu): exports the FMI functions of a model under their C names.
 
 use crate::Model;
 
-/// The model that a library exports. That it is one is asked for once, here, and not by each
-/// function.
+/// The model that a library exports. The bound `Model` stands once, here, and not on each function,
+/// so that the compiler reports a missing `impl Model` once.
 pub trait Exported {
     /// The model.
     type Model: Model;
@@ -12,13 +12,13 @@ pub trait Exported {
 /// Exports the C functions of FMI 2.0 and FMI 3.0 for one model. Use it once, in the crate that
 /// becomes the shared library.
 ///
-/// Beside the functions of FMI it exports `fmi2ExportFiles` and `fmi3ExportFiles`, through which a
-/// packer reads `modelDescription.xml`, documentation, icon and resources from the built library.
+/// It also exports `fmi2ExportFiles` and `fmi3ExportFiles`, through which a packer reads
+/// `modelDescription.xml`, documentation, icon and resources from the built library.
 #[macro_export]
 macro_rules! export_fmu {
     ($model:ty) => {
         const _: () = {
-            /// The model of this library, under a name that no model has.
+            /// Names the model of this library.
             struct __Exported;
 
             impl $crate::entry::Exported for __Exported {
@@ -34,15 +34,15 @@ macro_rules! export_fmu {
     };
 }
 
-/// Part of [`export_fmu!`]: functions by their C names, each of which calls one of `e` for the
-/// exported model.
+/// Part of [`export_fmu!`]: exports functions by their C names; each calls a function of the module
+/// `e` for the exported model.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! export_entries {
     ($exported:ty; $($name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)? = $function:ident($($given:expr),*);)*) => {$(
         #[unsafe(no_mangle)]
         unsafe extern "C-unwind" fn $name($($argument: $type),*) $(-> $result)? {
-            // SAFETY: FMI asks of the importer, and a packer knows, what the called function asks for.
+            // SAFETY: the importer (or packer) must keep the contract of the called function.
             unsafe { e::$function::<$exported>($($given),*) }
         }
     )*};

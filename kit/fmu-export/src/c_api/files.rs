@@ -1,4 +1,4 @@
-//! The files of an FMU beside the binaries, and how a packer gets them out of a library.
+//! The files of an FMU other than its binaries, and how a packer reads them from the library.
 
 use super::library::Library;
 use super::log::c_string;
@@ -13,10 +13,10 @@ use std::ptr;
 pub type ReceiveFile =
     unsafe extern "C" fn(context: *mut c_void, path: *const c_char, bytes: *const u8, size: usize);
 
-/// Path inside the FMU, and content.
+/// A file to pack: its path inside the FMU, and its content.
 pub(crate) type Packed = (String, Cow<'static, [u8]>);
 
-/// Documentation and resources.
+/// The files of the folders `documentation` and `resources`.
 pub(crate) fn folders<M: Model>() -> Vec<Packed> {
     let info = M::INFO;
     let mut files = Vec::new();
@@ -34,7 +34,7 @@ pub(crate) fn folders<M: Model>() -> Vec<Packed> {
     files
 }
 
-/// Hands all files to `receive`; 0 if all is well.
+/// Passes all files to `receive`, or the reason why there are none; returns 0 on success, else 1.
 ///
 /// # Safety
 /// `receive` may be called with `context`.

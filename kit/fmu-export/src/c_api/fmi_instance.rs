@@ -1,5 +1,5 @@
-//! What an importer's handle of an instance points at, and how every call gets in and out. Nothing
-//! here knows what a function does.
+//! What an importer's handle points to, and [`enter`], through which each FMI function reaches its
+//! instance: it checks the handle and the call order, catches panics and sends messages.
 
 use super::answer::Answer;
 use super::call_order::{COMMON_STATES, CS, Call, LOST, ME, ME_STATES};
@@ -14,27 +14,27 @@ use crate::{Binary, Model};
 use std::ffi::{CString, c_void};
 use std::sync::Arc;
 
-/// A version of FMI: what its border adds to an instance, and the words in which it answers.
+/// A version of FMI: what it adds to an instance, and its names for types and states.
 pub(crate) trait Version: Sized + 'static {
-    /// Its statuses.
+    /// Its status type.
     type Status: From<Answer>;
     /// Its logger.
     type Logger: Logger;
-    /// Its name, filled up with zeros.
+    /// Its name, padded with zeros.
     const NAME: [u8; 4];
-    /// What it calls the types.
+    /// Its names for the types of variables.
     const NAMES: TypeNames;
-    /// Names of the states, by their bits.
+    /// The bits of the states and their names.
     const STATES: &'static [(u16, &'static str)];
-    /// What brings an instance back that was lost by a panic.
+    /// The functions that make an instance usable again after a panic.
     const RECOVERY: &'static str;
-    /// Value reference of time, where it is a variable.
+    /// The value reference of time, if time is a variable.
     const TIME: Option<u32> = None;
 
     /// The bit of the state that an instance is in.
     fn state<M: Model>(fmi: &FmiInstance<M, Self>) -> u16;
 
-    /// The bits of the categories that are on after these were switched on or off.
+    /// Returns the bits of the enabled categories after these were switched on or off.
     fn switch_categories(
         log: &Log<Self::Logger>,
         on: bool,
@@ -42,21 +42,21 @@ pub(crate) trait Version: Sized + 'static {
     ) -> Result<u32, Fault>;
 }
 
-/// An instance and what its version of FMI adds to it.
+/// An instance, together with what its version of FMI adds to it.
 pub(crate) struct FmiInstance<M: Model, V: Version> {
     pub(crate) instance: Instance<M>,
     pub(crate) log: Arc<Log<V::Logger>>,
-    /// Texts that the importer was given by the last get.
+    /// The strings that the last get has returned to the importer.
     pub(crate) strings: Vec<CString>,
-    /// Values of Binary that it was given by the last get.
+    /// The binary values that the last get has returned to the importer.
     pub(crate) bytes: Vec<Binary>,
-    /// The interface it was made for, [`CS`] or [`ME`].
+    /// The interface it was instantiated for, [`CS`] or [`ME`].
     pub(crate) interface: u16,
     pub(crate) version: V,
 }
 
-/// Runs `f` on the instance: NULL, calls from within calls, call order, panics and messages are
-/// dealt with here.
+/// Runs `f` on the instance: refuses NULL, a call within a call and a call out of order, catches a
+/// panic, and sends the queued messages afterwards.
 ///
 /// # Safety
 /// `c` is NULL or came from the instantiation of this library in this version and was not freed.
@@ -88,11 +88,11 @@ pub(crate) unsafe fn enter<M: Model, V: Version>(
     answer.into()
 }
 
-/// Refuses the call in a state it is not allowed in.
+/// Refuses a call that is not allowed in the instance's state or for its interface.
 #[inline]
 fn check_order<M: Model, V: Version>(fmi: &FmiInstance<M, V>, call: Call) -> Result<(), Fault> {
     let state = V::state(fmi);
-    // Of a model for Co-Simulation alone, what is for Model Exchange is not even compiled.
+    // For a model without Model Exchange, the code for it is not even compiled.
     let interface = match M::MODEL_EXCHANGE {
         Some(_) => fmi.interface,
         None => CS,
@@ -170,7 +170,7 @@ fn report_fault<M: Model, V: Version>(
     answer
 }
 
-/// After a panic: one instance is of no use until a reset or a restored state, the others go on.
+/// After a panic: this instance is unusable until a reset or a restored state; others go on.
 #[cold]
 fn report_panic<M: Model, V: Version>(
     fmi: &mut FmiInstance<M, V>,
@@ -188,7 +188,7 @@ fn report_panic<M: Model, V: Version>(
     Answer::Error
 }
 
-/// Sends what is queued, after the instance has been let go of: the logger may call back.
+/// Sends the queued messages once the instance is no longer in use: the logger may call back.
 #[cold]
 pub(crate) fn send<M: Model, V: Version>(
     mut fmi: ExclusiveRef<'_, FmiInstance<M, V>>,

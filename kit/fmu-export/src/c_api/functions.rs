@@ -1,11 +1,11 @@
-//! How a version of FMI lists its functions: name in C, states in which it may be called (its call
-//! order), arguments, what it does.
+//! The macro `functions!`, in which a version of FMI lists its functions: C name, states in which
+//! it may be called, arguments and body.
 //!
-//! From one list come the functions for any model and the macro that gives them their C names for
-//! one model.
+//! From one list it makes the functions, generic over the model, and a macro that exports them
+//! under their C names for one model.
 
-/// `functions! { ($) Version name_of_the_macro; fmi2Reset [I | N | S] () |b| …; … }`; `b` is the
-/// instance's `Body`.
+/// `functions! { ($) Fmi2 name_of_the_macro; fmi2Reset [ANY] () |fmi| …; … }`, where `fmi` is the
+/// [`FmiInstance`](super::fmi_instance::FmiInstance).
 macro_rules! functions {
     (($d:tt) $version:ident $export:ident; $(
         $(#[$doc:meta])*
@@ -26,8 +26,7 @@ macro_rules! functions {
 }
 pub(crate) use functions;
 
-/// One function for any model: it enters the instance, if the call order allows it, and does what
-/// it does there.
+/// One function for any model: enters the instance, if the call order allows it, and runs the body.
 macro_rules! function {
     ($(#[$doc:meta])* $version:ident $name:ident [$allowed:expr] ($($argument:ident: $type:ty),* $(,)?) $run:expr) => {
         #[doc = concat!("`", stringify!($name), "`.")]
@@ -57,7 +56,7 @@ macro_rules! export_functions {
     ($exported:ty; $($name:ident($($argument:ident: $type:ty),* $(,)?);)*) => {$(
         #[unsafe(no_mangle)]
         unsafe extern "C-unwind" fn $name(c: *mut c_void $(, $argument: $type)*) -> Status {
-            // SAFETY: FMI asks of the importer what the called function asks for.
+            // SAFETY: the importer must keep the contract of the called function.
             unsafe { e::$name::<$exported>(c $(, $argument)*) }
         }
     )*};

@@ -1,4 +1,5 @@
-//! What all instances of a library share, and how an instance is made and freed.
+//! Instantiation: what all instances of a library share, the arguments of an instantiation, and how
+//! an instance is made and freed.
 
 use super::answer::Answer;
 use super::call_order::{INTERMEDIATE_UPDATE, ME};
@@ -22,7 +23,7 @@ use uuid::Uuid;
 
 /// What all instances of a library share.
 pub struct Library {
-    /// Hashes of the model descriptions, once they have been computed: of FMI 2.0 and 3.0.
+    /// Hashes of the model descriptions of FMI 2.0 and 3.0, once they have been computed.
     pub(crate) hashes: [OnceLock<Uuid>; 2],
     /// The sizes that the FMU was packed with, such as `n=200 m=3`.
     pub(crate) sizes: &'static str,
@@ -44,18 +45,18 @@ impl Library {
     }
 }
 
-/// What an importer says of a new instance.
+/// The arguments of an instantiation.
 pub(crate) struct Request<'a, V: Version> {
-    /// Name of the function that was called.
+    /// Name of the FMI function that was called.
     pub(crate) function: &'static str,
     pub(crate) log: Log<V::Logger>,
     pub(crate) name: Option<&'a str>,
-    /// Name of the argument by which importer and library agree on the model, and its value.
+    /// Name and value of the argument that identifies the model (`fmuGUID`, `instantiationToken`).
     pub(crate) token: (&'static str, Option<&'a str>),
-    /// Where the hash is kept.
+    /// Where the library stores the hash.
     pub(crate) hash: &'a OnceLock<Uuid>,
     pub(crate) sizes: &'static str,
-    /// The folder of resources; one that cannot be understood is reported and done without.
+    /// The resources folder; one that cannot be parsed is reported, and the FMU runs without it.
     pub(crate) resources: Option<Result<PathBuf, String>>,
     /// [`CS`] or [`ME`].
     pub(crate) interface: u16,
@@ -63,8 +64,9 @@ pub(crate) struct Request<'a, V: Version> {
 }
 
 impl<V: Version> Request<'_, V> {
-    /// An instance; NULL if there is none, of which the importer's logger hears why. `check` says
-    /// what is wrong with the table: then no importer can know the hash.
+    /// Makes an instance; on failure returns NULL and logs the reason. If the token is wrong,
+    /// `check` looks for a mistake in the table, for which there is no model description and so no
+    /// token that an importer could know.
     pub(crate) fn instantiate<M: Model>(
         self,
         check: impl FnOnce(&Layout<M>, &StartValues<M>) -> Result<(), String>,
@@ -121,7 +123,7 @@ impl<V: Version> Request<'_, V> {
     }
 }
 
-/// A text of C, if there is one.
+/// A C string as text; None for NULL.
 ///
 /// # Safety
 /// `s` is NULL or a C string that lives as long as the result is used.
@@ -153,13 +155,13 @@ fn check_token((argument, given): (&str, Option<&str>), hash: Uuid) -> Result<()
     Err(format!("{argument} = {given} must be {{{hash}}}"))
 }
 
-/// Hashes are compared as numbers: with or without braces, in either case.
+/// Whether a given hash is equal: with or without braces, in upper or lower case.
 fn is_same(given: &str, hash: Uuid) -> bool {
     Uuid::try_parse(given.trim()).is_ok_and(|given| given == hash)
 }
 
-/// Frees an instance; NULL is ignored, and so is an instance in use: a logger that is called while
-/// its instance works cannot free it.
+/// Frees an instance. NULL is ignored, and so is an instance in use: a callback that is called
+/// during a call cannot free its instance.
 ///
 /// # Safety
 /// `c` is NULL or came from the instantiation of this library in this version, and is not used
@@ -177,6 +179,6 @@ pub(crate) unsafe fn free<M: Model, V: Version>(c: *mut c_void) {
     drop(fmi);
     // SAFETY: made by `Request::instantiate` with `Box::into_raw`, and not in use.
     let guard = unsafe { Box::from_raw(guard) };
-    // Only the drop of a model can panic; there is nobody left to tell.
+    // Only dropping the model can panic, and then there is no instance left to report it.
     let _ = panic::catch(|| drop(guard));
 }

@@ -1,4 +1,5 @@
-//! What the importer wants to hear, and its logger.
+//! The log of an instance: the log categories, which of them the importer has enabled, and sending
+//! messages to the importer's logger.
 
 use super::answer::Answer;
 use crate::core::log::{Categories, LogFilter, STANDARD, number};
@@ -6,8 +7,8 @@ use crate::core::message::{Kind, Level, Message};
 use std::ffi::{CStr, CString};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-/// Every category that each FMU declares: its name, its bits, its description. Those of the model
-/// come after them.
+/// The log categories that each FMU declares: name, bits, description. The model's own categories
+/// follow them.
 pub(crate) const CATEGORIES: [(&str, u32, &str); 5] = [
     ("logAll", ALL, "All messages"),
     (
@@ -37,41 +38,39 @@ pub(crate) const WARNING: u32 = 2;
 pub(crate) const DISCARDED: u32 = 4;
 pub(crate) const REFUSED: u32 = 8;
 pub(crate) const ALL: u32 = u32::MAX;
-/// Number of the bit of the model's first category.
+/// Position of the bit of the model's first category.
 const FIRST: usize = 4;
 
-/// The importer's logger and what it wants to hear.
+/// The importer's logger and the categories that it has enabled.
 pub(crate) struct Log<L> {
     logger: L,
-    /// The model's own.
+    /// The model's own categories.
     categories: Categories,
     enabled: AtomicU32,
-    /// The instance is gone, and with it perhaps the importer's environment.
+    /// The instance was freed, and the importer's environment may be gone.
     is_closed: AtomicBool,
 }
 
-/// The logger of an importer, as a version of FMI has it.
+/// The importer's logger callback in a version of FMI.
 pub(crate) trait Logger: Send + Sync {
-    /// The statuses of the version.
+    /// The status type of the version.
     type Status;
-    /// The category of warnings holds those too that have a category of the model.
+    /// The category of warnings includes warnings in the model's own categories.
     const WARNINGS_INCLUDE_MODEL: bool;
 
-    /// Whether the importer has one.
+    /// Whether the importer has given one.
     fn is_available(&self) -> bool;
 
-    /// The status that comes with a message of a call that is answered with `answer`.
+    /// The status of a message from a call that returns `answer`.
     fn status(kind: Kind, answer: Answer) -> Self::Status;
 
-    /// Calls it. It may call functions of the instance, and free it.
-    ///
-    /// A C++ exception thrown by the logger unwinds through here; leaving it by longjmp is not
-    /// allowed.
+    /// Calls the logger, which may call functions of the instance, and free it. A C++ exception may
+    /// leave the logger and unwinds through here; longjmp may not.
     fn log(&self, status: Self::Status, category: &CStr, text: &str);
 }
 
 impl<L: Logger> Log<L> {
-    /// With the bits `enabled` on.
+    /// A log with these bits enabled.
     pub(crate) fn new(logger: L, categories: Categories, enabled: u32) -> Self {
         Self {
             logger,
@@ -89,7 +88,7 @@ impl<L: Logger> Log<L> {
         self.enabled.store(bits, Ordering::Relaxed);
     }
 
-    /// The bits of a category; None if it is neither declared by each FMU nor one of the model's.
+    /// The bits of a declared category; None for an unknown one.
     pub(crate) fn bits(&self, name: &str) -> Option<u32> {
         let declared = CATEGORIES.iter().find(|(known, ..)| *known == name);
         match (declared, number(self.categories, name)) {
@@ -104,7 +103,7 @@ impl<L: Logger> Log<L> {
         self.categories
     }
 
-    /// What the importer wants to hear of the model.
+    /// Which of the model's messages the importer has enabled.
     pub(crate) fn model_filter(&self) -> LogFilter {
         if !self.logger.is_available() {
             let (info, warning) = (0, 0);
@@ -120,21 +119,21 @@ impl<L: Logger> Log<L> {
         }
     }
 
-    /// What the model's messages of one level are worth formatting for, where those without a
-    /// category of its own have the bit `standard`.
+    /// The enabled categories of the model's messages of one level; messages without a category of
+    /// the model have the bit `standard`.
     fn model_bits(&self, standard: u32) -> u32 {
         let enabled = self.enabled();
         enabled >> FIRST | u32::from(enabled & standard != 0) << STANDARD
     }
 
-    /// Nothing is sent any more.
+    /// Sends nothing from now on.
     pub(crate) fn close(&self) {
         self.is_closed.store(true, Ordering::Relaxed);
     }
 
-    /// Sends messages that are wanted, one by one, until the logger frees the instance. No
-    /// reference to the instance lives meanwhile, and nothing is left half done if the logger does
-    /// not return.
+    /// Sends the messages whose category is enabled, until the logger frees the instance. The
+    /// caller holds no reference to the instance meanwhile, and nothing is left half done if the
+    /// logger does not return.
     pub(crate) fn send(&self, messages: &[Message], answer: Answer) {
         if !self.logger.is_available() {
             return;
@@ -153,7 +152,7 @@ impl<L: Logger> Log<L> {
         }
     }
 
-    /// Where a message belongs: the bits of which one must be on, and the name of its category.
+    /// The bits of a message, one of which must be enabled, and the name of its category.
     fn category(&self, kind: Kind) -> (u32, &'static str) {
         let (standard, category) = match kind {
             Kind::Event | Kind::Model(Level::Info, _) => (EVENT, "logEvents"),
@@ -175,7 +174,7 @@ impl<L: Logger> Log<L> {
     }
 }
 
-/// A C string; a NUL inside the text becomes U+FFFD.
+/// The text as a C string; a NUL inside it becomes U+FFFD.
 pub(crate) fn c_string(text: &str) -> CString {
     CString::new(text.replace('\0', "\u{fffd}")).expect("no NUL is left")
 }

@@ -1,5 +1,5 @@
-//! Saved states through C: handles that are numbers, and bytes. What `name` calls the argument
-//! differs between the versions of FMI.
+//! Saved states in the C interface: saving, freeing, serializing and deserializing. `name` is the
+//! argument's name in messages, which differs between the versions of FMI.
 
 use super::arguments::{array_mut, bytes, output_argument};
 use super::fmi_instance::{FmiInstance, Version};
@@ -8,13 +8,13 @@ use crate::core::fault::{Fault, refuse};
 use std::ffi::c_void;
 use std::ptr;
 
-/// A handle of a saved state as C sees it: a number, not a place.
+/// The pointer that C receives for a saved state: a number that is looked up, never dereferenced.
 fn to_c(handle: usize) -> *mut c_void {
     ptr::without_provenance_mut(handle)
 }
 
 impl<M: Model, V: Version> FmiInstance<M, V> {
-    /// Saves the present state, under a new handle where `state` holds none.
+    /// Saves the present state in the handle that `state` holds, or in a new one if it holds NULL.
     ///
     /// # Safety
     /// `state` is NULL or points at a handle that is readable and writable.
@@ -28,7 +28,7 @@ impl<M: Model, V: Version> FmiInstance<M, V> {
         Ok(())
     }
 
-    /// Frees a saved state and forgets its handle; NULL is nothing to free.
+    /// Frees a saved state and sets its handle to NULL; NULL is ignored.
     ///
     /// # Safety
     /// As for [`Body::save`].
@@ -44,7 +44,7 @@ impl<M: Model, V: Version> FmiInstance<M, V> {
         Ok(())
     }
 
-    /// Tells how many bytes a saved state takes.
+    /// Returns the number of bytes of a serialized state.
     ///
     /// # Safety
     /// `size` is NULL or writable.
@@ -59,7 +59,7 @@ impl<M: Model, V: Version> FmiInstance<M, V> {
         Ok(())
     }
 
-    /// Writes the bytes of a saved state; room beyond their end is left alone.
+    /// Writes the bytes of a saved state; the rest of the buffer is not changed.
     ///
     /// # Safety
     /// `bytes` is NULL or points at `size` writable bytes.
@@ -82,7 +82,8 @@ impl<M: Model, V: Version> FmiInstance<M, V> {
         Ok(())
     }
 
-    /// Takes a saved state from its bytes, under a new handle where `state` holds none.
+    /// Reads a saved state from bytes into the handle that `state` holds, or into a new one if it
+    /// holds NULL.
     ///
     /// # Safety
     /// `serialized` is NULL or points at `size` bytes that nothing writes to; `state` as for

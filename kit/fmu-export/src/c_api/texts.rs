@@ -1,4 +1,4 @@
-//! Texts through C, and the importer's wishes for the log, which are texts too.
+//! String variables in the C interface, and switching log categories, which are named by strings.
 
 use super::arguments::{ArrayMut, texts};
 use super::fmi_instance::{FmiInstance, Version};
@@ -18,7 +18,7 @@ impl<M: Model, V: Version> FmiInstance<M, V> {
         self.instance.set_texts(elements.zip(texts).collect())
     }
 
-    /// Gets the texts of elements, which stay valid until the next call of it.
+    /// Gets the texts of elements, which stay valid until its next call.
     pub(crate) fn get_texts(
         &mut self,
         elements: impl ExactSizeIterator<Item = u32>,
@@ -35,7 +35,7 @@ impl<M: Model, V: Version> FmiInstance<M, V> {
         Ok(())
     }
 
-    /// Switches categories of messages on or off.
+    /// Switches log categories on or off.
     ///
     /// # Safety
     /// `categories` is NULL or points at `n` values, each NULL or a C string.

@@ -9,15 +9,15 @@ use crate::c_api::description::{Dialect, flag, table_check};
 use crate::c_api::fmi_instance::Version;
 use crate::core::storage::{Kind, TypeNames};
 
-/// The text of `modelDescription.xml` of FMI 2.0, or what is wrong with the table of variables.
+/// The text of `modelDescription.xml` of FMI 2.0, or the first mistake in the table of variables.
 ///
-/// The GUID is a hash of the table and of what [`Info`](crate::Info) says of the model: it is the
-/// same on every platform and says when the interface changed.
+/// The GUID is a hash of the table and of the model's [`Info`](crate::Info): the same on every
+/// platform, and another one when the interface changes.
 pub fn model_description<M: Model>() -> Result<String, String> {
     model_description_with_sizes::<M>("")
 }
 
-/// The first variable whose type FMI 2.0 does not have, in words.
+/// Names the first variable whose type FMI 2.0 does not have.
 pub(crate) fn unsupported_type<M: Model>() -> Option<String> {
     const KNOWN: [Kind; 4] = [Kind::Real, Kind::Integer, Kind::Boolean, Kind::String];
     let row = (M::variables().iter()).find(|row| !KNOWN.contains(&row.storage.kind()))?;
@@ -27,7 +27,7 @@ pub(crate) fn unsupported_type<M: Model>() -> Option<String> {
     ))
 }
 
-/// The same with sizes that are said when the FMU is packed.
+/// The same with the sizes that were chosen when the FMU was packed.
 pub(crate) fn model_description_with_sizes<M: Model>(sizes: &str) -> Result<String, String> {
     if let Some(reason) = unsupported_type::<M>() {
         return Err(reason);

@@ -1,9 +1,9 @@
-//! The functions of FMI 2.0, one to one, and their call order; [`export_fmu!`](crate::export_fmu)
-//! gives them their C names for one model.
+//! The functions of FMI 2.0 and the states in which each may be called, generic over the model;
+//! [`export_fmu!`](crate::export_fmu) exports them under their C names for one model.
 //!
-//! All of them may be called with `c` = NULL or an instance of this library that is in use by no
-//! other thread, and with pointers that are NULL or valid for the number of elements given beside
-//! them; that is what FMI asks of the importer.
+//! # Safety
+//! As FMI requires of the importer: `c` is NULL or an instance of this library that no other thread
+//! is using, and each pointer is NULL or valid for the number of elements passed with it.
 
 pub use super::instantiate::{free_instance, instantiate};
 pub use crate::c_api::export::Exported;
@@ -28,7 +28,7 @@ use crate::core::value::Value;
 functions! { ($) Fmi2 export_fmi2_functions;
     fmi2SetDebugLogging [ANY] (on: Boolean, n: usize, categories: *const Str)
         |fmi| fmi.set_logging(on != 0, n, categories);
-    /// The tolerance is for models that control their own error; the others do not use it.
+    /// Only models that choose their steps by a tolerance use it.
     fmi2SetupExperiment [INSTANTIATED] (tolerance_defined: Boolean, tolerance: Real, start: Real, stop_defined: Boolean, stop: Real)
         |fmi| {
             let tolerance = (tolerance_defined != 0).then_some(tolerance);
@@ -49,7 +49,7 @@ functions! { ($) Fmi2 export_fmi2_functions;
         |fmi| get(fmi, array("vr", vr, n)?, array_mut("value", value, n)?, |x: i32| x);
     fmi2GetBoolean [GET] (vr: *const ValueReference, n: usize, value: *mut Boolean)
         |fmi| get(fmi, array("vr", vr, n)?, array_mut("value", value, n)?, |x: bool| Boolean::from(x));
-    /// The texts stay valid until the next call of it.
+    /// The texts stay valid until its next call.
     fmi2GetString [GET] (vr: *const ValueReference, n: usize, value: *mut Str)
         |fmi| {
             let (vr, value) = (array("vr", vr, n)?, array_mut("value", value, n)?);
@@ -75,7 +75,7 @@ functions! { ($) Fmi2 export_fmi2_functions;
         |fmi| fmi.free("FMUstate", state);
     fmi2SerializedFMUstateSize [ANY] (state: FmuState, size: *mut usize)
         |fmi| fmi.serialized_size(state, size);
-    /// Room beyond the end of the state is left alone.
+    /// The buffer beyond the end of the state is not changed.
     fmi2SerializeFMUstate [ANY] (state: FmuState, bytes: *mut Byte, size: usize)
         |fmi| fmi.serialize(state, bytes.cast::<u8>(), size);
     fmi2DeSerializeFMUstate [ANY] (bytes: *const Byte, size: usize, state: *mut FmuState)
@@ -181,7 +181,7 @@ fn set<M: Model, C: Copy, T: Value>(
     values: Array<C>,
     from_c: impl Fn(C) -> T + Copy,
 ) -> Result<(), Fault> {
-    // Of two words, so that it is handed on in registers.
+    // References keep the closure at two words, so that it is passed in registers.
     let (vr, values) = (&vr, &values);
     (fmi.instance).set(move |k| Some((vr.at(k)?, from_c(values.at(k)?))))
 }
@@ -197,8 +197,8 @@ fn get<M: Model, C: Copy, T: Value>(
     (fmi.instance).get(|k| vr.at(k), |k, value| values.put(k, to_c(value)))
 }
 
-/// fmi2ExportFiles: hands every file of the FMU beside the binaries to `receive`; 0 if all is well, 2
-/// if a variable is of a type that FMI 2.0 does not have.
+/// fmi2ExportFiles: passes every file of the FMU except the binaries to `receive`. Returns 0 on
+/// success, and 2 if a variable has a type that FMI 2.0 does not have.
 ///
 /// # Safety
 /// `receive` may be called with `context`.

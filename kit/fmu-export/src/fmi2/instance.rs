@@ -1,4 +1,5 @@
-//! What FMI 2.0 adds to an instance.
+//! What FMI 2.0 adds to an instance: the names of its states, the status of the last step, and the
+//! functions that treat it (fmi2DoStep, fmi2Reset, fmi2SetFMUstate).
 
 use super::ffi::*;
 use super::log::{self, Log, Logger};
@@ -13,11 +14,11 @@ use crate::core::fault::Fault;
 use crate::core::step::CompletedStep;
 use crate::core::storage::TypeNames;
 
-/// FMI 2.0.
+/// The data that FMI 2.0 adds to an instance.
 pub(crate) struct Fmi2 {
     /// How the last fmi2DoStep ended.
     pub(crate) last_step: Status,
-    /// Whether the model wanted the simulation to end there.
+    /// Whether the model asked to end the simulation in that step.
     pub(crate) terminated: bool,
 }
 
@@ -61,7 +62,7 @@ impl From<Answer> for Status {
     }
 }
 
-/// A step that the model did not take to its end.
+/// The fault of a step that the model did not complete.
 #[cold]
 fn stopped(t: f64, h: f64, end: CompletedStep) -> Fault {
     let wish = if end.terminate {

@@ -1,4 +1,4 @@
-//! fmi2Instantiate and fmi2FreeInstance.
+//! fmi2Instantiate and fmi2FreeInstance: instances of FMI 2.0 are made and freed here.
 
 use super::ffi::*;
 use super::instance::Fmi2;
@@ -74,8 +74,7 @@ fn check_kind<X: Model>(kind: c_int) -> Result<(), String> {
     ))
 }
 
-/// fmi2FreeInstance; NULL is ignored, and so is an instance in use: a logger that is called while
-/// its instance works cannot free it.
+/// fmi2FreeInstance; NULL and an instance in use are ignored.
 ///
 /// # Safety
 /// As for every function of [`entry`](crate::entry); `c` is not used afterwards.

@@ -1,5 +1,5 @@
-//! The importer's logger of FMI 2.0: what it hears at first, how categories are switched, how a
-//! message is written.
+//! Logging in FMI 2.0: the categories enabled at first, fmi2SetDebugLogging, and calling the
+//! importer's logger.
 
 use super::ffi::{CallbackFunctions, CallbackLogger, ComponentEnvironment, Status};
 use crate::c_api::answer::Answer;
@@ -17,8 +17,8 @@ pub(crate) struct Logger {
 
 pub(crate) type Log = log::Log<Logger>;
 
-// SAFETY: the environment is handed to the importer's logger and not looked at. FMI lets threads
-// take turns with an instance.
+// SAFETY: the environment is only passed to the importer's logger. FMI lets threads take turns with
+// an instance.
 unsafe impl Send for Logger {}
 // SAFETY: as above; everything is immutable.
 unsafe impl Sync for Logger {}
@@ -39,8 +39,9 @@ pub(crate) fn new(
     Log::new(logger, categories, enabled)
 }
 
-/// fmi2SetDebugLogging: all or only the named categories on; all or only the named ones off. Errors
-/// are always reported. Categories of the standard that no message has are accepted.
+/// fmi2SetDebugLogging: enables or disables the named categories, or all without names; enabling
+/// some disables the others. Errors are always reported. Standard categories that no message uses
+/// are accepted.
 pub(crate) fn switch_categories(log: &Log, on: bool, categories: &[&str]) -> u32 {
     let named = (categories.iter()).fold(0, |mask, name| mask | log.bits(name).unwrap_or(0));
     let enabled = match (on, categories) {
@@ -60,7 +61,7 @@ impl log::Logger for Logger {
         self.callback.is_some()
     }
 
-    /// Each kind has its own, whatever the call is answered with.
+    /// Each kind of message has its own status, whatever the call returns.
     fn status(kind: Kind, _answer: Answer) -> Status {
         match kind {
             Kind::Event | Kind::Model(Level::Info, _) => Status::Ok,
@@ -76,7 +77,7 @@ impl log::Logger for Logger {
         };
         let text = c_string(&escaped(text));
         // SAFETY: the importer's logger takes these C strings, which live until it returns; the
-        // format asks for no more.
+        // format has no further arguments.
         unsafe {
             callback(
                 self.environment,
@@ -89,7 +90,7 @@ impl log::Logger for Logger {
     }
 }
 
-/// Text as a format of `printf` without arguments, in which `#` would begin the name of a variable
+/// The text as a `printf` format without arguments, in which `#` would begin a variable reference
 /// (FMI 2.0.4, section 2.1.5).
 fn escaped(text: &str) -> String {
     text.replace('%', "%%").replace('#', "##")

@@ -1,5 +1,5 @@
-//! Inquiries about steps. Steps are synchronous, so most of them have no answer; FMI 2.0 then wants
-//! fmi2Discard.
+//! fmi2GetStatus and its relatives, and fmi2CancelStep. Steps are synchronous, so most status kinds
+//! have no value, for which FMI 2.0 demands fmi2Discard.
 
 use super::ffi::{
     Boolean, DO_STEP_STATUS, LAST_SUCCESSFUL_TIME, PENDING_STATUS, Status, Str, TERMINATED,
@@ -39,7 +39,7 @@ impl<M: Model> Fmi2Instance<M> {
         discard!("status kind = {kind}: FMI 2.0 has no Integer status")
     }
 
-    /// fmi2GetBooleanStatus: whether the model wanted the simulation to end.
+    /// fmi2GetBooleanStatus: whether the model asked to end the simulation.
     pub(crate) fn boolean_status(&self, kind: c_int) -> Result<Boolean, Fault> {
         match kind {
             TERMINATED => Ok(self.version.terminated.into()),
@@ -47,7 +47,7 @@ impl<M: Model> Fmi2Instance<M> {
         }
     }
 
-    /// fmi2GetStringStatus: there is never a pending step to tell about.
+    /// fmi2GetStringStatus: there is never a pending step to describe.
     pub(crate) fn string_status(&self, kind: c_int) -> Result<Str, Fault> {
         match kind {
             PENDING_STATUS => discard!("no step is pending: steps are synchronous"),

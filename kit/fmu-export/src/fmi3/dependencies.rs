@@ -1,4 +1,5 @@
-//! What variables depend on, element by element (FMI 3.0.2, section 2.2.10).
+//! The dependencies of a variable, element by element, for fmi3GetVariableDependencies (FMI 3.0.2,
+//! section 2.2.10).
 
 use super::ffi::{DEPENDENT, ValueReference};
 use super::instance::Fmi3Instance;
@@ -8,8 +9,8 @@ use crate::core::fault::{Fault, refuse};
 use crate::core::phase::Phase;
 use std::ffi::c_int;
 
-/// One dependency: element of the dependent variable, variable it depends on, element of that one.
-/// Elements count from 1.
+/// One dependency: an element of the dependent variable, the variable that it depends on, and the
+/// element of that one. Elements are counted from 1.
 pub(super) struct Dependency {
     pub(super) element: usize,
     pub(super) independent: ValueReference,
@@ -18,8 +19,8 @@ pub(super) struct Dependency {
 }
 
 impl<M: Model> Fmi3Instance<M> {
-    /// All dependencies of a variable that is computed: before and in Initialization Mode those of
-    /// `InitialUnknown`, later those of `Output`.
+    /// All dependencies of a computed variable: those of its `InitialUnknown` until the end of
+    /// Initialization Mode, afterwards those of its `Output`.
     pub(super) fn dependencies(&self, dependent: ValueReference) -> Result<Vec<Dependency>, Fault> {
         let layout = &self.instance.layout;
         let (span, first, n) = layout.block(dependent)?;

@@ -11,14 +11,14 @@ use crate::c_api::fmi_instance::Version;
 use crate::core::layout::Layout;
 use crate::core::sizes::StartValues;
 
-/// The text of `modelDescription.xml` of FMI 3.0, or what is wrong with the table of variables.
+/// The text of `modelDescription.xml` of FMI 3.0, or the first mistake in the table of variables.
 ///
-/// The instantiation token is a hash as the GUID of FMI 2.0 is, another one.
+/// The instantiation token is a hash like the GUID of FMI 2.0, but not the same.
 pub fn model_description3<M: Model>() -> Result<String, String> {
     model_description_with_sizes::<M>("")
 }
 
-/// The same with sizes that are said when the FMU is packed.
+/// The same with the sizes that were chosen when the FMU was packed.
 pub(crate) fn model_description_with_sizes<M: Model>(sizes: &str) -> Result<String, String> {
     let info = &M::INFO;
     let derivatives = flag(info.directional_derivatives || M::MODEL_EXCHANGE.is_some());
@@ -64,7 +64,7 @@ pub(crate) fn model_description_with_sizes<M: Model>(sizes: &str) -> Result<Stri
     dialect.describe(sizes, check::<M>)
 }
 
-/// The first thing that is wrong with the table or the terminals.
+/// The first mistake in the table or the terminals.
 pub(crate) fn check<M: Model>(layout: &Layout<M>, start: &StartValues<M>) -> Result<(), String> {
     terminals::check(layout)?;
     table_check::check(layout, start)

@@ -1,9 +1,10 @@
-//! The functions of FMI 3.0, one to one, and their call order; [`export_fmu!`](crate::export_fmu)
-//! gives them their C names for one model. Those that get and set variables are in `values`, those
-//! of what these FMUs do not have in `absent`.
+//! The functions of FMI 3.0 and the states in which each may be called, generic over the model;
+//! [`export_fmu!`](crate::export_fmu) exports them under their C names for one model. Those that get
+//! and set variables are in `values`; those of unsupported features are in `unsupported`.
 //!
-//! All of them may be called with an instance that is NULL or of this library and in use by no other thread, and with pointers that are NULL or
-//! valid for the number of elements given beside them; that is what FMI asks of the importer.
+//! # Safety
+//! As FMI requires of the importer: the instance is NULL or one of this library that no other
+//! thread is using, and each pointer is NULL or valid for the number of elements passed with it.
 
 pub use super::instantiate::{CoSimulation, free_instance, instantiate, refuse_instantiation};
 pub use super::unsupported::*;
@@ -24,11 +25,11 @@ use crate::c_api::functions::functions;
 use crate::core::fault::{OF_VARIABLES, check_number, refuse};
 use crate::core::model_exchange::EventOutcome;
 
-// Discrete states change in fmi3UpdateDiscreteStates only, so there are none to evaluate.
+// fmi3EvaluateDiscreteStates has nothing to do: discrete states change in fmi3UpdateDiscreteStates.
 functions! { ($) Fmi3 export_fmi3_functions;
     fmi3SetDebugLogging [ANY] (on: Boolean, n: usize, categories: *const Str)
         |fmi| fmi.set_logging(on != 0, n, categories);
-    /// The tolerance is for models that control their own error; the others do not use it.
+    /// Only models that choose their steps by a tolerance use it.
     fmi3EnterInitializationMode [INSTANTIATED] (tolerance_defined: Boolean, tolerance: f64, start: f64, stop_defined: Boolean, stop: f64)
         |fmi| {
             let tolerance = (tolerance_defined != 0).then_some(tolerance);
@@ -48,7 +49,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
         |fmi| fmi.enter_step_mode();
     fmi3EvaluateDiscreteStates [EVENT_MODE] ()
         |_| Ok(());
-    /// In Co-Simulation the values are what they are, and no event is known in advance.
+    /// In Co-Simulation no value changes here, and no event is known in advance.
     fmi3UpdateDiscreteStates [EVENT_MODE] (
         need_update: *mut Boolean, terminate: *mut Boolean, nominals_changed: *mut Boolean, values_changed: *mut Boolean,
         next_event_time_defined: *mut Boolean, next_event_time: *mut f64
@@ -113,7 +114,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
         |fmi| fmi.free("FMUState", state);
     fmi3SerializedFMUStateSize [ANY] (state: FmuState, size: *mut usize)
         |fmi| fmi.serialized_size(state, size);
-    /// Room beyond the end of the state is left alone.
+    /// The buffer beyond the end of the state is not changed.
     fmi3SerializeFMUState [ANY] (state: FmuState, bytes: *mut Byte, size: usize)
         |fmi| fmi.serialize(state, bytes, size);
     fmi3DeserializeFMUState [ANY] (bytes: *const Byte, size: usize, state: *mut FmuState)
@@ -197,13 +198,13 @@ functions! { ($) Fmi3 export_fmi3_functions;
     };
 }
 
-/// What FMI calls the number of states.
+/// Name of the argument with the number of states.
 const STATES: &str = "nContinuousStates";
 
 const DO_STEP: Call = Call::new("fmi3DoStep", STEP_MODE | STEP_MODE_AFTER_SET);
 const LEAVE_UPDATE: Call = Call::new("fmi3DoStep", INTERMEDIATE_UPDATE | LOST);
 
-/// fmi3DoStep, and at its end the intermediate update, if the importer wants any.
+/// fmi3DoStep; at its end it calls the importer's intermediate update callback, if there is one.
 ///
 /// # Safety
 /// See the module.
@@ -244,7 +245,8 @@ pub unsafe fn do_step<X: Exported>(
     status
 }
 
-/// Intermediate Update Mode: no reference to the instance lives while the importer looks at it.
+/// Intermediate Update Mode: calls the importer's callback, while no reference to the instance
+/// exists, because the callback reads variables.
 #[cold]
 unsafe fn show<M: Model>(c: Instance) -> Status {
     let mut update = None;
@@ -263,8 +265,8 @@ unsafe fn show<M: Model>(c: Instance) -> Status {
         return status;
     };
     let (mut early_return_requested, mut early_return_time) = (0, 0.0);
-    // SAFETY: the importer's callback, with places for its answers; nothing is returned early, so
-    // they are not looked at.
+    // SAFETY: the importer's callback, with pointers to its results. They are not used: steps do not
+    // return early after an intermediate update.
     unsafe {
         (update.callback)(
             update.environment,
@@ -283,7 +285,8 @@ unsafe fn show<M: Model>(c: Instance) -> Status {
     }
 }
 
-/// fmi3ExportFiles: hands every file of the FMU beside the binaries to `receive`; 0 if all is well.
+/// fmi3ExportFiles: passes every file of the FMU except the binaries to `receive`; returns 0 on
+/// success.
 ///
 /// # Safety
 /// `receive` may be called with `context`.

@@ -1,4 +1,5 @@
-//! What FMI 3.0 adds to an instance.
+//! What FMI 3.0 adds to an instance: Event Mode, early return, intermediate updates and Configuration
+//! Mode, and the functions that treat them.
 
 use super::ffi::*;
 use super::log::{self, Log, Logger};
@@ -18,18 +19,18 @@ use crate::{Event, Model};
 const NOT_STRUCTURAL: &str =
     "this FMU has no structural parameters, so there is no Configuration Mode to enter or leave";
 
-/// FMI 3.0.
+/// The data that FMI 3.0 adds to an instance.
 pub(crate) struct Fmi3 {
-    /// The importer handles events.
+    /// The importer uses Event Mode.
     pub(crate) has_event_mode: bool,
-    /// A step may end before its end.
+    /// The importer allows a step to return early.
     pub(crate) may_return_early: bool,
-    /// In Step Mode, the bit of the state.
+    /// The bit of the state while the phase is `Stepping`.
     pub(crate) step_state: u16,
     pub(crate) update: Option<Update>,
 }
 
-/// What the importer wants to see within steps.
+/// The importer's intermediate update callback and the variables that it reads.
 #[derive(Clone)]
 pub(crate) struct Update {
     pub(crate) callback: IntermediateUpdate,
@@ -38,14 +39,14 @@ pub(crate) struct Update {
     pub(crate) variables: Vec<ValueReference>,
 }
 
-// SAFETY: the environment is handed to the importer's callback and not looked at. FMI lets threads
-// take turns with an instance.
+// SAFETY: the environment is only passed to the importer's callback. FMI lets threads take turns
+// with an instance.
 unsafe impl Send for Update {}
 
 /// An instance of FMI 3.0.
 pub(crate) type Fmi3Instance<M> = fmi_instance::FmiInstance<M, Fmi3>;
 
-/// The types as FMI 3.0 calls them.
+/// The names of the types in FMI 3.0.
 pub(crate) const NAMES: TypeNames = TypeNames {
     real: "Float64",
     integer: "Int32",
@@ -87,7 +88,7 @@ impl From<Answer> for Status {
     }
 }
 
-/// How a step ended, in the words of fmi3DoStep.
+/// The results of fmi3DoStep.
 pub(crate) struct StepResult {
     pub(crate) event: bool,
     pub(crate) terminate: bool,
@@ -96,8 +97,8 @@ pub(crate) struct StepResult {
 }
 
 impl<M: Model> Fmi3Instance<M> {
-    /// fmi3DoStep. Where the importer takes no early return, a model that stops on its way goes on
-    /// to the end; if it cannot, the step has not been done.
+    /// fmi3DoStep. If the importer does not allow early return, a model that stops early is stepped
+    /// on to the end of the step; if it cannot reach it, the step fails.
     #[inline]
     pub(crate) fn do_step(&mut self, t: f64, h: f64) -> Result<StepResult, Fault> {
         let mut end = self.instance.do_step(t, h)?;
@@ -114,7 +115,7 @@ impl<M: Model> Fmi3Instance<M> {
         })
     }
 
-    /// Goes on after `end`, until the time `until`.
+    /// Steps on from `end` to the time `until`.
     #[cold]
     #[inline(never)]
     fn rest_of_step(
@@ -225,13 +226,13 @@ impl<M: Model> Fmi3Instance<M> {
         Ok(())
     }
 
-    /// Notes that something was set: in Step Mode, nothing can be read before the next step.
+    /// Records that a value was set: in Step Mode, nothing can be read before the next step.
     #[inline]
     pub(crate) fn note_set(&mut self) {
         self.version.step_state = STEP_MODE_AFTER_SET;
     }
 
-    /// Within a step, refuses what was not asked for at instantiation.
+    /// Within a step, refuses variables that were not requested at instantiation.
     #[inline]
     pub(crate) fn check_update(
         &self,
@@ -262,7 +263,7 @@ impl<M: Model> Fmi3Instance<M> {
         }
     }
 
-    /// The numbers of all elements that value references mean, one after the other.
+    /// The numbers of all elements of the variables with these value references, in order.
     pub(crate) fn elements(
         &self,
         n: usize,

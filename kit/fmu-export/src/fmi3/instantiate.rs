@@ -1,4 +1,4 @@
-//! Instantiation, and its end.
+//! The instantiation functions of FMI 3.0 and fmi3FreeInstance.
 
 use super::description::check;
 use super::ffi::*;
@@ -16,21 +16,21 @@ use crate::core::panic;
 use std::path::{Path, PathBuf};
 use std::ptr;
 
-/// What Co-Simulation says of a new instance beside what both interfaces say.
+/// The arguments that only fmi3InstantiateCoSimulation has.
 pub struct CoSimulation {
     /// The importer uses Event Mode.
     pub event_mode_used: Boolean,
-    /// A step may end early.
+    /// A step may return early.
     pub early_return_allowed: Boolean,
-    /// Variables that the importer wants to see within steps.
+    /// Variables that the importer reads within steps.
     pub required: *const ValueReference,
-    /// How many of them.
+    /// Their number.
     pub n_required: usize,
-    /// Where it sees them.
+    /// The callback in which it reads them.
     pub update: Option<IntermediateUpdate>,
 }
 
-/// fmi3InstantiateCoSimulation, and without what it says fmi3InstantiateModelExchange.
+/// fmi3InstantiateCoSimulation with `co_simulation`, fmi3InstantiateModelExchange without it.
 ///
 /// # Safety
 /// As for every function of [`entry`](super::entry); the callbacks may be called until
@@ -110,7 +110,7 @@ fn reason(fault: Fault) -> String {
     }
 }
 
-/// What the importer wants to see within steps, if anything.
+/// The intermediate updates that the importer has requested, if any.
 fn updates<M: Model>(
     layout: &Layout<M>,
     variables: Vec<ValueReference>,
@@ -145,15 +145,15 @@ fn updates<M: Model>(
 /// The resources folder, which must be absolute.
 fn folder(path: &str) -> Result<PathBuf, String> {
     let folder = Path::new(path);
-    // In a WebAssembly module the folder is the beginning of the paths of files that its host places.
+    // In a WebAssembly module the folder is a prefix of the paths of files that its host places.
     match folder.is_absolute() || cfg!(target_arch = "wasm32") {
         true => Ok(folder.components().collect()), // without the separator at the end
         false => Err(format!("resourcePath `{path}` is not an absolute path")),
     }
 }
 
-/// fmi3InstantiateScheduledExecution, and fmi3InstantiateModelExchange of a model that is for
-/// Co-Simulation alone: refused by name.
+/// Refuses fmi3InstantiateScheduledExecution, and fmi3InstantiateModelExchange for a model that
+/// supports Co-Simulation only.
 ///
 /// # Safety
 /// As for every function of [`entry`](super::entry).
@@ -176,8 +176,7 @@ pub unsafe fn refuse_instantiation<X: Exported>(
     ptr::null_mut()
 }
 
-/// fmi3FreeInstance; NULL is ignored, and so is an instance in use: a callback cannot free its
-/// instance.
+/// fmi3FreeInstance; NULL and an instance in use are ignored.
 ///
 /// # Safety
 /// As for every function of [`entry`](super::entry); `c` is not used afterwards.

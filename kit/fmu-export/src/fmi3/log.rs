@@ -1,6 +1,5 @@
-//! The importer's logger of FMI 3.0: what it hears at first, how categories are switched, and how a
-//! message is written (section 2.3.1): as it is, only if logging is on, and with no worse status
-//! than the function returns.
+//! Logging in FMI 3.0: fmi3SetDebugLogging, and calling the importer's logger (section 2.3.1) with
+//! plain text, only if logging is on, and with no worse status than the function returns.
 
 use super::ffi::{InstanceEnvironment, LogMessage, Status};
 use crate::c_api::answer::Answer;
@@ -18,8 +17,8 @@ pub(crate) struct Logger {
 
 pub(crate) type Log = log::Log<Logger>;
 
-// SAFETY: the environment is handed to the importer's logger and not looked at. FMI lets threads
-// take turns with an instance.
+// SAFETY: the environment is only passed to the importer's logger. FMI lets threads take turns with
+// an instance.
 unsafe impl Send for Logger {}
 // SAFETY: as above; everything is immutable.
 unsafe impl Sync for Logger {}
@@ -38,7 +37,7 @@ pub(crate) fn new(
     Log::new(logger, categories, if logging_on { ALL } else { 0 })
 }
 
-/// fmi3SetDebugLogging: all or the named categories on or off.
+/// fmi3SetDebugLogging: enables or disables the named categories, or all without names.
 pub(crate) fn switch_categories(log: &Log, on: bool, names: &[&str]) -> Result<u32, Fault> {
     let mut named = if names.is_empty() { ALL } else { 0 };
     for name in names {

@@ -1,5 +1,5 @@
-//! Functions of what this FMU declares not to have: clocks, Scheduled Execution. Each is refused by
-//! name, and leaves the instance as it is.
+//! The functions for clocks and Scheduled Execution, which these FMUs do not support: each logs an
+//! error and leaves the instance as it is.
 
 use super::ffi::*;
 use super::instance::{Fmi3, Fmi3Instance};
@@ -36,7 +36,7 @@ functions! { ($) Fmi3 export_fmi3_absent;
     fmi3ActivateModelPartition [ANY] (clock: ValueReference, time: f64) |_| refuse!("{SCHEDULED}");
 }
 
-/// Reading variables as a type that none of them has.
+/// Refuses to read variables as a type that no variable has.
 fn not_read<M: Model>(
     fmi: &Fmi3Instance<M>,
     vr: Array<ValueReference>,
@@ -49,7 +49,7 @@ fn not_read<M: Model>(
     Err(fmi.instance.not_gettable(span.row, first, name))
 }
 
-/// Setting variables as a type that none of them has.
+/// Refuses to set variables as a type that no variable has.
 fn not_set<M: Model>(
     fmi: &Fmi3Instance<M>,
     vr: Array<ValueReference>,
@@ -59,7 +59,7 @@ fn not_set<M: Model>(
         .map_or(Ok(()), |number| fmi.instance.not_settable_as(number, name))
 }
 
-/// What is for clocks only, of which there are none.
+/// Refuses a function for clocks, because no variable is a clock.
 fn no_clock<M: Model>(fmi: &Fmi3Instance<M>, vr: Array<ValueReference>) -> Result<(), Fault> {
     let Some(number) = vr.at(0) else {
         return Ok(());

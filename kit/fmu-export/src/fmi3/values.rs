@@ -1,7 +1,7 @@
-//! Getting and setting variables.
+//! The functions of FMI 3.0 that get and set variables, for each type.
 //!
-//! Integers are of 32 bits. Enumerations and sizes, which the core keeps as integers, are set and
-//! read with 64 bits (FMI 3.0.2, section 2.2.6.2).
+//! Enumerations and sizes, which the core stores with 32 bits, are set and read with 64 bits (FMI
+//! 3.0.2, section 2.2.6.2).
 
 use super::ffi::*;
 use super::instance::{Fmi3, Fmi3Instance};
@@ -19,7 +19,7 @@ functions! { ($) Fmi3 export_fmi3_values;
         |fmi| {
             let (vr, to) = (array(VR, vr, n)?, array_mut("values", values, n_values)?);
             fmi.check_update(|k| vr.at(k))?;
-            // Closures of a word each, so that they are handed on in registers.
+            // References keep each closure at one word, so that it is passed in registers.
             let (vr, to) = (&vr, &to);
             (fmi.instance).get_blocks(move |k| vr.at(k), to.len(), move |k, some| to.put_all(k, some, |x| x))
         };
@@ -32,7 +32,7 @@ functions! { ($) Fmi3 export_fmi3_values;
             fmi.note_set();
             Ok(())
         };
-    /// The texts stay valid until the next call of it.
+    /// The texts stay valid until its next call.
     fmi3GetString [GET] (vr: *const ValueReference, n: usize, values: *mut Str, n_values: usize)
         |fmi| {
             let (vr, values) = (array(VR, vr, n)?, array_mut("values", values, n_values)?);
@@ -48,7 +48,7 @@ functions! { ($) Fmi3 export_fmi3_values;
             fmi.note_set();
             Ok(())
         };
-    /// The bytes stay valid until the next call of it.
+    /// The bytes stay valid until its next call.
     fmi3GetBinary [GET] (vr: *const ValueReference, n: usize, sizes: *mut usize, values: *mut Binary, n_values: usize)
         |fmi| {
             let (vr, sizes) = (array(VR, vr, n)?, array_mut("valueSizes", sizes, n_values)?);
@@ -77,7 +77,7 @@ functions! { ($) Fmi3 export_fmi3_values;
         };
 }
 
-/// The functions of each type of numbers but Float64, which all do the same.
+/// The functions of each numeric type except Float64, which has faster ones above.
 macro_rules! numbers {
     (($d:tt) $export:ident; $($kind:ident $type:ty: $get:ident $may_get:tt $set:ident $may_set:tt;)*) => {
         functions! { ($d) Fmi3 $export; $(
@@ -126,10 +126,10 @@ fn set<M: Model>(
     Ok(())
 }
 
-/// What FMI calls the value references.
+/// Name of the argument with the value references.
 pub(super) const VR: &str = "valueReferences";
 
-/// The elements of variables, of which there must be `n_values`.
+/// The elements of variables; there must be `n_values`.
 fn elements<M: Model>(
     fmi: &Fmi3Instance<M>,
     vr: Array<ValueReference>,

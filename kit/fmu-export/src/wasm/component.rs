@@ -1,5 +1,5 @@
-//! The functions of a component of FMI-LS-WASM (`fmi:fmi3@3.0.0`, world `co-simulation-fmu`), by
-//! the C functions of FMI 3.0. A component is made of the module by `cargo fmu pack`, whose file
+//! The functions of an FMI-LS-WASM component (`fmi:fmi3@3.0.0`, world `co-simulation-fmu`), which
+//! call the C functions of FMI 3.0. `cargo fmu pack` makes the component from the module; its file
 //! `fmi3.wit` holds the interface.
 
 pub use super::answers::{Answer, List, call, result};
@@ -25,17 +25,17 @@ static LIBRARY: Library = Library::new(false, option_env!("FMU_SIZES"));
 /// An instance of the resource `co-simulation-instance`.
 pub struct Component {
     instance: Instance,
-    /// Its name, which is the environment of its callbacks.
+    /// Its name, which its callbacks receive as environment.
     _name: CString,
 }
 
-/// The instance that a method is called on.
+/// The component instance that a method is called on.
 pub type This = *const Component;
 
-/// The C function's instance of a method's.
+/// The instance for C functions of a component instance.
 ///
 /// # Safety
-/// `this` is one that `instantiate` has made and `drop` has not ended.
+/// `this` came from `instantiate` and has not been freed.
 pub unsafe fn instance(this: This) -> Instance {
     // SAFETY: forwarded.
     unsafe { (*this).instance }
@@ -47,8 +47,8 @@ unsafe extern "C" {
     fn handle(this: usize) -> u32;
 }
 
-/// Gives the functions of the component their names. What is of one form comes first: functions of
-/// the instance alone, of value references to get and to set; the others are by name in this file.
+/// Exports the functions of the component under their names. Functions with the same arguments are
+/// listed together: those of the instance alone, getters and setters.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! export_component {
@@ -93,7 +93,7 @@ macro_rules! export_component {
                 "set-uint64" fmi3SetUInt64 u64;
                 "set-boolean" fmi3SetBoolean u8;
             }
-            // There are no clocks, so these look at no values.
+            // There are no clocks, so these read and write no values.
             $crate::export_component! { @get_clock $x;
                 "get-interval-decimal" fmi3GetIntervalDecimal null_mut null_mut;
                 "get-interval-fraction" fmi3GetIntervalFraction null_mut null_mut null_mut;
@@ -181,8 +181,8 @@ pub unsafe fn get<X: Exported, T: Clone + Default + 'static>(
     }
 }
 
-/// How many elements these variables have; what is none counts as one, for the function that
-/// refuses it.
+/// The number of elements of these variables. An unknown reference counts as one element, so that
+/// the function that receives it refuses it.
 unsafe fn count<X: Exported>(this: This, (vr, n): (*const ValueReference, usize)) -> usize {
     let (mut count, name) = (n, "the number of elements");
     let allowed = ANY | INTERMEDIATE_UPDATE;
@@ -197,7 +197,7 @@ unsafe fn count<X: Exported>(this: This, (vr, n): (*const ValueReference, usize)
     count
 }
 
-/// A text for C, if it has no U+0000.
+/// The text as a C string; None if it contains U+0000.
 fn text(list: List) -> Option<CString> {
     // SAFETY: an argument of this call.
     CString::new(unsafe { list.items::<u8>() }).ok()
@@ -244,7 +244,7 @@ struct Step {
     early: Boolean,
 }
 
-/// Functions for any model, and a macro that gives them their names for one model.
+/// Defines functions for any model, and a macro that exports them for one model.
 macro_rules! functions {
     (($d:tt) $export:ident $prefix:literal; $(
         $name:literal $function:ident($($argument:ident: $type:ty),* $(,)?) -> $result:ty $run:block

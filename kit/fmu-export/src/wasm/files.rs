@@ -1,4 +1,5 @@
-//! Files in a module: there is no file system, so a host places what String parameters name.
+//! Files for a WebAssembly module: there is no file system, so the host places the files that String
+//! parameters name.
 
 use std::collections::BTreeMap;
 use std::io::{self, Error, ErrorKind};

@@ -1,10 +1,10 @@
-//! XML as a tree: elements with attributes, and elements in them.
+//! A tree of XML elements, from which model descriptions are built and written as text.
 
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
 use std::io;
 
-/// An element.
+/// An XML element with attributes and child elements.
 pub(crate) struct Element {
     name: &'static str,
     attributes: Vec<(&'static str, String)>,
@@ -20,7 +20,7 @@ impl Element {
         }
     }
 
-    /// With these attributes after those that it has.
+    /// Appends attributes.
     pub(crate) fn with<T: Into<String>>(
         mut self,
         attributes: impl IntoIterator<Item = (&'static str, T)>,
@@ -30,18 +30,18 @@ impl Element {
         self
     }
 
-    /// With these elements in it after those that it has.
+    /// Appends child elements.
     pub(crate) fn holding(mut self, content: impl IntoIterator<Item = Self>) -> Self {
         self.content.extend(content);
         self
     }
 
-    /// This element, unless it is empty.
+    /// This element, if it has children.
     pub(crate) fn if_any(self) -> Option<Self> {
         (!self.content.is_empty()).then_some(self)
     }
 
-    /// The text of a file of which it is the root.
+    /// The text of an XML file with this root.
     pub(crate) fn file(&self) -> Result<String, String> {
         let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
         let declaration = Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None));

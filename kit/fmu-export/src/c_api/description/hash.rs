@@ -1,7 +1,6 @@
-//! The hash by which importer and library agree on the model (`guid`, `instantiationToken`): a UUID
-//! v5 of all that the model description says, in a shorter form than its text. The first instance
-//! of a process computes it, which for the text would take most of the time that the instance
-//! needs.
+//! The hash that identifies the model (`guid`, `instantiationToken`): a UUID v5 of everything in
+//! the model description. It is computed from the table and not from the XML text, which would take
+//! most of the time of the first instantiation in a process.
 
 use super::parts::{enumerations, units_in_use};
 use crate::core::causality::Dependencies;
@@ -17,8 +16,8 @@ use crate::core::value::Value;
 use crate::{Model, c_api::log::CATEGORIES};
 use uuid::Uuid;
 
-/// The hash of a model with these start values, for a version of FMI. It contains the version of
-/// this crate: what is written of the same table may change with it.
+/// The hash of a model with these start values, for a version of FMI. It includes the version of
+/// this crate, because another version may write another description of the same table.
 pub(crate) fn hash<M: Model>(
     layout: &Layout<M>,
     (parameters, input): &StartValues<M>,
@@ -39,9 +38,8 @@ pub(crate) fn hash<M: Model>(
     Uuid::new_v5(&Uuid::NAMESPACE_OID, &all.0)
 }
 
-/// What is hashed. Texts and lists begin with their length, so that neighbours cannot be mistaken
-/// for each other. Fields of structs are taken out by name, so that the compiler asks what is to be
-/// done with a new one.
+/// The bytes to hash. Texts and lists begin with their length, so that no two tables give the same
+/// bytes. Structs are destructured completely, so that the compiler reports a new field here.
 struct Bytes(Vec<u8>);
 
 impl Bytes {
@@ -209,7 +207,7 @@ impl Bytes {
         }
     }
 
-    /// Start values of an input, a parameter or a constant; what is computed has none.
+    /// The start values of an input, a parameter or a constant; computed variables have none.
     fn start<M: Model>(
         &mut self,
         row: &Variable<M>,

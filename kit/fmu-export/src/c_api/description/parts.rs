@@ -1,4 +1,5 @@
-//! Parts of a model description that are the same in every version of FMI.
+//! The elements of a model description that both versions of FMI write alike: root, units, types,
+//! log categories, default experiment and the common attributes of variables.
 
 use super::element::Element;
 use crate::c_api::log::CATEGORIES;
@@ -12,7 +13,7 @@ use crate::core::unit::{DIMENSIONS, Unit};
 use crate::core::value::Value;
 use crate::{KNOWN_UNITS, Model};
 
-/// The root, with what may be said of the model.
+/// The root element with the model's name, version, author and licence.
 pub(super) fn root(info: &Info, version: &str, hash: (&'static str, String)) -> Element {
     let optional = [
         ("description", info.description),
@@ -37,7 +38,8 @@ pub(crate) fn flag(yes: bool) -> &'static str {
     if yes { "true" } else { "false" }
 }
 
-/// The unit of an element: what the row brings along, else the model's own, else the known one.
+/// The definition of an element's unit: from the row, else from the model's own units, else from
+/// the known units.
 pub(crate) fn unit<M: Model>(row: &Variable<M>, i: usize) -> Option<&'static Unit> {
     let name = row.unit_of(i)?;
     (row.own_unit.into_iter())
@@ -81,8 +83,7 @@ pub(super) fn units<M: Model>(layout: &Layout<M>) -> Option<Element> {
     Element::new("UnitDefinitions").holding(units).if_any()
 }
 
-/// Attributes of a factor and an offset, unless they are 1 and 0, which is what their absence
-/// means.
+/// The attributes `factor` and `offset`, unless they have their defaults 1 and 0.
 fn scale(factor: f64, offset: f64) -> impl Iterator<Item = (&'static str, String)> {
     let factor = (factor != 1.0).then(|| ("factor", real(factor)));
     let offset = (offset != 0.0).then(|| ("offset", real(offset)));
@@ -102,7 +103,8 @@ pub(crate) fn enumerations<M: Model>(layout: &Layout<M>) -> Vec<Enumeration> {
     used
 }
 
-/// The types of the enumerations, in one element or, one in the other, in two.
+/// The definitions of the enumeration types: `outer` elements that hold the items, or hold an
+/// `inner` element with the items.
 pub(super) fn types<M: Model>(
     layout: &Layout<M>,
     (outer, inner): (&'static str, Option<&'static str>),
@@ -151,7 +153,7 @@ pub(super) fn experiment<M: Model>() -> Element {
     Element::new("DefaultExperiment").with(said)
 }
 
-/// The element of a variable, named `name`, with what every version says first.
+/// The element of a variable, with the attributes that both versions write first.
 pub(crate) fn variable<M: Model>(
     element: &'static str,
     name: String,
@@ -168,7 +170,7 @@ pub(crate) fn variable<M: Model>(
         ])
 }
 
-/// Numbers in an attribute.
+/// A list of numbers as the value of an attribute.
 pub(crate) fn listed(numbers: impl IntoIterator<Item = impl ToString>) -> String {
     let numbers = numbers.into_iter().map(|number| number.to_string());
     Vec::from_iter(numbers).join(" ")
@@ -179,7 +181,7 @@ pub(crate) fn real(x: f64) -> String {
     format!("{x:?}")
 }
 
-/// Attributes of a type: bounds, nominal value and unit of element `i`.
+/// The attributes of a variable's type: unit, bounds and nominal value of element `i`.
 pub(crate) fn type_attributes<M: Model>(
     row: &Variable<M>,
     i: usize,
@@ -214,7 +216,7 @@ impl<M: Model> Variable<M> {
         }
     }
 
-    /// What `causality` and `initial` say; inputs have no `initial`.
+    /// The attributes `causality` and `initial`; inputs have no `initial`.
     pub(crate) fn causality_and_initial(&self) -> (&'static str, Option<&'static str>) {
         match self.causality {
             Causality::Input => ("input", None),
@@ -227,7 +229,7 @@ impl<M: Model> Variable<M> {
         }
     }
 
-    /// Start values of an input, a parameter or a constant; what is computed has none.
+    /// The start values of an input, a parameter or a constant; computed variables have none.
     pub(crate) fn start_values<'a>(
         &self,
         p: &'a M::Parameters,
@@ -239,7 +241,7 @@ impl<M: Model> Variable<M> {
         values.filter(|_| is_constant || !self.storage.is_computed())
     }
 
-    /// Start value of an element, as [`start_values`](Self::start_values) or a text.
+    /// The start value of element `i` as text.
     pub(crate) fn start(
         &self,
         p: &M::Parameters,

@@ -1,4 +1,5 @@
-//! Checks of the table of variables: what the compiler cannot see.
+//! Checks a model's table of variables for mistakes that the compiler cannot find, before a model
+//! description is written.
 
 use super::parts::unit;
 use crate::c_api::log::CATEGORIES;
@@ -12,7 +13,7 @@ use crate::core::value::Value;
 use crate::{Enumeration, Model, ModelExchange, Unit};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The first thing that is wrong with the table, with the name of the row.
+/// The first mistake in the table, with the name of the row.
 pub(crate) fn check<M: Model>(layout: &Layout<M>, start: &StartValues<M>) -> Result<(), String> {
     let identifier = M::INFO.model;
     if !is_identifier(identifier) {
@@ -89,7 +90,8 @@ fn experiment<M: Model>() -> Result<(), String> {
     ))
 }
 
-/// Rows are as long as they say, and none is without elements: it would be left out without a word.
+/// Each row has as many elements as it declares, and at least one: an empty row would be left out
+/// of the description silently.
 fn lengths<M: Model>(layout: &Layout<M>, (p, u): &StartValues<M>) -> Result<(), String> {
     let y = sizes::output::<M>(p);
     for (elements, row) in layout.rows() {
@@ -109,7 +111,7 @@ fn lengths<M: Model>(layout: &Layout<M>, (p, u): &StartValues<M>) -> Result<(), 
     Ok(())
 }
 
-/// The model's categories of messages have names of their own.
+/// The model's log categories have unique names.
 fn categories<M: Model>() -> Result<(), String> {
     let mut names: BTreeSet<_> = CATEGORIES.iter().map(|(name, ..)| *name).collect();
     for (name, _) in M::INFO.log_categories {
@@ -133,7 +135,8 @@ fn is_identifier(name: &str) -> bool {
         && chars.all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
-/// A name such as `motor[2].winding.R`; the last part has its index from the layer.
+/// Whether a row's name is structured, such as `motor[2].winding.R`. Its last part must not have an
+/// index, because this crate appends the indices of a vector's elements.
 fn is_structured(name: &str) -> bool {
     let part = |part: &str| match part.strip_suffix(']').and_then(|part| part.split_once('[')) {
         Some((name, index)) => is_identifier(name) && index.parse::<u32>().is_ok(),
@@ -145,7 +148,7 @@ fn is_structured(name: &str) -> bool {
     }
 }
 
-/// A derivative is of a continuous Real that is computed, and of as many elements.
+/// A derivative row names a continuous Real output or local variable, and has its shape.
 fn check_derivative<M: Model>(row: &Variable<M>) -> Result<(), String> {
     if !row.storage.is_derivative() {
         return Ok(());
@@ -165,7 +168,7 @@ fn check_derivative<M: Model>(row: &Variable<M>) -> Result<(), String> {
     ))
 }
 
-/// What makes sense for the row's type and causality only.
+/// Attributes are used only where the row's type and causality allow them.
 fn attributes<M: Model>(row: &Variable<M>, i: usize) -> Result<(), String> {
     let is_real = row.storage.is_real();
     if row.description.is_empty() {
@@ -218,7 +221,7 @@ fn attributes<M: Model>(row: &Variable<M>, i: usize) -> Result<(), String> {
     }
 }
 
-/// An enumeration has items with names of their own, and its name means one thing.
+/// An enumeration has items with unique names, and no two enumerations share a name.
 fn enumeration<M: Model>(
     known: &mut BTreeMap<&'static str, (Enumeration, String)>,
     row: &Variable<M>,
@@ -247,7 +250,7 @@ fn enumeration<M: Model>(
     Ok(())
 }
 
-/// A name of a unit means one thing.
+/// No two units share a name.
 fn same_unit<M: Model>(
     units: &mut BTreeMap<&'static str, (&'static Unit, String)>,
     row: &Variable<M>,
@@ -300,7 +303,7 @@ fn bounds<M: Model>(row: &Variable<M>) -> Result<(), String> {
     }
 }
 
-/// Start values of an input or parameter, of a long row all, are allowed.
+/// The start values of an input or parameter are allowed: `n` elements from the `i`-th on.
 fn start<M: Model>(
     row: &Variable<M>,
     p: &M::Parameters,

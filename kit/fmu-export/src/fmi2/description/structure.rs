@@ -1,4 +1,5 @@
-//! `<ModelStructure>`: what outputs and derivatives depend on, while stepping and in Initialization Mode.
+//! The element `<ModelStructure>` of FMI 2.0: the dependencies of outputs and derivatives while
+//! stepping, and of all that is computed in Initialization Mode.
 
 use crate::Model;
 use crate::c_api::description::{Element, listed};
@@ -19,8 +20,8 @@ pub(super) fn model_structure<M: Model>(layout: &Layout<M>) -> Result<Element, S
             }
         };
         for (elements, row) in layout.rows().filter(|(_, row)| is_unknown(row)) {
-            // Of a long row that depends on much nothing is listed, which stands for all: the list
-            // would be there for each of its elements.
+            // No list for a long row with many dependencies, which means that it depends on
+            // everything: the list would be repeated for each element.
             let (n, is_short) = (elements.len(), |list: Vec<_>| list.len() <= MOST_COUNTED);
             let is_listed =
                 n <= MOST_COUNTED || (knowns.resolve(row, n / 2, initially)?).is_none_or(is_short);

@@ -1,4 +1,4 @@
-//! `<ModelVariables>`.
+//! The element `<ModelVariables>` of FMI 2.0: one `<ScalarVariable>` for each element of the table.
 
 use crate::Model;
 use crate::c_api::description::{Element, type_attributes, variable};
@@ -14,7 +14,7 @@ pub(super) fn model_variables<M: Model>(
 ) -> Element {
     let output = sizes::output::<M>(parameters);
     Element::new("ModelVariables").holding(layout.numbered().map(|(number, (i, row))| {
-        // A size that was said when the FMU was packed.
+        // A size was chosen when the FMU was packed, and is a constant.
         let causality = if row.structural {
             Causality::Constant
         } else {

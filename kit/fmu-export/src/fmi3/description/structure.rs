@@ -1,6 +1,6 @@
-//! `<ModelStructure>`: what the outputs depend on, while stepping and in Initialization Mode. An
-//! array depends on what one of its elements depends on; fmi3GetVariableDependencies tells it
-//! element by element.
+//! The element `<ModelStructure>` of FMI 3.0: the dependencies of outputs, derivatives and event
+//! indicators, and those in Initialization Mode. An array depends on everything that any of its
+//! elements depends on; fmi3GetVariableDependencies returns them element by element.
 
 use crate::Model;
 use crate::c_api::description::{Element, listed};

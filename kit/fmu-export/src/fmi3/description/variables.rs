@@ -1,5 +1,5 @@
-//! `<ModelVariables>`: time, and one variable for each row; a row whose elements have different
-//! units is one for each element.
+//! The element `<ModelVariables>` of FMI 3.0: time, and an array or scalar for each row. A row whose
+//! elements have different units becomes one scalar for each element.
 
 use super::super::instance::NAMES;
 use crate::Model;
@@ -36,7 +36,7 @@ pub(super) fn model_variables<M: Model>(
         .holding(variables)
 }
 
-/// A variable, with its start values if it has any.
+/// The element of a variable, with its start values if it has any.
 fn block_variable<M: Model>(
     number: u32,
     (span, first, _): Block<M>,
@@ -70,7 +70,7 @@ fn block_variable<M: Model>(
         )
 }
 
-/// The dimensions of an array: how long they are, or which parameter says it.
+/// The dimensions of an array: each a number, or the reference of a structural parameter.
 fn dimensions<M: Model>(layout: &Layout<M>, span: &RowSpan<M>) -> Vec<(&'static str, String)> {
     let length = |length: &Length| match *length {
         Length::Fixed(n) => ("start", n.to_string()),
@@ -92,7 +92,7 @@ fn dimensions<M: Model>(layout: &Layout<M>, span: &RowSpan<M>) -> Vec<(&'static 
 }
 
 impl<M: Model> Variable<M> {
-    /// Whether it can be read within steps: what is continuous and for wiring.
+    /// Whether it can be read within steps: it is a continuous output.
     pub(crate) fn has_intermediate_update(&self) -> bool {
         self.causality == Causality::Output && self.variability() == "continuous"
     }
