@@ -1,10 +1,9 @@
-//! Everything about a model as an FMU that is the same in every version of FMI: the table of
-//! variables and its elements, access, phases, steps, derivatives, saved states, messages, and the
-//! mark of an instance in use.
+//! Everything about a model as an FMU that does not depend on the version of FMI: the table of
+//! variables, access to them, phases, steps, derivatives, saved states, messages.
 //!
-//! A border over it translates: element numbers into the version's references,
-//! [`Fault`](fault::Fault)s into its statuses, [`Phase`](phase::Phase)s into its states, queued
-//! messages into calls of its logger.
+//! The C interface of a version translates: value references into element numbers,
+//! [`Fault`](fault::Fault)s into statuses, [`Phase`](phase::Phase)s into states, queued messages
+//! into calls of the importer's logger.
 
 pub(crate) mod binary;
 pub(crate) mod block_access;

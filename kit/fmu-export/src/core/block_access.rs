@@ -1,5 +1,5 @@
-//! Setting and getting reals by block: a row as one array. A batch is checked completely before
-//! anything is written.
+//! Setting and getting Float64 variables of FMI 3.0, where a row is one array (a block) with one
+//! value reference. A batch is checked completely before anything is written.
 
 use super::causality::Causality;
 use super::element_access::{not_as_long, not_finite};
@@ -14,8 +14,8 @@ use super::value::Value;
 use crate::Model;
 
 impl<M: Model> Instance<M> {
-    /// Sets blocks: `number(k)` is that of the `k`-th, None at the end of the batch; `value(j)` is
-    /// the `j`-th of all `len` values, which `all` gives one after the other.
+    /// Sets blocks: `number(k)` is the number of the `k`-th block, None ends the batch; `value(j)`
+    /// is the `j`-th of all `len` values, which `all` iterates over.
     #[inline]
     pub(crate) fn set_blocks<I: Iterator<Item = f64>>(
         &mut self,
@@ -66,7 +66,7 @@ impl<M: Model> Instance<M> {
         self.set_input_blocks(number, value)
     }
 
-    /// Sets all elements of an input, which is what most batches do.
+    /// Checks and sets all elements of one input, the usual batch.
     #[inline]
     fn set_whole_input(
         &mut self,
@@ -98,7 +98,7 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Sets all elements of a long input to what has been checked.
+    /// Sets all elements of one long input to checked values.
     fn set_long_input(
         &mut self,
         row: &Variable<M>,
@@ -123,8 +123,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Writes what are inputs in a checked batch. They are held: where rows are arrays, nobody
-    /// gives derivatives.
+    /// Writes the inputs of a checked batch. FMI 3.0 has no input derivatives to reset.
     #[inline]
     fn set_input_blocks(
         &mut self,
@@ -158,7 +157,7 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Writes what are parameters in a checked batch.
+    /// Writes the parameters of a checked batch.
     #[cold]
     #[inline(never)]
     fn set_parameter_blocks(
@@ -179,8 +178,8 @@ impl<M: Model> Instance<M> {
         })
     }
 
-    /// Gets blocks: `put(j, values)` receives those of each, of which the first is the `j`-th of
-    /// all `len` values.
+    /// Gets blocks: `put(j, values)` receives the values of each block, the first of which is the
+    /// `j`-th of all `len` values.
     #[inline]
     pub(crate) fn get_blocks(
         &mut self,
@@ -194,7 +193,7 @@ impl<M: Model> Instance<M> {
             && let Some(field) = f64::output(&row.storage)
             && self.state.phase != Phase::Instantiated
         {
-            // All elements of an output, which is what most batches are.
+            // All elements of one output, the usual batch.
             self.update_output()?;
             put(0, finite(row, field.slice(&self.output), 0, len)?);
             return Ok(());
@@ -219,7 +218,7 @@ impl<M: Model> Instance<M> {
         check_number("nValues", len, from, OF_VARIABLES)
     }
 
-    /// Before initialization, only constants of what is computed have values.
+    /// Before initialization, constants are the only computed variables with values.
     #[cold]
     #[inline(never)]
     pub(crate) fn start_output(&mut self, row: &Variable<M>) -> Result<(), Fault> {
@@ -233,7 +232,7 @@ impl<M: Model> Instance<M> {
     }
 }
 
-/// `n` values of a row from `first` on, which may be given out.
+/// `n` values of a row from `first` on, if they are finite.
 #[inline]
 fn finite<'a, M: Model>(
     row: &Variable<M>,

@@ -1,4 +1,5 @@
-//! Sizes of an instance: they are set before initialization, and a saved state may bring others.
+//! Changing the sizes of an instance (its structural parameters), in Configuration Mode or by
+//! restoring a saved state with other sizes.
 
 use super::equation_cache::EquationCache;
 use super::fault::Fault;
@@ -10,7 +11,7 @@ use super::state::State;
 use crate::Model;
 
 impl<M: Model> Instance<M> {
-    /// Sets sizes: vectors that become longer or shorter get their start values.
+    /// Sets sizes; vectors whose length changes get their start values.
     pub(super) fn configure(&mut self, mut p: M::Parameters) -> Result<(), Fault> {
         let mut u = self.state.input.value.clone();
         resize_vectors::<M>(
@@ -32,13 +33,13 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Whether parameters that a text has set are of the sizes that there are.
+    /// Whether parameters that a text has set have the present sizes.
     pub(super) fn has_sizes(&self, p: &M::Parameters) -> bool {
         self.layout.fits(p, &self.state.input.value)
             && sizes::<M>().all(|(_, size)| size.get(p, 0) == size.get(&self.start, 0))
     }
 
-    /// After the parameters were changed: the start values and the table are of their sizes.
+    /// Adapts the start values and the layout to the sizes in the parameters.
     pub(super) fn follow_sizes(&mut self) {
         let (mut start, mut u) = M::defaults();
         for (_, field) in sizes::<M>() {

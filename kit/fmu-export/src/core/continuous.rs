@@ -1,17 +1,17 @@
-//! Models that are differential equations with events: what Model Exchange, and a solver of the
-//! layer, need of them beside [`Model`].
+//! [`Continuous`]: what a model of differential equations with events implements in addition to
+//! [`Model`], for Model Exchange and for the solvers of this crate.
 
 use super::error::ModelError;
 use super::event::Event;
 use super::model::{Model, ModelExchange, Variable};
 use super::sizes;
 
-/// A model whose equations an importer can integrate: states that its derivatives move
-/// continuously, and events that change anything else.
+/// A model whose equations an importer can integrate: continuous states with derivatives, and
+/// events that change states discontinuously.
 ///
-/// Each state is a Real output or local variable of the table. Its derivative, and each event
-/// indicator, is a variable behind the table. A model that is also to be exported for Model
-/// Exchange says so in its `impl Model`:
+/// Each state is a Real output or local variable of the table. The derivatives and the event
+/// indicators have rows of their own, whose value references follow those of the table. A model
+/// that is also exported for Model Exchange says so in its `impl Model`:
 ///
 /// ```
 /// # use fmu_export::*; use serde::{Deserialize, Serialize};
@@ -63,16 +63,16 @@ use super::sizes;
 /// # assert_eq!(check::<Ball>(), [""; 0]);
 /// ```
 ///
-/// All methods are called with parameters and inputs inside their declared bounds and finite, and
-/// with finite states.
+/// All methods are called with finite states, and with finite parameters and inputs within their
+/// declared bounds.
 pub trait Continuous: Model {
     /// A row for the derivative of each state, [`Variable::derivative_of`] a scalar or
-    /// [`Variable::derivatives_of`] a vector of the table, in the order of the states. What they
-    /// depend on are inputs and states, by name.
+    /// [`Variable::derivatives_of`] a vector of the table, in the order of the states. They depend on
+    /// inputs and states, by name.
     fn derivative_rows() -> &'static [Variable<Self>];
     /// A row for each event indicator, [`Variable::indicator`].
     const INDICATORS: &'static [Variable<Self>] = &[];
-    /// Whether [`directional`](Self::directional) is written; differences take its place.
+    /// Whether [`directional`](Self::directional) is implemented; else differences replace it.
     const HAS_DIRECTIONAL: bool = false;
 
     /// Reads the states, in their units, into `x`.
@@ -81,8 +81,8 @@ pub trait Continuous: Model {
     /// The inverse of [`states`](Self::states).
     fn set_states(&mut self, x: &[f64]);
 
-    /// Writes the time derivative of each state, per s, where the state is in `dx`. That is a copy
-    /// of some state of the model, of which nothing else is looked at.
+    /// Writes the time derivative of each state, per s, into the field of that state in `dx`, which
+    /// is a copy of some state of the model; its other fields are not used.
     fn derivatives(
         &self,
         p: &Self::Parameters,
@@ -92,8 +92,8 @@ pub trait Continuous: Model {
         dx: &mut Self,
     ) -> Result<(), ModelError>;
 
-    /// Writes the event indicators into `z`. Something happens where one of them passes from
-    /// positive to not positive or back: whoever integrates stops just behind that place and calls
+    /// Writes the event indicators into `z`. An event occurs where one of them changes from positive
+    /// to not positive or back: the integrator stops just after that time and calls
     /// [`event`](Self::event).
     fn indicators(
         &self,
@@ -106,9 +106,9 @@ pub trait Continuous: Model {
         Ok(())
     }
 
-    /// Does what happens at the time `t`, s, if anything: changes of discrete states, jumps of
-    /// continuous ones. It is called after the initialization, at events, and where inputs have
-    /// jumped. On `Err`, `self` must be as before.
+    /// Handles an event at the time `t`, s: changes discrete states, or lets continuous ones jump.
+    /// Called after initialization, at events, and when inputs have jumped; there may be nothing to
+    /// do. On `Err`, `self` must be as before.
     fn event(
         &mut self,
         _p: &Self::Parameters,
@@ -118,8 +118,8 @@ pub trait Continuous: Model {
         Ok(Event::NONE)
     }
 
-    /// Called when an integrator has accepted a step to `t`, s; whether [`event`](Self::event) must
-    /// be called there.
+    /// Called when the integrator has accepted a step to `t`, s. Returns whether
+    /// [`event`](Self::event) must be called there.
     fn completed_step(
         &mut self,
         _p: &Self::Parameters,
@@ -129,9 +129,9 @@ pub trait Continuous: Model {
         Ok(false)
     }
 
-    /// How derivatives (into `dx`) and, where they are asked for, outputs (into `y`) change along a
-    /// change of the states (in `seed.0`) and of the inputs (`seed.1`): the Jacobian times that
-    /// direction. Only called if [`HAS_DIRECTIONAL`](Self::HAS_DIRECTIONAL).
+    /// The Jacobian times a direction: the changes of the derivatives (into `dx`) and, if requested,
+    /// of the outputs (into `y`) for a change of the states (`seed.0`) and of the inputs (`seed.1`).
+    /// Only called if [`HAS_DIRECTIONAL`](Self::HAS_DIRECTIONAL).
     #[expect(clippy::too_many_arguments, reason = "what it is a derivative of")]
     fn directional(
         &self,
@@ -147,7 +147,7 @@ pub trait Continuous: Model {
     }
 }
 
-/// Where the equations are looked at: parameters, inputs, their evaluation, and time, s.
+/// Where the equations are evaluated: parameters, inputs, their [`Evaluation`], and time, s.
 pub(crate) type EvaluationPoint<'a, M> = (
     &'a <M as Model>::Parameters,
     &'a <M as Model>::Input,
@@ -156,7 +156,7 @@ pub(crate) type EvaluationPoint<'a, M> = (
 );
 
 impl<M: Model> ModelExchange<M> {
-    /// Writes the derivatives of all states into `dx`. `rate` is a copy of some state of the model.
+    /// Writes the derivatives of all states into `dx`; `rate` is a scratch copy of the model.
     pub(crate) fn write_derivatives(
         &self,
         model: &M,
@@ -169,7 +169,7 @@ impl<M: Model> ModelExchange<M> {
         Ok(())
     }
 
-    /// The derivatives of all `states`, and behind them the event indicators, in `numbers`.
+    /// Writes the derivatives of all `states` into `numbers`, followed by the event indicators.
     pub(crate) fn derivatives_and_indicators(
         &self,
         model: &M,
@@ -184,8 +184,8 @@ impl<M: Model> ModelExchange<M> {
         (self.indicate)(model, p, u, now, t, z)
     }
 
-    /// How the outputs change along a change of the states, `dx`, and of the inputs, `du`. In the
-    /// place of `dx` comes how the derivatives change. None where the model does not say it.
+    /// The change of the outputs for a change `dx` of the states and `du` of the inputs; `dx` is
+    /// replaced by the change of the derivatives. None if the model does not implement it.
     pub(crate) fn directional_derivative(
         &self,
         model: &M,
@@ -204,7 +204,7 @@ impl<M: Model> ModelExchange<M> {
 }
 
 impl<M: Continuous> ModelExchange<M> {
-    /// What `impl Continuous` says, for [`Model::MODEL_EXCHANGE`].
+    /// The equations of an `impl Continuous`, for [`Model::MODEL_EXCHANGE`].
     pub const fn from_continuous() -> Option<Self> {
         Some(Self {
             derivatives: M::derivative_rows,

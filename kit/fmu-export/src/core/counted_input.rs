@@ -1,60 +1,60 @@
-//! Inputs that count how often they were set, for models to which setting one means something, if
-//! only to the value that it has.
+//! Inputs that count how often they were set, for models that react to each set of an input, even
+//! to its present value, and extrapolate it in between.
 
 use serde::{Deserialize, Serialize};
 
-/// An input that counts its sets: the row is `row!(V, counted_input x, "…")`, or says
+/// An input that counts its sets. Its row is `row!(V, counted_input x, "…")`, or a row with
 /// [`counted`](crate::Variable::counted)`(|u| &mut u.x.sets)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CountedInput<T> {
-    /// What the importer has set, or the start value.
+    /// The value set last, or the start value.
     pub value: T,
     /// How often it was set; the count wraps around.
     pub sets: u32,
 }
 
 impl<T: Copy> CountedInput<T> {
-    /// An input with a start value, which nobody has set yet.
+    /// An input with a start value that was not set yet.
     pub const fn new(value: T) -> Self {
         Self { value, sets: 0 }
     }
 
-    /// The value once the importer has set it.
+    /// The value, if the importer has set it.
     #[inline]
     pub fn if_set(&self) -> Option<T> {
         (self.sets > 0).then_some(self.value)
     }
 }
 
-/// Part of a model's state: a value that the importer sets by an input from time to time, and that
-/// the model moves on in between.
+/// A value in a model's state that follows a [`CountedInput`] when it is set, and that the model
+/// extrapolates until it is set again.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ExtrapolatedInput<T> {
-    /// How often the input had been set.
+    /// How often the input had been set when `value` was computed.
     sets: u32,
-    /// The value until it is set again.
+    /// The value until the input is set again.
     value: T,
 }
 
 impl<T: Copy> ExtrapolatedInput<T> {
-    /// The value that the input has.
+    /// Starts from the input's value.
     pub fn from_input(input: &CountedInput<T>) -> Self {
         Self::with_value(input, input.value)
     }
 
-    /// The value that the model has moved it to since the input was set.
+    /// The value to which the model has extrapolated the input.
     pub fn with_value(input: &CountedInput<T>, value: T) -> Self {
         let sets = input.sets;
         Self { sets, value }
     }
 
-    /// Where the model has moved it, whatever the input says.
+    /// The extrapolated value, even if the input was set since.
     #[inline]
     pub fn value(&self) -> T {
         self.value
     }
 
-    /// The value now: the input's if it has been set since.
+    /// The present value: that of the input if it was set since, else the extrapolated one.
     #[inline]
     pub fn now(&self, input: &CountedInput<T>) -> T {
         if input.sets == self.sets {

@@ -1,4 +1,5 @@
-//! Input, output and directional derivatives.
+//! Sets input derivatives, and gets output, directional and adjoint derivatives: the model's own, or
+//! differences where it has none.
 
 use super::causality::Causality;
 use super::fault::{Fault, discard, refuse};
@@ -13,32 +14,32 @@ use std::collections::BTreeMap;
 
 use crate::{Evaluation, MAX_INPUT_DERIVATIVE, Model};
 
-/// ∛ε, the step of central differences. A number, since some platforms would call their own `cbrt`
-/// for it.
+/// ∛ε, the step of central differences. Written out, because `cbrt` differs between platforms.
 pub(super) const ROOT_OF_EPSILON: f64 = 6.055_454_452_393_343e-6;
 
-/// A Real input or, for Model Exchange, a continuous state: index in its row, row, and place of an
-/// input.
+/// A known variable: a Real input or, for Model Exchange, a continuous state. Index in its row, row,
+/// and the accessor of an input.
 type Known<M> = (
     usize,
     &'static Variable<M>,
     Option<&'static Accessor<<M as Model>::Input, f64>>,
 );
 
-/// A direction: seeds of the inputs and, unless all are zero, of the states; and the largest seed in
-/// units of the nominal values.
+/// A direction: seeds of the inputs and, unless all are zero, of the states; and the largest seed
+/// relative to the nominal values.
 struct Direction<M: Model> {
     du: M::Input,
     dx: Option<Vec<f64>>,
     largest: f64,
 }
 
-/// What a derivative is read from: outputs, and what is behind the table as far as it is asked for.
+/// The values that derivatives are taken of: outputs, and the requested derivatives of states and
+/// event indicators.
 type Observation<M> = (<M as Model>::Output, Vec<f64>);
 
 impl<M: Model> Instance<M> {
-    /// Derivatives of `n` Real inputs for the next step: the `order(k)`-th of `element(k)` is
-    /// `value(k)`.
+    /// Sets derivatives of `n` Real inputs for the next step: the `order(k)`-th derivative of
+    /// `element(k)` is `value(k)`.
     pub(crate) fn set_input_derivatives(
         &mut self,
         n: usize,
@@ -88,7 +89,7 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Refuses output derivatives where the model has none.
+    /// Refuses output derivatives if the model does not support them.
     pub(crate) fn has_output_derivatives(&self) -> Result<(), Fault> {
         match M::INFO.output_derivatives {
             true => Ok(()),
@@ -168,7 +169,7 @@ impl<M: Model> Instance<M> {
         Ok((i, row))
     }
 
-    /// The seeds of `n` knowns.
+    /// The direction with these seeds of `n` knowns.
     fn direction(
         &self,
         n: usize,
@@ -201,7 +202,8 @@ impl<M: Model> Instance<M> {
         Ok(all)
     }
 
-    /// Refuses directional and adjoint derivatives where there are none, as this flag says.
+    /// Refuses directional and adjoint derivatives if there are none; `flag` is the attribute that
+    /// says so.
     pub(crate) fn has_derivatives(&self, flag: &str) -> Result<(), Fault> {
         match M::INFO.directional_derivatives || M::MODEL_EXCHANGE.is_some() {
             true => Ok(()),
@@ -209,7 +211,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// ∂unknown/∂known · seed: at fixed state while running, through the initialization before.
+    /// ∂unknown/∂known · seed: at fixed states, or through the initialization in Initialization Mode.
     pub(crate) fn directional_derivative(
         &mut self,
         unknowns: usize,
@@ -220,7 +222,7 @@ impl<M: Model> Instance<M> {
         put: impl FnMut(usize, f64),
     ) -> Result<(), Fault> {
         let direction = self.direction(knowns, known, seed)?;
-        // How much of what is behind the table is asked for.
+        // How many derivatives of states and event indicators must be computed.
         let mut equations_needed = 0;
         for k in 0..unknowns {
             let (i, row) = self.unknown(unknown(k))?;
@@ -242,7 +244,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// The derivative that the model gives itself, if it does.
+    /// The derivative from the model's own implementation, if it has one.
     fn analytic(
         &mut self,
         direction: &Direction<M>,
@@ -302,7 +304,7 @@ impl<M: Model> Instance<M> {
         knowns.iter().map(read).collect()
     }
 
-    /// An adjoint derivative by a known, if it is a number.
+    /// The adjoint derivative with respect to a known, if it is finite.
     fn finite_adjoint(&self, known: u32, value: f64) -> Result<f64, Fault> {
         if value.is_finite() {
             return Ok(value);
@@ -312,8 +314,7 @@ impl<M: Model> Instance<M> {
         refuse!("adjoint derivative by `{name}` became {value}; it must be finite")
     }
 
-    /// A weight for each element of the Real outputs and local variables, in the order of the
-    /// table.
+    /// The weights of all elements of Real outputs and local variables, in the order of the table.
     fn weights(&self, unknowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Fault> {
         let is_output = |row: &Variable<M>| matches!(row.storage, Storage::RealOut(_));
         let mut positions = BTreeMap::new();
@@ -334,7 +335,7 @@ impl<M: Model> Instance<M> {
         Ok(weights)
     }
 
-    /// The adjoint where the model has none: the columns of the derivative one by one.
+    /// The adjoint derivative computed from directional derivatives, one for each known.
     fn adjoint_by_columns(
         &mut self,
         unknowns: &[u32],
@@ -356,9 +357,8 @@ impl<M: Model> Instance<M> {
         knowns.iter().map(column).collect()
     }
 
-    /// A central difference with a step of ∛ε of the nominal values; its error is some ε^⅔ of them.
-    /// In Initialization Mode, where outputs depend on inputs through [`Model::initialize`] too, it
-    /// is one of all of it.
+    /// A central difference with a step of ∛ε of the nominal values; its relative error is about
+    /// ε^⅔. In Initialization Mode it includes the dependence through [`Model::initialize`].
     fn difference(
         &mut self,
         direction: &Direction<M>,
@@ -369,7 +369,7 @@ impl<M: Model> Instance<M> {
     ) -> Result<(), Fault> {
         let largest = direction.largest;
         let step = ROOT_OF_EPSILON / if largest > 0.0 { largest } else { 1.0 };
-        // At a bound the difference is one-sided: the model sees no input beyond it.
+        // At a bound the difference is one-sided: no input exceeds its bounds.
         let [less, more] = [-step, step].map(|step| match self.moved_inputs(&direction.du, step) {
             Some(u) => (step, u),
             None => (0.0, self.state.input().clone()),
@@ -393,8 +393,8 @@ impl<M: Model> Instance<M> {
         self.put_values(unknowns, unknown, slope, put, "derivative")
     }
 
-    /// The direction as a sum: the states, and each input that changes. Inputs at opposite bounds
-    /// cannot move together, but each of them can.
+    /// Splits the direction into the states and each changing input. Inputs at opposite bounds cannot
+    /// change together, but one at a time.
     fn split(&self, direction: &Direction<M>) -> Vec<Direction<M>> {
         let zero = || self.layout.zero(self.state.input());
         let states = direction.dx.is_some().then(|| Direction {
@@ -421,9 +421,9 @@ impl<M: Model> Instance<M> {
         states.into_iter().chain(inputs).collect()
     }
 
-    /// What is observed with the inputs `u` and the states moved by `step`; in Initialization Mode of
-    /// a model that is initialized with these inputs. What is behind the table is looked at as far as
-    /// `behind`.
+    /// The values with the inputs `u` and the states moved by `step`; in Initialization Mode those of
+    /// a model initialized with these inputs. Of derivatives and event indicators, the first
+    /// `equations_needed` are computed.
     fn observe(
         &self,
         direction: &Direction<M>,
@@ -457,7 +457,7 @@ impl<M: Model> Instance<M> {
         Ok((y, numbers))
     }
 
-    /// The inputs `u + step·du`, if they are in their bounds.
+    /// The inputs `u + step·du`, if they are within their bounds.
     fn moved_inputs(&self, du: &M::Input, step: f64) -> Option<M::Input> {
         let mut u = self.state.input().clone();
         for (i, row) in self.layout.iter() {
@@ -472,7 +472,7 @@ impl<M: Model> Instance<M> {
         Some(u)
     }
 
-    /// What an unknown is among all that was observed.
+    /// The value of an unknown in an observation.
     fn value(&self, (i, row): Element<M>, (y, equations): &Observation<M>) -> f64 {
         match &row.storage {
             Storage::RealOut(field) => field.get(y, i),
@@ -480,7 +480,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Puts a number for each of `n` unknowns, already checked to be such.
+    /// Passes the value of each of `n` unknowns to `put`, if it is finite.
     fn put_values(
         &self,
         n: usize,

@@ -1,7 +1,7 @@
-//! Setting and getting values by element. A batch is checked completely before anything is
-//! written.
+//! Setting and getting values by element, for FMI 2.0 and for strings and binary values of FMI 3.0.
+//! A batch is checked completely before anything is written.
 //!
-//! Elements of one row that follow each other are read and written through one look at the row.
+//! Consecutive elements of one row are read and written with one look-up of the row.
 
 use super::causality::Causality;
 use super::fault::Fault;
@@ -15,8 +15,7 @@ use crate::Model;
 use std::fmt::Display;
 
 impl<M: Model> Instance<M> {
-    /// Sets elements: `pair(k)` is the number of the `k`-th and its value, None at the end of the
-    /// batch.
+    /// Sets elements: `pair(k)` is the number and value of the `k`-th; None ends the batch.
     #[inline]
     pub(crate) fn set<T: Value>(
         &mut self,
@@ -28,7 +27,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Sets elements of one row of inputs that are held, which is what most batches are; false for
+    /// Sets elements of one row of inputs without derivatives, the usual batch; returns false for
     /// other batches.
     #[inline]
     fn set_one_row<T: Value>(
@@ -48,13 +47,13 @@ impl<M: Model> Instance<M> {
                 return Ok(false);
             }
             if !value.is_within(span.bounds) {
-                // A copy, so that only what is refused has an address.
+                // A copy, so that the value stays in a register unless it is refused.
                 return Err(self.not_allowed(span.row, i, &{ value }));
             }
             k += 1;
         }
         let inputs = &mut field.slice_mut(&mut self.state.input.value)[..span.len()];
-        // Nothing is out of date if an input is set to what it is.
+        // Setting an input to its present value keeps the outputs valid.
         let (mut k, mut changed) = (0, false);
         while let Some((element, value)) = pair(k)
             && let Some(input) = inputs.get_mut(span.index(element))
@@ -101,14 +100,14 @@ impl<M: Model> Instance<M> {
         self.set_inputs(pair)
     }
 
-    /// Writes what are inputs in a checked batch.
+    /// Writes the inputs of a checked batch.
     #[inline]
     fn set_inputs<T: Value>(
         &mut self,
         pair: impl Fn(usize) -> Option<(u32, T)> + Copy,
     ) -> Result<(), Fault> {
         let is_held = self.state.is_held();
-        // Nothing is out of date if an input is set to what it is.
+        // Setting an input to its present value keeps the outputs valid.
         let (mut is_changed, mut is_evaluated) = (false, false);
         let mut k = 0;
         while let Some((element, _)) = pair(k) {
@@ -158,7 +157,7 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Refuses what is neither an input nor a parameter that can be set now.
+    /// Refuses an element that is neither an input nor a parameter that can be set now.
     #[cold]
     #[inline(never)]
     pub(crate) fn check_settable(
@@ -174,7 +173,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Whether a row is of the kind, and an input or a parameter that can be set now.
+    /// Whether a row has this type, and is an input or a parameter that can be set now.
     #[cold]
     fn is_settable(&self, row: &Variable<M>, kind: Kind) -> bool {
         let is_open = match self.state.phase {
@@ -185,7 +184,7 @@ impl<M: Model> Instance<M> {
         storage.kind() == kind && (storage.is_input() || storage.is_parameter() && is_open)
     }
 
-    /// Name of an element, of a matrix as long as it is now.
+    /// Name of an element; that of a matrix has its present dimensions.
     #[cold]
     pub(crate) fn name(&self, row: &Variable<M>, i: usize) -> String {
         let dimensions: Vec<_> = row.dimensions(&self.state.parameters).collect();
@@ -236,7 +235,8 @@ impl<M: Model> Instance<M> {
         ))
     }
 
-    /// Makes `output` agree with the state, as far as there is one: what is fresh is of a state.
+    /// Recomputes the outputs if they are out of date; before initialization, only constants have
+    /// values.
     #[inline(always)]
     pub(super) fn update_output_for(&mut self, row: &Variable<M>) -> Result<(), Fault> {
         match self.state.phase {
@@ -246,7 +246,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// All values of a row, of which element `i` is asked for.
+    /// All values of a row; `i` is the requested element, for messages.
     #[inline(always)]
     pub(super) fn values<T: Value>(&mut self, span: &RowSpan<M>, i: usize) -> Result<&[T], Fault> {
         let row = span.row;
@@ -266,8 +266,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Gets elements: `put(k, value)` receives the value of `element(k)`, which is None at the end
-    /// of the batch.
+    /// Gets elements: `put(k, value)` receives the value of `element(k)`; None ends the batch.
     #[inline]
     pub(crate) fn get<T: Value>(
         &mut self,
@@ -292,7 +291,7 @@ impl<M: Model> Instance<M> {
     }
 }
 
-/// The model has given a vector that is not as long as its row.
+/// The fault of a model's vector that is not as long as its row.
 #[cold]
 #[inline(never)]
 pub(crate) fn not_as_long<M: Model>(row: &Variable<M>, found: usize, needed: usize) -> Fault {

@@ -1,15 +1,15 @@
-//! The mark of an instance in use.
+//! A cell that one call at a time may use, so that a call within a call is refused.
 
 use std::cell::UnsafeCell;
 use std::ops::{Deref, DerefMut};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A body that is in use by one call at a time.
+/// A value that one call at a time may use.
 ///
-/// The mark is looked at before any reference to the body is made. A call from within a call finds
-/// it for certain. Calls of two threads at once, which no version of FMI allows, find it unless
-/// they begin within the same few instructions: a mark that is taken atomically would cost every
-/// call more than all of its other checks.
+/// The flag `busy` is tested before any reference to the value is made. A call within a call always
+/// finds it set. Two threads that call at once, which no version of FMI allows, find it unless they
+/// begin within the same few instructions: an atomic exchange would cost each call more than all of
+/// its other checks.
 #[repr(C)]
 pub(crate) struct Exclusive<B> {
     busy: AtomicBool,
@@ -24,7 +24,7 @@ impl<B> Exclusive<B> {
         }
     }
 
-    /// The body, unless it is in use.
+    /// Access to the value, unless it is in use.
     #[inline]
     pub(crate) fn enter(&self) -> Option<ExclusiveRef<'_, B>> {
         if self.busy.load(Ordering::Acquire) {
@@ -35,7 +35,7 @@ impl<B> Exclusive<B> {
     }
 }
 
-/// The body while a call uses it.
+/// Exclusive access to the value during a call.
 pub(crate) struct ExclusiveRef<'a, B>(&'a Exclusive<B>);
 
 impl<B> Deref for ExclusiveRef<'_, B> {

@@ -1,7 +1,7 @@
-//! Copies of what is generic and holds functions, references and numbers only: whatever its
-//! parameters are, which a derive would ask to be copied too.
+//! The macro `impl_copy!`: `Clone` and `Copy` for generic types that hold only functions, references
+//! and numbers. A derive would require their type parameters to be `Copy` too.
 
-/// Makes types `Copy`; the parameters of each stand before it in brackets.
+/// Makes types `Copy`; the type parameters of each stand before it in brackets.
 macro_rules! impl_copy {
     ($([$($parameters:tt)*] $type:ty;)*) => {$(
         impl<$($parameters)*> Clone for $type {

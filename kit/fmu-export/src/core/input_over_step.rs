@@ -1,5 +1,5 @@
-//! Inputs over a step: what the importer has set and given derivatives of, and where these take
-//! them.
+//! Inputs over a step: evaluates the polynomials that the importer's input derivatives define, and
+//! holds the inputs at their values at the end of the step.
 
 use super::input::InputPolynomial;
 use super::layout::Layout;
@@ -9,8 +9,8 @@ use super::storage::Accessor;
 use super::value::Value;
 
 impl<I: Clone + Default> InputPolynomial<I> {
-    /// The inputs `s` seconds into the step. A copy of the [`value`](Self::value) when they are
-    /// held; else it walks the table of `M`.
+    /// The inputs `s` seconds into the step: a copy of the [`value`](Self::value) if they have no
+    /// derivatives.
     #[inline]
     pub fn at<M: Model<Input = I>>(&self, s: f64) -> I {
         let mut u = self.value.clone();
@@ -20,7 +20,7 @@ impl<I: Clone + Default> InputPolynomial<I> {
         u
     }
 
-    /// The same, written to `to`, which must hold inputs of the same sizes: without allocation.
+    /// The same, written without allocation to `to`, which must hold inputs of the same sizes.
     #[inline]
     pub fn at_into<M: Model<Input = I>>(&self, s: f64, to: &mut I) {
         to.clone_from(&self.value);
@@ -30,8 +30,8 @@ impl<I: Clone + Default> InputPolynomial<I> {
     }
 }
 
-/// The `order`-th time derivative of all Real inputs, `s` seconds into the step, is written to
-/// `to`; other inputs stay as they are there.
+/// Writes the `order`-th time derivative of all Real inputs, `s` seconds into the step, to `to`;
+/// other inputs are not changed.
 fn taylor<M: Model>(u: &InputPolynomial<M::Input>, s: f64, order: usize, to: &mut M::Input) {
     for (i, field) in real_inputs::<M>(&u.value) {
         // Horner from the highest order down: a_k + s/(k − order + 1)·(…), a_k the k-th derivative
@@ -50,7 +50,7 @@ fn taylor<M: Model>(u: &InputPolynomial<M::Input>, s: f64, order: usize, to: &mu
 }
 
 impl<M: Model> State<M> {
-    /// The inputs of the step to come: from what acts now, with the derivatives given for it.
+    /// The inputs over the next step: the present ones, with the derivatives given for that step.
     #[inline]
     pub(crate) fn input_polynomial(&self) -> InputPolynomial<M::Input> {
         InputPolynomial {
@@ -60,8 +60,8 @@ impl<M: Model> State<M> {
         }
     }
 
-    /// First derivative of the inputs: what was given for the step to come, else where the last one
-    /// ended.
+    /// First derivative of the inputs: that given for the next step, else that at the end of the
+    /// last one.
     pub(crate) fn input_slope(&self) -> M::Input {
         let mut slope = self.input.derivatives[0].clone(); // zero where none was given
         if let Some(held) = &self.held_input {
@@ -72,14 +72,14 @@ impl<M: Model> State<M> {
         slope
     }
 
-    /// Whether each input is what was set, and stays so in the step to come.
+    /// Whether each input has the value that was set, and keeps it in the next step.
     #[inline]
     pub(crate) fn is_held(&self) -> bool {
         self.input.order == 0 && self.held_input.is_none()
     }
 
-    /// Ends the derivatives of an input that was set to `value`, those given for the next step and
-    /// those of earlier ones.
+    /// Removes the derivatives of an input that was set to `value`: those for the next step and the
+    /// effect of earlier ones.
     #[cold]
     pub(crate) fn end_derivatives<T: Value>(
         &mut self,
@@ -98,7 +98,7 @@ impl<M: Model> State<M> {
         }
     }
 
-    /// Counts that an input was set.
+    /// Adds to the count of an input's sets.
     pub(crate) fn count_sets(&mut self, counter: fn(&mut M::Input) -> &mut u32, sets: u32) {
         let count = counter(&mut self.input.value);
         *count = count.wrapping_add(sets);
@@ -108,7 +108,7 @@ impl<M: Model> State<M> {
         }
     }
 
-    /// Gives one derivative of a Real input for the next step.
+    /// Sets one derivative of a Real input for the next step.
     pub(crate) fn set_input_derivative(
         &mut self,
         field: &Accessor<M::Input, f64>,
@@ -123,8 +123,7 @@ impl<M: Model> State<M> {
         }
     }
 
-    /// After a step of `h` s: derivatives have done their duty, the inputs are held where these
-    /// have taken them.
+    /// After a step of `h` s: the inputs are held at the values that their derivatives have led to.
     #[inline]
     pub(crate) fn hold_inputs(&mut self, h: f64, layout: &Layout<M>) {
         if self.input.order > 0 {

@@ -1,4 +1,5 @@
-//! One instance of a model: its state, and what is computed of it.
+//! One instance of a model, independent of the version of FMI: its state, the outputs computed from
+//! it, and their invalidation when something is set.
 
 use super::equation_cache::EquationCache;
 use super::fault::{Fault, refuse};
@@ -13,36 +14,36 @@ use super::storage::TypeNames;
 use crate::{Evaluation, Model, ModelError};
 use std::path::PathBuf;
 
-/// An instance, without what its border needs.
+/// An instance, without what the C interface adds.
 pub(crate) struct Instance<M: Model> {
     pub(crate) layout: Layout<M>,
-    /// Saved states carry it.
+    /// Identifies the FMU and version that a saved state belongs to.
     pub(crate) identity: Identity,
-    /// What the border calls the types.
+    /// The names of the types in the version of FMI.
     pub(crate) names: &'static TypeNames,
     pub(crate) resources: Option<PathBuf>,
-    /// A panic happened: nothing of `state` can be trusted until another one takes its place.
+    /// A panic happened: `state` cannot be trusted until it is replaced.
     pub(crate) lost: bool,
     pub(crate) state: State<M>,
     /// Start values of the parameters.
     pub(crate) start: M::Parameters,
     /// The sizes that the FMU was packed with.
     pub(crate) sizes: &'static str,
-    /// Of `state` and the current inputs, once something has needed it.
+    /// The evaluation of `state` and the current inputs, if it is up to date.
     pub(crate) evaluation: Option<M::Evaluation>,
-    /// Outputs of `state`, valid while `fresh`.
+    /// Outputs of `state` and the current inputs, if `output_is_valid`.
     pub(crate) output: M::Output,
     pub(crate) output_is_valid: bool,
-    /// Room for a solver.
+    /// Workspace of the model's solver.
     pub(crate) workspace: SolverWorkspace<M, M::Input>,
-    /// What is for Model Exchange only.
+    /// Derivatives and event indicators, for Model Exchange.
     pub(crate) equation_cache: EquationCache<M>,
     pub(crate) saved: Saved<M>,
-    /// Not sent yet.
+    /// Messages that were not sent yet.
     pub(crate) messages: Vec<Message>,
-    /// What the importer wants to hear of the model.
+    /// Which of the model's messages the importer has enabled.
     pub(crate) log_filter: LogFilter,
-    /// It has been said that derivatives of a higher order are not used.
+    /// The importer was warned that input derivatives of a high order are ignored.
     pub(crate) has_warned_of_order: bool,
 }
 
@@ -82,9 +83,8 @@ impl<M: Model> Instance<M> {
         self.messages.push(Message::new(kind, text));
     }
 
-    /// Times of the simulation, s. A stop time of +infinity is none.
-    /// The tolerance is for solvers that choose their steps by it; without one it is not used,
-    /// whatever it is.
+    /// Sets start and stop time, s, and the tolerance. A stop time of +infinity means none. The
+    /// tolerance is ignored for models whose solver has none.
     pub(crate) fn set_experiment(
         &mut self,
         tolerance: Option<f64>,
@@ -135,7 +135,7 @@ impl<M: Model> Instance<M> {
         self.report(Kind::Event, "reset to the state after instantiation");
     }
 
-    /// The state, to be put back if the second of two changes fails.
+    /// A copy of the state, to be restored if the second of two changes fails.
     #[cold]
     pub(crate) fn snapshot(&self) -> State<M> {
         let mut state = self.state.clone();
@@ -143,13 +143,13 @@ impl<M: Model> Instance<M> {
         state
     }
 
-    /// Puts another state in place of the present one.
+    /// Replaces the state.
     pub(crate) fn replace(&mut self, state: State<M>) {
         self.state = state;
         self.adopt_state();
     }
 
-    /// After another state has taken the place of the one before.
+    /// Adapts the rest of the instance after the state was replaced.
     pub(crate) fn adopt_state(&mut self) {
         self.workspace.first = self.state.first;
         if self.layout.has_vectors() && !self.has_sizes(&self.state.parameters) {
@@ -159,7 +159,7 @@ impl<M: Model> Instance<M> {
         self.lost = false;
     }
 
-    /// Marks all that was computed of the state as out of date.
+    /// Marks everything computed from the state as out of date.
     #[inline(always)]
     pub(crate) fn invalidate(&mut self) {
         self.evaluation = None;
@@ -167,8 +167,8 @@ impl<M: Model> Instance<M> {
         self.equation_cache.invalidate();
     }
 
-    /// Marks what was computed from parameters and inputs as out of date: the outputs, and the
-    /// evaluation if it has read them.
+    /// Marks everything computed from parameters and inputs as out of date: the outputs, and the
+    /// evaluation if it depends on them (`is_evaluated`).
     #[inline]
     pub(crate) fn invalidate_inputs(&mut self, is_evaluated: bool) {
         self.output_is_valid = false;
@@ -182,7 +182,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Makes the model if there is none: during initialization when it is first needed.
+    /// Initializes the model if that is not done yet: in Initialization Mode, when first needed.
     pub(crate) fn model(&mut self) -> Result<(), ModelError> {
         let state = &mut self.state;
         if state.model.is_none() {
@@ -194,7 +194,7 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Makes `evaluation` if it is out of date.
+    /// Computes `evaluation` if it is out of date.
     #[inline]
     pub(crate) fn evaluate(&mut self) -> Result<(), ModelError> {
         if self.evaluation.is_none() {
@@ -206,7 +206,7 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// What [`evaluate`](Self::evaluate) has made.
+    /// The model and the evaluation, after [`evaluate`](Self::evaluate).
     #[inline]
     pub(crate) fn evaluated(&self) -> (&M, &M::Evaluation) {
         match (&self.state.model, &self.evaluation) {
@@ -215,7 +215,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Makes `output` agree with the state and the current inputs.
+    /// Recomputes `output` from the state and the current inputs, if it is out of date.
     #[inline]
     pub(crate) fn update_output(&mut self) -> Result<(), ModelError> {
         if !self.output_is_valid {
@@ -231,7 +231,7 @@ impl<M: Model> Instance<M> {
     }
 }
 
-/// Tells the model's log what the importer wants to hear.
+/// Before a call of the model: passes the importer's enabled categories to the model's log.
 #[inline]
 pub(crate) fn set_log_filter<M: Model>(filter: LogFilter, model: &mut M) {
     if let Some(log) = model.log() {
@@ -239,7 +239,7 @@ pub(crate) fn set_log_filter<M: Model>(filter: LogFilter, model: &mut M) {
     }
 }
 
-/// Queues what the model has told of.
+/// Queues the messages in the model's log.
 #[inline]
 pub(crate) fn collect_log<M: Model>(messages: &mut Vec<Message>, model: &mut M) {
     if let Some(log) = model.log() {
@@ -247,7 +247,7 @@ pub(crate) fn collect_log<M: Model>(messages: &mut Vec<Message>, model: &mut M) 
     }
 }
 
-/// Queues what the model has to warn and to tell of.
+/// Queues the model's warning, if there is one, and the messages in its log.
 #[inline]
 pub(crate) fn collect_messages<M: Model>(messages: &mut Vec<Message>, model: &mut M) {
     if let Some(warning) = model.take_warning() {

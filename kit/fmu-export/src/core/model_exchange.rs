@@ -1,4 +1,5 @@
-//! Model Exchange: the importer integrates, and asks for derivatives, indicators and events.
+//! Model Exchange: the importer integrates the model, gets derivatives and event indicators, sets
+//! time and states, and lets the model handle events.
 
 use super::event::Event;
 use super::fault::{Fault, check_number, discard, refuse};
@@ -13,14 +14,14 @@ use super::value::Value;
 use crate::{Model, ModelError};
 use std::mem;
 
-/// What the importer hears of events.
+/// The results of updating the discrete states.
 pub(crate) struct EventOutcome {
     pub(crate) event: Event,
-    /// The event has moved continuous states.
+    /// The event has changed continuous states.
     pub(crate) is_moved: bool,
 }
 
-/// The equations, without which no instance is made for Model Exchange.
+/// The model's equations; no instance is made for Model Exchange without them.
 pub(super) fn equations<M: Model>() -> Result<ModelExchange<M>, Fault> {
     match M::MODEL_EXCHANGE {
         Some(equations) => Ok(equations),
@@ -28,7 +29,7 @@ pub(super) fn equations<M: Model>() -> Result<ModelExchange<M>, Fault> {
     }
 }
 
-/// What could not be computed here; an integrator may try a smaller step.
+/// The fault of equations that cannot be evaluated; an integrator may try a smaller step.
 fn failed(t: f64, error: &ModelError) -> Fault {
     Fault::discarded(format_args!("t = {t} s: {error}"))
 }
@@ -86,7 +87,7 @@ impl<M: Model> Instance<M> {
         )
     }
 
-    /// The name of a derivative or indicator.
+    /// The name of the derivative or event indicator with this position among them.
     fn equation_name(&self, at: usize) -> String {
         let rows = self
             .layout
@@ -96,7 +97,8 @@ impl<M: Model> Instance<M> {
         self.name(row, i)
     }
 
-    /// The numbers of a row behind the table; other rows, and other types, are refused: element `i`.
+    /// The values of a row of derivatives or event indicators. Other rows and types are refused;
+    /// `i` is the requested element.
     pub(super) fn equation_values<T: Value>(
         &mut self,
         span: &RowSpan<M>,
@@ -115,19 +117,19 @@ impl<M: Model> Instance<M> {
         Ok(T::from_reals(numbers).expect("asked for above"))
     }
 
-    /// The derivatives of all states, of which there must be `n`.
+    /// The derivatives of all `n` states.
     pub(crate) fn derivatives(&mut self, name: &str, n: usize) -> Result<&[f64], Fault> {
         check_number(name, n, self.layout.states, "continuous states")?;
         self.compute(0)
     }
 
-    /// All event indicators, of which there must be `n`.
+    /// All `n` event indicators.
     pub(crate) fn event_indicators(&mut self, name: &str, n: usize) -> Result<&[f64], Fault> {
         check_number(name, n, self.layout.indicators, "event indicators")?;
         self.compute(1)
     }
 
-    /// All states, of which there must be `n`.
+    /// All `n` states.
     pub(crate) fn continuous_states(&mut self, name: &str, n: usize) -> Result<&[f64], Fault> {
         check_number(name, n, self.layout.states, "continuous states")?;
         self.model()?;
@@ -163,7 +165,7 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Nominal values of all states, of which there must be `n`: those of their rows, else 1.
+    /// Nominal values of all `n` states: those of their rows, else 1.
     pub(crate) fn nominals(&self, name: &str, n: usize) -> Result<Vec<f64>, Fault> {
         check_number(name, n, self.layout.states, "continuous states")?;
         let derivatives = self
@@ -176,7 +178,7 @@ impl<M: Model> Instance<M> {
             .collect())
     }
 
-    /// The time at which the equations are looked at, s: not before the last event.
+    /// Sets the time at which the equations are evaluated, s: not before the last event.
     pub(crate) fn set_time(&mut self, t: f64) -> Result<(), Fault> {
         let earliest = self.state.event;
         if !(t.is_finite() && t >= earliest) {
@@ -197,7 +199,7 @@ impl<M: Model> Instance<M> {
         self.state.phase = Phase::Continuous;
     }
 
-    /// Between events, refuses elements that are not continuous inputs.
+    /// In Continuous-Time Mode, refuses elements that are not continuous inputs.
     #[inline(always)]
     pub(crate) fn check_between_events(
         &self,
@@ -218,14 +220,14 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Does what happens now.
+    /// Lets the model handle an event at the present time.
     pub(crate) fn update_discrete_states(&mut self) -> Result<EventOutcome, Fault> {
         let (equations, t) = (equations::<M>()?, self.state.time);
         let [mut before, mut after] = [(); 2].map(|()| vec![0.0; self.layout.states]);
         self.check_stop()?;
         let mut rate = self.equation_cache.rate.take();
         let event = self.change(|model, p, u| {
-            // The model as it was, where there is room for one already.
+            // The model before the event, stored in the existing copy.
             let backup = rate.get_or_insert_with(|| model.clone());
             backup.clone_from(model);
             let event = (equations.event)(model, p, u, t)?;
@@ -250,7 +252,8 @@ impl<M: Model> Instance<M> {
         Ok(EventOutcome { event, is_moved })
     }
 
-    /// Tells the model that the integrator goes on from here; whether an event must be handled.
+    /// Tells the model that the integrator has accepted a step; returns whether an event must be
+    /// handled.
     pub(crate) fn completed_step(&mut self) -> Result<bool, Fault> {
         let (equations, t) = (equations::<M>()?, self.state.time);
         self.check_stop()?;
@@ -259,7 +262,7 @@ impl<M: Model> Instance<M> {
         Ok(needs_event)
     }
 
-    /// Integrators may look beyond the stop time, but not go there.
+    /// Refuses a time beyond the stop time. Trial evaluations there are allowed, accepted steps not.
     fn check_stop(&self) -> Result<(), Fault> {
         let t = self.state.time;
         match self.state.stop {
@@ -270,7 +273,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Lets the model change; on error it is as it was, or was not changed.
+    /// Lets `f` change the model and collects its messages.
     fn change<T>(
         &mut self,
         f: impl FnOnce(&mut M, &M::Parameters, &M::Input) -> Result<T, ModelError>,

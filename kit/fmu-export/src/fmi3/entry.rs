@@ -1,6 +1,6 @@
 //! The functions of FMI 3.0 and the states in which each may be called, generic over the model;
-//! [`export_fmu!`](crate::export_fmu) exports them under their C names for one model. Those that get
-//! and set variables are in `values`; those of unsupported features are in `unsupported`.
+//! [`export_fmu!`](crate::export_fmu) exports them under their C names for one model. Getters and
+//! setters of variables are in `values`, functions of unsupported features in `unsupported`.
 //!
 //! # Safety
 //! As FMI requires of the importer: the instance is NULL or one of this library that no other
@@ -265,8 +265,8 @@ unsafe fn show<M: Model>(c: Instance) -> Status {
         return status;
     };
     let (mut early_return_requested, mut early_return_time) = (0, 0.0);
-    // SAFETY: the importer's callback, with pointers to its results. They are not used: steps do not
-    // return early after an intermediate update.
+    // SAFETY: the importer's callback, with pointers to its results. They are not used, because
+    // steps do not return early after an intermediate update.
     unsafe {
         (update.callback)(
             update.environment,

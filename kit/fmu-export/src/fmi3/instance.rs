@@ -1,5 +1,5 @@
-//! What FMI 3.0 adds to an instance: Event Mode, early return, intermediate updates and Configuration
-//! Mode, and the functions that treat them.
+//! What FMI 3.0 adds to an instance: Event Mode, early return, intermediate updates, Configuration
+//! Mode.
 
 use super::ffi::*;
 use super::log::{self, Log, Logger};
@@ -35,7 +35,6 @@ pub(crate) struct Fmi3 {
 pub(crate) struct Update {
     pub(crate) callback: IntermediateUpdate,
     pub(crate) environment: InstanceEnvironment,
-    /// The variables it will read.
     pub(crate) variables: Vec<ValueReference>,
 }
 

@@ -1,5 +1,4 @@
-//! Files for a WebAssembly module: there is no file system, so the host places the files that String
-//! parameters name.
+//! Files of a WebAssembly module, which has no file system: its host places them.
 
 use std::collections::BTreeMap;
 use std::io::{self, Error, ErrorKind};

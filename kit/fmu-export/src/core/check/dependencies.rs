@@ -1,4 +1,4 @@
-//! Outputs follow what they declare, and nothing else.
+//! Checks that outputs depend on nothing but what they declare.
 
 use super::model_check::{ModelCheck, output, texts};
 use super::point::Point;
@@ -9,7 +9,8 @@ use crate::core::storage::TypeNames;
 use crate::{Evaluation, InputPolynomial, Model, ModelError, StepEnd};
 
 impl<M: Model> ModelCheck<M> {
-    /// Outputs at fixed states against each input, at points away from the start.
+    /// Compares outputs with the declared dependencies on each input, at fixed states, at the start
+    /// and after some steps.
     pub(super) fn dependencies(&mut self) {
         let step = M::INFO.experiment.step;
         let Ok(mut model) = M::initialize(&self.start.0, &self.start.1, 0.0) else {
@@ -27,7 +28,7 @@ impl<M: Model> ModelCheck<M> {
             if advance(&mut model, &point, f64::from(k) * step, step).is_err() {
                 return;
             }
-            // Some other inputs next time, as far as the model takes them.
+            // Other inputs next time, as far as the model accepts them.
             for (n, element) in self.layout.samples() {
                 let mut moved = point.clone();
                 let part = 0.01 * (1.0 + ((7 * n + 3) % 11) as f64);
@@ -60,14 +61,14 @@ impl<M: Model> ModelCheck<M> {
                 {
                     let name = self.name(known);
                     self.problems.insert(format!(
-                        "`{name}`: the evaluation follows it, though it is declared to be beside it"
+                        "`{name}`: the evaluation depends on it, but it is declared `not_in_evaluation`"
                     ));
                 }
             }
         }
     }
 
-    /// Outputs after initialization against each input and parameter.
+    /// Compares outputs after initialization with their declared initial dependencies.
     pub(super) fn initial_dependencies(&mut self) {
         let Point(p, u) = &self.start;
         let layout = &Layout::new(p, u);
@@ -91,7 +92,7 @@ impl<M: Model> ModelCheck<M> {
         }
     }
 
-    /// Reports what must be fixed, and is another after some steps.
+    /// Reports variables that must be fixed, but have changed after some steps.
     fn compare_fixed(&mut self, first: &[String], now: &[String]) {
         for (k, (i, row)) in self.layout.iter().enumerate() {
             if is_fixed(row) && first[k] != now[k] {
@@ -102,7 +103,7 @@ impl<M: Model> ModelCheck<M> {
         }
     }
 
-    /// Reports the outputs that follow element `known` without saying so.
+    /// Reports the outputs that depend on element `known` without declaring it.
     pub(super) fn compare(
         &mut self,
         known: usize,
@@ -145,7 +146,7 @@ impl<M: Model> ModelCheck<M> {
     }
 }
 
-/// Whether its value is settled in the initialization.
+/// Whether its value is fixed by the initialization.
 fn is_fixed<M: Model>(row: &Variable<M>) -> bool {
     matches!(
         row.causality,
@@ -163,7 +164,8 @@ fn advance<M: Model>(
     model.step(p, &InputPolynomial::held(u.clone()), &now, t, h)
 }
 
-/// Whether an evaluation of one point serves for another one: in outputs now, and after a step.
+/// Whether an evaluation at the old point gives the same outputs at the new one, now and after a
+/// step.
 fn keeps_evaluation<M: Model>(
     layout: &Layout<M>,
     model: &M,

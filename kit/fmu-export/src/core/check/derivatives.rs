@@ -1,5 +1,5 @@
-//! Directional derivatives against differences of the outputs, and adjoint ones against directional
-//! ones.
+//! Checks a model's directional derivatives against differences of the outputs, and its adjoint
+//! derivatives against the directional ones.
 
 use super::model_check::ModelCheck;
 use super::point::Point;
@@ -11,25 +11,25 @@ use crate::core::storage::Storage;
 use crate::core::value::Value;
 use crate::{Evaluation, Model, ModelError};
 
-/// Part of the size of a derivative by which a difference may miss it beyond its own error.
+/// Relative deviation allowed between a derivative and a difference, beyond the difference's error.
 const TOLERANCE: f64 = 1e-4;
-/// Rounding of the sums in the transpose identity, in parts of their terms.
+/// Rounding of the sums in the transpose identity, relative to their terms.
 const ROUNDING: f64 = 1e-10;
 
-/// Numbers from 0.5 to 1.5 of either sign, of which no two near each other are the same.
+/// Weights from 0.5 to 1.5 of either sign; neighbouring weights differ.
 fn weight(k: usize) -> f64 {
     let size = 0.5 + ((5 * k + 3) % 11) as f64 / 10.0;
     if k.is_multiple_of(3) { -size } else { size }
 }
 
-/// Whether a derivative misses a difference, of which one with twice the step is `far`.
+/// Whether a derivative deviates from a difference; `far` is the difference with twice the step.
 fn is_far(said: f64, found: f64, far: f64, rounding: f64) -> bool {
     let scale = said.abs().max(found.abs());
     let error = TOLERANCE * scale + 4.0 * (found - far).abs() + rounding;
     (said - found).is_nan() || (said - found).abs() > error
 }
 
-/// The inputs with one of them moved, if it may be there.
+/// The inputs with one of them changed by `by`, if that is within its bounds.
 pub(super) fn moved_input<M: Model>(
     u: &M::Input,
     (i, row): Element<M>,
@@ -45,12 +45,12 @@ pub(super) fn moved_input<M: Model>(
 }
 
 impl<M: Model> ModelCheck<M> {
-    /// Looks at the derivatives of a model in one state.
+    /// Checks the derivatives of a model in one state.
     pub(super) fn derivatives(&mut self, model: &M, point: &Point<M>) {
         if !M::INFO.directional_derivatives {
             return;
         }
-        // An input that counts its sets acts only where it was set.
+        // An input that counts its sets has an effect only once it was set.
         let mut point = point.clone();
         point.set_inputs();
         let Point(p, u) = &point;
@@ -70,9 +70,8 @@ impl<M: Model> ModelCheck<M> {
         }
     }
 
-    /// The derivatives by each Real input, compared with differences. Two differences, one
-    /// with twice the step of the other, say how good they are: near a kink of the model that is
-    /// not very.
+    /// Compares the derivatives with respect to each Real input with differences. A second
+    /// difference with twice the step estimates their error, which is large near a kink.
     fn columns(
         &mut self,
         model: &M,
@@ -111,9 +110,9 @@ impl<M: Model> ModelCheck<M> {
         outputs.map(|(k, _)| k).collect()
     }
 
-    /// Compares a derivative that the model gives, of the elements `of` by `known` whose size this
-    /// is, with differences of what it computes where `known` is moved. At a kink any slope between
-    /// those of its two sides is one.
+    /// Compares the model's derivative `said` of the elements `of` with respect to `known`, of
+    /// magnitude `size`, with differences; `at` computes the elements with `known` changed. At a
+    /// kink, any slope between those of its two sides is accepted.
     pub(super) fn compare_column(
         &mut self,
         known: usize,

@@ -1,5 +1,5 @@
-//! Derivatives and event indicators: that they are all written, of the states that the table shows,
-//! and follow what they declare.
+//! Checks the equations for Model Exchange: the states are those of the table, all derivatives and
+//! event indicators are written, and they depend only on what they declare.
 
 use super::derivatives::moved_input;
 use super::model_check::{ModelCheck, output};
@@ -12,7 +12,7 @@ use crate::core::value::Value;
 use crate::{Evaluation, Model, ModelError};
 
 impl<M: Model> ModelCheck<M> {
-    /// States are what the table shows, and derivatives are all written.
+    /// Checks that the states are those of the table, and that all derivatives are written.
     pub(super) fn equations(&mut self) {
         if let Some(equations) = M::MODEL_EXCHANGE
             && let Err(problem) = self.check_equations(equations)
@@ -61,7 +61,7 @@ impl<M: Model> ModelCheck<M> {
         Ok(())
     }
 
-    /// States to try something with: index, position and row.
+    /// A sample of the states: index, position and row.
     fn sampled_states(&self) -> Vec<(usize, usize, &'static Variable<M>)> {
         let state = |(position, (_, row)): (usize, Element<M>)| {
             let k = self
@@ -78,7 +78,7 @@ impl<M: Model> ModelCheck<M> {
             .collect()
     }
 
-    /// The model's own directional derivatives by each state and input against differences.
+    /// Compares the model's directional derivatives with differences, for each state and input.
     fn compare_directional(&mut self, model: &M, point: &Point<M>) -> Result<(), ModelError> {
         let (Some(equations), n) = (M::MODEL_EXCHANGE, self.layout.states) else {
             return Ok(());
@@ -135,7 +135,7 @@ impl<M: Model> ModelCheck<M> {
         Ok(())
     }
 
-    /// Outputs, derivatives and indicators against each state, at one point.
+    /// Compares outputs, derivatives and indicators with the declared dependencies on each state.
     pub(super) fn compare_states(&mut self, model: &M, point: &Point<M>) {
         let (Some(equations), Ok(expected)) =
             (M::MODEL_EXCHANGE, output(&self.layout, model, point))

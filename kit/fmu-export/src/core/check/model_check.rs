@@ -1,5 +1,5 @@
-//! A model that is tried: its table, the point at which it starts, and the problems that were
-//! found.
+//! The state of a check: the model's table, its start values, and the problems found so far. The
+//! other modules of `check` add their checks to it.
 
 use super::point::Point;
 use crate::core::dependencies::Knowns;
@@ -10,7 +10,7 @@ use crate::core::value::Value;
 use crate::{Evaluation, Model, ModelError};
 use std::collections::BTreeSet;
 
-/// A model that is tried, and what is wrong with its table.
+/// A check in progress.
 pub(super) struct ModelCheck<M: Model> {
     pub(super) layout: Layout<M>,
     pub(super) knowns: Knowns,
@@ -36,21 +36,21 @@ impl<M: Model> ModelCheck<M> {
         row.element_name(i)
     }
 
-    /// The accessors of two elements are of one field.
+    /// Reports that two elements share a field.
     pub(super) fn share_a_field(&mut self, a: usize, b: usize) {
         let [first, second] = [a.min(b), a.max(b)].map(|k| self.name(k));
         let problem = format!("`{first}` and `{second}` share a field");
         self.problems.insert(problem);
     }
 
-    /// The accessors of an element are not of the same field.
+    /// Reports that the accessors of an element are of different fields.
     pub(super) fn has_two_fields(&mut self, k: usize) {
         let problem = format!("`{}`: its accessors are of different fields", self.name(k));
         self.problems.insert(problem);
     }
 }
 
-/// All outputs, as texts by element.
+/// All outputs, derivatives and event indicators as texts, by element.
 pub(super) fn output<M: Model>(
     layout: &Layout<M>,
     model: &M,
@@ -73,7 +73,7 @@ pub(super) fn texts<M: Model>(layout: &Layout<M>, y: &M::Output) -> Vec<String> 
     layout.iter().map(text).collect()
 }
 
-/// Writes derivatives and indicators as texts where their elements are among all.
+/// Writes derivatives and event indicators as texts into their elements.
 fn write_equations<M: Model>(
     layout: &Layout<M>,
     model: &M,

@@ -1,4 +1,4 @@
-//! Parameters and inputs at which a model is tried.
+//! Parameters and inputs at which a check runs the model, and small changes of them.
 
 use crate::Model;
 use crate::core::layout::Element;
@@ -27,12 +27,12 @@ impl<M: Model> Point<M> {
         of_input.or_else(|| row.storage.parameter_values_mut(&mut self.0))
     }
 
-    /// The value in an element, as text: equal texts are equal bits.
+    /// The value of an element as text: equal texts mean equal bits.
     pub(super) fn read(&self, (i, row): Element<M>) -> Option<String> {
         Some(each!(Values, self.values(row)?, |values| values[i].to_string()))
     }
 
-    /// Counts that all inputs are set, to what they are.
+    /// Counts a set of each input to its present value.
     pub(super) fn set_inputs(&mut self) {
         for counter in M::variables().iter().filter_map(|row| row.counter) {
             let count = counter(&mut self.1);
@@ -40,11 +40,11 @@ impl<M: Model> Point<M> {
         }
     }
 
-    /// Moves an element by a part of its size, to another value that is allowed; false if there is
-    /// none.
+    /// Changes an element by a fraction of its magnitude to another allowed value; returns false if
+    /// there is none.
     pub(super) fn perturb(&mut self, (i, row): Element<M>, part: f64) -> bool {
         if row.structural {
-            return false; // the table would be another one
+            return false; // it would change the table
         }
         let Some(values) = self.values_mut(row) else {
             return false;

@@ -1,4 +1,5 @@
-//! What every importer does first: start values, texts, the first outputs, the first step.
+//! Checks what every importer does first: it sets texts, initializes with the start values, gets
+//! the outputs and does a step.
 
 use super::model_check::ModelCheck;
 use super::point::Point;
@@ -8,11 +9,11 @@ use crate::core::storage::{Storage, each};
 use crate::core::value::{Value, allowed};
 use crate::{Evaluation, InputPolynomial, Model, ModelError};
 
-/// What String parameters are set to.
+/// The text that String parameters are set to.
 const WRITTEN: &str = "a text of check";
 
 impl<M: Model> ModelCheck<M> {
-    /// Writes each String parameter with a text; one that means something else (a file) refuses it.
+    /// Sets each String parameter to a text; a setter that expects a file name refuses it.
     pub(super) fn texts(&mut self) {
         let texts = |p: &M::Parameters| -> Vec<Option<String>> {
             let text = |(_, row): Element<M>| match &row.storage {
@@ -41,7 +42,7 @@ impl<M: Model> ModelCheck<M> {
         }
     }
 
-    /// Does with the start values what every importer does.
+    /// Initializes, gets outputs and steps with the start values.
     pub(super) fn start(&mut self) {
         if let Err(problem) = self.started() {
             self.problems.insert(problem);
