@@ -30,7 +30,7 @@ impl Workspace {
 
     /// To the end of the step or the first event. The answer is when that was, and the internal
     /// step to try next, s.
-    pub(super) fn take_adaptive_steps<A: Algorithm, S: System>(
+    pub(super) fn adaptive_steps<A: Algorithm, S: System>(
         &mut self,
         method: &mut A,
         system: &mut S,

@@ -47,7 +47,7 @@ impl Indicators {
         system: &mut S,
         (s, dt): (f64, f64),
         resolution: f64,
-        (dense_output, ends): (&DenseOutput, [&[f64]; 2]),
+        (dense, ends): (&DenseOutput, [&[f64]; 2]),
         x: &mut [f64],
     ) -> Result<f64, S::Error> {
         let [start, end, at_low, at_high, middle] = &mut self.0;
@@ -62,7 +62,7 @@ impl Indicators {
                 _ => first_crossing(at_low, at_high).clamp(least, 1.0 - least),
             };
             let theta = low + share * (high - low);
-            dense_output.at(theta, ends, x);
+            dense.at(theta, ends, x);
             system.indicators(s + theta * dt, x, middle)?;
             let is_low = !start.iter().zip(&*middle).any(changes);
             let (place, near, far) = match is_low {
@@ -75,7 +75,7 @@ impl Indicators {
                 far.iter_mut().for_each(|z| *z *= 0.5);
             }
         }
-        dense_output.at(high, ends, x);
+        dense.at(high, ends, x);
         Ok(high)
     }
 }

@@ -190,14 +190,12 @@ impl Solver {
             system.indicators(0.0, x, &mut workspace.indicators.0[0])?;
         }
         let (event, next) = match &mut self.algorithm {
-            AnyAlgorithm::Fixed(method) => {
-                (workspace.take_fixed_steps(method, system, (t, h))?, *first)
-            }
+            AnyAlgorithm::Fixed(method) => (workspace.fixed_steps(method, system, (t, h))?, *first),
             AnyAlgorithm::Adaptive(method) => {
-                workspace.take_adaptive_steps(method, system, (t, h), *first)?
+                workspace.adaptive_steps(method, system, (t, h), *first)?
             }
             AnyAlgorithm::Stiff(method) => {
-                workspace.take_adaptive_steps(&mut **method, system, (t, h), *first)?
+                workspace.adaptive_steps(&mut **method, system, (t, h), *first)?
             }
         };
         if let Some((state, value)) = workspace.x.iter().enumerate().find(|(_, x)| !x.is_finite()) {
@@ -211,7 +209,7 @@ impl Solver {
 
 impl Workspace {
     /// In equal internal steps, so that the last one ends at `t` + `h`; or to the first event.
-    fn take_fixed_steps<A: Algorithm, S: System>(
+    fn fixed_steps<A: Algorithm, S: System>(
         &mut self,
         method: &mut A,
         system: &mut S,
@@ -242,22 +240,15 @@ impl Workspace {
         (s, dt): (f64, f64),
     ) -> Result<Option<f64>, Failure<S::Error>> {
         self.counts.steps += 1;
-        let (step, indicators, dense_output) =
-            ((s, dt), &mut self.indicators, &mut self.dense_output);
+        let (step, indicators, dense) = ((s, dt), &mut self.indicators, &mut self.dense_output);
         if !indicators.is_empty() {
             system.indicators(s + dt, &self.end, &mut indicators.0[1])?;
             if indicators.has_event() {
                 let ends = [&self.x[..], &self.end[..]];
-                method.dense_output(system, step, ends, dense_output)?;
+                method.dense_output(system, step, ends, dense)?;
                 // As finely as times can be told apart.
                 let finest = 4.0 * f64::EPSILON * (t.abs() + s + dt) / dt;
-                let at = indicators.locate(
-                    system,
-                    step,
-                    finest,
-                    (dense_output, ends),
-                    &mut self.error,
-                )?;
+                let at = indicators.locate(system, step, finest, (dense, ends), &mut self.error)?;
                 std::mem::swap(&mut self.x, &mut self.error);
                 return Ok(Some(s + at * dt));
             }

@@ -86,8 +86,7 @@
 //!         for (y, u) in self.y.iter_mut().zip(mid.u) { *y = u + (*y - u) * decay; }
 //!         Ok(StepEnd::WHOLE)
 //!     }
-//! }
-//! fmu_export::export_fmu!(Lag);
+//! } fmu_export::export_fmu!(Lag);
 //! # fn main() {}
 //! ```
 //!

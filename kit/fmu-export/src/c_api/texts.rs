@@ -47,7 +47,7 @@ impl<M: Model, V: Version> FmiInstance<M, V> {
     ) -> Result<(), Fault> {
         // SAFETY: forwarded.
         let names = unsafe { texts("categories", categories, n) }?;
-        let enabled = V::switch_categories(&self.log, on, &names)?;
+        let enabled = V::switch_log(&self.log, on, &names)?;
         self.log.enable(enabled);
         self.instance.log_filter = self.log.model_filter();
         Ok(())

@@ -25,7 +25,7 @@ impl<M: Model> Instance<M> {
         let mut state = State::instantiated(p, u, layout.slots());
         for (number, (_, row)) in layout.numbered() {
             if (row.dimensions(&before.parameters)).eq(row.dimensions(&state.parameters)) {
-                state.assignments[layout.slot(number)] = before.assignments[old.slot(number)];
+                state.settings[layout.slot(number)] = before.settings[old.slot(number)];
             }
         }
         state.phase = Phase::Configuration;

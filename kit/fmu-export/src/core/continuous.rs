@@ -67,8 +67,8 @@ use super::sizes;
 /// declared bounds.
 pub trait Continuous: Model {
     /// A row for the derivative of each state, [`Variable::derivative_of`] a scalar or
-    /// [`Variable::derivatives_of`] a vector of the table, in the order of the states. They depend on
-    /// inputs and states, by name.
+    /// [`Variable::derivatives_of`] a vector of the table, in the order of the states. They depend
+    /// on inputs and states, by name.
     fn derivative_rows() -> &'static [Variable<Self>];
     /// A row for each event indicator, [`Variable::indicator`].
     const INDICATORS: &'static [Variable<Self>] = &[];
@@ -92,8 +92,8 @@ pub trait Continuous: Model {
         dx: &mut Self,
     ) -> Result<(), ModelError>;
 
-    /// Writes the event indicators into `z`. An event occurs where one of them changes from positive
-    /// to not positive or back: the integrator stops just after that time and calls
+    /// Writes the event indicators into `z`. An event occurs where one of them changes from
+    /// positive to not positive or back: the integrator stops just after that time and calls
     /// [`event`](Self::event).
     fn indicators(
         &self,
@@ -129,9 +129,9 @@ pub trait Continuous: Model {
         Ok(false)
     }
 
-    /// The Jacobian times a direction: the changes of the derivatives (into `dx`) and, if requested,
-    /// of the outputs (into `y`) for a change of the states (`seed.0`) and of the inputs (`seed.1`).
-    /// Only called if [`HAS_DIRECTIONAL`](Self::HAS_DIRECTIONAL).
+    /// The Jacobian times a direction: the changes of the derivatives (into `dx`) and, if
+    /// requested, of the outputs (into `y`) for a change of the states (`seed.0`) and of the inputs
+    /// (`seed.1`). Only called if [`HAS_DIRECTIONAL`](Self::HAS_DIRECTIONAL).
     #[expect(clippy::too_many_arguments, reason = "what it is a derivative of")]
     fn directional(
         &self,

@@ -70,8 +70,9 @@ impl Knowns {
         }
     }
 
-    /// Positions of the elements that element `i` of a row depends on, initially or at communication
-    /// points, ascending; None if not declared. Only initial dependencies may name parameters.
+    /// Positions of the elements that element `i` of a row depends on, initially or at
+    /// communication points, ascending; None if not declared. Only initial dependencies may name
+    /// parameters.
     pub(crate) fn resolve<M: Model>(
         &self,
         row: &Variable<M>,
@@ -93,7 +94,7 @@ impl Knowns {
         };
         let mut elements = Vec::new();
         // An output that names no state depends on all.
-        let mut no_states = initially || row.storage.is_derivative_or_indicator() || row.is_state();
+        let mut no_states = initially || row.storage.is_equation() || row.is_state();
         if !initially && row.is_state() {
             elements.extend(self.find(row.name, i).and_then(|(_, mut own)| own.nth(i)));
         }
@@ -126,8 +127,8 @@ impl Knowns {
         Ok(Some(elements))
     }
 
-    /// The numbers of the blocks that any of `n` elements of a row, from `first` on, depends on; None
-    /// if not declared.
+    /// The numbers of the blocks that any of `n` elements of a row, from `first` on, depends on;
+    /// None if not declared.
     pub(crate) fn blocks<M: Model>(
         &self,
         layout: &Layout<M>,
@@ -148,8 +149,8 @@ impl Knowns {
         Ok(Some(blocks))
     }
 
-    /// Positions of all inputs and states, or initially of all inputs and parameters, ascending: the
-    /// dependencies of an element that declares none.
+    /// Positions of all inputs and states, or initially of all inputs and parameters, ascending:
+    /// the dependencies of an element that declares none.
     pub(crate) fn all(&self, initially: bool) -> Vec<usize> {
         let other = if initially {
             Role::Parameter
@@ -210,9 +211,7 @@ impl<M: Model> Variable<M> {
     /// Whether `ModelStructure` lists it as an unknown, initially or at communication points.
     pub(crate) fn is_unknown(&self, initially: bool) -> bool {
         match self.causality {
-            _ if self.storage.is_derivative_or_indicator() => {
-                self.storage.is_derivative() || !initially
-            }
+            _ if self.storage.is_equation() => self.storage.is_derivative() || !initially,
             Causality::Output => true,
             Causality::CalculatedParameter => initially,
             _ => initially && self.is_state(),
@@ -222,6 +221,6 @@ impl<M: Model> Variable<M> {
     /// Whether it is a continuous state of a model for Model Exchange.
     pub(crate) fn is_state(&self) -> bool {
         let is_it = |row: &Variable<M>| row.storage.is_derivative() && row.name == self.name;
-        !self.storage.is_derivative_or_indicator() && ModelExchange::<M>::rows().any(is_it)
+        !self.storage.is_equation() && ModelExchange::<M>::rows().any(is_it)
     }
 }

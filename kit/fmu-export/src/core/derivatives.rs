@@ -1,5 +1,5 @@
-//! Sets input derivatives, and gets output, directional and adjoint derivatives: the model's own, or
-//! differences where it has none.
+//! Sets input derivatives, and gets output, directional and adjoint derivatives: the model's own,
+//! or differences where it has none.
 
 use super::causality::Causality;
 use super::fault::{Fault, discard, refuse};
@@ -17,8 +17,8 @@ use crate::{Evaluation, MAX_INPUT_DERIVATIVE, Model};
 /// ∛ε, the step of central differences. Written out, because `cbrt` differs between platforms.
 pub(super) const ROOT_OF_EPSILON: f64 = 6.055_454_452_393_343e-6;
 
-/// A known variable: a Real input or, for Model Exchange, a continuous state. Index in its row, row,
-/// and the accessor of an input.
+/// A known variable: a Real input or, for Model Exchange, a continuous state. Index in its row,
+/// row, and the accessor of an input.
 type Known<M> = (
     usize,
     &'static Variable<M>,
@@ -160,8 +160,7 @@ impl<M: Model> Instance<M> {
     /// A Real output or local variable, the derivative of a state, or an event indicator.
     fn unknown(&self, number: u32) -> Result<Element<M>, Fault> {
         let (i, row) = self.layout.find(number)?;
-        if !(matches!(row.storage, Storage::RealOut(_)) || row.storage.is_derivative_or_indicator())
-        {
+        if !(matches!(row.storage, Storage::RealOut(_)) || row.storage.is_equation()) {
             let (name, kind) = (self.name(row, i), row.kind(self.names));
             let real = self.names.real;
             return refuse!("unknown `{name}` is {kind}; it must be a {real} output");
@@ -211,7 +210,8 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// ∂unknown/∂known · seed: at fixed states, or through the initialization in Initialization Mode.
+    /// ∂unknown/∂known · seed: at fixed states, or through the initialization in Initialization
+    /// Mode.
     pub(crate) fn directional_derivative(
         &mut self,
         unknowns: usize,
@@ -223,24 +223,22 @@ impl<M: Model> Instance<M> {
     ) -> Result<(), Fault> {
         let direction = self.direction(knowns, known, seed)?;
         // How many derivatives of states and event indicators must be computed.
-        let mut equations_needed = 0;
+        let mut needed = 0;
         for k in 0..unknowns {
             let (i, row) = self.unknown(unknown(k))?;
-            if row.storage.is_derivative_or_indicator() {
-                equations_needed = equations_needed.max(self.layout.offset(row) + i + 1);
+            if row.storage.is_equation() {
+                needed = needed.max(self.layout.offset(row) + i + 1);
             }
         }
         if unknowns == 0 {
             return Ok(());
         }
-        match self.analytic(&direction, equations_needed)? {
+        match self.analytic(&direction, needed)? {
             Some(found) => {
                 let value = |e| self.value(e, &found);
                 self.put_values(unknowns, unknown, value, put, "directional derivative")
             }
-            None => self.difference(&direction, equations_needed, unknowns, &unknown, &mut {
-                put
-            }),
+            None => self.difference(&direction, needed, unknowns, &unknown, &mut { put }),
         }
     }
 
@@ -248,12 +246,12 @@ impl<M: Model> Instance<M> {
     fn analytic(
         &mut self,
         direction: &Direction<M>,
-        equations_needed: usize,
+        needed: usize,
     ) -> Result<Option<Observation<M>>, Fault> {
-        let is_of_outputs = direction.dx.is_none() && equations_needed == 0;
+        let is_of_outputs = direction.dx.is_none() && needed == 0;
         let of_outputs = is_of_outputs && M::INFO.directional_derivatives;
         let equations = M::MODEL_EXCHANGE.filter(|x| x.directional.is_some());
-        let of_equations = equations.filter(|_| equations_needed <= self.layout.states);
+        let of_equations = equations.filter(|_| needed <= self.layout.states);
         if self.state.phase == Phase::Initialization || !of_outputs && of_equations.is_none() {
             return Ok(None);
         }
@@ -285,7 +283,7 @@ impl<M: Model> Instance<M> {
         }
         let weights = self.weights(unknowns, seed)?;
         for &number in unknowns {
-            by_columns |= self.unknown(number)?.1.storage.is_derivative_or_indicator();
+            by_columns |= self.unknown(number)?.1.storage.is_equation();
         }
         if unknowns.is_empty() {
             return Ok(vec![0.0; knowns.len()]);
@@ -362,7 +360,7 @@ impl<M: Model> Instance<M> {
     fn difference(
         &mut self,
         direction: &Direction<M>,
-        equations_needed: usize,
+        needed: usize,
         unknowns: usize,
         unknown: &dyn Fn(usize) -> u32,
         put: &mut dyn FnMut(usize, f64),
@@ -379,22 +377,20 @@ impl<M: Model> Instance<M> {
             if parts.len() > 1 {
                 let mut sums = vec![0.0; unknowns];
                 for part in &parts {
-                    self.difference(part, equations_needed, unknowns, unknown, &mut |k, dy| {
-                        sums[k] += dy
-                    })?;
+                    self.difference(part, needed, unknowns, unknown, &mut |k, dy| sums[k] += dy)?;
                 }
                 sums.iter().enumerate().for_each(|(k, dy)| put(k, *dy));
                 return Ok(());
             }
         }
-        let y_less = self.observe(direction, equations_needed, &less)?;
-        let y_more = self.observe(direction, equations_needed, &more)?;
+        let y_less = self.observe(direction, needed, &less)?;
+        let y_more = self.observe(direction, needed, &more)?;
         let slope = |e| (self.value(e, &y_more) - self.value(e, &y_less)) / (more.0 - less.0);
         self.put_values(unknowns, unknown, slope, put, "derivative")
     }
 
-    /// Splits the direction into the states and each changing input. Inputs at opposite bounds cannot
-    /// change together, but one at a time.
+    /// Splits the direction into the states and each changing input. Inputs at opposite bounds
+    /// cannot change together, but one at a time.
     fn split(&self, direction: &Direction<M>) -> Vec<Direction<M>> {
         let zero = || self.layout.zero(self.state.input());
         let states = direction.dx.is_some().then(|| Direction {
@@ -421,13 +417,13 @@ impl<M: Model> Instance<M> {
         states.into_iter().chain(inputs).collect()
     }
 
-    /// The values with the inputs `u` and the states moved by `step`; in Initialization Mode those of
-    /// a model initialized with these inputs. Of derivatives and event indicators, the first
-    /// `equations_needed` are computed.
+    /// The values with the inputs `u` and the states moved by `step`; in Initialization Mode those
+    /// of a model initialized with these inputs. Of derivatives and event indicators, the first
+    /// `needed` are computed.
     fn observe(
         &self,
         direction: &Direction<M>,
-        equations_needed: usize,
+        needed: usize,
         (step, u): &(f64, M::Input),
     ) -> Result<Observation<M>, Fault> {
         let p = &self.state.parameters;
@@ -443,13 +439,13 @@ impl<M: Model> Instance<M> {
         }
         let now = M::Evaluation::new(&model, p, u)?;
         let y = model.output(p, u, &now)?;
-        let Some(equations) = M::MODEL_EXCHANGE.filter(|_| equations_needed > 0) else {
+        let Some(equations) = M::MODEL_EXCHANGE.filter(|_| needed > 0) else {
             return Ok((y, Vec::new()));
         };
         let (states, indicators) = (self.layout.states, self.layout.indicators);
         let (at, mut rate) = ((p, u, &now, self.state.time), model.clone());
         let mut numbers = vec![0.0; states + indicators];
-        if equations_needed > states {
+        if needed > states {
             equations.derivatives_and_indicators(&model, at, &mut rate, states, &mut numbers)?;
         } else {
             equations.write_derivatives(&model, at, &mut rate, &mut numbers[..states])?;

@@ -1,15 +1,23 @@
-//! What an instance has computed for Model Exchange.
+//! Derivatives and event indicators that an instance has computed for Model Exchange, and whether
+//! they are still valid.
 
 use super::model::Model;
 
-/// What an instance computes for Model Exchange.
+/// The two groups of equations, each computed together.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Equations {
+    Derivatives = 0,
+    Indicators = 1,
+}
+
+/// The results of a model's equations.
 pub(crate) struct EquationCache<M> {
-    /// A copy of the model whose states are derivatives.
+    /// A copy of the model that holds the derivatives in place of its states.
     pub(super) rate: Option<M>,
-    /// Derivatives, and behind them the event indicators.
+    /// All derivatives, followed by all event indicators.
     pub(super) numbers: Vec<f64>,
-    /// Which of the two agree with state, inputs and time.
-    pub(super) fresh: [bool; 2],
+    /// Which [`Equations`] agree with state, inputs and time.
+    pub(super) is_valid: [bool; 2],
     /// States that are read or set.
     pub(super) states: Vec<f64>,
 }
@@ -19,18 +27,18 @@ impl<M> Default for EquationCache<M> {
         Self {
             rate: None,
             numbers: Vec::new(),
-            fresh: [false; 2],
+            is_valid: [false; 2],
             states: Vec::new(),
         }
     }
 }
 
 impl<M: Model> EquationCache<M> {
-    /// Marks what was computed as out of date.
+    /// Marks the results as out of date.
     #[inline(always)]
     pub(super) fn invalidate(&mut self) {
         if M::MODEL_EXCHANGE.is_some() {
-            self.fresh = [false; 2];
+            self.is_valid = [false; 2];
         }
     }
 }

@@ -1,5 +1,5 @@
-//! The macro `impl_copy!`: `Clone` and `Copy` for generic types that hold only functions, references
-//! and numbers. A derive would require their type parameters to be `Copy` too.
+//! The macro `impl_copy!`: `Clone` and `Copy` for generic types that hold only functions,
+//! references and numbers. A derive would require their type parameters to be `Copy` too.
 
 /// Makes types `Copy`; the type parameters of each stand before it in brackets.
 macro_rules! impl_copy {

@@ -176,9 +176,9 @@ pub struct Terminal {
 }
 
 impl Terminal {
-    /// `kind` is a name with a reversed domain, the same at both ends of a connection; `members` are
-    /// (name, variable). A vector is one member; if its elements have different units, each is one
-    /// (`w[1]`). Members with the same name are connected.
+    /// `kind` is a name with a reversed domain, the same at both ends of a connection; `members`
+    /// are (name, variable). A vector is one member; if its elements have different units, each is
+    /// one (`w[1]`). Members with the same name are connected.
     pub const fn new(
         name: &'static str,
         kind: &'static str,

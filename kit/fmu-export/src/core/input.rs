@@ -49,8 +49,8 @@ impl<I: Clone + Default> InputPolynomial<I> {
         self.order
     }
 
-    /// The `k`-th time derivative (`k` = 0: the value), zero beyond [`order`](Self::order). Only its
-    /// Real fields have a meaning.
+    /// The `k`-th time derivative (`k` = 0: the value), zero beyond [`order`](Self::order). Only
+    /// its Real fields have a meaning.
     #[inline]
     pub fn derivative(&self, k: usize) -> I {
         self.known(k).cloned().unwrap_or_default()

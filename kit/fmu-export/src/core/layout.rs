@@ -1,8 +1,8 @@
 //! The elements of a table, counted over all rows: a scalar is one, a vector as many as it is long.
 //! A row may say the number of its first element, so numbers may be left out, and need not ascend.
 //!
-//! A long row, and one in a vector, counts as one: its number is `r` whatever its length is, and its
-//! elements have numbers far above all others, `(r + 1) << 20` and on.
+//! A long row, and one in a vector, counts as one: its number is `r` whatever its length is, and
+//! its elements have numbers far above all others, `(r + 1) << 20` and on.
 
 use super::fault::Fault;
 use super::impl_copy::impl_copy;
@@ -84,8 +84,8 @@ impl<M: Model> RowSpan<M> {
     }
 }
 
-/// The elements that one number means where rows are arrays: their span, the index of the first one,
-/// and how many they are. It is the number of a row's first element, and means all of the row;
+/// The elements that one number means where rows are arrays: their span, the index of the first
+/// one, and how many they are. It is the number of a row's first element, and means all of the row;
 /// where the elements have different units, each is on its own.
 pub(crate) type Block<M> = (RowSpan<M>, usize, usize);
 
@@ -126,13 +126,13 @@ impl<M: Model> Layout<M> {
         };
         let (mut next, mut position, mut in_long, mut offset) = (0, 0, 0, 0);
         for row in M::variables().iter().chain(ModelExchange::<M>::rows()) {
-            let is_derivative_or_indicator = row.storage.is_derivative_or_indicator();
+            let is_equation = row.storage.is_equation();
             let owner = match row.storage {
                 Storage::Derivative => state(row.name).unwrap_or(row),
                 _ => row,
             };
             let len = owner.len(parameters, input, &output).min(LONGEST);
-            let number = match is_derivative_or_indicator {
+            let number = match is_equation {
                 true => layout.len() as u32,
                 false => row.at.unwrap_or(next),
             };
@@ -153,14 +153,10 @@ impl<M: Model> Layout<M> {
             };
             match row.storage {
                 Storage::Derivative => layout.states += len,
-                _ if is_derivative_or_indicator => layout.indicators += len,
+                _ if is_equation => layout.indicators += len,
                 _ => {}
             }
-            offset += if is_derivative_or_indicator {
-                len as u32
-            } else {
-                0
-            };
+            offset += if is_equation { len as u32 } else { 0 };
             layout.rows.push((position, span));
             position += len;
             if number > LARGEST_NUMBER {
@@ -255,8 +251,7 @@ impl<M: Model> Layout<M> {
     /// Where the derivatives of a state's row, or an indicator, begin among all that is behind the
     /// table.
     pub(crate) fn offset(&self, of: &Variable<M>) -> usize {
-        let is_it =
-            |row: &Variable<M>| row.storage.is_derivative_or_indicator() && row.name == of.name;
+        let is_it = |row: &Variable<M>| row.storage.is_equation() && row.name == of.name;
         let span = self.rows.iter().find(|(_, span)| is_it(span.row));
         span.map_or(0, |(_, span)| span.offset as usize)
     }

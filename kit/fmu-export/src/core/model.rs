@@ -77,8 +77,8 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         now: &Self::Evaluation,
     ) -> Result<Self::Output, ModelError>;
 
-    /// Writes the outputs to where they are kept, [`output`](Self::output) if this is not written: for
-    /// outputs that hold vectors, so that these stay where they are.
+    /// Writes the outputs to where they are kept, [`output`](Self::output) if this is not written:
+    /// for outputs that hold vectors, so that these stay where they are.
     #[inline]
     fn output_into(
         &self,

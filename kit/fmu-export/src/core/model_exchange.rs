@@ -1,6 +1,7 @@
 //! Model Exchange: the importer integrates the model, gets derivatives and event indicators, sets
 //! time and states, and lets the model handle events.
 
+use super::equation_cache::Equations;
 use super::event::Event;
 use super::fault::{Fault, check_number, discard, refuse};
 use super::instance::{Instance, collect_log, collect_messages, set_log_filter};
@@ -35,18 +36,18 @@ fn failed(t: f64, error: &ModelError) -> Fault {
 }
 
 impl<M: Model> Instance<M> {
-    /// Makes derivatives (`which` = 0) or indicators (1) agree with state, inputs and time.
-    fn compute(&mut self, which: usize) -> Result<&[f64], Fault> {
-        let equations = equations::<M>()?;
-        let (n, all) = (
-            self.layout.states,
-            self.layout.states + self.layout.indicators,
-        );
-        let range = if which == 0 { 0..n } else { n..all };
-        if self.equation_cache.fresh[which] {
+    /// Recomputes derivatives or event indicators, if they are out of date.
+    fn compute(&mut self, which: Equations) -> Result<&[f64], Fault> {
+        let (equations, n) = (equations::<M>()?, self.layout.states);
+        let all = n + self.layout.indicators;
+        let range = match which {
+            Equations::Derivatives => 0..n,
+            Equations::Indicators => n..all,
+        };
+        if self.equation_cache.is_valid[which as usize] {
             return Ok(&self.equation_cache.numbers[range]);
         }
-        self.model()?; // start values that do not fit grouped are an error here as for outputs
+        self.model()?; // inconsistent start values are an error, as for outputs
         let t = self.state.time;
         self.evaluate().map_err(|error| failed(t, &error))?;
         let Self {
@@ -64,7 +65,7 @@ impl<M: Model> Instance<M> {
             state.input(),
             &mut equation_cache.numbers[range.clone()],
         );
-        let computed = if which == 0 {
+        let computed = if which == Equations::Derivatives {
             let rate = equation_cache.rate.get_or_insert_with(|| model.clone());
             equations.write_derivatives(model, (p, u, now, t), rate, numbers)
         } else {
@@ -74,7 +75,7 @@ impl<M: Model> Instance<M> {
         if let Some(k) = numbers.iter().position(|x| !x.is_finite()) {
             return self.not_finite_equation(range.start + k);
         }
-        self.equation_cache.fresh[which] = true;
+        self.equation_cache.is_valid[which as usize] = true;
         Ok(&self.equation_cache.numbers[range])
     }
 
@@ -89,11 +90,8 @@ impl<M: Model> Instance<M> {
 
     /// The name of the derivative or event indicator with this position among them.
     fn equation_name(&self, at: usize) -> String {
-        let rows = self
-            .layout
-            .iter()
-            .filter(|(_, row)| row.storage.is_derivative_or_indicator());
-        let (i, row) = rows.into_iter().nth(at).expect("counted");
+        let mut rows = (self.layout.iter()).filter(|(_, row)| row.storage.is_equation());
+        let (i, row) = rows.nth(at).expect("counted");
         self.name(row, i)
     }
 
@@ -104,15 +102,17 @@ impl<M: Model> Instance<M> {
         span: &RowSpan<M>,
         i: usize,
     ) -> Result<&[T], Fault> {
-        let is_there = M::MODEL_EXCHANGE.is_some() && span.row.storage.is_derivative_or_indicator();
+        let is_there = M::MODEL_EXCHANGE.is_some() && span.row.storage.is_equation();
         if !is_there || T::from_reals(&[]).is_none() {
             return Err(self.not_gettable(span.row, i, T::KIND.name(self.names)));
         }
         if self.state.phase == Phase::Instantiated {
             self.start_output(span.row)?;
         }
-        let is_indicator = !span.row.storage.is_derivative();
-        self.compute(usize::from(is_indicator))?;
+        self.compute(match span.row.storage.is_derivative() {
+            true => Equations::Derivatives,
+            false => Equations::Indicators,
+        })?;
         let numbers = &self.equation_cache.numbers[span.offset as usize..];
         Ok(T::from_reals(numbers).expect("asked for above"))
     }
@@ -120,13 +120,13 @@ impl<M: Model> Instance<M> {
     /// The derivatives of all `n` states.
     pub(crate) fn derivatives(&mut self, name: &str, n: usize) -> Result<&[f64], Fault> {
         check_number(name, n, self.layout.states, "continuous states")?;
-        self.compute(0)
+        self.compute(Equations::Derivatives)
     }
 
     /// All `n` event indicators.
     pub(crate) fn event_indicators(&mut self, name: &str, n: usize) -> Result<&[f64], Fault> {
         check_number(name, n, self.layout.indicators, "event indicators")?;
-        self.compute(1)
+        self.compute(Equations::Indicators)
     }
 
     /// All `n` states.
@@ -262,7 +262,8 @@ impl<M: Model> Instance<M> {
         Ok(needs_event)
     }
 
-    /// Refuses a time beyond the stop time. Trial evaluations there are allowed, accepted steps not.
+    /// Refuses a time beyond the stop time. Trial evaluations there are allowed, accepted steps
+    /// not.
     fn check_stop(&self) -> Result<(), Fault> {
         let t = self.state.time;
         match self.state.stop {

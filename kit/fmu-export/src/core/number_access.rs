@@ -224,8 +224,8 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Gets blocks of numbers of a kind: `put` receives the bytes of some, of which the first is the
-    /// `j`-th of all `len` values.
+    /// Gets blocks of numbers of a kind: `put` receives the bytes of some, of which the first is
+    /// the `j`-th of all `len` values.
     #[inline(never)]
     pub(crate) fn get_numbers(
         &mut self,

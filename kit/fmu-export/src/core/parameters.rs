@@ -12,7 +12,7 @@ use super::layout::Layout;
 use super::message::Kind;
 use super::model::Variable;
 use super::phase::Phase;
-use super::state::Assignment;
+use super::state::Setting;
 use super::storage::{self, AnyValue, Storage, each};
 use super::value::{Value, allowed};
 use crate::Model;
@@ -50,7 +50,7 @@ impl<M: Model> Instance<M> {
     ) -> Result<(), Fault> {
         let is_running = self.state.phase.is_running();
         let mut parameters = self.state.parameters.clone();
-        let mut assignments = self.state.assignments.clone();
+        let mut settings = self.state.settings.clone();
         let mut texts_read = false;
         for (element, value) in (0..).map_while(pair) {
             let (i, row) = self.layout.find(element)?;
@@ -59,15 +59,15 @@ impl<M: Model> Instance<M> {
             }
             let is_start = !is_running && bits(row, &parameters, i) == bits(row, &self.start, i);
             texts_read |= row.read_by_string_setters;
-            assignments[self.layout.slot(element)] = if is_start {
-                Assignment::Start
+            settings[self.layout.slot(element)] = if is_start {
+                Setting::Start
             } else {
-                Assignment::Explicit
+                Setting::Explicit
             };
         }
         match self.state.phase {
             Phase::Configuration => self.configure(parameters),
-            _ => self.take_parameters(parameters, assignments, texts_read),
+            _ => self.take_parameters(parameters, settings, texts_read),
         }
     }
 
@@ -75,7 +75,7 @@ impl<M: Model> Instance<M> {
     fn take_parameters(
         &mut self,
         mut parameters: M::Parameters,
-        assignments: Vec<Assignment>,
+        settings: Vec<Setting>,
         texts_read: bool,
     ) -> Result<(), Fault> {
         if let (true, Some(model)) = (self.state.phase.is_running(), &mut self.state.model) {
@@ -85,12 +85,12 @@ impl<M: Model> Instance<M> {
                 return Err(error.into());
             }
             collect_messages(&mut self.messages, model);
-        } else if texts_read || assignments.contains(&Assignment::Start) {
-            let texts = self.texts(&parameters, &assignments);
-            parameters = self.composed(&texts, &parameters, &assignments)?;
+        } else if texts_read || settings.contains(&Setting::Start) {
+            let texts = self.texts(&parameters, &settings);
+            parameters = self.composed(&texts, &parameters, &settings)?;
         }
         self.state.parameters = parameters;
-        self.state.assignments = assignments;
+        self.state.settings = settings;
         self.invalidate_inputs(true);
         Ok(())
     }
@@ -127,34 +127,33 @@ impl<M: Model> Instance<M> {
 
     /// Sets texts that may mean other parameters.
     fn set_meaning(&mut self, values: &[(u32, String)]) -> Result<(), Fault> {
-        let mut assignments = self.state.assignments.clone();
-        let mut texts = self.texts(&self.state.parameters, &assignments);
+        let mut settings = self.state.settings.clone();
+        let mut texts = self.texts(&self.state.parameters, &settings);
         for (element, value) in values {
             let (_, row) = self.layout.find(*element)?;
             if let Storage::Text(get, _) = &row.storage {
                 let is_start = value == get(&self.start);
                 let slot = self.layout.slot(*element);
                 texts[slot] = (!is_start).then(|| value.clone());
-                assignments[slot] = if is_start {
-                    Assignment::Start
+                settings[slot] = if is_start {
+                    Setting::Start
                 } else {
-                    Assignment::Explicit
+                    Setting::Explicit
                 };
             }
         }
-        self.state.parameters =
-            self.composed(&texts, &self.state.parameters.clone(), &assignments)?;
-        self.state.assignments = assignments;
+        self.state.parameters = self.composed(&texts, &self.state.parameters.clone(), &settings)?;
+        self.state.settings = settings;
         self.invalidate_inputs(true);
         Ok(())
     }
 
     /// By number: the texts that were set explicitly.
-    fn texts(&self, p: &M::Parameters, assignments: &[Assignment]) -> Vec<Option<String>> {
-        let mut texts = vec![None; assignments.len()];
+    fn texts(&self, p: &M::Parameters, settings: &[Setting]) -> Vec<Option<String>> {
+        let mut texts = vec![None; settings.len()];
         for (number, (_, row)) in self.layout.numbered() {
             if let Storage::Text(get, _) = &row.storage
-                && assignments[self.layout.slot(number)] == Assignment::Explicit
+                && settings[self.layout.slot(number)] == Setting::Explicit
             {
                 texts[self.layout.slot(number)] = Some(get(p).to_owned());
             }
@@ -168,12 +167,11 @@ impl<M: Model> Instance<M> {
         &mut self,
         texts: &[Option<String>],
         numbers: &M::Parameters,
-        assignments: &[Assignment],
+        settings: &[Setting],
     ) -> Result<M::Parameters, Fault> {
         let mut parameters = self.start.clone();
         for (number, (i, row)) in self.layout.numbered() {
-            if row.read_by_string_setters
-                && assignments[self.layout.slot(number)] == Assignment::Explicit
+            if row.read_by_string_setters && settings[self.layout.slot(number)] == Setting::Explicit
             {
                 row.storage.copy_parameter(i, numbers, &mut parameters);
             }
@@ -198,9 +196,9 @@ impl<M: Model> Instance<M> {
         }
         let mut overridden = Vec::new();
         for (number, (i, row)) in self.layout.numbered() {
-            match assignments[self.layout.slot(number)] {
-                Assignment::Explicit => row.storage.copy_parameter(i, numbers, &mut parameters),
-                Assignment::Start if bits(row, &self.start, i) != bits(row, &parameters, i) => {
+            match settings[self.layout.slot(number)] {
+                Setting::Explicit => row.storage.copy_parameter(i, numbers, &mut parameters),
+                Setting::Start if bits(row, &self.start, i) != bits(row, &parameters, i) => {
                     let [start, value] = [&self.start, &parameters].map(|p| {
                         let values = row.storage.parameter_values(p);
                         values.map(|found| each!(Values, found, |all| all[i].to_message()))

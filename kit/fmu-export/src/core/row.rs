@@ -132,8 +132,8 @@ impl<M: Model> Variable<M> {
     }
 
     /// The derivative of the scalar output or local variable `state`, for
-    /// [`Continuous::derivative_rows`](crate::Continuous::derivative_rows); its name is `der(state)`. What
-    /// it [depends on](Self::depends_on) are inputs and states; without it: all.
+    /// [`Continuous::derivative_rows`](crate::Continuous::derivative_rows); its name is
+    /// `der(state)`. What it [depends on](Self::depends_on) are inputs and states; without it: all.
     pub const fn derivative_of(state: &'static str) -> Self {
         Self::row(
             state,
@@ -254,8 +254,9 @@ impl<M: Model> Variable<M> {
         /// calculated of one that is.
         tunable() tunable = true;
 
-        /// An Integer parameter that is a size: a structural parameter in FMI 3.0, a constant in FMI
-        /// 2.0, which is said when the FMU is packed. It has bounds, of which `min` is at least 1.
+        /// An Integer parameter that is a size: a structural parameter in FMI 3.0, a constant in
+        /// FMI 2.0, which is said when the FMU is packed. It has bounds, of which `min` is at least
+        /// 1.
         structural() structural = true;
 
         /// The dimensions of a vector in an array, row by row: `&[Length::Fixed(2),
@@ -266,8 +267,8 @@ impl<M: Model> Variable<M> {
         /// continuous.
         discrete() discrete = true;
 
-        /// An input that [`Evaluation::new`](crate::Evaluation::new) does not read: setting it keeps
-        /// the evaluation.
+        /// An input that [`Evaluation::new`](crate::Evaluation::new) does not read: setting it
+        /// keeps the evaluation.
         not_in_evaluation() not_in_evaluation = true;
 
         /// A parameter that setters of String parameters read: they find what the importer has set

@@ -11,9 +11,9 @@ use super::storage::{Accessor, Storage};
 pub(crate) type StartValues<M> = (<M as Model>::Parameters, <M as Model>::Input);
 
 impl<M: Model> Variable<M> {
-    /// A row in a vector, `Vec<f64>` or another one: how many elements it has in each dimension, row
-    /// by row, and what makes it as long with start values in it. It is a model that finds it so; the
-    /// start values of [`Model::defaults`] may leave it empty.
+    /// A row in a vector, `Vec<f64>` or another one: how many elements it has in each dimension,
+    /// row by row, and what makes it as long with start values in it. It is a model that finds it
+    /// so; the start values of [`Model::defaults`] may leave it empty.
     ///
     /// ```ignore
     /// V::inputs("heat", "heat of each cell", |u| &u.heat, |u| &mut u.heat)
@@ -107,8 +107,8 @@ pub(crate) fn sizes<M: Model>() -> impl Iterator<Item = Size<M>> {
     })
 }
 
-/// Makes every vector as long as the parameters say, with start values; those that were as long with
-/// the parameters before keep what is in them.
+/// Makes every vector as long as the parameters say, with start values; those that were as long
+/// with the parameters before keep what is in them.
 pub(crate) fn resize_vectors<M: Model>(
     p: &mut M::Parameters,
     u: &mut M::Input,

@@ -95,8 +95,8 @@ impl<M: Continuous> System for StepSystem<'_, M> {
     }
 }
 
-/// The model moves on from `t` by `h`, both s, by the solver that `make` makes for the number of its
-/// states, with events where they are; on an error it is as it was. `name` is that of a state.
+/// The model moves on from `t` by `h`, both s, by the solver that `make` makes for the number of
+/// its states, with events where they are; on an error it is as it was. `name` is that of a state.
 pub(crate) fn solve<M: Continuous>(
     model: &mut M,
     workspace: &mut SolverWorkspace<M, M::Input>,

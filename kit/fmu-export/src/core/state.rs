@@ -27,7 +27,7 @@ pub(crate) struct State<M: Model> {
     pub(crate) tolerance: Option<f64>,
     pub(crate) parameters: M::Parameters,
     /// By [`Layout::slot`]: what the importer has set of the parameters.
-    pub(crate) assignments: Vec<Assignment>,
+    pub(crate) settings: Vec<Setting>,
     /// Inputs as they were set, and their derivatives for the next step.
     pub(crate) input: InputPolynomial<M::Input>,
     /// Where the derivatives of earlier steps have taken them; None while each input is what was
@@ -66,7 +66,7 @@ impl<M: Model> State<M> {
             first,
             tolerance,
             parameters,
-            assignments,
+            settings,
             input,
             held_input,
             model,
@@ -75,7 +75,7 @@ impl<M: Model> State<M> {
         (self.time, self.event) = (*time, *event);
         (self.first, self.tolerance) = (*first, *tolerance);
         self.parameters.clone_from(parameters);
-        self.assignments.clone_from(assignments);
+        self.settings.clone_from(settings);
         self.input.value.clone_from(&input.value);
         self.input.derivatives.clone_from(&input.derivatives);
         self.input.order = input.order;
@@ -93,7 +93,7 @@ impl<M: Model> State<M> {
             first: 0.0,
             tolerance: None,
             parameters,
-            assignments: vec![Assignment::Nothing; slots],
+            settings: vec![Setting::Nothing; slots],
             input: InputPolynomial {
                 derivatives: zeros::<M>(&input),
                 value: input,
@@ -111,7 +111,7 @@ impl<M: Model> State<M> {
         let held = self.held_input.iter().flat_map(|r| [&r.value, &r.slope]);
         let inputs = self.input.derivatives.iter().chain([&self.input.value]);
         inputs.chain(held).all(|u| layout.fits(&self.parameters, u))
-            && self.assignments.len() == layout.slots()
+            && self.settings.len() == layout.slots()
             && self.time.is_finite()
             && self.event.is_finite()
             && self.first.is_finite()
@@ -125,7 +125,7 @@ impl<M: Model> State<M> {
 
 /// What the importer has set of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum Assignment {
+pub(crate) enum Setting {
     Nothing,
     /// Its start value, before the end of initialization.
     Start,

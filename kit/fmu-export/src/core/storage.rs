@@ -229,8 +229,8 @@ macro_rules! types {
             }
         })*
 
-        /// Accessors of a row of any type: of all its elements, to read and to write. Those of a scalar
-        /// give a slice of one.
+        /// Accessors of a row of any type: of all its elements, to read and to write. Those of a
+        /// scalar give a slice of one.
         pub enum Fields<S> {
             $($(#[$doc])* $kind(fn(&S) -> &[$type], fn(&mut S) -> &mut [$type]),)*
         }
@@ -328,7 +328,7 @@ impl<P, U, Y> Storage<P, U, Y> {
     }
 
     /// Whether the row is behind the table, of what is for Model Exchange.
-    pub(crate) fn is_derivative_or_indicator(&self) -> bool {
+    pub(crate) fn is_equation(&self) -> bool {
         matches!(self, Storage::Derivative | Storage::Indicator)
     }
 

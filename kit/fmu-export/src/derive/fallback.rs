@@ -2,8 +2,9 @@
 //!
 //! That the struct is one of parameters, of inputs or of outputs is asked for in one place, where
 //! the compiler says it in the words of that trait. Everything else that is written of the field
-//! goes through [`FieldType`]: its functions are those of the type where it has what they need, and else
-//! those of [`Fallback`], which are never called, because what has such a field does not compile.
+//! goes through [`FieldType`]: its functions are those of the type where it has what they need, and
+//! else those of [`Fallback`], which are never called, because what has such a field does not
+//! compile.
 
 use super::{Choice, Item, Output, Part, Rows, Vector};
 use crate::Model;

@@ -167,8 +167,8 @@ pub trait Ode: State {
     const HAS_DIRECTIONAL: bool = false;
 
     /// Writes how the derivatives change along a change of the states, `seed.0`, and of the inputs,
-    /// `seed.1`, into `dx`: ∂f/∂x·δx + ∂f/∂u·δu, all of them. A stiff solver makes its Jacobian of it,
-    /// and importers of Model Exchange ask for it; [`check`](crate::check) compares it with
+    /// `seed.1`, into `dx`: ∂f/∂x·δx + ∂f/∂u·δu, all of them. A stiff solver makes its Jacobian of
+    /// it, and importers of Model Exchange ask for it; [`check`](crate::check) compares it with
     /// differences.
     fn directional(
         &self,
@@ -214,8 +214,8 @@ pub trait Ode: State {
         Self::Y::default()
     }
 
-    /// The same, written to where they are kept; for outputs that hold vectors, which are as long as
-    /// they must be there. Written in place of [`outputs`](Self::outputs).
+    /// The same, written to where they are kept; for outputs that hold vectors, which are as long
+    /// as they must be there. Written in place of [`outputs`](Self::outputs).
     #[inline]
     fn outputs_into(&self, p: &Self::P, u: &Self::U, y: &mut Self::Y) {
         *y = self.outputs(p, u);

@@ -46,8 +46,8 @@ impl Version for Fmi2 {
         call_order::state(&fmi.instance)
     }
 
-    fn switch_categories(log: &Log, on: bool, categories: &[&str]) -> Result<u32, Fault> {
-        Ok(log::switch_categories(log, on, categories))
+    fn switch_log(log: &Log, on: bool, categories: &[&str]) -> Result<u32, Fault> {
+        Ok(log::switch_log(log, on, categories))
     }
 }
 

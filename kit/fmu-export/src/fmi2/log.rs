@@ -42,7 +42,7 @@ pub(crate) fn new(
 /// fmi2SetDebugLogging: enables or disables the named categories, or all without names; enabling
 /// some disables the others. Errors are always reported. Standard categories that no message uses
 /// are accepted.
-pub(crate) fn switch_categories(log: &Log, on: bool, categories: &[&str]) -> u32 {
+pub(crate) fn switch_log(log: &Log, on: bool, categories: &[&str]) -> u32 {
     let named = (categories.iter()).fold(0, |mask, name| mask | log.bits(name).unwrap_or(0));
     let enabled = match (on, categories) {
         (true, []) => ALL,

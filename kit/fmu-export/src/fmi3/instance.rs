@@ -71,8 +71,8 @@ impl Version for Fmi3 {
         }
     }
 
-    fn switch_categories(log: &Log, on: bool, categories: &[&str]) -> Result<u32, Fault> {
-        log::switch_categories(log, on, categories)
+    fn switch_log(log: &Log, on: bool, categories: &[&str]) -> Result<u32, Fault> {
+        log::switch_log(log, on, categories)
     }
 }
 

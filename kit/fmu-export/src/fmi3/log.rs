@@ -38,7 +38,7 @@ pub(crate) fn new(
 }
 
 /// fmi3SetDebugLogging: enables or disables the named categories, or all without names.
-pub(crate) fn switch_categories(log: &Log, on: bool, names: &[&str]) -> Result<u32, Fault> {
+pub(crate) fn switch_log(log: &Log, on: bool, names: &[&str]) -> Result<u32, Fault> {
     let mut named = if names.is_empty() { ALL } else { 0 };
     for name in names {
         let Some(bits) = log.bits(name) else {

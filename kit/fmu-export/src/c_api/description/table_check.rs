@@ -69,7 +69,7 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>, start: &StartValues<M>) -> Res
         let initially = knowns.resolve(row, i, true);
         match (while_stepping, initially, row.causality) {
             (Err(reason), _, _) | (_, Err(reason), _) => return wrong(&reason),
-            _ if row.storage.is_derivative_or_indicator() => {}
+            _ if row.storage.is_equation() => {}
             (_, _, Causality::Output) | (Ok(None), _, Causality::CalculatedParameter) => {}
             (Ok(None), Ok(None), _) => {}
             _ => return wrong("only outputs have dependencies"),
@@ -101,7 +101,7 @@ fn lengths<M: Model>(layout: &Layout<M>, (p, u): &StartValues<M>) -> Result<(), 
         }
         match (elements.len(), row.storage.len(p, u, &y)) {
             (0, _) => return wrong("has no elements"),
-            _ if row.storage.is_derivative_or_indicator() => {}
+            _ if row.storage.is_equation() => {}
             (n, found) if n != found => {
                 return wrong(&format!("has {found} elements, but says that it has {n}"));
             }

@@ -115,7 +115,7 @@ impl<M: Model> ModelCheck<M> {
             let is_declared = matches!(
                 row.causality,
                 Causality::Output | Causality::CalculatedParameter | Causality::Constant
-            ) || row.storage.is_derivative_or_indicator();
+            ) || row.storage.is_equation();
             if !is_declared || expected[k] == found[k] {
                 continue;
             }

@@ -97,7 +97,7 @@ fn write_equations<M: Model>(
     let rows = layout
         .iter()
         .zip(texts)
-        .filter(|((_, row), _)| row.storage.is_derivative_or_indicator());
+        .filter(|((_, row), _)| row.storage.is_equation());
     for ((_, text), number) in rows.zip(&numbers) {
         *text = format!("{:x}", number.to_bits());
     }

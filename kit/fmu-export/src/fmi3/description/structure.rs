@@ -28,12 +28,10 @@ pub(super) fn model_structure<M: Model>(layout: &Layout<M>) -> Result<Element, S
             .filter(|(_, (span, ..))| match element {
                 "ContinuousStateDerivative" => span.row.storage.is_derivative(),
                 "EventIndicator" => {
-                    span.row.storage.is_derivative_or_indicator()
-                        && !span.row.storage.is_derivative()
+                    span.row.storage.is_equation() && !span.row.storage.is_derivative()
                 }
                 _ => {
-                    span.row.is_unknown(initially)
-                        && (initially || !span.row.storage.is_derivative_or_indicator())
+                    span.row.is_unknown(initially) && (initially || !span.row.storage.is_equation())
                 }
             })
             .map(|block| unknown(element, initially, block))
