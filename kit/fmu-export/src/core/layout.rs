@@ -1,8 +1,9 @@
-//! The elements of a table, counted over all rows: a scalar is one, a vector as many as it is long.
-//! A row may say the number of its first element, so numbers may be left out, and need not ascend.
+//! Maps numbers (value references) to the elements of a model's table. Elements are numbered over
+//! all rows: a scalar has one number, a vector one for each element. A row may set the number of
+//! its first element, so numbers may be skipped and need not ascend.
 //!
-//! A long row, and one in a vector, counts as one: its number is `r` whatever its length is, and
-//! its elements have numbers far above all others, `(r + 1) << 20` and on.
+//! A long row, and a row in a `Vec`, has only one number `r`, whatever its length; its elements
+//! have numbers far above all others, from `(r + 1) << 20` on.
 
 use super::fault::Fault;
 use super::impl_copy::impl_copy;
@@ -15,16 +16,16 @@ use std::ops::Range;
 /// An element: the index within its row, from 0, and the row.
 pub(crate) type Element<M> = (usize, &'static Variable<M>);
 
-/// Number of time itself, which is no element.
+/// Number of the variable `time` of FMI 3.0, which is not an element of the table.
 pub(crate) const TIME: u32 = LARGEST_NUMBER + 1;
 
-/// The elements of one row, which follow each other.
+/// The consecutive elements of one row.
 pub(crate) struct RowSpan<M: Model> {
     /// Number of the first element.
     first: u32,
     len: u32,
     is_array: bool,
-    /// Of what is behind the table: where its numbers begin among all of them.
+    /// Position of a derivative's or indicator's first value among all of them.
     pub(crate) offset: u32,
     pub(crate) row: &'static Variable<M>,
     /// [`Variable::bounds`] of the row.
@@ -34,26 +35,25 @@ pub(crate) struct RowSpan<M: Model> {
 impl_copy! { [M: Model] RowSpan<M>; }
 
 impl<M: Model> RowSpan<M> {
-    /// Index within the row of the element with this number; larger than any for an element of
-    /// another row.
+    /// Index in the row of the element with this number; too large for an element of another row.
     #[inline]
     pub(crate) fn index(&self, number: u32) -> usize {
         number.wrapping_sub(self.first) as usize
     }
 
-    /// Whether the elements have all things in common, so that they are one array.
+    /// Whether the row is an array: a vector whose elements have the same unit.
     #[inline]
     pub(crate) fn is_array(&self) -> bool {
         self.is_array
     }
 
-    /// How many elements the row has.
+    /// The number of elements.
     #[inline]
     pub(crate) fn len(&self) -> usize {
         self.len as usize
     }
 
-    /// The number of the row: that of its first element, unless it counts as one.
+    /// The number of the row: that of its first element, unless it is a long row.
     pub(crate) fn number(&self) -> u32 {
         match self.is_long() {
             true => (self.first >> SHIFT) - 1,
@@ -61,7 +61,7 @@ impl<M: Model> RowSpan<M> {
         }
     }
 
-    /// The largest number that it can have.
+    /// The largest number that the row can have.
     pub(crate) fn largest_number(&self) -> u32 {
         match self.is_long() {
             true => LARGEST_OF_LONG,
@@ -73,7 +73,7 @@ impl<M: Model> RowSpan<M> {
         self.first >> SHIFT > 0
     }
 
-    /// The block that the number of one of the elements means.
+    /// The block that the number of an element stands for.
     #[inline]
     fn block_of(self, number: u32) -> Option<Block<M>> {
         match self.index(number) {
@@ -84,37 +84,37 @@ impl<M: Model> RowSpan<M> {
     }
 }
 
-/// The elements that one number means where rows are arrays: their span, the index of the first
-/// one, and how many they are. It is the number of a row's first element, and means all of the row;
-/// where the elements have different units, each is on its own.
+/// The elements that one value reference of FMI 3.0 stands for: the row, the index of the first
+/// element, and the number of elements. That is a whole row, or one element if the elements have
+/// different units.
 pub(crate) type Block<M> = (RowSpan<M>, usize, usize);
 
-/// Largest number of an element that may be said.
+/// Largest number of an element that a row may set.
 pub(crate) const LARGEST_NUMBER: u32 = u16::MAX as u32;
 /// Largest number of a long row.
 pub(crate) const LARGEST_OF_LONG: u32 = (1 << (u32::BITS - SHIFT)) - 3;
 
-/// The elements of a table. A row, too, can be addressed: by the number of its first element.
+/// The elements of a table, by number and in the order of the table.
 pub(crate) struct Layout<M: Model> {
-    /// By number; None where no element has it.
+    /// Rows by the number of each element; None for unused numbers.
     by_number: Vec<Option<RowSpan<M>>>,
-    /// All rows in the order of the table, with the position of the first element among all.
+    /// All rows in the order of the table, with the position of the first element.
     rows: Vec<(usize, RowSpan<M>)>,
-    /// The long rows, with the number of elements of those before.
+    /// The long rows, with the number of elements of the long rows before.
     long: Vec<(usize, RowSpan<M>)>,
-    /// How many continuous states there are for Model Exchange.
+    /// Number of continuous states for Model Exchange.
     pub(crate) states: usize,
-    /// How many event indicators.
+    /// Number of event indicators.
     pub(crate) indicators: usize,
 }
 
-/// The row of the table that is a state, by its name.
+/// The row of a state, by its name.
 pub(crate) fn state<M: Model>(name: &str) -> Option<&'static Variable<M>> {
     M::variables().iter().find(|row| row.name == name)
 }
 
 impl<M: Model> Layout<M> {
-    /// Counts the elements of each row in the default values.
+    /// The layout for these start values, which determine the number of elements of each row.
     pub(crate) fn new(parameters: &M::Parameters, input: &M::Input) -> Self {
         let output = M::Output::default();
         let mut layout = Self {
@@ -182,13 +182,13 @@ impl<M: Model> Layout<M> {
         self.by_number.len()
     }
 
-    /// How many places for something about each element there must be.
+    /// Length of an array with one entry for each element.
     pub(crate) fn slots(&self) -> usize {
         let in_long = |(before, span): &(usize, RowSpan<M>)| before + span.len();
         self.len() + self.long.last().map_or(0, in_long)
     }
 
-    /// The place for something about the element with this number.
+    /// Index of an element in an array with one entry for each element.
     pub(crate) fn slot(&self, number: u32) -> usize {
         match (self.long.iter()).find(|(_, span)| span.index(number) < span.len()) {
             Some((before, span)) => self.len() + before + span.index(number),
@@ -196,13 +196,13 @@ impl<M: Model> Layout<M> {
         }
     }
 
-    /// Whether there are rows whose length is that of a vector.
+    /// Whether there are rows in a `Vec`, whose length may change.
     #[inline]
     pub(crate) fn has_vectors(&self) -> bool {
         (self.long.iter()).any(|(_, span)| span.row.resize.is_some())
     }
 
-    /// Inputs that are zero, with vectors as long as those of `like`.
+    /// Zero inputs, with vectors as long as those of `like`.
     #[inline]
     pub(crate) fn zero(&self, like: &M::Input) -> M::Input {
         match self.has_vectors() {
@@ -232,7 +232,7 @@ impl<M: Model> Layout<M> {
         })
     }
 
-    /// Elements to try something with, at their positions: all, of long rows some.
+    /// Elements for checks, with their positions: all of short rows, some of long rows.
     pub(crate) fn samples(&self) -> Vec<(usize, Element<M>)> {
         let some = |&(start, span): &(usize, RowSpan<M>)| {
             let last = span.len().saturating_sub(1);
@@ -243,20 +243,19 @@ impl<M: Model> Layout<M> {
         self.rows.iter().flat_map(some).collect()
     }
 
-    /// All rows in the order of the table, with the positions of their elements among all elements.
+    /// All rows in the order of the table, with the positions of their elements.
     pub(crate) fn rows(&self) -> impl Iterator<Item = (Range<usize>, &'static Variable<M>)> {
         (self.rows.iter()).map(|&(start, span)| (start..start + span.len(), span.row))
     }
 
-    /// Where the derivatives of a state's row, or an indicator, begin among all that is behind the
-    /// table.
+    /// Position of the first derivative of a state's row, or of an indicator, among all of them.
     pub(crate) fn offset(&self, of: &Variable<M>) -> usize {
         let is_it = |row: &Variable<M>| row.storage.is_equation() && row.name == of.name;
         let span = self.rows.iter().find(|(_, span)| is_it(span.row));
         span.map_or(0, |(_, span)| span.offset as usize)
     }
 
-    /// The position of the state of which element `i` of a row is the derivative.
+    /// The position of the state whose derivative is element `i` of a row.
     pub(crate) fn state_position(&self, row: &Variable<M>, i: usize) -> Option<usize> {
         let mut rows = self.rows();
         let state =
@@ -264,7 +263,7 @@ impl<M: Model> Layout<M> {
         Some(state.0.start + i)
     }
 
-    /// The block that a number means.
+    /// The block that a number stands for.
     #[inline]
     pub(crate) fn block(&self, number: u32) -> Result<Block<M>, Fault> {
         match self.short_row(number) {
@@ -282,7 +281,7 @@ impl<M: Model> Layout<M> {
         })
     }
 
-    /// The row of which this number means all elements, if there are `len` of them.
+    /// The short row that this number stands for as a whole, if it has `len` elements.
     #[inline]
     pub(crate) fn whole_row(&self, number: u32, len: usize) -> Option<&RowSpan<M>> {
         let span = self.short_row(number)?;
@@ -290,7 +289,7 @@ impl<M: Model> Layout<M> {
         is_whole.then_some(span)
     }
 
-    /// The long row of this number, if it has `len` elements.
+    /// The long row with this number, if it has `len` elements.
     #[cold]
     #[inline(never)]
     pub(crate) fn long_row(&self, number: u32, len: usize) -> Option<RowSpan<M>> {
@@ -303,12 +302,12 @@ impl<M: Model> Layout<M> {
         self.grouped(|span| span.is_array && span.len > 0)
     }
 
-    /// What is numbered: elements, and long rows as one.
+    /// All numbers in the order of the table: elements of short rows, and long rows.
     pub(crate) fn entries(&self) -> impl Iterator<Item = (u32, Block<M>)> {
         self.grouped(RowSpan::is_long)
     }
 
-    /// All elements, together where a row is one.
+    /// All elements in the order of the table, with rows as one block where `is_one` holds.
     fn grouped(&self, is_one: fn(&RowSpan<M>) -> bool) -> impl Iterator<Item = (u32, Block<M>)> {
         self.rows.iter().flat_map(move |&(_, span)| {
             let (blocks, len) = match is_one(&span) {
@@ -319,14 +318,14 @@ impl<M: Model> Layout<M> {
         })
     }
 
-    /// The numbers of the elements that `number` means in [`block`](Self::block).
+    /// The numbers of the elements of a [`block`](Self::block).
     pub(crate) fn elements(&self, number: u32) -> Result<Range<u32>, Fault> {
         let (span, first, len) = self.block(number)?;
         let first = span.first + first as u32;
         Ok(first..first + len as u32)
     }
 
-    /// The number of the block that holds the element at a position, and its index there.
+    /// The number of the block that contains the element at a position, and its index in it.
     pub(crate) fn block_at(&self, position: usize) -> (u32, usize) {
         let k = self.rows.partition_point(|(start, _)| *start <= position) - 1;
         let (start, span) = &self.rows[k];
@@ -337,13 +336,13 @@ impl<M: Model> Layout<M> {
         }
     }
 
-    /// The span of the element with this number, unless it is of a long row.
+    /// The row of the element with this number, unless it is a long row.
     #[inline]
     pub(crate) fn short_row(&self, number: u32) -> Option<&RowSpan<M>> {
         self.by_number.get(number as usize)?.as_ref()
     }
 
-    /// The span of the element with this number.
+    /// The row of the element with this number.
     #[inline]
     pub(crate) fn span(&self, number: u32) -> Result<RowSpan<M>, Fault> {
         match self.short_row(number) {
@@ -359,7 +358,7 @@ impl<M: Model> Layout<M> {
         span.map_or(Err(Fault::Unknown(number)), |&(_, span)| Ok(span))
     }
 
-    /// The element with this number, or the first one of the block with it: for what is said of it.
+    /// The first element of the block with this number, or the element with it, for messages.
     pub(crate) fn find_any(&self, number: u32) -> Result<Element<M>, Fault> {
         let block = self.block(number).map(|(span, first, _)| (first, span.row));
         block.or_else(|_| self.find(number))

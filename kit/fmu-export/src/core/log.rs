@@ -1,13 +1,13 @@
-//! What a model tells: messages of its own, queued during a call, which the border sends when the
-//! call is over.
+//! [`Log`]: a model's own messages, queued during a call and sent to the importer when the call is
+//! over.
 
 use super::message::{Kind, Level, Message};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use std::panic::Location;
 
-/// Messages of a model to the importer's log. A model that has any keeps one in its state and gives
-/// it to [`Model::log`](crate::Model::log).
+/// Messages of a model to the importer's log. A model that sends any keeps a `Log` in its state and
+/// returns it from [`Model::log`](crate::Model::log).
 ///
 /// ```
 /// # use fmu_export::Log; use serde::{Serialize, Deserialize};
@@ -19,12 +19,13 @@ use std::panic::Location;
 /// # } }
 /// ```
 ///
-/// A message that nobody wants to hear is not even formatted. Of the messages from one line of the
-/// program, the first ten are sent, then the 100th, the 1000th and so on. A saved state holds none.
+/// A message that the importer has not enabled is not formatted. Of the messages from one line of
+/// the program, the first ten are sent, then the 100th, the 1000th and so on. A saved state
+/// contains no messages.
 #[derive(Clone, Debug, Default)]
 pub struct Log {
     queue: Vec<Message>,
-    /// Lines of the program that have sent messages, and how many.
+    /// Lines of the program that have sent messages, and their number.
     locations: Vec<(&'static Location<'static>, u64)>,
     filter: LogFilter,
     categories: Categories,
@@ -33,14 +34,14 @@ pub struct Log {
 /// Names and descriptions of a model's own categories.
 pub(crate) type Categories = &'static [(&'static str, &'static str)];
 
-/// Number of the category of FMI that fits the level.
+/// Number of the standard category for a message's level.
 pub(crate) const STANDARD: usize = 31;
-/// How many categories a model may have.
+/// Most categories of a model.
 pub(crate) const MOST_CATEGORIES: usize = 28;
-/// How many messages of one line are sent one by one.
+/// Number of messages of one line that are all sent.
 const FIRST: u64 = 10;
 
-/// What the importer wants to hear, by level: bit k for category k.
+/// The enabled categories of a model's messages, by level: bit k for category k.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LogFilter {
     pub(crate) info: u32,
@@ -48,7 +49,7 @@ pub(crate) struct LogFilter {
 }
 
 impl Default for LogFilter {
-    /// Everything: what is not wanted is left out later.
+    /// Everything: disabled messages are left out later.
     fn default() -> Self {
         Self {
             info: u32::MAX,
@@ -58,14 +59,14 @@ impl Default for LogFilter {
 }
 
 impl Log {
-    /// Tells something. `category` is one of [`Info::log_categories`](crate::Info::log_categories),
-    /// or empty for that of FMI which fits the level.
+    /// Logs information. `category` is one of
+    /// [`Info::log_categories`](crate::Info::log_categories), or empty for the standard category.
     #[track_caller]
     pub fn info(&mut self, category: &'static str, text: fmt::Arguments<'_>) {
         self.push(Level::Info, category, text);
     }
 
-    /// Warns; the call succeeds all the same.
+    /// Logs a warning; the call still succeeds.
     #[track_caller]
     pub fn warning(&mut self, category: &'static str, text: fmt::Arguments<'_>) {
         self.push(Level::Warning, category, text);
@@ -112,14 +113,14 @@ impl Log {
         }
     }
 
-    /// Before a call of the model.
+    /// To be called before a call of the model.
     #[inline]
     pub(crate) fn prepare(&mut self, filter: LogFilter, categories: Categories) {
         self.filter = filter;
         self.categories = categories;
     }
 
-    /// After a call of the model.
+    /// Moves the queued messages to `messages`, after a call of the model.
     #[inline]
     pub(crate) fn empty_into(&mut self, messages: &mut Vec<Message>) {
         if !self.queue.is_empty() {
@@ -137,7 +138,7 @@ fn is_power_of_ten(n: u64) -> bool {
     10_u64.checked_pow(n.ilog10()) == Some(n)
 }
 
-/// Nothing: messages are sent when the call that made them is over.
+/// Serializes nothing: messages are sent when the call that made them is over.
 impl Serialize for Log {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         ().serialize(serializer)

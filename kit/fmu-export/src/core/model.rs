@@ -1,4 +1,4 @@
-//! What a model implements, and what a row of its table of variables holds.
+//! [`Model`], the trait that a model implements, and [`Variable`], a row of its table of variables.
 
 use super::causality::{Causality, Dependencies};
 use super::enumeration::Enumeration;
@@ -16,17 +16,17 @@ use super::unit::Unit;
 use serde::{Serialize, de::DeserializeOwned};
 use std::path::Path;
 
-/// Setter of a String parameter: parameters, text, the FMU's resources folder if the importer gave
-/// one.
+/// Setter of a String parameter: receives the parameters, the text, and the FMU's resources folder
+/// if the importer gave one.
 pub type SetString<M> =
     fn(&mut <M as Model>::Parameters, &str, Option<&Path>) -> Result<(), String>;
 
 /// A model that can be exported: its state is `Self`; parameters, inputs and outputs are plain
 /// structs.
 ///
-/// The layer around it owns parameters, inputs, time, call order, saved states and messages; the
-/// model owns the physics. All methods are called with parameters and inputs inside their declared
-/// bounds and finite.
+/// This crate manages parameters, inputs, time, call order, saved states and messages; the model
+/// does the physics. All methods are called with finite parameters and inputs within their declared
+/// bounds.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a model",
     note = "write `impl Model for {Self}`, or `impl Ode for {Self}` where `{Self}` derives `State`"
@@ -34,42 +34,41 @@ pub type SetString<M> =
 pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
     /// FMI parameters, all of them.
     type Parameters: Clone + Serialize + DeserializeOwned + Send + 'static;
-    /// FMI inputs. The same type carries their time derivatives and the seeds of directional
+    /// FMI inputs. The type also holds their time derivatives and the seeds of directional
     /// derivatives, so `Default` must be zero.
     type Input: Clone + Default + Serialize + DeserializeOwned + Send + 'static;
-    /// FMI outputs and locals.
+    /// FMI outputs and local variables.
     type Output: Clone + Default + Send + 'static;
-    /// What outputs, derivatives and the step have in common, computed once for a state, parameters
-    /// and inputs. `()` where there is nothing to share.
+    /// Results that outputs, derivatives and the step share, computed once for a state, parameters
+    /// and inputs; `()` if there are none.
     type Evaluation: Evaluation<Self>;
 
     /// Names, default experiment, files.
     const INFO: Info;
 
-    /// The equations of a model that is exported for Model Exchange too:
-    /// [`ModelExchange::from_continuous`]`()`, which is those of [`Continuous`](crate::Continuous).
+    /// The equations of a model that supports Model Exchange:
+    /// [`ModelExchange::from_continuous`]`()` if it implements [`Continuous`](crate::Continuous).
     const MODEL_EXCHANGE: Option<ModelExchange<Self>> = None;
 
-    /// The table of variables: the single source of value references, get and set, and
-    /// `modelDescription.xml`.
+    /// The table of variables, from which value references, getters and setters, and
+    /// `modelDescription.xml` are made.
     fn variables() -> &'static [Variable<Self>];
 
     /// Start values of parameters and inputs.
     fn defaults() -> (Self::Parameters, Self::Input);
 
-    /// The state at the start time `t`, s. Called at the end of initialization, and before whenever
-    /// an output is asked for after something was set. The place for checks across several
-    /// parameters.
+    /// The state at the start time `t`, s. Called at the end of initialization, and earlier when an
+    /// output is read after something was set. Relations between parameters are checked here.
     fn initialize(p: &Self::Parameters, u: &Self::Input, t: f64) -> Result<Self, ModelError>;
 
-    /// Take over tunable parameters changed after initialization. On `Err`, `self` must be as
-    /// before. A model that reads `p` in each call and caches nothing keeps this default.
+    /// Adopts tunable parameters that were changed after initialization. On `Err`, `self` must be
+    /// as before. A model that reads `p` in each call and caches nothing keeps this default.
     fn tune(&mut self, _p: &Self::Parameters) -> Result<(), ModelError> {
         Ok(())
     }
 
-    /// Outputs of the state and the CURRENT inputs; called once per change of either. Must not give
-    /// NaN or infinity.
+    /// Outputs for the state and the CURRENT inputs; called once per change of either. They must be
+    /// finite.
     fn output(
         &self,
         p: &Self::Parameters,
@@ -77,8 +76,8 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         now: &Self::Evaluation,
     ) -> Result<Self::Output, ModelError>;
 
-    /// Writes the outputs to where they are kept, [`output`](Self::output) if this is not written:
-    /// for outputs that hold vectors, so that these stay where they are.
+    /// Writes the outputs into `y`, for outputs that contain a `Vec`, which then need not be
+    /// allocated anew. The default calls [`output`](Self::output).
     #[inline]
     fn output_into(
         &self,
@@ -91,9 +90,9 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         Ok(())
     }
 
-    /// Advance from `t` by `h`, both s; `now` belongs to the state and `u.value()`. On `Err`,
-    /// `self` must be as before: compute in locals, commit at the end; the importer may then try a
-    /// smaller step. Nearly always the answer is [`StepEnd::WHOLE`].
+    /// Advances from `t` by `h`, both s; `now` is the evaluation of the state and `u.value()`. On
+    /// `Err`, `self` must be as before: compute in locals, commit at the end; the importer may then
+    /// try a smaller step. The usual result is [`StepEnd::WHOLE`].
     fn step(
         &mut self,
         p: &Self::Parameters,
@@ -103,7 +102,7 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         h: f64,
     ) -> Result<StepEnd, ModelError>;
 
-    /// [`step`](Self::step) with room for a solver, which the layer keeps from step to step.
+    /// [`step`](Self::step) with a solver's workspace, which the instance keeps between steps.
     #[doc(hidden)]
     #[inline(always)]
     fn step_with_workspace(
@@ -142,11 +141,10 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         Err(ModelError::new("directional_derivative is not implemented"))
     }
 
-    /// Adjoint derivative `weights · ∂output/∂input` at fixed state, one number in each Real input.
-    /// There is a weight for each element of the Real outputs and local variables, in the order of
-    /// the table. This default takes one directional derivative for each Real input; a model that
-    /// has a shorter way overrides it. Only called if [`Info::with_directional_derivatives`] is
-    /// declared.
+    /// Adjoint derivative `weights · ∂output/∂input` at fixed state, in the Real inputs of the
+    /// result. There is a weight for each element of the Real outputs and local variables, in the
+    /// order of the table. The default computes one directional derivative for each Real input.
+    /// Only called if [`Info::with_directional_derivatives`] is declared.
     fn adjoint_derivative(
         &self,
         p: &Self::Parameters,
@@ -157,25 +155,25 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         adjoint_by_columns(self, p, u, now, weights)
     }
 
-    /// Where the model's messages are, if it has any: asked for before and after `tune` and `step`,
-    /// and after `initialize`.
+    /// The model's log, if it has one; read before and after `tune` and `step`, and after
+    /// `initialize`.
     fn log(&mut self) -> Option<&mut Log> {
         None
     }
 
-    /// A warning that arose in the last `initialize`, `tune` or `step`, handed out once. It is
-    /// logged; the call still succeeds.
+    /// A warning from the last `initialize`, `tune` or `step`, returned once. It is logged, and the
+    /// call still succeeds.
     fn take_warning(&mut self) -> Option<String> {
         None
     }
 }
 
-/// Work that outputs, derivatives and the step share: the layer makes it when one of them first
-/// needs it, hands it to each of them, and drops it when the state, a parameter or an input
-/// changes. Inputs that [`new`](Self::new) does not read say so by [`Variable::not_in_evaluation`];
-/// setting them keeps it.
+/// Results that outputs, derivatives and the step share. The instance computes them when one of
+/// these first needs them, passes them to each, and drops them when the state, a parameter or an
+/// input changes; not for inputs with [`Variable::not_in_evaluation`], which [`new`](Self::new)
+/// does not read.
 pub trait Evaluation<M: Model>: Sized + Send + 'static {
-    /// The evaluation of this state, with these parameters and inputs.
+    /// Computes the results for this state, parameters and inputs.
     fn new(model: &M, p: &M::Parameters, u: &M::Input) -> Result<Self, ModelError>;
 }
 
@@ -186,11 +184,11 @@ impl<M: Model> Evaluation<M> for () {
     }
 }
 
-/// A row of the table: name, place in the model's structs, and what the model description says
-/// about it.
+/// A row of the table: a variable's name, its field in the model's structs, and its attributes in
+/// the model description.
 ///
 /// Constructors take (name, description, accessors). Singular ones (`input`, `integer_output` …)
-/// make a scalar, plural ones a vector, whose length is that of the slice in the default values and
+/// make a scalar, plural ones a vector, whose length is that of the slice in the start values and
 /// must not change.
 pub struct Variable<M: Model> {
     pub(crate) name: &'static str,
@@ -199,11 +197,11 @@ pub struct Variable<M: Model> {
     pub(crate) storage: Storage<M::Parameters, M::Input, M::Output>,
     /// `x`, not `x[1]`.
     pub(crate) scalar: bool,
-    /// How many elements it has in each dimension; empty: one dimension, as long as the slice.
+    /// The length of each dimension; empty: one dimension, as long as the slice.
     pub(crate) shape: &'static [Length],
-    /// Makes the vector that it is in longer or shorter.
+    /// Changes the length of the row's `Vec`.
     pub(crate) resize: Option<Resize<M::Parameters, M::Input, M::Output>>,
-    /// A size, which other rows have as a length.
+    /// A size, which may be the length of other rows.
     pub(crate) structural: bool,
     pub(crate) tunable: bool,
     pub(crate) discrete: bool,
@@ -216,7 +214,7 @@ pub struct Variable<M: Model> {
     /// Value reference of the first element; None: the next one.
     pub(crate) at: Option<u32>,
     pub(crate) unit: Option<&'static str>,
-    /// The definition of `unit`, where the row brings it along.
+    /// The row's own definition of `unit`.
     pub(crate) own_unit: Option<&'static Unit>,
     /// Units element by element, where they differ.
     pub(crate) each_unit: &'static [&'static str],
@@ -225,7 +223,7 @@ pub struct Variable<M: Model> {
     pub(crate) max: f64,
     pub(crate) nominal: Option<f64>,
     pub(crate) enumeration: Option<Enumeration>,
-    /// What the derivative depends on, where the row is a state.
+    /// The dependencies of the derivative, if the row is a state.
     pub(crate) rate_dependencies: Dependencies,
     pub(crate) dependencies: Dependencies,
     pub(crate) initial_dependencies: Dependencies,
@@ -246,7 +244,7 @@ pub struct ModelExchange<M: Model> {
     pub(crate) directional: Option<Directional<M>>,
 }
 
-/// Parameters, inputs, evaluation and time, and where the result goes.
+/// A function of model, parameters, inputs, evaluation and time, which writes its result.
 type Equations<M, X> = fn(
     &M,
     &<M as Model>::Parameters,
@@ -256,7 +254,7 @@ type Equations<M, X> = fn(
     &mut X,
 ) -> Result<(), ModelError>;
 
-/// Parameters, inputs and time.
+/// A function that changes the model, of parameters, inputs and time.
 type Change<M, T> =
     fn(&mut M, &<M as Model>::Parameters, &<M as Model>::Input, f64) -> Result<T, ModelError>;
 
@@ -275,13 +273,13 @@ type Directional<M> = fn(
 impl_copy! { [M: Model] ModelExchange<M>; }
 
 impl<M: Model> ModelExchange<M> {
-    /// The rows behind the table.
+    /// The rows of derivatives and event indicators, which follow those of the table.
     pub(crate) fn rows() -> impl Iterator<Item = &'static Variable<M>> {
         (M::MODEL_EXCHANGE.into_iter()).flat_map(|x| (x.derivatives)().iter().chain(x.indicators))
     }
 }
 
-/// Every element of the Real outputs and local variables, in order.
+/// The values of all Real outputs and local variables, in order.
 pub(crate) fn real_outputs<M: Model>(y: &M::Output) -> impl Iterator<Item = f64> {
     M::variables()
         .iter()
@@ -293,7 +291,7 @@ pub(crate) fn real_outputs<M: Model>(y: &M::Output) -> impl Iterator<Item = f64>
         .copied()
 }
 
-/// Every element of the Real inputs: index in its row, and place.
+/// All elements of Real inputs: index in the row, and the row's accessor.
 pub(crate) fn real_inputs<M: Model>(
     u: &M::Input,
 ) -> impl Iterator<Item = (usize, &'static Accessor<M::Input, f64>)> {
@@ -306,8 +304,7 @@ pub(crate) fn real_inputs<M: Model>(
         .flat_map(|field| (0..field.len(u)).map(move |i| (i, field)))
 }
 
-/// The adjoint derivative of a model from its directional derivatives: the columns of
-/// ∂output/∂input one by one.
+/// The adjoint derivative from directional derivatives, one for each column of ∂output/∂input.
 fn adjoint_by_columns<M: Model>(
     model: &M,
     p: &M::Parameters,
@@ -327,7 +324,7 @@ fn adjoint_by_columns<M: Model>(
     Ok(adjoint)
 }
 
-/// Inputs that are zero, with vectors as long as those of `like`.
+/// Zero inputs, with vectors as long as those of `like`.
 pub(crate) fn zero<M: Model>(like: &M::Input) -> M::Input {
     let mut zero = M::Input::default();
     for row in M::variables() {
@@ -344,7 +341,7 @@ pub(crate) fn zero<M: Model>(like: &M::Input) -> M::Input {
     zero
 }
 
-/// As many of them as there are derivatives.
+/// Zero derivatives of the inputs.
 pub(crate) fn zeros<M: Model>(like: &M::Input) -> [M::Input; crate::MAX_INPUT_DERIVATIVE] {
     std::array::from_fn(|_| zero::<M>(like))
 }

@@ -1,9 +1,9 @@
-//! Setting and getting numbers of any type but `f64` by block. All of them go one way, as bytes, so
-//! that a library has it once and not for each type. A batch is checked completely before anything
-//! is written.
+//! Setting and getting numbers of FMI 3.0 other than Float64, by block. All types share one
+//! implementation, which works on bytes, to keep libraries small. A batch is checked completely
+//! before anything is written.
 //!
-//! Enumerations and sizes are integers of 32 bits in a model; where a border has them set and read
-//! as longer ones, they are converted here.
+//! Models store enumerations and sizes as 32-bit integers; FMI 3.0 sets and reads them with 64
+//! bits, which is converted here.
 
 use super::block_access::too_few;
 use super::element_access::{not_as_long, not_finite};
@@ -14,7 +14,7 @@ use super::storage::{Kind, StorageType, each, typed};
 use super::value::Value;
 use crate::Model;
 
-/// Numbers of a kind as an array of C has them.
+/// An array of numbers of one type, as C passes it.
 #[derive(Clone, Copy)]
 pub(crate) struct Numbers<'a> {
     kind: Kind,
@@ -23,7 +23,7 @@ pub(crate) struct Numbers<'a> {
 }
 
 impl<'a> Numbers<'a> {
-    /// The numbers in `bytes`, on a machine whose first byte of a number is the least.
+    /// The numbers in `bytes`, which are little-endian.
     pub(crate) fn new(kind: Kind, bytes: &'a [u8]) -> Self {
         let size = typed!(kind, T => size_of::<T>());
         Self { kind, size, bytes }
@@ -33,7 +33,7 @@ impl<'a> Numbers<'a> {
         self.bytes.len() / self.size
     }
 
-    /// `n` of them from `first` on.
+    /// `n` numbers from `first` on.
     fn part(self, first: usize, n: usize) -> Self {
         let bytes = &self.bytes[first * self.size..(first + n) * self.size];
         Self { bytes, ..self }
@@ -43,19 +43,19 @@ impl<'a> Numbers<'a> {
         bits(&self.bytes[j * self.size..(j + 1) * self.size])
     }
 
-    /// The `j`-th in a message.
+    /// The `j`-th number, for a message.
     #[cold]
     fn to_message(self, j: usize) -> String {
         typed!(self.kind, T => T::from_raw_bits(self.bits(j)).to_message())
     }
 
-    /// All of them as what they are, which is a `T`.
+    /// All numbers, whose type is `T`.
     fn all<T: Value>(self) -> impl Iterator<Item = T> {
         let numbers = self.bytes.chunks_exact(size_of::<T>());
         numbers.map(|bytes| T::from_raw_bits(bits(bytes)))
     }
 
-    /// The first that is out of these bounds, or does not fit where it is kept.
+    /// The first number that is out of bounds or does not fit into the type in which it is stored.
     fn first_invalid(self, bounds: [f64; 2], stored: Kind) -> Option<usize> {
         typed!(self.kind, T => {
             let is_right = |value: T| value.is_within(bounds);
@@ -67,7 +67,7 @@ impl<'a> Numbers<'a> {
                 let is_right = |bits| fits(bits) && is_right(T::from_raw_bits(bits));
                 return (0..self.len()).find(|&j| !is_right(self.bits(j)));
             }
-            // Without a branch for each.
+            // Without a branch for each number.
             if self.all().fold(true, |all, value| all & is_right(value)) {
                 return None;
             }
@@ -75,7 +75,7 @@ impl<'a> Numbers<'a> {
         })
     }
 
-    /// Writes all of them to as many places; whether that changes anything.
+    /// Writes all numbers to `to`; returns whether that changes anything.
     fn write<T: Value>(self, to: &mut [T]) -> bool {
         let mut changed = false;
         let put = |(to, value): (&mut T, T)| {
@@ -101,11 +101,10 @@ fn bits(bytes: &[u8]) -> u64 {
     u64::from_le_bytes(all)
 }
 
-/// Numbers that are handed out at once.
+/// Number of values that are passed to `put` at once.
 const PIECE: usize = 128;
 
-/// Hands out values as numbers of a kind, of which `put` receives the bytes and the index of the
-/// first.
+/// Converts values to numbers of a type; `put` receives the index of the first and the bytes.
 fn hand_out<T: Value>(values: &[T], kind: Kind, put: &mut dyn FnMut(usize, &[u8])) {
     let mut piece = [0; 8 * PIECE];
     for (k, values) in values.chunks(PIECE).enumerate() {
@@ -128,14 +127,13 @@ fn hand_out<T: Value>(values: &[T], kind: Kind, put: &mut dyn FnMut(usize, &[u8]
 }
 
 impl<M: Model> Instance<M> {
-    /// As what the numbers of a row are kept that are set and read as `kind`; None if they are not.
+    /// The type in which a row stores its numbers, if they are set and read as `kind`.
     fn stored_kind(&self, row: &Variable<M>, kind: Kind) -> Option<Kind> {
         let is_right = row.access(self.names) == kind.name(self.names);
         is_right.then(|| row.storage.kind())
     }
 
-    /// Sets blocks of numbers: `number(k)` is that of the `k`-th block, None at the end of the
-    /// batch.
+    /// Sets blocks of numbers: `number(k)` is the number of the `k`-th block; None ends the batch.
     #[inline(never)]
     pub(crate) fn set_numbers(
         &mut self,
@@ -168,7 +166,7 @@ impl<M: Model> Instance<M> {
         self.set_number_inputs(number, all)
     }
 
-    /// Writes what are parameters in a checked batch.
+    /// Writes the parameters of a checked batch.
     #[cold]
     fn set_number_parameters(
         &mut self,
@@ -191,7 +189,7 @@ impl<M: Model> Instance<M> {
         })
     }
 
-    /// Writes what are inputs in a checked batch.
+    /// Writes the inputs of a checked batch.
     fn set_number_inputs(
         &mut self,
         number: &dyn Fn(usize) -> Option<u32>,
@@ -224,8 +222,8 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Gets blocks of numbers of a kind: `put` receives the bytes of some, of which the first is
-    /// the `j`-th of all `len` values.
+    /// Gets blocks of numbers of a type: `put(j, bytes)` receives the bytes of values, the first of
+    /// which is the `j`-th of all `len` values.
     #[inline(never)]
     pub(crate) fn get_numbers(
         &mut self,
@@ -264,7 +262,7 @@ impl<M: Model> Instance<M> {
         check_number("nValues", len, from, OF_VARIABLES)
     }
 
-    /// Refuses to set a row as a type that it is not of.
+    /// Refuses to set a row as a type that it does not have.
     #[cold]
     pub(crate) fn not_settable_as(&self, number: u32, name: &str) -> Result<(), Fault> {
         let (span, first, _) = self.layout.block(number)?;

@@ -1,10 +1,10 @@
-//! Parameters: values set one by one, and texts that may set all of them.
+//! Setting parameters, including String parameters whose setter sets other parameters (from a file,
+//! say).
 //!
-//! What is in force does not depend on the order of setting: it is the start values and the
-//! explicit numbers that texts read, then what each text sets (a file, say), then every number that
-//! was set explicitly. Importers write back start values without meaning anything by it, so before
-//! the end of initialization a value equal to its start is not explicit: what a text sets stays in
-//! force, and that is logged.
+//! The result does not depend on the order of setting: start values, overridden by what each text
+//! sets, overridden by every value that was set explicitly. Importers write start values back, so a
+//! value equal to its start value, before the end of initialization, is not explicit: the text's
+//! value is kept, and a warning is logged.
 
 use super::fault::{Fault, discard, refuse};
 use super::instance::{Instance, collect_log, collect_messages, set_log_filter};
@@ -17,8 +17,8 @@ use super::storage::{self, AnyValue, Storage, each};
 use super::value::{Value, allowed};
 use crate::Model;
 
-/// The first parameter that is not finite, in its bounds and in its enumeration: its name, value,
-/// and what it must be.
+/// A message about the first parameter that is not finite, within its bounds and in its
+/// enumeration.
 pub(crate) fn out_of_bounds<M: Model>(layout: &Layout<M>, p: &M::Parameters) -> Option<String> {
     layout.iter().find_map(|(i, row)| {
         each!(Values, row.storage.parameter_values(p)?, |values| {
@@ -41,7 +41,7 @@ fn bits<M: Model>(row: &Variable<M>, p: &M::Parameters, i: usize) -> Vec<u8> {
 }
 
 impl<M: Model> Instance<M> {
-    /// Writes the parameters of a checked batch, and tells a running model.
+    /// Writes the parameters of a checked batch; a running model is tuned.
     #[cold]
     #[inline(never)]
     pub(crate) fn set_parameters(
@@ -71,7 +71,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Puts parameters in force; `texts_read` says that one was set that texts read.
+    /// Adopts parameters; `texts_read` says that a parameter was set that String setters read.
     fn take_parameters(
         &mut self,
         mut parameters: M::Parameters,
@@ -95,8 +95,8 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Sets texts. `values` are pairs of element and text, in any order those that may mean other
-    /// parameters and those that are values as numbers are.
+    /// Sets texts: pairs of element and text, of String parameters with setters and of plain
+    /// values, in any order.
     pub(crate) fn set_texts(&mut self, values: Vec<(u32, String)>) -> Result<(), Fault> {
         let (mut texts, mut plain) = (Vec::new(), Vec::new());
         for (element, value) in values {
@@ -125,7 +125,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Sets texts that may mean other parameters.
+    /// Sets String parameters with setters, which may set other parameters.
     fn set_meaning(&mut self, values: &[(u32, String)]) -> Result<(), Fault> {
         let mut settings = self.state.settings.clone();
         let mut texts = self.texts(&self.state.parameters, &settings);
@@ -148,7 +148,7 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// By number: the texts that were set explicitly.
+    /// The texts that were set explicitly, by [`Layout::slot`].
     fn texts(&self, p: &M::Parameters, settings: &[Setting]) -> Vec<Option<String>> {
         let mut texts = vec![None; settings.len()];
         for (number, (_, row)) in self.layout.numbered() {
@@ -161,7 +161,7 @@ impl<M: Model> Instance<M> {
         texts
     }
 
-    /// The parameters in force: start values, what the texts set, and the explicit numbers of
+    /// The resulting parameters: start values, what the texts set, and the explicit values in
     /// `numbers`.
     fn composed(
         &mut self,

@@ -1,7 +1,7 @@
-//! Rows whose length is not that of an array in Rust: a parameter of the table says it, or the row.
+//! Rows in a `Vec`, whose length the row declares: a number, or a structural parameter.
 //!
-//! Such a row is in a vector, which is made as long as it must be wherever start values are made or
-//! a size is set, so that a model finds vectors of the right length.
+//! The `Vec`s are resized wherever start values are made or a size is set, so that a model always
+//! finds vectors of the declared length.
 
 use super::length::{LONGEST, Length, MOST_COUNTED, Resize};
 use super::model::{Model, Variable};
@@ -11,9 +11,8 @@ use super::storage::{Accessor, Storage};
 pub(crate) type StartValues<M> = (<M as Model>::Parameters, <M as Model>::Input);
 
 impl<M: Model> Variable<M> {
-    /// A row in a vector, `Vec<f64>` or another one: how many elements it has in each dimension,
-    /// row by row, and what makes it as long with start values in it. It is a model that finds it
-    /// so; the start values of [`Model::defaults`] may leave it empty.
+    /// A row in a `Vec`: the length of each dimension, stored row by row, and a function that gives
+    /// the `Vec` its length and start values. [`Model::defaults`] may leave it empty.
     ///
     /// ```ignore
     /// V::inputs("heat", "heat of each cell", |u| &u.heat, |u| &mut u.heat)
@@ -29,7 +28,7 @@ impl<M: Model> Variable<M> {
         self
     }
 
-    /// The number of elements in each dimension, if the row says it; 0 by what is no size.
+    /// The declared number of elements in each dimension; 0 for an unknown parameter.
     pub(crate) fn dimensions(&self, p: &M::Parameters) -> impl Iterator<Item = usize> {
         self.lengths().iter().map(move |length| match *length {
             Length::Fixed(n) => n,
@@ -39,7 +38,7 @@ impl<M: Model> Variable<M> {
         })
     }
 
-    /// How many elements it has.
+    /// The number of elements.
     pub(crate) fn len(&self, p: &M::Parameters, u: &M::Input, y: &M::Output) -> usize {
         match self.shape {
             [] => self.storage.len(p, u, y),
@@ -47,7 +46,7 @@ impl<M: Model> Variable<M> {
         }
     }
 
-    /// What is wrong with its lengths, and with those that it gives others.
+    /// Checks the row's dimensions, and a structural parameter's attributes.
     pub(crate) fn check_lengths(&self) -> Result<(), String> {
         if self.structural {
             let is_integer = matches!(
@@ -88,13 +87,13 @@ impl<M: Model> Variable<M> {
     }
 }
 
-/// A row that is a size, and its place.
+/// A row that is a size, and its accessor.
 type Size<M> = (
     &'static Variable<M>,
     &'static Accessor<<M as Model>::Parameters, i32>,
 );
 
-/// The size of this name.
+/// The size with this name.
 pub(crate) fn size<M: Model>(name: &str) -> Option<Size<M>> {
     sizes::<M>().find(|(row, _)| row.name == name)
 }
@@ -107,8 +106,8 @@ pub(crate) fn sizes<M: Model>() -> impl Iterator<Item = Size<M>> {
     })
 }
 
-/// Makes every vector as long as the parameters say, with start values; those that were as long
-/// with the parameters before keep what is in them.
+/// Gives every `Vec` the length that the parameters say, with start values; those whose length was
+/// the same with the parameters before keep their values.
 pub(crate) fn resize_vectors<M: Model>(
     p: &mut M::Parameters,
     u: &mut M::Input,
@@ -130,8 +129,7 @@ pub(crate) fn resize_vectors<M: Model>(
     }
 }
 
-/// Parameters and inputs with every vector as long as the parameters say: the start values of a
-/// model.
+/// Parameters and inputs with every `Vec` resized to the sizes in the parameters.
 #[doc(hidden)]
 pub fn fit_start_values<M: Model>(
     (mut p, mut u): (M::Parameters, M::Input),
@@ -140,7 +138,7 @@ pub fn fit_start_values<M: Model>(
     (p, u)
 }
 
-/// Outputs that nobody has computed, with vectors as long as the parameters say.
+/// Default outputs with every `Vec` resized to the sizes in the parameters.
 pub(crate) fn output<M: Model>(p: &M::Parameters) -> M::Output {
     let mut y = M::Output::default();
     for row in M::variables() {

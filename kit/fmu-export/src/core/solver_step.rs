@@ -1,4 +1,5 @@
-//! A communication step of a model by a solver of the layer.
+//! A communication step of a model of differential equations: integrates it with a solver of
+//! `fmu-solver` and handles the events within the step.
 
 use super::continuous::Continuous;
 use super::error::ModelError;
@@ -9,10 +10,11 @@ use super::solver_workspace::{Scratch, SolverWorkspace};
 use super::step_end::StepEnd;
 use fmu_solver::{Failure, Solver, System};
 
-/// Most events within one communication step, and most rounds of one event.
+/// Most events within one communication step, and most iterations of one event.
 const MOST_EVENTS: u32 = 10_000;
 
-/// A model in a step, `s` s after its start.
+/// The model as a system for the solver; `s` is the time of the last event, s from the step's
+/// start.
 struct StepSystem<'a, M: Continuous> {
     at: &'a mut M,
     rate: &'a mut M,
@@ -24,7 +26,8 @@ struct StepSystem<'a, M: Continuous> {
 }
 
 impl<M: Continuous> StepSystem<'_, M> {
-    /// Calls `f` with the model at the states `x`, its inputs and time, `s` s after the last event.
+    /// Calls `f` with the model at the states `x`, its inputs and the time `s` s after the last
+    /// event.
     fn evaluate_at<T>(
         &mut self,
         s: f64,
@@ -39,7 +42,7 @@ impl<M: Continuous> StepSystem<'_, M> {
         f(self.at, u, &now, self.t + s, self.rate)
     }
 
-    /// Lets happen what happens now.
+    /// Handles an event at the present time.
     fn event(&mut self) -> Result<Event, ModelError> {
         let (t, moved) = (self.t + self.s, self.u.at::<M>(self.s));
         for _ in 0..MOST_EVENTS {
@@ -95,8 +98,8 @@ impl<M: Continuous> System for StepSystem<'_, M> {
     }
 }
 
-/// The model moves on from `t` by `h`, both s, by the solver that `make` makes for the number of
-/// its states, with events where they are; on an error it is as it was. `name` is that of a state.
+/// Advances a model with `n` states from `t` by `h`, both s, with events; on an error the model is
+/// as before. `make` makes the solver, `name` finds the name of a state that is not finite.
 pub(crate) fn solve<M: Continuous>(
     model: &mut M,
     workspace: &mut SolverWorkspace<M, M::Input>,
@@ -106,7 +109,7 @@ pub(crate) fn solve<M: Continuous>(
     (p, u): (&M::Parameters, &InputPolynomial<M::Input>),
     (t, h): (f64, f64),
 ) -> Result<StepEnd, ModelError> {
-    // Sizes change where an instance is configured anew.
+    // The number of states changes when an instance is reconfigured.
     let mut scratch = match workspace
         .scratch
         .take()
@@ -141,7 +144,7 @@ pub(crate) fn solve<M: Continuous>(
 }
 
 impl<M: Continuous> Scratch<M, M::Input> {
-    /// The step itself. On an error `model` and `first` are as before.
+    /// Does the step. On an error `model` and `first` are as before.
     fn run(
         &mut self,
         model: &mut M,
@@ -179,7 +182,7 @@ impl<M: Continuous> Scratch<M, M::Input> {
                 return Ok(end);
             }
             let next = event.next.map_or(f64::INFINITY, |next| next - t);
-            // A time event that lies in the past is one of the present.
+            // A time event in the past is handled now.
             let until = next.clamp(system.s, h);
             let mut found = None;
             if until > system.s {
@@ -205,7 +208,7 @@ impl<M: Continuous> Scratch<M, M::Input> {
     }
 }
 
-/// Why a solver has not done a step, in words.
+/// The error of a failed step, with the name of a state that is not finite.
 fn to_model_error<M>(
     failure: Failure<ModelError>,
     rate: &mut M,

@@ -1,21 +1,21 @@
-//! What a solver of the layer keeps from one step of a model to the next.
+//! The workspace of a model's solver, reused between communication steps.
 
 use super::log::Log;
 use fmu_solver::{Solver, TOLERANCE};
 
-/// What a solver keeps from one step to the next, of a model `M` with inputs `U`.
+/// Solver workspace of a model `M` with inputs `U`, reused between steps.
 pub struct SolverWorkspace<M, U> {
-    /// The internal step to try first, s; 0: not known. The rest has no memory of its own.
+    /// The internal step to try first, s; 0 if not known. Only this affects the next step.
     pub(crate) first: f64,
     /// The tolerance of an internal step.
     pub(crate) tolerance: f64,
-    /// What solvers tell.
+    /// Messages of the solver.
     pub(crate) log: Log,
     pub(super) scratch: Option<Box<Scratch<M, U>>>,
 }
 
 impl<M, U> SolverWorkspace<M, U> {
-    /// Makes the scratch anew, for vectors of another length.
+    /// Drops the scratch memory when the number of states changes.
     pub(crate) fn invalidate(&mut self) {
         self.scratch = None;
     }
@@ -27,12 +27,11 @@ impl<M, U> SolverWorkspace<M, U> {
 )]
 pub(super) struct Scratch<M, U> {
     pub(super) solver: Solver,
-    /// The model on its way through the step.
+    /// The model at the solver's present point.
     pub(super) at: M,
-    /// A copy of the model whose states are derivatives.
+    /// A copy of the model that holds the derivatives in place of its states.
     pub(super) rate: M,
-    /// A direction of states and inputs, of which the latter is zero, if the model has derivatives
-    /// along it.
+    /// A direction of states, with zero inputs, if the model has directional derivatives.
     pub(super) direction: Option<(M, U)>,
     pub(super) states: Vec<f64>,
 }

@@ -1,4 +1,4 @@
-//! The state of an instance: all that is saved of it, and the states that are saved.
+//! The state of an instance: everything that fmi2GetFMUstate saves.
 
 use super::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
 use super::layout::Layout;
@@ -7,33 +7,32 @@ use super::phase::Phase;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// All that a saved state holds.
+/// The state of an instance, which is also what a saved state holds.
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub(crate) struct State<M: Model> {
     pub(crate) phase: Phase,
     /// Start time, s.
     pub(crate) start: f64,
-    /// Time that must not be passed, s.
+    /// Stop time, s.
     pub(crate) stop: Option<f64>,
-    /// Time of the last communication point, s: the importer's own number plus one step, so that no
-    /// rounding adds up.
+    /// Time of the last communication point, s: the importer's own number plus one step, so that
+    /// rounding errors do not add up.
     pub(crate) time: f64,
     /// Time of the last event for Model Exchange, s.
     pub(crate) event: f64,
-    /// The internal step that a solver tries first, s; 0: not known.
+    /// The internal step that the solver tries first, s; 0 if not known.
     pub(crate) first: f64,
     /// The tolerance that the importer has given.
     pub(crate) tolerance: Option<f64>,
     pub(crate) parameters: M::Parameters,
-    /// By [`Layout::slot`]: what the importer has set of the parameters.
+    /// How the importer has set each parameter, by [`Layout::slot`].
     pub(crate) settings: Vec<Setting>,
     /// Inputs as they were set, and their derivatives for the next step.
     pub(crate) input: InputPolynomial<M::Input>,
-    /// Where the derivatives of earlier steps have taken them; None while each input is what was
-    /// set.
+    /// The inputs to which derivatives in earlier steps have led; None if each has its set value.
     pub(crate) held_input: Option<HeldInput<M::Input>>,
-    /// None until initialized, and during initialization after something was set.
+    /// None until initialization, and in Initialization Mode after something was set.
     pub(crate) model: Option<M>,
 }
 
@@ -46,7 +45,7 @@ pub(crate) struct HeldInput<I> {
 }
 
 impl<M: Model> State<M> {
-    /// The inputs that act now.
+    /// The present inputs.
     #[inline]
     pub(crate) fn input(&self) -> &M::Input {
         match &self.held_input {
@@ -55,7 +54,7 @@ impl<M: Model> State<M> {
         }
     }
 
-    /// Becomes a copy of another state; vectors stay where they are.
+    /// Becomes a copy of another state, without allocation for vectors of the same length.
     pub(crate) fn copy(&mut self, from: &Self) {
         let Self {
             phase,
@@ -104,7 +103,7 @@ impl<M: Model> State<M> {
         }
     }
 
-    /// Whether a deserialized state could have come from this layer.
+    /// Whether a deserialized state is consistent.
     pub(crate) fn is_sound(&self) -> bool {
         let layout = Layout::<M>::new(&self.parameters, &self.input.value);
         let initialized = self.phase.is_running() || self.phase == Phase::Terminated;
@@ -123,7 +122,7 @@ impl<M: Model> State<M> {
     }
 }
 
-/// What the importer has set of a parameter.
+/// How the importer has set a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Setting {
     Nothing,
@@ -132,13 +131,12 @@ pub(crate) enum Setting {
     Explicit,
 }
 
-/// Whose states an instance can take.
+/// Identifies the FMU and the version of FMI that saved states belong to.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Identity {
-    /// Name of the border's version, filled up with zeros: what a state means to an importer
-    /// differs between them.
+    /// Name of the version of FMI, padded with zeros.
     pub(crate) version: [u8; 4],
-    /// Of the model and its version.
+    /// Hash of the model.
     pub(crate) model: [u8; 16],
 }
 

@@ -1,10 +1,11 @@
-//! Where the elements of a row live in a model's structs, and their type.
+//! Where a model stores the elements of a row (in its parameters, inputs or outputs), their type,
+//! and typed access to them. The macro `types!` makes all of it from one list of types.
 
 use super::impl_copy::impl_copy;
 use std::path::Path;
 use std::slice;
 
-/// What a border calls the types; of others the name is the same everywhere.
+/// The names of those types that the versions of FMI call differently.
 pub(crate) struct TypeNames {
     pub(crate) real: &'static str,
     pub(crate) integer: &'static str,
@@ -12,12 +13,12 @@ pub(crate) struct TypeNames {
     pub(crate) size: &'static str,
     /// An Integer with an enumeration.
     pub(crate) enumeration: &'static str,
-    /// As what it is set and read.
+    /// The type as which an enumeration is set and read.
     pub(crate) enumeration_access: &'static str,
 }
 
 impl TypeNames {
-    /// As the constructors of rows call them.
+    /// The names of FMI 2.0, which the constructors of rows use.
     pub(crate) const PLAIN: Self = Self {
         real: "Real",
         integer: "Integer",
@@ -38,7 +39,7 @@ impl Kind {
     }
 }
 
-/// Where rows keep values of a type.
+/// A type in which rows store values.
 pub(crate) trait StorageType: Sized {
     const KIND: Kind;
 
@@ -49,8 +50,8 @@ pub(crate) trait StorageType: Sized {
     fn output<P, U, Y>(storage: &Storage<P, U, Y>) -> Option<&Getter<Y, Self>>;
 }
 
-/// The types of rows, and where the elements of each can live: of inputs, of parameters, of what is
-/// computed.
+/// Defines the types of rows; for each the variants of [`Storage`] for inputs, parameters and
+/// computed values.
 macro_rules! types {
     (($d:tt) $($(#[$doc:meta])* $kind:ident $type:ty: $input:ident $parameter:ident $output:ident;)*) => {
         /// Type of a row.
@@ -67,16 +68,16 @@ macro_rules! types {
             }
         }
 
-        /// Where the elements of a row live, and their type.
+        /// Where the elements of a row are stored, and their type.
         pub(crate) enum Storage<P, U, Y> {
             $($input(Accessor<U, $type>), $parameter(Accessor<P, $type>), $output(Getter<Y, $type>),)*
-            /// A text that a function gives.
+            /// A String output that a function returns.
             TextOut(fn(&Y) -> &str),
-            /// A text that may mean other parameters, such as a file of them.
+            /// A String parameter whose setter may set other parameters, for example from a file.
             Text(fn(&P) -> &str, SetText<P>),
-            /// The derivative of the state that the row is named after, behind the table.
+            /// The derivative of the state that the row is named after.
             Derivative,
-            /// An event indicator, behind the table.
+            /// An event indicator.
             Indicator,
         }
 
@@ -85,7 +86,7 @@ macro_rules! types {
                 matches!(self, $(Storage::$input(_))|*)
             }
 
-            /// Whether it holds values of parameters, no text that may mean others.
+            /// Whether the row is a parameter without a setter that may set other parameters.
             pub(crate) fn is_parameter(&self) -> bool {
                 matches!(self, $(Storage::$parameter(_))|*)
             }
@@ -105,7 +106,7 @@ macro_rules! types {
             $($kind(&'a [$type]),)*
         }
 
-        /// All values of a row, to write.
+        /// All values of a row, mutable.
         pub(crate) enum ValuesMut<'a> {
             $($kind(&'a mut [$type]),)*
         }
@@ -115,7 +116,7 @@ macro_rules! types {
             $($kind($type),)*
         }
 
-        /// Runs `$then` with values of any type, of [`Values`] or of [`ValuesMut`].
+        /// Evaluates `$then` with the typed slice in [`Values`] or [`ValuesMut`].
         macro_rules! each {
             ($d of:ident, $d values:expr, |$d at:pat_param| $d then:expr) => {
                 match $d values {
@@ -124,7 +125,7 @@ macro_rules! types {
             };
         }
 
-        /// Runs `$then` with the type of a kind as `$T`.
+        /// Evaluates `$then` with the type of a [`Kind`] as `$T`.
         macro_rules! typed {
             ($d kind:expr, $d T:ident => $d then:expr) => {
                 match $d kind {
@@ -138,8 +139,8 @@ macro_rules! types {
 
         pub(crate) use {each, typed};
 
-        /// The values of an input, a parameter, or what is computed; None of other places, and of
-        /// texts that functions give.
+        /// The values of an input, a parameter or a computed row; None for other rows, and for
+        /// texts that functions return.
         impl<P, U, Y> Storage<P, U, Y> {
             pub(crate) fn input_values<'a>(&self, u: &'a U) -> Option<Values<'a>> {
                 match self {
@@ -169,7 +170,7 @@ macro_rules! types {
                 }
             }
 
-            /// The values of any of them.
+            /// The values of a row of any causality.
             pub(crate) fn values<'a>(&self, p: &'a P, u: &'a U, y: &'a Y) -> Option<Values<'a>> {
                 Some(match self {
                     $(
@@ -188,7 +189,7 @@ macro_rules! types {
                 }
             }
 
-            /// Writes element `i` of a parameter; false for other places and other types.
+            /// Writes element `i` of a parameter; returns false for other rows and other types.
             pub(crate) fn put_parameter(&self, p: &mut P, i: usize, value: AnyValue) -> bool {
                 match (self.parameter_values_mut(p), value) {
                     $((Some(ValuesMut::$kind(values)), AnyValue::$kind(value)) => values[i] = value,)*
@@ -229,8 +230,8 @@ macro_rules! types {
             }
         })*
 
-        /// Accessors of a row of any type: of all its elements, to read and to write. Those of a
-        /// scalar give a slice of one.
+        /// Accessors of a row of any type, to read and to write all its elements. Those of a scalar
+        /// return a slice of one element.
         pub enum Fields<S> {
             $($(#[$doc])* $kind(fn(&S) -> &[$type], fn(&mut S) -> &mut [$type]),)*
         }
@@ -262,32 +263,31 @@ types! { ($)
     Real f64: RealIn RealParameter RealOut;
     /// Integer of FMI 2.0, Int32 of FMI 3.0.
     Integer i32: IntegerIn IntegerParameter IntegerOut;
-    /// Truth values.
+    /// Boolean.
     Boolean bool: BooleanIn BooleanParameter BooleanOut;
     /// Texts.
     String String: StringIn StringParameter StringOut;
-    /// FMI 3.0 only, as all below.
+    /// Float32; this type and all below are of FMI 3.0 only.
     Float32 f32: Float32In Float32Parameter Float32Out;
-    /// Whole numbers of 8 bits.
+    /// 8-bit integers.
     Int8 i8: Int8In Int8Parameter Int8Out;
-    /// The same from 0.
+    /// 8-bit unsigned integers.
     UInt8 u8: UInt8In UInt8Parameter UInt8Out;
-    /// Of 16 bits.
+    /// 16-bit integers.
     Int16 i16: Int16In Int16Parameter Int16Out;
-    /// The same from 0.
+    /// 16-bit unsigned integers.
     UInt16 u16: UInt16In UInt16Parameter UInt16Out;
-    /// Of 32 bits from 0.
+    /// 32-bit unsigned integers.
     UInt32 u32: UInt32In UInt32Parameter UInt32Out;
-    /// Of 64 bits.
+    /// 64-bit integers.
     Int64 i64: Int64In Int64Parameter Int64Out;
-    /// The same from 0.
+    /// 64-bit unsigned integers.
     UInt64 u64: UInt64In UInt64Parameter UInt64Out;
     /// Bytes.
     Binary crate::Binary: BinaryIn BinaryParameter BinaryOut;
 }
 
-/// Setter of a String parameter: parameters, text, the FMU's resources folder if the importer gave
-/// one.
+/// Setter of a String parameter, see [`SetString`](crate::SetString).
 pub(crate) type SetText<P> = fn(&mut P, &str, Option<&Path>) -> Result<(), String>;
 
 /// Read access to a scalar or a vector in `S`.
@@ -312,12 +312,12 @@ impl<P, U, Y> Storage<P, U, Y> {
     pub(crate) fn len(&self, p: &P, u: &U, y: &Y) -> usize {
         match self.values(p, u, y) {
             Some(values) => each!(Values, values, |values| values.len()),
-            // A derivative has as many as its state.
+            // A derivative has as many elements as its state, see `Layout::new`.
             None => usize::from(!self.is_derivative()),
         }
     }
 
-    /// Whether the values are of `Output`.
+    /// Whether the values are computed.
     pub(crate) fn is_computed(&self) -> bool {
         !(self.is_input() || self.is_parameter())
     }
@@ -327,12 +327,12 @@ impl<P, U, Y> Storage<P, U, Y> {
         matches!(self, Storage::Derivative)
     }
 
-    /// Whether the row is behind the table, of what is for Model Exchange.
+    /// Whether the row is a derivative or an event indicator, for Model Exchange.
     pub(crate) fn is_equation(&self) -> bool {
         matches!(self, Storage::Derivative | Storage::Indicator)
     }
 
-    /// Whether its elements are floating-point numbers, which have units and may be continuous.
+    /// Whether the elements are floating-point numbers, which have units and may be continuous.
     pub(crate) fn is_real(&self) -> bool {
         matches!(self.kind(), Kind::Real | Kind::Float32)
     }
@@ -373,7 +373,7 @@ impl<S, T: Clone> Accessor<S, T> {
         self.slice(s)[i].clone()
     }
 
-    /// All elements of the row, to write.
+    /// All elements of the row, mutable.
     #[inline]
     pub(crate) fn slice_mut<'a>(&self, s: &'a mut S) -> &'a mut [T] {
         match self {

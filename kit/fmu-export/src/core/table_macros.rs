@@ -1,6 +1,7 @@
-//! Tables from parts: one list of several, and rows whose field is written once.
+//! Macros for writing tables of variables: [`joined!`](crate::joined) joins lists, and
+//! [`row!`](crate::row) makes a row from its name and field.
 
-/// One constant slice of several, made by the compiler: of lists of names, of rows of a table.
+/// Joins constant slices to one at compile time: lists of names, or rows of a table.
 ///
 /// ```
 /// use fmu_export::joined;
@@ -10,7 +11,7 @@
 /// assert_eq!(MOTION_AND_CURRENTS, ["x", "x_dot", "i_d[i]", "i_q[i]"]);
 /// ```
 ///
-/// At least one of the parts must hold something.
+/// At least one of the parts must not be empty.
 #[macro_export]
 macro_rules! joined {
     ($($part:expr),+ $(,)?) => {
@@ -18,10 +19,10 @@ macro_rules! joined {
     };
 }
 
-/// A row of the table whose name says where its field is, so that it is written once.
+/// A row of the table with accessors made from its name, so that the field is written once.
 ///
-/// First comes the type, which is `Variable` of the model; then the name of the row's constructor,
-/// then the name of the variable, and where its field is if it is not where the name says:
+/// First comes the type `Variable` of the model; then the name of the row's constructor, then the
+/// name of the variable, and the field if it is not that of the name:
 ///
 /// ```
 /// # use fmu_export::*; use serde::{Deserialize, Serialize};
@@ -53,7 +54,7 @@ macro_rules! joined {
 /// # assert!(text.contains("start=\"294.15\""));
 /// ```
 ///
-/// `string_parameter`, which takes a function, is written out.
+/// `string_parameter`, which takes a function, has no such form.
 #[macro_export]
 macro_rules! row {
     ($V:ty, $kind:ident $first:ident $(. $part:ident)* in $start:ident $(. $more:ident)* $([$i:expr])*, $description:expr $(,)?) => {
@@ -68,7 +69,7 @@ macro_rules! row {
 
     (@name $first:ident $(. $part:ident)*) => { concat!(stringify!($first) $(, ".", stringify!($part))*) };
 
-    // What can be set has two accessors.
+    // Rows that can be set have two accessors.
     (@ input $($row:tt)*) => { $crate::row!(@both input $($row)*) };
     (@ inputs $($row:tt)*) => { $crate::row!(@both inputs $($row)*) };
     (@ integer_input $($row:tt)*) => { $crate::row!(@both integer_input $($row)*) };
@@ -87,13 +88,13 @@ macro_rules! row {
     (@both $kind:ident [$V:ty, $name:expr, $description:expr] $($at:tt)*) => {
         <$V>::$kind($name, $description, |s| &s.$($at)*, |s| &mut s.$($at)*)
     };
-    // What is computed has one.
+    // Computed rows have one.
     (@ $kind:ident [$V:ty, $name:expr, $description:expr] $($at:tt)*) => {
         <$V>::$kind($name, $description, |s| &s.$($at)*)
     };
 }
 
-/// How many elements the parts have in all.
+/// The number of elements of all parts.
 pub const fn total<T>(parts: &[&[T]]) -> usize {
     let (mut n, mut k) = (0, 0);
     while k < parts.len() {
@@ -103,7 +104,7 @@ pub const fn total<T>(parts: &[&[T]]) -> usize {
     n
 }
 
-/// The elements of all parts, in order; there are `N`.
+/// The `N` elements of all parts, in order.
 pub const fn join<T: Copy, const N: usize>(parts: &[&[T]]) -> [T; N] {
     let mut k = 0;
     while parts[k].is_empty() {

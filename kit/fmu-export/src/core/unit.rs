@@ -1,8 +1,8 @@
-//! Units.
+//! Definitions of units and display units, for the model description.
 
 use super::setters::setters;
 
-/// A unit in terms of the SI base units and `rad`, in one line:
+/// A unit in terms of the SI base units and `rad`:
 ///
 /// ```
 /// # use fmu_export::{DisplayUnit, Unit};
@@ -21,7 +21,7 @@ pub struct Unit {
     pub(crate) display: &'static [DisplayUnit],
 }
 
-/// The base units, as the attributes of `<BaseUnit>` are called.
+/// The base units, named like the attributes of `<BaseUnit>`.
 pub(crate) const DIMENSIONS: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
 
 macro_rules! exponents {
@@ -49,7 +49,7 @@ impl Unit {
         }
     }
 
-    /// Whether it is this unit for a change per second.
+    /// Whether this is the unit of a rate of change, per second, of values in `unit`.
     #[cfg(feature = "derive")]
     pub(crate) const fn is_rate_of(&self, unit: &Unit) -> bool {
         let mut is_it = self.factor == unit.factor && self.offset == 0.0;
@@ -64,19 +64,19 @@ impl Unit {
     exponents! { kg 0 m 1 s 2 A 3 K 4 mol 5 cd 6 rad 7 }
 
     setters! {
-        /// How many base units one is.
+        /// Value of one unit in base units.
         #[must_use]
         factor(factor: f64) factor = factor;
-        /// What its zero is in base units.
+        /// Value of the unit's zero in base units.
         #[must_use]
         offset(offset: f64) offset = offset;
-        /// Units to show values in.
+        /// Units in which tools may show values.
         #[must_use]
         display(units: &'static [DisplayUnit]) display = units;
     }
 }
 
-/// A unit to show values in: shown value = factor · value + offset.
+/// A unit in which tools may show values: shown value = factor · value + offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DisplayUnit {
     pub(crate) name: &'static str,
@@ -85,7 +85,7 @@ pub struct DisplayUnit {
 }
 
 impl DisplayUnit {
-    /// `factor`: how many of them one of the unit is (`mm` for `m`: 1000).
+    /// `factor` is the number of display units in one unit (`mm` for `m`: 1000).
     #[must_use]
     pub const fn new(name: &'static str, factor: f64) -> Self {
         Self {
@@ -96,7 +96,7 @@ impl DisplayUnit {
     }
 
     setters! {
-        /// What a zero of the unit is shown as (`degC` for `K`: −273.15).
+        /// The value shown for a zero of the unit (`degC` for `K`: −273.15).
         #[must_use]
         offset(offset: f64) offset = offset;
     }

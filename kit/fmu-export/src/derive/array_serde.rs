@@ -1,4 +1,5 @@
-//! Arrays of any length as serde has them: the elements one after the other, without their number.
+//! Serialization of arrays of any length, for which serde has no implementation: the elements as a
+//! tuple.
 
 use super::Choice;
 use crate::Binary;
@@ -8,11 +9,11 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use std::marker::PhantomData;
 
-/// Values, and arrays of them, and so on.
+/// A value, or a nested array of values, that is serialized element by element.
 pub trait ArrayCells: Sized {
-    /// All of them are zero, or empty.
+    /// All values zero or empty.
     const ZERO: Self;
-    /// How many values there are.
+    /// The number of values.
     const LEN: usize;
 
     /// Writes the values.
@@ -77,7 +78,7 @@ impl<T: ArrayCells> Serialize for SerializedArray<'_, T> {
     }
 }
 
-/// An array that was read.
+/// An array to deserialize.
 pub struct DeserializedArray<T>(pub T);
 
 impl<'de, T: ArrayCells> Deserialize<'de> for DeserializedArray<T> {

@@ -1,10 +1,9 @@
-//! What the derives write of a field whose type is a struct, so that a missing derive is said once.
+//! Makes the compiler report a missing derive on a field's struct once, and not for each trait that
+//! the generated code needs.
 //!
-//! That the struct is one of parameters, of inputs or of outputs is asked for in one place, where
-//! the compiler says it in the words of that trait. Everything else that is written of the field
-//! goes through [`FieldType`]: its functions are those of the type where it has what they need, and
-//! else those of [`Fallback`], which are never called, because what has such a field does not
-//! compile.
+//! One place requires the struct's derive. All other generated code uses [`FieldType`], whose
+//! functions are those of the type if it implements the trait, and otherwise those of [`Fallback`],
+//! which compile but are never called.
 
 use super::{Choice, Item, Output, Part, Rows, Vector};
 use crate::Model;
@@ -88,7 +87,7 @@ impl<T: Rows<M, At>, M: Model, At> FieldRows<T, M, At> {
     pub const ROWS: &'static [Part<M>] = T::ROWS;
 }
 
-/// In place of what a type has not.
+/// Replaces the functions whose traits a type does not implement.
 pub trait Fallback<T>: Sized {
     fn copied(_: &T) -> T {
         unreachable!()
@@ -137,12 +136,12 @@ pub trait Fallback<T>: Sized {
 
 impl<T> Fallback<T> for FieldType<T> {}
 
-/// In place of the rows that a type has not.
+/// Replaces the rows of a type without a derive.
 pub trait FallbackRows<M: Model>: Sized {
     const ROWS: &'static [Part<M>] = &[];
 }
 
 impl<T, M: Model, At> FallbackRows<M> for FieldRows<T, M, At> {}
 
-/// Asks that a type is a struct of outputs, or a part of a state.
+/// Requires that a type is a struct of outputs, or a part of a state.
 pub const fn is_output<T: Output>() {}

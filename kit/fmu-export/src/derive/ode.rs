@@ -1,4 +1,5 @@
-//! Models that are ordinary differential equations.
+//! [`Ode`]: models of ordinary differential equations, for which this crate implements [`Model`]
+//! and [`Continuous`].
 
 use super::solver::{SolverName, solver};
 use super::{Input, Name, Output, Parameters, Path};
@@ -12,7 +13,7 @@ use fmu_solver::Solver;
 use serde::{Serialize, de::DeserializeOwned};
 use std::marker::PhantomData;
 
-/// The state of a model of ordinary differential equations; `#[derive(State)]` writes it.
+/// The state of a model of ordinary differential equations; implemented by `#[derive(State)]`.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not the state of a model",
     note = "write `#[derive(State)] #[fmu(parameters = …, input = …, output = …)]` on it; what the model does not have is left out, but \
@@ -23,18 +24,18 @@ pub trait State: Vector + Clone + Default + Serialize + DeserializeOwned + Send 
     type P: Parameters + Send + 'static;
     /// The model's inputs.
     type U: Input + Send + 'static;
-    /// What the model puts out beside its state.
+    /// The model's outputs in addition to its state.
     type Y: Output + Send + 'static;
 
-    /// What the model says about itself.
+    /// Name, default experiment and files.
     const INFO: Info;
     /// Longest internal step, s.
     const MAX_STEP: f64;
-    /// What integrates it in Co-Simulation.
+    /// The solver for Co-Simulation.
     const SOLVER: SolverName;
-    /// The default tolerance of a solver that has one.
+    /// The default tolerance, for solvers that use one.
     const TOLERANCE: f64;
-    /// Whether the model is for Model Exchange too.
+    /// Whether the model supports Model Exchange.
     const MODEL_EXCHANGE: bool;
 
     /// The state at the start.
@@ -45,26 +46,26 @@ pub trait State: Vector + Clone + Default + Serialize + DeserializeOwned + Send 
     where
         Self: Model;
 
-    /// A row for the derivative of each continuous state of a model for Model Exchange or with a
-    /// solver of its own.
+    /// A row for the derivative of each continuous state, for Model Exchange and for solvers with
+    /// step size control.
     fn derivatives() -> &'static [Variable<Self>]
     where
         Self: Model;
 }
 
-/// Numbers that can be integrated.
+/// The continuous states in a field or struct, as a sequence of numbers.
 #[expect(clippy::len_without_is_empty, reason = "a state has at least one")]
 pub trait Vector: Sized {
-    /// How many there are.
+    /// The number of states.
     fn len(&self) -> usize;
 
-    /// Reads them into the front of `to`, whose rest is the answer.
+    /// Copies the states to the front of `to`; returns the rest of `to`.
     fn read<'a>(&self, to: &'a mut [f64]) -> &'a mut [f64];
 
-    /// Writes them from the front of `from`, whose rest is the answer.
+    /// Sets the states from the front of `from`; returns the rest of `from`.
     fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64];
 
-    /// Reads those of all elements, one after the other.
+    /// Copies the states of all elements in order.
     #[inline]
     fn read_all<'a>(all: &[Self], to: &'a mut [f64]) -> &'a mut [f64] {
         all.iter().fold(to, |to, element| element.read(to))
@@ -77,7 +78,7 @@ pub trait Vector: Sized {
             .fold(from, |from, element| element.write(from))
     }
 
-    /// The name of the first number that is not finite, and the number.
+    /// Name and value of the first state that is not finite.
     fn not_finite(&self) -> Option<(&'static str, f64)>;
 }
 
@@ -146,21 +147,20 @@ vectors! { [const N: usize] [T; N]; [] Vec<T>; }
 /// A model of ordinary differential equations: `x' = f(x, p, u, t)`, `y = g(x, p, u)`, x the state
 /// `Self`.
 ///
-/// In Co-Simulation it is solved by the Runge–Kutta method of order 4 in equal internal steps that
-/// end where the communication step ends, none longer than `#[fmu(max_step = …)]` says, 1 ms if it
-/// says nothing. With `#[fmu(solver = "adaptive")]` or `"stiff"` internal steps are as long as the
-/// importer's tolerance allows ([`solver`](crate::solver)). Events are found within them. Inputs
-/// follow their derivatives, if the importer gives them. A step that cannot be done is discarded.
+/// In Co-Simulation the model is integrated by the Runge–Kutta method of order 4, in equal internal
+/// steps of at most `#[fmu(max_step = …)]`, 1 ms by default. With `#[fmu(solver = "adaptive")]` or
+/// `"stiff"`, internal steps are as long as the importer's tolerance allows
+/// ([`solver`](crate::solver)). Events are located within internal steps. Inputs follow their
+/// derivatives, if the importer sets them. A step that cannot be done is discarded.
 ///
-/// With `#[fmu(model_exchange)]` on the state, importers can integrate it themselves: Model
-/// Exchange.
+/// With `#[fmu(model_exchange)]` on the state, importers can integrate the model themselves.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a model",
     note = "write `impl Ode for {Self}` with its equations, or `impl Model for {Self}`"
 )]
 pub trait Ode: State {
-    /// Writes the time derivative of each state, per s, where the state is in `dx`: all of them;
-    /// what is not integrated means nothing there.
+    /// Writes the time derivative of each continuous state, per s, into the field of that state in
+    /// `dx`; the other fields of `dx` are not used.
     fn derivative(&self, p: &Self::P, u: &Self::U, t: f64, dx: &mut Self);
 
     /// Whether [`directional`](Self::directional) is written; differences take its place.
@@ -180,7 +180,7 @@ pub trait Ode: State {
     ) {
     }
 
-    /// The same of [`outputs`](Self::outputs), into `dy`, which is zero before.
+    /// The same for [`outputs`](Self::outputs), into `dy`, which is zero before.
     fn outputs_directional(
         &self,
         _p: &Self::P,
@@ -193,17 +193,16 @@ pub trait Ode: State {
     /// Event indicators: [`Variable::indicator`].
     const INDICATORS: &'static [Variable<Self>] = &[];
 
-    /// As [`Continuous::indicators`].
+    /// See [`Continuous::indicators`].
     fn indicators(&self, _p: &Self::P, _u: &Self::U, _t: f64, _z: &mut [f64]) {}
 
-    /// As [`Continuous::event`], also in Co-Simulation: where a step begins and at the events
-    /// within it.
+    /// See [`Continuous::event`]; in Co-Simulation called at the start of a step and at events in
+    /// it.
     fn event(&mut self, _p: &Self::P, _u: &Self::U, _t: f64) -> Event {
         Event::NONE
     }
 
-    /// What the model puts out beside its state. Must be written where `#[fmu(output = …)]` names a
-    /// struct.
+    /// The outputs in addition to the state. Required if `#[fmu(output = …)]` names a struct.
     fn outputs(&self, _p: &Self::P, _u: &Self::U) -> Self::Y {
         const {
             assert!(
@@ -222,7 +221,7 @@ pub trait Ode: State {
     }
 }
 
-/// What an importer sees of a model: its state and its outputs.
+/// The FMI outputs of an [`Ode`]: its state and its outputs.
 pub struct StateAndOutputs<S: State> {
     state: S,
     outputs: S::Y,
@@ -246,7 +245,7 @@ impl<S: State> Default for StateAndOutputs<S> {
     }
 }
 
-/// Ways to the fields of [`StateAndOutputs`].
+/// Paths to the fields of [`StateAndOutputs`].
 macro_rules! paths {
     ($($(#[$doc:meta])* $path:ident to $field:ident: $type:ty;)*) => {$(
         $(#[$doc])*
@@ -271,9 +270,9 @@ macro_rules! paths {
 }
 
 paths! {
-    /// The way to the state in [`StateAndOutputs`].
+    /// The path to the state in [`StateAndOutputs`].
     StatePath to state: S;
-    /// The way to the outputs in [`StateAndOutputs`].
+    /// The path to the outputs in [`StateAndOutputs`].
     OutputsPath to outputs: S::Y;
 }
 
@@ -357,7 +356,8 @@ impl<S: Ode> Model for S {
     }
 }
 
-/// The solver of a model like this one. Each state is given its number, which its row then reads.
+/// The solver of a model like this one. Each state is set to its number, so that its row can read
+/// the position of the state.
 fn make_solver<S: Ode>(like: &S) -> Result<Solver, ModelError> {
     let numbers: Vec<f64> = (0..like.len()).map(|k| k as f64).collect();
     let (mut state, outputs) = (like.clone(), S::Y::default());
@@ -372,7 +372,7 @@ fn make_solver<S: Ode>(like: &S) -> Result<Solver, ModelError> {
     )
 }
 
-/// The name of the state of this index; the value is no finite one.
+/// The name of the state with this index, found by setting it to `value`, which is not finite.
 fn state_name<S: Ode>(x: &mut S, state: usize, value: f64) -> &'static str {
     let mut states = vec![0.0; x.len()];
     states[state] = value;
@@ -423,7 +423,7 @@ impl<S: Ode> Continuous for S {
     ) -> Result<(), ModelError> {
         Ode::directional(self, p, u, t, seed, dx);
         if let Some(y) = y {
-            // What is no continuous state stays as it is: zero.
+            // All but the continuous states stays zero.
             let mut x = vec![0.0; self.len()];
             seed.0.read(&mut x);
             y.state.write(&x);

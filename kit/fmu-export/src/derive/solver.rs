@@ -1,4 +1,5 @@
-//! The solver that a state takes in Co-Simulation, with sizes and dependencies from its rows.
+//! Makes the solver of an [`Ode`](super::Ode) for Co-Simulation, with nominal values and the
+//! sparsity pattern of the Jacobian from the rows of its states.
 
 use crate::core::causality::{Causality, Dependencies};
 use crate::core::dependencies::elements;
@@ -7,10 +8,10 @@ use crate::core::storage::Storage;
 use crate::{Model, ModelError};
 use fmu_solver::{Method, Solver, SparsityPattern};
 
-/// What `#[fmu(solver = …)]` says.
+/// The solver that `#[fmu(solver = …)]` names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SolverName {
-    /// Nothing: the Runge–Kutta method of order 4 in equal internal steps.
+    /// Without the attribute: the Runge–Kutta method of order 4 in equal internal steps.
     Fixed,
     /// `"adaptive"`: the explicit method of Dormand and Prince.
     Adaptive,
@@ -18,18 +19,17 @@ pub enum SolverName {
     Stiff,
 }
 
-/// Most states whose derivatives may each read all of them, with a method for stiff models: its
-/// equations take 3 n² numbers.
+/// Most states of a stiff model with a full Jacobian, for which the solver stores 3 n² numbers.
 const MOST_FULL: usize = 4096;
 
-/// A row of states: their places among all, in the order of their elements.
+/// A row of states, the row of their derivatives, and the indices of the states.
 struct Row<M: Model> {
     row: &'static Variable<M>,
     rate: &'static Variable<M>,
     indices: Vec<usize>,
 }
 
-/// The rows of the states, of which each has its number for a value in `numbered`.
+/// The rows of the states; in `numbered`, the value of each state is its index.
 fn rows<M: Model>(rates: &'static [Variable<M>], numbered: &M::Output) -> Vec<Row<M>> {
     let find = |rate: &'static Variable<M>| {
         let row = M::variables().iter().find(|row| row.name == rate.name)?;
@@ -42,8 +42,8 @@ fn rows<M: Model>(rates: &'static [Variable<M>], numbered: &M::Output) -> Vec<Ro
     rates.iter().filter_map(find).collect()
 }
 
-/// The solver of a model with so many states and event indicators, whose states have `rates`. Each
-/// has its number for a value in `numbered`.
+/// The solver of a model with `n` states and `indicators`, whose derivatives have the rows `rates`;
+/// in `numbered`, the value of each state is its index.
 pub(super) fn solver<M: Model>(
     name: SolverName,
     (n, indicators): (usize, usize),
@@ -66,7 +66,7 @@ pub(super) fn solver<M: Model>(
     Ok(Solver::new(method, nominal, indicators, longest))
 }
 
-/// What derivatives read; all of the states where it is not said.
+/// The states that each derivative reads; all of them if a row does not declare it.
 fn pattern<M: Model>(n: usize, rows: &[Row<M>]) -> Result<SparsityPattern, ModelError> {
     let is_said = |row: &Row<M>| matches!(row.rate.dependencies, Dependencies::Same(_));
     let said: usize = rows.iter().map(|row| row.indices.len()).sum();
