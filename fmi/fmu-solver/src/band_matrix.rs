@@ -1,11 +1,11 @@
-//! Linear equations whose matrix has its non-zeros near the diagonal. A full matrix is the case of
-//! the widest band.
+//! LU factorization of band matrices, for the stiff solver. A full matrix is one with the widest
+//! band.
 
-/// A square matrix with a band of non-zeros, and its factors once it is factorized.
+/// A square band matrix, or its factors once it is factorized.
 pub(crate) struct BandMatrix {
     n: usize,
     lower: usize,
-    /// Of the factor U, whose band is wider than that of the matrix: rows are swapped.
+    /// Upper bandwidth of the factor U, which is wider than that of the matrix: rows are swapped.
     upper: usize,
     width: usize,
     /// Row by row, each from `lower` left of the diagonal to `upper` right of it.
@@ -14,7 +14,7 @@ pub(crate) struct BandMatrix {
 }
 
 impl BandMatrix {
-    /// Zero, of `n` rows, with `lower` diagonals below and `upper` above the main one.
+    /// A zero matrix of `n` rows, with `lower` diagonals below and `upper` above the main one.
     pub(crate) fn new(n: usize, lower: usize, upper: usize) -> Self {
         let upper = (lower + upper).min(n.saturating_sub(1));
         let width = lower + upper + 1;
@@ -44,8 +44,8 @@ impl BandMatrix {
         i * self.width + j + self.lower - i
     }
 
-    /// The factors L and U in place of the matrix; false if it is singular. In each column the
-    /// largest number is the pivot.
+    /// Replaces the matrix by its factors L and U, with partial pivoting; returns false if it is
+    /// singular.
     pub(crate) fn factorize(&mut self) -> bool {
         for k in 0..self.n {
             let below = (k + self.lower).min(self.n - 1);
@@ -83,7 +83,7 @@ impl BandMatrix {
         true
     }
 
-    /// The solution of A x = b in place of b, after [`factorize`](Self::factorize).
+    /// Replaces b by the solution of A x = b, after [`factorize`](Self::factorize).
     pub(crate) fn solve(&self, b: &mut [f64]) {
         for k in 0..self.n {
             b.swap(k, self.pivots[k]);

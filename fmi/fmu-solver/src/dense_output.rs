@@ -1,13 +1,13 @@
-//! The states between two points of a solver, and where an event lies there.
+//! Dense output (the states within an internal step) and the location of events with it.
 
 use super::system::System;
 
-/// The states over one internal step: with the vectors a, b and c `x(θ) = x₀ + θ (Δ + (1 − θ) (a +
-/// θ (b + θ c)))`, θ from 0 to 1.
+/// The states within an internal step, as the vectors a, b and c of `x(θ) = x₀ + θ (Δ + (1 − θ) (a
+/// + θ (b + θ c)))`, θ from 0 to 1.
 pub(crate) struct DenseOutput(pub(crate) [Vec<f64>; 3]);
 
 impl DenseOutput {
-    /// The states at `theta` between those at the ends.
+    /// The states `x` at `theta`, between those at the ends of the step.
     fn at(&self, theta: f64, [start, end]: [&[f64]; 2], x: &mut [f64]) {
         let [a, b, c] = &self.0;
         for (i, x) in x.iter_mut().enumerate() {
@@ -17,8 +17,8 @@ impl DenseOutput {
     }
 }
 
-/// Event indicators at the start and the end of the internal step, then at the ends and in the
-/// middle of the part of it where an event lies.
+/// Event indicators at the start and the end of the internal step, then at the ends and inside the
+/// interval that contains the event.
 pub(crate) struct Indicators(pub(crate) [Vec<f64>; 5]);
 
 /// Whether the sign of an indicator changes from `a` to `b`.
@@ -31,17 +31,17 @@ impl Indicators {
         self.0[0].is_empty()
     }
 
-    /// Whether one changes within the internal step.
+    /// Whether the sign of an indicator changes within the internal step.
     pub(crate) fn has_event(&self) -> bool {
         self.0[0].iter().zip(&self.0[1]).any(changes)
     }
 
-    /// The first place θ in the step `(s, dt)` at which the sign of an indicator has changed, to
-    /// `resolution`, and the states `x` there. The place is that behind the change, so that whoever
-    /// goes on from there does not meet it again.
+    /// The first θ in the step `(s, dt)` at which the sign of an indicator has changed, to within
+    /// `resolution`, and the states `x` there. It lies just after the change, so that integration
+    /// from there does not find the same event again.
     ///
-    /// Regula falsi with the weights of the Illinois method, for the indicator that it says passes
-    /// zero first; each fourth time the middle is taken, for indicators that it is slow with.
+    /// Regula falsi with the Illinois modification, for the indicator that is predicted to cross
+    /// zero first; every fourth iteration bisects, for indicators for which it converges slowly.
     pub(crate) fn locate<S: System>(
         &mut self,
         system: &mut S,
@@ -80,7 +80,7 @@ impl Indicators {
     }
 }
 
-/// Where straight lines from `low` to `high` first change their sign, from 0 to 1.
+/// The first zero of the straight lines from `low` to `high`, from 0 to 1.
 fn first_crossing(low: &[f64], high: &[f64]) -> f64 {
     let lines = low.iter().zip(high).filter(|ends| changes(*ends));
     lines.map(|(a, b)| a / (a - b)).fold(1.0, f64::min)

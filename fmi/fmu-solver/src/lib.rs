@@ -1,5 +1,4 @@
-//! Solvers of differential equations over one communication step, for models whose importer has
-//! none.
+//! Solvers of ordinary differential equations with events, over one communication step.
 //!
 //! - [`Method::Fixed`]: the classical Runge–Kutta method of order 4 in equal internal steps.
 //! - [`Method::Adaptive`]: the method of Dormand and Prince of order 5, which chooses its steps by
@@ -7,10 +6,10 @@
 //! - [`Method::Stiff`]: the Rosenbrock method Rodas5P of order 5, which chooses its steps by a
 //!   tolerance and stays stable where rates differ by orders of magnitude.
 //!
-//! All of them are one-step methods: what they carry from one communication step to the next is the
-//! state and the length of the internal step to try first. Nothing is allocated in a step. Only
-//! sums, products, quotients and square roots are used, so results have the same bits on every
-//! machine if the system's have.
+//! All of them are one-step methods: from one communication step to the next they keep only the
+//! length of the internal step to try first. Nothing is allocated in a step. Only sums, products,
+//! quotients and square roots are used, so results have the same bits on every platform if those of
+//! the system have.
 
 mod adaptive;
 mod algorithm;
@@ -32,34 +31,34 @@ use rosenbrock::Rosenbrock;
 use runge_kutta::RungeKutta;
 use std::fmt;
 
-/// The tolerance of an internal step, where the importer gives none.
+/// The default tolerance of an internal step.
 pub const TOLERANCE: f64 = 1e-6;
 
 /// Most internal steps within one communication step.
 const MOST_STEPS: f64 = 1e6;
 
-/// How a system is integrated.
+/// An integration method.
 #[derive(Clone, Debug)]
 pub enum Method {
     /// Runge–Kutta of order 4 in equal internal steps.
     Fixed,
     /// Dormand–Prince of order 5.
     Adaptive,
-    /// Rodas5P of order 5, with a Jacobian of this pattern.
+    /// Rodas5P of order 5, with this sparsity pattern of the Jacobian.
     Stiff(SparsityPattern),
 }
 
 /// Why a communication step could not be done.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Failure<E> {
-    /// What the system says.
+    /// An error of the system.
     System(E),
-    /// So many internal steps would be needed, each of at most so many s.
+    /// Too many internal steps: their number, and their maximum length, s.
     TooManySteps(f64, f64),
-    /// So many s after the start of the communication step, an internal step of so many s is still
-    /// too long for the tolerance.
+    /// The error is above the tolerance even with the shortest internal step: time from the start
+    /// of the communication step, and length of the internal step, s.
     TooShort(f64, f64),
-    /// The state of this index has become infinite or no number: this value.
+    /// A state became infinite or NaN: its index and value.
     NotFinite(usize, f64),
 }
 
@@ -89,18 +88,18 @@ impl<E: fmt::Display> fmt::Display for Failure<E> {
     }
 }
 
-/// What a solver has done since it was made.
+/// Counts of a solver's work since it was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Internal steps that were taken.
+    /// Accepted internal steps.
     pub steps: u64,
-    /// Internal steps that were tried and not taken: their error was too large.
+    /// Internal steps that were rejected because their error was too large.
     pub rejected: u64,
     /// Jacobians that were evaluated.
     pub jacobians: u64,
 }
 
-/// A solver with all the room that it needs.
+/// A solver with its workspace.
 pub struct Solver {
     algorithm: AnyAlgorithm,
     workspace: Workspace,
@@ -112,16 +111,16 @@ enum AnyAlgorithm {
     Stiff(Box<Rosenbrock>),
 }
 
-/// What all methods need.
+/// The workspace that all methods share.
 struct Workspace {
     nominal: Vec<f64>,
     tolerance: f64,
-    /// What an internal step may at most be, s.
+    /// Maximum length of an internal step, s.
     longest: f64,
     /// States at the start and the end of an internal step.
     x: Vec<f64>,
     end: Vec<f64>,
-    /// The estimate of the errors of an internal step; then the states at an event within.
+    /// The estimated errors of an internal step, later the states at an event in it.
     error: Vec<f64>,
     dense_output: DenseOutput,
     indicators: Indicators,
@@ -129,9 +128,10 @@ struct Workspace {
 }
 
 impl Solver {
-    /// For states of these nominal values (their sizes, > 0) and so many event indicators. No
-    /// internal step is longer than `longest`, s, which may be infinite where a tolerance chooses.
-    /// An indicator that changes its sign twice within one is not seen.
+    /// A solver for states with these nominal values (magnitudes, > 0) and this number of event
+    /// indicators. No internal step is longer than `longest`, s, which may be infinite for methods
+    /// with a tolerance. An indicator that changes its sign twice within an internal step is
+    /// missed.
     #[must_use]
     pub fn new(method: Method, nominal: Vec<f64>, indicators: usize, longest: f64) -> Self {
         let n = nominal.len();
@@ -156,24 +156,24 @@ impl Solver {
         }
     }
 
-    /// The error that an internal step may have, relative to a state or its nominal value,
-    /// whichever is larger: [`TOLERANCE`] until it is said. The fixed method has none.
+    /// Sets the allowed error of an internal step, relative to a state or its nominal value,
+    /// whichever is larger; [`TOLERANCE`] by default. The fixed method does not use it.
     pub fn set_tolerance(&mut self, tolerance: f64) {
         self.workspace.tolerance = tolerance;
     }
 
-    /// What has been done so far.
+    /// The counts so far.
     #[must_use]
     pub fn counts(&self) -> Counts {
         self.workspace.counts
     }
 
-    /// Moves the states `x` on from the time `t` by `h`, both s, or to the first event. `first` is
-    /// the internal step to try first, s (0: not known), and then that of the next communication
-    /// step. On an error both are as before.
+    /// Advances the states `x` from the time `t` by `h`, both s, or to the first event. `first` is
+    /// the internal step to try first, s (0: not known), and afterwards that for the next
+    /// communication step. On an error both are as before.
     ///
-    /// The answer is the time of the event after `t`, s, if there was one: the states are those
-    /// just behind it, and whoever has dealt with it calls again with what is left of `h`.
+    /// Returns the time of the event after `t`, s, if there was one: the states are those just
+    /// after it. Once the event is handled, call again with the rest of `h`.
     ///
     /// # Errors
     /// See [`Failure`].
@@ -208,7 +208,7 @@ impl Solver {
 }
 
 impl Workspace {
-    /// In equal internal steps, so that the last one ends at `t` + `h`; or to the first event.
+    /// Advances in equal internal steps to `t` + `h`, or to the first event.
     fn fixed_steps<A: Algorithm, S: System>(
         &mut self,
         method: &mut A,
@@ -231,7 +231,7 @@ impl Workspace {
         Ok(None)
     }
 
-    /// Takes the internal step that was tried last, to its end or to the first event on the way.
+    /// Accepts the last internal step, to its end or to the first event in it.
     fn accept_step<A: Algorithm, S: System>(
         &mut self,
         method: &mut A,
@@ -246,7 +246,7 @@ impl Workspace {
             if indicators.has_event() {
                 let ends = [&self.x[..], &self.end[..]];
                 method.dense_output(system, step, ends, dense)?;
-                // As finely as times can be told apart.
+                // As finely as rounded times can be distinguished.
                 let finest = 4.0 * f64::EPSILON * (t.abs() + s + dt) / dt;
                 let at = indicators.locate(system, step, finest, (dense, ends), &mut self.error)?;
                 std::mem::swap(&mut self.x, &mut self.error);

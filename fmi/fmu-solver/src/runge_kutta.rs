@@ -1,4 +1,4 @@
-//! The classical Runge–Kutta method of order 4. It has no estimate of its error.
+//! The classical Runge–Kutta method of order 4, without an error estimate.
 
 use super::algorithm::{Algorithm, add, vectors};
 use super::dense_output::DenseOutput;
@@ -43,7 +43,7 @@ impl Algorithm for RungeKutta {
         Ok(true)
     }
 
-    /// The cubic with the rates at both ends: of order 3.
+    /// The cubic Hermite interpolation, of order 3.
     fn dense_output<S: System>(
         &mut self,
         system: &mut S,

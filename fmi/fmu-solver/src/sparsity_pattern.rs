@@ -1,17 +1,17 @@
-//! Which states each derivative reads, and what follows for the Jacobian: columns that one
-//! evaluation serves, and an order of the states in which the non-zeros lie near the diagonal.
+//! The sparsity pattern of the Jacobian; groups of columns that one evaluation computes together,
+//! and an order of the states in which the non-zeros are near the diagonal.
 
-/// Which states each derivative reads: where the Jacobian is not zero.
+/// The states that each derivative reads, which are the non-zeros of the Jacobian.
 #[derive(Clone, Debug)]
 pub struct SparsityPattern {
-    /// By column j, where its part of `rows` begins; one more at the end.
+    /// For each column, the start of its part of `rows`; one more at the end.
     starts: Vec<usize>,
     /// Derivatives that read the state of the column.
     rows: Vec<usize>,
 }
 
 impl SparsityPattern {
-    /// Each of `n` derivatives reads each state.
+    /// Each of `n` derivatives reads all states.
     #[must_use]
     pub fn full(n: usize) -> Self {
         Self {
@@ -49,7 +49,7 @@ impl SparsityPattern {
         self.rows.len()
     }
 
-    /// Where the column's numbers are among all, and their rows.
+    /// The non-zeros of a column: their positions among all, and their rows.
     pub(crate) fn column(&self, j: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
         (self.starts[j]..self.starts[j + 1]).map(|place| (place, self.rows[place]))
     }
@@ -58,8 +58,8 @@ impl SparsityPattern {
         (0..self.len()).flat_map(|j| self.column(j).map(move |(_, i)| (i, j)))
     }
 
-    /// Groups of columns of which no two have a row in common, so that one directional derivative
-    /// gives all of a group: as many columns as fit in each (Curtis, Powell and Reid, 1974).
+    /// Groups of columns without a common row, so that one directional derivative gives a whole
+    /// group; each takes as many columns as fit (Curtis, Powell and Reid, 1974).
     pub(crate) fn groups(&self) -> Vec<Vec<usize>> {
         let mut left: Vec<usize> = (0..self.len()).collect();
         let mut last = vec![usize::MAX; self.len()];
@@ -80,8 +80,8 @@ impl SparsityPattern {
         groups
     }
 
-    /// The place of each state in the order with the narrower band: as they are, or by Cuthill and
-    /// McKee (1969). With it the diagonals below and above the main one.
+    /// The position of each state in the order with the narrower band, unchanged or by Cuthill and
+    /// McKee (1969), and the number of diagonals below and above the main one.
     pub(crate) fn order(&self) -> (Vec<usize>, usize, usize) {
         let same: Vec<usize> = (0..self.len()).collect();
         let [a, b] = [same, self.cuthill_mckee()].map(|places| {
@@ -101,7 +101,7 @@ impl SparsityPattern {
         })
     }
 
-    /// From a state with few neighbours outward, neighbours with few of their own first.
+    /// Breadth-first from a state with few neighbours; neighbours with few of their own come first.
     fn cuthill_mckee(&self) -> Vec<usize> {
         let n = self.len();
         let mut neighbours = vec![Vec::new(); n];

@@ -1,4 +1,4 @@
-//! `#[fmu(…)]` on a field.
+//! Parses the attribute `#[fmu(…)]` on a field.
 
 use proc_macro2::Span;
 use quote::quote;
@@ -7,7 +7,7 @@ use syn::{
     Attribute, Error, Expr, ExprLit, Field, Index, Lit, LitStr, Member, Path, Result, Token,
 };
 
-/// What is said of a field; each with the place where it is said.
+/// The keys and values of `#[fmu(…)]` on a field.
 #[derive(Default)]
 pub(crate) struct Attributes {
     pub(crate) name: Option<LitStr>,
@@ -24,13 +24,13 @@ pub(crate) struct Attributes {
     pub(crate) depends_on: Option<Vec<LitStr>>,
     pub(crate) initially_depends_on: Option<Vec<LitStr>>,
     pub(crate) rate_depends_on: Option<Vec<LitStr>>,
-    /// Words without a value.
+    /// Keys without a value.
     flags: Vec<(String, Span)>,
-    /// Everything that is said, in order, and where.
+    /// All keys in order, with their spans.
     pub(crate) keys: Vec<(String, Span)>,
 }
 
-/// Every key there is.
+/// All keys, for messages.
 const KEYS: &str = "unit, display_unit, start, min, max, nominal, len, name, at, structural, tunable, constant, discrete, set, depends_on, \
                     initially_depends_on, rate_depends_on, not_in_evaluation, local, calculated or skip";
 
@@ -61,7 +61,7 @@ impl Attributes {
                 return Err(meta.error(format!("unknown attribute; it must be {KEYS}")));
             };
             if self.keys.iter().any(|(known, _)| *known == key) {
-                return Err(meta.error(format!("`{key}` is said twice")));
+                return Err(meta.error(format!("`{key}` is given twice")));
             }
             match key.as_str() {
                 "name" => self.name = Some(meta.value()?.parse()?),
@@ -102,13 +102,13 @@ impl Attributes {
         })
     }
 
-    /// Whether a key without a value is there.
+    /// Whether a key without a value is given.
     pub(crate) fn has(&self, flag: &str) -> bool {
         self.flags.iter().any(|(name, _)| name == flag)
     }
 }
 
-/// The attributes that are ours.
+/// The attributes named `fmu`.
 pub(crate) fn fmu(attributes: &[Attribute]) -> impl Iterator<Item = &Attribute> {
     (attributes.iter()).filter(|attribute| attribute.path().is_ident("fmu"))
 }
@@ -117,7 +117,7 @@ fn span(path: &Path) -> Span {
     syn::spanned::Spanned::span(path)
 }
 
-/// A variable as it is written in a list of dependencies, `motor.u[2]` or `"motor.u[2]"`.
+/// The name of a variable in a list of dependencies, `motor.u[2]` or `"motor.u[2]"`.
 fn variable_name(expr: &Expr) -> Result<LitStr> {
     let text = match expr {
         Expr::Lit(ExprLit {

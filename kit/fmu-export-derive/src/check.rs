@@ -1,11 +1,12 @@
-//! What must be said of a field, and what can be.
+//! Checks the attributes of a field: which are required, which the field's type and role allow, and
+//! whether the start value is within the bounds.
 
 use crate::field::{Field, Kind, Role, Shape};
 use crate::structs::combined;
 use proc_macro2::Span;
 use syn::{Error, Expr, ExprLit, ExprUnary, Lit, Result, UnOp};
 
-/// Everything that is wrong with a field, each at its place.
+/// All errors in a field, each with the span where it occurs.
 pub(crate) fn check(field: &Field, role: Role) -> Result<()> {
     let mut wrong: Vec<Error> = Vec::new();
     let is_discrete = role == Role::State && field.attributes.has("discrete");
@@ -28,42 +29,42 @@ pub(crate) fn check(field: &Field, role: Role) -> Result<()> {
 /// Why a struct of this role cannot have a field of this type.
 fn type_error(kind: Kind, role: Role) -> Option<&'static str> {
     match (kind, role) {
-        (Kind::StaticText, Role::Parameter) => Some("a text that can be set is a String"),
+        (Kind::StaticText, Role::Parameter) => Some("a text parameter must be a String"),
         (Kind::StaticText, Role::Input | Role::State) => {
             Some("`&'static str` can only be an output")
         }
         (Kind::Real | Kind::Struct, _) => None,
-        (_, Role::State) => {
-            Some("a state that is integrated is an f64, or an array or a Vec of f64")
-        }
+        (_, Role::State) => Some("a continuous state must be an f64, or an array or a Vec of f64"),
         _ => None,
     }
 }
 
-/// Why a key cannot be said of this field.
+/// Why this field cannot have a key.
 fn key_error(key: &str, field: &Field, role: Role) -> Option<String> {
     let (kind, attributes) = (field.kind, &field.attributes);
     let is_number = kind.is_number();
-    let of = |what: &str| Some(format!("only {what} has it"));
+    let of = |what: &str| Some(format!("only {what} can have it"));
     match key {
         "name" => None,
         "skip" if matches!(role, Role::Parameter | Role::State) => None,
         "skip" => of("a parameter or a state"),
-        "start" if role == Role::Output => Some("an output is computed and has none".to_owned()),
+        "start" if role == Role::Output => {
+            Some("an output is computed and has no start value".to_owned())
+        }
         "start" => None,
         _ if attributes.has("skip") => {
-            Some("the field is skipped, so it is no variable".to_owned())
+            Some("the field is skipped and is not a variable".to_owned())
         }
         _ if kind == Kind::Struct => {
-            Some("say it of the fields of the struct; the struct itself is no variable".to_owned())
+            Some("write it on the fields of the struct, which itself is not a variable".to_owned())
         }
         "unit" | "display_unit" | "nominal" if !kind.is_float() => of("an f64 or f32"),
         "min" | "max" if !is_number => of("an f64, an f32 or an integer"),
         "tunable" if role != Role::Parameter || field.has_setter(role) => {
-            of("a parameter that is no String")
+            of("a parameter that is not a String")
         }
         "len" if !matches!(field.shape, Shape::Vector) => {
-            Some("only a Vec has it; an array has its length in its type".to_owned())
+            Some("only a Vec can have it; an array has its length in its type".to_owned())
         }
         "structural"
             if role != Role::Parameter
@@ -90,14 +91,18 @@ fn key_error(key: &str, field: &Field, role: Role) -> Option<String> {
         "set" if !field.has_setter(role) => of("a String parameter"),
         "local" if !matches!(role, Role::Output | Role::State) => of("an output or a state"),
         "calculated" if role != Role::Output => of("a field of the outputs"),
-        "calculated" if attributes.has("local") => Some("a variable is not local, too".to_owned()),
+        "calculated" if attributes.has("local") => {
+            Some("the variable cannot be `local` as well".to_owned())
+        }
         "rate_depends_on" if role != Role::State || attributes.has("discrete") => {
             of("a state that is integrated")
         }
-        "depends_on" if role == Role::State => Some("a state follows no input at once".to_owned()),
+        "depends_on" if role == Role::State => {
+            Some("a state does not depend directly on inputs".to_owned())
+        }
         "depends_on" if role != Role::Output => of("an output"),
         "depends_on" if attributes.has("calculated") => {
-            Some("a calculated parameter follows no input".to_owned())
+            Some("a calculated parameter does not depend on inputs".to_owned())
         }
         "depends_on" | "initially_depends_on" if attributes.has("local") => {
             of("an output that is not local")
@@ -107,7 +112,7 @@ fn key_error(key: &str, field: &Field, role: Role) -> Option<String> {
     }
 }
 
-/// What is not said, but must be.
+/// A required attribute that is missing.
 fn missing_attribute(field: &Field, role: Role) -> Option<String> {
     let (name, attributes) = (&field.name, &field.attributes);
     if !field.is_variable() || field.kind == Kind::Struct {
@@ -141,7 +146,7 @@ fn missing_attribute(field: &Field, role: Role) -> Option<String> {
     None
 }
 
-/// The start value must be within the bounds, as far as they are written as numbers.
+/// Checks that the start value is within the bounds, if they are literal numbers.
 fn bounds(field: &Field) -> Result<()> {
     let attributes = &field.attributes;
     let number = |expr: &Option<Expr>| expr.as_ref().and_then(number);
@@ -175,7 +180,7 @@ fn bounds(field: &Field) -> Result<()> {
     Ok(())
 }
 
-/// The value of a number that is written out.
+/// The value of a literal number.
 fn number(expr: &Expr) -> Option<f64> {
     match expr {
         Expr::Lit(ExprLit { lit, .. }) => match lit {

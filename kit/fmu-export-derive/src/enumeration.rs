@@ -1,4 +1,4 @@
-//! Enumerations as types of variables.
+//! `#[derive(Enumeration)]`: makes a Rust enumeration the type of a variable.
 
 use crate::attributes::fmu;
 use crate::names;

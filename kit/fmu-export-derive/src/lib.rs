@@ -1,9 +1,9 @@
-//! The derives of `fmu-export`, which re-exports them with its feature `derive`: the variables of
-//! an FMU from structs.
+//! The derive macros of `fmu-export`, which re-exports them with its feature `derive`: they make
+//! the variables of an FMU from structs.
 //!
 //! `#[derive(Parameters)]`, `#[derive(Input)]`, `#[derive(Output)]` and `#[derive(State)]` make a
-//! row of the table of variables from each field: its name, its doc comment as the description, its
-//! type, and what `#[fmu(…)]` says.
+//! row of the table of variables from each field: from its name, its doc comment as the
+//! description, its type, and the attribute `#[fmu(…)]`.
 //!
 //! | Field | Variable |
 //! |---|---|
@@ -50,10 +50,10 @@
 //! | `experiment(0.0, 5.0, 0.01)` | default experiment: start, stop, communication step, s |
 //! | `info = INFO` | names and files (a `const INFO: Info`), instead of the struct's name, doc comment and the package's version |
 //!
-//! Beside the rows each derive implements what a model's struct must have: `Clone` and serde's
-//! traits, and for all but parameters a `Default` of zeros and `Copy`, which needs a struct without
-//! vectors, Strings and Binary (not serde's for outputs).
-//! `#[fmu(table_only)]` on the struct leaves them to you.
+//! Each derive also implements the other traits that a model's struct needs: `Clone`, serde's
+//! traits (except for outputs), and except for parameters a `Default` of zeros; and `Copy` if the
+//! struct has no `Vec`, String or Binary. With `#[fmu(table_only)]` on the struct, implement them
+//! yourself.
 //!
 //! On an enumeration, `#[derive(Enumeration)]` makes the items from the variants, in order and
 //! counted from 1: names, doc comments as descriptions, `#[fmu(name = "…")]` for another name.
@@ -72,26 +72,26 @@ use field::Role;
 use proc_macro::TokenStream;
 use syn::{DeriveInput, Error, parse_macro_input};
 
-/// A struct of parameters. The table of attributes is in the text of the crate.
+/// A struct of parameters. The attributes are described in the documentation of the crate.
 #[proc_macro_derive(Parameters, attributes(fmu))]
 pub fn parameters(input: TokenStream) -> TokenStream {
     derive(input, |input| structs::derive(input, Role::Parameter))
 }
 
-/// A struct of inputs. The table of attributes is in the text of the crate.
+/// A struct of inputs. The attributes are described in the documentation of the crate.
 #[proc_macro_derive(Input, attributes(fmu))]
 pub fn input(input: TokenStream) -> TokenStream {
     derive(input, |input| structs::derive(input, Role::Input))
 }
 
-/// A struct of outputs. The table of attributes is in the text of the crate.
+/// A struct of outputs. The attributes are described in the documentation of the crate.
 #[proc_macro_derive(Output, attributes(fmu))]
 pub fn output(input: TokenStream) -> TokenStream {
     derive(input, |input| structs::derive(input, Role::Output))
 }
 
-/// A struct of states, of a whole model if it says `#[fmu(parameters = …)]`. The table of
-/// attributes is in the text of the crate.
+/// A struct of states; of a whole model with `#[fmu(parameters = …)]`. The attributes are described
+/// in the documentation of the crate.
 #[proc_macro_derive(State, attributes(fmu))]
 pub fn state(input: TokenStream) -> TokenStream {
     derive(input, |input| structs::derive(input, Role::State))

@@ -1,4 +1,4 @@
-//! Names and descriptions.
+//! Names and descriptions of variables, from identifiers and doc comments.
 
 use syn::ext::IdentExt;
 use syn::{Attribute, Expr, ExprLit, Ident, Lit, Meta};

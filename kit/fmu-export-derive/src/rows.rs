@@ -1,4 +1,4 @@
-//! The rows of a struct in the table of variables.
+//! Generates the rows of a struct in the table of variables: `impl Rows`.
 
 use crate::field::{Field, Kind, Role, Shape};
 use crate::values::{length, real, start_value, vector};
@@ -7,7 +7,7 @@ use quote::{format_ident, quote, quote_spanned};
 use syn::spanned::Spanned;
 use syn::{Expr, ExprLit, Ident, Lit, LitStr};
 
-/// `impl Rows`, and what it needs.
+/// Generates `impl Rows` with the names and paths that it needs.
 pub(crate) fn derive(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
     let owner = match role {
         Role::Parameter => quote!(Parameters),
@@ -55,7 +55,7 @@ pub(crate) fn derive(ident: &Ident, fields: &[Field], role: Role) -> TokenStream
     }
 }
 
-/// The way to the struct in a field.
+/// Generates the path to the struct in a field.
 fn path(ident: &Ident, field: &Field) -> TokenStream {
     let (path, member, ty, name) = (to(field), &field.ident, field.element(), &field.name);
     let (index, name) = match field.shape {
@@ -63,7 +63,7 @@ fn path(ident: &Ident, field: &Field) -> TokenStream {
         _ => (quote!(), quote!(At::NAME.join(#name))),
     };
     quote! {
-        /// The way to a struct in the struct, or to the one of this index in an array of them.
+        /// The path to a nested struct, or to the one with this index in an array.
         #[allow(non_camel_case_types)]
         struct #path<At, const K: usize>(::core::marker::PhantomData<At>);
 
@@ -89,7 +89,7 @@ fn to(field: &Field) -> Ident {
     format_ident!("To_{}", crate::names::ident_text(&field.ident))
 }
 
-/// The parts of the table that a field is: a row, or the rows of a struct or more.
+/// The parts of the table for a field: a row, or the rows of one or more structs.
 fn parts(field: &Field, role: Role, k: usize) -> Vec<TokenStream> {
     if field.kind == Kind::Struct {
         let (ty, path) = (field.element(), to(field));
@@ -110,7 +110,7 @@ fn parts(field: &Field, role: Role, k: usize) -> Vec<TokenStream> {
     }]
 }
 
-/// Name of the function that makes the row.
+/// Name of the constructor of the row.
 fn constructor(field: &Field, role: Role) -> Ident {
     let (ty, of) = match field.kind {
         Kind::Real => ("", ""),
@@ -134,7 +134,7 @@ fn constructor(field: &Field, role: Role) -> Ident {
     Ident::new(&format!("{ty}{causality}{plural}{of}"), field.span())
 }
 
-/// What `Fields` calls the accessors of a type that has no constructors of its own.
+/// The variant of `Fields` for a type without constructors of its own.
 fn fields(field: &Field, role: Role) -> Option<&'static str> {
     match field.kind {
         Kind::Text if !field.has_setter(role) => Some("String"),
@@ -218,7 +218,7 @@ fn accessors(field: &Field, role: Role) -> TokenStream {
     }
 }
 
-/// What makes one slice of arrays in an array.
+/// The calls that flatten nested arrays to one slice.
 fn flattened(field: &Field, name: &str) -> TokenStream {
     let (Shape::Array(lengths), name) = (&field.shape, Ident::new(name, Span::call_site())) else {
         return TokenStream::new();
@@ -226,7 +226,7 @@ fn flattened(field: &Field, name: &str) -> TokenStream {
     (1..lengths.len()).map(|_| quote!(.#name())).collect()
 }
 
-/// How many elements there are in each dimension, and what makes a vector as long.
+/// The length of each dimension, and the function that resizes a `Vec`.
 fn shape(field: &Field, role: Role) -> TokenStream {
     match &field.shape {
         Shape::Array(lengths) if lengths.len() > 1 => {
@@ -250,7 +250,7 @@ fn shape(field: &Field, role: Role) -> TokenStream {
     }
 }
 
-/// What the compiler checks: an array is not too large for the stack.
+/// A compile-time check that an array is not too large for the stack.
 fn size(field: &Field) -> TokenStream {
     let (Shape::Array(_), ty, name) = (&field.shape, &field.ty, &field.name) else {
         return TokenStream::new();
@@ -263,7 +263,7 @@ fn size(field: &Field) -> TokenStream {
     }
 }
 
-/// What the row says beside name, description and place.
+/// The attributes of the row, as calls after its constructor.
 fn more(field: &Field, role: Role) -> TokenStream {
     let (attributes, ty) = (&field.attributes, field.value());
     let mut calls = TokenStream::new();
@@ -340,7 +340,7 @@ fn known(name: &LitStr) -> TokenStream {
     }
 }
 
-/// The parameters and inputs in the start value of a state; None: it cannot be told.
+/// The parameters and inputs in the start value of a state; None if they cannot be determined.
 fn start_dependencies(field: &Field) -> Option<Vec<TokenStream>> {
     if field.starts_elsewhere {
         return None;
@@ -351,7 +351,7 @@ fn start_dependencies(field: &Field) -> Option<Vec<TokenStream>> {
     let mut names = Vec::new();
     let is_vector = matches!(field.shape, Shape::Vector);
     collect(quote!(#start), is_vector, &mut names)?;
-    // A vector that starts as another one does so element by element.
+    // An array that starts as another array depends on it element by element.
     if let ([name], Shape::Array(_), Expr::Field(_)) = (&mut names[..], &field.shape, start) {
         name.push_str("[i]");
     }
@@ -422,7 +422,7 @@ fn is_literal(value: &Expr) -> bool {
     }
 }
 
-/// Checks that the compiler makes: units are known.
+/// Compile-time checks that the unit and display unit are known.
 fn units(field: &Field) -> TokenStream {
     let Some(Expr::Lit(ExprLit {
         lit: Lit::Str(unit),

@@ -1,4 +1,5 @@
-//! The state of a model of ordinary differential equations.
+//! `#[derive(State)]` for the state of a model of ordinary differential equations: the attributes
+//! of the struct, `impl Vector` and `impl State`.
 
 use crate::attributes::fmu;
 use crate::field::{Field, Shape};
@@ -11,20 +12,20 @@ use syn::{DeriveInput, Error, Expr, Ident, LitStr, Result, Token, Type};
 
 const KEYS: &str = "parameters, input, output, max_step, solver, tolerance, model_exchange, experiment, info or table_only";
 
-/// What is said of the struct.
+/// The attributes of the struct.
 #[derive(Default)]
 pub(crate) struct Model {
     parameters: Option<Type>,
     input: Option<Type>,
     output: Option<Type>,
     max_step: Option<Expr>,
-    /// What integrates it in Co-Simulation.
+    /// The solver for Co-Simulation.
     solver: Option<LitStr>,
     tolerance: Option<Expr>,
     experiment: Vec<Expr>,
     info: Option<Expr>,
     description: String,
-    /// For Model Exchange too.
+    /// Supports Model Exchange too.
     model_exchange: bool,
     pub(crate) table_only: bool,
 }
@@ -82,7 +83,7 @@ impl Model {
             || !self.experiment.is_empty()
             || self.info.is_some();
         if has_more && !self.is_whole() {
-            let text = "a model names its structs: `#[fmu(parameters = …, input = …, output = …)]`, those that it has";
+            let text = "name the model's structs, as far as it has them: `#[fmu(parameters = …, input = …, output = …)]`";
             return Err(Error::new_spanned(ident, text));
         }
         if let Some(solver) = self
@@ -99,7 +100,7 @@ impl Model {
             return Err(Error::new_spanned(tolerance, text));
         }
         if self.info.is_some() && !self.experiment.is_empty() {
-            let text = "`info` holds the experiment: `Info::experiment`";
+            let text = "with `info`, set the experiment by `Info::experiment`";
             return Err(Error::new_spanned(ident, text));
         }
         if self.is_whole() && self.info.is_none() && self.description.is_empty() {
@@ -127,7 +128,7 @@ pub(crate) fn derive(
             .find_map(|field| field.attributes.start.as_ref())
         {
             Some(start) => {
-                let text = "`start`: the struct is a part of a state; say it of the field that holds the struct";
+                let text = "`start`: the struct is a part of a state; write it on the field that holds the struct";
                 Err(Error::new_spanned(start, text))
             }
             None => Ok(quote!(#vector impl __fmu::Output for #ident {})),
@@ -201,7 +202,7 @@ fn state_impl(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
     });
     let exchange = model.model_exchange;
     let states = quote!(&[<#ident as __fmu::Rows<#ident, __fmu::StatePath<#ident>>>::ROWS]);
-    // Solvers with a tolerance read them, too.
+    // Solvers with a tolerance use them too.
     let derivatives = match exchange || model.solver.is_some() {
         true => quote! {
             const STATES: &[::fmu_export::Variable<#ident>] =

@@ -1,5 +1,5 @@
-//! What is derived for a struct: its rows, its start values, and what a model's struct must
-//! implement.
+//! Generates all code for a struct with a derive: its rows, its start values, and the other traits
+//! that a model's struct needs.
 
 use crate::attributes::fmu;
 use crate::field::{Field, Kind, Role, Shape};
@@ -52,7 +52,7 @@ pub(crate) fn derive(input: &DeriveInput, role: Role) -> Result<TokenStream> {
 
 fn fields(input: &DeriveInput) -> Result<Vec<Field>> {
     if !input.generics.params.is_empty() {
-        let text = "a struct with parameters of type cannot be derived: the table is one";
+        let text = "a generic struct cannot have a table of variables";
         return Err(Error::new_spanned(&input.generics, text));
     }
     let fields = match &input.data {
@@ -101,7 +101,7 @@ fn is_table_only(attributes: &[Attribute]) -> Result<bool> {
     Ok(found)
 }
 
-/// Start values.
+/// Generates the function `start` with the start values.
 fn start(ident: &Ident, fields: &[Field], kind: &TokenStream) -> TokenStream {
     let values = fields.iter().map(|field| {
         let member = &field.ident;
@@ -129,7 +129,8 @@ fn start(ident: &Ident, fields: &[Field], kind: &TokenStream) -> TokenStream {
     }
 }
 
-/// Clone and serde's traits; a Default of zeros for all but parameters, and Copy for what can be.
+/// Generates `Clone` and serde's traits; except for parameters a `Default` of zeros, and `Copy` if
+/// possible.
 fn data(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
     let members: Vec<_> = fields.iter().map(|field| &field.ident).collect();
     let [copies, moves] = ["copied", "copied_to"].map(|function| {
@@ -154,7 +155,7 @@ fn data(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
     };
     if role != Role::Parameter {
         let zeros = fields.iter().map(zero);
-        // With a lifetime, the compiler takes a bound that does not hold for one that may.
+        // With a lifetime, the compiler accepts a bound that does not hold.
         let structs = (fields.iter()).filter(|field| field.kind == Kind::Struct);
         let structs = structs.map(|field| &field.ty);
         let is_heap = |field: &Field| matches!(field.shape, Shape::Vector) || field.kind.is_heap();
@@ -178,8 +179,8 @@ fn data(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
     impls
 }
 
-/// Serde's traits: the fields one after the other, as a tuple of tuples, since those are at most 16
-/// long.
+/// Generates serde's traits: the fields as a tuple of tuples, because serde's tuples have at most
+/// 16 elements.
 fn serde(ident: &Ident, fields: &[Field]) -> TokenStream {
     let groups: Vec<_> = fields.chunks(16).collect();
     let read = groups.iter().map(|group| {

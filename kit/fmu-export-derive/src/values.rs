@@ -1,11 +1,11 @@
-//! Values in the code that is written: numbers, start values, zeros.
+//! Values in the generated code: numbers, start values, lengths, zeros.
 
 use crate::field::{Field, Kind, Shape};
 use proc_macro2::TokenStream;
 use quote::quote;
 use syn::{Expr, ExprLit, Lit, LitFloat, Member};
 
-/// A number as an f64: `2` is written `2.0` for the compiler.
+/// A number as an f64: `2` becomes `2.0`.
 pub(crate) fn real(value: &Expr) -> TokenStream {
     match value {
         Expr::Lit(ExprLit {
@@ -26,7 +26,7 @@ pub(crate) fn real(value: &Expr) -> TokenStream {
     }
 }
 
-/// A start value as the field needs it: a number for an array is that of each element.
+/// A start value of the field's type: a single number for an array is that of each element.
 pub(crate) fn start_value(field: &Field, start: &Expr) -> TokenStream {
     let value = match field.kind {
         kind if kind.is_float() => real(start),
@@ -53,7 +53,7 @@ pub(crate) fn start_value(field: &Field, start: &Expr) -> TokenStream {
     }
 }
 
-/// An array with each of its elements converted, or what is no array itself.
+/// Converts each element of an array expression, or an expression that is not an array.
 fn each(start: &Expr, convert: &dyn Fn(&Expr) -> TokenStream) -> TokenStream {
     match start {
         Expr::Array(array) => {
@@ -73,8 +73,7 @@ fn filled(value: TokenStream, lengths: &[Expr], is_heap: bool) -> TokenStream {
     lengths.iter().rev().fold(value, wrap)
 }
 
-/// The vector of a field that has `n` elements, of which each starts as `start` says of its index
-/// `i`.
+/// A `Vec` of `n` elements, each with the start value for its index `i`.
 pub(crate) fn vector(field: &Field) -> TokenStream {
     let value = match &field.attributes.start {
         Some(start) => start_value(field, start),
@@ -87,13 +86,13 @@ pub(crate) fn vector(field: &Field) -> TokenStream {
     }}
 }
 
-/// How many elements a vector has, where `p` are the parameters.
+/// The number of elements of a `Vec`, where `p` are the parameters.
 pub(crate) fn number(field: &Field) -> TokenStream {
     let lengths = &field.attributes.len;
     quote!(1 #(* ((#lengths) as usize))*)
 }
 
-/// A length in the table: of a parameter if it is one of `p`.
+/// A length in the table: a parameter's name if it is a field of `p`, else a number.
 pub(crate) fn length(length: &Expr) -> TokenStream {
     match parameter(length) {
         Some(name) => quote!(::fmu_export::Length::Parameter(#name)),

@@ -119,7 +119,7 @@ pub(crate) unsafe fn output_argument<T>(name: &str, p: *mut T) -> Result<ArrayMu
 #[cold]
 #[inline(never)]
 fn null_output<T>(name: &str) -> Result<ArrayMut<T>, Fault> {
-    refuse!("{name} = NULL must be a place for the result")
+    refuse!("{name} = NULL must be a pointer for the result")
 }
 
 #[inline]

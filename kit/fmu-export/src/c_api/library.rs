@@ -76,7 +76,7 @@ impl<V: Version> Request<'_, V> {
         let mut messages = Vec::new();
         let resources = self.resources.and_then(|folder| {
             let report = |reason: &String| {
-                let text = format!("{function}: {reason}; going on without");
+                let text = format!("{function}: {reason}; the FMU runs without resources");
                 messages.push(Message::new(Kind::Warning, text));
             };
             folder.inspect_err(report).ok()

@@ -87,9 +87,9 @@ impl Log {
         }
         let mut text = text.to_string();
         if count == FIRST {
-            text += " (more of the kind only at the 100th, the 1000th and so on)";
+            text += " (from now on only the 100th, the 1000th and so on are sent)";
         } else if count > FIRST {
-            text += &format!(" (the {count}th of its kind)");
+            text += &format!(" (the {count}th of these messages)");
         }
         let kind = Kind::Model(level, category);
         self.queue.push(Message { kind, text });

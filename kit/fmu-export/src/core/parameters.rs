@@ -204,7 +204,7 @@ impl<M: Model> Instance<M> {
                         values.map(|found| each!(Values, found, |all| all[i].to_message()))
                     });
                     overridden.push(format!(
-                        "`{}` = {}, its start value, was set; {} from {} stays in force",
+                        "`{}` was set to its start value {}; the value {} from {} is kept",
                         self.name(row, i),
                         start.unwrap_or_default(),
                         value.unwrap_or_default(),

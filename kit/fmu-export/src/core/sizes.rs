@@ -62,7 +62,7 @@ impl<M: Model> Variable<M> {
         }
         let is_long = self.resize.is_some() || self.each_unit.len() > MOST_COUNTED;
         if is_long && (self.scalar || !self.each_unit.is_empty()) {
-            return Err("is a long row, which is a vector with one unit".to_owned());
+            return Err("is a long row, which must be a vector with one unit".to_owned());
         }
         let mut most = 1.0;
         for length in self.shape {
@@ -158,7 +158,7 @@ pub(crate) fn start<M: Model>(given: &str) -> Result<StartValues<M>, String> {
             let known: Vec<_> = sizes::<M>().map(|(row, _)| row.name).collect();
             let (model, known) = (M::INFO.model, known.join(", "));
             return Err(format!(
-                "size `{word}`: `{name}` must be a structural parameter of `{model}`, of which it has: {known}"
+                "size `{word}`: `{name}` must be a structural parameter of `{model}`, which has: {known}"
             ));
         };
         let value = value.parse::<i32>().ok();

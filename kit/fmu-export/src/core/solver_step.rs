@@ -52,7 +52,7 @@ impl<M: Continuous> StepSystem<'_, M> {
             }
         }
         Err(ModelError::new(format!(
-            "t = {t} s: {MOST_EVENTS} rounds of an event do not end it"
+            "t = {t} s: an event does not end after {MOST_EVENTS} iterations"
         )))
     }
 }
@@ -133,10 +133,11 @@ pub(crate) fn solve<M: Continuous>(
     let now = scratch.solver.counts();
     let (steps, rejected) = (now.steps - before.steps, now.rejected - before.rejected);
     if rejected > 0 {
-        let text = "internal steps were taken, and as many were too long for the tolerance:";
-        workspace.log.info(
+        let done = format_args!("{steps} internal steps were accepted, {rejected} rejected");
+        let log = &mut workspace.log;
+        log.info(
             "",
-            format_args!("t = {t} s, h = {h} s: {steps} {text} {rejected}"),
+            format_args!("t = {t} s, h = {h} s: {done} by the tolerance"),
         );
     }
     workspace.scratch = Some(scratch);

@@ -163,13 +163,12 @@ pub trait Ode: State {
     /// `dx`; the other fields of `dx` are not used.
     fn derivative(&self, p: &Self::P, u: &Self::U, t: f64, dx: &mut Self);
 
-    /// Whether [`directional`](Self::directional) is written; differences take its place.
+    /// Whether [`directional`](Self::directional) is implemented; else differences replace it.
     const HAS_DIRECTIONAL: bool = false;
 
-    /// Writes how the derivatives change along a change of the states, `seed.0`, and of the inputs,
-    /// `seed.1`, into `dx`: ∂f/∂x·δx + ∂f/∂u·δu, all of them. A stiff solver makes its Jacobian of
-    /// it, and importers of Model Exchange ask for it; [`check`](crate::check) compares it with
-    /// differences.
+    /// Writes the change of all derivatives, ∂f/∂x·δx + ∂f/∂u·δu, into `dx`, for a change `seed.0`
+    /// of the states and `seed.1` of the inputs. The stiff solver computes its Jacobian with it,
+    /// and importers may request it; [`check`](crate::check) compares it with differences.
     fn directional(
         &self,
         _p: &Self::P,
@@ -213,8 +212,8 @@ pub trait Ode: State {
         Self::Y::default()
     }
 
-    /// The same, written to where they are kept; for outputs that hold vectors, which are as long
-    /// as they must be there. Written in place of [`outputs`](Self::outputs).
+    /// The same, written into `y`, whose `Vec`s have the right length. Implemented instead of
+    /// [`outputs`](Self::outputs) for outputs that contain a `Vec`.
     #[inline]
     fn outputs_into(&self, p: &Self::P, u: &Self::U, y: &mut Self::Y) {
         *y = self.outputs(p, u);

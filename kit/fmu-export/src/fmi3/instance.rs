@@ -132,7 +132,7 @@ impl<M: Model> Fmi3Instance<M> {
             };
             end = match self.instance.do_rest_of_step(from, until - from) {
                 Ok(end) if end.time > from || end.terminate => end,
-                Ok(_) => return Err(stuck("the step does not move on")),
+                Ok(_) => return Err(stuck("the step makes no progress")),
                 Err(Fault::Discarded(text)) => return Err(stuck(&text)),
                 Err(fault) => return Err(fault),
             };

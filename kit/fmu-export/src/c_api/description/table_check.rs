@@ -38,7 +38,7 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>, start: &StartValues<M>) -> Res
         let wrong = |reason: &str| Err(format!("variable `{name}`: {reason}"));
         if !is_structured(row.name) {
             return wrong(
-                "is not a structured name such as `a.b` (no spaces, no brackets: vectors get them from the layer)",
+                "is not a structured name such as `a.b` (no spaces, and no brackets, which vectors get automatically)",
             );
         }
         if !names.insert(name.clone()) {
@@ -103,7 +103,7 @@ fn lengths<M: Model>(layout: &Layout<M>, (p, u): &StartValues<M>) -> Result<(), 
             (0, _) => return wrong("has no elements"),
             _ if row.storage.is_equation() => {}
             (n, found) if n != found => {
-                return wrong(&format!("has {found} elements, but says that it has {n}"));
+                return wrong(&format!("has {found} elements, but declares {n}"));
             }
             _ => {}
         }
@@ -116,11 +116,11 @@ fn categories<M: Model>() -> Result<(), String> {
     let mut names: BTreeSet<_> = CATEGORIES.iter().map(|(name, ..)| *name).collect();
     for (name, _) in M::INFO.log_categories {
         if name.is_empty() {
-            return Err("a category of messages has no name".to_owned());
+            return Err("a log category has no name".to_owned());
         }
         if !names.insert(name) {
             return Err(format!(
-                "category of messages `{name}` is there twice, or is one of FMI"
+                "log category `{name}` is declared twice, or is a standard category"
             ));
         }
     }
@@ -180,7 +180,9 @@ fn attributes<M: Model>(row: &Variable<M>, i: usize) -> Result<(), String> {
             Causality::Parameter | Causality::CalculatedParameter
         ) || matches!(row.storage, Storage::Text(..)))
     {
-        return Err("only parameters can be tunable, except texts that may mean others".to_owned());
+        return Err(
+            "only parameters can be tunable, except String parameters with a setter".to_owned(),
+        );
     }
     let varies = matches!(
         row.causality,
@@ -243,7 +245,7 @@ fn enumeration<M: Model>(
     }
     if first.items != enumeration.items || first.description != enumeration.description {
         return Err(format!(
-            "enumeration `{}` is defined otherwise for `{of}`",
+            "enumeration `{}` is defined differently for `{of}`",
             enumeration.name
         ));
     }
@@ -267,7 +269,7 @@ fn same_unit<M: Model>(
         return Ok(());
     }
     Err(format!(
-        "unit `{}` is defined otherwise for `{first}`",
+        "unit `{}` is defined differently for `{first}`",
         unit.name
     ))
 }
@@ -291,7 +293,7 @@ fn bounds<M: Model>(row: &Variable<M>) -> Result<(), String> {
     };
     if !(row.min <= row.max && fits(row.min) && fits(row.max)) {
         return Err(format!(
-            "min = {} and max = {} are no bounds",
+            "min = {} and max = {} are not valid bounds",
             row.min, row.max
         ));
     }
