@@ -1,5 +1,4 @@
-//! Step size control: internal steps as long as the tolerance allows, for the methods with an error
-//! estimate.
+//! Step size control: internal steps as long as the tolerance allows.
 
 use super::algorithm::Algorithm;
 use super::system::System;
@@ -21,8 +20,7 @@ impl Workspace {
         (sum / self.nominal.len() as f64).sqrt()
     }
 
-    /// A first step, s, in which the states change by one per cent of their magnitudes, at most
-    /// `h`.
+    /// A first step, s, in which the states change by one per cent of their magnitudes, ≤ `h`.
     fn first_step(&self, x: &[f64], rate: &[f64], h: f64) -> f64 {
         let sizes = || (self.nominal.iter().zip(x)).map(|(nominal, x)| nominal.max(x.abs()));
         let size = self.norm(sizes(), sizes());

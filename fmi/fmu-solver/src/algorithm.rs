@@ -1,5 +1,4 @@
-//! [`Algorithm`]: the interface of the integration methods to the step size control, and vector
-//! arithmetic.
+//! [`Algorithm`]: the interface of the integration methods to the step size control.
 
 use super::dense_output::DenseOutput;
 use super::system::System;

@@ -1,5 +1,4 @@
-//! LU factorization of band matrices, for the stiff solver. A full matrix is one with the widest
-//! band.
+//! LU factorization of band matrices, for the stiff solver; a full matrix has the widest band.
 
 /// A square band matrix, or its factors once it is factorized.
 pub(crate) struct BandMatrix {
@@ -44,8 +43,7 @@ impl BandMatrix {
         i * self.width + j + self.lower - i
     }
 
-    /// Replaces the matrix by its factors L and U, with partial pivoting; returns false if it is
-    /// singular.
+    /// Replaces the matrix by its LU factors, with partial pivoting; false if it is singular.
     pub(crate) fn factorize(&mut self) -> bool {
         for k in 0..self.n {
             let below = (k + self.lower).min(self.n - 1);

@@ -8,8 +8,7 @@
 //!
 //! All of them are one-step methods: from one communication step to the next they keep only the
 //! length of the internal step to try first. Nothing is allocated in a step. Only sums, products,
-//! quotients and square roots are used, so results have the same bits on every platform if those of
-//! the system have.
+//! quotients and square roots are used, so results have the same bits on every platform.
 
 mod adaptive;
 mod algorithm;
@@ -130,8 +129,7 @@ struct Workspace {
 impl Solver {
     /// A solver for states with these nominal values (magnitudes, > 0) and this number of event
     /// indicators. No internal step is longer than `longest`, s, which may be infinite for methods
-    /// with a tolerance. An indicator that changes its sign twice within an internal step is
-    /// missed.
+    /// with a tolerance. Two sign changes of an indicator in one internal step are missed.
     #[must_use]
     pub fn new(method: Method, nominal: Vec<f64>, indicators: usize, longest: f64) -> Self {
         let n = nominal.len();

@@ -12,8 +12,7 @@ use super::dense_output::DenseOutput;
 use super::sparsity_pattern::SparsityPattern;
 use super::system::System;
 
-/// Step of the time difference: 2⁻²⁴ of the internal step, at least 2⁻³⁰ of the time, which is well
-/// above its rounding.
+/// Step of the time difference: 2⁻²⁴ of the internal step, at least 2⁻³⁰ of the time (rounding).
 const LATER: [f64; 2] = [1.0 / (1 << 24) as f64, 1.0 / (1 << 30) as f64];
 /// Relative step of state differences, √ε: truncation and rounding errors are about equal.
 const AWAY: f64 = 1.0 / (1 << 26) as f64;
@@ -93,8 +92,7 @@ impl Rosenbrock {
         }
     }
 
-    /// Computes the Jacobian, group by group of columns: with directional derivatives if the system
-    /// has them, else with differences.
+    /// Computes the Jacobian by groups of columns: with directional derivatives or differences.
     fn differentiate<S: System>(
         &mut self,
         system: &mut S,

@@ -48,13 +48,9 @@ fn key_error(key: &str, field: &Field, role: Role) -> Option<String> {
         "name" => None,
         "skip" if matches!(role, Role::Parameter | Role::State) => None,
         "skip" => of("a parameter or a state"),
-        "start" if role == Role::Output => {
-            Some("an output is computed and has no start value".to_owned())
-        }
+        "start" if role == Role::Output => Some("an output has no start value".to_owned()),
         "start" => None,
-        _ if attributes.has("skip") => {
-            Some("the field is skipped and is not a variable".to_owned())
-        }
+        _ if attributes.has("skip") => Some("a skipped field is not a variable".to_owned()),
         _ if kind == Kind::Struct => {
             Some("write it on the fields of the struct, which itself is not a variable".to_owned())
         }
@@ -91,15 +87,11 @@ fn key_error(key: &str, field: &Field, role: Role) -> Option<String> {
         "set" if !field.has_setter(role) => of("a String parameter"),
         "local" if !matches!(role, Role::Output | Role::State) => of("an output or a state"),
         "calculated" if role != Role::Output => of("a field of the outputs"),
-        "calculated" if attributes.has("local") => {
-            Some("the variable cannot be `local` as well".to_owned())
-        }
+        "calculated" if attributes.has("local") => Some("the variable is `local`".to_owned()),
         "rate_depends_on" if role != Role::State || attributes.has("discrete") => {
             of("a state that is integrated")
         }
-        "depends_on" if role == Role::State => {
-            Some("a state does not depend directly on inputs".to_owned())
-        }
+        "depends_on" if role == Role::State => Some("a state depends on no input".to_owned()),
         "depends_on" if role != Role::Output => of("an output"),
         "depends_on" if attributes.has("calculated") => {
             Some("a calculated parameter does not depend on inputs".to_owned())

@@ -43,7 +43,7 @@
 //! | `#[fmu(…)]` on a state | means |
 //! |---|---|
 //! | `parameters = P`, `input = U`, `output = Y` | the model's other structs; makes the struct the state of a model, see `Ode` |
-//! | `model_exchange` | the FMU is for Model Exchange too; `depends_on` then names states beside inputs |
+//! | `model_exchange` | the FMU supports Model Exchange too; `depends_on` then names states as well as inputs |
 //! | `max_step = 1e-4` | longest internal step, s; without it 1 ms, and none with `solver` |
 //! | `solver = "adaptive"`, `"stiff"` | what integrates it in Co-Simulation: the method of Dormand and Prince, or Rodas5P for rates that differ by orders of magnitude, whose Jacobian follows `rate_depends_on`. Without it: Runge–Kutta in steps of `max_step` |
 //! | `tolerance = 1e-4` | error of an internal step of these, relative to states or their `nominal` values, if the importer gives none; 1e-6 without it |
@@ -52,8 +52,7 @@
 //!
 //! Each derive also implements the other traits that a model's struct needs: `Clone`, serde's
 //! traits (except for outputs), and except for parameters a `Default` of zeros; and `Copy` if the
-//! struct has no `Vec`, String or Binary. With `#[fmu(table_only)]` on the struct, implement them
-//! yourself.
+//! struct has no `Vec`, String or Binary. `#[fmu(table_only)]` on the struct omits them.
 //!
 //! On an enumeration, `#[derive(Enumeration)]` makes the items from the variants, in order and
 //! counted from 1: names, doc comments as descriptions, `#[fmu(name = "…")]` for another name.

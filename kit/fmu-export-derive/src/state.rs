@@ -123,10 +123,7 @@ pub(crate) fn derive(
             let whole = state_impl(ident, fields, model);
             Ok(quote!(#vector #whole))
         }
-        None => match fields
-            .iter()
-            .find_map(|field| field.attributes.start.as_ref())
-        {
+        None => match (fields.iter()).find_map(|field| field.attributes.start.as_ref()) {
             Some(start) => {
                 let text = "`start`: the struct is a part of a state; write it on the field that holds the struct";
                 Err(Error::new_spanned(start, text))

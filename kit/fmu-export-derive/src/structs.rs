@@ -129,8 +129,7 @@ fn start(ident: &Ident, fields: &[Field], kind: &TokenStream) -> TokenStream {
     }
 }
 
-/// Generates `Clone` and serde's traits; except for parameters a `Default` of zeros, and `Copy` if
-/// possible.
+/// Generates `Clone`, serde's traits, and except for parameters `Default`, and `Copy` if possible.
 fn data(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
     let members: Vec<_> = fields.iter().map(|field| &field.ident).collect();
     let [copies, moves] = ["copied", "copied_to"].map(|function| {
@@ -179,8 +178,7 @@ fn data(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
     impls
 }
 
-/// Generates serde's traits: the fields as a tuple of tuples, because serde's tuples have at most
-/// 16 elements.
+/// Generates serde's traits: fields as a tuple of tuples, as serde's tuples have 16 elements.
 fn serde(ident: &Ident, fields: &[Field]) -> TokenStream {
     let groups: Vec<_> = fields.chunks(16).collect();
     let read = groups.iter().map(|group| {

@@ -33,10 +33,8 @@ pub(crate) fn start_value(field: &Field, start: &Expr) -> TokenStream {
         kind if kind.is_heap() => each(start, &|start| quote!(::core::convert::From::from(#start))),
         Kind::Choice => {
             let ty = field.value();
-            each(
-                start,
-                &|start| quote!(__fmu::FieldType::<#ty>::choice(#start)),
-            )
+            let choice = |start: &Expr| quote!(__fmu::FieldType::<#ty>::choice(#start));
+            each(start, &choice)
         }
         _ => quote!(#start),
     };

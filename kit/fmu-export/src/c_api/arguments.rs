@@ -57,8 +57,7 @@ impl<T: Copy> ArrayMut<T> {
     pub(crate) fn put_all<S: Copy>(self, k: usize, values: &[S], convert: impl Fn(S) -> T) {
         assert!(k <= self.1 && values.len() <= self.1 - k);
         for (j, value) in values.iter().enumerate() {
-            // SAFETY: within the array, which `array_mut` was promised to be writable during the
-            // call.
+            // SAFETY: within the array, which `array_mut` was promised to be writable.
             unsafe { self.0.add(k + j).write_unaligned(convert(*value)) }
         }
     }
@@ -74,8 +73,7 @@ impl<T> ArrayMut<T> {
     /// Writes the bytes of elements, starting at the `k`-th element.
     pub(crate) fn put_bytes(self, k: usize, bytes: &[u8]) {
         assert!(k <= self.1 && bytes.len() <= (self.1 - k) * size_of::<T>());
-        // SAFETY: within the array, which `array_mut` was promised to be writable during the call;
-        // `bytes` are ours.
+        // SAFETY: within the array, which was promised to be writable; `bytes` are ours.
         unsafe {
             bytes
                 .as_ptr()

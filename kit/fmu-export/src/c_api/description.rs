@@ -1,5 +1,4 @@
-//! Writes `modelDescription.xml`: what both versions of FMI share is here, and a [`Dialect`] says
-//! what differs.
+//! Writes `modelDescription.xml` for both versions of FMI; a [`Dialect`] says what differs.
 
 mod element;
 mod hash;

@@ -7,8 +7,7 @@ use crate::core::message::{Kind, Level, Message};
 use std::ffi::{CStr, CString};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-/// The log categories that each FMU declares: name, bits, description. The model's own categories
-/// follow them.
+/// The log categories of each FMU: name, bits, description. The model's own categories follow.
 pub(crate) const CATEGORIES: [(&str, u32, &str); 5] = [
     ("logAll", ALL, "All messages"),
     (
@@ -132,8 +131,7 @@ impl<L: Logger> Log<L> {
     }
 
     /// Sends the messages whose category is enabled, until the logger frees the instance. The
-    /// caller holds no reference to the instance meanwhile, and nothing is left half done if the
-    /// logger does not return.
+    /// caller holds no reference to the instance meanwhile, because the logger may not return.
     pub(crate) fn send(&self, messages: &[Message], answer: Answer) {
         if !self.logger.is_available() {
             return;

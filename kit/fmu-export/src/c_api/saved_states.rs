@@ -31,7 +31,7 @@ impl<M: Model, V: Version> FmiInstance<M, V> {
     /// Frees a saved state and sets its handle to NULL; NULL is ignored.
     ///
     /// # Safety
-    /// As for [`Body::save`].
+    /// As for [`Self::save`].
     pub(crate) unsafe fn free(&mut self, name: &str, state: *mut *mut c_void) -> Result<(), Fault> {
         if state.is_null() {
             return Ok(());
@@ -82,12 +82,10 @@ impl<M: Model, V: Version> FmiInstance<M, V> {
         Ok(())
     }
 
-    /// Reads a saved state from bytes into the handle that `state` holds, or into a new one if it
-    /// holds NULL.
+    /// Reads a saved state from bytes into the handle in `state`, or a new one if it is NULL.
     ///
     /// # Safety
-    /// `serialized` is NULL or points at `size` bytes that nothing writes to; `state` as for
-    /// [`Body::save`].
+    /// `serialized` is NULL or points at `size` constant bytes; `state` as for [`Self::save`].
     pub(crate) unsafe fn deserialize(
         &mut self,
         serialized: *const u8,

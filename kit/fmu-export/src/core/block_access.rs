@@ -172,9 +172,8 @@ impl<M: Model> Instance<M> {
             }
         }
         self.set_parameters(&|k| {
-            pairs
-                .get(k)
-                .map(|&(element, value)| (element, value.into_any()))
+            let &(element, value) = pairs.get(k)?;
+            Some((element, value.into_any()))
         })
     }
 

@@ -63,8 +63,7 @@ use super::sizes;
 /// # assert_eq!(check::<Ball>(), [""; 0]);
 /// ```
 ///
-/// All methods are called with finite states, and with finite parameters and inputs within their
-/// declared bounds.
+/// Methods are called with finite states, and finite parameters and inputs within their bounds.
 pub trait Continuous: Model {
     /// A row for the derivative of each state, [`Variable::derivative_of`] a scalar or
     /// [`Variable::derivatives_of`] a vector of the table, in the order of the states. They depend

@@ -71,8 +71,7 @@ impl Knowns {
     }
 
     /// Positions of the elements that element `i` of a row depends on, initially or at
-    /// communication points, ascending; None if not declared. Only initial dependencies may name
-    /// parameters.
+    /// communication points, ascending; None if not declared. Only initial ones may be parameters.
     pub(crate) fn resolve<M: Model>(
         &self,
         row: &Variable<M>,
@@ -127,8 +126,7 @@ impl Knowns {
         Ok(Some(elements))
     }
 
-    /// The numbers of the blocks that any of `n` elements of a row, from `first` on, depends on;
-    /// None if not declared.
+    /// The blocks that any of `n` elements of a row, from `first` on, depends on; None: undeclared.
     pub(crate) fn blocks<M: Model>(
         &self,
         layout: &Layout<M>,

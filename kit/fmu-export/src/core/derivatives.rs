@@ -33,8 +33,7 @@ struct Direction<M: Model> {
     largest: f64,
 }
 
-/// The values that derivatives are taken of: outputs, and the requested derivatives of states and
-/// event indicators.
+/// The values that are differentiated: outputs, and derivatives and event indicators as needed.
 type Observation<M> = (<M as Model>::Output, Vec<f64>);
 
 impl<M: Model> Instance<M> {
@@ -201,8 +200,7 @@ impl<M: Model> Instance<M> {
         Ok(all)
     }
 
-    /// Refuses directional and adjoint derivatives if there are none; `flag` is the attribute that
-    /// says so.
+    /// Refuses directional and adjoint derivatives if there are none, as the attribute `flag` says.
     pub(crate) fn has_derivatives(&self, flag: &str) -> Result<(), Fault> {
         match M::INFO.directional_derivatives || M::MODEL_EXCHANGE.is_some() {
             true => Ok(()),
@@ -210,8 +208,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// ∂unknown/∂known · seed: at fixed states, or through the initialization in Initialization
-    /// Mode.
+    /// ∂unknown/∂known · seed, at fixed states; in Initialization Mode through the initialization.
     pub(crate) fn directional_derivative(
         &mut self,
         unknowns: usize,
@@ -398,28 +395,24 @@ impl<M: Model> Instance<M> {
             dx: direction.dx.clone(),
             largest: direction.largest,
         });
-        let inputs = self
-            .layout
-            .iter()
-            .filter_map(|(i, row)| match &row.storage {
-                Storage::RealIn(field) if field.get(&direction.du, i) != 0.0 => {
-                    let (seed, mut du) = (field.get(&direction.du, i), zero());
-                    *field.get_mut(&mut du, i) = seed;
-                    let largest = seed.abs() / row.nominal.unwrap_or(1.0);
-                    Some(Direction {
-                        du,
-                        dx: None,
-                        largest,
-                    })
-                }
-                _ => None,
-            });
+        let inputs = (self.layout.iter()).filter_map(|(i, row)| match &row.storage {
+            Storage::RealIn(field) if field.get(&direction.du, i) != 0.0 => {
+                let (seed, mut du) = (field.get(&direction.du, i), zero());
+                *field.get_mut(&mut du, i) = seed;
+                let largest = seed.abs() / row.nominal.unwrap_or(1.0);
+                Some(Direction {
+                    du,
+                    dx: None,
+                    largest,
+                })
+            }
+            _ => None,
+        });
         states.into_iter().chain(inputs).collect()
     }
 
     /// The values with the inputs `u` and the states moved by `step`; in Initialization Mode those
-    /// of a model initialized with these inputs. Of derivatives and event indicators, the first
-    /// `needed` are computed.
+    /// of a model initialized with these inputs. Only the first `needed` equations are computed.
     fn observe(
         &self,
         direction: &Direction<M>,

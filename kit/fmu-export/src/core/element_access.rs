@@ -27,8 +27,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Sets elements of one row of inputs without derivatives, the usual batch; returns false for
-    /// other batches.
+    /// Sets elements of one row of inputs without derivatives, the usual batch; false for others.
     #[inline]
     fn set_one_row<T: Value>(
         &mut self,
@@ -235,8 +234,7 @@ impl<M: Model> Instance<M> {
         ))
     }
 
-    /// Recomputes the outputs if they are out of date; before initialization, only constants have
-    /// values.
+    /// Recomputes outdated outputs; before initialization, only constants have values.
     #[inline(always)]
     pub(super) fn update_output_for(&mut self, row: &Variable<M>) -> Result<(), Fault> {
         match self.state.phase {

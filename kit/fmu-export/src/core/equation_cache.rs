@@ -1,5 +1,4 @@
-//! Derivatives and event indicators that an instance has computed for Model Exchange, and whether
-//! they are still valid.
+//! Derivatives and event indicators computed for Model Exchange, and whether they are valid.
 
 use super::model::Model;
 

@@ -7,8 +7,7 @@ use super::error::ModelError;
 pub(crate) enum Fault {
     /// The call was wrong, or the model refused it.
     Refused(String),
-    /// A value is out of bounds, a step cannot be done, or a status does not exist: another value
-    /// or step may succeed.
+    /// A value out of bounds, a step that cannot be done, a missing status: others may succeed.
     Discarded(String),
     /// No variable has this number.
     Unknown(u32),

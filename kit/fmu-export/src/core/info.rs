@@ -31,8 +31,7 @@ pub struct Info {
 }
 
 impl Info {
-    /// `model` is both modelName and modelIdentifier (a C identifier: it is the name of the shared
-    /// library inside the FMU).
+    /// `model` is modelName and modelIdentifier: a C identifier that names the library in the FMU.
     pub const fn new(model: &'static str, description: &'static str) -> Self {
         Self {
             model,
@@ -62,8 +61,7 @@ impl Info {
     }
 
     setters! {
-        /// Version of the model, usually `env!("CARGO_PKG_VERSION")`. Saved states do not survive a
-        /// change of it.
+        /// Version of the model, usually `env!("CARGO_PKG_VERSION")`. Saved states are tied to it.
         version(version: &'static str) version = version;
 
         /// Author as written into the model description.
@@ -78,8 +76,7 @@ impl Info {
         /// Default experiment: start, stop and communication step, all s.
         experiment(start: f64, stop: f64, step: f64) experiment = Experiment { start, stop, step };
 
-        /// Files for the FMU's `documentation/` folder; the page itself must be called
-        /// `index.html`.
+        /// Files for the FMU's `documentation/` folder, one of them `index.html`.
         documentation(files: &'static [File]) documentation = files;
 
         /// The icon (`model.png`), usually `include_bytes!("../model.png")`.
@@ -95,8 +92,7 @@ impl Info {
         units(units: &'static [Unit]) units = units;
     }
 
-    /// Categories of the model's own messages ([`Log`](crate::Log)), at most 28: name and
-    /// description.
+    /// The model's own log categories ([`Log`](crate::Log)), at most 28: name and description.
     pub const fn log_categories(
         mut self,
         categories: &'static [(&'static str, &'static str)],
@@ -114,12 +110,10 @@ impl Info {
         /// Without it, input derivatives are accepted and have no effect.
         with_input_derivatives() input_derivatives = true;
 
-        /// Declare that [`Model::output_derivative`](crate::Model::output_derivative) is
-        /// implemented.
+        /// Declare that [`Model::output_derivative`](crate::Model) is implemented.
         with_output_derivatives() output_derivatives = true;
 
-        /// Declare that [`Model::directional_derivative`](crate::Model::directional_derivative) is
-        /// implemented.
+        /// Declare that [`Model::directional_derivative`](crate::Model) is implemented.
         with_directional_derivatives() directional_derivatives = true;
 
         /// Declare that [`Model::step`](crate::Model::step) may stop before the end of a step

@@ -26,8 +26,7 @@ impl<I: Clone + Default> InputPolynomial<I> {
         }
     }
 
-    /// Inputs with their time derivatives, first order first; at most [`MAX_INPUT_DERIVATIVE`] are
-    /// kept.
+    /// Inputs with time derivatives, first order first; at most [`MAX_INPUT_DERIVATIVE`] are used.
     pub fn with_derivatives(value: I, derivatives: &[I]) -> Self {
         let mut polynomial = Self::held(value);
         for (to, from) in polynomial.derivatives.iter_mut().zip(derivatives) {

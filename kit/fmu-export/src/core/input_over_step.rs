@@ -9,8 +9,7 @@ use super::storage::Accessor;
 use super::value::Value;
 
 impl<I: Clone + Default> InputPolynomial<I> {
-    /// The inputs `s` seconds into the step: a copy of the [`value`](Self::value) if they have no
-    /// derivatives.
+    /// The inputs `s` seconds into the step; their [`value`](Self::value) without derivatives.
     #[inline]
     pub fn at<M: Model<Input = I>>(&self, s: f64) -> I {
         let mut u = self.value.clone();
@@ -60,8 +59,7 @@ impl<M: Model> State<M> {
         }
     }
 
-    /// First derivative of the inputs: that given for the next step, else that at the end of the
-    /// last one.
+    /// First derivative of the inputs: that for the next step, else that at the end of the last.
     pub(crate) fn input_slope(&self) -> M::Input {
         let mut slope = self.input.derivatives[0].clone(); // zero where none was given
         if let Some(held) = &self.held_input {
@@ -78,8 +76,7 @@ impl<M: Model> State<M> {
         self.input.order == 0 && self.held_input.is_none()
     }
 
-    /// Removes the derivatives of an input that was set to `value`: those for the next step and the
-    /// effect of earlier ones.
+    /// Removes the derivatives of an input that was set to `value`, and the effect of earlier ones.
     #[cold]
     pub(crate) fn end_derivatives<T: Value>(
         &mut self,

@@ -85,8 +85,7 @@ impl<M: Model> RowSpan<M> {
 }
 
 /// The elements that one value reference of FMI 3.0 stands for: the row, the index of the first
-/// element, and the number of elements. That is a whole row, or one element if the elements have
-/// different units.
+/// element, and the number of elements. That is a whole row, or one element if units differ.
 pub(crate) type Block<M> = (RowSpan<M>, usize, usize);
 
 /// Largest number of an element that a row may set.

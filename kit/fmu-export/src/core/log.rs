@@ -1,5 +1,4 @@
-//! [`Log`]: a model's own messages, queued during a call and sent to the importer when the call is
-//! over.
+//! [`Log`]: a model's own messages, queued during a call and sent to the importer after it.
 
 use super::message::{Kind, Level, Message};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -20,8 +19,7 @@ use std::panic::Location;
 /// ```
 ///
 /// A message that the importer has not enabled is not formatted. Of the messages from one line of
-/// the program, the first ten are sent, then the 100th, the 1000th and so on. A saved state
-/// contains no messages.
+/// the program, the first ten are sent, then the 100th, the 1000th and so on. None are saved.
 #[derive(Clone, Debug, Default)]
 pub struct Log {
     queue: Vec<Message>,
@@ -97,11 +95,7 @@ impl Log {
 
     /// Counts a message from a line of the program.
     fn count(&mut self, location: &'static Location<'static>) -> u64 {
-        match self
-            .locations
-            .iter_mut()
-            .find(|(known, _)| *known == location)
-        {
+        match (self.locations.iter_mut()).find(|(known, _)| *known == location) {
             Some((_, count)) => {
                 *count += 1;
                 *count

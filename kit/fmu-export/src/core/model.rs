@@ -25,8 +25,7 @@ pub type SetString<M> =
 /// structs.
 ///
 /// This crate manages parameters, inputs, time, call order, saved states and messages; the model
-/// does the physics. All methods are called with finite parameters and inputs within their declared
-/// bounds.
+/// does the physics. All methods are called with finite parameters and inputs within their bounds.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a model",
     note = "write `impl Model for {Self}`, or `impl Ode for {Self}` where `{Self}` derives `State`"
@@ -67,8 +66,7 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         Ok(())
     }
 
-    /// Outputs for the state and the CURRENT inputs; called once per change of either. They must be
-    /// finite.
+    /// The outputs, finite, for the state and the CURRENT inputs; called once per change of either.
     fn output(
         &self,
         p: &Self::Parameters,
@@ -155,14 +153,12 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         adjoint_by_columns(self, p, u, now, weights)
     }
 
-    /// The model's log, if it has one; read before and after `tune` and `step`, and after
-    /// `initialize`.
+    /// The model's log, if any; used before and after `tune` and `step`, and after `initialize`.
     fn log(&mut self) -> Option<&mut Log> {
         None
     }
 
-    /// A warning from the last `initialize`, `tune` or `step`, returned once. It is logged, and the
-    /// call still succeeds.
+    /// A warning from the last `initialize`, `tune` or `step`, to be logged; the call succeeds.
     fn take_warning(&mut self) -> Option<String> {
         None
     }
@@ -170,8 +166,7 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
 
 /// Results that outputs, derivatives and the step share. The instance computes them when one of
 /// these first needs them, passes them to each, and drops them when the state, a parameter or an
-/// input changes; not for inputs with [`Variable::not_in_evaluation`], which [`new`](Self::new)
-/// does not read.
+/// input changes, except an input with [`Variable::not_in_evaluation`].
 pub trait Evaluation<M: Model>: Sized + Send + 'static {
     /// Computes the results for this state, parameters and inputs.
     fn new(model: &M, p: &M::Parameters, u: &M::Input) -> Result<Self, ModelError>;
@@ -184,12 +179,10 @@ impl<M: Model> Evaluation<M> for () {
     }
 }
 
-/// A row of the table: a variable's name, its field in the model's structs, and its attributes in
-/// the model description.
+/// A row of the table: a variable's name, field in the model's structs, and FMI attributes.
 ///
 /// Constructors take (name, description, accessors). Singular ones (`input`, `integer_output` …)
-/// make a scalar, plural ones a vector, whose length is that of the slice in the start values and
-/// must not change.
+/// make a scalar, plural ones a vector, as long as the slice in the start values.
 pub struct Variable<M: Model> {
     pub(crate) name: &'static str,
     pub(crate) description: &'static str,

@@ -252,8 +252,7 @@ impl<M: Model> Instance<M> {
         Ok(EventOutcome { event, is_moved })
     }
 
-    /// Tells the model that the integrator has accepted a step; returns whether an event must be
-    /// handled.
+    /// The integrator has accepted a step; returns whether the model needs event handling.
     pub(crate) fn completed_step(&mut self) -> Result<bool, Fault> {
         let (equations, t) = (equations::<M>()?, self.state.time);
         self.check_stop()?;
@@ -262,8 +261,7 @@ impl<M: Model> Instance<M> {
         Ok(needs_event)
     }
 
-    /// Refuses a time beyond the stop time. Trial evaluations there are allowed, accepted steps
-    /// not.
+    /// Refuses accepted steps beyond the stop time; evaluations there are allowed.
     fn check_stop(&self) -> Result<(), Fault> {
         let t = self.state.time;
         match self.state.stop {

@@ -182,10 +182,8 @@ impl<M: Model> Instance<M> {
         }
         self.set_parameters(&|k| {
             let &(element, stored, bits) = all.get(k)?;
-            Some((
-                element,
-                typed!(stored, T => T::from_raw_bits(bits).into_any()),
-            ))
+            let value = typed!(stored, T => T::from_raw_bits(bits).into_any());
+            Some((element, value))
         })
     }
 
@@ -199,11 +197,8 @@ impl<M: Model> Instance<M> {
         for block in (0..).map_while(number) {
             let (span, first, n) = self.layout.block(block)?;
             let mut changed = span.row.counter.is_some();
-            if let Some(inputs) = span
-                .row
-                .storage
-                .input_values_mut(&mut self.state.input.value)
-            {
+            let input = &mut self.state.input.value;
+            if let Some(inputs) = span.row.storage.input_values_mut(input) {
                 let given = all.part(from, n);
                 each!(ValuesMut, inputs, |inputs| {
                     changed |= given.write(&mut inputs[first..first + n]);

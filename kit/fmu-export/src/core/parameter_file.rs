@@ -10,12 +10,10 @@ use crate::wasm::files::{exists, read};
 
 /// Reads and parses the file that a String parameter names, for a [`SetString`](crate::SetString).
 ///
-/// A relative path that does not exist in the working directory is looked up in `resources`, the
-/// FMU's resources folder.
+/// A relative path that is not in the working directory is looked up in the `resources` folder.
 ///
 /// # Errors
-/// The file cannot be read (the text says where it was looked for), or `parse` refuses its
-/// contents.
+/// The file cannot be read (the text says where it was looked for), or `parse` fails.
 pub fn read_parameter_file<T, E: Display>(
     path: &str,
     resources: Option<&Path>,
@@ -24,8 +22,7 @@ pub fn read_parameter_file<T, E: Display>(
     read_placed_file(path, resources, |text, _| parse(text))
 }
 
-/// Like [`read_parameter_file`], but `parse` also receives the path of the file, for files that
-/// name other files.
+/// Like [`read_parameter_file`], but `parse` also receives the path of the file.
 ///
 /// # Errors
 /// As of [`read_parameter_file`].

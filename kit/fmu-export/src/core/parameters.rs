@@ -1,5 +1,4 @@
-//! Setting parameters, including String parameters whose setter sets other parameters (from a file,
-//! say).
+//! Setting parameters, including String parameters that set others, for example from a file.
 //!
 //! The result does not depend on the order of setting: start values, overridden by what each text
 //! sets, overridden by every value that was set explicitly. Importers write start values back, so a
@@ -17,8 +16,7 @@ use super::storage::{self, AnyValue, Storage, each};
 use super::value::{Value, allowed};
 use crate::Model;
 
-/// A message about the first parameter that is not finite, within its bounds and in its
-/// enumeration.
+/// A message about the first parameter with a value that is not allowed.
 pub(crate) fn out_of_bounds<M: Model>(layout: &Layout<M>, p: &M::Parameters) -> Option<String> {
     layout.iter().find_map(|(i, row)| {
         each!(Values, row.storage.parameter_values(p)?, |values| {
@@ -95,8 +93,7 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Sets texts: pairs of element and text, of String parameters with setters and of plain
-    /// values, in any order.
+    /// Sets texts: pairs of element and text, for String parameters with and without setters.
     pub(crate) fn set_texts(&mut self, values: Vec<(u32, String)>) -> Result<(), Fault> {
         let (mut texts, mut plain) = (Vec::new(), Vec::new());
         for (element, value) in values {
@@ -105,12 +102,8 @@ impl<M: Model> Instance<M> {
                 Storage::Text(..) if !self.state.phase.is_running() => texts.push((element, value)),
                 Storage::StringIn(_) | Storage::StringParameter(_) => plain.push((element, value)),
                 _ => {
-                    return Err(self.not_settable(
-                        row,
-                        i,
-                        &value.to_message(),
-                        storage::Kind::String,
-                    ));
+                    let kind = storage::Kind::String;
+                    return Err(self.not_settable(row, i, &value.to_message(), kind));
                 }
             }
         }
@@ -161,8 +154,7 @@ impl<M: Model> Instance<M> {
         texts
     }
 
-    /// The resulting parameters: start values, what the texts set, and the explicit values in
-    /// `numbers`.
+    /// The result: start values, then what texts set, then explicit values from `numbers`.
     fn composed(
         &mut self,
         texts: &[Option<String>],

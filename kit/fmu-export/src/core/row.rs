@@ -134,35 +134,20 @@ impl<M: Model> Variable<M> {
     /// [`Continuous::derivative_rows`](crate::Continuous::derivative_rows). It
     /// [depends on](Self::depends_on) inputs and states, without a list on all.
     pub const fn derivative_of(state: &'static str) -> Self {
-        Self::row(
-            state,
-            "Time derivative",
-            Causality::Local,
-            Storage::Derivative,
-            true,
-        )
+        let storage = Storage::Derivative;
+        Self::row(state, "Time derivative", Causality::Local, storage, true)
     }
 
     /// The derivatives of the vector `state`.
     pub const fn derivatives_of(state: &'static str) -> Self {
-        Self::row(
-            state,
-            "Time derivative",
-            Causality::Local,
-            Storage::Derivative,
-            false,
-        )
+        let storage = Storage::Derivative;
+        Self::row(state, "Time derivative", Causality::Local, storage, false)
     }
 
     /// An event indicator, for [`Continuous::INDICATORS`](crate::Continuous::INDICATORS).
     pub const fn indicator(name: &'static str, description: &'static str) -> Self {
-        Self::row(
-            name,
-            description,
-            Causality::Local,
-            Storage::Indicator,
-            true,
-        )
+        let storage = Storage::Indicator;
+        Self::row(name, description, Causality::Local, storage, true)
     }
 
     const fn row(
@@ -264,8 +249,7 @@ impl<M: Model> Variable<M> {
         /// A Real input or output that changes at communication points only; else it is continuous.
         discrete() discrete = true;
 
-        /// An input that [`Evaluation::new`](crate::Evaluation::new) does not read: setting it
-        /// keeps the evaluation.
+        /// An input that `Evaluation::new` does not read: setting it keeps the evaluation.
         not_in_evaluation() not_in_evaluation = true;
 
         /// A parameter that setters of String parameters read: they see the value that the importer
@@ -296,12 +280,10 @@ impl<M: Model> Variable<M> {
         /// The inputs AND parameters that an output depends on in Initialization Mode, also through
         /// [`Model::initialize`](crate::Model::initialize), written as in
         /// [`depends_on`](Self::depends_on); [`ALL_PARAMETERS`](crate::ALL_PARAMETERS) stands for
-        /// every parameter. Without a list, it depends on all, in which an importer may find an
-        /// algebraic loop.
+        /// every parameter. Without a list it depends on all: importers may see algebraic loops.
         initially_depends_on(knowns: &'static [&'static str]) initial_dependencies = Dependencies::Same([knowns, &[]]);
 
-        /// Like [`initially_depends_on`](Self::initially_depends_on), with a list for each element
-        /// of a vector.
+        /// Like `initially_depends_on`, with a list for each element of a vector.
         each_initially_depends_on(knowns: &'static [&'static [&'static str]]) initial_dependencies = Dependencies::Each(knowns);
     }
 

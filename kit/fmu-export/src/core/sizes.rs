@@ -49,12 +49,12 @@ impl<M: Model> Variable<M> {
     /// Checks the row's dimensions, and a structural parameter's attributes.
     pub(crate) fn check_lengths(&self) -> Result<(), String> {
         if self.structural {
-            let is_integer = matches!(
+            let is_i32 = matches!(
                 self.storage,
                 Storage::IntegerParameter(Accessor::Scalar(..))
             );
             let has_bounds = self.min >= 1.0 && self.max <= LONGEST as f64;
-            if !is_integer || self.tunable || self.enumeration.is_some() || !has_bounds {
+            if !is_i32 || self.tunable || self.enumeration.is_some() || !has_bounds {
                 return Err(format!(
                     "a structural parameter is an Integer that is not tunable, with min at least 1 and max at most {LONGEST}"
                 ));
@@ -131,9 +131,7 @@ pub(crate) fn resize_vectors<M: Model>(
 
 /// Parameters and inputs with every `Vec` resized to the sizes in the parameters.
 #[doc(hidden)]
-pub fn fit_start_values<M: Model>(
-    (mut p, mut u): (M::Parameters, M::Input),
-) -> (M::Parameters, M::Input) {
+pub fn fit_start_values<M: Model>((mut p, mut u): StartValues<M>) -> StartValues<M> {
     resize_vectors::<M>(&mut p, &mut u, &mut M::Output::default(), None);
     (p, u)
 }

@@ -13,8 +13,7 @@ use fmu_solver::{Failure, Solver, System};
 /// Most events within one communication step, and most iterations of one event.
 const MOST_EVENTS: u32 = 10_000;
 
-/// The model as a system for the solver; `s` is the time of the last event, s from the step's
-/// start.
+/// The model as a system for the solver; `s` is the last event's time from the step's start, s.
 struct StepSystem<'a, M: Continuous> {
     at: &'a mut M,
     rate: &'a mut M,
@@ -26,8 +25,7 @@ struct StepSystem<'a, M: Continuous> {
 }
 
 impl<M: Continuous> StepSystem<'_, M> {
-    /// Calls `f` with the model at the states `x`, its inputs and the time `s` s after the last
-    /// event.
+    /// Calls `f` with the model at the states `x`, its inputs and time, `s` s after the last event.
     fn evaluate_at<T>(
         &mut self,
         s: f64,

@@ -23,7 +23,7 @@ impl<M, U> SolverWorkspace<M, U> {
 
 #[cfg_attr(
     not(feature = "derive"),
-    expect(dead_code, reason = "what is derived alone is solved by the layer")
+    expect(dead_code, reason = "only models with derives use a solver")
 )]
 pub(super) struct Scratch<M, U> {
     pub(super) solver: Solver,

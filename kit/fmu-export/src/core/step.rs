@@ -131,20 +131,13 @@ impl<M: Model> Instance<M> {
         }
         let u = polynomial.as_ref().unwrap_or(&state.input);
         set_log_filter(self.log_filter, model);
+        let workspace = &mut self.workspace;
         if let Some(usual) = M::INFO.tolerance {
-            self.workspace.tolerance = state.tolerance.unwrap_or(usual);
-            self.workspace
-                .log
-                .prepare(self.log_filter, M::INFO.log_categories);
+            workspace.tolerance = state.tolerance.unwrap_or(usual);
+            (workspace.log).prepare(self.log_filter, M::INFO.log_categories);
         }
-        let end = model.step_with_workspace(
-            &mut self.workspace,
-            &state.parameters,
-            u,
-            now,
-            state.time,
-            h,
-        );
+        let (p, t) = (&state.parameters, state.time);
+        let end = model.step_with_workspace(workspace, p, u, now, t, h);
         match end {
             Ok(_) => collect_messages(&mut self.messages, model),
             Err(_) => collect_log(&mut self.messages, model),

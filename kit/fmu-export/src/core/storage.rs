@@ -50,8 +50,7 @@ pub(crate) trait StorageType: Sized {
     fn output<P, U, Y>(storage: &Storage<P, U, Y>) -> Option<&Getter<Y, Self>>;
 }
 
-/// Defines the types of rows; for each the variants of [`Storage`] for inputs, parameters and
-/// computed values.
+/// Defines the types of rows, with variants of [`Storage`] for inputs, parameters and outputs.
 macro_rules! types {
     (($d:tt) $($(#[$doc:meta])* $kind:ident $type:ty: $input:ident $parameter:ident $output:ident;)*) => {
         /// Type of a row.

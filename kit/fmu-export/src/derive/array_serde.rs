@@ -1,5 +1,4 @@
-//! Serialization of arrays of any length, for which serde has no implementation: the elements as a
-//! tuple.
+//! Serialization of arrays of any length as tuples, for which serde has no implementation.
 
 use super::Choice;
 use crate::Binary;
@@ -92,10 +91,7 @@ impl<'de, T: ArrayCells> Deserialize<'de> for DeserializedArray<T> {
                 write!(f, "{} values", T::LEN)
             }
 
-            fn visit_seq<A: SeqAccess<'de>>(
-                self,
-                mut from: A,
-            ) -> Result<DeserializedArray<T>, A::Error> {
+            fn visit_seq<A: SeqAccess<'de>>(self, mut from: A) -> Result<Self::Value, A::Error> {
                 let mut read = DeserializedArray(T::ZERO);
                 read.0.read(&mut from)?;
                 Ok(read)

@@ -1,5 +1,4 @@
-//! [`Ode`]: models of ordinary differential equations, for which this crate implements [`Model`]
-//! and [`Continuous`].
+//! [`Ode`]: models of ordinary differential equations; implements [`Model`] and [`Continuous`].
 
 use super::solver::{SolverName, solver};
 use super::{Input, Name, Output, Parameters, Path};
@@ -46,8 +45,7 @@ pub trait State: Vector + Clone + Default + Serialize + DeserializeOwned + Send 
     where
         Self: Model;
 
-    /// A row for the derivative of each continuous state, for Model Exchange and for solvers with
-    /// step size control.
+    /// The rows of the derivatives, for Model Exchange and solvers with step size control.
     fn derivatives() -> &'static [Variable<Self>]
     where
         Self: Model;
@@ -195,8 +193,7 @@ pub trait Ode: State {
     /// See [`Continuous::indicators`].
     fn indicators(&self, _p: &Self::P, _u: &Self::U, _t: f64, _z: &mut [f64]) {}
 
-    /// See [`Continuous::event`]; in Co-Simulation called at the start of a step and at events in
-    /// it.
+    /// See [`Continuous::event`]; in Co-Simulation called at a step's start and at its events.
     fn event(&mut self, _p: &Self::P, _u: &Self::U, _t: f64) -> Event {
         Event::NONE
     }
@@ -343,15 +340,8 @@ impl<S: Ode> Model for S {
         t: f64,
         h: f64,
     ) -> Result<StepEnd, ModelError> {
-        solve(
-            self,
-            workspace,
-            make_solver,
-            self.len(),
-            state_name,
-            (p, u),
-            (t, h),
-        )
+        let n = self.len();
+        solve(self, workspace, make_solver, n, state_name, (p, u), (t, h))
     }
 }
 

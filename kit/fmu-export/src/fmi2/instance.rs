@@ -1,14 +1,11 @@
 //! What FMI 2.0 adds to an instance: the names of its states, the status of the last step, and the
 //! functions that treat it (fmi2DoStep, fmi2Reset, fmi2SetFMUstate).
 
-use super::ffi::*;
+use super::ffi::Status;
 use super::log::{self, Log, Logger};
 use crate::Model;
 use crate::c_api::answer::Answer;
-use crate::c_api::call_order::{
-    self, CONTINUOUS_TIME_MODE, INITIALIZATION_MODE, INSTANTIATED, LOST, ME, ME_EVENT_MODE,
-    STEP_MODE, TERMINATED,
-};
+use crate::c_api::call_order::{self, *};
 use crate::c_api::fmi_instance::{self, Version};
 use crate::core::fault::Fault;
 use crate::core::step::CompletedStep;

@@ -1,5 +1,4 @@
-//! Logging in FMI 2.0: the categories enabled at first, fmi2SetDebugLogging, and calling the
-//! importer's logger.
+//! Logging in FMI 2.0: enabled categories, fmi2SetDebugLogging and the importer's logger.
 
 use super::ffi::{CallbackFunctions, CallbackLogger, ComponentEnvironment, Status};
 use crate::c_api::answer::Answer;
@@ -17,8 +16,7 @@ pub(crate) struct Logger {
 
 pub(crate) type Log = log::Log<Logger>;
 
-// SAFETY: the environment is only passed to the importer's logger. FMI lets threads take turns with
-// an instance.
+// SAFETY: the environment is only passed on to the logger; FMI lets threads take turns.
 unsafe impl Send for Logger {}
 // SAFETY: as above; everything is immutable.
 unsafe impl Sync for Logger {}
@@ -40,8 +38,7 @@ pub(crate) fn new(
 }
 
 /// fmi2SetDebugLogging: enables or disables the named categories, or all without names; enabling
-/// some disables the others. Errors are always reported. Standard categories that no message uses
-/// are accepted.
+/// some disables the others. Errors are always reported. Unused standard categories are accepted.
 pub(crate) fn switch_log(log: &Log, on: bool, categories: &[&str]) -> u32 {
     let named = (categories.iter()).fold(0, |mask, name| mask | log.bits(name).unwrap_or(0));
     let enabled = match (on, categories) {

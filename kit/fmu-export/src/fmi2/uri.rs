@@ -4,8 +4,7 @@ use percent_encoding::percent_decode_str;
 use std::path::PathBuf;
 
 /// The folder of a `file:` URI such as `file:/C:/x`, `file:///x` or `file://localhost/x`, also with
-/// extra or trailing slashes and percent-encoding. A plain absolute path is taken as it is, because
-/// some importers pass one.
+/// extra or trailing slashes and percent-encoding. A plain absolute path is also accepted.
 pub(crate) fn folder(uri: &str) -> Result<PathBuf, String> {
     let path = match uri.get(..5) {
         Some(scheme) if scheme.eq_ignore_ascii_case("file:") => {

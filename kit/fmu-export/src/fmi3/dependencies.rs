@@ -1,5 +1,4 @@
-//! The dependencies of a variable, element by element, for fmi3GetVariableDependencies (FMI 3.0.2,
-//! section 2.2.10).
+//! Dependencies of a variable by element, for fmi3GetVariableDependencies (FMI 3.0.2, 2.2.10).
 
 use super::ffi::{DEPENDENT, ValueReference};
 use super::instance::Fmi3Instance;

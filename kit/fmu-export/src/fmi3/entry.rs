@@ -253,11 +253,8 @@ unsafe fn show<M: Model>(c: Instance) -> Status {
     // SAFETY: forwarded.
     let status = unsafe {
         enter::<M, Fmi3>(c, LEAVE_UPDATE, |fmi| {
-            update = fmi
-                .version
-                .update
-                .clone()
-                .map(|u| (u, fmi.instance.state.time));
+            let time = fmi.instance.state.time;
+            update = (fmi.version.update.clone()).map(|update| (update, time));
             Ok(())
         })
     };
@@ -285,8 +282,7 @@ unsafe fn show<M: Model>(c: Instance) -> Status {
     }
 }
 
-/// fmi3ExportFiles: passes every file of the FMU except the binaries to `receive`; returns 0 on
-/// success.
+/// fmi3ExportFiles: passes the FMU's files except the binaries to `receive`; 0 on success.
 ///
 /// # Safety
 /// `receive` may be called with `context`.

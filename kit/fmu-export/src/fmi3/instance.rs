@@ -1,5 +1,4 @@
-//! What FMI 3.0 adds to an instance: Event Mode, early return, intermediate updates, Configuration
-//! Mode.
+//! What FMI 3.0 adds to an instance: Event Mode, Configuration Mode, early return, updates.
 
 use super::ffi::*;
 use super::log::{self, Log, Logger};
@@ -38,8 +37,7 @@ pub(crate) struct Update {
     pub(crate) variables: Vec<ValueReference>,
 }
 
-// SAFETY: the environment is only passed to the importer's callback. FMI lets threads take turns
-// with an instance.
+// SAFETY: the environment is only passed on to the callback; FMI lets threads take turns.
 unsafe impl Send for Update {}
 
 /// An instance of FMI 3.0.
@@ -249,11 +247,8 @@ impl<M: Model> Fmi3Instance<M> {
         &self,
         number: impl Fn(usize) -> Option<ValueReference>,
     ) -> Result<(), Fault> {
-        let known = self
-            .version
-            .update
-            .as_ref()
-            .map_or(&[][..], |u| &u.variables);
+        let update = self.version.update.as_ref();
+        let known = update.map_or(&[][..], |update| &update.variables);
         match (0..).map_while(number).find(|vr| !known.contains(vr)) {
             Some(vr) => refuse!(
                 "value reference {vr} must be one of requiredIntermediateVariables of fmi3InstantiateCoSimulation"

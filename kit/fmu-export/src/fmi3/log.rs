@@ -17,8 +17,7 @@ pub(crate) struct Logger {
 
 pub(crate) type Log = log::Log<Logger>;
 
-// SAFETY: the environment is only passed to the importer's logger. FMI lets threads take turns with
-// an instance.
+// SAFETY: the environment is only passed on to the logger; FMI lets threads take turns.
 unsafe impl Send for Logger {}
 // SAFETY: as above; everything is immutable.
 unsafe impl Sync for Logger {}

@@ -80,8 +80,7 @@ impl Column {
     }
 }
 
-/// The rows of numbers, in the units of the columns, each with its line number. Quoted cells are
-/// not supported.
+/// The rows of numbers in the columns' units, with line numbers. Cells cannot be quoted.
 pub(super) fn rows<const N: usize>(
     text: &str,
     columns: [Column; N],

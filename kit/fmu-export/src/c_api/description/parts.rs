@@ -38,8 +38,7 @@ pub(crate) fn flag(yes: bool) -> &'static str {
     if yes { "true" } else { "false" }
 }
 
-/// The definition of an element's unit: from the row, else from the model's own units, else from
-/// the known units.
+/// The definition of an element's unit: that of the row, else of the model, else the known unit.
 pub(crate) fn unit<M: Model>(row: &Variable<M>, i: usize) -> Option<&'static Unit> {
     let name = row.unit_of(i)?;
     (row.own_unit.into_iter())

@@ -1,5 +1,4 @@
-//! Checks a model's table of variables for mistakes that the compiler cannot find, before a model
-//! description is written.
+//! Checks a model's table of variables for mistakes that the compiler cannot find.
 
 use super::parts::unit;
 use crate::c_api::log::CATEGORIES;
@@ -180,9 +179,8 @@ fn attributes<M: Model>(row: &Variable<M>, i: usize) -> Result<(), String> {
             Causality::Parameter | Causality::CalculatedParameter
         ) || matches!(row.storage, Storage::Text(..)))
     {
-        return Err(
-            "only parameters can be tunable, except String parameters with a setter".to_owned(),
-        );
+        let reason = "only parameters can be tunable, except String parameters with a setter";
+        return Err(reason.to_owned());
     }
     let varies = matches!(
         row.causality,

@@ -9,8 +9,7 @@ use crate::core::storage::TypeNames;
 use crate::{Evaluation, InputPolynomial, Model, ModelError, StepEnd};
 
 impl<M: Model> ModelCheck<M> {
-    /// Compares outputs with the declared dependencies on each input, at fixed states, at the start
-    /// and after some steps.
+    /// Compares outputs with their declared dependencies on inputs, at the start and later states.
     pub(super) fn dependencies(&mut self) {
         let step = M::INFO.experiment.step;
         let Ok(mut model) = M::initialize(&self.start.0, &self.start.1, 0.0) else {
@@ -164,8 +163,7 @@ fn advance<M: Model>(
     model.step(p, &InputPolynomial::held(u.clone()), &now, t, h)
 }
 
-/// Whether an evaluation at the old point gives the same outputs at the new one, now and after a
-/// step.
+/// Whether the evaluation at the old point gives the same outputs and step at the new one.
 fn keeps_evaluation<M: Model>(
     layout: &Layout<M>,
     model: &M,

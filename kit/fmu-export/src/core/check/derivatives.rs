@@ -30,7 +30,7 @@ fn is_far(said: f64, found: f64, far: f64, rounding: f64) -> bool {
 }
 
 /// The inputs with one of them changed by `by`, if that is within its bounds.
-pub(super) fn moved_input<M: Model>(
+pub(super) fn shift_input<M: Model>(
     u: &M::Input,
     (i, row): Element<M>,
     by: f64,
@@ -96,7 +96,7 @@ impl<M: Model> ModelCheck<M> {
             let column = directional(&du)?;
             let size = row.nominal.unwrap_or(1.0).max(field.get(&point.1, i).abs());
             self.compare_column(known, &outputs, size, &column, |by| {
-                at(moved_input::<M>(&point.1, element, by)?)
+                at(shift_input::<M>(&point.1, element, by)?)
             });
             columns.push(column);
         }

@@ -1,7 +1,7 @@
 //! Checks the equations for Model Exchange: the states are those of the table, all derivatives and
 //! event indicators are written, and they depend only on what they declare.
 
-use super::derivatives::moved_input;
+use super::derivatives::shift_input;
 use super::model_check::{ModelCheck, output};
 use super::point::Point;
 use crate::core::layout::Element;
@@ -127,7 +127,7 @@ impl<M: Model> ModelCheck<M> {
                         x[k] += by;
                         u.clone()
                     }
-                    None => moved_input::<M>(u, element, by)?,
+                    None => shift_input::<M>(u, element, by)?,
                 };
                 look(&x, &u).ok()
             });

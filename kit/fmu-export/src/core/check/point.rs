@@ -40,8 +40,7 @@ impl<M: Model> Point<M> {
         }
     }
 
-    /// Changes an element by a fraction of its magnitude to another allowed value; returns false if
-    /// there is none.
+    /// Changes an element by a fraction of its magnitude to another allowed value, if any.
     pub(super) fn perturb(&mut self, (i, row): Element<M>, part: f64) -> bool {
         if row.structural {
             return false; // it would change the table

@@ -8,11 +8,8 @@ use crate::core::model::Variable;
 use crate::core::sizes::{self, StartValues};
 use crate::core::storage::TypeNames;
 
-pub(super) fn model_variables<M: Model>(
-    layout: &Layout<M>,
-    (parameters, input): &StartValues<M>,
-) -> Element {
-    let output = sizes::output::<M>(parameters);
+pub(super) fn model_variables<M: Model>(layout: &Layout<M>, (p, u): &StartValues<M>) -> Element {
+    let y = sizes::output::<M>(p);
     Element::new("ModelVariables").holding(layout.numbered().map(|(number, (i, row))| {
         // A size was chosen when the FMU was packed, and is a constant.
         let causality = if row.structural {
@@ -26,9 +23,9 @@ pub(super) fn model_variables<M: Model>(
             None => row.storage.kind().name(&TypeNames::PLAIN),
         };
         let state = layout.state_position(row, i);
-        let start = row.start(parameters, input, &output, i);
+        let start = row.start(p, u, &y, i);
         let (_, initial) = row.causality_and_initial();
-        let dimensions: Vec<_> = row.dimensions(parameters).collect();
+        let dimensions: Vec<_> = row.dimensions(p).collect();
         variable("ScalarVariable", row.name_in(&dimensions, i), number, row)
             .with(initial.map(|initial| ("initial", initial)))
             .holding([Element::new(element)

@@ -6,6 +6,7 @@ use crate::Model;
 use crate::c_api::description::{Element, listed};
 use crate::core::dependencies::Knowns;
 use crate::core::layout::{Block, Layout};
+use crate::core::storage::Storage;
 
 pub(super) fn model_structure<M: Model>(layout: &Layout<M>) -> Result<Element, String> {
     let knowns = Knowns::new(layout);
@@ -27,9 +28,7 @@ pub(super) fn model_structure<M: Model>(layout: &Layout<M>) -> Result<Element, S
         blocks
             .filter(|(_, (span, ..))| match element {
                 "ContinuousStateDerivative" => span.row.storage.is_derivative(),
-                "EventIndicator" => {
-                    span.row.storage.is_equation() && !span.row.storage.is_derivative()
-                }
+                "EventIndicator" => matches!(span.row.storage, Storage::Indicator),
                 _ => {
                     span.row.is_unknown(initially) && (initially || !span.row.storage.is_equation())
                 }

@@ -11,11 +11,8 @@ use crate::core::model::Variable;
 use crate::core::sizes::{self, StartValues};
 use crate::core::storage::Kind;
 
-pub(super) fn model_variables<M: Model>(
-    layout: &Layout<M>,
-    (parameters, input): &StartValues<M>,
-) -> Element {
-    let output = sizes::output::<M>(parameters);
+pub(super) fn model_variables<M: Model>(layout: &Layout<M>, (p, u): &StartValues<M>) -> Element {
+    let y = sizes::output::<M>(p);
     let time = Element::new("Float64").with([
         ("name", "time".to_owned()),
         ("valueReference", TIME.to_string()),
@@ -25,7 +22,7 @@ pub(super) fn model_variables<M: Model>(
     ]);
     let variables = layout.blocks().map(|(number, block)| {
         let (span, first, n) = block;
-        let start = |i| span.row.start(parameters, input, &output, i);
+        let start = |i| span.row.start(p, u, &y, i);
         let state = layout.state_position(span.row, first);
         let state = state.map(|state| ("derivative", layout.block_at(state).0.to_string()));
         let starts = (first..first + n).map(start).collect();
@@ -75,9 +72,7 @@ fn dimensions<M: Model>(layout: &Layout<M>, span: &RowSpan<M>) -> Vec<(&'static 
     let length = |length: &Length| match *length {
         Length::Fixed(n) => ("start", n.to_string()),
         Length::Parameter(name) => {
-            let number = layout
-                .blocks()
-                .find(|(_, (span, ..))| span.row.name == name);
+            let number = (layout.blocks()).find(|(_, (span, ..))| span.row.name == name);
             (
                 "valueReference",
                 number.map_or(0, |(number, _)| number).to_string(),
