@@ -186,7 +186,7 @@ fn null_arrays_are_refused() {
             "FMUstate = NULL must be a pointer for the result",
             || fmi2GetFMUstate(c, ptr::null_mut()),
         );
-        refused(&fmu, "value = NULL must be a place", || {
+        refused(&fmu, "value = NULL must be a pointer", || {
             fmi2GetRealStatus(c, LAST_SUCCESSFUL_TIME, ptr::null_mut())
         });
         refused(
