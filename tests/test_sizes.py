@@ -108,7 +108,7 @@ def test_sizes_are_structural_parameters_in_fmi_3(archives):
 
 def test_a_size_that_is_not_there_is_refused_when_packing(tmp_path):
     for size, reason in [
-        ("k=3", "`k` must be a structural parameter of `StateSpace`, of which it has: n, m, r"),
+        ("k=3", "`k` must be a structural parameter of `StateSpace`, which has: n, m, r"),
         ("n=2000", "`n` must be a whole number from 1 to 1000"),
     ]:
         done = pack(tmp_path, size)

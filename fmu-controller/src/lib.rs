@@ -16,7 +16,7 @@ use table::{INFO, VARIABLES};
 use vdc::{Controller, Derating, Evaluation, Output, ReportedTroubles};
 
 impl fmu_export::Evaluation<ControllerFmu> for Evaluation {
-    fn of(model: &ControllerFmu, p: &Parameters, u: &Input) -> Result<Self, ModelError> {
+    fn new(model: &ControllerFmu, p: &Parameters, u: &Input) -> Result<Self, ModelError> {
         Ok(model.controller.evaluate(&p.settings()?, &u.measured())?)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::enumerations::{LEVEL, MODE, RATE_COMMAND, TRAJECTORY, TrajectoryItem};
 use emla::Surrogate;
-use fmu_export::{Counted, ModelError};
+use fmu_export::{CountedInput, ModelError};
 use machine_file::Machine;
 use serde::{Deserialize, Serialize};
 use tip_path::PathFile;
@@ -36,7 +36,7 @@ pub struct ControllerFmu {
 pub struct Input {
     pub(crate) u: vdc::Input,
     /// Voltage of the DC link, V; counts once it was set.
-    pub(crate) v_dc: Counted<f64>,
+    pub(crate) v_dc: CountedInput<f64>,
 }
 
 impl Input {
@@ -52,14 +52,14 @@ impl Input {
                 T_winding: [ROOM; 3],
                 ..vdc::Input::default()
             },
-            v_dc: Counted::unset(machine.emla.lift.link_voltage()),
+            v_dc: CountedInput::new(machine.emla.lift.link_voltage()),
         }
     }
 
     /// What the controller reads.
     pub(crate) fn measured(&self) -> vdc::Input {
         vdc::Input {
-            v_dc: self.v_dc.told(),
+            v_dc: self.v_dc.if_set(),
             ..self.u
         }
     }

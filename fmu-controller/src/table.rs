@@ -138,7 +138,7 @@ pub(crate) const VARIABLES: &[V] = &[
     row!(V, inputs x_dot in u, "rod velocities; read by the virtual power flows and if level = actuator")
         .unit("m/s").display_unit("mm/s").range(-100.0..=100.0),
     row!(V, inputs F in u, "actuator forces, positive when pushing; read by the virtual power flows and, in a step, by the disturbance observer")
-        .unit("N").display_unit("kN").range(-FORCE_MAX..=FORCE_MAX).beside_evaluation(),
+        .unit("N").display_unit("kN").range(-FORCE_MAX..=FORCE_MAX).not_in_evaluation(),
     row!(V, counted_input v_dc, "voltage of the DC link: its voltage limit is min(v_max, v_dc/sqrt(3)); until it is set, the nominal machine's counts")
         .unit("V").range(0.0..=1e5).nominal(500.0),
     row!(V, inputs T_winding in u, "temperatures of the windings, read while derating is on")
@@ -174,9 +174,9 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("rad/s2").display_unit("deg/s2").range(-1e4..=1e4).nominal(0.1),
 
     row!(V, inputs rate.joint = u.rate_joint, "commanded joint rates, read in a step if trajectory = rates and rate.command = joint")
-        .unit("rad/s").display_unit("deg/s").range(-RATE_MAX..=RATE_MAX).beside_evaluation(),
+        .unit("rad/s").display_unit("deg/s").range(-RATE_MAX..=RATE_MAX).not_in_evaluation(),
     row!(V, inputs rate.tip = u.rate_tip, "commanded velocity (1 to 3) and angular velocity (4 to 6) of the tip in the world, read in a step if trajectory = rates and rate.command = tip")
-        .each_unit(&["m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"]).range(-RATE_MAX..=RATE_MAX).beside_evaluation(),
+        .each_unit(&["m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"]).range(-RATE_MAX..=RATE_MAX).not_in_evaluation(),
 
     // Commands
     at_points(row!(V, outputs v_d, "direct-axis voltages (peak)")

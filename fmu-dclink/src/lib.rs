@@ -21,7 +21,7 @@ impl Model for DcLinkFmu {
     type Output = Output;
     type Evaluation = ();
     const INFO: Info = table::INFO;
-    const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::of();
+    const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::from_continuous();
 
     fn variables() -> &'static [Variable<Self>] {
         table::VARIABLES

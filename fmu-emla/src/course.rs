@@ -3,7 +3,7 @@
 use super::model::EmlaFmu;
 use actuator_table::{Input, rod_end};
 use emla::{Emla, State};
-use fmu_export::{Carried, InputPolynomial, ModelError};
+use fmu_export::{ExtrapolatedInput, InputPolynomial, ModelError};
 use std::cell::Cell;
 
 /// Inputs over a step.
@@ -23,7 +23,7 @@ pub(crate) struct Course<'a> {
 
 impl<'a> Course<'a> {
     /// The inputs over a step that begins with this rod.
-    pub(crate) fn new(rod: &Carried<f64>, u: &'a InputPolynomial<Input>) -> Self {
+    pub(crate) fn new(rod: &ExtrapolatedInput<f64>, u: &'a InputPolynomial<Input>) -> Self {
         // The importer's derivatives of x, and where it gives none those of x_dot.
         let derivative = |k| match u.derivative(k).x.value {
             0.0 => u.derivative(k - 1).u.x_dot,
@@ -34,7 +34,7 @@ impl<'a> Course<'a> {
             u,
             from: rod.value(),
             start: rod.now(&now.x),
-            v_dc: now.v_dc.told(),
+            v_dc: now.v_dc.if_set(),
             derivatives: [1, 2, 3, 4].map(derivative),
             farthest: Cell::new(0.0),
         }
@@ -59,7 +59,7 @@ impl<'a> Course<'a> {
     }
 
     /// The rod after a step of `h` s, if it has stayed within the bounds of `x`.
-    pub(crate) fn end(&self, h: f64) -> Result<Carried<f64>, ModelError> {
+    pub(crate) fn end(&self, h: f64) -> Result<ExtrapolatedInput<f64>, ModelError> {
         let x = self.at(h).x;
         rod_end(&self.u.value().x, x, self.farthest.get())
     }
@@ -70,7 +70,7 @@ mod tests {
     use super::super::model::Parameters;
     use super::*;
     use emla::Output;
-    use fmu_export::{Counted, Model, StepEnd};
+    use fmu_export::{CountedInput, Model, StepEnd};
 
     const H: f64 = 1e-3;
 
@@ -107,7 +107,7 @@ mod tests {
         };
         Input {
             u,
-            x: Counted { value: x, sets },
+            x: CountedInput { value: x, sets },
             ..Input::default()
         }
     }
@@ -159,7 +159,7 @@ mod tests {
                 x_dot,
                 ..emla::Input::default()
             },
-            x: Counted::unset(x),
+            x: CountedInput::new(x),
             ..Input::default()
         };
         let value = of(0.3, 0.02);
@@ -174,7 +174,9 @@ mod tests {
             [of(0.02, 7.0), of(a, 8.0), of(jerk, snap)],
         ] {
             let u = InputPolynomial::with_derivatives(value, &derivatives);
-            let x = Course::new(&Carried::at(&value.x), &u).at(s).x;
+            let x = Course::new(&ExtrapolatedInput::from_input(&value.x), &u)
+                .at(s)
+                .x;
             assert!(
                 (x - expected).abs() < 1e-15,
                 "{derivatives:?}: {x}, {expected}"
@@ -191,7 +193,7 @@ mod tests {
         let y = actuator.output(&unset);
         assert!((y.P_in / y.i_dc - 650.0).abs() < 1e-9);
         let set = |value: f64| Input {
-            v_dc: Counted { value, sets: 1 },
+            v_dc: CountedInput { value, sets: 1 },
             ..unset
         };
         let y = actuator.output(&set(432.1));

@@ -12,8 +12,8 @@ use actuator_table::Input;
 use course::Course;
 use emla::Output;
 use fmu_export::{
-    Carried, Continuous, Event, Info, InputPolynomial, Model, ModelError, ModelExchange, StepEnd,
-    Variable,
+    Continuous, Event, ExtrapolatedInput, Info, InputPolynomial, Model, ModelError, ModelExchange,
+    StepEnd, Variable,
 };
 use machine_file::Drive;
 pub use model::EmlaFmu;
@@ -26,7 +26,7 @@ impl Model for EmlaFmu {
     type Output = Output;
     type Evaluation = ();
     const INFO: Info = INFO;
-    const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::of();
+    const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::from_continuous();
 
     fn variables() -> &'static [Variable<Self>] {
         VARIABLES
@@ -40,7 +40,7 @@ impl Model for EmlaFmu {
 
     fn initialize(p: &Parameters, u: &Input, t: f64) -> Result<Self, ModelError> {
         let emla = p.actuator()?;
-        let rod = Carried::at(&u.x);
+        let rod = ExtrapolatedInput::from_input(&u.x);
         let u = u.now(&rod);
         let state = emla.start_at(&u, p.T_start)?;
         let warning = state.tripped.then(|| trip(&emla, &u, t));
@@ -181,7 +181,7 @@ impl Continuous for EmlaFmu {
         let now = u.now(&self.rod);
         let state = self.emla.observed(&self.state, &now);
         self.become_state(state, t, |emla| trip(emla, &now, t));
-        self.rod = Carried::at(&u.x);
+        self.rod = ExtrapolatedInput::from_input(&u.x);
         Ok(false)
     }
 }

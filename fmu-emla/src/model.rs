@@ -2,7 +2,7 @@
 
 use actuator_table::{AXIS, DRIVE, ROOM};
 use emla::{Electric, Emla, State, Surrogate};
-use fmu_export::{Carried, ModelError};
+use fmu_export::{ExtrapolatedInput, ModelError};
 use machine_file::{Drive, EmlaFields, Machine};
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +12,7 @@ pub struct EmlaFmu {
     pub(crate) emla: Emla,
     pub(crate) state: State,
     /// Where the rod is until the input `x` is set again, m.
-    pub(crate) rod: Carried<f64>,
+    pub(crate) rod: ExtrapolatedInput<f64>,
     /// Which way an applied brake slips in Model Exchange, 1 or −1; 0: it holds.
     pub(crate) slip: f64,
     /// Whether the importer was told that the network is used where it was not trained.

@@ -184,7 +184,7 @@ const PARAMETERS: &[V] = &[
         .unit("1").tunable().range(0.0..=1.0),
     row!(V, integer_parameter delay, "communication steps by which F acts later than given, which the actuator then predicts over; 1 where all outputs are read before any input is set").range(0.0..=4.0),
     row!(V, integer_parameter axis, "which of the machine's actuators this is, where machine_file has one section emla for each")
-        .items(&AXIS).read_by_texts(),
+        .items(&AXIS).read_by_string_setters(),
     V::string_parameter("machine_file", "machine JSON, or name of a shipped machine, whose section emla replaces the reference machine's",
         |p| &p.machine_file, read_machine),
     V::string_parameter("surrogate_file", "network JSON to use instead of the embedded network",

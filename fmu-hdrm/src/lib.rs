@@ -56,7 +56,7 @@ impl Model for HdrmFmu {
     type Output = Output;
     type Evaluation = Dynamics;
     const INFO: Info = table::INFO;
-    const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::of();
+    const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::from_continuous();
 
     fn variables() -> &'static [Variable<Self>] {
         table::VARIABLES

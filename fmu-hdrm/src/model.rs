@@ -30,7 +30,7 @@ pub struct Input {
 /// Outputs and the first stage of a step both begin with the dynamics. They are of the state and of
 /// the base's motion.
 impl Evaluation<HdrmFmu> for Dynamics {
-    fn of(model: &HdrmFmu, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
+    fn new(model: &HdrmFmu, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
         Ok(model.plant.dynamics_with(&model.state, &u.u))
     }
 }

@@ -76,10 +76,10 @@ fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Res
 pub(crate) const VARIABLES: &[V] = &[
     // Inputs
     row!(V, inputs f in u, "actuator forces of slew, lift and tilt, positive when pushing")
-        .unit("N").display_unit("kN").range(-1e7..=1e7).nominal(3e4).beside_evaluation(),
+        .unit("N").display_unit("kN").range(-1e7..=1e7).nominal(3e4).not_in_evaluation(),
     row!(V, inputs tau_wrist in u, "wrist torques; beyond the machine's limits they saturate")
-        .unit("N.m").range(-1e6..=1e6).nominal(100.0).beside_evaluation(),
-    row!(V, inputs wrench_env in u, "wrench of the environment on the end-effector at T4 in T4 axes: forces 1 to 3, moments 4 to 6").each_unit(&["N", "N", "N", "N.m", "N.m", "N.m"]).range(-1e6..=1e6).nominal(100.0).beside_evaluation(),
+        .unit("N.m").range(-1e6..=1e6).nominal(100.0).not_in_evaluation(),
+    row!(V, inputs wrench_env in u, "wrench of the environment on the end-effector at T4 in T4 axes: forces 1 to 3, moments 4 to 6").each_unit(&["N", "N", "N", "N.m", "N.m", "N.m"]).range(-1e6..=1e6).nominal(100.0).not_in_evaluation(),
 
     // Base and load
     row!(V, inputs base.acceleration = u.base_acceleration, "acceleration of the base, in the axes of the machine's world, which stands on it: a vehicle's")
@@ -88,9 +88,9 @@ pub(crate) const VARIABLES: &[V] = &[
     row!(V, inputs base.angular_velocity = u.base_angular_velocity, "angular velocity of the base, in the same axes: brings centrifugal and Coriolis forces").unit("rad/s").display_unit("deg/s").range(-100.0..=100.0).nominal(0.1),
     row!(V, inputs base.angular_acceleration = u.base_angular_acceleration, "rate of base.angular_velocity: brings Euler forces").unit("rad/s2").display_unit("deg/s2").range(-1e4..=1e4).nominal(0.1),
     row!(V, input load.mass = load_mass, "mass that hangs at load.com, a point, beside the payload; a change acts at the beginning of the next step")
-        .unit("kg").range(0.0..=1e5).nominal(100.0).discrete().beside_evaluation(),
+        .unit("kg").range(0.0..=1e5).nominal(100.0).discrete().not_in_evaluation(),
     row!(V, inputs load.com = load_com, "place of the load from the tip T4, in T4's axes")
-        .unit("m").range(-100.0..=100.0).discrete().beside_evaluation(),
+        .unit("m").range(-100.0..=100.0).discrete().not_in_evaluation(),
 
     // Strokes and joints
     row!(V, outputs x, "strokes of slew, lift and tilt actuator")

@@ -8,7 +8,7 @@ mod model;
 mod table;
 
 use actuator_table::{Input, rod_end};
-use fmu_export::{Carried, Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
+use fmu_export::{ExtrapolatedInput, Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use machine_file::Drive;
 use model::{Parameters, RigFmu, trip};
 use rig::Output;
@@ -32,7 +32,7 @@ impl Model for RigFmu {
     }
 
     fn initialize(p: &Parameters, u: &Input, t: f64) -> Result<Self, ModelError> {
-        let (rig, rod) = (p.actuator()?, Carried::at(&u.x));
+        let (rig, rod) = (p.actuator()?, ExtrapolatedInput::from_input(&u.x));
         let u = u.now(&rod);
         let state = rig.start(&u, p.T_start)?;
         let warning = state.tripped.then(|| trip(&rig, &u, t));
@@ -81,7 +81,7 @@ fmu_export::export_fmu!(RigFmu);
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fmu_export::Counted;
+    use fmu_export::CountedInput;
 
     /// Accessors, and dependencies against trying.
     #[test]
@@ -101,7 +101,7 @@ mod tests {
                 v_q: 30.0,
                 ..defaults.u
             },
-            x: Counted { value, sets },
+            x: CountedInput { value, sets },
             ..defaults
         };
         let start = at(0, 0.3);

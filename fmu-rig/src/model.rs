@@ -1,7 +1,7 @@
 //! State, inputs and parameters of the FMU.
 
 use actuator_table::{AXIS, DRIVE, ROOM};
-use fmu_export::{Carried, ModelError};
+use fmu_export::{ExtrapolatedInput, ModelError};
 use machine_file::{Drive, EmlaFields, Machine};
 use rig::{CurrentLoop, Extras, Rig, State};
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ pub struct RigFmu {
     pub(crate) rig: Rig,
     pub(crate) state: State,
     /// Where the rod is until the input `x` is set again, m.
-    pub(crate) rod: Carried<f64>,
+    pub(crate) rod: ExtrapolatedInput<f64>,
     /// Not part of the behaviour: handed to the importer's log once.
     #[serde(skip)]
     pub(crate) warning: Option<String>,

@@ -145,7 +145,7 @@ const PARAMETERS: &[V] = &[
     row!(V, parameter T_winding_start = T_start[0], "temperature of the winding at the start").unit("K").range(1.0..=2e3),
     row!(V, parameter T_housing_start = T_start[1], "temperature of the housing at the start").unit("K").range(1.0..=2e3),
     row!(V, integer_parameter axis, "which of the machine's actuators this is, where machine_file has one section emla for each")
-        .items(&AXIS).read_by_texts(),
+        .items(&AXIS).read_by_string_setters(),
     V::string_parameter("machine_file", "machine JSON, or name of a shipped machine, whose section emla replaces the reference machine's",
         |p| &p.machine_file, read_machine),
 ];

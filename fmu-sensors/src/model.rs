@@ -93,7 +93,7 @@ impl Parameters {
 
 /// The sample that the present inputs give.
 impl Evaluation<SensorsFmu> for Sample {
-    fn of(model: &SensorsFmu, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
+    fn new(model: &SensorsFmu, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
         Ok(model.sensors.measure(&model.state, &u.u))
     }
 }

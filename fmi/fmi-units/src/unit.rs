@@ -1,4 +1,4 @@
-//! Units.
+//! Definitions of units and display units, for the model description.
 
 /// A unit in terms of the SI base units and `rad`, in one line:
 ///
@@ -75,7 +75,7 @@ impl Unit {
     }
 }
 
-/// A unit to show values in: shown value = factor · value + offset.
+/// A unit in which tools may show values: shown value = factor · value + offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DisplayUnit {
     /// Name.
@@ -87,7 +87,7 @@ pub struct DisplayUnit {
 }
 
 impl DisplayUnit {
-    /// `factor`: how many of them one of the unit is (`mm` for `m`: 1000).
+    /// `factor` is the number of display units in one unit (`mm` for `m`: 1000).
     #[must_use]
     pub const fn new(name: &'static str, factor: f64) -> Self {
         Self {

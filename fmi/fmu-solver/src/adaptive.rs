@@ -1,17 +1,17 @@
-//! Internal steps as long as a tolerance allows.
+//! Step size control: internal steps as long as the tolerance allows.
 
 use super::algorithm::Algorithm;
 use super::system::System;
-use super::{Failure, MOST_STEPS, Room};
+use super::{Failure, MOST_STEPS, Workspace};
 
-/// How much shorter than the error allows steps are, so that few are rejected.
+/// Factor by which steps are shorter than the error allows, so that few are rejected.
 const SAFETY: f64 = 0.9;
-/// By what the length of a step changes at least and at most.
+/// Smallest and largest factor between the lengths of successive steps.
 const FACTORS: [f64; 2] = [0.2, 6.0];
 
-impl Room {
-    /// The root of the mean square of `values` over what errors may be where the sizes of the
-    /// states are at least `|x|`.
+impl Workspace {
+    /// The root mean square of `values` relative to the allowed errors of states of magnitude
+    /// `|x|`.
     fn norm(&self, x: impl Iterator<Item = f64>, values: impl Iterator<Item = f64>) -> f64 {
         let sum: f64 = (self.nominal.iter().zip(x).zip(values))
             .map(|((nominal, x), value)| value / (self.tolerance * x.abs().max(*nominal)))
@@ -20,7 +20,7 @@ impl Room {
         (sum / self.nominal.len() as f64).sqrt()
     }
 
-    /// A first step, s, in which the states change by one per cent of their sizes, and at most `h`.
+    /// A first step, s, in which the states change by one per cent of their magnitudes, ≤ `h`.
     fn first_step(&self, x: &[f64], rate: &[f64], h: f64) -> f64 {
         let sizes = || (self.nominal.iter().zip(x)).map(|(nominal, x)| nominal.max(x.abs()));
         let size = self.norm(sizes(), sizes());
@@ -28,9 +28,9 @@ impl Room {
         (0.01 * size / change).min(h) // infinite if nothing changes
     }
 
-    /// To the end of the step or the first event. The answer is when that was, and the internal
-    /// step to try next, s.
-    pub(super) fn adapt<A: Algorithm, S: System>(
+    /// Advances to the end of the communication step or the first event. Returns the time of the
+    /// event, if any, and the internal step to try next, s.
+    pub(super) fn adaptive_steps<A: Algorithm, S: System>(
         &mut self,
         method: &mut A,
         system: &mut S,
@@ -49,9 +49,9 @@ impl Room {
             }
             dt = dt.min(self.longest);
             let rest = h - s;
-            // Two steps of half the rest rather than one whole and a short one.
-            let trial = if dt >= rest { rest } else { dt.min(0.5 * rest) };
-            let done = method.step(system, (s, trial), &self.x, &mut self.end, &mut self.error);
+            // Two steps of half the rest rather than a full and a short one.
+            let length = if dt >= rest { rest } else { dt.min(0.5 * rest) };
+            let done = method.step(system, (s, length), &self.x, &mut self.end, &mut self.error);
             let ends = self.x.iter().zip(&self.end);
             let sizes = ends.map(|(a, b)| a.abs().max(b.abs()));
             let norm = match done {
@@ -62,32 +62,32 @@ impl Room {
             is_new = norm <= 1.0;
             if !is_new {
                 self.counts.rejected += 1;
-                dt = trial * factor.max(FACTORS[0]);
+                dt = length * factor.max(FACTORS[0]);
                 most = 1.0;
                 if dt < 16.0 * f64::EPSILON * (t + s).abs().max(h) {
                     return Err(done
                         .err()
-                        .map_or(Failure::TooShort(s, trial), Failure::System));
+                        .map_or(Failure::TooShort(s, length), Failure::System));
                 }
                 continue;
             }
-            let next = trial * factor.clamp(FACTORS[0], most);
-            dt = if trial < dt { dt.max(next) } else { next };
+            let next = length * factor.clamp(FACTORS[0], most);
+            dt = if length < dt { dt.max(next) } else { next };
             most = FACTORS[1];
-            if let Some(event) = self.arrive(method, system, t, (s, trial))? {
-                return Ok((Some(event), 0.0)); // what follows may be quite another course
+            if let Some(event) = self.accept_step(method, system, t, (s, length))? {
+                return Ok((Some(event), 0.0)); // the solution may change completely after it
             }
-            if trial == rest {
+            if length == rest {
                 return Ok((None, dt));
             }
-            s += trial;
+            s += length;
         }
         Err(Failure::TooManySteps(MOST_STEPS, dt))
     }
 }
 
-/// The fifth root of a number from 10⁻³⁰ to 10³⁰, by Newton's method from a fifth of its exponent.
-/// That of the standard library has other last bits on other machines.
+/// The fifth root of a number from 10⁻³⁰ to 10³⁰, by Newton's method, starting with a fifth of the
+/// exponent. `powf` gives different last bits on different platforms.
 fn fifth_root(x: f64) -> f64 {
     let mut root = f64::from_bits(x.to_bits() / 5 + 1.0_f64.to_bits() / 5 * 4);
     for _ in 0..4 {

@@ -1,17 +1,17 @@
-//! What the methods have in common.
+//! [`Algorithm`]: the interface of the integration methods to the step size control.
 
-use super::course::Course;
+use super::dense_output::DenseOutput;
 use super::system::System;
 
-/// A one-step method. States and rates are slices of one length; `s` and `dt` are where an internal
-/// step begins and how long it is, s.
+/// A one-step method. States and rates are slices of the same length; `s` and `dt` are start and
+/// length of an internal step, s.
 pub(crate) trait Algorithm {
     /// Whether [`begin`](Self::begin) evaluates a Jacobian.
     const HAS_JACOBIAN: bool = false;
 
-    /// What is needed at a point where steps will be tried, once for each: at the start of a
-    /// communication step (`s` = 0), then at the end of each step that is taken. The answer is the
-    /// rates there. `dt` is about the length of the step, `nominal` the size of the states.
+    /// Prepares for steps from a `point` (`t`, `s`, `dt`) and returns the rates there. Called once
+    /// for each point: the start of the communication step (`s` = 0), and the end of each accepted
+    /// step. `dt` is the approximate length of the step, `nominal` the magnitude of the states.
     fn begin<S: System>(
         &mut self,
         system: &mut S,
@@ -20,8 +20,8 @@ pub(crate) trait Algorithm {
         nominal: &[f64],
     ) -> Result<&[f64], S::Error>;
 
-    /// A trial of one step: states at its end, and the estimate of their errors. False if its
-    /// equations have no solution.
+    /// Computes one step: the states at its end, and the estimate of their errors. Returns false if
+    /// its linear equations have no solution.
     fn step<S: System>(
         &mut self,
         system: &mut S,
@@ -31,17 +31,17 @@ pub(crate) trait Algorithm {
         error: &mut [f64],
     ) -> Result<bool, S::Error>;
 
-    /// The states within the step that was tried last, between those at its `ends`.
-    fn course<S: System>(
+    /// The interpolation of the states within the last step, between those at its `ends`.
+    fn dense_output<S: System>(
         &mut self,
         system: &mut S,
         step: (f64, f64),
         ends: [&[f64]; 2],
-        to: &mut Course,
+        to: &mut DenseOutput,
     ) -> Result<(), S::Error>;
 }
 
-/// So many vectors of `n` zeros.
+/// `N` vectors of `n` zeros.
 pub(crate) fn vectors<const N: usize>(n: usize) -> [Vec<f64>; N] {
     std::array::from_fn(|_| vec![0.0; n])
 }

@@ -1,8 +1,8 @@
-//! The explicit method of Dormand and Prince (1980): order 5, with an error estimate of order 4 and
-//! states between of order 4.
+//! The explicit Runge–Kutta method of Dormand and Prince (1980): order 5, with an error estimate
+//! and dense output of order 4.
 
 use super::algorithm::{Algorithm, add, vectors};
-use super::course::Course;
+use super::dense_output::DenseOutput;
 use super::system::System;
 
 /// Coefficients as in Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, table
@@ -17,19 +17,19 @@ const A: [&[f64]; 6] = [
     &[35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
 ];
 const C: [f64; 6] = [1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
-/// Of the error: order 5 less order 4.
+/// Coefficients of the error estimate: order 5 minus order 4.
 #[rustfmt::skip]
 const E: [f64; 7] = [
     71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0,
 ];
-/// Of the states between.
+/// Coefficients of the dense output.
 #[rustfmt::skip]
 const D: [f64; 7] = [
     -12715105075.0 / 11282082432.0, 0.0, 87487479700.0 / 32700410799.0, -10690763975.0 / 1880347072.0,
     701980252875.0 / 199316789632.0, -1453857185.0 / 822651844.0, 69997945.0 / 29380423.0,
 ];
 
-/// Rates of the seven stages; the last is that at the end of the step.
+/// Rates of the seven stages; the last one is at the end of the step.
 pub(crate) struct DormandPrince([Vec<f64>; 7]);
 
 impl DormandPrince {
@@ -47,7 +47,7 @@ impl Algorithm for DormandPrince {
         _nominal: &[f64],
     ) -> Result<&[f64], S::Error> {
         if s > 0.0 {
-            self.0.swap(0, 6); // the last stage of the step before
+            self.0.swap(0, 6); // the last stage of the previous step
         } else {
             system.derivative(s, x, &mut self.0[0])?;
         }
@@ -72,12 +72,12 @@ impl Algorithm for DormandPrince {
         Ok(true)
     }
 
-    fn course<S: System>(
+    fn dense_output<S: System>(
         &mut self,
         _system: &mut S,
         (_s, dt): (f64, f64),
         [x, end]: [&[f64]; 2],
-        Course([a, b, c]): &mut Course,
+        DenseOutput([a, b, c]): &mut DenseOutput,
     ) -> Result<(), S::Error> {
         c.fill(0.0);
         add(c, D.map(|d| -dt * d), &self.0);

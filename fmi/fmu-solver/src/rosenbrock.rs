@@ -1,25 +1,25 @@
-//! A Rosenbrock method for stiff equations: linearly implicit, so that a step solves linear
-//! equations and nothing is iterated.
+//! The Rosenbrock method Rodas5P for stiff equations: linearly implicit, so that a step solves
+//! linear equations without iteration.
 //!
 //! Rodas5P by G. Steinebach, *Construction of Rosenbrock–Wanner method Rodas5P and numerical
 //! benchmarks within the Julia Differential Equations package*, BIT Numerical Mathematics 63
-//! (2023): order 5 with an error estimate of order 4, L-stable, and of order 4 for parabolic
-//! equations, where others lose orders. Its states between are of order 4.
+//! (2023): order 5 with an error estimate of order 4, L-stable, of order 4 for parabolic equations,
+//! for which other methods lose order. Its dense output is of order 4.
 
 use super::algorithm::{Algorithm, add, vectors};
-use super::band::Band;
-use super::course::Course;
-use super::pattern::Pattern;
+use super::band_matrix::BandMatrix;
+use super::dense_output::DenseOutput;
+use super::sparsity_pattern::SparsityPattern;
 use super::system::System;
 
-/// Steps of differences: 2⁻²⁴ of the internal step, and 2⁻³⁰ of the time, which is still well above
-/// its rounding.
+/// Step of the time difference: 2⁻²⁴ of the internal step, at least 2⁻³⁰ of the time (rounding).
 const LATER: [f64; 2] = [1.0 / (1 << 24) as f64, 1.0 / (1 << 30) as f64];
-/// √ε: truncation and rounding of a difference are about as large.
+/// Relative step of state differences, √ε: truncation and rounding errors are about equal.
 const AWAY: f64 = 1.0 / (1 << 26) as f64;
 
 const GAMMA: f64 = 0.21193756319429014;
-/// States of the stages of the solutions before; the last two are those of the sixth and one more.
+/// Coefficients of the earlier stages in the states of a stage. The last two stages start from the
+/// states of the one before, plus its solution.
 #[rustfmt::skip]
 const A: [&[f64]; 6] = [
     &[],
@@ -29,7 +29,7 @@ const A: [&[f64]; 6] = [
     &[2.8029986275628964, 0.5072464736228206, -0.3988312541770524, -0.04721187230404641],
     &[-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946],
 ];
-/// Right sides of the stages of the solutions before, over dt.
+/// Coefficients of the earlier stages in the right side of a stage, over dt.
 #[rustfmt::skip]
 const C: [&[f64]; 8] = [
     &[],
@@ -44,10 +44,10 @@ const C: [&[f64]; 8] = [
 /// Times of the stages, over dt.
 #[rustfmt::skip]
 const TIMES: [f64; 8] = [0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1.0, 1.0, 1.0];
-/// Shares of ∂f/∂t, over dt.
+/// Coefficients of ∂f/∂t, over dt.
 #[rustfmt::skip]
 const D: [f64; 8] = [GAMMA, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734, 2.325825639765069, 0.0, 0.0, 0.0];
-/// Of the states between.
+/// Coefficients of the dense output.
 #[rustfmt::skip]
 const H: [[f64; 8]; 3] = [
     [25.948786856663858, -2.5579724845846235, 10.433815404888879, -2.3679251022685204, 0.524948541321073, 1.1241088310450404,
@@ -60,10 +60,10 @@ const H: [[f64; 8]; 3] = [
 
 /// The Jacobian and the solutions of the stages.
 pub(crate) struct Rosenbrock {
-    pattern: Pattern,
+    pattern: SparsityPattern,
     groups: Vec<Vec<usize>>,
     places: Vec<usize>,
-    band: Band,
+    band: BandMatrix,
     /// In the order of the pattern.
     jacobian: Vec<f64>,
     stages: [Vec<f64>; 8],
@@ -75,13 +75,13 @@ pub(crate) struct Rosenbrock {
 }
 
 impl Rosenbrock {
-    pub(crate) fn new(pattern: Pattern) -> Self {
+    pub(crate) fn new(pattern: SparsityPattern) -> Self {
         let n = pattern.len();
         let (places, lower, upper) = pattern.order();
         Self {
             groups: pattern.groups(),
             places,
-            band: Band::new(n, lower, upper),
+            band: BandMatrix::new(n, lower, upper),
             jacobian: vec![0.0; pattern.non_zeros()],
             pattern,
             stages: vectors(n),
@@ -92,7 +92,7 @@ impl Rosenbrock {
         }
     }
 
-    /// The Jacobian, group by group: directional derivatives where there are some, or differences.
+    /// Computes the Jacobian by groups of columns: with directional derivatives or differences.
     fn differentiate<S: System>(
         &mut self,
         system: &mut S,
@@ -202,12 +202,12 @@ impl Algorithm for Rosenbrock {
         Ok(true)
     }
 
-    fn course<S: System>(
+    fn dense_output<S: System>(
         &mut self,
         _system: &mut S,
         _step: (f64, f64),
         _ends: [&[f64]; 2],
-        to: &mut Course,
+        to: &mut DenseOutput,
     ) -> Result<(), S::Error> {
         for (to, row) in to.0.iter_mut().zip(H) {
             to.fill(0.0);

@@ -1,7 +1,7 @@
-//! The classical Runge–Kutta method of order 4. It has no estimate of its error.
+//! The classical Runge–Kutta method of order 4, without an error estimate.
 
 use super::algorithm::{Algorithm, add, vectors};
-use super::course::Course;
+use super::dense_output::DenseOutput;
 use super::system::System;
 
 /// The rates of the four stages.
@@ -43,13 +43,13 @@ impl Algorithm for RungeKutta {
         Ok(true)
     }
 
-    /// The cubic with the rates at both ends: of order 3.
-    fn course<S: System>(
+    /// The cubic Hermite interpolation, of order 3.
+    fn dense_output<S: System>(
         &mut self,
         system: &mut S,
         (s, dt): (f64, f64),
         [x, end]: [&[f64]; 2],
-        Course([a, b, _]): &mut Course,
+        DenseOutput([a, b, _]): &mut DenseOutput,
     ) -> Result<(), S::Error> {
         let [start_rate, end_rate, ..] = &mut self.0;
         system.derivative(s + dt, end, end_rate)?;

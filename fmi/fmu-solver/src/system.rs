@@ -1,10 +1,9 @@
-//! What a solver integrates.
+//! [`System`]: the differential equations that a solver integrates.
 
-/// Differential equations x' = f(t, x) over one communication step. Times `s` are in s from its
-/// start, so that a system can look at inputs as they change within the step.
+/// Differential equations x' = f(t, x) with event indicators, over one communication step. Times
+/// `s` are in s from its start, so that a system can evaluate inputs that change within the step.
 ///
-/// A method that cannot evaluate gives an error; solvers with a step size of their own then try a
-/// smaller one.
+/// A method returns an error if it cannot evaluate; adaptive solvers then try a smaller step.
 pub trait System {
     /// Why something cannot be evaluated.
     type Error;
@@ -15,8 +14,8 @@ pub trait System {
     /// The derivatives cannot be evaluated there.
     fn derivative(&mut self, s: f64, x: &[f64], dx: &mut [f64]) -> Result<(), Self::Error>;
 
-    /// The directional derivative `change` = ∂f/∂x · `seed` at `s` and `x`; false if the system has
-    /// none, and differences take its place.
+    /// The directional derivative `change` = ∂f/∂x · `seed` at `s` and `x`; returns false if the
+    /// system has none, and differences are used.
     ///
     /// # Errors
     /// The derivatives cannot be evaluated there.
@@ -30,8 +29,8 @@ pub trait System {
         Ok(false)
     }
 
-    /// The event indicators `z` at `s` and `x`. An event is where one of them passes from positive
-    /// to not positive or back. Only called where there are some.
+    /// The event indicators `z` at `s` and `x`, if there are any. An event occurs where one of them
+    /// changes from positive to not positive or back.
     ///
     /// # Errors
     /// The indicators cannot be evaluated there.

@@ -30,7 +30,7 @@ impl Importer {
     }
 
     fn now(&self) -> Sample {
-        Sample::of(&self.fmu, &self.parameters, &self.input).expect("no checks")
+        Sample::new(&self.fmu, &self.parameters, &self.input).expect("no checks")
     }
 
     fn read(&self) -> Signals {

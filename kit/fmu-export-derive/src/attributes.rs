@@ -1,4 +1,4 @@
-//! `#[fmu(…)]` on a field.
+//! Parses the attribute `#[fmu(…)]` on a field.
 
 use proc_macro2::Span;
 use quote::quote;
@@ -7,7 +7,7 @@ use syn::{
     Attribute, Error, Expr, ExprLit, Field, Index, Lit, LitStr, Member, Path, Result, Token,
 };
 
-/// What is said of a field; each with the place where it is said.
+/// The keys and values of `#[fmu(…)]` on a field.
 #[derive(Default)]
 pub(crate) struct Attributes {
     pub(crate) name: Option<LitStr>,
@@ -24,16 +24,16 @@ pub(crate) struct Attributes {
     pub(crate) depends_on: Option<Vec<LitStr>>,
     pub(crate) initially_depends_on: Option<Vec<LitStr>>,
     pub(crate) rate_depends_on: Option<Vec<LitStr>>,
-    /// Everything that is said, in order, and where.
-    pub(crate) said: Vec<(String, Span)>,
+    /// All keys in order, with their spans.
+    pub(crate) keys: Vec<(String, Span)>,
 }
 
-/// Every key there is.
+/// All keys, for messages.
 const KEYS: &str = "unit, display_unit, start, min, max, nominal, len, name, at, structural, tunable, constant, discrete, set, depends_on, \
-                    initially_depends_on, rate_depends_on, beside_evaluation, local, calculated or skip";
+                    initially_depends_on, rate_depends_on, not_in_evaluation, local, calculated or skip";
 
 impl Attributes {
-    pub(crate) fn of(field: &Field) -> Result<Self> {
+    pub(crate) fn from_field(field: &Field) -> Result<Self> {
         let mut all = Self::default();
         for attribute in fmu(&field.attrs) {
             all.read(attribute)?;
@@ -47,7 +47,7 @@ impl Attributes {
                 return Err(meta.error(format!("unknown attribute; it must be {KEYS}")));
             };
             if self.has(&key) {
-                return Err(meta.error(format!("`{key}` is said twice")));
+                return Err(meta.error(format!("`{key}` is given twice")));
             }
             match key.as_str() {
                 "name" => self.name = Some(meta.value()?.parse()?),
@@ -69,31 +69,31 @@ impl Attributes {
                     let content;
                     syn::parenthesized!(content in meta.input);
                     let list = Punctuated::<Expr, Token![,]>::parse_terminated(&content)?;
-                    let names = list.iter().map(variable).collect::<Result<_>>()?;
+                    let names = list.iter().map(variable_name).collect::<Result<_>>()?;
                     match key.as_str() {
                         "depends_on" => self.depends_on = Some(names),
                         "rate_depends_on" => self.rate_depends_on = Some(names),
                         _ => self.initially_depends_on = Some(names),
                     }
                 }
-                "structural" | "tunable" | "constant" | "discrete" | "beside_evaluation"
+                "structural" | "tunable" | "constant" | "discrete" | "not_in_evaluation"
                 | "local" | "calculated" | "skip" => {} // without a value
                 _ => {
                     return Err(meta.error(format!("unknown attribute `{key}`; it must be {KEYS}")));
                 }
             }
-            self.said.push((key, span(&meta.path)));
+            self.keys.push((key, span(&meta.path)));
             Ok(())
         })
     }
 
     /// Whether a key is there.
     pub(crate) fn has(&self, key: &str) -> bool {
-        self.said.iter().any(|(said, _)| said == key)
+        self.keys.iter().any(|(known, _)| known == key)
     }
 }
 
-/// The attributes that are ours.
+/// The attributes named `fmu`.
 pub(crate) fn fmu(attributes: &[Attribute]) -> impl Iterator<Item = &Attribute> {
     (attributes.iter()).filter(|attribute| attribute.path().is_ident("fmu"))
 }
@@ -102,14 +102,14 @@ fn span(path: &Path) -> Span {
     syn::spanned::Spanned::span(path)
 }
 
-/// A variable as it is written in a list of dependencies, `motor.u[2]` or `"motor.u[2]"`.
-fn variable(expr: &Expr) -> Result<LitStr> {
+/// The name of a variable in a list of dependencies, `motor.u[2]` or `"motor.u[2]"`.
+fn variable_name(expr: &Expr) -> Result<LitStr> {
     let text = match expr {
         Expr::Lit(ExprLit {
             lit: Lit::Str(text),
             ..
         }) => return Ok(text.clone()),
-        _ => written(expr),
+        _ => path_text(expr),
     };
     let span = syn::spanned::Spanned::span(expr);
     text.map(|text| LitStr::new(&text, span)).ok_or_else(|| {
@@ -120,25 +120,25 @@ fn variable(expr: &Expr) -> Result<LitStr> {
     })
 }
 
-fn written(expr: &Expr) -> Option<String> {
+fn path_text(expr: &Expr) -> Option<String> {
     match expr {
-        Expr::Path(path) => path.path.get_ident().map(crate::names::plain),
+        Expr::Path(path) => path.path.get_ident().map(crate::names::ident_text),
         Expr::Field(field) => {
             let member = match &field.member {
-                Member::Named(name) => crate::names::plain(name),
+                Member::Named(name) => crate::names::ident_text(name),
                 Member::Unnamed(Index { .. }) => return None,
             };
-            Some(format!("{}.{member}", written(&field.base)?))
+            Some(format!("{}.{member}", path_text(&field.base)?))
         }
         Expr::Index(index) => {
             let place = &index.index;
             let number = quote!(#place).to_string().replace(' ', "");
-            let beside = number.strip_prefix("i+").or(number.strip_prefix("i-"));
-            let is_number = beside.unwrap_or(&number).parse::<u32>().is_ok();
+            let neighbour = number.strip_prefix("i+").or(number.strip_prefix("i-"));
+            let is_number = neighbour.unwrap_or(&number).parse::<u32>().is_ok();
             if !is_number && number != "i" {
                 return None;
             }
-            Some(format!("{}[{number}]", written(&index.expr)?))
+            Some(format!("{}[{number}]", path_text(&index.expr)?))
         }
         _ => None,
     }

@@ -1,67 +1,66 @@
-//! What must be said of a field, and what can be.
+//! Checks the attributes of a field: which are required, which the field's type and role allow, and
+//! whether the start value is within the bounds.
 
 use crate::errors::combined;
 use crate::field::{Field, Kind, Role, Shape};
 use proc_macro2::Span;
 use syn::{Error, Expr, ExprLit, ExprUnary, Lit, Result, UnOp};
 
-/// Everything that is wrong with a field, each at its place.
+/// All errors in a field, each with the span where it occurs.
 pub(crate) fn check(field: &Field, role: Role) -> Result<()> {
     let mut wrong: Vec<Error> = Vec::new();
-    let is_discrete = role == Role::State && field.said.has("discrete");
-    if let Some(reason) = unfit(field.kind, role).filter(|_| !is_discrete) {
+    let is_discrete = role == Role::State && field.attributes.has("discrete");
+    if let Some(reason) = type_error(field.kind, role).filter(|_| !is_discrete) {
         wrong.push(Error::new(syn::spanned::Spanned::span(&field.ty), reason));
     }
-    for (key, span) in &field.said.said {
-        if let Some(reason) = misplaced(key, field, role) {
+    for (key, span) in &field.attributes.keys {
+        if let Some(reason) = key_error(key, field, role) {
             wrong.push(Error::new(*span, format!("`{key}`: {reason}")));
         }
     }
-    wrong.extend(field.structs().err());
+    wrong.extend(field.struct_count().err());
     if wrong.is_empty() {
-        wrong.extend(missing(field, role).map(|text| Error::new(field.span(), text)));
+        wrong.extend(missing_attribute(field, role).map(|text| Error::new(field.span(), text)));
         wrong.extend(bounds(field).err());
     }
     combined(wrong.into_iter().map(Err))
 }
 
 /// Why a struct of this role cannot have a field of this type.
-fn unfit(kind: Kind, role: Role) -> Option<&'static str> {
+fn type_error(kind: Kind, role: Role) -> Option<&'static str> {
     match (kind, role) {
-        (Kind::StaticText, Role::Parameter) => Some("a text that can be set is a String"),
+        (Kind::StaticText, Role::Parameter) => Some("a text parameter must be a String"),
         (Kind::StaticText, Role::Input | Role::State) => {
             Some("`&'static str` can only be an output")
         }
         (Kind::Real | Kind::Struct, _) => None,
-        (_, Role::State) => {
-            Some("a state that is integrated is an f64, or an array or a Vec of f64")
-        }
+        (_, Role::State) => Some("a continuous state must be an f64, or an array or a Vec of f64"),
         _ => None,
     }
 }
 
-/// Why a key cannot be said of this field.
-fn misplaced(key: &str, field: &Field, role: Role) -> Option<String> {
-    let (kind, said) = (field.kind, &field.said);
+/// Why this field cannot have a key.
+fn key_error(key: &str, field: &Field, role: Role) -> Option<String> {
+    let (kind, attributes) = (field.kind, &field.attributes);
     let is_number = kind.is_number();
-    let of = |what: &str| Some(format!("only {what} has it"));
+    let of = |what: &str| Some(format!("only {what} can have it"));
     match key {
         "name" => None,
         "skip" if matches!(role, Role::Parameter | Role::State) => None,
         "skip" => of("a parameter or a state"),
-        "start" if role == Role::Output => Some("an output is computed and has none".to_owned()),
+        "start" if role == Role::Output => Some("an output has no start value".to_owned()),
         "start" => None,
-        _ if said.has("skip") => Some("the field is skipped, so it is no variable".to_owned()),
+        _ if attributes.has("skip") => Some("a skipped field is not a variable".to_owned()),
         _ if kind == Kind::Struct => {
-            Some("say it of the fields of the struct; the struct itself is no variable".to_owned())
+            Some("write it on the fields of the struct, which itself is not a variable".to_owned())
         }
         "unit" | "display_unit" | "nominal" if !kind.is_float() => of("an f64 or f32"),
         "min" | "max" if !is_number => of("an f64, an f32 or an integer"),
-        "tunable" if role != Role::Parameter || field.is_meaning(role) => {
-            of("a parameter that is no String")
+        "tunable" if role != Role::Parameter || field.has_setter(role) => {
+            of("a parameter that is not a String")
         }
         "len" if !matches!(field.shape, Shape::Vector) => {
-            Some("only a Vec has it; an array has its length in its type".to_owned())
+            Some("only a Vec can have it; an array has its length in its type".to_owned())
         }
         "structural"
             if role != Role::Parameter
@@ -70,34 +69,34 @@ fn misplaced(key: &str, field: &Field, role: Role) -> Option<String> {
         {
             of("an i32 among the parameters")
         }
-        "tunable" if said.has("structural") => {
+        "tunable" if attributes.has("structural") => {
             Some("a structural parameter is set before initialization".to_owned())
         }
         "constant" if matches!(field.shape, Shape::Vector) => of("a number or an array"),
         "constant" if role != Role::Parameter || !(is_number || kind == Kind::Boolean) => {
             of("a number or a Boolean among the parameters")
         }
-        "tunable" | "min" | "max" if said.has("constant") => {
+        "tunable" | "min" | "max" if attributes.has("constant") => {
             Some("a constant cannot be set".to_owned())
         }
         "discrete" if role == Role::State => None,
         "discrete" if !kind.is_float() || !matches!(role, Role::Input | Role::Output) => {
             of("a state, or an f64 or f32 that is an input or an output")
         }
-        "beside_evaluation" if role != Role::Input => of("an input"),
-        "set" if !field.is_meaning(role) => of("a String parameter"),
+        "not_in_evaluation" if role != Role::Input => of("an input"),
+        "set" if !field.has_setter(role) => of("a String parameter"),
         "local" if !matches!(role, Role::Output | Role::State) => of("an output or a state"),
         "calculated" if role != Role::Output => of("a field of the outputs"),
-        "calculated" if said.has("local") => Some("a variable is not local, too".to_owned()),
-        "rate_depends_on" if role != Role::State || said.has("discrete") => {
+        "calculated" if attributes.has("local") => Some("the variable is `local`".to_owned()),
+        "rate_depends_on" if role != Role::State || attributes.has("discrete") => {
             of("a state that is integrated")
         }
-        "depends_on" if role == Role::State => Some("a state follows no input at once".to_owned()),
+        "depends_on" if role == Role::State => Some("a state depends on no input".to_owned()),
         "depends_on" if role != Role::Output => of("an output"),
-        "depends_on" if said.has("calculated") => {
-            Some("a calculated parameter follows no input".to_owned())
+        "depends_on" if attributes.has("calculated") => {
+            Some("a calculated parameter does not depend on inputs".to_owned())
         }
-        "depends_on" | "initially_depends_on" if said.has("local") => {
+        "depends_on" | "initially_depends_on" if attributes.has("local") => {
             of("an output that is not local")
         }
         "initially_depends_on" if !matches!(role, Role::Output | Role::State) => of("an output"),
@@ -105,10 +104,10 @@ fn misplaced(key: &str, field: &Field, role: Role) -> Option<String> {
     }
 }
 
-/// What is not said, but must be.
-fn missing(field: &Field, role: Role) -> Option<String> {
-    let (name, said) = (&field.name, &field.said);
-    if !field.is_seen() || field.kind == Kind::Struct {
+/// A required attribute that is missing.
+fn missing_attribute(field: &Field, role: Role) -> Option<String> {
+    let (name, attributes) = (&field.name, &field.attributes);
+    if !field.is_variable() || field.kind == Kind::Struct {
         return None;
     }
     if field.description.is_empty() {
@@ -116,22 +115,22 @@ fn missing(field: &Field, role: Role) -> Option<String> {
             "`{name}` has no description: write a doc comment above the field"
         ));
     }
-    if matches!(field.shape, Shape::Vector) && said.len.is_empty() {
+    if matches!(field.shape, Shape::Vector) && attributes.len.is_empty() {
         return Some(format!(
             "`{name}` has no length: write `#[fmu(len = 5000)]`, or `len = p.n` with `n` a parameter that is `structural`"
         ));
     }
-    if said.has("structural") && (said.min.is_none() || said.max.is_none()) {
+    if attributes.has("structural") && (attributes.min.is_none() || attributes.max.is_none()) {
         return Some(format!(
             "`{name}` is a size without bounds: write `min = 1, max = …`"
         ));
     }
-    if field.kind.is_float() && said.unit.is_none() {
+    if field.kind.is_float() && attributes.unit.is_none() {
         return Some(format!(
             "`{name}` has no unit: write `#[fmu(unit = \"…\")]`, with \"1\" for a number without one"
         ));
     }
-    if role == Role::Parameter && !field.kind.is_heap() && said.start.is_none() {
+    if role == Role::Parameter && !field.kind.is_heap() && attributes.start.is_none() {
         return Some(format!(
             "`{name}` has no start value: write `#[fmu(start = …)]`"
         ));
@@ -139,11 +138,11 @@ fn missing(field: &Field, role: Role) -> Option<String> {
     None
 }
 
-/// The start value must be within the bounds, as far as they are written as numbers.
+/// Checks that the start value is within the bounds, if they are literal numbers.
 fn bounds(field: &Field) -> Result<()> {
-    let said = &field.said;
+    let attributes = &field.attributes;
     let number = |expr: &Option<Expr>| expr.as_ref().and_then(number);
-    let (min, max) = (number(&said.min), number(&said.max));
+    let (min, max) = (number(&attributes.min), number(&attributes.max));
     let at = |expr: &Option<Expr>| -> Span {
         (expr.as_ref()).map_or_else(|| field.span(), syn::spanned::Spanned::span)
     };
@@ -151,9 +150,9 @@ fn bounds(field: &Field) -> Result<()> {
         && min > max
     {
         let text = format!("max = {max} must be at least min = {min}");
-        return Err(Error::new(at(&said.max), text));
+        return Err(Error::new(at(&attributes.max), text));
     }
-    let starts = match &said.start {
+    let starts = match &attributes.start {
         Some(Expr::Array(array)) => array.elems.iter().collect(),
         Some(start) => vec![start],
         None => return Ok(()),
@@ -173,7 +172,7 @@ fn bounds(field: &Field) -> Result<()> {
     Ok(())
 }
 
-/// The value of a number that is written out.
+/// The value of a literal number.
 fn number(expr: &Expr) -> Option<f64> {
     match expr {
         Expr::Lit(ExprLit { lit, .. }) => match lit {

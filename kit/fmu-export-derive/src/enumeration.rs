@@ -1,4 +1,4 @@
-//! Enumerations as types of variables.
+//! `#[derive(Enumeration)]`: makes a Rust enumeration the type of a variable.
 
 use crate::attributes::fmu;
 use crate::errors::combined;
@@ -15,7 +15,7 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
     if data.variants.is_empty() {
         return Err(Error::new_spanned(ident, "must have a variant"));
     }
-    let name = names::plain(ident);
+    let name = names::ident_text(ident);
     let description = names::description(&input.attrs);
     if description.is_empty() {
         let text = format!("`{name}` has no description: write a doc comment above the enum");
@@ -55,7 +55,7 @@ fn item(variant: &Variant) -> Result<TokenStream> {
         let text = "items are numbered from 1 in the order of the variants";
         return Err(Error::new_spanned(number, text));
     }
-    let mut name = names::plain(&variant.ident);
+    let mut name = names::ident_text(&variant.ident);
     for attribute in fmu(&variant.attrs) {
         attribute.parse_nested_meta(|meta| {
             if !meta.path.is_ident("name") {

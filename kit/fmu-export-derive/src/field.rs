@@ -1,4 +1,4 @@
-//! A field of a struct as a variable.
+//! A field of a struct: its type, shape, name, description and attributes as a variable.
 
 use crate::attributes::Attributes;
 use crate::names;
@@ -9,7 +9,7 @@ use syn::{
     Type, TypePath,
 };
 
-/// What the fields of a struct are.
+/// What the fields of a struct are: given by the derive.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Role {
     Parameter,
@@ -29,14 +29,14 @@ pub(crate) enum Kind {
     /// `&'static str`.
     StaticText,
     Choice,
-    /// Another type, by its name in `Fields`.
+    /// Another type of FMI 3.0, by its name in `Fields`.
     Other(&'static str),
     /// A struct with variables of its own.
     Struct,
 }
 
 impl Kind {
-    /// Whether there are arrays of it that are variables.
+    /// Whether an array of this type is a variable.
     fn has_arrays(self) -> bool {
         !matches!(self, Kind::StaticText | Kind::Struct)
     }
@@ -46,12 +46,12 @@ impl Kind {
         matches!(self, Kind::Real | Kind::Other("Float32"))
     }
 
-    /// Whether it has bounds, and may be a constant.
+    /// Whether it may have bounds, and may be a constant.
     pub(crate) fn is_number(self) -> bool {
         matches!(self, Kind::Real | Kind::Integer) || self.is_other() && self != Self::BINARY
     }
 
-    /// Whether its values are on the heap.
+    /// Whether its values allocate.
     pub(crate) fn is_heap(self) -> bool {
         matches!(self, Kind::Text | Self::BINARY)
     }
@@ -63,16 +63,16 @@ impl Kind {
     }
 }
 
-/// How many elements a field has.
+/// The shape of a field.
 pub(crate) enum Shape {
     Scalar,
-    /// An array, or arrays in it: their lengths, the outermost first.
+    /// An array or nested arrays: their lengths, the outermost first.
     Array(Vec<Expr>),
-    /// A `Vec`, as long as `len` says.
+    /// A `Vec`, whose length is the attribute `len`.
     Vector,
 }
 
-/// A field, and all that is known of it.
+/// A field of a struct with a derive.
 pub(crate) struct Field {
     pub(crate) ident: Ident,
     /// Its name in the table.
@@ -81,23 +81,23 @@ pub(crate) struct Field {
     pub(crate) kind: Kind,
     pub(crate) shape: Shape,
     pub(crate) description: String,
-    /// A part of a state: its start value is said where the part is.
+    /// The struct is a part of a state, whose start value is given where the part is used.
     pub(crate) starts_elsewhere: bool,
-    pub(crate) said: Attributes,
+    pub(crate) attributes: Attributes,
 }
 
 impl Field {
     pub(crate) fn new(field: &SynField) -> Result<Self> {
         let ident = field.ident.clone().expect("named fields only");
-        let said = Attributes::of(field)?;
-        let (kind, shape) = if said.has("skip") {
+        let attributes = Attributes::from_field(field)?;
+        let (kind, shape) = if attributes.has("skip") {
             (Kind::Struct, Shape::Scalar)
         } else {
             kind(&field.ty)?
         };
-        let name = match &said.name {
+        let name = match &attributes.name {
             Some(name) => name.value(),
-            None => names::plain(&ident),
+            None => names::ident_text(&ident),
         };
         Ok(Self {
             name,
@@ -107,7 +107,7 @@ impl Field {
             shape,
             description: names::description(&field.attrs),
             starts_elsewhere: false,
-            said,
+            attributes,
         })
     }
 
@@ -123,7 +123,7 @@ impl Field {
         }
     }
 
-    /// The type of one value: of an array of arrays, or of a Vec, that of what is in it.
+    /// The type of one value in nested arrays or in a `Vec`.
     pub(crate) fn value(&self) -> &Type {
         let mut ty = &self.ty;
         while let Type::Array(array) = ty {
@@ -135,14 +135,14 @@ impl Field {
         }
     }
 
-    /// Whether it is a text that may mean other parameters.
-    pub(crate) fn is_meaning(&self, role: Role) -> bool {
+    /// Whether it is a String parameter, which may have a setter that sets other parameters.
+    pub(crate) fn has_setter(&self, role: Role) -> bool {
         let is_text = self.kind == Kind::Text && role == Role::Parameter;
         is_text && matches!(self.shape, Shape::Scalar)
     }
 
-    /// How many structs an array of structs has.
-    pub(crate) fn structs(&self) -> Result<Option<usize>> {
+    /// The number of structs in an array of structs.
+    pub(crate) fn struct_count(&self) -> Result<Option<usize>> {
         let (Kind::Struct, Shape::Array(lengths)) = (self.kind, &self.shape) else {
             return Ok(None);
         };
@@ -158,14 +158,14 @@ impl Field {
             Some(n @ 1..=32) => Ok(Some(n)),
             _ => Err(wrong(
                 &self.ty,
-                "an array of structs has a number of them that is written out, at most 32: each has rows of its own",
+                "the length of an array of structs must be a literal number, at most 32: each struct has its own rows",
             )),
         }
     }
 
-    /// Whether it is a variable, or more of them.
-    pub(crate) fn is_seen(&self) -> bool {
-        !self.said.has("skip")
+    /// Whether it is one or more variables.
+    pub(crate) fn is_variable(&self) -> bool {
+        !self.attributes.has("skip")
     }
 }
 
@@ -210,7 +210,7 @@ fn kind(ty: &Type) -> Result<(Kind, Shape)> {
                     (kind, Shape::Scalar) if kind.has_arrays() => Ok((kind, Shape::Vector)),
                     _ => Err(wrong(
                         ty,
-                        "a Vec is of f64, f32, an integer, bool, String, Binary or Choice<…>; a matrix is in one row by row, with `len = (2, 3)`",
+                        "a Vec is of f64, f32, an integer, bool, String, Binary or Choice<…>; a matrix is stored in one row by row, with `len = (2, 3)`",
                     )),
                 };
             }
@@ -224,7 +224,7 @@ fn kind(ty: &Type) -> Result<(Kind, Shape)> {
     }
 }
 
-/// What a Vec is of; None for another type.
+/// The element type of a `Vec`; None for another type.
 fn vector_of(path: &TypePath) -> Option<&Type> {
     let last = path
         .path
@@ -249,7 +249,7 @@ fn named(ty: &Type, name: &str, arguments: &PathArguments) -> Result<Kind> {
         "Choice" if has_one_type(arguments) => Ok(Kind::Choice),
         "Option" => Err(wrong(
             ty,
-            "a variable always has a value: use the type without Option, and a bool beside it that says whether it counts",
+            "a variable always has a value: use the type without Option, and a second field, a bool, that says whether it is valid",
         )),
         "f32" => Ok(Kind::Other("Float32")),
         "i8" => Ok(Kind::Other("Int8")),
@@ -262,7 +262,7 @@ fn named(ty: &Type, name: &str, arguments: &PathArguments) -> Result<Kind> {
         "Binary" => Ok(Kind::BINARY),
         "usize" | "isize" => Err(wrong(
             ty,
-            "an integer of FMI has a number of bits: use i32, `structural` for a size, or i64",
+            "FMI has no such type: use i32 (`structural` for a size) or i64",
         )),
         "str" | "char" => Err(wrong(
             ty,

@@ -1,9 +1,9 @@
-//! The derives of `fmu-export`, which re-exports them with its feature `derive`: the variables of
-//! an FMU from structs.
+//! The derive macros of `fmu-export`, which re-exports them with its feature `derive`: they make
+//! the variables of an FMU from structs.
 //!
 //! `#[derive(Parameters)]`, `#[derive(Input)]`, `#[derive(Output)]` and `#[derive(State)]` make a
-//! row of the table of variables from each field: its name, its doc comment as the description, its
-//! type, and what `#[fmu(…)]` says.
+//! row of the table of variables from each field: from its name, its doc comment as the
+//! description, its type, and the attribute `#[fmu(…)]`.
 //!
 //! | Field | Variable |
 //! |---|---|
@@ -43,17 +43,16 @@
 //! | `#[fmu(…)]` on a state | means |
 //! |---|---|
 //! | `parameters = P`, `input = U`, `output = Y` | the model's other structs; makes the struct the state of a model, see `Ode` |
-//! | `model_exchange` | the FMU is for Model Exchange too; `depends_on` then names states beside inputs |
+//! | `model_exchange` | the FMU supports Model Exchange too; `depends_on` then names states as well as inputs |
 //! | `max_step = 1e-4` | longest internal step, s; without it 1 ms, and none with `solver` |
 //! | `solver = "adaptive"`, `"stiff"` | what integrates it in Co-Simulation: the method of Dormand and Prince, or Rodas5P for rates that differ by orders of magnitude, whose Jacobian follows `rate_depends_on`. Without it: Runge–Kutta in steps of `max_step` |
 //! | `tolerance = 1e-4` | error of an internal step of these, relative to states or their `nominal` values, if the importer gives none; 1e-6 without it |
 //! | `experiment(0.0, 5.0, 0.01)` | default experiment: start, stop, communication step, s |
 //! | `info = INFO` | names and files (a `const INFO: Info`), instead of the struct's name, doc comment and the package's version |
 //!
-//! Beside the rows each derive implements what a model's struct must have: `Clone` and serde's
-//! traits, and for all but parameters a `Default` of zeros and `Copy`, which needs a struct without
-//! vectors, Strings and Binary (not serde's for outputs).
-//! `#[fmu(table_only)]` on the struct leaves them to you.
+//! Each derive also implements the other traits that a model's struct needs: `Clone`, serde's
+//! traits (except for outputs), and except for parameters a `Default` of zeros; and `Copy` if the
+//! struct has no `Vec`, String or Binary. `#[fmu(table_only)]` on the struct omits them.
 //!
 //! On an enumeration, `#[derive(Enumeration)]` makes the items from the variants, in order and
 //! counted from 1: names, doc comments as descriptions, `#[fmu(name = "…")]` for another name.
@@ -73,26 +72,26 @@ use field::Role;
 use proc_macro::TokenStream;
 use syn::{DeriveInput, Error, parse_macro_input};
 
-/// A struct of parameters. The table of attributes is in the text of the crate.
+/// A struct of parameters. The attributes are described in the documentation of the crate.
 #[proc_macro_derive(Parameters, attributes(fmu))]
 pub fn parameters(input: TokenStream) -> TokenStream {
     derive(input, |input| structs::derive(input, Role::Parameter))
 }
 
-/// A struct of inputs. The table of attributes is in the text of the crate.
+/// A struct of inputs. The attributes are described in the documentation of the crate.
 #[proc_macro_derive(Input, attributes(fmu))]
 pub fn input(input: TokenStream) -> TokenStream {
     derive(input, |input| structs::derive(input, Role::Input))
 }
 
-/// A struct of outputs. The table of attributes is in the text of the crate.
+/// A struct of outputs. The attributes are described in the documentation of the crate.
 #[proc_macro_derive(Output, attributes(fmu))]
 pub fn output(input: TokenStream) -> TokenStream {
     derive(input, |input| structs::derive(input, Role::Output))
 }
 
-/// A struct of states, of a whole model if it says `#[fmu(parameters = …)]`. The table of
-/// attributes is in the text of the crate.
+/// A struct of states; of a whole model with `#[fmu(parameters = …)]`. The attributes are described
+/// in the documentation of the crate.
 #[proc_macro_derive(State, attributes(fmu))]
 pub fn state(input: TokenStream) -> TokenStream {
     derive(input, |input| structs::derive(input, Role::State))

@@ -1,10 +1,10 @@
-//! Names and descriptions.
+//! Names and descriptions of variables, from identifiers and doc comments.
 
 use syn::ext::IdentExt;
 use syn::{Attribute, Expr, ExprLit, Ident, Lit, Meta};
 
 /// The name of a field or variant, without `r#`.
-pub(crate) fn plain(ident: &Ident) -> String {
+pub(crate) fn ident_text(ident: &Ident) -> String {
     ident.unraw().to_string()
 }
 
@@ -54,17 +54,23 @@ mod tests {
     use super::*;
     use syn::parse_quote;
 
-    fn of(input: syn::ItemStruct) -> String {
+    fn first_paragraph(input: syn::ItemStruct) -> String {
         description(&input.attrs)
     }
 
     #[test]
     fn a_description_is_the_first_paragraph_in_one_line() {
-        assert_eq!(of(parse_quote! { struct A; }), "");
-        assert_eq!(of(parse_quote! { #[doc = " Mass."] struct A; }), "Mass");
+        assert_eq!(first_paragraph(parse_quote! { struct A; }), "");
+        assert_eq!(
+            first_paragraph(parse_quote! { #[doc = " Mass."] struct A; }),
+            "Mass"
+        );
         let two = parse_quote! { #[doc = " Deflection that"] #[doc = " doubles the force ..."] #[doc = ""] #[doc = " More."] struct A; };
-        assert_eq!(of(two), "Deflection that doubles the force ...");
+        assert_eq!(
+            first_paragraph(two),
+            "Deflection that doubles the force ..."
+        );
         let block = parse_quote! { #[doc = " Mass\n * of the cart. "] struct A; };
-        assert_eq!(of(block), "Mass of the cart");
+        assert_eq!(first_paragraph(block), "Mass of the cart");
     }
 }

@@ -1,4 +1,4 @@
-//! The rows of a struct in the table of variables.
+//! Generates the rows of a struct in the table of variables: `impl Rows`.
 
 use crate::field::{Field, Kind, Role, Shape};
 use crate::values::{length, real, start_value, vector};
@@ -7,14 +7,14 @@ use quote::{format_ident, quote, quote_spanned};
 use syn::spanned::Spanned;
 use syn::{Expr, ExprLit, Ident, Lit, LitStr};
 
-/// `impl Rows`, and what it needs.
+/// Generates `impl Rows` with the names and paths that it needs.
 pub(crate) fn derive(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
     let owner = match role {
         Role::Parameter => quote!(Parameters),
         Role::Input => quote!(Input),
         Role::Output | Role::State => quote!(Output),
     };
-    let fields: Vec<_> = fields.iter().filter(|field| field.is_seen()).collect();
+    let fields: Vec<_> = fields.iter().filter(|field| field.is_variable()).collect();
     let names = fields.iter().map(|field| &field.name);
     let parts = (fields.iter().enumerate()).flat_map(|(k, field)| parts(field, role, k));
     let checks = fields.iter().map(|field| match (field.kind, role) {
@@ -48,14 +48,14 @@ pub(crate) fn derive(ident: &Ident, fields: &[Field], role: Role) -> TokenStream
         {
             const ROWS: &'static [__fmu::Part<M>] = {
                 #[allow(unused_imports)]
-                use __fmu::SpareRows as _;
+                use __fmu::FallbackRows as _;
                 &[#(#parts),*]
             };
         }
     }
 }
 
-/// The way to the struct in a field.
+/// Generates the path to the struct in a field.
 fn path(ident: &Ident, field: &Field) -> TokenStream {
     let (path, member, ty, name) = (to(field), &field.ident, field.element(), &field.name);
     let (index, name) = match field.shape {
@@ -63,7 +63,7 @@ fn path(ident: &Ident, field: &Field) -> TokenStream {
         _ => (quote!(), quote!(At::NAME.join(#name))),
     };
     quote! {
-        /// The way to a struct in the struct, or to the one of this index in an array of them.
+        /// The path to a nested struct, or to the one with this index in an array.
         #[allow(non_camel_case_types)]
         struct #path<At, const K: usize>(::core::marker::PhantomData<At>);
 
@@ -86,15 +86,15 @@ fn path(ident: &Ident, field: &Field) -> TokenStream {
 }
 
 fn to(field: &Field) -> Ident {
-    format_ident!("To_{}", crate::names::plain(&field.ident))
+    format_ident!("To_{}", crate::names::ident_text(&field.ident))
 }
 
-/// The parts of the table that a field is: a row, or the rows of a struct or more.
+/// The parts of the table for a field: a row, or the rows of one or more structs.
 fn parts(field: &Field, role: Role, k: usize) -> Vec<TokenStream> {
     if field.kind == Kind::Struct {
         let (ty, path) = (field.element(), to(field));
-        let structs = field.structs().ok().flatten().unwrap_or(1);
-        let rows = |k| quote!(__fmu::Part::Struct(__fmu::RowsOf::<#ty, M, #path<At, #k>>::ROWS));
+        let structs = field.struct_count().ok().flatten().unwrap_or(1);
+        let rows = |k| quote!(__fmu::Part::Struct(__fmu::FieldRows::<#ty, M, #path<At, #k>>::ROWS));
         return (0..structs).map(rows).collect();
     }
     let constructor = constructor(field, role);
@@ -110,7 +110,7 @@ fn parts(field: &Field, role: Role, k: usize) -> Vec<TokenStream> {
     }]
 }
 
-/// Name of the function that makes the row.
+/// Name of the constructor of the row.
 fn constructor(field: &Field, role: Role) -> Ident {
     let (ty, of) = match field.kind {
         Kind::Real => ("", ""),
@@ -120,11 +120,11 @@ fn constructor(field: &Field, role: Role) -> Ident {
         _ => ("string_", ""),
     };
     let causality = match role {
-        Role::Parameter if field.said.has("constant") => "constant",
+        Role::Parameter if field.attributes.has("constant") => "constant",
         Role::Parameter => "parameter",
         Role::Input => "input",
-        _ if field.said.has("calculated") => "calculated_parameter",
-        _ if field.said.has("local") => "local",
+        _ if field.attributes.has("calculated") => "calculated_parameter",
+        _ if field.attributes.has("local") => "local",
         Role::Output | Role::State => "output",
     };
     let plural = match field.shape {
@@ -134,10 +134,10 @@ fn constructor(field: &Field, role: Role) -> Ident {
     Ident::new(&format!("{ty}{causality}{plural}{of}"), field.span())
 }
 
-/// What `Fields` calls the accessors of a type that has no constructors of its own.
+/// The variant of `Fields` for a type without constructors of its own.
 fn fields(field: &Field, role: Role) -> Option<&'static str> {
     match field.kind {
-        Kind::Text if !field.is_meaning(role) => Some("String"),
+        Kind::Text if !field.has_setter(role) => Some("String"),
         Kind::Choice => Some("Integer"),
         Kind::Other(name) => Some(name),
         _ => None,
@@ -164,7 +164,7 @@ fn slices(field: &Field, name: &str) -> TokenStream {
             match field.kind {
                 Kind::Choice => {
                     let ty = field.value();
-                    quote!(__fmu::Of::<#ty>::#numbers(#slice))
+                    quote!(__fmu::FieldType::<#ty>::#numbers(#slice))
                 }
                 _ => slice,
             }
@@ -174,8 +174,8 @@ fn slices(field: &Field, name: &str) -> TokenStream {
 
 fn accessors(field: &Field, role: Role) -> TokenStream {
     let member = &field.ident;
-    if field.said.has("constant") {
-        let value = (field.said.start.as_ref()).map(|start| start_value(field, start));
+    if field.attributes.has("constant") {
+        let value = (field.attributes.start.as_ref()).map(|start| start_value(field, start));
         let (flat, ty) = (flattened(field, "as_flattened"), &field.ty);
         return match (fields(field, role), &field.shape) {
             (None, _) => quote!(|_| (&#value) #flat),
@@ -196,7 +196,7 @@ fn accessors(field: &Field, role: Role) -> TokenStream {
     let is_written = matches!(role, Role::Parameter | Role::Input);
     match (field.kind, is_written) {
         (Kind::Text, _) => {
-            let set = match &field.said.set {
+            let set = match &field.attributes.set {
                 Some(set) => quote!(|s, text, folder| #set(At::get_mut(s), text, folder)),
                 None => quote!(|s, text, _| {
                     text.clone_into(&mut At::get_mut(s).#member);
@@ -218,7 +218,7 @@ fn accessors(field: &Field, role: Role) -> TokenStream {
     }
 }
 
-/// What makes one slice of arrays in an array.
+/// The calls that flatten nested arrays to one slice.
 fn flattened(field: &Field, name: &str) -> TokenStream {
     let (Shape::Array(lengths), name) = (&field.shape, Ident::new(name, Span::call_site())) else {
         return TokenStream::new();
@@ -226,7 +226,7 @@ fn flattened(field: &Field, name: &str) -> TokenStream {
     (1..lengths.len()).map(|_| quote!(.#name())).collect()
 }
 
-/// How many elements there are in each dimension, and what makes a vector as long.
+/// The length of each dimension, and the function that resizes a `Vec`.
 fn shape(field: &Field, role: Role) -> TokenStream {
     match &field.shape {
         Shape::Array(lengths) if lengths.len() > 1 => {
@@ -243,14 +243,14 @@ fn shape(field: &Field, role: Role) -> TokenStream {
                 Role::State => quote!(::std::vec![0.0; n]), // `State::start` has the start values
                 _ => vector(field),
             };
-            let (member, lengths) = (&field.ident, field.said.len.iter().map(length));
+            let (member, lengths) = (&field.ident, field.attributes.len.iter().map(length));
             quote!(.vector(&[#(#lengths),*], ::fmu_export::Resize::#owner(|s, n| At::get_mut(s).#member = #value)))
         }
         _ => TokenStream::new(),
     }
 }
 
-/// What the compiler checks: an array is not too large for the stack.
+/// A compile-time check that an array is not too large for the stack.
 fn size(field: &Field) -> TokenStream {
     let (Shape::Array(_), ty, name) = (&field.shape, &field.ty, &field.name) else {
         return TokenStream::new();
@@ -263,11 +263,11 @@ fn size(field: &Field) -> TokenStream {
     }
 }
 
-/// What the row says beside name, description and place.
+/// The attributes of the row, as calls after its constructor.
 fn more(field: &Field, role: Role) -> TokenStream {
-    let (said, ty) = (&field.said, field.value());
+    let (attributes, ty) = (&field.attributes, field.value());
     let mut calls = TokenStream::new();
-    match &said.unit {
+    match &attributes.unit {
         Some(Expr::Lit(name)) => calls.extend(quote!(.unit(#name))),
         Some(unit) => calls.extend(quote!(.own_unit(&#unit))),
         None => {}
@@ -276,25 +276,25 @@ fn more(field: &Field, role: Role) -> TokenStream {
         let enumeration = quote_spanned!(ty.span()=> <#ty as __fmu::Enumerated>::ENUMERATION);
         calls.extend(quote!(.enumeration(&#enumeration)));
     }
-    if let Some(unit) = &said.display_unit {
+    if let Some(unit) = &attributes.display_unit {
         calls.extend(quote!(.display_unit(#unit)));
     }
     for (key, value) in [
-        ("min", &said.min),
-        ("max", &said.max),
-        ("nominal", &said.nominal),
+        ("min", &attributes.min),
+        ("max", &attributes.max),
+        ("nominal", &attributes.nominal),
     ] {
         if let Some(value) = value {
             let (key, value) = (Ident::new(key, Span::call_site()), bound(value, field.kind));
             calls.extend(quote!(.#key(#value)));
         }
     }
-    if let Some(reference) = &said.at {
+    if let Some(reference) = &attributes.at {
         calls.extend(quote!(.at(#reference)));
     }
     calls.extend(shape(field, role));
-    for flag in ["structural", "tunable", "discrete", "beside_evaluation"] {
-        if said.has(flag) && (flag != "discrete" || field.kind.is_float()) {
+    for flag in ["structural", "tunable", "discrete", "not_in_evaluation"] {
+        if attributes.has(flag) && (flag != "discrete" || field.kind.is_float()) {
             let flag = Ident::new(flag, Span::call_site());
             calls.extend(quote!(.#flag()));
         }
@@ -304,24 +304,24 @@ fn more(field: &Field, role: Role) -> TokenStream {
 }
 
 fn dependencies(field: &Field, role: Role) -> TokenStream {
-    let said = &field.said;
+    let attributes = &field.attributes;
     let mut calls = TokenStream::new();
-    let is_output = !said.has("local") && !said.has("calculated");
-    match &said.depends_on {
+    let is_output = !attributes.has("local") && !attributes.has("calculated");
+    match &attributes.depends_on {
         Some(names) => {
             let names = names.iter().map(known);
             calls.extend(quote!(.depends_on(&[#(#names),*])));
         }
-        None if role == Role::State && is_output && said.has("discrete") => {
+        None if role == Role::State && is_output && attributes.has("discrete") => {
             calls.extend(quote!(.depends_on(&[::fmu_export::NO_STATES])));
         }
         None if role == Role::State && is_output => calls.extend(quote!(.depends_on(&[]))),
         None => {}
     }
-    if let Some(names) = &said.rate_depends_on {
+    if let Some(names) = &attributes.rate_depends_on {
         calls.extend(quote!(.rate_depends_on(&[#(#names),*])));
     }
-    let knowns = match &said.initially_depends_on {
+    let knowns = match &attributes.initially_depends_on {
         Some(names) => Some(names.iter().map(known).collect()),
         None if role == Role::State && is_output => start_dependencies(field),
         None => None,
@@ -340,18 +340,18 @@ fn known(name: &LitStr) -> TokenStream {
     }
 }
 
-/// The parameters and inputs in the start value of a state; None: it cannot be told.
+/// The parameters and inputs in the start value of a state; None if they cannot be determined.
 fn start_dependencies(field: &Field) -> Option<Vec<TokenStream>> {
     if field.starts_elsewhere {
         return None;
     }
-    let Some(start) = &field.said.start else {
+    let Some(start) = &field.attributes.start else {
         return Some(Vec::new());
     };
     let mut names = Vec::new();
     let is_vector = matches!(field.shape, Shape::Vector);
     collect(quote!(#start), is_vector, &mut names)?;
-    // A vector that starts as another one does so element by element.
+    // An array that starts as another array depends on it element by element.
     if let ([name], Shape::Array(_), Expr::Field(_)) = (&mut names[..], &field.shape, start) {
         name.push_str("[i]");
     }
@@ -382,7 +382,7 @@ fn collect(tokens: TokenStream, is_vector: bool, names: &mut Vec<String>) -> Opt
                     {
                         break; // a method of a number
                     }
-                    name.push(crate::names::plain(member));
+                    name.push(crate::names::ident_text(member));
                     k += 2;
                 }
                 if name.is_empty() {
@@ -422,12 +422,12 @@ fn is_literal(value: &Expr) -> bool {
     }
 }
 
-/// Checks that the compiler makes: units are known.
+/// Compile-time checks that the unit and display unit are known.
 fn units(field: &Field) -> TokenStream {
     let Some(Expr::Lit(ExprLit {
         lit: Lit::Str(unit),
         ..
-    })) = &field.said.unit
+    })) = &field.attributes.unit
     else {
         return TokenStream::new();
     };
@@ -438,7 +438,7 @@ fn units(field: &Field) -> TokenStream {
     let mut checks = quote_spanned! { unit.span()=>
         const _: () = ::core::assert!(__fmu::is_known_unit(#unit), #text);
     };
-    if let Some(display) = &field.said.display_unit {
+    if let Some(display) = &field.attributes.display_unit {
         let text = format!("`{}` is not a display unit of `{name}`", display.value());
         checks.extend(quote_spanned! { display.span()=>
             const _: () = ::core::assert!(!__fmu::is_known_unit(#unit) || __fmu::is_display_unit(#unit, #display), #text);

@@ -1,4 +1,5 @@
-//! The state of a model of ordinary differential equations.
+//! `#[derive(State)]` for the state of a model of ordinary differential equations: the attributes
+//! of the struct, `impl Vector` and `impl State`.
 
 use crate::attributes::fmu;
 use crate::field::{Field, Shape};
@@ -11,26 +12,26 @@ use syn::{DeriveInput, Error, Expr, Ident, LitStr, Result, Token, Type};
 
 const KEYS: &str = "parameters, input, output, max_step, solver, tolerance, model_exchange, experiment, info or table_only";
 
-/// What is said of the struct.
+/// The attributes of the struct.
 #[derive(Default)]
 pub(crate) struct Model {
     parameters: Option<Type>,
     input: Option<Type>,
     output: Option<Type>,
     max_step: Option<Expr>,
-    /// What integrates it in Co-Simulation.
+    /// The solver for Co-Simulation.
     solver: Option<LitStr>,
     tolerance: Option<Expr>,
     experiment: Vec<Expr>,
     info: Option<Expr>,
     description: String,
-    /// For Model Exchange too.
+    /// Supports Model Exchange too.
     model_exchange: bool,
     pub(crate) table_only: bool,
 }
 
 impl Model {
-    pub(crate) fn of(input: &DeriveInput) -> Result<Self> {
+    pub(crate) fn from_input(input: &DeriveInput) -> Result<Self> {
         let mut model = Self {
             description: names::description(&input.attrs),
             ..Self::default()
@@ -82,7 +83,7 @@ impl Model {
             || !self.experiment.is_empty()
             || self.info.is_some();
         if has_more && !self.is_whole() {
-            let text = "a model names its structs: `#[fmu(parameters = …, input = …, output = …)]`, those that it has";
+            let text = "name the model's structs, as far as it has them: `#[fmu(parameters = …, input = …, output = …)]`";
             return Err(Error::new_spanned(ident, text));
         }
         if let Some(solver) = self
@@ -99,7 +100,7 @@ impl Model {
             return Err(Error::new_spanned(tolerance, text));
         }
         if self.info.is_some() && !self.experiment.is_empty() {
-            let text = "`info` holds the experiment: `Info::experiment`";
+            let text = "with `info`, set the experiment by `Info::experiment`";
             return Err(Error::new_spanned(ident, text));
         }
         if self.is_whole() && self.info.is_none() && self.description.is_empty() {
@@ -116,15 +117,15 @@ pub(crate) fn derive(
     fields: &[Field],
     model: Option<&Model>,
 ) -> Result<TokenStream> {
-    let vector = numbers(ident, fields);
+    let vector = vector_impl(ident, fields);
     match model.filter(|model| model.is_whole()) {
         Some(model) => {
-            let whole = whole(ident, fields, model);
+            let whole = state_impl(ident, fields, model);
             Ok(quote!(#vector #whole))
         }
-        None => match fields.iter().find_map(|field| field.said.start.as_ref()) {
+        None => match (fields.iter()).find_map(|field| field.attributes.start.as_ref()) {
             Some(start) => {
-                let text = "`start`: the struct is a part of a state; say it of the field that holds the struct";
+                let text = "`start`: the struct is a part of a state; write it on the field that holds the struct";
                 Err(Error::new_spanned(start, text))
             }
             None => Ok(quote!(#vector impl __fmu::Output for #ident {})),
@@ -132,10 +133,10 @@ pub(crate) fn derive(
     }
 }
 
-fn numbers(ident: &Ident, fields: &[Field]) -> TokenStream {
+fn vector_impl(ident: &Ident, fields: &[Field]) -> TokenStream {
     let fields: Vec<_> = fields
         .iter()
-        .filter(|field| !field.said.has("discrete"))
+        .filter(|field| !field.attributes.has("discrete"))
         .collect();
     let members: Vec<_> = fields.iter().map(|field| &field.ident).collect();
     let types: Vec<_> = fields.iter().map(|field| &field.ty).collect();
@@ -143,24 +144,24 @@ fn numbers(ident: &Ident, fields: &[Field]) -> TokenStream {
     quote! {
         impl __fmu::Vector for #ident {
             fn len(&self) -> usize {
-                0 #(+ __fmu::Of::<#types>::len(&self.#members))*
+                0 #(+ __fmu::FieldType::<#types>::len(&self.#members))*
             }
 
             #[inline]
             fn read<'a>(&self, to: &'a mut [f64]) -> &'a mut [f64] {
-                #(let to = __fmu::Of::<#types>::read_states(&self.#members, to);)*
+                #(let to = __fmu::FieldType::<#types>::read_states(&self.#members, to);)*
                 to
             }
 
             #[inline]
             fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64] {
-                #(let from = __fmu::Of::<#types>::write_states(&mut self.#members, from);)*
+                #(let from = __fmu::FieldType::<#types>::write_states(&mut self.#members, from);)*
                 from
             }
 
             fn not_finite(&self) -> ::core::option::Option<(&'static str, f64)> {
                 #(
-                    if let ::core::option::Option::Some((_, value)) = __fmu::Of::<#types>::not_finite(&self.#members) {
+                    if let ::core::option::Option::Some((_, value)) = __fmu::FieldType::<#types>::not_finite(&self.#members) {
                         return ::core::option::Option::Some((#names, value));
                     }
                 )*
@@ -170,7 +171,7 @@ fn numbers(ident: &Ident, fields: &[Field]) -> TokenStream {
     }
 }
 
-fn whole(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
+fn state_impl(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
     let nothing = || syn::parse_quote!(());
     let p: Type = model.parameters.clone().unwrap_or_else(nothing);
     let u: Type = model.input.clone().unwrap_or_else(nothing);
@@ -186,7 +187,7 @@ fn whole(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
     let info = info(ident, model);
     let starts = fields.iter().map(|field| {
         let member = &field.ident;
-        let value = match &field.said.start {
+        let value = match &field.attributes.start {
             _ if matches!(field.shape, Shape::Vector) => {
                 let (n, vector) = (number(field), vector(field));
                 quote!({ let n = #n; #vector })
@@ -197,8 +198,8 @@ fn whole(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
         quote!(#member: #value)
     });
     let exchange = model.model_exchange;
-    let states = quote!(&[<#ident as __fmu::Rows<#ident, __fmu::SeenState<#ident>>>::ROWS]);
-    // Solvers with a tolerance read them, too.
+    let states = quote!(&[<#ident as __fmu::Rows<#ident, __fmu::StatePath<#ident>>>::ROWS]);
+    // Solvers with a tolerance use them too.
     let derivatives = match exchange || model.solver.is_some() {
         true => quote! {
             const STATES: &[::fmu_export::Variable<#ident>] =
@@ -211,8 +212,8 @@ fn whole(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
         &[
             <#p as __fmu::Rows<#ident, __fmu::Root<#p>>>::ROWS,
             <#u as __fmu::Rows<#ident, __fmu::Root<#u>>>::ROWS,
-            <#ident as __fmu::Rows<#ident, __fmu::SeenState<#ident>>>::ROWS,
-            <#y as __fmu::Rows<#ident, __fmu::SeenOutputs<#ident>>>::ROWS,
+            <#ident as __fmu::Rows<#ident, __fmu::StatePath<#ident>>>::ROWS,
+            <#y as __fmu::Rows<#ident, __fmu::OutputsPath<#ident>>>::ROWS,
         ]
     };
     quote! {
@@ -246,7 +247,7 @@ fn info(ident: &Ident, model: &Model) -> TokenStream {
     if let Some(info) = &model.info {
         return quote!(#info);
     }
-    let (name, description) = (names::plain(ident), &model.description);
+    let (name, description) = (names::ident_text(ident), &model.description);
     let experiment = match &model.experiment[..] {
         [] => TokenStream::new(),
         values => {

@@ -1,5 +1,5 @@
-//! What is derived for a struct: its rows, its start values, and what a model's struct must
-//! implement.
+//! Generates all code for a struct with a derive: its rows, its start values, and the other traits
+//! that a model's struct needs.
 
 use crate::attributes::fmu;
 use crate::errors::combined;
@@ -15,7 +15,7 @@ pub(crate) fn derive(input: &DeriveInput, role: Role) -> Result<TokenStream> {
     let ident = &input.ident;
     let mut fields = fields(input)?;
     let model = match role {
-        Role::State => Some(state::Model::of(input)?),
+        Role::State => Some(state::Model::from_input(input)?),
         _ => None,
     };
     let table_only = match &model {
@@ -43,7 +43,7 @@ pub(crate) fn derive(input: &DeriveInput, role: Role) -> Result<TokenStream> {
         const _: () = {
             use ::fmu_export::derive as __fmu;
             #[allow(unused_imports)]
-            use __fmu::Spare as _;
+            use __fmu::Fallback as _;
             #rows
             #kind
             #data
@@ -53,7 +53,7 @@ pub(crate) fn derive(input: &DeriveInput, role: Role) -> Result<TokenStream> {
 
 fn fields(input: &DeriveInput) -> Result<Vec<Field>> {
     if !input.generics.params.is_empty() {
-        let text = "a struct with parameters of type cannot be derived: the table is one";
+        let text = "a generic struct cannot have a table of variables";
         return Err(Error::new_spanned(&input.generics, text));
     }
     let fields = match &input.data {
@@ -92,13 +92,13 @@ fn is_table_only(attributes: &[Attribute]) -> Result<bool> {
     Ok(found)
 }
 
-/// Start values.
+/// Generates the function `start` with the start values.
 fn start(ident: &Ident, fields: &[Field], kind: &TokenStream) -> TokenStream {
     let values = fields.iter().map(|field| {
         let member = &field.ident;
         let ty = field.element();
-        let value = match (&field.said.start, field.kind) {
-            (None, Kind::Struct) if field.is_seen() => {
+        let value = match (&field.attributes.start, field.kind) {
+            (None, Kind::Struct) if field.is_variable() => {
                 let start = quote_spanned!(ty.span()=> <#ty as __fmu::#kind>::start());
                 match field.shape {
                     Shape::Scalar => start,
@@ -120,14 +120,14 @@ fn start(ident: &Ident, fields: &[Field], kind: &TokenStream) -> TokenStream {
     }
 }
 
-/// Clone and serde's traits; a Default of zeros for all but parameters, and Copy for what can be.
+/// Generates `Clone`, serde's traits, and except for parameters `Default`, and `Copy` if possible.
 fn data(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
     let members: Vec<_> = fields.iter().map(|field| &field.ident).collect();
     let [copies, moves] = ["copied", "copied_to"].map(|function| {
         let function = Ident::new(function, Span::call_site());
         let types = fields.iter().map(|field| &field.ty);
         types
-            .map(|ty| quote!(__fmu::Of::<#ty>::#function))
+            .map(|ty| quote!(__fmu::FieldType::<#ty>::#function))
             .collect::<Vec<_>>()
     });
     let mut impls = quote! {
@@ -145,7 +145,7 @@ fn data(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
     };
     if role != Role::Parameter {
         let zeros = fields.iter().map(zero);
-        // With a lifetime, the compiler takes a bound that does not hold for one that may.
+        // With a lifetime, the compiler accepts a bound that does not hold.
         let structs = (fields.iter()).filter(|field| field.kind == Kind::Struct);
         let structs = structs.map(|field| &field.ty);
         let is_heap = |field: &Field| matches!(field.shape, Shape::Vector) || field.kind.is_heap();
@@ -169,8 +169,7 @@ fn data(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
     impls
 }
 
-/// Serde's traits: the fields one after the other, as a tuple of tuples, since those are at most 16
-/// long.
+/// Generates serde's traits: fields as a tuple of tuples, as serde's tuples have 16 elements.
 fn serde(ident: &Ident, fields: &[Field]) -> TokenStream {
     let groups: Vec<_> = fields.chunks(16).collect();
     let read = groups.iter().map(|group| {
@@ -178,7 +177,7 @@ fn serde(ident: &Ident, fields: &[Field]) -> TokenStream {
             let member = &field.ident;
             match (field.kind, &field.shape) {
                 (Kind::Struct, _) | (_, Shape::Scalar | Shape::Vector) => quote!(#member),
-                (_, Shape::Array(_)) => quote!(__fmu::Read(#member)),
+                (_, Shape::Array(_)) => quote!(__fmu::DeserializedArray(#member)),
             }
         });
         quote!((#(#members,)*))
@@ -187,8 +186,8 @@ fn serde(ident: &Ident, fields: &[Field]) -> TokenStream {
         let values = group.iter().map(|field| {
             let (member, ty) = (&field.ident, &field.ty);
             match (field.kind, &field.shape) {
-                (Kind::Struct, _) => quote!(__fmu::Of::<#ty>::written(&self.#member)),
-                (_, Shape::Array(_)) => quote!(__fmu::Written(&self.#member)),
+                (Kind::Struct, _) => quote!(__fmu::FieldType::<#ty>::written(&self.#member)),
+                (_, Shape::Array(_)) => quote!(__fmu::SerializedArray(&self.#member)),
                 _ => quote!(&self.#member),
             }
         });
@@ -197,7 +196,7 @@ fn serde(ident: &Ident, fields: &[Field]) -> TokenStream {
     let members = fields.iter().map(|field| {
         let (member, ty) = (&field.ident, &field.ty);
         match field.kind {
-            Kind::Struct => quote!(#member: __fmu::Of::<#ty>::read(#member)),
+            Kind::Struct => quote!(#member: __fmu::FieldType::<#ty>::read(#member)),
             _ => quote!(#member),
         }
     });

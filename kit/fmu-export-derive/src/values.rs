@@ -1,11 +1,11 @@
-//! Values in the code that is written: numbers, start values, zeros.
+//! Values in the generated code: numbers, start values, lengths, zeros.
 
 use crate::field::{Field, Kind, Shape};
 use proc_macro2::TokenStream;
 use quote::quote;
 use syn::{Expr, ExprLit, Lit, LitFloat, Member};
 
-/// A number as an f64: `2` is written `2.0` for the compiler.
+/// A number as an f64: `2` becomes `2.0`.
 pub(crate) fn real(value: &Expr) -> TokenStream {
     match value {
         Expr::Lit(ExprLit {
@@ -26,14 +26,15 @@ pub(crate) fn real(value: &Expr) -> TokenStream {
     }
 }
 
-/// A start value as the field needs it: a number for an array is that of each element.
+/// A start value of the field's type: a single number for an array is that of each element.
 pub(crate) fn start_value(field: &Field, start: &Expr) -> TokenStream {
     let value = match field.kind {
         kind if kind.is_float() => real(start),
         kind if kind.is_heap() => each(start, &|start| quote!(::core::convert::From::from(#start))),
         Kind::Choice => {
             let ty = field.value();
-            each(start, &|start| quote!(__fmu::Of::<#ty>::choice(#start)))
+            let choice = |start: &Expr| quote!(__fmu::FieldType::<#ty>::choice(#start));
+            each(start, &choice)
         }
         _ => quote!(#start),
     };
@@ -50,7 +51,7 @@ pub(crate) fn start_value(field: &Field, start: &Expr) -> TokenStream {
     }
 }
 
-/// An array with each of its elements converted, or what is no array itself.
+/// Converts each element of an array expression, or an expression that is not an array.
 fn each(start: &Expr, convert: &dyn Fn(&Expr) -> TokenStream) -> TokenStream {
     match start {
         Expr::Array(array) => {
@@ -70,10 +71,9 @@ fn filled(value: TokenStream, lengths: &[Expr], is_heap: bool) -> TokenStream {
     lengths.iter().rev().fold(value, wrap)
 }
 
-/// The vector of a field that has `n` elements, of which each starts as `start` says of its index
-/// `i`.
+/// A `Vec` of `n` elements, each with the start value for its index `i`.
 pub(crate) fn vector(field: &Field) -> TokenStream {
-    let value = match &field.said.start {
+    let value = match &field.attributes.start {
         Some(start) => start_value(field, start),
         None => element(field),
     };
@@ -84,13 +84,13 @@ pub(crate) fn vector(field: &Field) -> TokenStream {
     }}
 }
 
-/// How many elements a vector has, where `p` are the parameters.
+/// The number of elements of a `Vec`, where `p` are the parameters.
 pub(crate) fn number(field: &Field) -> TokenStream {
-    let lengths = &field.said.len;
+    let lengths = &field.attributes.len;
     quote!(1 #(* ((#lengths) as usize))*)
 }
 
-/// A length in the table: of a parameter if it is one of `p`.
+/// A length in the table: a parameter's name if it is a field of `p`, else a number.
 pub(crate) fn length(length: &Expr) -> TokenStream {
     match parameter(length) {
         Some(name) => quote!(::fmu_export::Length::Parameter(#name)),
@@ -105,7 +105,7 @@ fn parameter(expr: &Expr) -> Option<String> {
     let Member::Named(member) = &field.member else {
         return None;
     };
-    let member = crate::names::plain(member);
+    let member = crate::names::ident_text(member);
     match &*field.base {
         Expr::Path(path) if path.path.is_ident("p") => Some(member),
         base => Some(format!("{}.{member}", parameter(base)?)),
@@ -135,7 +135,7 @@ fn element(field: &Field) -> TokenStream {
         Kind::Text | Kind::Choice => quote!(::core::default::Default::default()),
         Kind::Struct => {
             let ty = field.element();
-            quote!(__fmu::Of::<#ty>::zero())
+            quote!(__fmu::FieldType::<#ty>::zero())
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Arrays of each type that both versions of FMI have.
+//! Example: arrays of each type that both versions of FMI have. Used by tests.
 
 #[macro_use]
 mod arrays;

@@ -1,4 +1,4 @@
-//! Arrays of each type that FMI 3.0 has and FMI 2.0 has not, and some of others beside them.
+//! Example: arrays of each type that only FMI 3.0 has, together with other types. Used by tests.
 
 #[macro_use]
 mod arrays;

@@ -1,4 +1,5 @@
-//! A linear system of any size, as the Reference-FMUs have it: sizes are structural parameters.
+//! Example: a linear state-space system like that of the Reference-FMUs, whose sizes are structural
+//! parameters.
 
 #![allow(non_snake_case)] // matrices
 

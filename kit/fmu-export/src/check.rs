@@ -1,36 +1,34 @@
-//! Checks of a model against its table that need the model to run: for the tests of its author.
+//! [`check`]: compares a model with its table of variables by running the model, for a test that
+//! the model's author writes.
 
 mod accessors;
 mod dependencies;
 mod derivatives;
-mod exchange;
+mod equations;
+mod model_check;
 mod point;
 mod start;
-mod trial;
 
 use crate::Model;
-use crate::fmi2::description::lacking;
-use trial::Trial;
+use crate::fmi2::description::unsupported_type;
+use model_check::ModelCheck;
 
-/// What is wrong with a model's table, as far as trying can tell; empty if nothing is.
+/// Runs a model and lists what its table gets wrong; empty if no mistake was found. It checks that:
 ///
-/// - [`model_description`](crate::model_description) finds no mistake, or for a model with types that
+/// - [`model_description`](crate::model_description) finds no mistake; for a model with types that
 ///   FMI 2.0 does not have, [`model_description3`](crate::model_description3).
-/// - The model initializes, gives outputs that are finite and in their enumerations, and steps, all
-///   with its start values; the derivatives it declares are there.
-/// - Each input and parameter reads back what was written, and writing it changes no other one:
-///   accessors of one row are of one field, and no two rows share a field. No two outputs do.
-/// - Outputs follow no input and no parameter but those that they declare, while stepping and
+/// - With its start values the model initializes, steps, and gives outputs that are finite and
+///   items of their enumerations; the derivatives that it declares are implemented.
+/// - Each input and parameter reads back what was written, and no two rows share a field.
+/// - Outputs depend only on the inputs and parameters that they declare, while stepping and
 ///   initially.
-/// - The states of a model for Model Exchange are those that the table shows, all derivatives are
-///   written, and outputs, derivatives and event indicators follow no state but those that they
-///   declare.
-/// - Directional derivatives, if the model has them, are those that differences of the outputs
-///   give, and adjoint derivatives are their transpose.
-/// - Calculated parameters follow the parameters they declare and nothing else; constants nothing
-///   at all.
-/// - The model's [`Evaluation`](crate::Evaluation) follows no input that is declared to be beside
-///   it.
+/// - For Model Exchange, the states are those of the table, all derivatives are written, and
+///   outputs, derivatives and event indicators depend only on the states that they declare.
+/// - Directional derivatives agree with differences of the outputs, and adjoint derivatives are
+///   their transpose.
+/// - Calculated parameters depend only on the parameters that they declare, constants on nothing.
+/// - The model's [`Evaluation`](crate::Evaluation) depends on no input that is declared
+///   [`not_in_evaluation`](crate::Variable::not_in_evaluation).
 ///
 /// ```
 /// # use fmu_export::*; use serde::{Deserialize, Serialize};
@@ -44,22 +42,22 @@ use trial::Trial;
 /// assert_eq!(fmu_export::check::<Lag>(), [""; 0]);
 /// ```
 pub fn check<M: Model>() -> Vec<String> {
-    let described = match lacking::<M>() {
+    let described = match unsupported_type::<M>() {
         None => crate::model_description::<M>(),
         Some(_) => crate::model_description3::<M>(),
     };
     if let Err(reason) = described {
         return vec![reason];
     }
-    let mut trial = Trial::<M>::new();
-    trial.accessors();
-    trial.texts();
-    trial.outputs();
-    trial.start();
-    trial.exchange();
-    if trial.problems.is_empty() {
-        trial.dependencies();
-        trial.initial_dependencies();
+    let mut check = ModelCheck::<M>::new();
+    check.accessors();
+    check.texts();
+    check.outputs();
+    check.start();
+    check.equations();
+    if check.problems.is_empty() {
+        check.dependencies();
+        check.initial_dependencies();
     }
-    trial.problems.into_iter().collect()
+    check.problems.into_iter().collect()
 }

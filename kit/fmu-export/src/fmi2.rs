@@ -1,11 +1,11 @@
-//! FMI 2.0 for co-simulation over the core: C functions, elements as value references, statuses,
-//! call order, messages to the importer's logger, and `modelDescription.xml`.
+//! The C interface of FMI 2.0: its functions and their call order, one value reference per scalar
+//! element, statuses, messages to the importer's logger, and `modelDescription.xml`.
 
-mod component;
 pub(crate) mod description;
 pub mod entry;
 pub mod ffi;
 mod files;
+mod instance;
 mod instantiate;
 mod log;
 mod status;

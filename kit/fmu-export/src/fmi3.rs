@@ -1,8 +1,7 @@
-//! FMI 3.0 for co-simulation over the core: C functions, rows as arrays with one value reference,
-//! statuses, call order, messages to the importer's logger, `modelDescription.xml` and
+//! The C interface of FMI 3.0: its functions and their call order, rows of the table as arrays with
+//! one value reference, statuses, messages to the importer's logger, `modelDescription.xml` and
 //! `terminalsAndIcons.xml`.
 
-mod absent;
 mod dependencies;
 pub(crate) mod description;
 pub mod entry;
@@ -11,5 +10,6 @@ mod files;
 pub(crate) mod instance;
 mod instantiate;
 mod log;
-pub(crate) mod order;
+pub(crate) mod states;
+mod unsupported;
 mod values;

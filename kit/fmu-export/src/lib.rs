@@ -1,7 +1,7 @@
-//! Exports a Rust model as an FMU of FMI 2.0 and of FMI 3.0, for Co-Simulation and, if it says its
-//! differential equations, for Model Exchange, from one table of variables and in one library.
+//! Exports a Rust model as an FMU for FMI 2.0 and FMI 3.0, from one table of variables and as one
+//! library: for Co-Simulation and, if the model gives its differential equations, Model Exchange.
 //!
-//! With the feature `derive`, structs with derives are the table of variables:
+//! With the feature `derive`, structs with derives make up the table of variables:
 //!
 #![cfg_attr(feature = "derive", doc = "```")]
 #![cfg_attr(not(feature = "derive"), doc = "```ignore")]
@@ -40,8 +40,8 @@
 //! # fn main() { assert_eq!(fmu_export::check::<Lag>(), [""; 0]); }
 //! ```
 //!
-//! Without them, a table of [`Variable`]s says where each one is, and an implementation of
-//! [`Model`] what it does:
+//! Without the derives, a table of [`Variable`]s says where each variable is stored, and an
+//! implementation of [`Model`] computes:
 //!
 //! ```
 //! use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
@@ -86,8 +86,7 @@
 //!         for (y, u) in self.y.iter_mut().zip(mid.u) { *y = u + (*y - u) * decay; }
 //!         Ok(StepEnd::WHOLE)
 //!     }
-//! }
-//! fmu_export::export_fmu!(Lag);
+//! } fmu_export::export_fmu!(Lag);
 //! # fn main() {}
 //! ```
 //!
@@ -97,10 +96,10 @@
 //! everything a row can say and [`Info`] for default experiment, documentation, icon and resources.
 //! `type V = Variable<Lag>` is needed for type inference.
 //!
-//! A model that is to be exported for Model Exchange too implements [`Continuous`]; one with
-//! derives says `#[fmu(model_exchange)]`.
+//! For Model Exchange, a model also implements [`Continuous`]; one with derives has the attribute
+//! `#[fmu(model_exchange)]`.
 
-mod border;
+mod c_api;
 mod check;
 mod core;
 #[cfg(feature = "derive")]
@@ -116,25 +115,25 @@ mod wasm;
 
 pub use check::check;
 pub use core::binary::Binary;
-pub use core::carried::{Carried, Counted};
 pub use core::causality::{ALL_PARAMETERS, NO_STATES};
 pub use core::continuous::Continuous;
+pub use core::counted_input::{CountedInput, ExtrapolatedInput};
 pub use core::enumeration::{Enumeration, Items};
 pub use core::error::ModelError;
 pub use core::event::Event;
 pub use core::info::{File, Info, MadeFile, Terminal};
 pub use core::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
-#[doc(hidden)]
-pub use core::joined::{join, total};
 pub use core::length::{Length, Resize};
 pub use core::log::Log;
 pub use core::message::Level;
 pub use core::model::{Evaluation, Model, ModelExchange, SetString, Variable};
 pub use core::parameter_file::{read_parameter_file, read_placed_file};
-pub use core::place::Fields;
 #[doc(hidden)]
-pub use core::sizes::fitted;
+pub use core::sizes::fit_start_values;
 pub use core::step_end::StepEnd;
+pub use core::storage::Fields;
+#[doc(hidden)]
+pub use core::table_macros::{join, total};
 pub use fmi_units::{DisplayUnit, KNOWN_UNITS, Unit};
 pub use fmi2::description::model_description;
 #[doc(hidden)]
@@ -153,7 +152,7 @@ pub use {
     fmu_export_derive::{Enumeration, Input, Output, Parameters, State},
 };
 
-/// All that a model with derives uses: `use fmu_export::prelude::*;`.
+/// Everything a model with derives needs: `use fmu_export::prelude::*;`.
 #[cfg(feature = "derive")]
 pub mod prelude {
     pub use crate::{

@@ -1,7 +1,7 @@
-//! Tables from files: a [`Curve`] of one variable, a [`Map`] of two.
+//! Look-up tables from CSV files, for models: a [`Curve`] of one variable, a [`Map`] of two.
 //!
-//! A file is CSV with one column a variable, the value last. Its first line names them, each with
-//! its unit; lines that begin with `#` are comments:
+//! A file has a column for each variable, the value last. Its first line names the columns with
+//! their units; lines that begin with `#` are comments:
 //!
 //! ```text
 //! # measured on the test stand
@@ -12,8 +12,8 @@
 //! 1000,50,0.93
 //! ```
 //!
-//! The variables ascend; in a map the second one passes through the same numbers for each of the
-//! first. Beyond the ends of a table its border is held.
+//! The variables ascend; in a map the second one has the same numbers for each of the first. Beyond
+//! the ends of a table the value at the end is used.
 
 mod csv;
 mod interpolation;
@@ -34,7 +34,7 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// The table in the text of a file, `columns` x and y.
+    /// Reads the table from the text of a file with the columns x and y.
     ///
     /// # Errors
     /// The text names the line, the variable, its value and what is allowed.
@@ -56,7 +56,7 @@ impl Curve {
         interpolate(&self.x, |i| self.y[i], x, self.between)
     }
 
-    /// Where the table begins and ends.
+    /// The first and last x of the table.
     #[must_use]
     pub fn range(&self) -> [f64; 2] {
         [self.x[0], self.x[self.x.len() - 1]]
@@ -74,7 +74,7 @@ pub struct Map {
 }
 
 impl Map {
-    /// The table in the text of a file, `columns` x, y and z.
+    /// Reads the table from the text of a file with the columns x, y and z.
     ///
     /// # Errors
     /// The text names the line, the variable, its value and what is allowed.
@@ -87,8 +87,8 @@ impl Map {
                 ascends(line, x_name, x.last(), x_at)?;
                 x.push(x_at);
             }
-            let place = z.len() - (x.len() - 1) * y.len();
-            match (x.len(), y.get(place)) {
+            let position = z.len() - (x.len() - 1) * y.len();
+            match (x.len(), y.get(position)) {
                 (1, _) => {
                     ascends(line, y_name, y.last(), y_at)?;
                     y.push(y_at);
@@ -109,7 +109,7 @@ impl Map {
         Ok(Self { x, y, z, between })
     }
 
-    /// z at (x, y): between the values along y, each at one x of the table. Monotone along x.
+    /// z at (x, y): interpolated along y at each x of the table, then along x.
     #[must_use]
     pub fn at(&self, x: f64, y: f64) -> f64 {
         let n = self.y.len();
@@ -117,10 +117,10 @@ impl Map {
         interpolate(&self.x, row, x, self.between)
     }
 
-    /// Where the table begins and ends, for x and y.
+    /// The first and last x and y of the table.
     #[must_use]
     pub fn range(&self) -> [[f64; 2]; 2] {
-        [&self.x, &self.y].map(|places| [places[0], places[places.len() - 1]])
+        [&self.x, &self.y].map(|points| [points[0], points[points.len() - 1]])
     }
 }
 
@@ -140,7 +140,7 @@ fn has_two(name: &str, count: usize) -> Result<(), String> {
     }
 }
 
-/// Whether `rows` rows of `count` numbers are `values` together.
+/// Checks that the table has `count` values for each of its `rows` values of the first variable.
 fn has_all(
     line: usize,
     name: &str,

@@ -1,7 +1,7 @@
 //! Orders of the methods, tolerances, and what is carried from one step to the next.
 
 use crate::problem::{Answer, Problem, solver};
-use fmu_solver::{Method, Pattern, Solver};
+use fmu_solver::{Method, Solver, SparsityPattern};
 
 /// x₁' = −2 t x₁², x₂' = x₁ x₂ with x₁ = 1/(1 + t²), x₂ = e^(arctan t): neither linear nor without
 /// t.
@@ -39,7 +39,7 @@ fn errors_fall_with_the_order_of_the_method() {
     for (method, order, n) in [
         (Method::Fixed, 4.0, 16),
         (Method::Adaptive, 5.0, 16),
-        (Method::Stiff(Pattern::full(2)), 5.0, 16),
+        (Method::Stiff(SparsityPattern::full(2)), 5.0, 16),
     ] {
         let errors = [n, 2 * n].map(|n| in_equal_steps(&method, n));
         let found = (errors[0] / errors[1]).log2();
@@ -56,7 +56,7 @@ fn errors_fall_with_the_order_of_the_method() {
 /// that the tolerance is what steps are chosen by.
 #[test]
 fn the_tolerance_is_kept_and_used() {
-    for method in [Method::Adaptive, Method::Stiff(Pattern::full(2))] {
+    for method in [Method::Adaptive, Method::Stiff(SparsityPattern::full(2))] {
         let mut last = f64::INFINITY;
         for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
             let mut solver = solver(&method, 2, 0, f64::INFINITY, tolerance);
@@ -125,7 +125,7 @@ fn states_and_the_first_step_are_all_that_is_carried() {
     for method in [
         Method::Fixed,
         Method::Adaptive,
-        Method::Stiff(Pattern::full(2)),
+        Method::Stiff(SparsityPattern::full(2)),
     ] {
         let make = || solver(&method, 2, 0, 0.03, 1e-7);
         let (mut old, mut x, mut first) = (make(), exact(0.0), 0.0);

@@ -1,7 +1,7 @@
 //! Events by closed forms.
 
 use crate::problem::{Answer, Problem, solver};
-use fmu_solver::{Method, Pattern};
+use fmu_solver::{Method, SparsityPattern};
 use std::cell::Cell;
 
 /// With the longest internal steps that the tests take.
@@ -9,7 +9,7 @@ fn methods() -> [(Method, f64); 3] {
     [
         (Method::Fixed, 1e-3),
         (Method::Adaptive, f64::INFINITY),
-        (Method::Stiff(Pattern::full(2)), f64::INFINITY),
+        (Method::Stiff(SparsityPattern::full(2)), f64::INFINITY),
     ]
 }
 
@@ -143,7 +143,7 @@ fn states_between_have_their_order() {
     for (method, order) in [
         (Method::Fixed, 4.0),
         (Method::Adaptive, 5.0),
-        (Method::Stiff(Pattern::full(2)), 5.0),
+        (Method::Stiff(SparsityPattern::full(2)), 5.0),
     ] {
         let errors = [0.1, 0.05].map(|h: f64| {
             let start: f64 = 0.6;

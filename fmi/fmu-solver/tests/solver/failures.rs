@@ -1,13 +1,13 @@
 //! Steps that cannot be done.
 
 use crate::problem::{Answer, Problem, solver};
-use fmu_solver::{Failure, Method, Pattern};
+use fmu_solver::{Failure, Method, SparsityPattern};
 
 fn methods() -> [Method; 3] {
     [
         Method::Fixed,
         Method::Adaptive,
-        Method::Stiff(Pattern::full(1)),
+        Method::Stiff(SparsityPattern::full(1)),
     ]
 }
 
@@ -74,7 +74,7 @@ fn what_the_system_refuses_is_said_in_its_words() {
 
 #[test]
 fn rejected_steps_are_counted() {
-    for method in [Method::Adaptive, Method::Stiff(Pattern::full(1))] {
+    for method in [Method::Adaptive, Method::Stiff(SparsityPattern::full(1))] {
         let mut solver = solver(&method, 1, 0, 1.0, 1e-9);
         let jump = |s: f64, _: &[f64], dx: &mut [f64]| {
             dx[0] = if s < 0.4 { 0.0 } else { 1.0 };
@@ -94,7 +94,7 @@ fn rejected_steps_are_counted() {
 /// grow shorter before one is rejected.
 #[test]
 fn steps_become_shorter_before_one_is_rejected() {
-    for method in [Method::Adaptive, Method::Stiff(Pattern::full(2))] {
+    for method in [Method::Adaptive, Method::Stiff(SparsityPattern::full(2))] {
         let mut solver = solver(&method, 2, 0, f64::INFINITY, 1e-8);
         let chirp = |s: f64, x: &[f64], dx: &mut [f64]| {
             (dx[0], dx[1]) = ((1.0 + s) * x[1], -(1.0 + s) * x[0]);

@@ -1,7 +1,7 @@
 //! Stiff problems: closed forms, and two of the literature by SciPy.
 
 use crate::problem::{Answer, Problem, solver};
-use fmu_solver::{Counts, Method, Pattern, Solver, System};
+use fmu_solver::{Counts, Method, Solver, SparsityPattern, System};
 
 /// At each time: the states, by golden.py.
 #[rustfmt::skip]
@@ -44,7 +44,7 @@ fn error<const N: usize>(
     tolerance: f64,
 ) -> (f64, Counts) {
     let mut solver = Solver::new(
-        Method::Stiff(Pattern::full(N)),
+        Method::Stiff(SparsityPattern::full(N)),
         sizes.to_vec(),
         0,
         f64::INFINITY,
@@ -106,7 +106,13 @@ fn a_slow_solution_among_fast_ones_is_followed() {
     };
     for start in [1.0, 3.0] {
         let mut x = [start];
-        let mut solver = solver(&Method::Stiff(Pattern::full(1)), 1, 0, f64::INFINITY, 1e-8);
+        let mut solver = solver(
+            &Method::Stiff(SparsityPattern::full(1)),
+            1,
+            0,
+            f64::INFINITY,
+            1e-8,
+        );
         solver
             .advance(&mut Problem::new(near), (0.0, 10.0), &mut x, &mut 0.0)
             .unwrap();
@@ -176,7 +182,7 @@ fn a_rod_follows_its_closed_form() {
     for n in [8, 64, 1000] {
         let near =
             (0..n).flat_map(|i: usize| (i.saturating_sub(1)..(i + 2).min(n)).map(move |j| (i, j)));
-        let method = Method::Stiff(Pattern::new(n, near));
+        let method = Method::Stiff(SparsityPattern::new(n, near));
         for tolerance in [1e-4, 1e-6, 1e-8] {
             let evaluations = [false, true].map(|is_exact| {
                 let mut rod = Rod {

@@ -142,7 +142,7 @@ impl Model for Oven {
         .version(env!("CARGO_PKG_VERSION"))
         .experiment(0.0, 1000.0, 1.0)
         .log_categories(&[("switch", "When the heater is switched")]);
-    const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::of();
+    const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::from_continuous();
     derived!(Parameters, Input, Output);
 
     fn initialize(p: &Parameters, u: &Input, _t: f64) -> Result<Self, ModelError> {

@@ -1,6 +1,6 @@
-//! FMU `Pendulum`: a model of ordinary differential equations, written with the derives of
-//! fmu-export, a row a line as in a table.
+//! FMU `Pendulum`, an example of a model of ordinary differential equations with the derives of
+//! fmu-export, written with one variable per line like a table.
 
-// One row a line.
+// One variable per line.
 #[rustfmt::skip]
 mod pendulum;

@@ -49,7 +49,7 @@ mod tests {
 
     /// Oracle: without friction and torque the energy stays. The method of order 4 loses z⁶/72 of
     /// it a step, z = ω dt ≤ 2.6e-3 for the frequency √(g/l) of small swings, which is the largest:
-    /// 10⁴ steps lose 4e-14, beside the rounding of 10⁴ steps, 1e-12.
+    /// 10⁴ steps lose 4e-14, which is below the rounding of 10⁴ steps, 1e-12.
     #[test]
     fn energy_is_kept() {
         let p = Parameters { length: 1.5, mass: 2.0, friction: 0.0 };

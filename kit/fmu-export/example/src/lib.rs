@@ -1,5 +1,5 @@
-//! FMU `Oscillator`: the table of variables and what each call of FMI means for the model in
-//! `oscillator`.
+//! FMU `Oscillator`, an example with a handwritten table: the table of variables, and `impl Model`
+//! and `impl Continuous` for the model in `oscillator`.
 
 mod oscillator;
 
@@ -15,13 +15,13 @@ use std::path::Path;
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Oscillator(State);
 
-/// What acts on the mass.
+/// The forces on the mass.
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
 pub struct Input {
     force: [f64; 2],
 }
 
-/// What can be seen of it.
+/// The outputs.
 #[derive(Clone, Copy, Default)]
 pub struct Output {
     x: [f64; 2],
@@ -65,14 +65,14 @@ const VARIABLES: &[V] = &[
     V::boolean_output("at_rest", "Whether the mass stands still",            |y| &y.at_rest).depends_on(&["v"]).initially_depends_on(NONE),
 ];
 
-/// Behind the table, for Model Exchange.
+/// The rows of the derivatives, for Model Exchange.
 #[rustfmt::skip]
 const DERIVATIVES: &[V] = &[
     V::derivatives_of("x").unit("m/s").depends_on(&["v[i]"]),
     V::derivatives_of("v").unit("m/s2").depends_on(&["x[i]", "v[i]", "F[i]"]),
 ];
 
-/// Reads `name = value` lines; a relative path is looked for in the FMU's `resources` folder.
+/// Reads `name = value` lines; a relative path is looked up in the FMU's `resources` folder.
 fn read_file(p: &mut Parameters, path: &str, resources: Option<&Path>) -> Result<(), String> {
     p.file = path.to_owned();
     if path.is_empty() {
@@ -99,8 +99,7 @@ fn read_file(p: &mut Parameters, path: &str, resources: Option<&Path>) -> Result
 }
 
 impl Oscillator {
-    /// Outputs that are linear in the force: the parts that change with `force` at the rates of `v`
-    /// and `a`.
+    /// The acceleration of each axis under a force.
     fn accelerations(&self, p: &Parameters, force: [f64; 2]) -> [f64; 2] {
         let State { x, v } = self.0;
         [0, 1].map(|i| p.acceleration(x[i], v[i], force[i]))
@@ -129,7 +128,7 @@ impl Model for Oscillator {
         .with_output_derivatives()
         .with_directional_derivatives();
 
-    const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::of();
+    const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::from_continuous();
 
     fn variables() -> &'static [V] {
         VARIABLES
@@ -364,7 +363,7 @@ mod tests {
         );
     }
 
-    /// Accessors, and dependencies against trying.
+    /// Accessors and dependencies agree with those that running the model shows.
     #[test]
     fn the_table_agrees_with_the_model() {
         assert_eq!(fmu_export::check::<Oscillator>(), [""; 0]);

@@ -1,5 +1,6 @@
-//! Structs with arrays of one type: of a fixed length, and of one that a parameter says. What comes
-//! in goes out, the vector a step later.
+//! Macros for the examples `arrays2` and `arrays3`: structs with arrays of one type, of a fixed
+//! length and of a length set by a parameter. The model passes inputs to outputs, the vector a step
+//! later.
 
 use fmu_export::prelude::*;
 
@@ -14,7 +15,7 @@ pub(crate) enum Valve {
     Open,
 }
 
-/// `arrays! { name Type [what is said of each field] = start value }`
+/// `arrays! { name Type [attributes of each field] = start value }`
 macro_rules! arrays {
     ($module:ident $type:ident $(<$of:ident>)? [$($said:tt)*] = $($start:tt)*) => {
         pub(crate) mod $module {

@@ -1,15 +1,15 @@
-//! Each row has a field of its own, which both of its accessors are of.
+//! Checks that both accessors of a row point to the same field, and that no two rows share a field.
 
+use super::model_check::ModelCheck;
 use super::point::Point;
-use super::trial::Trial;
 use crate::Model;
 use crate::core::causality::Causality;
-use crate::core::place::each;
 use crate::core::sizes;
+use crate::core::storage::each;
 use std::collections::BTreeMap;
 
-impl<M: Model> Trial<M> {
-    /// Writes each input and parameter, and reads all.
+impl<M: Model> ModelCheck<M> {
+    /// Writes each input and parameter, and reads back all of them.
     pub(super) fn accessors(&mut self) {
         let elements: Vec<_> = self.layout.iter().collect();
         let read = |point: &Point<M>| -> Vec<_> {
@@ -41,17 +41,17 @@ impl<M: Model> Trial<M> {
         }
     }
 
-    /// Looks where the outputs are.
+    /// Compares the addresses of the outputs.
     pub(super) fn outputs(&mut self) {
         let y = sizes::output::<M>(&self.start.0);
-        let mut places = BTreeMap::new();
+        let mut addresses = BTreeMap::new();
         for (k, (i, row)) in self.layout.iter().enumerate().collect::<Vec<_>>() {
             if row.causality == Causality::Constant {
-                continue; // in no field; the compiler may put equal ones in one place
+                continue; // in no field; the compiler may merge equal constants
             }
-            if let Some(values) = row.place.output_values(&y)
+            if let Some(values) = row.storage.output_values(&y)
                 && let address = each!(Values, values, |values| (&raw const values[i]).addr())
-                && let Some(first) = places.insert(address, k)
+                && let Some(first) = addresses.insert(address, k)
             {
                 self.share_a_field(first, k);
             }

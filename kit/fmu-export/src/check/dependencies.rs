@@ -1,15 +1,15 @@
-//! Outputs follow what they declare, and nothing else.
+//! Checks that outputs depend on nothing but what they declare.
 
+use super::model_check::{ModelCheck, output, texts};
 use super::point::Point;
-use super::trial::{Trial, output, texts};
 use crate::core::causality::Causality;
 use crate::core::layout::Layout;
 use crate::core::model::Variable;
-use crate::core::place::Names;
+use crate::core::storage::TypeNames;
 use crate::{Evaluation, InputPolynomial, Model, ModelError, StepEnd};
 
-impl<M: Model> Trial<M> {
-    /// Outputs at fixed states against each input, at points away from the start.
+impl<M: Model> ModelCheck<M> {
+    /// Compares outputs with their declared dependencies on inputs, at the start and later states.
     pub(super) fn dependencies(&mut self) {
         let step = M::INFO.experiment.step;
         let Ok(mut model) = M::initialize(&self.start.0, &self.start.1, 0.0) else {
@@ -27,7 +27,7 @@ impl<M: Model> Trial<M> {
             if advance(&mut model, &point, f64::from(k) * step, step).is_err() {
                 return;
             }
-            // Some other inputs next time, as far as the model takes them.
+            // Other inputs next time, as far as the model accepts them.
             for (n, element) in self.layout.samples() {
                 let mut moved = point.clone();
                 let part = 0.01 * (1.0 + ((7 * n + 3) % 11) as f64);
@@ -55,19 +55,19 @@ impl<M: Model> Trial<M> {
                     continue;
                 };
                 self.compare(known, &expected, &found, false);
-                if element.1.beside_evaluation
+                if element.1.not_in_evaluation
                     && !keeps_evaluation(&self.layout, model, point, &moved)
                 {
                     let name = self.name(known);
                     self.problems.insert(format!(
-                        "`{name}`: the evaluation follows it, though it is declared to be beside it"
+                        "`{name}`: the evaluation depends on it, but it is declared `not_in_evaluation`"
                     ));
                 }
             }
         }
     }
 
-    /// Outputs after initialization against each input and parameter.
+    /// Compares outputs after initialization with their declared initial dependencies.
     pub(super) fn initial_dependencies(&mut self) {
         let Point(p, u) = &self.start;
         let layout = &Layout::new(p, u);
@@ -91,18 +91,18 @@ impl<M: Model> Trial<M> {
         }
     }
 
-    /// Reports what must be fixed, and is another after some steps.
+    /// Reports variables that must be fixed, but have changed after some steps.
     fn compare_fixed(&mut self, first: &[String], now: &[String]) {
         for (k, (i, row)) in self.layout.iter().enumerate() {
             if is_fixed(row) && first[k] != now[k] {
-                let (name, kind) = (row.element_name(i), row.kind(&Names::PLAIN));
+                let (name, kind) = (row.element_name(i), row.kind(&TypeNames::PLAIN));
                 self.problems
                     .insert(format!("`{name}` changes in a step, but is {kind}"));
             }
         }
     }
 
-    /// Reports the outputs that follow element `known` without saying so.
+    /// Reports the outputs that depend on element `known` without declaring it.
     pub(super) fn compare(
         &mut self,
         known: usize,
@@ -114,7 +114,7 @@ impl<M: Model> Trial<M> {
             let is_declared = matches!(
                 row.causality,
                 Causality::Output | Causality::CalculatedParameter | Causality::Constant
-            ) || row.place.is_behind();
+            ) || row.storage.is_equation();
             if !is_declared || expected[k] == found[k] {
                 continue;
             }
@@ -126,7 +126,7 @@ impl<M: Model> Trial<M> {
             };
             if !may_follow {
                 let (output, kind, known) =
-                    (self.name(k), row.kind(&Names::PLAIN), self.name(known));
+                    (self.name(k), row.kind(&TypeNames::PLAIN), self.name(known));
                 self.problems
                     .insert(format!("`{output}` depends on `{known}`, but is {kind}"));
                 continue;
@@ -145,7 +145,7 @@ impl<M: Model> Trial<M> {
     }
 }
 
-/// Whether its value is settled in the initialization.
+/// Whether its value is fixed by the initialization.
 fn is_fixed<M: Model>(row: &Variable<M>) -> bool {
     matches!(
         row.causality,
@@ -159,11 +159,11 @@ fn advance<M: Model>(
     t: f64,
     h: f64,
 ) -> Result<StepEnd, ModelError> {
-    let now = M::Evaluation::of(model, p, u)?;
+    let now = M::Evaluation::new(model, p, u)?;
     model.step(p, &InputPolynomial::held(u.clone()), &now, t, h)
 }
 
-/// Whether an evaluation of one point serves for another one: in outputs now, and after a step.
+/// Whether the evaluation at the old point gives the same outputs and step at the new one.
 fn keeps_evaluation<M: Model>(
     layout: &Layout<M>,
     model: &M,
@@ -178,8 +178,8 @@ fn keeps_evaluation<M: Model>(
         model.step(p, &InputPolynomial::held(u.clone()), &now, 0.0, step)?;
         Ok((before, output(layout, &model, new)?))
     };
-    let kept = with(M::Evaluation::of(model, &old.0, &old.1));
-    let made = with(M::Evaluation::of(model, p, u));
+    let kept = with(M::Evaluation::new(model, &old.0, &old.1));
+    let made = with(M::Evaluation::new(model, p, u));
     match (kept, made) {
         (Ok(kept), Ok(made)) => kept == made,
         (kept, made) => kept.is_err() == made.is_err(),

@@ -1,55 +1,59 @@
-//! Directional derivatives against differences of the outputs, and adjoint ones against directional
-//! ones.
+//! Checks a model's directional derivatives against differences of the outputs, and its adjoint
+//! derivatives against the directional ones.
 
+use super::model_check::ModelCheck;
 use super::point::Point;
-use super::trial::Trial;
 use crate::core::derivatives::ROOT_OF_EPSILON;
 use crate::core::layout::Element;
 use crate::core::model::{real_inputs, real_outputs, zero};
-use crate::core::place::Place;
+use crate::core::storage::Storage;
 use crate::core::value::Value;
 use crate::{Evaluation, Model, ModelError};
 
-/// Part of the size of a derivative by which a difference may miss it beyond its own error.
+/// Relative deviation allowed between a derivative and a difference, beyond the difference's error.
 const TOLERANCE: f64 = 1e-4;
-/// Rounding of the sums in the transpose identity, in parts of their terms.
+/// Rounding of the sums in the transpose identity, relative to their terms.
 const ROUNDING: f64 = 1e-10;
 
-/// Numbers from 0.5 to 1.5 of either sign, of which no two near each other are the same.
+/// Weights from 0.5 to 1.5 of either sign; neighbouring weights differ.
 fn weight(k: usize) -> f64 {
     let size = 0.5 + ((5 * k + 3) % 11) as f64 / 10.0;
     if k.is_multiple_of(3) { -size } else { size }
 }
 
-/// Whether a derivative misses a difference, of which one with twice the step is `far`.
+/// Whether a derivative deviates from a difference; `far` is the difference with twice the step.
 fn is_far(said: f64, found: f64, far: f64, rounding: f64) -> bool {
     let scale = said.abs().max(found.abs());
     let error = TOLERANCE * scale + 4.0 * (found - far).abs() + rounding;
     (said - found).is_nan() || (said - found).abs() > error
 }
 
-/// The inputs with one of them moved, if it may be there.
-pub(super) fn moved<M: Model>(u: &M::Input, (i, row): Element<M>, by: f64) -> Option<M::Input> {
-    let Place::RealIn(place) = &row.place else {
+/// The inputs with one of them changed by `by`, if that is within its bounds.
+pub(super) fn shift_input<M: Model>(
+    u: &M::Input,
+    (i, row): Element<M>,
+    by: f64,
+) -> Option<M::Input> {
+    let Storage::RealIn(field) = &row.storage else {
         return None;
     };
     let mut u = u.clone();
-    let value = place.get_mut(&mut u, i);
+    let value = field.get_mut(&mut u, i);
     *value += by;
     value.is_allowed(row).then_some(u)
 }
 
-impl<M: Model> Trial<M> {
-    /// Looks at the derivatives of a model in one state.
+impl<M: Model> ModelCheck<M> {
+    /// Checks the derivatives of a model in one state.
     pub(super) fn derivatives(&mut self, model: &M, point: &Point<M>) {
         if !M::INFO.directional_derivatives {
             return;
         }
-        // An input that counts its sets acts only where it was set.
+        // An input that counts its sets has an effect only once it was set.
         let mut point = point.clone();
         point.set_inputs();
         let Point(p, u) = &point;
-        let Ok(now) = M::Evaluation::of(model, p, u) else {
+        let Ok(now) = M::Evaluation::new(model, p, u) else {
             return;
         };
         let directional = |du: &M::Input| {
@@ -65,9 +69,8 @@ impl<M: Model> Trial<M> {
         }
     }
 
-    /// The derivatives by each Real input, compared with differences. Two differences, one
-    /// with twice the step of the other, say how good they are: near a kink of the model that is
-    /// not very.
+    /// Compares the derivatives with respect to each Real input with differences. A second
+    /// difference with twice the step estimates their error, which is large near a kink.
     fn columns(
         &mut self,
         model: &M,
@@ -77,22 +80,22 @@ impl<M: Model> Trial<M> {
         let elements: Vec<_> = self.layout.iter().enumerate().collect();
         let outputs = self.real_outputs();
         let at = |u: M::Input| {
-            let now = M::Evaluation::of(model, &point.0, &u).ok()?;
+            let now = M::Evaluation::new(model, &point.0, &u).ok()?;
             let y = model.output(&point.0, &u, &now).ok()?;
             Some(real_outputs::<M>(&y).collect::<Vec<_>>())
         };
         let mut columns = Vec::new();
         for (known, element) in elements {
             let (i, row) = element;
-            let Place::RealIn(place) = &row.place else {
+            let Storage::RealIn(field) = &row.storage else {
                 continue;
             };
             let mut du = zero::<M>(&point.1);
-            *place.get_mut(&mut du, i) = 1.0;
+            *field.get_mut(&mut du, i) = 1.0;
             let column = directional(&du)?;
-            let size = row.nominal.unwrap_or(1.0).max(place.get(&point.1, i).abs());
+            let size = row.nominal.unwrap_or(1.0).max(field.get(&point.1, i).abs());
             self.compare_column(known, &outputs, size, &column, |by| {
-                at(moved::<M>(&point.1, element, by)?)
+                at(shift_input::<M>(&point.1, element, by)?)
             });
             columns.push(column);
         }
@@ -102,13 +105,13 @@ impl<M: Model> Trial<M> {
     /// The positions of the Real outputs and local variables.
     pub(super) fn real_outputs(&self) -> Vec<usize> {
         let elements = self.layout.iter().enumerate();
-        let outputs = elements.filter(|(_, (_, row))| matches!(row.place, Place::RealOut(_)));
+        let outputs = elements.filter(|(_, (_, row))| matches!(row.storage, Storage::RealOut(_)));
         outputs.map(|(k, _)| k).collect()
     }
 
-    /// Compares a derivative that the model gives, of the elements `of` by `known` whose size this
-    /// is, with differences of what it computes where `known` is moved. At a kink any slope between
-    /// those of its two sides is one.
+    /// Compares the model's derivative `said` of the elements `of` with respect to `known`, of
+    /// magnitude `size`, with differences; `at` computes the elements with `known` changed. At a
+    /// kink, any slope between those of its two sides is accepted.
     pub(super) fn compare_column(
         &mut self,
         known: usize,
@@ -151,8 +154,8 @@ impl<M: Model> Trial<M> {
         directional: &impl Fn(&M::Input) -> Result<Vec<f64>, ModelError>,
     ) -> Result<(), ModelError> {
         let mut v = zero::<M>(&point.1);
-        for (n, (i, place)) in real_inputs::<M>(&point.1).enumerate() {
-            *place.get_mut(&mut v, i) = weight(n);
+        for (n, (i, field)) in real_inputs::<M>(&point.1).enumerate() {
+            *field.get_mut(&mut v, i) = weight(n);
         }
         let outputs = columns.first().map_or(0, Vec::len);
         let u: Vec<_> = (0..outputs).map(|k| weight(k + 1)).collect();
@@ -160,8 +163,8 @@ impl<M: Model> Trial<M> {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let forward = dot(&u, &directional(&v)?);
         let (mut by_columns, mut backward, mut size) = (0.0, 0.0, 0.0);
-        for (n, ((i, place), column)) in real_inputs::<M>(&v).zip(columns).enumerate() {
-            backward += weight(n) * place.get(&adjoint, i);
+        for (n, ((i, field), column)) in real_inputs::<M>(&v).zip(columns).enumerate() {
+            backward += weight(n) * field.get(&adjoint, i);
             by_columns += weight(n) * dot(&u, column);
             size += column.iter().map(|x| 2.25 * x.abs()).sum::<f64>(); // 1.5² is the largest product of weights
         }

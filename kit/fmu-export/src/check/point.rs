@@ -1,9 +1,9 @@
-//! Parameters and inputs at which a model is tried.
+//! Parameters and inputs at which a check runs the model, and small changes of them.
 
 use crate::Model;
 use crate::core::layout::Element;
 use crate::core::model::Variable;
-use crate::core::place::{Values, ValuesMut, each};
+use crate::core::storage::{Values, ValuesMut, each};
 use crate::core::value::Value;
 
 /// Parameters and inputs.
@@ -18,21 +18,21 @@ impl<M: Model> Clone for Point<M> {
 impl<M: Model> Point<M> {
     /// The values of an input or a parameter.
     pub(super) fn values(&self, row: &Variable<M>) -> Option<Values<'_>> {
-        let of_input = row.place.input_values(&self.1);
-        of_input.or_else(|| row.place.parameter_values(&self.0))
+        let of_input = row.storage.input_values(&self.1);
+        of_input.or_else(|| row.storage.parameter_values(&self.0))
     }
 
     pub(super) fn values_mut(&mut self, row: &Variable<M>) -> Option<ValuesMut<'_>> {
-        let of_input = row.place.input_values_mut(&mut self.1);
-        of_input.or_else(|| row.place.parameter_values_mut(&mut self.0))
+        let of_input = row.storage.input_values_mut(&mut self.1);
+        of_input.or_else(|| row.storage.parameter_values_mut(&mut self.0))
     }
 
-    /// The value in an element, as text: equal texts are equal bits.
+    /// The value of an element as text: equal texts mean equal bits.
     pub(super) fn read(&self, (i, row): Element<M>) -> Option<String> {
         Some(each!(Values, self.values(row)?, |values| values[i].to_string()))
     }
 
-    /// Counts that all inputs are set, to what they are.
+    /// Counts a set of each input to its present value.
     pub(super) fn set_inputs(&mut self) {
         for counter in M::variables().iter().filter_map(|row| row.counter) {
             let count = counter(&mut self.1);
@@ -40,17 +40,16 @@ impl<M: Model> Point<M> {
         }
     }
 
-    /// Moves an element by a part of its size, to another value that is allowed; false if there is
-    /// none.
+    /// Changes an element by a fraction of its magnitude to another allowed value, if any.
     pub(super) fn perturb(&mut self, (i, row): Element<M>, part: f64) -> bool {
         if row.structural {
-            return false; // the table would be another one
+            return false; // it would change the table
         }
         let Some(values) = self.values_mut(row) else {
             return false;
         };
         each!(ValuesMut, values, |values| {
-            let moved = values[i].moved(part, row);
+            let moved = values[i].perturbed(part, row);
             let is_other = |v: &_| !values[i].is_same(v) && v.is_allowed(row);
             match moved.into_iter().find(is_other) {
                 Some(other) => values[i] = other,

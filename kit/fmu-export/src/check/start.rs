@@ -1,22 +1,23 @@
-//! What every importer does first: start values, texts, the first outputs, the first step.
+//! Checks what every importer does first: it sets texts, initializes with the start values, gets
+//! the outputs and does a step.
 
+use super::model_check::ModelCheck;
 use super::point::Point;
-use super::trial::Trial;
 use crate::core::layout::Element;
 use crate::core::model::zero;
-use crate::core::place::{Place, each};
+use crate::core::storage::{Storage, each};
 use crate::core::value::{Value, allowed};
 use crate::{Evaluation, InputPolynomial, Model, ModelError};
 
-/// What String parameters are set to.
+/// The text that String parameters are set to.
 const WRITTEN: &str = "a text of check";
 
-impl<M: Model> Trial<M> {
-    /// Writes each String parameter with a text; one that means something else (a file) refuses it.
+impl<M: Model> ModelCheck<M> {
+    /// Sets each String parameter to a text; a setter that expects a file name refuses it.
     pub(super) fn texts(&mut self) {
         let texts = |p: &M::Parameters| -> Vec<Option<String>> {
-            let text = |(_, row): Element<M>| match &row.place {
-                Place::Text(get, _) => Some(get(p).to_owned()),
+            let text = |(_, row): Element<M>| match &row.storage {
+                Storage::Text(get, _) => Some(get(p).to_owned()),
                 _ => None,
             };
             self.layout.iter().map(text).collect()
@@ -25,7 +26,7 @@ impl<M: Model> Trial<M> {
         let mut read = Vec::new();
         for (k, (_, row)) in self.layout.iter().enumerate() {
             let mut p = self.start.0.clone();
-            if let Place::Text(_, set) = &row.place
+            if let Storage::Text(_, set) = &row.storage
                 && set(&mut p, WRITTEN, None).is_ok()
             {
                 read.push((k, texts(&p)));
@@ -41,7 +42,7 @@ impl<M: Model> Trial<M> {
         }
     }
 
-    /// Does with the start values what every importer does.
+    /// Initializes, gets outputs and steps with the start values.
     pub(super) fn start(&mut self) {
         if let Err(problem) = self.started() {
             self.problems.insert(problem);
@@ -53,11 +54,11 @@ impl<M: Model> Trial<M> {
         let what =
             |what: &'static str| move |e: ModelError| format!("{what} with the start values: {e}");
         let mut model = M::initialize(p, u, info.experiment.start).map_err(what("initialize"))?;
-        let now = M::Evaluation::of(&model, p, u).map_err(what("Evaluation::of"))?;
+        let now = M::Evaluation::new(&model, p, u).map_err(what("Evaluation::new"))?;
         let y = model.output(p, u, &now).map_err(what("output"))?;
         for (i, row) in self.layout.iter() {
             let name = row.element_name(i);
-            let Some(values) = row.place.output_values(&y) else {
+            let Some(values) = row.storage.output_values(&y) else {
                 continue;
             };
             each!(Values, values, |values| {
@@ -69,7 +70,7 @@ impl<M: Model> Trial<M> {
                 };
                 return Err(format!(
                     "`{name}` = {} with the start values must be {allowed}",
-                    value.shown()
+                    value.to_message()
                 ));
             })
         }

@@ -1,4 +1,4 @@
-//! Bytes as a type of variables.
+//! The type of Binary variables of FMI 3.0.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -41,7 +41,7 @@ impl DerefMut for Binary {
     }
 }
 
-/// Two hexadecimal digits a byte, as a model description has them.
+/// Two hexadecimal digits per byte, as in a model description.
 impl fmt::Display for Binary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))

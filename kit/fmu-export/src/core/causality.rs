@@ -1,9 +1,10 @@
-//! What a row is to an importer, and what it depends on.
+//! Causality of a row, and how the table declares dependencies.
 
 /// In a list of initial dependencies: every parameter of the model.
 pub const ALL_PARAMETERS: &str = "*parameters";
 
-/// In a list of dependencies of a model for Model Exchange: no state, where none is named.
+/// In a list of dependencies, for Model Exchange: the variable depends on no state. A list that
+/// names no state otherwise means all states.
 pub const NO_STATES: &str = "*no states";
 
 /// Causality of a row.
@@ -22,9 +23,9 @@ pub(crate) enum Causality {
 /// What the elements of a row depend on.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Dependencies {
-    /// Not said: on everything.
+    /// Not declared: on everything.
     Unknown,
-    /// The same lists, one after the other, for each element (`[i]`: same index).
+    /// The same two lists, joined, for each element (`[i]`: same index).
     Same([&'static [&'static str]; 2]),
     /// A list for each element.
     Each(&'static [&'static [&'static str]]),

@@ -1,19 +1,20 @@
-//! Sizes of an instance: they are set before initialization, and a saved state may bring others.
+//! Changing the sizes of an instance (its structural parameters), in Configuration Mode or by
+//! restoring a saved state with other sizes.
 
+use super::equation_cache::EquationCache;
 use super::fault::Fault;
 use super::instance::Instance;
 use super::layout::Layout;
 use super::phase::Phase;
-use super::rates::Rates;
-use super::sizes::{fit, sizes};
+use super::sizes::{resize_vectors, sizes};
 use super::state::State;
 use crate::Model;
 
 impl<M: Model> Instance<M> {
-    /// Sets sizes: vectors that become longer or shorter get their start values.
+    /// Sets sizes; vectors whose length changes get their start values.
     pub(super) fn configure(&mut self, mut p: M::Parameters) -> Result<(), Fault> {
         let mut u = self.state.input.value.clone();
-        fit::<M>(
+        resize_vectors::<M>(
             &mut p,
             &mut u,
             &mut self.output,
@@ -24,7 +25,7 @@ impl<M: Model> Instance<M> {
         let mut state = State::instantiated(p, u, layout.slots());
         for (number, (_, row)) in layout.numbered() {
             if (row.dimensions(&before.parameters)).eq(row.dimensions(&state.parameters)) {
-                state.given[layout.slot(number)] = before.given[old.slot(number)];
+                state.settings[layout.slot(number)] = before.settings[old.slot(number)];
             }
         }
         state.phase = Phase::Configuration;
@@ -32,22 +33,22 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Whether parameters that a text has set are of the sizes that there are.
+    /// Whether parameters that a text has set have the present sizes.
     pub(super) fn has_sizes(&self, p: &M::Parameters) -> bool {
         self.layout.fits(p, &self.state.input.value)
             && sizes::<M>().all(|(_, size)| size.get(p, 0) == size.get(&self.start, 0))
     }
 
-    /// After the parameters were changed: the start values and the table are of their sizes.
+    /// Adapts the start values and the layout to the sizes in the parameters.
     pub(super) fn follow_sizes(&mut self) {
         let (mut start, mut u) = M::defaults();
-        for (_, place) in sizes::<M>() {
-            *place.get_mut(&mut start, 0) = place.get(&self.state.parameters, 0);
+        for (_, field) in sizes::<M>() {
+            *field.get_mut(&mut start, 0) = field.get(&self.state.parameters, 0);
         }
-        fit::<M>(&mut start, &mut u, &mut self.output, None);
+        resize_vectors::<M>(&mut start, &mut u, &mut self.output, None);
         self.start = start;
-        self.exchange = Rates::default();
-        self.room.forget();
+        self.equation_cache = EquationCache::default();
+        self.workspace.invalidate();
         self.layout = Layout::new(&self.state.parameters, &self.state.input.value);
     }
 }

@@ -1,17 +1,17 @@
-//! Models that are differential equations with events: what Model Exchange, and a solver of the
-//! layer, need of them beside [`Model`].
+//! [`Continuous`]: what a model of differential equations with events implements in addition to
+//! [`Model`], for Model Exchange and for the solvers of this crate.
 
 use super::error::ModelError;
 use super::event::Event;
 use super::model::{Model, ModelExchange, Variable};
 use super::sizes;
 
-/// A model whose equations an importer can integrate: states that its derivatives move
-/// continuously, and events that change anything else.
+/// A model whose equations an importer can integrate: continuous states with derivatives, and
+/// events that change states discontinuously.
 ///
-/// Each state is a Real output or local variable of the table. Its derivative, and each event
-/// indicator, is a variable behind the table. A model that is also to be exported for Model
-/// Exchange says so in its `impl Model`:
+/// Each state is a Real output or local variable of the table. The derivatives and the event
+/// indicators have rows of their own, whose value references follow those of the table. A model
+/// that is also exported for Model Exchange says so in its `impl Model`:
 ///
 /// ```
 /// # use fmu_export::*; use serde::{Deserialize, Serialize};
@@ -21,7 +21,7 @@ use super::sizes;
 /// struct Ball { height: f64, speed: f64 }
 ///
 /// impl Model for Ball {
-///     const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::of();
+///     const MODEL_EXCHANGE: Option<ModelExchange<Self>> = ModelExchange::from_continuous();
 /// #   type Parameters = Nothing; type Input = Nothing; type Output = Output; type Evaluation = ();
 /// #   const INFO: Info = Info::new("Ball", "ball");
 /// #   fn variables() -> &'static [Variable<Self>] { const { &[row!(Variable<Ball>, output height, "Height").unit("m").depends_on(&[]).initially_depends_on(&[]),
@@ -63,16 +63,15 @@ use super::sizes;
 /// # assert_eq!(check::<Ball>(), [""; 0]);
 /// ```
 ///
-/// All methods are called with parameters and inputs inside their declared bounds and finite, and
-/// with finite states.
+/// Methods are called with finite states, and finite parameters and inputs within their bounds.
 pub trait Continuous: Model {
     /// A row for the derivative of each state, [`Variable::derivative_of`] a scalar or
-    /// [`Variable::derivatives_of`] a vector of the table, in the order of the states. What they
-    /// depend on are inputs and states, by name.
+    /// [`Variable::derivatives_of`] a vector of the table, in the order of the states. They depend
+    /// on inputs and states, by name.
     fn derivative_rows() -> &'static [Variable<Self>];
     /// A row for each event indicator, [`Variable::indicator`].
     const INDICATORS: &'static [Variable<Self>] = &[];
-    /// Whether [`directional`](Self::directional) is written; differences take its place.
+    /// Whether [`directional`](Self::directional) is implemented; else differences replace it.
     const HAS_DIRECTIONAL: bool = false;
 
     /// Reads the states, in their units, into `x`.
@@ -81,8 +80,8 @@ pub trait Continuous: Model {
     /// The inverse of [`states`](Self::states).
     fn set_states(&mut self, x: &[f64]);
 
-    /// Writes the time derivative of each state, per s, where the state is in `dx`. That is a copy
-    /// of some state of the model, of which nothing else is looked at.
+    /// Writes the time derivative of each state, per s, into the field of that state in `dx`, which
+    /// is a copy of some state of the model; its other fields are not used.
     fn derivatives(
         &self,
         p: &Self::Parameters,
@@ -92,8 +91,8 @@ pub trait Continuous: Model {
         dx: &mut Self,
     ) -> Result<(), ModelError>;
 
-    /// Writes the event indicators into `z`. Something happens where one of them passes from
-    /// positive to not positive or back: whoever integrates stops just behind that place and calls
+    /// Writes the event indicators into `z`. An event occurs where one of them changes from
+    /// positive to not positive or back: the integrator stops just after that time and calls
     /// [`event`](Self::event).
     fn indicators(
         &self,
@@ -106,9 +105,9 @@ pub trait Continuous: Model {
         Ok(())
     }
 
-    /// Does what happens at the time `t`, s, if anything: changes of discrete states, jumps of
-    /// continuous ones. It is called after the initialization, at events, and where inputs have
-    /// jumped. On `Err`, `self` must be as before.
+    /// Handles an event at the time `t`, s: changes discrete states, or lets continuous ones jump.
+    /// Called after initialization, at events, and when inputs have jumped; there may be nothing to
+    /// do. On `Err`, `self` must be as before.
     fn event(
         &mut self,
         _p: &Self::Parameters,
@@ -118,8 +117,8 @@ pub trait Continuous: Model {
         Ok(Event::NONE)
     }
 
-    /// Called when an integrator has accepted a step to `t`, s; whether [`event`](Self::event) must
-    /// be called there.
+    /// Called when the integrator has accepted a step to `t`, s. Returns whether
+    /// [`event`](Self::event) must be called there.
     fn completed_step(
         &mut self,
         _p: &Self::Parameters,
@@ -129,9 +128,9 @@ pub trait Continuous: Model {
         Ok(false)
     }
 
-    /// How derivatives (into `dx`) and, where they are asked for, outputs (into `y`) change along a
-    /// change of the states (in `seed.0`) and of the inputs (`seed.1`): the Jacobian times that
-    /// direction. Only called if [`HAS_DIRECTIONAL`](Self::HAS_DIRECTIONAL).
+    /// The Jacobian times a direction: the changes of the derivatives (into `dx`) and, if
+    /// requested, of the outputs (into `y`) for a change of the states (`seed.0`) and of the inputs
+    /// (`seed.1`). Only called if [`HAS_DIRECTIONAL`](Self::HAS_DIRECTIONAL).
     #[expect(clippy::too_many_arguments, reason = "what it is a derivative of")]
     fn directional(
         &self,
@@ -147,8 +146,8 @@ pub trait Continuous: Model {
     }
 }
 
-/// Where the equations are looked at: parameters, inputs, their evaluation, and time, s.
-pub(crate) type At<'a, M> = (
+/// Where the equations are evaluated: parameters, inputs, their [`Evaluation`], and time, s.
+pub(crate) type EvaluationPoint<'a, M> = (
     &'a <M as Model>::Parameters,
     &'a <M as Model>::Input,
     &'a <M as Model>::Evaluation,
@@ -156,11 +155,11 @@ pub(crate) type At<'a, M> = (
 );
 
 impl<M: Model> ModelExchange<M> {
-    /// Writes the derivatives of all states into `dx`. `rate` is a copy of some state of the model.
-    pub(crate) fn rates(
+    /// Writes the derivatives of all states into `dx`; `rate` is a scratch copy of the model.
+    pub(crate) fn write_derivatives(
         &self,
         model: &M,
-        (p, u, now, t): At<M>,
+        (p, u, now, t): EvaluationPoint<M>,
         rate: &mut M,
         dx: &mut [f64],
     ) -> Result<(), ModelError> {
@@ -169,27 +168,27 @@ impl<M: Model> ModelExchange<M> {
         Ok(())
     }
 
-    /// The derivatives of all `states`, and behind them the event indicators, in `numbers`.
-    pub(crate) fn behind(
+    /// Writes the derivatives of all `states` into `numbers`, followed by the event indicators.
+    pub(crate) fn derivatives_and_indicators(
         &self,
         model: &M,
-        at: At<M>,
+        at: EvaluationPoint<M>,
         rate: &mut M,
         states: usize,
         numbers: &mut [f64],
     ) -> Result<(), ModelError> {
         let (dx, z) = numbers.split_at_mut(states);
-        self.rates(model, at, rate, dx)?;
+        self.write_derivatives(model, at, rate, dx)?;
         let (p, u, now, t) = at;
         (self.indicate)(model, p, u, now, t, z)
     }
 
-    /// How the outputs change along a change of the states, `dx`, and of the inputs, `du`. In the
-    /// place of `dx` comes how the derivatives change. None where the model does not say it.
-    pub(crate) fn along(
+    /// The change of the outputs for a change `dx` of the states and `du` of the inputs; `dx` is
+    /// replaced by the change of the derivatives. None if the model does not implement it.
+    pub(crate) fn directional_derivative(
         &self,
         model: &M,
-        (p, u, now, t): At<M>,
+        (p, u, now, t): EvaluationPoint<M>,
         dx: &mut [f64],
         du: &M::Input,
     ) -> Option<Result<M::Output, ModelError>> {
@@ -204,8 +203,8 @@ impl<M: Model> ModelExchange<M> {
 }
 
 impl<M: Continuous> ModelExchange<M> {
-    /// What `impl Continuous` says, for [`Model::MODEL_EXCHANGE`].
-    pub const fn of() -> Option<Self> {
+    /// The equations of an `impl Continuous`, for [`Model::MODEL_EXCHANGE`].
+    pub const fn from_continuous() -> Option<Self> {
         Some(Self {
             derivatives: M::derivative_rows,
             indicators: M::INDICATORS,

@@ -1,4 +1,5 @@
-//! What outputs depend on: names of the table become positions among all elements.
+//! Resolves the dependencies that the table declares by name to positions among all elements, for
+//! `ModelStructure` and for [`check`](crate::check).
 
 use super::causality::{ALL_PARAMETERS, Causality, Dependencies, NO_STATES};
 use super::layout::Layout;
@@ -7,7 +8,7 @@ use crate::Model;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-/// Rows that others may depend on, by name.
+/// The rows that others may depend on, by name.
 pub(crate) struct Knowns {
     rows: BTreeMap<&'static str, Known>,
     /// Positions of all parameters, ascending.
@@ -28,7 +29,7 @@ enum Role {
     Input,
     Parameter,
     State,
-    /// A structural parameter, a constant by the time that anything is computed.
+    /// A structural parameter: constant once anything is computed.
     Size,
 }
 
@@ -54,7 +55,7 @@ impl Knowns {
             }
             rows.insert(row.name, Known { elements, role });
         }
-        for row in ModelExchange::<M>::rows().filter(|row| row.place.is_derivative()) {
+        for row in ModelExchange::<M>::rows().filter(|row| row.storage.is_derivative()) {
             states.extend(
                 rows.get(row.name)
                     .into_iter()
@@ -68,8 +69,8 @@ impl Knowns {
         }
     }
 
-    /// Positions of what element `i` of a row depends on at communication points or initially,
-    /// ascending; None: not said. Parameters may be named only initially.
+    /// Positions of the elements that element `i` of a row depends on, initially or at
+    /// communication points, ascending; None if not declared. Only initial ones may be parameters.
     pub(crate) fn resolve<M: Model>(
         &self,
         row: &Variable<M>,
@@ -90,8 +91,8 @@ impl Knowns {
             },
         };
         let mut elements = Vec::new();
-        // An output that names no state is taken to depend on all.
-        let mut no_states = initially || row.place.is_behind() || row.is_state();
+        // An output that names no state depends on all.
+        let mut no_states = initially || row.storage.is_equation() || row.is_state();
         if !initially && row.is_state() {
             elements.extend(self.find(row.name, i).and_then(|(_, mut own)| own.nth(i)));
         }
@@ -124,8 +125,7 @@ impl Knowns {
         Ok(Some(elements))
     }
 
-    /// The numbers of the blocks that any of `n` elements of a row from `first` on depends on; None:
-    /// not said.
+    /// The blocks that any of `n` elements of a row, from `first` on, depends on; None: undeclared.
     pub(crate) fn blocks<M: Model>(
         &self,
         layout: &Layout<M>,
@@ -134,7 +134,7 @@ impl Knowns {
         initially: bool,
     ) -> Result<Option<BTreeSet<u32>>, String> {
         let mut blocks = BTreeSet::new();
-        // Rules say the same of each element but those at the ends.
+        // A rule gives the same for each element except those at the ends.
         let is_rule = !matches!(row.declared(initially), Dependencies::Each(_));
         let tried = [0, 1, n / 2, n - 1];
         for i in (first..first + n).filter(|i| !is_rule || n <= 8 || tried.contains(i)) {
@@ -146,8 +146,8 @@ impl Knowns {
         Ok(Some(blocks))
     }
 
-    /// Positions of all inputs and states, or initially of all inputs and parameters, ascending: what
-    /// an element depends on that does not say.
+    /// Positions of all inputs and states, or initially of all inputs and parameters, ascending:
+    /// the dependencies of an element that declares none.
     pub(crate) fn all(&self, initially: bool) -> Vec<usize> {
         let other = if initially {
             Role::Parameter
@@ -170,9 +170,9 @@ impl Knowns {
     }
 }
 
-/// What a name in a list means for the element with index `i` (from 0): `x` all of a row, `x[2]` one
-/// element, `x[i]` that of the same index, `x[i-1]`, `x[i+2]` one beside it, nothing at the ends.
-/// `row` has the rows by name with the positions of their elements.
+/// The elements that a name in a list stands for, for the element with index `i` (from 0): `x` the
+/// whole row, `x[2]` one element, `x[i]` the same index, `x[i-1]` and `x[i+2]` a neighbour, none
+/// beyond the ends. `row` finds a row and the positions of its elements by name.
 pub(crate) fn elements<T>(
     name: &str,
     i: usize,
@@ -197,7 +197,7 @@ pub(crate) fn elements<T>(
 }
 
 impl<M: Model> Variable<M> {
-    /// What is said of its dependencies at communication points or initially.
+    /// Its declared dependencies, initially or at communication points.
     fn declared(&self, initially: bool) -> Dependencies {
         match initially {
             true => self.initial_dependencies,
@@ -205,10 +205,10 @@ impl<M: Model> Variable<M> {
         }
     }
 
-    /// Whether it is computed and may depend on something, at communication points or initially.
+    /// Whether `ModelStructure` lists it as an unknown, initially or at communication points.
     pub(crate) fn is_unknown(&self, initially: bool) -> bool {
         match self.causality {
-            _ if self.place.is_behind() => self.place.is_derivative() || !initially,
+            _ if self.storage.is_equation() => self.storage.is_derivative() || !initially,
             Causality::Output => true,
             Causality::CalculatedParameter => initially,
             _ => initially && self.is_state(),
@@ -217,7 +217,7 @@ impl<M: Model> Variable<M> {
 
     /// Whether it is a continuous state of a model for Model Exchange.
     pub(crate) fn is_state(&self) -> bool {
-        let is_it = |row: &Variable<M>| row.place.is_derivative() && row.name == self.name;
-        !self.place.is_behind() && ModelExchange::<M>::rows().any(is_it)
+        let is_it = |row: &Variable<M>| row.storage.is_derivative() && row.name == self.name;
+        !self.storage.is_equation() && ModelExchange::<M>::rows().any(is_it)
     }
 }

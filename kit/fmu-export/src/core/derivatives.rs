@@ -1,4 +1,5 @@
-//! Input, output and directional derivatives.
+//! Sets input derivatives, and gets output, directional and adjoint derivatives: the model's own,
+//! or differences where it has none.
 
 use super::causality::Causality;
 use super::fault::{Fault, discard, refuse};
@@ -7,38 +8,37 @@ use super::layout::Element;
 use super::message::Kind;
 use super::model::Variable;
 use super::phase::Phase;
-use super::place::{Place, Write};
+use super::storage::{Accessor, Storage};
 use super::value::Value;
 use std::collections::BTreeMap;
 
 use crate::{Evaluation, MAX_INPUT_DERIVATIVE, Model};
 
-/// ∛ε, the step of central differences. A number, since some platforms would call their own `cbrt`
-/// for it.
+/// ∛ε, the step of central differences. Written out, because `cbrt` differs between platforms.
 pub(crate) const ROOT_OF_EPSILON: f64 = 6.055_454_452_393_343e-6;
 
-/// A Real input or, for Model Exchange, a continuous state: index in its row, row, and place of an
-/// input.
+/// A known variable: a Real input or, for Model Exchange, a continuous state. Index in its row,
+/// row, and the accessor of an input.
 type Known<M> = (
     usize,
     &'static Variable<M>,
-    Option<&'static Write<<M as Model>::Input, f64>>,
+    Option<&'static Accessor<<M as Model>::Input, f64>>,
 );
 
-/// A direction: seeds of the inputs and, unless all are zero, of the states; and the largest seed in
-/// units of the nominal values.
+/// A direction: seeds of the inputs and, unless all are zero, of the states; and the largest seed
+/// relative to the nominal values.
 struct Direction<M: Model> {
     du: M::Input,
     dx: Option<Vec<f64>>,
     largest: f64,
 }
 
-/// What a derivative is read from: outputs, and what is behind the table as far as it is asked for.
-type Observed<M> = (<M as Model>::Output, Vec<f64>);
+/// The values that are differentiated: outputs, and derivatives and event indicators as needed.
+type Observation<M> = (<M as Model>::Output, Vec<f64>);
 
 impl<M: Model> Instance<M> {
-    /// Derivatives of `n` Real inputs for the next step: the `order(k)`-th of `element(k)` is
-    /// `value(k)`.
+    /// Sets derivatives of `n` Real inputs for the next step: the `order(k)`-th derivative of
+    /// `element(k)` is `value(k)`.
     pub(crate) fn set_input_derivatives(
         &mut self,
         n: usize,
@@ -50,7 +50,7 @@ impl<M: Model> Instance<M> {
         for k in 0..n {
             let (i, row) = self.layout.find(element(k))?;
             let name = || self.name(row, i);
-            if !matches!(row.place, Place::RealIn(_)) || row.discrete {
+            if !matches!(row.storage, Storage::RealIn(_)) || row.discrete {
                 let (name, kind) = (name(), row.kind(self.names));
                 return refuse!(
                     "`{name}` is {kind} without derivatives; it must be a continuous Real input"
@@ -72,15 +72,15 @@ impl<M: Model> Instance<M> {
         }
         for k in 0..n {
             let ((i, row), order) = (self.layout.find(element(k))?, order(k) as usize);
-            if let Place::RealIn(place) = &row.place
+            if let Storage::RealIn(field) = &row.storage
                 && order <= MAX_INPUT_DERIVATIVE
             {
-                self.state.set_input_derivative(place, i, order, value(k));
+                self.state.set_input_derivative(field, i, order, value(k));
             }
         }
         if highest > MAX_INPUT_DERIVATIVE && !self.has_warned_of_order {
             self.has_warned_of_order = true;
-            self.tell(
+            self.report(
                 Kind::Warning,
                 format!("input derivatives of order {highest} are left out: up to {MAX_INPUT_DERIVATIVE} are used"),
             );
@@ -88,7 +88,7 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Refuses output derivatives where the model has none.
+    /// Refuses output derivatives if the model does not support them.
     pub(crate) fn has_output_derivatives(&self) -> Result<(), Fault> {
         match M::INFO.output_derivatives {
             true => Ok(()),
@@ -122,7 +122,7 @@ impl<M: Model> Instance<M> {
     ) -> Result<(), Fault> {
         for k in 0..n {
             let (i, row) = self.layout.find(element(k))?;
-            if !matches!(row.place, Place::RealOut(_)) || row.causality != Causality::Output {
+            if !matches!(row.storage, Storage::RealOut(_)) || row.causality != Causality::Output {
                 let (name, kind) = (self.name(row, i), row.kind(self.names));
                 return refuse!("`{name}` is {kind}; it must be a Real output");
             }
@@ -141,8 +141,8 @@ impl<M: Model> Instance<M> {
 
     fn known(&self, number: u32) -> Result<Known<M>, Fault> {
         let (i, row) = self.layout.find(number)?;
-        match &row.place {
-            Place::RealIn(place) => Ok((i, row, Some(place))),
+        match &row.storage {
+            Storage::RealIn(field) => Ok((i, row, Some(field))),
             _ if row.is_state() => Ok((i, row, None)),
             _ => {
                 let (name, kind, real) = (self.name(row, i), row.kind(self.names), self.names.real);
@@ -159,7 +159,7 @@ impl<M: Model> Instance<M> {
     /// A Real output or local variable, the derivative of a state, or an event indicator.
     fn unknown(&self, number: u32) -> Result<Element<M>, Fault> {
         let (i, row) = self.layout.find(number)?;
-        if !(matches!(row.place, Place::RealOut(_)) || row.place.is_behind()) {
+        if !(matches!(row.storage, Storage::RealOut(_)) || row.storage.is_equation()) {
             let (name, kind) = (self.name(row, i), row.kind(self.names));
             let real = self.names.real;
             return refuse!("unknown `{name}` is {kind}; it must be a {real} output");
@@ -167,7 +167,7 @@ impl<M: Model> Instance<M> {
         Ok((i, row))
     }
 
-    /// The seeds of `n` knowns.
+    /// The direction with these seeds of `n` knowns.
     fn direction(
         &self,
         n: usize,
@@ -181,14 +181,14 @@ impl<M: Model> Instance<M> {
             largest: 0.0,
         };
         for k in 0..n {
-            let (i, row, place) = self.known(known(k))?;
+            let (i, row, field) = self.known(known(k))?;
             let seed = seed(k);
             if !seed.is_finite() {
                 let name = self.name(row, i);
                 return discard!("known `{name}`: seed = {seed} must be finite");
             }
-            match place {
-                Some(place) => *place.get_mut(&mut all.du, i) += seed,
+            match field {
+                Some(field) => *field.get_mut(&mut all.du, i) += seed,
                 None if seed == 0.0 => {}
                 None => {
                     let dx = all.dx.get_or_insert_with(|| vec![0.0; self.layout.states]);
@@ -200,7 +200,7 @@ impl<M: Model> Instance<M> {
         Ok(all)
     }
 
-    /// Refuses directional and adjoint derivatives where there are none, as this flag says.
+    /// Refuses directional and adjoint derivatives if there are none, as the attribute `flag` says.
     pub(crate) fn has_derivatives(&self, flag: &str) -> Result<(), Fault> {
         match M::INFO.directional_derivatives || M::MODEL_EXCHANGE.is_some() {
             true => Ok(()),
@@ -208,7 +208,7 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// ∂unknown/∂known · seed: at fixed state while running, through the initialization before.
+    /// ∂unknown/∂known · seed, at fixed states; in Initialization Mode through the initialization.
     pub(crate) fn directional_derivative(
         &mut self,
         unknowns: usize,
@@ -219,36 +219,36 @@ impl<M: Model> Instance<M> {
         put: impl FnMut(usize, f64),
     ) -> Result<(), Fault> {
         let direction = self.direction(knowns, known, seed)?;
-        // How much of what is behind the table is asked for.
-        let mut behind = 0;
+        // How many derivatives of states and event indicators must be computed.
+        let mut needed = 0;
         for k in 0..unknowns {
             let (i, row) = self.unknown(unknown(k))?;
-            if row.place.is_behind() {
-                behind = behind.max(self.layout.offset(row) + i + 1);
+            if row.storage.is_equation() {
+                needed = needed.max(self.layout.offset(row) + i + 1);
             }
         }
         if unknowns == 0 {
             return Ok(());
         }
-        match self.analytic(&direction, behind)? {
+        match self.analytic(&direction, needed)? {
             Some(found) => {
                 let value = |e| self.value(e, &found);
                 self.put_values(unknowns, unknown, value, put, "directional derivative")
             }
-            None => self.difference(&direction, behind, unknowns, &unknown, &mut { put }),
+            None => self.difference(&direction, needed, unknowns, &unknown, &mut { put }),
         }
     }
 
-    /// The derivative that the model gives itself, if it does.
+    /// The derivative from the model's own implementation, if it has one.
     fn analytic(
         &mut self,
         direction: &Direction<M>,
-        behind: usize,
-    ) -> Result<Option<Observed<M>>, Fault> {
-        let is_of_outputs = direction.dx.is_none() && behind == 0;
+        needed: usize,
+    ) -> Result<Option<Observation<M>>, Fault> {
+        let is_of_outputs = direction.dx.is_none() && needed == 0;
         let of_outputs = is_of_outputs && M::INFO.directional_derivatives;
         let equations = M::MODEL_EXCHANGE.filter(|x| x.directional.is_some());
-        let of_equations = equations.filter(|_| behind <= self.layout.states);
+        let of_equations = equations.filter(|_| needed <= self.layout.states);
         if self.state.phase == Phase::Initialization || !of_outputs && of_equations.is_none() {
             return Ok(None);
         }
@@ -261,7 +261,8 @@ impl<M: Model> Instance<M> {
         }
         let zero = || vec![0.0; self.layout.states];
         let mut dx = direction.dx.clone().unwrap_or_else(zero);
-        let dy = of_equations.and_then(|x| x.along(model, (p, u, now, state.time), &mut dx, du));
+        let dy = of_equations
+            .and_then(|x| x.directional_derivative(model, (p, u, now, state.time), &mut dx, du));
         Ok(dy.transpose()?.map(|dy| (dy, dx)))
     }
 
@@ -279,7 +280,7 @@ impl<M: Model> Instance<M> {
         }
         let weights = self.weights(unknowns, seed)?;
         for &number in unknowns {
-            by_columns |= self.unknown(number)?.1.place.is_behind();
+            by_columns |= self.unknown(number)?.1.storage.is_equation();
         }
         if unknowns.is_empty() {
             return Ok(vec![0.0; knowns.len()]);
@@ -291,14 +292,14 @@ impl<M: Model> Instance<M> {
         let (state, (model, now)) = (&self.state, self.evaluated());
         let adjoint = model.adjoint_derivative(&state.parameters, state.input(), now, &weights)?;
         let read = |&number: &u32| {
-            let (i, _, place) = self.known(number)?;
-            let value = place.map_or(0.0, |place| place.get(&adjoint, i));
+            let (i, _, field) = self.known(number)?;
+            let value = field.map_or(0.0, |field| field.get(&adjoint, i));
             self.finite_adjoint(number, value)
         };
         knowns.iter().map(read).collect()
     }
 
-    /// An adjoint derivative by a known, if it is a number.
+    /// The adjoint derivative with respect to a known, if it is finite.
     fn finite_adjoint(&self, known: u32, value: f64) -> Result<f64, Fault> {
         if value.is_finite() {
             return Ok(value);
@@ -308,10 +309,9 @@ impl<M: Model> Instance<M> {
         refuse!("adjoint derivative by `{name}` became {value}; it must be finite")
     }
 
-    /// A weight for each element of the Real outputs and local variables, in the order of the
-    /// table.
+    /// The weights of all elements of Real outputs and local variables, in the order of the table.
     fn weights(&self, unknowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Fault> {
-        let is_output = |row: &Variable<M>| matches!(row.place, Place::RealOut(_));
+        let is_output = |row: &Variable<M>| matches!(row.storage, Storage::RealOut(_));
         let mut positions = BTreeMap::new();
         for (number, _) in (self.layout.numbered()).filter(|(_, (_, row))| is_output(row)) {
             positions.insert(number, positions.len());
@@ -330,7 +330,7 @@ impl<M: Model> Instance<M> {
         Ok(weights)
     }
 
-    /// The adjoint where the model has none: the columns of the derivative one by one.
+    /// The adjoint derivative computed from directional derivatives, one for each known.
     fn adjoint_by_columns(
         &mut self,
         unknowns: &[u32],
@@ -352,54 +352,53 @@ impl<M: Model> Instance<M> {
         knowns.iter().map(column).collect()
     }
 
-    /// A central difference with a step of ∛ε of the nominal values; its error is some ε^⅔ of them.
-    /// In Initialization Mode, where outputs depend on inputs through [`Model::initialize`] too, it
-    /// is one of all of it.
+    /// A central difference with a step of ∛ε of the nominal values; its relative error is about
+    /// ε^⅔. In Initialization Mode it includes the dependence through [`Model::initialize`].
     fn difference(
         &mut self,
         direction: &Direction<M>,
-        behind: usize,
+        needed: usize,
         unknowns: usize,
         unknown: &dyn Fn(usize) -> u32,
         put: &mut dyn FnMut(usize, f64),
     ) -> Result<(), Fault> {
         let largest = direction.largest;
         let step = ROOT_OF_EPSILON / if largest > 0.0 { largest } else { 1.0 };
-        // At a bound the difference is one-sided: the model sees no input beyond it.
+        // At a bound the difference is one-sided: no input exceeds its bounds.
         let [less, more] = [-step, step].map(|step| match self.moved_inputs(&direction.du, step) {
             Some(u) => (step, u),
             None => (0.0, self.state.input().clone()),
         });
         if less.0 == more.0 {
-            let parts = self.parts(direction);
+            let parts = self.split(direction);
             if parts.len() > 1 {
                 let mut sums = vec![0.0; unknowns];
                 for part in &parts {
-                    self.difference(part, behind, unknowns, unknown, &mut |k, dy| sums[k] += dy)?;
+                    self.difference(part, needed, unknowns, unknown, &mut |k, dy| sums[k] += dy)?;
                 }
                 sums.iter().enumerate().for_each(|(k, dy)| put(k, *dy));
                 return Ok(());
             }
         }
-        let y_less = self.observed(direction, behind, &less)?;
-        let y_more = self.observed(direction, behind, &more)?;
+        let y_less = self.observe(direction, needed, &less)?;
+        let y_more = self.observe(direction, needed, &more)?;
         let slope = |e| (self.value(e, &y_more) - self.value(e, &y_less)) / (more.0 - less.0);
         self.put_values(unknowns, unknown, slope, put, "derivative")
     }
 
-    /// The direction as a sum: the states, and each input that changes. Inputs at opposite bounds
-    /// cannot move together, but each of them can.
-    fn parts(&self, direction: &Direction<M>) -> Vec<Direction<M>> {
+    /// Splits the direction into the states and each changing input. Inputs at opposite bounds
+    /// cannot change together, but one at a time.
+    fn split(&self, direction: &Direction<M>) -> Vec<Direction<M>> {
         let zero = || self.layout.zero(self.state.input());
         let states = direction.dx.is_some().then(|| Direction {
             du: zero(),
             dx: direction.dx.clone(),
             largest: direction.largest,
         });
-        let inputs = self.layout.iter().filter_map(|(i, row)| match &row.place {
-            Place::RealIn(place) if place.get(&direction.du, i) != 0.0 => {
-                let (seed, mut du) = (place.get(&direction.du, i), zero());
-                *place.get_mut(&mut du, i) = seed;
+        let inputs = (self.layout.iter()).filter_map(|(i, row)| match &row.storage {
+            Storage::RealIn(field) if field.get(&direction.du, i) != 0.0 => {
+                let (seed, mut du) = (field.get(&direction.du, i), zero());
+                *field.get_mut(&mut du, i) = seed;
                 let largest = seed.abs() / row.nominal.unwrap_or(1.0);
                 Some(Direction {
                     du,
@@ -412,15 +411,14 @@ impl<M: Model> Instance<M> {
         states.into_iter().chain(inputs).collect()
     }
 
-    /// What is observed with the inputs `u` and the states moved by `step`; in Initialization Mode of
-    /// a model that is initialized with these inputs. What is behind the table is looked at as far as
-    /// `behind`.
-    fn observed(
+    /// The values with the inputs `u` and the states moved by `step`; in Initialization Mode those
+    /// of a model initialized with these inputs. Only the first `needed` equations are computed.
+    fn observe(
         &self,
         direction: &Direction<M>,
-        behind: usize,
+        needed: usize,
         (step, u): &(f64, M::Input),
-    ) -> Result<Observed<M>, Fault> {
+    ) -> Result<Observation<M>, Fault> {
         let p = &self.state.parameters;
         let mut model = match &self.state.model {
             Some(model) if self.state.phase != Phase::Initialization => model.clone(),
@@ -432,29 +430,29 @@ impl<M: Model> Instance<M> {
             x.iter_mut().zip(dx).for_each(|(x, dx)| *x += step * dx);
             (equations.set_states)(&mut model, &x);
         }
-        let now = M::Evaluation::of(&model, p, u)?;
+        let now = M::Evaluation::new(&model, p, u)?;
         let y = model.output(p, u, &now)?;
-        let Some(equations) = M::MODEL_EXCHANGE.filter(|_| behind > 0) else {
+        let Some(equations) = M::MODEL_EXCHANGE.filter(|_| needed > 0) else {
             return Ok((y, Vec::new()));
         };
         let (states, indicators) = (self.layout.states, self.layout.indicators);
         let (at, mut rate) = ((p, u, &now, self.state.time), model.clone());
         let mut numbers = vec![0.0; states + indicators];
-        if behind > states {
-            equations.behind(&model, at, &mut rate, states, &mut numbers)?;
+        if needed > states {
+            equations.derivatives_and_indicators(&model, at, &mut rate, states, &mut numbers)?;
         } else {
-            equations.rates(&model, at, &mut rate, &mut numbers[..states])?;
+            equations.write_derivatives(&model, at, &mut rate, &mut numbers[..states])?;
         }
         Ok((y, numbers))
     }
 
-    /// The inputs `u + step·du`, if they are in their bounds.
+    /// The inputs `u + step·du`, if they are within their bounds.
     fn moved_inputs(&self, du: &M::Input, step: f64) -> Option<M::Input> {
         let mut u = self.state.input().clone();
         for (i, row) in self.layout.iter() {
-            if let Place::RealIn(place) = &row.place {
-                let slot = place.get_mut(&mut u, i);
-                *slot += step * place.get(du, i);
+            if let Storage::RealIn(field) = &row.storage {
+                let slot = field.get_mut(&mut u, i);
+                *slot += step * field.get(du, i);
                 if !slot.is_allowed(row) {
                     return None;
                 }
@@ -463,15 +461,15 @@ impl<M: Model> Instance<M> {
         Some(u)
     }
 
-    /// What an unknown is among all that was observed.
-    fn value(&self, (i, row): Element<M>, (y, behind): &Observed<M>) -> f64 {
-        match &row.place {
-            Place::RealOut(place) => place.get(y, i),
-            _ => behind[self.layout.offset(row) + i],
+    /// The value of an unknown in an observation.
+    fn value(&self, (i, row): Element<M>, (y, equations): &Observation<M>) -> f64 {
+        match &row.storage {
+            Storage::RealOut(field) => field.get(y, i),
+            _ => equations[self.layout.offset(row) + i],
         }
     }
 
-    /// Puts a number for each of `n` unknowns, already checked to be such.
+    /// Passes the value of each of `n` unknowns to `put`, if it is finite.
     fn put_values(
         &self,
         n: usize,

@@ -1,9 +1,9 @@
-//! Enumerations: the names that the numbers of an Integer row have, and the values that they stand
-//! for.
+//! Enumerations for the table of variables: the names of an Integer row's numbers, and the Rust
+//! values that they stand for.
 
 use super::error::ModelError;
 
-/// An enumeration type; its items count from 1.
+/// An enumeration type; its items are numbered from 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Enumeration {
     pub(crate) name: &'static str,
@@ -26,8 +26,7 @@ impl Enumeration {
     }
 }
 
-/// An enumeration whose items stand for values of the type `T`, which may be declared in another
-/// crate.
+/// An enumeration whose items stand for values of a Rust type `T`, also one of another crate.
 ///
 /// ```
 /// # use fmu_export::Items;
@@ -45,7 +44,7 @@ impl Enumeration {
 /// assert_eq!(text, "`Drive` = 3 must be 1 (motion) or 2 (force)");
 /// ```
 ///
-/// A row of the table is made of it by [`Variable::items`](crate::Variable::items).
+/// [`Variable::items`](crate::Variable::items) makes a row an enumeration of these items.
 #[derive(Debug)]
 pub struct Items<T, const N: usize> {
     name: &'static str,
@@ -77,7 +76,7 @@ impl<T: Copy, const N: usize> Items<T, N> {
         }
     }
 
-    /// What the item with this number stands for.
+    /// The value of the item with this number.
     ///
     /// # Errors
     /// No item has the number.
@@ -90,10 +89,10 @@ impl<T: Copy, const N: usize> Items<T, N> {
         })
     }
 
-    /// The number of the item that stands for this value.
+    /// The number of the item with this value.
     ///
     /// # Panics
-    /// No item does.
+    /// No item has the value.
     pub fn number(&self, value: T) -> i32
     where
         T: PartialEq,
@@ -104,13 +103,13 @@ impl<T: Copy, const N: usize> Items<T, N> {
 }
 
 impl<T, const N: usize> Items<T, N> {
-    /// Name and items, as the model description has them.
+    /// The enumeration for the model description.
     pub(crate) const fn enumeration(&'static self) -> Enumeration {
         Enumeration::new(self.name, self.description, &self.items)
     }
 }
 
-/// The items with their numbers, in words: `1 (motion) or 2 (force)`.
+/// The items with their numbers, for messages: `1 (motion) or 2 (force)`.
 pub(crate) fn numbered(items: &[(&str, &str)]) -> String {
     let items = (1..).zip(items);
     let items: Vec<_> = items

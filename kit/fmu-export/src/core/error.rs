@@ -1,14 +1,14 @@
-//! Why a model could not do what was asked.
+//! The error of a model's methods.
 
 use std::fmt;
 
-/// Why a model could not do what was asked; the text goes to the importer's log.
+/// The error of a model's methods; its text goes to the importer's log.
 ///
 /// Any error type converts into it with `?`.
 pub struct ModelError(String);
 
 impl ModelError {
-    /// An error with this text. Name the variable, its value and what is allowed.
+    /// An error with this text, which should name the variable, its value and what is allowed.
     pub fn new(message: impl Into<String>) -> Self {
         Self(message.into())
     }

@@ -1,19 +1,19 @@
-//! What an event of a model leads to.
+//! The result of a model's event handling.
 
-/// What an event leads to.
+/// The result of [`Continuous::event`](crate::Continuous::event).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Event {
-    /// It must be looked at once more before time goes on.
+    /// The event must be handled once more before time advances.
     pub again: bool,
-    /// The next time event, s; None: none is known.
+    /// The time of the next time event, s; None if none is known.
     pub next: Option<f64>,
-    /// The model wants the simulation to end.
+    /// The model asks to end the simulation.
     pub terminate: bool,
 }
 
 impl Event {
-    /// Nothing follows.
+    /// Nothing to do: time may advance.
     pub const NONE: Self = Self {
         again: false,
         next: None,

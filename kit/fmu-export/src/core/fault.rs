@@ -1,16 +1,15 @@
-//! Why a call did not succeed.
+//! Why an FMI call failed, independent of the version's statuses.
 
 use super::error::ModelError;
 
-/// Every fault leaves the instance as it was before the call.
+/// Why a call failed. The instance is as it was before the call.
 #[derive(Debug)]
 pub(crate) enum Fault {
     /// The call was wrong, or the model refused it.
     Refused(String),
-    /// A value out of its bounds, a step that cannot be done, an inquiry without an answer: another
-    /// one may succeed.
+    /// A value out of bounds, a step that cannot be done, a missing status: others may succeed.
     Discarded(String),
-    /// No element has this number.
+    /// No variable has this number.
     Unknown(u32),
 }
 
@@ -36,22 +35,22 @@ impl Fault {
     }
 }
 
-/// `Err` of a refusal with a formatted message.
+/// `Err` of [`Fault::Refused`] with a formatted message.
 macro_rules! refuse {
     ($($text:tt)*) => { Err($crate::core::fault::Fault::refused(format_args!($($text)*))) };
 }
 pub(crate) use refuse;
 
-/// `Err` of a value, step or inquiry that is discarded, with a formatted message.
+/// `Err` of [`Fault::Discarded`] with a formatted message.
 macro_rules! discard {
     ($($text:tt)*) => { Err($crate::core::fault::Fault::discarded(format_args!($($text)*))) };
 }
 pub(crate) use discard;
 
-/// What values are counted by that are given for variables.
+/// What the number of values of a call must be equal to, for messages.
 pub(crate) const OF_VARIABLES: &str = "elements of these variables";
 
-/// Refuses a number of values that is not the one there is.
+/// Refuses a wrong number of values.
 #[inline]
 pub(crate) fn check_number(
     name: &str,

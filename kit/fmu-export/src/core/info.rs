@@ -1,4 +1,4 @@
-//! What a model says about itself outside its variables: names, default experiment, files.
+//! Facts about a model other than its variables: name, default experiment, files, capabilities.
 
 use super::log::{Categories, MOST_CATEGORIES};
 use super::setters::setters;
@@ -31,8 +31,7 @@ pub struct Info {
 }
 
 impl Info {
-    /// `model` is both modelName and modelIdentifier (a C identifier: it is the name of the shared
-    /// library inside the FMU).
+    /// `model` is modelName and modelIdentifier: a C identifier that names the library in the FMU.
     pub const fn new(model: &'static str, description: &'static str) -> Self {
         Self {
             model,
@@ -62,8 +61,7 @@ impl Info {
     }
 
     setters! {
-        /// Version of the model, usually `env!("CARGO_PKG_VERSION")`. Saved states do not survive a
-        /// change of it.
+        /// Version of the model, usually `env!("CARGO_PKG_VERSION")`. Saved states are tied to it.
         version(version: &'static str) version = version;
 
         /// Author as written into the model description.
@@ -78,8 +76,7 @@ impl Info {
         /// Default experiment: start, stop and communication step, all s.
         experiment(start: f64, stop: f64, step: f64) experiment = Experiment { start, stop, step };
 
-        /// Files for the FMU's `documentation/` folder; the page itself must be called
-        /// `index.html`.
+        /// Files for the FMU's `documentation/` folder, one of them `index.html`.
         documentation(files: &'static [File]) documentation = files;
 
         /// The icon (`model.png`), usually `include_bytes!("../model.png")`.
@@ -88,15 +85,14 @@ impl Info {
         /// Files for the FMU's `resources/` folder.
         resources(files: &'static [File]) resources = files;
 
-        /// More files for the `resources/` folder, whose content the library holds in another form.
+        /// More files for the `resources/` folder, whose content is generated.
         made_resources(files: &'static [MadeFile]) made_resources = files;
 
         /// Units beyond (or instead of) those in [`KNOWN_UNITS`](crate::KNOWN_UNITS).
         units(units: &'static [Unit]) units = units;
     }
 
-    /// Categories of the model's own messages ([`Log`](crate::Log)), at most 28: name and
-    /// description.
+    /// The model's own log categories ([`Log`](crate::Log)), at most 28: name and description.
     pub const fn log_categories(
         mut self,
         categories: &'static [(&'static str, &'static str)],
@@ -110,26 +106,24 @@ impl Info {
     }
 
     setters! {
-        /// Declare that [`Model::step`](crate::Model::step) looks at the inputs within the step.
-        /// Without it their derivatives are accepted and have no effect.
+        /// Declare that [`Model::step`](crate::Model::step) evaluates the inputs within the step.
+        /// Without it, input derivatives are accepted and have no effect.
         with_input_derivatives() input_derivatives = true;
 
-        /// Declare that [`Model::output_derivative`](crate::Model::output_derivative) is
-        /// implemented.
+        /// Declare that [`Model::output_derivative`](crate::Model) is implemented.
         with_output_derivatives() output_derivatives = true;
 
-        /// Declare that [`Model::directional_derivative`](crate::Model::directional_derivative) is
-        /// implemented.
+        /// Declare that [`Model::directional_derivative`](crate::Model) is implemented.
         with_directional_derivatives() directional_derivatives = true;
 
         /// Declare that [`Model::step`](crate::Model::step) may stop before the end of a step
         /// ([`StepEnd::reached`](crate::StepEnd::reached)).
         with_early_return() early_return = true;
 
-        /// Declare that a solver chooses its steps by a tolerance: that of the importer, or this one.
+        /// Declare that a solver chooses its steps by a tolerance: the importer's, or this default.
         with_tolerance(tolerance: f64) tolerance = Some(tolerance);
 
-        /// Groups of variables that are wired together, for FMI 3.0.
+        /// Groups of variables to connect together, for FMI 3.0.
         terminals(terminals: &'static [Terminal]) terminals = terminals;
     }
 }
@@ -142,7 +136,7 @@ pub(crate) struct Experiment {
     pub(crate) step: f64,
 }
 
-/// A file carried by the library and written into the FMU by the packer.
+/// A file that is embedded in the library and written into the FMU by the packer.
 #[derive(Clone, Copy, Debug)]
 pub struct File {
     /// Path inside the folder it belongs to, with `/`, e.g. `index.html`.
@@ -151,7 +145,7 @@ pub struct File {
     pub bytes: &'static [u8],
 }
 
-/// A file whose content is made when the packer asks for it.
+/// A file whose content is generated when the FMU is packed.
 #[derive(Clone, Copy, Debug)]
 pub struct MadeFile {
     /// As in [`File`].
@@ -160,7 +154,7 @@ pub struct MadeFile {
     pub make: fn() -> Vec<u8>,
 }
 
-/// A group of variables that are wired together. FMI 3.0 tells importers of it.
+/// A group of variables to connect together, which FMI 3.0 describes in `terminalsAndIcons.xml`.
 ///
 /// ```
 /// # use fmu_export::Terminal;
@@ -176,9 +170,9 @@ pub struct Terminal {
 }
 
 impl Terminal {
-    /// `kind` is a name with a reversed domain in front, which both ends of a connection have;
-    /// `members` are (name, variable). A vector is one member; where its elements have different
-    /// units, each element is one (`w[1]`). Members with the same name are wired.
+    /// `kind` is a name with a reversed domain, the same at both ends of a connection; `members`
+    /// are (name, variable). A vector is one member; if its elements have different units, each is
+    /// one (`w[1]`). Members with the same name are connected.
     pub const fn new(
         name: &'static str,
         kind: &'static str,
@@ -194,7 +188,7 @@ impl Terminal {
         }
     }
 
-    /// A bus: members with the same name are wired, others may be missing.
+    /// A bus: members with the same name are connected, others may be missing.
     pub const fn bus(mut self) -> Self {
         self.matching_rule = "bus";
         self

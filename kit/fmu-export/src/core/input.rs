@@ -1,9 +1,9 @@
-//! Inputs over a communication step: value and time derivatives at its start.
+//! Inputs over a communication step, as their values and time derivatives at its start.
 
-use super::place::Write;
+use super::storage::Accessor;
 use serde::{Deserialize, Serialize};
 
-/// Highest order of input derivative that is used; higher orders are accepted and left out.
+/// Highest order of input derivatives that is used; higher orders are accepted and ignored.
 pub const MAX_INPUT_DERIVATIVE: usize = 3;
 
 /// `u(t + s) = Σ_k u⁽ᵏ⁾ sᵏ/k!`: the inputs over one communication step, `s` in s from its start.
@@ -17,7 +17,7 @@ pub struct InputPolynomial<I> {
 }
 
 impl<I: Clone + Default> InputPolynomial<I> {
-    /// Inputs that are held.
+    /// Inputs that keep their values.
     pub fn held(value: I) -> Self {
         Self {
             value,
@@ -26,8 +26,7 @@ impl<I: Clone + Default> InputPolynomial<I> {
         }
     }
 
-    /// Inputs with their time derivatives, first order first; at most [`MAX_INPUT_DERIVATIVE`] are
-    /// kept.
+    /// Inputs with time derivatives, first order first; at most [`MAX_INPUT_DERIVATIVE`] are used.
     pub fn with_derivatives(value: I, derivatives: &[I]) -> Self {
         let mut polynomial = Self::held(value);
         for (to, from) in polynomial.derivatives.iter_mut().zip(derivatives) {
@@ -43,20 +42,20 @@ impl<I: Clone + Default> InputPolynomial<I> {
         &self.value
     }
 
-    /// Highest order the importer has given for this step; 0: the inputs are held.
+    /// Highest order of derivatives for this step; 0 if the inputs keep their values.
     #[inline]
     pub fn order(&self) -> usize {
         self.order
     }
 
-    /// The `k`-th time derivative (`k` = 0: the value), the `Default` beyond
-    /// [`order`](Self::order). Integer and Boolean fields of it mean nothing.
+    /// The `k`-th time derivative (`k` = 0: the value), zero beyond [`order`](Self::order). Only
+    /// its Real fields have a meaning.
     #[inline]
     pub fn derivative(&self, k: usize) -> I {
         self.known(k).cloned().unwrap_or_default()
     }
 
-    /// The `k`-th derivative, if the importer has given it.
+    /// The `k`-th derivative, if there is one.
     #[inline]
     fn known(&self, k: usize) -> Option<&I> {
         match k {
@@ -66,9 +65,9 @@ impl<I: Clone + Default> InputPolynomial<I> {
         }
     }
 
-    /// Least and greatest value of one input within a step of `h` s.
-    pub(crate) fn range(&self, place: &Write<I, f64>, i: usize, h: f64) -> [f64; 2] {
-        let [a, b, c, d] = [0, 1, 2, 3].map(|k| self.known(k).map_or(0.0, |u| place.get(u, i)));
+    /// Minimum and maximum of one input within a step of `h` s.
+    pub(crate) fn range(&self, field: &Accessor<I, f64>, i: usize, h: f64) -> [f64; 2] {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k| self.known(k).map_or(0.0, |u| field.get(u, i)));
         let at = |s: f64| a + s * (b + s / 2.0 * (c + s / 3.0 * d));
         let inside = |&s: &f64| 0.0 < s && s < h;
         // The extrema inside are the roots of b + c s + d/2 s²; the second form of the formula
@@ -80,7 +79,7 @@ impl<I: Clone + Default> InputPolynomial<I> {
             .chain([h])
             .map(at)
             .fold([a, a], |[least, most], x| {
-                // NaN must not get lost: it is out of any bounds.
+                // Keep a NaN, so that it is found to be out of bounds.
                 if x.is_nan() {
                     [x, x]
                 } else {
@@ -98,7 +97,7 @@ mod tests {
     /// slope times their distance.
     #[test]
     fn the_range_holds_every_value_within_the_step() {
-        let place: Write<f64, f64> = Write::Scalar(|u| u, |u| u);
+        let field: Accessor<f64, f64> = Accessor::Scalar(|u| u, |u| u);
         for (value, derivatives) in [
             (1.5, [0.0; 3]),
             (1.5, [2.0, 0.0, 0.0]),
@@ -112,7 +111,7 @@ mod tests {
         ] {
             let h = 0.75;
             let u = InputPolynomial::with_derivatives(value, &derivatives);
-            let [least, most] = u.range(&place, 0, h);
+            let [least, most] = u.range(&field, 0, h);
             let [b, c, d] = derivatives;
             let at = |k: i32| {
                 let s = h * f64::from(k) / 1e5;

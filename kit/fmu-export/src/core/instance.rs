@@ -1,48 +1,49 @@
-//! One instance of a model: its state, and what is computed of it.
+//! One instance of a model, independent of the version of FMI: its state, the outputs computed from
+//! it, and their invalidation when something is set.
 
+use super::equation_cache::EquationCache;
 use super::fault::{Fault, refuse};
 use super::layout::Layout;
-use super::log::Wanted;
+use super::log::LogFilter;
 use super::message::{Kind, Message};
 use super::phase::Phase;
-use super::place::Names;
-use super::rates::Rates;
-use super::room::Room;
 use super::sizes;
+use super::solver_workspace::SolverWorkspace;
 use super::state::{Identity, Saved, State};
+use super::storage::TypeNames;
 use crate::{Evaluation, Model, ModelError};
 use std::path::PathBuf;
 
-/// An instance, without what its border needs.
+/// An instance, without what the C interface adds.
 pub(crate) struct Instance<M: Model> {
     pub(crate) layout: Layout<M>,
-    /// Saved states carry it.
+    /// Identifies the FMU and version that a saved state belongs to.
     pub(crate) identity: Identity,
-    /// What the border calls the types.
-    pub(crate) names: &'static Names,
+    /// The names of the types in the version of FMI.
+    pub(crate) names: &'static TypeNames,
     pub(crate) resources: Option<PathBuf>,
-    /// A panic happened: nothing of `state` can be trusted until another one takes its place.
+    /// A panic happened: `state` cannot be trusted until it is replaced.
     pub(crate) lost: bool,
     pub(crate) state: State<M>,
     /// Start values of the parameters.
     pub(crate) start: M::Parameters,
     /// The sizes that the FMU was packed with.
     pub(crate) sizes: &'static str,
-    /// Of `state` and the current inputs, once something has needed it.
+    /// The evaluation of `state` and the current inputs, if it is up to date.
     pub(crate) evaluation: Option<M::Evaluation>,
-    /// Outputs of `state`, valid while `fresh`.
+    /// Outputs of `state` and the current inputs, if `output_is_valid`.
     pub(crate) output: M::Output,
-    pub(crate) fresh: bool,
-    /// Room for a solver.
-    pub(crate) room: Room<M, M::Input>,
-    /// What is for Model Exchange only.
-    pub(crate) exchange: Rates<M>,
+    pub(crate) output_is_valid: bool,
+    /// Workspace of the model's solver.
+    pub(crate) workspace: SolverWorkspace<M, M::Input>,
+    /// Derivatives and event indicators, for Model Exchange.
+    pub(crate) equation_cache: EquationCache<M>,
     pub(crate) saved: Saved<M>,
-    /// Not sent yet.
+    /// Messages that were not sent yet.
     pub(crate) messages: Vec<Message>,
-    /// What the importer wants to hear of the model.
-    pub(crate) wanted: Wanted,
-    /// It has been said that derivatives of a higher order are not used.
+    /// Which of the model's messages the importer has enabled.
+    pub(crate) log_filter: LogFilter,
+    /// The importer was warned that input derivatives of a high order are ignored.
     pub(crate) has_warned_of_order: bool,
 }
 
@@ -52,7 +53,7 @@ impl<M: Model> Instance<M> {
         layout: Layout<M>,
         (start, input): (M::Parameters, M::Input),
         identity: Identity,
-        names: &'static Names,
+        names: &'static TypeNames,
         resources: Option<PathBuf>,
         sizes: &'static str,
     ) -> Self {
@@ -67,24 +68,23 @@ impl<M: Model> Instance<M> {
             layout,
             sizes,
             evaluation: None,
-            fresh: false,
-            room: Room::default(),
-            exchange: Rates::default(),
+            output_is_valid: false,
+            workspace: SolverWorkspace::default(),
+            equation_cache: EquationCache::default(),
             saved: Saved::default(),
             messages: Vec::new(),
-            wanted: Wanted::default(),
+            log_filter: LogFilter::default(),
             has_warned_of_order: false,
         }
     }
 
     /// Queues a message.
-    pub(crate) fn tell(&mut self, kind: Kind, text: impl Into<String>) {
+    pub(crate) fn report(&mut self, kind: Kind, text: impl Into<String>) {
         self.messages.push(Message::new(kind, text));
     }
 
-    /// Times of the simulation, s. A stop time of +infinity is none.
-    /// The tolerance is for solvers that choose their steps by it; without one it is not used,
-    /// whatever it is.
+    /// Sets start and stop time, s, and the tolerance. A stop time of +infinity means none. The
+    /// tolerance is ignored for models whose solver has none.
     pub(crate) fn set_experiment(
         &mut self,
         tolerance: Option<f64>,
@@ -119,60 +119,60 @@ impl<M: Model> Instance<M> {
     pub(crate) fn exit_initialization(&mut self) -> Result<(), Fault> {
         self.model()?;
         self.state.phase = Phase::Stepping;
-        self.tell(Kind::Event, "initialized");
+        self.report(Kind::Event, "initialized");
         Ok(())
     }
 
     pub(crate) fn terminate(&mut self) {
         self.state.phase = Phase::Terminated;
-        self.tell(Kind::Event, "terminated");
+        self.report(Kind::Event, "terminated");
     }
 
     pub(crate) fn reset(&mut self) {
         let (start, input) = sizes::start::<M>(self.sizes).expect("as when it was made");
         let slots = Layout::<M>::new(&start, &input).slots();
         self.replace(State::instantiated(start, input, slots));
-        self.tell(Kind::Event, "reset to the state after instantiation");
+        self.report(Kind::Event, "reset to the state after instantiation");
     }
 
-    /// The state, to be put back if the second of two changes fails.
+    /// A copy of the state, to be restored if the second of two changes fails.
     #[cold]
     pub(crate) fn snapshot(&self) -> State<M> {
         let mut state = self.state.clone();
-        state.first = self.room.first;
+        state.first = self.workspace.first;
         state
     }
 
-    /// Puts another state in place of the present one.
+    /// Replaces the state.
     pub(crate) fn replace(&mut self, state: State<M>) {
         self.state = state;
-        self.settle();
+        self.adopt_state();
     }
 
-    /// After another state has taken the place of the one before.
-    pub(crate) fn settle(&mut self) {
-        self.room.first = self.state.first;
+    /// Adapts the rest of the instance after the state was replaced.
+    pub(crate) fn adopt_state(&mut self) {
+        self.workspace.first = self.state.first;
         if self.layout.has_vectors() && !self.has_sizes(&self.state.parameters) {
             self.follow_sizes();
         }
-        self.forget();
+        self.invalidate();
         self.lost = false;
     }
 
-    /// Marks all that was computed of the state as out of date.
+    /// Marks everything computed from the state as out of date.
     #[inline(always)]
-    pub(crate) fn forget(&mut self) {
+    pub(crate) fn invalidate(&mut self) {
         self.evaluation = None;
-        self.fresh = false;
-        self.exchange.forget();
+        self.output_is_valid = false;
+        self.equation_cache.invalidate();
     }
 
-    /// Marks what was computed from parameters and inputs as out of date: the outputs, and the
-    /// evaluation if it has read them.
+    /// Marks everything computed from parameters and inputs as out of date: the outputs, and the
+    /// evaluation if it depends on them (`is_evaluated`).
     #[inline]
-    pub(crate) fn touch(&mut self, is_evaluated: bool) {
-        self.fresh = false;
-        self.exchange.forget();
+    pub(crate) fn invalidate_inputs(&mut self, is_evaluated: bool) {
+        self.output_is_valid = false;
+        self.equation_cache.invalidate();
         let is_initializing = self.state.phase == Phase::Initialization;
         if is_evaluated || is_initializing {
             self.evaluation = None;
@@ -182,31 +182,31 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Makes the model if there is none: during initialization when it is first needed.
+    /// Initializes the model if that is not done yet: in Initialization Mode, when first needed.
     pub(crate) fn model(&mut self) -> Result<(), ModelError> {
         let state = &mut self.state;
         if state.model.is_none() {
             let mut new = M::initialize(&state.parameters, &state.input.value, state.start)?;
-            warn(&mut self.messages, &mut new);
+            collect_messages(&mut self.messages, &mut new);
             state.model = Some(new);
             self.evaluation = None;
         }
         Ok(())
     }
 
-    /// Makes `evaluation` if it is out of date.
+    /// Computes `evaluation` if it is out of date.
     #[inline]
     pub(crate) fn evaluate(&mut self) -> Result<(), ModelError> {
         if self.evaluation.is_none() {
             self.model()?;
             let state = &self.state;
             let model = state.model.as_ref().expect("made above");
-            self.evaluation = Some(M::Evaluation::of(model, &state.parameters, state.input())?);
+            self.evaluation = Some(M::Evaluation::new(model, &state.parameters, state.input())?);
         }
         Ok(())
     }
 
-    /// What [`evaluate`](Self::evaluate) has made.
+    /// The model and the evaluation, after [`evaluate`](Self::evaluate).
     #[inline]
     pub(crate) fn evaluated(&self) -> (&M, &M::Evaluation) {
         match (&self.state.model, &self.evaluation) {
@@ -215,43 +215,43 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Makes `output` agree with the state and the current inputs.
+    /// Recomputes `output` from the state and the current inputs, if it is out of date.
     #[inline]
-    pub(crate) fn refresh(&mut self) -> Result<(), ModelError> {
-        if !self.fresh {
+    pub(crate) fn update_output(&mut self) -> Result<(), ModelError> {
+        if !self.output_is_valid {
             self.evaluate()?;
             let (Some(model), Some(now)) = (&self.state.model, &self.evaluation) else {
                 unreachable!("`evaluate` comes first");
             };
             let (p, u) = (&self.state.parameters, self.state.input());
             model.output_into(p, u, now, &mut self.output)?;
-            self.fresh = true;
+            self.output_is_valid = true;
         }
         Ok(())
     }
 }
 
-/// Tells the model's log what the importer wants to hear.
+/// Before a call of the model: passes the importer's enabled categories to the model's log.
 #[inline]
-pub(crate) fn listen<M: Model>(wanted: Wanted, model: &mut M) {
+pub(crate) fn set_log_filter<M: Model>(filter: LogFilter, model: &mut M) {
     if let Some(log) = model.log() {
-        log.prepare(wanted, M::INFO.log_categories);
+        log.prepare(filter, M::INFO.log_categories);
     }
 }
 
-/// Queues what the model has told of.
+/// Queues the messages in the model's log.
 #[inline]
-pub(crate) fn hear<M: Model>(messages: &mut Vec<Message>, model: &mut M) {
+pub(crate) fn collect_log<M: Model>(messages: &mut Vec<Message>, model: &mut M) {
     if let Some(log) = model.log() {
         log.empty_into(messages);
     }
 }
 
-/// Queues what the model has to warn and to tell of.
+/// Queues the model's warning, if there is one, and the messages in its log.
 #[inline]
-pub(crate) fn warn<M: Model>(messages: &mut Vec<Message>, model: &mut M) {
+pub(crate) fn collect_messages<M: Model>(messages: &mut Vec<Message>, model: &mut M) {
     if let Some(warning) = model.take_warning() {
         messages.push(Message::new(Kind::Warning, warning));
     }
-    hear(messages, model);
+    collect_log(messages, model);
 }

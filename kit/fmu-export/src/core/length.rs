@@ -1,31 +1,31 @@
-//! How long a row is that is not an array in Rust, and what makes it as long.
+//! The length of a row in a `Vec`, and the function that changes it.
 
-use super::copied::copied;
+use super::impl_copy::impl_copy;
 
-/// Most elements of a row whose elements are counted one by one.
+/// Most elements of a row whose elements each have a number; longer rows have one number.
 pub(crate) const MOST_COUNTED: usize = 256;
-/// Where the elements of a long row are numbered: bits below the row's number.
+/// Bits for an element's index in the number of an element of a long row.
 pub(crate) const SHIFT: u32 = 20;
 /// Most elements of a row.
 pub(crate) const LONGEST: usize = 1 << SHIFT;
 
-/// How many elements a row has in a dimension.
+/// The number of elements of a row in one dimension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Length {
-    /// Always as many.
+    /// A constant.
     Fixed(usize),
-    /// As many as the structural parameter of this name says.
+    /// The value of the structural parameter with this name.
     Parameter(&'static str),
 }
 
-/// Makes the vector that a row is in of a length, with start values.
+/// Gives the `Vec` of a row a length, filled with start values.
 pub enum Resize<P, U, Y> {
-    /// A vector in the parameters.
+    /// A `Vec` in the parameters.
     Parameter(fn(&mut P, usize)),
-    /// A vector in the inputs.
+    /// A `Vec` in the inputs.
     Input(fn(&mut U, usize)),
-    /// A vector in the outputs.
+    /// A `Vec` in the outputs.
     Output(fn(&mut Y, usize)),
 }
 
-copied! { [P, U, Y] Resize<P, U, Y>; }
+impl_copy! { [P, U, Y] Resize<P, U, Y>; }

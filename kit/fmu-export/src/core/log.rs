@@ -1,13 +1,12 @@
-//! What a model tells: messages of its own, queued during a call, which the border sends when the
-//! call is over.
+//! [`Log`]: a model's own messages, queued during a call and sent to the importer after it.
 
 use super::message::{Kind, Level, Message};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use std::panic::Location;
 
-/// Messages of a model to the importer's log. A model that has any keeps one in its state and gives
-/// it to [`Model::log`](crate::Model::log).
+/// Messages of a model to the importer's log. A model that sends any keeps a `Log` in its state and
+/// returns it from [`Model::log`](crate::Model::log).
 ///
 /// ```
 /// # use fmu_export::Log; use serde::{Serialize, Deserialize};
@@ -19,36 +18,36 @@ use std::panic::Location;
 /// # } }
 /// ```
 ///
-/// A message that nobody wants to hear is not even formatted. Of the messages from one line of the
-/// program, the first ten are sent, then the 100th, the 1000th and so on. A saved state holds none.
+/// A message that the importer has not enabled is not formatted. Of the messages from one line of
+/// the program, the first ten are sent, then the 100th, the 1000th and so on. None are saved.
 #[derive(Clone, Debug, Default)]
 pub struct Log {
     queue: Vec<Message>,
-    /// Lines of the program that have sent messages, and how many.
-    places: Vec<(&'static Location<'static>, u64)>,
-    wanted: Wanted,
+    /// Lines of the program that have sent messages, and their number.
+    locations: Vec<(&'static Location<'static>, u64)>,
+    filter: LogFilter,
     categories: Categories,
 }
 
 /// Names and descriptions of a model's own categories.
 pub(crate) type Categories = &'static [(&'static str, &'static str)];
 
-/// Number of the category of FMI that fits the level.
+/// Number of the standard category for a message's level.
 pub(crate) const STANDARD: usize = 31;
-/// How many categories a model may have.
+/// Most categories of a model.
 pub(crate) const MOST_CATEGORIES: usize = 28;
-/// How many messages of one line are sent one by one.
+/// Number of messages of one line that are all sent.
 const FIRST: u64 = 10;
 
-/// What the importer wants to hear, by level: bit k for category k.
+/// The enabled categories of a model's messages, by level: bit k for category k.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wanted {
+pub(crate) struct LogFilter {
     pub(crate) info: u32,
     pub(crate) warning: u32,
 }
 
-impl Default for Wanted {
-    /// Everything: what is not wanted is left out later.
+impl Default for LogFilter {
+    /// Everything: disabled messages are left out later.
     fn default() -> Self {
         Self {
             info: u32::MAX,
@@ -58,26 +57,26 @@ impl Default for Wanted {
 }
 
 impl Log {
-    /// Tells something. `category` is one of [`Info::log_categories`](crate::Info::log_categories),
-    /// or empty for that of FMI which fits the level.
+    /// Logs information. `category` is one of
+    /// [`Info::log_categories`](crate::Info::log_categories), or empty for the standard category.
     #[track_caller]
     pub fn info(&mut self, category: &'static str, text: fmt::Arguments<'_>) {
-        self.tell(Level::Info, category, text);
+        self.push(Level::Info, category, text);
     }
 
-    /// Warns; the call succeeds all the same.
+    /// Logs a warning; the call still succeeds.
     #[track_caller]
     pub fn warning(&mut self, category: &'static str, text: fmt::Arguments<'_>) {
-        self.tell(Level::Warning, category, text);
+        self.push(Level::Warning, category, text);
     }
 
     #[track_caller]
-    fn tell(&mut self, level: Level, category: &'static str, text: fmt::Arguments<'_>) {
-        let wanted = match level {
-            Level::Info => self.wanted.info,
-            Level::Warning => self.wanted.warning,
+    fn push(&mut self, level: Level, category: &'static str, text: fmt::Arguments<'_>) {
+        let filter = match level {
+            Level::Info => self.filter.info,
+            Level::Warning => self.filter.warning,
         };
-        if wanted & 1 << number(self.categories, category) == 0 {
+        if filter & 1 << number(self.categories, category) == 0 {
             return;
         }
         let count = self.count(Location::caller());
@@ -86,36 +85,36 @@ impl Log {
         }
         let mut text = text.to_string();
         if count == FIRST {
-            text += " (more of the kind only at the 100th, the 1000th and so on)";
+            text += " (from now on only the 100th, the 1000th and so on are sent)";
         } else if count > FIRST {
-            text += &format!(" (the {count}th of its kind)");
+            text += &format!(" (the {count}th of these messages)");
         }
         let kind = Kind::Model(level, category);
         self.queue.push(Message { kind, text });
     }
 
     /// Counts a message from a line of the program.
-    fn count(&mut self, place: &'static Location<'static>) -> u64 {
-        match self.places.iter_mut().find(|(known, _)| *known == place) {
+    fn count(&mut self, location: &'static Location<'static>) -> u64 {
+        match (self.locations.iter_mut()).find(|(known, _)| *known == location) {
             Some((_, count)) => {
                 *count += 1;
                 *count
             }
             None => {
-                self.places.push((place, 1));
+                self.locations.push((location, 1));
                 1
             }
         }
     }
 
-    /// Before a call of the model.
+    /// To be called before a call of the model.
     #[inline]
-    pub(crate) fn prepare(&mut self, wanted: Wanted, categories: Categories) {
-        self.wanted = wanted;
+    pub(crate) fn prepare(&mut self, filter: LogFilter, categories: Categories) {
+        self.filter = filter;
         self.categories = categories;
     }
 
-    /// After a call of the model.
+    /// Moves the queued messages to `messages`, after a call of the model.
     #[inline]
     pub(crate) fn empty_into(&mut self, messages: &mut Vec<Message>) {
         if !self.queue.is_empty() {
@@ -133,7 +132,7 @@ fn is_power_of_ten(n: u64) -> bool {
     10_u64.checked_pow(n.ilog10()) == Some(n)
 }
 
-/// Nothing: messages are sent when the call that made them is over.
+/// Serializes nothing: messages are sent when the call that made them is over.
 impl Serialize for Log {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         ().serialize(serializer)

@@ -1,14 +1,13 @@
-//! Messages of an instance. They are queued while a call runs, as plain text; the border sends them
-//! when it has let go of the instance, because the receiver may call back.
+//! Messages of an instance. They are queued as plain text during a call and sent when the instance
+//! is no longer in use, because the importer's logger may call back.
 
-/// How much a message of a model matters.
+/// Severity of a model's message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Level {
-    /// Good to know; sent if the importer asked for debug messages.
+    /// Information; sent if the importer has enabled logging.
     Info,
-    /// Something is not quite right, though the call succeeds; sent unless the importer switched
-    /// warnings off.
+    /// A problem that does not make the call fail; sent unless the importer has disabled warnings.
     Warning,
 }
 
@@ -17,13 +16,13 @@ pub enum Level {
 pub(crate) enum Kind {
     /// Initialization, reset, restored states.
     Event,
-    /// The call succeeded, but something is not quite right.
+    /// A problem, although the call succeeded.
     Warning,
     /// [`Fault::Discarded`](super::fault::Fault::Discarded).
     Discarded,
     /// [`Fault::Refused`](super::fault::Fault::Refused), or a panic.
     Refused,
-    /// From the model, with the name of one of its categories.
+    /// A message of the model, in one of its categories.
     Model(Level, &'static str),
 }
 

@@ -1,32 +1,31 @@
-//! What a model implements, and what a row of its table of variables holds.
+//! [`Model`], the trait that a model implements, and [`Variable`], a row of its table of variables.
 
 use super::causality::{Causality, Dependencies};
-use super::copied::copied;
 use super::enumeration::Enumeration;
 use super::error::ModelError;
 use super::event::Event;
+use super::impl_copy::impl_copy;
 use super::info::Info;
 use super::input::InputPolynomial;
 use super::length::{Length, Resize};
 use super::log::Log;
-use super::place::{Place, Write, each};
-use super::room::Room;
+use super::solver_workspace::SolverWorkspace;
 use super::step_end::StepEnd;
+use super::storage::{Accessor, Storage, each};
 use fmi_units::Unit;
 use serde::{Serialize, de::DeserializeOwned};
 use std::path::Path;
 
-/// Setter of a String parameter: parameters, text, the FMU's resources folder if the importer gave
-/// one.
+/// Setter of a String parameter: receives the parameters, the text, and the FMU's resources folder
+/// if the importer gave one.
 pub type SetString<M> =
     fn(&mut <M as Model>::Parameters, &str, Option<&Path>) -> Result<(), String>;
 
 /// A model that can be exported: its state is `Self`; parameters, inputs and outputs are plain
 /// structs.
 ///
-/// The layer around it owns parameters, inputs, time, call order, saved states and messages; the
-/// model owns the physics. All methods are called with parameters and inputs inside their declared
-/// bounds and finite.
+/// This crate manages parameters, inputs, time, call order, saved states and messages; the model
+/// does the physics. All methods are called with finite parameters and inputs within their bounds.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a model",
     note = "write `impl Model for {Self}`, or `impl Ode for {Self}` where `{Self}` derives `State`"
@@ -34,42 +33,40 @@ pub type SetString<M> =
 pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
     /// FMI parameters, all of them.
     type Parameters: Clone + Serialize + DeserializeOwned + Send + 'static;
-    /// FMI inputs. The same type carries their time derivatives and the seeds of directional
+    /// FMI inputs. The type also holds their time derivatives and the seeds of directional
     /// derivatives, so `Default` must be zero.
     type Input: Clone + Default + Serialize + DeserializeOwned + Send + 'static;
-    /// FMI outputs and locals.
+    /// FMI outputs and local variables.
     type Output: Clone + Default + Send + 'static;
-    /// What outputs, derivatives and the step have in common, computed once for a state, parameters
-    /// and inputs. `()` where there is nothing to share.
+    /// Results that outputs, derivatives and the step share, computed once for a state, parameters
+    /// and inputs; `()` if there are none.
     type Evaluation: Evaluation<Self>;
 
     /// Names, default experiment, files.
     const INFO: Info;
 
-    /// The equations of a model that is exported for Model Exchange too:
-    /// [`ModelExchange::of`]`()`, which is those of [`Continuous`](crate::Continuous).
+    /// The equations of a model that supports Model Exchange:
+    /// [`ModelExchange::from_continuous`]`()` if it implements [`Continuous`](crate::Continuous).
     const MODEL_EXCHANGE: Option<ModelExchange<Self>> = None;
 
-    /// The table of variables: the single source of value references, get and set, and
-    /// `modelDescription.xml`.
+    /// The table of variables, from which value references, getters and setters, and
+    /// `modelDescription.xml` are made.
     fn variables() -> &'static [Variable<Self>];
 
     /// Start values of parameters and inputs.
     fn defaults() -> (Self::Parameters, Self::Input);
 
-    /// The state at the start time `t`, s. Called at the end of initialization, and before whenever
-    /// an output is asked for after something was set. The place for checks across several
-    /// parameters.
+    /// The state at the start time `t`, s. Called at the end of initialization, and earlier when an
+    /// output is read after something was set. Relations between parameters are checked here.
     fn initialize(p: &Self::Parameters, u: &Self::Input, t: f64) -> Result<Self, ModelError>;
 
-    /// Take over tunable parameters changed after initialization. On `Err`, `self` must be as
-    /// before. A model that reads `p` in each call and caches nothing keeps this default.
+    /// Adopts tunable parameters that were changed after initialization. On `Err`, `self` must be
+    /// as before. A model that reads `p` in each call and caches nothing keeps this default.
     fn tune(&mut self, _p: &Self::Parameters) -> Result<(), ModelError> {
         Ok(())
     }
 
-    /// Outputs of the state and the CURRENT inputs; called once per change of either. Must not give
-    /// NaN or infinity.
+    /// The outputs, finite, for the state and the CURRENT inputs; called once per change of either.
     fn output(
         &self,
         p: &Self::Parameters,
@@ -77,8 +74,8 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         now: &Self::Evaluation,
     ) -> Result<Self::Output, ModelError>;
 
-    /// Writes the outputs to where they are kept, [`output`](Self::output) if this is not written: for
-    /// outputs that hold vectors, so that these stay where they are.
+    /// Writes the outputs into `y`, for outputs that contain a `Vec`, which then need not be
+    /// allocated anew. The default calls [`output`](Self::output).
     #[inline]
     fn output_into(
         &self,
@@ -91,9 +88,9 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         Ok(())
     }
 
-    /// Advance from `t` by `h`, both s; `now` belongs to the state and `u.value()`. On `Err`,
-    /// `self` must be as before: compute in locals, commit at the end; the importer may then try a
-    /// smaller step. Nearly always the answer is [`StepEnd::WHOLE`].
+    /// Advances from `t` by `h`, both s; `now` is the evaluation of the state and `u.value()`. On
+    /// `Err`, `self` must be as before: compute in locals, commit at the end; the importer may then
+    /// try a smaller step. The usual result is [`StepEnd::WHOLE`].
     fn step(
         &mut self,
         p: &Self::Parameters,
@@ -103,12 +100,12 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         h: f64,
     ) -> Result<StepEnd, ModelError>;
 
-    /// [`step`](Self::step) with room for a solver, which the layer keeps from step to step.
+    /// [`step`](Self::step) with a solver's workspace, which the instance keeps between steps.
     #[doc(hidden)]
     #[inline(always)]
-    fn step_in(
+    fn step_with_workspace(
         &mut self,
-        _room: &mut Room<Self, Self::Input>,
+        _workspace: &mut SolverWorkspace<Self, Self::Input>,
         p: &Self::Parameters,
         u: &InputPolynomial<Self::Input>,
         now: &Self::Evaluation,
@@ -142,11 +139,10 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         Err(ModelError::new("directional_derivative is not implemented"))
     }
 
-    /// Adjoint derivative `weights · ∂output/∂input` at fixed state, one number in each Real input.
-    /// There is a weight for each element of the Real outputs and local variables, in the order of
-    /// the table. This default takes one directional derivative for each Real input; a model that
-    /// has a shorter way overrides it. Only called if [`Info::with_directional_derivatives`] is
-    /// declared.
+    /// Adjoint derivative `weights · ∂output/∂input` at fixed state, in the Real inputs of the
+    /// result. There is a weight for each element of the Real outputs and local variables, in the
+    /// order of the table. The default computes one directional derivative for each Real input.
+    /// Only called if [`Info::with_directional_derivatives`] is declared.
     fn adjoint_derivative(
         &self,
         p: &Self::Parameters,
@@ -157,66 +153,61 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         adjoint_by_columns(self, p, u, now, weights)
     }
 
-    /// Where the model's messages are, if it has any: asked for before and after `tune` and `step`,
-    /// and after `initialize`.
+    /// The model's log, if any; used before and after `tune` and `step`, and after `initialize`.
     fn log(&mut self) -> Option<&mut Log> {
         None
     }
 
-    /// A warning that arose in the last `initialize`, `tune` or `step`, handed out once. It is
-    /// logged; the call still succeeds.
+    /// A warning from the last `initialize`, `tune` or `step`, to be logged; the call succeeds.
     fn take_warning(&mut self) -> Option<String> {
         None
     }
 }
 
-/// Work that outputs, derivatives and the step share: the layer makes it when one of them first
-/// needs it, hands it to each of them, and drops it when the state, a parameter or an input
-/// changes. Inputs that [`of`](Self::of) does not read say so by [`Variable::beside_evaluation`];
-/// setting them keeps it.
+/// Results that outputs, derivatives and the step share. The instance computes them when one of
+/// these first needs them, passes them to each, and drops them when the state, a parameter or an
+/// input changes, except an input with [`Variable::not_in_evaluation`].
 pub trait Evaluation<M: Model>: Sized + Send + 'static {
-    /// The evaluation of this state, with these parameters and inputs.
-    fn of(model: &M, p: &M::Parameters, u: &M::Input) -> Result<Self, ModelError>;
+    /// Computes the results for this state, parameters and inputs.
+    fn new(model: &M, p: &M::Parameters, u: &M::Input) -> Result<Self, ModelError>;
 }
 
 impl<M: Model> Evaluation<M> for () {
     #[inline]
-    fn of(_model: &M, _p: &M::Parameters, _u: &M::Input) -> Result<Self, ModelError> {
+    fn new(_model: &M, _p: &M::Parameters, _u: &M::Input) -> Result<Self, ModelError> {
         Ok(())
     }
 }
 
-/// A row of the table: name, place in the model's structs, and what the model description says
-/// about it.
+/// A row of the table: a variable's name, field in the model's structs, and FMI attributes.
 ///
 /// Constructors take (name, description, accessors). Singular ones (`input`, `integer_output` …)
-/// make a scalar, plural ones a vector, whose length is that of the slice in the default values and
-/// must not change.
+/// make a scalar, plural ones a vector, as long as the slice in the start values.
 pub struct Variable<M: Model> {
     pub(crate) name: &'static str,
     pub(crate) description: &'static str,
     pub(crate) causality: Causality,
-    pub(crate) place: Place<M::Parameters, M::Input, M::Output>,
+    pub(crate) storage: Storage<M::Parameters, M::Input, M::Output>,
     /// `x`, not `x[1]`.
     pub(crate) scalar: bool,
-    /// How many elements it has in each dimension; empty: one dimension, as long as the slice.
+    /// The length of each dimension; empty: one dimension, as long as the slice.
     pub(crate) shape: &'static [Length],
-    /// Makes the vector that it is in longer or shorter.
+    /// Changes the length of the row's `Vec`.
     pub(crate) resize: Option<Resize<M::Parameters, M::Input, M::Output>>,
-    /// A size, which other rows have as a length.
+    /// A size, which may be the length of other rows.
     pub(crate) structural: bool,
     pub(crate) tunable: bool,
     pub(crate) discrete: bool,
     /// Not read by the model's [`Evaluation`](crate::Evaluation).
-    pub(crate) beside_evaluation: bool,
+    pub(crate) not_in_evaluation: bool,
     /// String setters read this parameter.
-    pub(crate) read_by_texts: bool,
+    pub(crate) read_by_string_setters: bool,
     /// Counts how often the importer has set this input.
     pub(crate) counter: Option<fn(&mut M::Input) -> &mut u32>,
     /// Value reference of the first element; None: the next one.
     pub(crate) at: Option<u32>,
     pub(crate) unit: Option<&'static str>,
-    /// The definition of `unit`, where the row brings it along.
+    /// The row's own definition of `unit`.
     pub(crate) own_unit: Option<&'static Unit>,
     /// Units element by element, where they differ.
     pub(crate) each_unit: &'static [&'static str],
@@ -225,13 +216,13 @@ pub struct Variable<M: Model> {
     pub(crate) max: f64,
     pub(crate) nominal: Option<f64>,
     pub(crate) enumeration: Option<Enumeration>,
-    /// What the derivative depends on, where the row is a state.
+    /// The dependencies of the derivative, if the row is a state.
     pub(crate) rate_dependencies: Dependencies,
     pub(crate) dependencies: Dependencies,
     pub(crate) initial_dependencies: Dependencies,
 }
 
-copied! { [M: Model] Variable<M>; }
+impl_copy! { [M: Model] Variable<M>; }
 
 /// The equations of a model for Model Exchange: those of [`Continuous`](crate::Continuous).
 pub struct ModelExchange<M: Model> {
@@ -246,7 +237,7 @@ pub struct ModelExchange<M: Model> {
     pub(crate) directional: Option<Directional<M>>,
 }
 
-/// Parameters, inputs, evaluation and time, and where the result goes.
+/// A function of model, parameters, inputs, evaluation and time, which writes its result.
 type Equations<M, X> = fn(
     &M,
     &<M as Model>::Parameters,
@@ -256,7 +247,7 @@ type Equations<M, X> = fn(
     &mut X,
 ) -> Result<(), ModelError>;
 
-/// Parameters, inputs and time.
+/// A function that changes the model, of parameters, inputs and time.
 type Change<M, T> =
     fn(&mut M, &<M as Model>::Parameters, &<M as Model>::Input, f64) -> Result<T, ModelError>;
 
@@ -272,42 +263,41 @@ type Directional<M> = fn(
     Option<&mut <M as Model>::Output>,
 ) -> Result<(), ModelError>;
 
-copied! { [M: Model] ModelExchange<M>; }
+impl_copy! { [M: Model] ModelExchange<M>; }
 
 impl<M: Model> ModelExchange<M> {
-    /// The rows behind the table.
+    /// The rows of derivatives and event indicators, which follow those of the table.
     pub(crate) fn rows() -> impl Iterator<Item = &'static Variable<M>> {
         (M::MODEL_EXCHANGE.into_iter()).flat_map(|x| (x.derivatives)().iter().chain(x.indicators))
     }
 }
 
-/// Every element of the Real outputs and local variables, in order.
+/// The values of all Real outputs and local variables, in order.
 pub(crate) fn real_outputs<M: Model>(y: &M::Output) -> impl Iterator<Item = f64> {
     M::variables()
         .iter()
-        .filter_map(|row| match &row.place {
-            Place::RealOut(place) => Some(place.slice(y)),
+        .filter_map(|row| match &row.storage {
+            Storage::RealOut(field) => Some(field.slice(y)),
             _ => None,
         })
         .flatten()
         .copied()
 }
 
-/// Every element of the Real inputs: index in its row, and place.
+/// All elements of Real inputs: index in the row, and the row's accessor.
 pub(crate) fn real_inputs<M: Model>(
     u: &M::Input,
-) -> impl Iterator<Item = (usize, &'static Write<M::Input, f64>)> {
+) -> impl Iterator<Item = (usize, &'static Accessor<M::Input, f64>)> {
     M::variables()
         .iter()
-        .filter_map(|row| match &row.place {
-            Place::RealIn(place) => Some(place),
+        .filter_map(|row| match &row.storage {
+            Storage::RealIn(field) => Some(field),
             _ => None,
         })
-        .flat_map(|place| (0..place.len(u)).map(move |i| (i, place)))
+        .flat_map(|field| (0..field.len(u)).map(move |i| (i, field)))
 }
 
-/// The adjoint derivative of a model from its directional derivatives: the columns of
-/// ∂output/∂input one by one.
+/// The adjoint derivative from directional derivatives, one for each column of ∂output/∂input.
 fn adjoint_by_columns<M: Model>(
     model: &M,
     p: &M::Parameters,
@@ -316,35 +306,35 @@ fn adjoint_by_columns<M: Model>(
     weights: &[f64],
 ) -> Result<M::Input, ModelError> {
     let (mut adjoint, mut du) = (zero::<M>(u), zero::<M>(u));
-    for (i, place) in real_inputs::<M>(u) {
-        *place.get_mut(&mut du, i) = 1.0;
+    for (i, field) in real_inputs::<M>(u) {
+        *field.get_mut(&mut du, i) = 1.0;
         let column = model.directional_derivative(p, u, now, &du)?;
-        *place.get_mut(&mut du, i) = 0.0;
-        *place.get_mut(&mut adjoint, i) = (real_outputs::<M>(&column).zip(weights))
+        *field.get_mut(&mut du, i) = 0.0;
+        *field.get_mut(&mut adjoint, i) = (real_outputs::<M>(&column).zip(weights))
             .map(|(dy, weight)| weight * dy)
             .sum();
     }
     Ok(adjoint)
 }
 
-/// Inputs that are zero, with vectors as long as those of `like`.
+/// Zero inputs, with vectors as long as those of `like`.
 pub(crate) fn zero<M: Model>(like: &M::Input) -> M::Input {
     let mut zero = M::Input::default();
     for row in M::variables() {
         let Some(Resize::Input(resize)) = row.resize else {
             continue;
         };
-        if let Some(values) = row.place.input_values(like) {
+        if let Some(values) = row.storage.input_values(like) {
             resize(&mut zero, each!(Values, values, |values| values.len()));
         }
-        if let Place::RealIn(place) = &row.place {
-            place.slice_mut(&mut zero).fill(0.0);
+        if let Storage::RealIn(field) = &row.storage {
+            field.slice_mut(&mut zero).fill(0.0);
         }
     }
     zero
 }
 
-/// As many of them as there are derivatives.
+/// Zero derivatives of the inputs.
 pub(crate) fn zeros<M: Model>(like: &M::Input) -> [M::Input; crate::MAX_INPUT_DERIVATIVE] {
     std::array::from_fn(|_| zero::<M>(like))
 }

@@ -1,4 +1,4 @@
-//! Files that String parameters name.
+//! Reads files that String parameters name, such as a file with parameter values.
 
 use std::fmt::Display;
 #[cfg(not(target_arch = "wasm32"))]
@@ -8,15 +8,12 @@ use std::path::Path;
 #[cfg(target_arch = "wasm32")]
 use super::placed_files::{exists, read};
 
-/// What `parse` makes of the file that a String parameter names, for use in a
-/// [`SetString`](crate::SetString).
+/// Reads and parses the file that a String parameter names, for a [`SetString`](crate::SetString).
 ///
-/// A relative path that does not exist in the working directory is looked up in `resources`, the
-/// FMU's resources folder.
+/// A relative path that is not in the working directory is looked up in the `resources` folder.
 ///
 /// # Errors
-/// The file cannot be read (the text says where it was looked for), or `parse` refuses its
-/// contents.
+/// The file cannot be read (the text says where it was looked for), or `parse` fails.
 pub fn read_parameter_file<T, E: Display>(
     path: &str,
     resources: Option<&Path>,
@@ -25,8 +22,7 @@ pub fn read_parameter_file<T, E: Display>(
     read_placed_file(path, resources, |text, _| parse(text))
 }
 
-/// As [`read_parameter_file`], where what the file says depends on where it is: `parse` gets its
-/// path too.
+/// Like [`read_parameter_file`], but `parse` also receives the path of the file.
 ///
 /// # Errors
 /// As of [`read_parameter_file`].

@@ -1,27 +1,25 @@
-//! Parameters: values set one by one, and texts that may set all of them.
+//! Setting parameters, including String parameters that set others, for example from a file.
 //!
-//! What is in force does not depend on the order of setting: it is the start values and the
-//! explicit numbers that texts read, then what each text sets (a file, say), then every number that
-//! was set explicitly. Importers write back start values without meaning anything by it, so before
-//! the end of initialization a value equal to its start is not explicit: what a text sets stays in
-//! force, and that is logged.
+//! The result does not depend on the order of setting: start values, overridden by what each text
+//! sets, overridden by every value that was set explicitly. Importers write start values back, so a
+//! value equal to its start value, before the end of initialization, is not explicit: the text's
+//! value is kept, and a warning is logged.
 
 use super::fault::{Fault, discard, refuse};
-use super::instance::{Instance, hear, listen, warn};
+use super::instance::{Instance, collect_log, collect_messages, set_log_filter};
 use super::layout::Layout;
 use super::message::Kind;
 use super::model::Variable;
 use super::phase::Phase;
-use super::place::{self, AnyValue, Place, each};
-use super::state::Given;
+use super::state::Setting;
+use super::storage::{self, AnyValue, Storage, each};
 use super::value::{Value, allowed};
 use crate::Model;
 
-/// The first parameter that is not finite, in its bounds and in its enumeration: its name, value,
-/// and what it must be.
+/// A message about the first parameter with a value that is not allowed.
 pub(crate) fn out_of_bounds<M: Model>(layout: &Layout<M>, p: &M::Parameters) -> Option<String> {
     layout.iter().find_map(|(i, row)| {
-        each!(Values, row.place.parameter_values(p)?, |values| {
+        each!(Values, row.storage.parameter_values(p)?, |values| {
             let value = &values[i];
             (!value.is_allowed(row)).then(|| {
                 let (name, allowed) = (row.element_name(i), allowed(row));
@@ -34,14 +32,14 @@ pub(crate) fn out_of_bounds<M: Model>(layout: &Layout<M>, p: &M::Parameters) -> 
 /// The bits of element `i` of a parameter.
 fn bits<M: Model>(row: &Variable<M>, p: &M::Parameters, i: usize) -> Vec<u8> {
     let mut bits = Vec::new();
-    if let Some(values) = row.place.parameter_values(p) {
+    if let Some(values) = row.storage.parameter_values(p) {
         each!(Values, values, |values| values[i].write_bytes(&mut bits));
     }
     bits
 }
 
 impl<M: Model> Instance<M> {
-    /// Writes the parameters of a checked batch, and tells a running model.
+    /// Writes the parameters of a checked batch; a running model is tuned.
     #[cold]
     #[inline(never)]
     pub(crate) fn set_parameters(
@@ -50,61 +48,63 @@ impl<M: Model> Instance<M> {
     ) -> Result<(), Fault> {
         let is_running = self.state.phase.is_running();
         let mut parameters = self.state.parameters.clone();
-        let mut given = self.state.given.clone();
+        let mut settings = self.state.settings.clone();
         let mut texts_read = false;
         for (element, value) in (0..).map_while(pair) {
             let (i, row) = self.layout.find(element)?;
-            if !row.place.put_parameter(&mut parameters, i, value) {
+            if !row.storage.put_parameter(&mut parameters, i, value) {
                 continue;
             }
             let is_start = !is_running && bits(row, &parameters, i) == bits(row, &self.start, i);
-            texts_read |= row.read_by_texts;
-            given[self.layout.slot(element)] = if is_start {
-                Given::Start
+            texts_read |= row.read_by_string_setters;
+            settings[self.layout.slot(element)] = if is_start {
+                Setting::Start
             } else {
-                Given::Explicit
+                Setting::Explicit
             };
         }
         match self.state.phase {
             Phase::Configuration => self.configure(parameters),
-            _ => self.take_parameters(parameters, given, texts_read),
+            _ => self.take_parameters(parameters, settings, texts_read),
         }
     }
 
-    /// Puts parameters in force; `texts_read` says that one was set that texts read.
+    /// Adopts parameters; `texts_read` says that a parameter was set that String setters read.
     fn take_parameters(
         &mut self,
         mut parameters: M::Parameters,
-        given: Vec<Given>,
+        settings: Vec<Setting>,
         texts_read: bool,
     ) -> Result<(), Fault> {
         if let (true, Some(model)) = (self.state.phase.is_running(), &mut self.state.model) {
-            listen(self.wanted, model);
+            set_log_filter(self.log_filter, model);
             if let Err(error) = model.tune(&parameters) {
-                hear(&mut self.messages, model);
+                collect_log(&mut self.messages, model);
                 return Err(error.into());
             }
-            warn(&mut self.messages, model);
-        } else if texts_read || given.contains(&Given::Start) {
-            let texts = self.texts(&parameters, &given);
-            parameters = self.composed(&texts, &parameters, &given)?;
+            collect_messages(&mut self.messages, model);
+        } else if texts_read || settings.contains(&Setting::Start) {
+            let texts = self.texts(&parameters, &settings);
+            parameters = self.composed(&texts, &parameters, &settings)?;
         }
         self.state.parameters = parameters;
-        self.state.given = given;
-        self.touch(true);
+        self.state.settings = settings;
+        self.invalidate_inputs(true);
         Ok(())
     }
 
-    /// Sets texts. `values` are pairs of element and text, in any order those that may mean other
-    /// parameters and those that are values as numbers are.
+    /// Sets texts: pairs of element and text, for String parameters with and without setters.
     pub(crate) fn set_texts(&mut self, values: Vec<(u32, String)>) -> Result<(), Fault> {
         let (mut texts, mut plain) = (Vec::new(), Vec::new());
         for (element, value) in values {
             let (i, row) = self.layout.find(element)?;
-            match &row.place {
-                Place::Text(..) if !self.state.phase.is_running() => texts.push((element, value)),
-                Place::StringIn(_) | Place::StringParameter(_) => plain.push((element, value)),
-                _ => return Err(self.not_settable(row, i, &value.shown(), place::Kind::String)),
+            match &row.storage {
+                Storage::Text(..) if !self.state.phase.is_running() => texts.push((element, value)),
+                Storage::StringIn(_) | Storage::StringParameter(_) => plain.push((element, value)),
+                _ => {
+                    let kind = storage::Kind::String;
+                    return Err(self.not_settable(row, i, &value.to_message(), kind));
+                }
             }
         }
         let plain = |k: usize| plain.get(k).cloned();
@@ -118,35 +118,35 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Sets texts that may mean other parameters.
+    /// Sets String parameters with setters, which may set other parameters.
     fn set_meaning(&mut self, values: &[(u32, String)]) -> Result<(), Fault> {
-        let mut given = self.state.given.clone();
-        let mut texts = self.texts(&self.state.parameters, &given);
+        let mut settings = self.state.settings.clone();
+        let mut texts = self.texts(&self.state.parameters, &settings);
         for (element, value) in values {
             let (_, row) = self.layout.find(*element)?;
-            if let Place::Text(get, _) = &row.place {
+            if let Storage::Text(get, _) = &row.storage {
                 let is_start = value == get(&self.start);
                 let slot = self.layout.slot(*element);
                 texts[slot] = (!is_start).then(|| value.clone());
-                given[slot] = if is_start {
-                    Given::Start
+                settings[slot] = if is_start {
+                    Setting::Start
                 } else {
-                    Given::Explicit
+                    Setting::Explicit
                 };
             }
         }
-        self.state.parameters = self.composed(&texts, &self.state.parameters.clone(), &given)?;
-        self.state.given = given;
-        self.touch(true);
+        self.state.parameters = self.composed(&texts, &self.state.parameters.clone(), &settings)?;
+        self.state.settings = settings;
+        self.invalidate_inputs(true);
         Ok(())
     }
 
-    /// By number: the texts that were set explicitly.
-    fn texts(&self, p: &M::Parameters, given: &[Given]) -> Vec<Option<String>> {
-        let mut texts = vec![None; given.len()];
+    /// The texts that were set explicitly, by [`Layout::slot`].
+    fn texts(&self, p: &M::Parameters, settings: &[Setting]) -> Vec<Option<String>> {
+        let mut texts = vec![None; settings.len()];
         for (number, (_, row)) in self.layout.numbered() {
-            if let Place::Text(get, _) = &row.place
-                && given[self.layout.slot(number)] == Given::Explicit
+            if let Storage::Text(get, _) = &row.storage
+                && settings[self.layout.slot(number)] == Setting::Explicit
             {
                 texts[self.layout.slot(number)] = Some(get(p).to_owned());
             }
@@ -154,24 +154,24 @@ impl<M: Model> Instance<M> {
         texts
     }
 
-    /// The parameters in force: start values, what the texts set, and the explicit numbers of
-    /// `numbers`.
+    /// The result: start values, then what texts set, then explicit values from `numbers`.
     fn composed(
         &mut self,
         texts: &[Option<String>],
         numbers: &M::Parameters,
-        given: &[Given],
+        settings: &[Setting],
     ) -> Result<M::Parameters, Fault> {
         let mut parameters = self.start.clone();
         for (number, (i, row)) in self.layout.numbered() {
-            if row.read_by_texts && given[self.layout.slot(number)] == Given::Explicit {
-                row.place.copy_parameter(i, numbers, &mut parameters);
+            if row.read_by_string_setters && settings[self.layout.slot(number)] == Setting::Explicit
+            {
+                row.storage.copy_parameter(i, numbers, &mut parameters);
             }
         }
         let mut sources = Vec::new();
         for (number, (_, row)) in self.layout.numbered() {
-            if let (Place::Text(_, set), Some(text)) =
-                (&row.place, &texts[self.layout.slot(number)])
+            if let (Storage::Text(_, set), Some(text)) =
+                (&row.storage, &texts[self.layout.slot(number)])
             {
                 let source = format!("`{}` = \"{text}\"", row.name);
                 if let Err(reason) = set(&mut parameters, text, self.resources.as_deref()) {
@@ -188,15 +188,15 @@ impl<M: Model> Instance<M> {
         }
         let mut overridden = Vec::new();
         for (number, (i, row)) in self.layout.numbered() {
-            match given[self.layout.slot(number)] {
-                Given::Explicit => row.place.copy_parameter(i, numbers, &mut parameters),
-                Given::Start if bits(row, &self.start, i) != bits(row, &parameters, i) => {
+            match settings[self.layout.slot(number)] {
+                Setting::Explicit => row.storage.copy_parameter(i, numbers, &mut parameters),
+                Setting::Start if bits(row, &self.start, i) != bits(row, &parameters, i) => {
                     let [start, value] = [&self.start, &parameters].map(|p| {
-                        let values = row.place.parameter_values(p);
-                        values.map(|found| each!(Values, found, |all| all[i].shown()))
+                        let values = row.storage.parameter_values(p);
+                        values.map(|found| each!(Values, found, |all| all[i].to_message()))
                     });
                     overridden.push(format!(
-                        "`{}` = {}, its start value, was set; {} from {} stays in force",
+                        "`{}` was set to its start value {}; the value {} from {} is kept",
                         self.name(row, i),
                         start.unwrap_or_default(),
                         value.unwrap_or_default(),
@@ -207,7 +207,7 @@ impl<M: Model> Instance<M> {
             }
         }
         for text in overridden {
-            self.tell(Kind::Warning, text);
+            self.report(Kind::Warning, text);
         }
         Ok(parameters)
     }
@@ -215,18 +215,20 @@ impl<M: Model> Instance<M> {
     /// The text of an element.
     pub(crate) fn text(&mut self, element: u32) -> Result<&str, Fault> {
         let (i, row) = self.layout.find_any(element)?;
-        match &row.place {
-            Place::Text(get, _) => Ok(get(&self.state.parameters)),
-            Place::TextOut(get) => {
-                self.refresh_for(row)?;
+        match &row.storage {
+            Storage::Text(get, _) => Ok(get(&self.state.parameters)),
+            Storage::TextOut(get) => {
+                self.update_output_for(row)?;
                 Ok(get(&self.output))
             }
             _ => {
-                let run = match self.layout.run(element) {
-                    Err(unknown) if row.place.kind() == place::Kind::String => return Err(unknown),
+                let span = match self.layout.span(element) {
+                    Err(unknown) if row.storage.kind() == storage::Kind::String => {
+                        return Err(unknown);
+                    }
                     found => found.map_err(|_| self.not_gettable(row, i, "String"))?,
                 };
-                Ok(&self.values::<String>(&run, i)?[i])
+                Ok(&self.values::<String>(&span, i)?[i])
             }
         }
     }

@@ -1,27 +1,26 @@
-//! Phases in the life of an instance.
+//! The phases of an instance: the states that FMI defines, except those of a single version.
 
 use serde::{Deserialize, Serialize};
 
-/// The numbers are those of the bits in the border's call order.
-///
-/// A discarded step leaves an instance in `Stepping`, as it was before the step.
+/// The phase of an instance. Its number is that of its bit in the call order. A discarded step
+/// leaves the instance in `Stepping`, as it was before the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Phase {
-    /// Made or reset; nothing has been computed.
+    /// Instantiated or reset; nothing has been computed.
     Instantiated = 0,
-    /// Start values are exchanged.
+    /// Initialization Mode.
     Initialization = 1,
     /// At a communication point.
     Stepping = 2,
     /// The simulation is over.
     Terminated = 3,
-    /// At a communication point, where values are exchanged until they agree; a step comes later.
+    /// Event Mode of Co-Simulation: at a communication point, values are exchanged.
     Exchange = 5,
     /// Event Mode of Model Exchange.
     Event = 8,
-    /// Between events, where an importer integrates the continuous states.
+    /// Continuous-Time Mode: the importer integrates the continuous states.
     Continuous = 9,
-    /// Not initialized yet; sizes are set.
+    /// Configuration Mode: before initialization, sizes are set.
     Configuration = 12,
 }
 

@@ -1,21 +1,21 @@
-//! Rows of the table of variables: how they are written, and what follows from that.
+//! Constructors and attributes of [`Variable`], with which a model's author writes the rows of the
+//! table, and the names of their elements.
 //!
 //! A row is a scalar (`x`) or a vector (`x[1]`, `x[2]`, …). The value reference of an element is
-//! its running number across the table, counted over all types, unless a row says where its
-//! elements begin.
+//! its running number in the table, over all types, unless the row sets that of its first element.
 
 use super::causality::{Causality, Dependencies};
 use super::enumeration::{Enumeration, Items};
 use super::layout::state;
 use super::length::Length;
 use super::model::{Model, SetString, Variable};
-use super::place::{Fields, Names, Place, Read, Write};
 use super::setters::setters;
+use super::storage::{Accessor, Fields, Getter, Storage, TypeNames};
 use fmi_units::Unit;
 use std::ops::RangeInclusive;
 
 macro_rules! writable_rows {
-    ($($scalar:ident $vector:ident $what:literal $causality:ident $place:ident $owner:ident $type:ty;)*) => {$(
+    ($($scalar:ident $vector:ident $what:literal $causality:ident $storage:ident $owner:ident $type:ty;)*) => {$(
         #[doc = concat!("A scalar ", $what, ".")]
         pub const fn $scalar(
             name: &'static str,
@@ -23,7 +23,7 @@ macro_rules! writable_rows {
             get: fn(&M::$owner) -> &$type,
             get_mut: fn(&mut M::$owner) -> &mut $type,
         ) -> Self {
-            Self::row(name, description, Causality::$causality, Place::$place(Write::Scalar(get, get_mut)), true)
+            Self::row(name, description, Causality::$causality, Storage::$storage(Accessor::Scalar(get, get_mut)), true)
         }
 
         #[doc = concat!("A vector ", $what, ".")]
@@ -33,20 +33,20 @@ macro_rules! writable_rows {
             get: fn(&M::$owner) -> &[$type],
             get_mut: fn(&mut M::$owner) -> &mut [$type],
         ) -> Self {
-            Self::row(name, description, Causality::$causality, Place::$place(Write::Vector(get, get_mut)), false)
+            Self::row(name, description, Causality::$causality, Storage::$storage(Accessor::Vector(get, get_mut)), false)
         }
     )*};
 }
 
 macro_rules! readable_rows {
-    ($($scalar:ident $vector:ident $what:literal $causality:ident $place:ident $type:ty;)*) => {$(
+    ($($scalar:ident $vector:ident $what:literal $causality:ident $storage:ident $type:ty;)*) => {$(
         #[doc = concat!("A scalar ", $what, ".")]
         pub const fn $scalar(
             name: &'static str,
             description: &'static str,
             get: fn(&M::Output) -> &$type,
         ) -> Self {
-            Self::row(name, description, Causality::$causality, Place::$place(Read::Scalar(get)), true)
+            Self::row(name, description, Causality::$causality, Storage::$storage(Getter::Scalar(get)), true)
         }
 
         #[doc = concat!("A vector ", $what, ".")]
@@ -55,21 +55,21 @@ macro_rules! readable_rows {
             description: &'static str,
             get: fn(&M::Output) -> &[$type],
         ) -> Self {
-            Self::row(name, description, Causality::$causality, Place::$place(Read::Vector(get)), false)
+            Self::row(name, description, Causality::$causality, Storage::$storage(Getter::Vector(get)), false)
         }
     )*};
 }
 
 macro_rules! rows_of {
-    ($($scalar:ident $vector:ident $what:literal $causality:ident $place:ident $owner:ident;)*) => {$(
+    ($($scalar:ident $vector:ident $what:literal $causality:ident $storage:ident $owner:ident;)*) => {$(
         #[doc = concat!("A scalar ", $what, " of any type.")]
         pub const fn $scalar(name: &'static str, description: &'static str, fields: Fields<M::$owner>) -> Self {
-            Self::row(name, description, Causality::$causality, Place::$place(fields), true)
+            Self::row(name, description, Causality::$causality, Storage::$storage(fields), true)
         }
 
         #[doc = concat!("A vector ", $what, " of any type.")]
         pub const fn $vector(name: &'static str, description: &'static str, fields: Fields<M::$owner>) -> Self {
-            Self::row(name, description, Causality::$causality, Place::$place(fields), false)
+            Self::row(name, description, Causality::$causality, Storage::$storage(fields), false)
         }
     )*};
 }
@@ -91,9 +91,9 @@ impl<M: Model> Variable<M> {
         local locals "Real local variable (a field of `Output` that is not meant for wiring)" Local RealOut f64;
         integer_local integer_locals "Integer local variable" Local IntegerOut i32;
         boolean_local boolean_locals "Boolean local variable" Local BooleanOut bool;
-        calculated_parameter calculated_parameters "Real parameter that is calculated of others, in [`Model::output`](crate::Model::output)" CalculatedParameter RealOut f64;
-        integer_calculated_parameter integer_calculated_parameters "Integer parameter that is calculated of others" CalculatedParameter IntegerOut i32;
-        boolean_calculated_parameter boolean_calculated_parameters "Boolean parameter that is calculated of others" CalculatedParameter BooleanOut bool;
+        calculated_parameter calculated_parameters "Real parameter that is calculated from others, in [`Model::output`](crate::Model::output)" CalculatedParameter RealOut f64;
+        integer_calculated_parameter integer_calculated_parameters "Integer parameter that is calculated from others" CalculatedParameter IntegerOut i32;
+        boolean_calculated_parameter boolean_calculated_parameters "Boolean parameter that is calculated from others" CalculatedParameter BooleanOut bool;
         constant constants "Real constant; `|_| &9.80665` is the accessor of a number" Constant RealOut f64;
         integer_constant integer_constants "Integer constant" Constant IntegerOut i32;
         boolean_constant boolean_constants "Boolean constant" Constant BooleanOut bool;
@@ -114,72 +114,62 @@ impl<M: Model> Variable<M> {
         description: &'static str,
         get: fn(&M::Output) -> &str,
     ) -> Self {
-        let place = Place::TextOut(get);
-        Self::row(name, description, Causality::Output, place, true)
+        let storage = Storage::TextOut(get);
+        Self::row(name, description, Causality::Output, storage, true)
     }
 
-    /// A String parameter (fixed). `set` may read a file and replace every other parameter:
-    /// afterwards the layer sets those again that the importer has set explicitly, so that the
-    /// order of setting does not matter.
+    /// A String parameter (fixed). `set` may read a file and set any other parameter; values that
+    /// the importer has set explicitly override it, in whatever order they are set.
     pub const fn string_parameter(
         name: &'static str,
         description: &'static str,
         get: fn(&M::Parameters) -> &str,
         set: SetString<M>,
     ) -> Self {
-        let place = Place::Text(get, set);
-        Self::row(name, description, Causality::Parameter, place, true)
+        let storage = Storage::Text(get, set);
+        Self::row(name, description, Causality::Parameter, storage, true)
     }
 
-    /// The derivative of the scalar output or local variable `state`, for
-    /// [`Continuous::derivative_rows`](crate::Continuous::derivative_rows); its name is `der(state)`. What
-    /// it [depends on](Self::depends_on) are inputs and states; without it: all.
+    /// The derivative `der(state)` of the scalar output or local variable `state`, for
+    /// [`Continuous::derivative_rows`](crate::Continuous::derivative_rows). It
+    /// [depends on](Self::depends_on) inputs and states, without a list on all.
     pub const fn derivative_of(state: &'static str) -> Self {
-        Self::row(
-            state,
-            "Time derivative",
-            Causality::Local,
-            Place::Derivative,
-            true,
-        )
+        let storage = Storage::Derivative;
+        Self::row(state, "Time derivative", Causality::Local, storage, true)
     }
 
     /// The derivatives of the vector `state`.
     pub const fn derivatives_of(state: &'static str) -> Self {
-        Self::row(
-            state,
-            "Time derivative",
-            Causality::Local,
-            Place::Derivative,
-            false,
-        )
+        let storage = Storage::Derivative;
+        Self::row(state, "Time derivative", Causality::Local, storage, false)
     }
 
     /// An event indicator, for [`Continuous::INDICATORS`](crate::Continuous::INDICATORS).
     pub const fn indicator(name: &'static str, description: &'static str) -> Self {
-        Self::row(name, description, Causality::Local, Place::Indicator, true)
+        let storage = Storage::Indicator;
+        Self::row(name, description, Causality::Local, storage, true)
     }
 
     const fn row(
         name: &'static str,
         description: &'static str,
         causality: Causality,
-        place: Place<M::Parameters, M::Input, M::Output>,
+        storage: Storage<M::Parameters, M::Input, M::Output>,
         scalar: bool,
     ) -> Self {
         Self {
             name,
             description,
             causality,
-            place,
+            storage,
             scalar,
             shape: &[],
             resize: None,
             structural: false,
             tunable: false,
             discrete: false,
-            beside_evaluation: false,
-            read_by_texts: false,
+            not_in_evaluation: false,
+            read_by_string_setters: false,
             counter: None,
             at: None,
             unit: None,
@@ -199,7 +189,7 @@ impl<M: Model> Variable<M> {
     /// Whether it can be a continuous state.
     #[cfg(feature = "derive")]
     pub(crate) const fn is_continuous(&self) -> bool {
-        matches!(self.place, Place::RealOut(_)) && !self.discrete
+        matches!(self.storage, Storage::RealOut(_)) && !self.discrete
     }
 
     /// The derivative of this row.
@@ -212,16 +202,16 @@ impl<M: Model> Variable<M> {
         row
     }
 
-    /// A row without elements, in place of which another one is put.
+    /// A placeholder row without elements.
     #[cfg(feature = "derive")]
     pub(crate) const NOTHING: Self = {
-        let place = Place::RealOut(Read::Vector(|_| &[]));
-        Self::row("", "", Causality::Local, place, false)
+        let storage = Storage::RealOut(Getter::Vector(|_| &[]));
+        Self::row("", "", Causality::Local, storage, false)
     };
 
     setters! {
-        /// The value reference of the first element, at most 65535; further elements, and the rows
-        /// below, follow on. A reference that is said does not move when a row is inserted above.
+        /// The value reference of the first element, at most 65535; its further elements and the
+        /// rows below follow. It does not change when a row is inserted above.
         at(reference: u32) at = Some(reference);
 
         /// Unit of a Real row, from [`KNOWN_UNITS`](crate::KNOWN_UNITS) or
@@ -231,77 +221,73 @@ impl<M: Model> Variable<M> {
         /// Like [`unit`](Self::unit), one for each element of a vector, e.g. of a wrench.
         each_unit(units: &'static [&'static str]) each_unit = units;
 
-        /// Unit that tools show; one of the unit's display units.
+        /// Unit in which tools show values; one of the unit's display units.
         display_unit(unit: &'static str) display_unit = Some(unit);
 
-        /// Least value; a smaller one is refused when set.
+        /// Minimum; a smaller value is refused when set.
         min(min: f64) min = min;
 
-        /// Greatest value; a larger one is refused when set.
+        /// Maximum; a larger value is refused when set.
         max(max: f64) max = max;
 
         /// Typical magnitude (> 0).
         nominal(nominal: f64) nominal = Some(nominal);
 
-        /// May be set between steps ([`Model::tune`](crate::Model::tune) is told); without it a
-        /// parameter is fixed after initialization. A calculated parameter is tunable if it is
-        /// calculated of one that is.
+        /// The parameter may be set between steps, which calls [`Model::tune`](crate::Model::tune);
+        /// else it is fixed after initialization. A calculated parameter is tunable if it is
+        /// calculated from a tunable one.
         tunable() tunable = true;
 
-        /// An Integer parameter that is a size: a structural parameter in FMI 3.0, a constant in FMI
-        /// 2.0, which is said when the FMU is packed. It has bounds, of which `min` is at least 1.
+        /// An Integer parameter that is a size: a structural parameter in FMI 3.0; in FMI 2.0 a
+        /// constant that is chosen when the FMU is packed. It has bounds, with `min` at least 1.
         structural() structural = true;
 
-        /// The dimensions of a vector in an array, row by row: `&[Length::Fixed(2),
-        /// Length::Fixed(3)]` of a matrix. A row in a `Vec` has [`vector`](Self::vector) instead.
+        /// The dimensions of an array, stored row by row: `&[Length::Fixed(2), Length::Fixed(3)]`
+        /// for a matrix. A row in a `Vec` has [`vector`](Self::vector) instead.
         shape(shape: &'static [Length]) shape = shape;
 
-        /// A Real input or output that changes at communication points only; without it a Real is
-        /// continuous.
+        /// A Real input or output that changes at communication points only; else it is continuous.
         discrete() discrete = true;
 
-        /// An input that [`Evaluation::of`](crate::Evaluation::of) does not read: setting it keeps
-        /// the evaluation.
-        beside_evaluation() beside_evaluation = true;
+        /// An input that `Evaluation::new` does not read: setting it keeps the evaluation.
+        not_in_evaluation() not_in_evaluation = true;
 
-        /// A parameter that setters of String parameters read: they find what the importer has set
-        /// explicitly, in whatever order.
-        read_by_texts() read_by_texts = true;
+        /// A parameter that setters of String parameters read: they see the value that the importer
+        /// has set explicitly, in whatever order.
+        read_by_string_setters() read_by_string_setters = true;
 
-        /// A field of the inputs in which the sets of this input are counted, for a model to which
-        /// setting it to the same value again means something. The count wraps around.
+        /// A field that counts how often this input was set, for a model that reacts to setting it
+        /// to the same value again. The count wraps around.
         counted(counter: fn(&mut M::Input) -> &mut u32) counter = Some(counter);
 
         /// Makes an Integer row an enumeration; values outside its items are refused.
         enumeration(enumeration: &'static Enumeration) enumeration = Some(*enumeration);
 
-        /// The inputs an output depends on directly (at fixed state): `"u"` the scalar or the whole
-        /// vector, `"u[2]"` one element, `"u[i]"` the element with the output's own index; `&[]`
-        /// none. An output that does not say depends on all.
+        /// The inputs that an output depends on directly (at fixed state): `"u"` the scalar or the
+        /// whole vector, `"u[2]"` one element, `"u[i]"` the element with the output's own index;
+        /// `&[]` none. Without a list, an output depends on all inputs.
         ///
-        /// A model for Model Exchange names the states too; an output that names none is taken to
-        /// depend on all of them, unless it says [`NO_STATES`](crate::NO_STATES).
+        /// For Model Exchange the list names states too; if it names none, the output depends on
+        /// all of them, unless the list has [`NO_STATES`](crate::NO_STATES).
         depends_on(inputs: &'static [&'static str]) dependencies = Dependencies::Same([inputs, &[]]);
 
-        /// What the derivative depends on, where the row is a state of a model with derives.
+        /// The dependencies of the derivative, if the row is a state of a model with derives.
         rate_depends_on(knowns: &'static [&'static str]) rate_dependencies = Dependencies::Same([knowns, &[]]);
 
         /// Like [`depends_on`](Self::depends_on), with a list for each element of a vector.
         each_depends_on(inputs: &'static [&'static [&'static str]]) dependencies = Dependencies::Each(inputs);
 
-        /// The inputs AND parameters an output depends on in Initialization Mode (through
-        /// [`Model::initialize`](crate::Model::initialize) too), written as in
+        /// The inputs AND parameters that an output depends on in Initialization Mode, also through
+        /// [`Model::initialize`](crate::Model::initialize), written as in
         /// [`depends_on`](Self::depends_on); [`ALL_PARAMETERS`](crate::ALL_PARAMETERS) stands for
-        /// every parameter. Without it: on all, which lets an importer see an algebraic loop at
-        /// initialization.
+        /// every parameter. Without a list it depends on all: importers may see algebraic loops.
         initially_depends_on(knowns: &'static [&'static str]) initial_dependencies = Dependencies::Same([knowns, &[]]);
 
-        /// Like [`initially_depends_on`](Self::initially_depends_on), with a list for each element
-        /// of a vector.
+        /// Like `initially_depends_on`, with a list for each element of a vector.
         each_initially_depends_on(knowns: &'static [&'static [&'static str]]) initial_dependencies = Dependencies::Each(knowns);
     }
 
-    /// Unit of a Real row that is neither known nor in [`Info::units`](crate::Info::units).
+    /// Unit of a Real row that is neither a known unit nor in [`Info::units`](crate::Info::units).
     pub const fn own_unit(mut self, unit: &'static Unit) -> Self {
         self.unit = Some(unit.name);
         self.own_unit = Some(unit);
@@ -313,19 +299,19 @@ impl<M: Model> Variable<M> {
         self.each_unit.get(i).copied().or(self.unit)
     }
 
-    /// Least and greatest value, as [`min`](Self::min) and [`max`](Self::max).
+    /// Minimum and maximum, like [`min`](Self::min) and [`max`](Self::max).
     pub const fn range(self, values: RangeInclusive<f64>) -> Self {
         self.min(*values.start()).max(*values.end())
     }
 
-    /// As [`enumeration`](Self::enumeration), whose items stand for values of a type.
+    /// Like [`enumeration`](Self::enumeration), with items that stand for values of a Rust type.
     pub const fn items<T, const N: usize>(mut self, items: &'static Items<T, N>) -> Self {
         self.enumeration = Some(items.enumeration());
         self
     }
 
-    /// After [`depends_on`](Self::depends_on): in Initialization Mode on the same inputs, and on
-    /// these too. That is what an output depends on that the state at the start has no part in.
+    /// After [`depends_on`](Self::depends_on): in Initialization Mode the output depends on the
+    /// same inputs and also on these; for an output that does not depend on the initial state.
     pub const fn initially_also_on(mut self, knowns: &'static [&'static str]) -> Self {
         self.initial_dependencies = match self.dependencies {
             Dependencies::Same([inputs, _]) => Dependencies::Same([inputs, knowns]),
@@ -336,8 +322,8 @@ impl<M: Model> Variable<M> {
 }
 
 impl<M: Model> Variable<M> {
-    /// Name of an element: `x`, or `x[1]` for the first of a vector; where a matrix has its length
-    /// from a parameter, the number among all.
+    /// Name of an element: `x`, or `x[1]` for the first of a vector. In a matrix whose size is a
+    /// parameter, elements are numbered consecutively.
     pub(crate) fn element_name(&self, index: usize) -> String {
         let fixed = |length: &Length| match *length {
             Length::Fixed(n) => Some(n),
@@ -347,7 +333,7 @@ impl<M: Model> Variable<M> {
         self.name_in(&dimensions.unwrap_or_default(), index)
     }
 
-    /// The same with as many elements in each dimension: `A[1,2]`.
+    /// The same with these dimensions: `A[1,2]`.
     pub(crate) fn name_in(&self, dimensions: &[usize], index: usize) -> String {
         if self.scalar {
             return self.full_name();
@@ -366,22 +352,22 @@ impl<M: Model> Variable<M> {
     }
 
     fn named(&self, name: String) -> String {
-        match self.place {
-            Place::Derivative => format!("der({name})"),
+        match self.storage {
+            Storage::Derivative => format!("der({name})"),
             _ => name,
         }
     }
 
-    /// Its lengths: a derivative has those of its state.
+    /// The length of each dimension; a derivative has those of its state.
     pub(crate) fn lengths(&self) -> &'static [Length] {
-        match self.place {
-            Place::Derivative => state::<M>(self.name).map_or(&[], |state| state.shape),
+        match self.storage {
+            Storage::Derivative => state::<M>(self.name).map_or(&[], |state| state.shape),
             _ => self.shape,
         }
     }
 
-    /// Type and causality in words, for messages: `an Integer input`.
-    pub(crate) fn kind(&self, names: &Names) -> String {
+    /// Type and causality for messages: `an Integer input`.
+    pub(crate) fn kind(&self, names: &TypeNames) -> String {
         let causality = match self.causality {
             Causality::Input => "input",
             Causality::Output => "output",
@@ -402,25 +388,24 @@ impl<M: Model> Variable<M> {
     }
 
     /// Name of its type.
-    pub(crate) fn type_name(&self, names: &Names) -> &'static str {
+    pub(crate) fn type_name(&self, names: &TypeNames) -> &'static str {
         match self.enumeration {
             Some(_) => names.enumeration,
             None if self.structural => names.size,
-            None => self.place.kind().name(names),
+            None => self.storage.kind().name(names),
         }
     }
 
     /// Name of the type by which it is set and read.
-    pub(crate) fn access(&self, names: &Names) -> &'static str {
+    pub(crate) fn access(&self, names: &TypeNames) -> &'static str {
         match self.enumeration {
             Some(_) => names.enumeration_access,
             None if self.structural => names.size,
-            None => self.place.kind().name(names),
+            None => self.storage.kind().name(names),
         }
     }
 
-    /// Least and greatest allowed value, both finite: of `min` and `max`, of the items of an
-    /// enumeration.
+    /// Smallest and largest allowed value, both finite, from `min`, `max` and the enumeration.
     pub(crate) fn bounds(&self) -> [f64; 2] {
         let [first, last] = match self.enumeration {
             Some(enumeration) => [1.0, enumeration.items.len() as f64],

@@ -1,9 +1,9 @@
-//! Saved states: copies inside the instance, handed out as counted handles, and their bytes.
+//! Saved states: copies that the instance keeps under numbered handles, and their serialization.
 //!
-//! A handle is looked up, never followed, and never used twice, so that a freed or foreign one is
-//! an error. The bytes are a header and the state in `postcard` (fixed little-endian reals, so that
-//! a return is bit-exact): magic (8), version (4), identity of the border's version and of the
-//! model (4 + 16), length of the rest (8), CRC-32 of everything but itself (4).
+//! A handle is a number that is looked up and never reused, so that a freed or foreign one is an
+//! error. The bytes are a header and the state in `postcard` (little-endian reals, so that a
+//! restored state is bit-exact). The header: magic (8 bytes), format version (4), version of FMI
+//! (4), hash of the model (16), length of the rest (8), CRC-32 of everything but itself (4).
 
 use super::fault::{Fault, refuse};
 use super::instance::Instance;
@@ -20,12 +20,11 @@ const LENGTH_AT: usize = 32;
 const CRC_AT: usize = 40;
 const HEADER: usize = 44;
 
-/// The next handle, of all instances; 0 is none.
+/// The next handle, for all instances; 0 means none.
 static NEXT: AtomicUsize = AtomicUsize::new(1);
 
 impl<M: Model> Instance<M> {
-    /// A copy of the present state under a new handle, or in place of the one behind `old` (0:
-    /// none).
+    /// Saves the present state under the handle `old`, or under a new one if `old` is 0.
     pub(crate) fn save(&mut self, old: usize) -> Result<usize, Fault> {
         let handle = match self.saved.states.get_mut(&old) {
             Some(state) => {
@@ -35,14 +34,14 @@ impl<M: Model> Instance<M> {
             None => self.keep(Box::new(self.state.clone()), old)?,
         };
         let state = self.saved.states.get_mut(&handle).expect("kept above");
-        state.first = self.room.first;
+        state.first = self.workspace.first;
         if state.phase == Phase::Initialization {
-            state.model = None; // only kept from one get to the next: made again when needed
+            state.model = None; // only a cache in this mode: recomputed when needed
         }
         Ok(handle)
     }
 
-    /// Keeps a state under a new handle, or in place of the one behind `old` (0: none).
+    /// Stores a state under the handle `old`, or under a new one if `old` is 0.
     fn keep(&mut self, state: Box<State<M>>, old: usize) -> Result<usize, Fault> {
         let handle = match old {
             0 => NEXT.fetch_add(1, Ordering::Relaxed),
@@ -60,19 +59,19 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Goes back to a saved state.
+    /// Restores a saved state.
     pub(crate) fn restore(&mut self, handle: usize) -> Result<(), Fault> {
         let Some(saved) = self.saved.states.get(&handle) else {
             return unknown(handle);
         };
         self.state.copy(saved);
         let text = format!("state of t = {} s restored", self.state.time);
-        self.tell(Kind::Event, text);
-        self.settle();
+        self.report(Kind::Event, text);
+        self.adopt_state();
         Ok(())
     }
 
-    /// Forgets a saved state; 0 is ignored.
+    /// Frees a saved state; 0 is ignored.
     pub(crate) fn free(&mut self, handle: usize) -> Result<(), Fault> {
         if handle != 0 && self.saved.states.remove(&handle).is_none() {
             return unknown(handle);
@@ -97,7 +96,7 @@ impl<M: Model> Instance<M> {
         Ok(bytes)
     }
 
-    /// A saved state from bytes; those after its end are ignored.
+    /// Reads a saved state from bytes; bytes after its end are ignored.
     pub(crate) fn deserialize(&mut self, bytes: &[u8], old: usize) -> Result<usize, Fault> {
         let Some((header, rest)) = bytes.split_at_checked(HEADER) else {
             return refuse!(
@@ -161,7 +160,7 @@ fn unknown<T>(handle: usize) -> Result<T, Fault> {
     )
 }
 
-/// CRC-32 of a whole serialized state without its own four bytes.
+/// CRC-32 of a serialized state except its own four bytes.
 fn checksum(bytes: &[u8]) -> u32 {
     let mut hasher = crc32fast::Hasher::new();
     hasher.update(&bytes[..CRC_AT]);

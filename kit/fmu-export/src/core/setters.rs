@@ -1,6 +1,6 @@
-//! Setters of what is described by constants.
+//! The macro `setters!`: builder methods in `const` contexts, for rows, units and `Info`.
 
-/// Setters of one field each: name, arguments, field and its value.
+/// Methods that set one field each: name, arguments, field and its value.
 macro_rules! setters {
     ($($(#[$doc:meta])* $name:ident($($argument:ident: $type:ty),*) $field:ident = $value:expr;)*) => {$(
         $(#[$doc])*

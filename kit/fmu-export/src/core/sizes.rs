@@ -1,19 +1,18 @@
-//! Rows whose length is not that of an array in Rust: a parameter of the table says it, or the row.
+//! Rows in a `Vec`, whose length the row declares: a number, or a structural parameter.
 //!
-//! Such a row is in a vector, which is made as long as it must be wherever start values are made or
-//! a size is set, so that a model finds vectors of the right length.
+//! The `Vec`s are resized wherever start values are made or a size is set, so that a model always
+//! finds vectors of the declared length.
 
 use super::length::{LONGEST, Length, MOST_COUNTED, Resize};
 use super::model::{Model, Variable};
-use super::place::{Place, Write};
+use super::storage::{Accessor, Storage};
 
 /// Start values of parameters and inputs.
-pub(crate) type Start<M> = (<M as Model>::Parameters, <M as Model>::Input);
+pub(crate) type StartValues<M> = (<M as Model>::Parameters, <M as Model>::Input);
 
 impl<M: Model> Variable<M> {
-    /// A row in a vector, `Vec<f64>` or another one: how many elements it has in each dimension, row
-    /// by row, and what makes it as long with start values in it. It is a model that finds it so; the
-    /// start values of [`Model::defaults`] may leave it empty.
+    /// A row in a `Vec`: the length of each dimension, stored row by row, and a function that gives
+    /// the `Vec` its length and start values. [`Model::defaults`] may leave it empty.
     ///
     /// ```ignore
     /// V::inputs("heat", "heat of each cell", |u| &u.heat, |u| &mut u.heat)
@@ -29,30 +28,33 @@ impl<M: Model> Variable<M> {
         self
     }
 
-    /// The number of elements in each dimension, if the row says it; 0 by what is no size.
+    /// The declared number of elements in each dimension; 0 for an unknown parameter.
     pub(crate) fn dimensions(&self, p: &M::Parameters) -> impl Iterator<Item = usize> {
         self.lengths().iter().map(move |length| match *length {
             Length::Fixed(n) => n,
-            Length::Parameter(name) => size::<M>(name).map_or(0, |(_, place)| {
-                usize::try_from(place.get(p, 0)).unwrap_or(0)
+            Length::Parameter(name) => size::<M>(name).map_or(0, |(_, field)| {
+                usize::try_from(field.get(p, 0)).unwrap_or(0)
             }),
         })
     }
 
-    /// How many elements it has.
+    /// The number of elements.
     pub(crate) fn len(&self, p: &M::Parameters, u: &M::Input, y: &M::Output) -> usize {
         match self.shape {
-            [] => self.place.len(p, u, y),
+            [] => self.storage.len(p, u, y),
             _ => (self.dimensions(p)).fold(1, usize::saturating_mul),
         }
     }
 
-    /// What is wrong with its lengths, and with those that it gives others.
+    /// Checks the row's dimensions, and a structural parameter's attributes.
     pub(crate) fn check_lengths(&self) -> Result<(), String> {
         if self.structural {
-            let is_integer = matches!(self.place, Place::IntegerParameter(Write::Scalar(..)));
+            let is_i32 = matches!(
+                self.storage,
+                Storage::IntegerParameter(Accessor::Scalar(..))
+            );
             let has_bounds = self.min >= 1.0 && self.max <= LONGEST as f64;
-            if !is_integer || self.tunable || self.enumeration.is_some() || !has_bounds {
+            if !is_i32 || self.tunable || self.enumeration.is_some() || !has_bounds {
                 return Err(format!(
                     "a structural parameter is an Integer that is not tunable, with min at least 1 and max at most {LONGEST}"
                 ));
@@ -60,7 +62,7 @@ impl<M: Model> Variable<M> {
         }
         let is_long = self.resize.is_some() || self.each_unit.len() > MOST_COUNTED;
         if is_long && (self.scalar || !self.each_unit.is_empty()) {
-            return Err("is a long row, which is a vector with one unit".to_owned());
+            return Err("is a long row, which must be a vector with one unit".to_owned());
         }
         let mut most = 1.0;
         for length in self.shape {
@@ -85,28 +87,28 @@ impl<M: Model> Variable<M> {
     }
 }
 
-/// A row that is a size, and its place.
+/// A row that is a size, and its accessor.
 type Size<M> = (
     &'static Variable<M>,
-    &'static Write<<M as Model>::Parameters, i32>,
+    &'static Accessor<<M as Model>::Parameters, i32>,
 );
 
-/// The size of this name.
+/// The size with this name.
 pub(crate) fn size<M: Model>(name: &str) -> Option<Size<M>> {
     sizes::<M>().find(|(row, _)| row.name == name)
 }
 
 /// All rows that are sizes.
 pub(crate) fn sizes<M: Model>() -> impl Iterator<Item = Size<M>> {
-    (M::variables().iter().filter(|row| row.structural)).filter_map(|row| match &row.place {
-        Place::IntegerParameter(place) => Some((row, place)),
+    (M::variables().iter().filter(|row| row.structural)).filter_map(|row| match &row.storage {
+        Storage::IntegerParameter(field) => Some((row, field)),
         _ => None,
     })
 }
 
-/// Makes every vector as long as the parameters say, with start values; those that were as long with
-/// the parameters before keep what is in them.
-pub(crate) fn fit<M: Model>(
+/// Gives every `Vec` the length that the parameters say, with start values; those whose length was
+/// the same with the parameters before keep their values.
+pub(crate) fn resize_vectors<M: Model>(
     p: &mut M::Parameters,
     u: &mut M::Input,
     y: &mut M::Output,
@@ -127,15 +129,14 @@ pub(crate) fn fit<M: Model>(
     }
 }
 
-/// Parameters and inputs with every vector as long as the parameters say: the start values of a
-/// model.
+/// Parameters and inputs with every `Vec` resized to the sizes in the parameters.
 #[doc(hidden)]
-pub fn fitted<M: Model>((mut p, mut u): (M::Parameters, M::Input)) -> (M::Parameters, M::Input) {
-    fit::<M>(&mut p, &mut u, &mut M::Output::default(), None);
+pub fn fit_start_values<M: Model>((mut p, mut u): StartValues<M>) -> StartValues<M> {
+    resize_vectors::<M>(&mut p, &mut u, &mut M::Output::default(), None);
     (p, u)
 }
 
-/// Outputs that nobody has computed, with vectors as long as the parameters say.
+/// Default outputs with every `Vec` resized to the sizes in the parameters.
 pub(crate) fn output<M: Model>(p: &M::Parameters) -> M::Output {
     let mut y = M::Output::default();
     for row in M::variables() {
@@ -147,15 +148,15 @@ pub(crate) fn output<M: Model>(p: &M::Parameters) -> M::Output {
 }
 
 /// The start values of a model with these sizes, such as `n=200 m=3`.
-pub(crate) fn start<M: Model>(given: &str) -> Result<Start<M>, String> {
+pub(crate) fn start<M: Model>(given: &str) -> Result<StartValues<M>, String> {
     let (mut p, u) = M::defaults();
     for word in given.split_whitespace() {
         let (name, value) = word.split_once('=').unwrap_or((word, ""));
-        let Some((row, place)) = size::<M>(name) else {
+        let Some((row, field)) = size::<M>(name) else {
             let known: Vec<_> = sizes::<M>().map(|(row, _)| row.name).collect();
             let (model, known) = (M::INFO.model, known.join(", "));
             return Err(format!(
-                "size `{word}`: `{name}` must be a structural parameter of `{model}`, of which it has: {known}"
+                "size `{word}`: `{name}` must be a structural parameter of `{model}`, which has: {known}"
             ));
         };
         let value = value.parse::<i32>().ok();
@@ -165,7 +166,7 @@ pub(crate) fn start<M: Model>(given: &str) -> Result<Start<M>, String> {
                 "size `{word}`: `{name}` must be a whole number from {min} to {max}"
             ));
         };
-        *place.get_mut(&mut p, 0) = value;
+        *field.get_mut(&mut p, 0) = value;
     }
-    Ok(fitted::<M>((p, u)))
+    Ok(fit_start_values::<M>((p, u)))
 }

@@ -1,4 +1,4 @@
-//! The state of an instance: all that is saved of it, and the states that are saved.
+//! The state of an instance: everything that fmi2GetFMUstate saves.
 
 use super::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
 use super::layout::Layout;
@@ -7,55 +7,54 @@ use super::phase::Phase;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// All that a saved state holds.
+/// The state of an instance, which is also what a saved state holds.
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub(crate) struct State<M: Model> {
     pub(crate) phase: Phase,
     /// Start time, s.
     pub(crate) start: f64,
-    /// Time that must not be passed, s.
+    /// Stop time, s.
     pub(crate) stop: Option<f64>,
-    /// Time of the last communication point, s: the importer's own number plus one step, so that no
-    /// rounding adds up.
+    /// Time of the last communication point, s: the importer's own number plus one step, so that
+    /// rounding errors do not add up.
     pub(crate) time: f64,
     /// Time of the last event for Model Exchange, s.
     pub(crate) event: f64,
-    /// The internal step that a solver tries first, s; 0: not known.
+    /// The internal step that the solver tries first, s; 0 if not known.
     pub(crate) first: f64,
     /// The tolerance that the importer has given.
     pub(crate) tolerance: Option<f64>,
     pub(crate) parameters: M::Parameters,
-    /// By [`Layout::slot`]: what the importer has set of the parameters.
-    pub(crate) given: Vec<Given>,
+    /// How the importer has set each parameter, by [`Layout::slot`].
+    pub(crate) settings: Vec<Setting>,
     /// Inputs as they were set, and their derivatives for the next step.
     pub(crate) input: InputPolynomial<M::Input>,
-    /// Where the derivatives of earlier steps have taken them; None while each input is what was
-    /// set.
-    pub(crate) reached: Option<Reached<M::Input>>,
-    /// None until initialized, and during initialization after something was set.
+    /// The inputs to which derivatives in earlier steps have led; None if each has its set value.
+    pub(crate) held_input: Option<HeldInput<M::Input>>,
+    /// None until initialization, and in Initialization Mode after something was set.
     pub(crate) model: Option<M>,
 }
 
 /// The inputs at the end of a step with derivatives: held there until each is set again.
 #[derive(Clone, Serialize, Deserialize)]
-pub(crate) struct Reached<I> {
+pub(crate) struct HeldInput<I> {
     pub(crate) value: I,
     /// First derivative there; zero for what is held or was set since.
     pub(crate) slope: I,
 }
 
 impl<M: Model> State<M> {
-    /// The inputs that act now.
+    /// The present inputs.
     #[inline]
     pub(crate) fn input(&self) -> &M::Input {
-        match &self.reached {
-            Some(reached) => &reached.value,
+        match &self.held_input {
+            Some(held) => &held.value,
             None => &self.input.value,
         }
     }
 
-    /// Becomes a copy of another state; vectors stay where they are.
+    /// Becomes a copy of another state, without allocation for vectors of the same length.
     pub(crate) fn copy(&mut self, from: &Self) {
         let Self {
             phase,
@@ -66,20 +65,20 @@ impl<M: Model> State<M> {
             first,
             tolerance,
             parameters,
-            given,
+            settings,
             input,
-            reached,
+            held_input,
             model,
         } = from;
         (self.phase, self.start, self.stop) = (*phase, *start, *stop);
         (self.time, self.event) = (*time, *event);
         (self.first, self.tolerance) = (*first, *tolerance);
         self.parameters.clone_from(parameters);
-        self.given.clone_from(given);
+        self.settings.clone_from(settings);
         self.input.value.clone_from(&input.value);
         self.input.derivatives.clone_from(&input.derivatives);
         self.input.order = input.order;
-        self.reached.clone_from(reached);
+        self.held_input.clone_from(held_input);
         self.model.clone_from(model);
     }
 
@@ -93,27 +92,25 @@ impl<M: Model> State<M> {
             first: 0.0,
             tolerance: None,
             parameters,
-            given: vec![Given::Nothing; slots],
+            settings: vec![Setting::Nothing; slots],
             input: InputPolynomial {
                 derivatives: zeros::<M>(&input),
                 value: input,
                 order: 0,
             },
-            reached: None,
+            held_input: None,
             model: None,
         }
     }
 
-    /// Whether a deserialized state could have come from this layer.
+    /// Whether a deserialized state is consistent.
     pub(crate) fn is_sound(&self) -> bool {
         let layout = Layout::<M>::new(&self.parameters, &self.input.value);
         let initialized = self.phase.is_running() || self.phase == Phase::Terminated;
-        let reached = self.reached.iter().flat_map(|r| [&r.value, &r.slope]);
+        let held = self.held_input.iter().flat_map(|r| [&r.value, &r.slope]);
         let inputs = self.input.derivatives.iter().chain([&self.input.value]);
-        inputs
-            .chain(reached)
-            .all(|u| layout.fits(&self.parameters, u))
-            && self.given.len() == layout.slots()
+        inputs.chain(held).all(|u| layout.fits(&self.parameters, u))
+            && self.settings.len() == layout.slots()
             && self.time.is_finite()
             && self.event.is_finite()
             && self.first.is_finite()
@@ -125,22 +122,21 @@ impl<M: Model> State<M> {
     }
 }
 
-/// What the importer has set of a parameter.
+/// How the importer has set a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum Given {
+pub(crate) enum Setting {
     Nothing,
     /// Its start value, before the end of initialization.
     Start,
     Explicit,
 }
 
-/// Whose states an instance can take.
+/// Identifies the FMU and the version of FMI that saved states belong to.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Identity {
-    /// Name of the border's version, filled up with zeros: what a state means to an importer
-    /// differs between them.
+    /// Name of the version of FMI, padded with zeros.
     pub(crate) version: [u8; 4],
-    /// Of the model and its version.
+    /// Hash of the model.
     pub(crate) model: [u8; 16],
 }
 

@@ -1,37 +1,37 @@
-//! Communication steps.
+//! Communication steps: checks time and step size, and advances the model.
 
 use super::fault::Fault;
 use super::input::InputPolynomial;
-use super::instance::{Instance, hear, listen, warn};
+use super::instance::{Instance, collect_log, collect_messages, set_log_filter};
 use super::layout::Layout;
-use super::place::Place;
 use super::step_end::StepEnd;
+use super::storage::Storage;
 use super::value::{Value, allowed};
 use crate::{Model, ModelError};
 
-/// Where a step of an instance has ended.
+/// The end of a step of an instance.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct End {
+pub(crate) struct CompletedStep {
     /// Time, s.
     pub(crate) time: f64,
-    /// Whether that is where the step should have ended.
+    /// Whether the whole step was done.
     pub(crate) is_whole: bool,
-    /// Whether something happened there.
+    /// Whether an event occurred in the step.
     pub(crate) event: bool,
     pub(crate) terminate: bool,
 }
 
-/// Refuses inputs that their derivatives would carry out of their bounds within the step.
+/// Refuses inputs whose derivatives would lead them out of their bounds within the step.
 fn check_inputs<M: Model>(
     layout: &Layout<M>,
     u: &InputPolynomial<M::Input>,
     h: f64,
 ) -> Result<(), ModelError> {
     for (i, row) in layout.iter() {
-        let Place::RealIn(place) = &row.place else {
+        let Storage::RealIn(field) = &row.storage else {
             continue;
         };
-        if let Some(value) = (u.range(place, i, h).into_iter()).find(|x| !x.is_allowed(row)) {
+        if let Some(value) = (u.range(field, i, h).into_iter()).find(|x| !x.is_allowed(row)) {
             let (name, allowed) = (row.element_name(i), allowed(row));
             return Err(ModelError::new(format!(
                 "the derivatives of `{name}` take it to {value}; it must be {allowed}"
@@ -41,20 +41,20 @@ fn check_inputs<M: Model>(
     Ok(())
 }
 
-/// How far `t` may be from `limit` in a step of `h` and still count as equal, all s: importers add
-/// steps up, or keep time in nanoseconds.
+/// The deviation from `t` in a step of `h` that still counts as equal, all s: importers add up
+/// steps, or count time in nanoseconds.
 pub(super) fn slack(t: f64, h: f64) -> f64 {
     (1e-3 * h).max(1e-9 * t.abs().max(1.0))
 }
 
-/// Whether two times `gap` apart differ by rounding alone, s.
+/// Whether two times that differ by `gap`, s, differ by rounding alone.
 fn is_rounding(gap: f64, t: f64, now: f64) -> bool {
     let relative = 4.0 * f64::EPSILON;
     gap <= relative * t.abs() || gap <= relative * now.abs()
 }
 
-/// What is wrong with a step at the time `now`. Out of line, like all that follows a failure, so
-/// that the numbers of a step that succeeds stay in registers.
+/// The fault of a wrong step at the time `now`. Out of line, like all handling of failures, so that
+/// the numbers of a successful step stay in registers.
 #[cold]
 #[inline(never)]
 fn not_a_step(t: f64, h: f64, now: f64) -> Fault {
@@ -77,7 +77,7 @@ fn beyond(t: f64, h: f64, stop: f64) -> Fault {
     ))
 }
 
-/// The model could not do a step.
+/// The fault of a step that the model could not do.
 #[cold]
 #[inline(never)]
 fn failed(t: f64, h: f64, error: &ModelError) -> Fault {
@@ -85,10 +85,10 @@ fn failed(t: f64, h: f64, error: &ModelError) -> Fault {
 }
 
 impl<M: Model> Instance<M> {
-    /// A step from `t` by `h`, both s. Where `t` is not quite the present time, the step makes up
-    /// for it.
-    #[inline(always)] // into each border's step: a call would cost several per cent of a small one
-    pub(crate) fn do_step(&mut self, t: f64, h: f64) -> Result<End, Fault> {
+    /// Does a step from `t` by `h`, both s. If `t` deviates slightly from the present time, the
+    /// step is longer or shorter by the deviation.
+    #[inline(always)] // into each version's step: a call would cost several per cent of a small one
+    pub(crate) fn do_step(&mut self, t: f64, h: f64) -> Result<CompletedStep, Fault> {
         let from_now = self.check_step(t, h)?;
         let step = match self.advance(from_now) {
             Ok(step) => step,
@@ -101,8 +101,8 @@ impl<M: Model> Instance<M> {
         };
         (self.state).hold_inputs(reached.unwrap_or(from_now), &self.layout);
         self.state.time = time;
-        self.forget();
-        Ok(End {
+        self.invalidate();
+        Ok(CompletedStep {
             time,
             is_whole: reached.is_none(),
             event: step.event,
@@ -110,43 +110,45 @@ impl<M: Model> Instance<M> {
         })
     }
 
-    /// [`do_step`](Self::do_step) where it does not come often.
+    /// [`do_step`](Self::do_step) for the rare rest of a step, not inlined.
     #[cold]
     #[inline(never)]
-    pub(crate) fn do_rest(&mut self, t: f64, h: f64) -> Result<End, Fault> {
+    pub(crate) fn do_rest_of_step(&mut self, t: f64, h: f64) -> Result<CompletedStep, Fault> {
         self.do_step(t, h)
     }
 
-    /// Moves the model on by `h`; on error it is where it was.
+    /// Advances the model by `h`; on an error it is as before.
     #[inline(always)]
     fn advance(&mut self, h: f64) -> Result<StepEnd, ModelError> {
         self.evaluate()?;
         let state = &mut self.state;
-        let course = (!state.is_held()).then(|| state.input_course());
+        let polynomial = (!state.is_held()).then(|| state.input_polynomial());
         let (Some(model), Some(now)) = (&mut state.model, &self.evaluation) else {
             unreachable!("`evaluate` comes first");
         };
-        if let Some(course) = &course {
-            check_inputs(&self.layout, course, h)?;
+        if let Some(polynomial) = &polynomial {
+            check_inputs(&self.layout, polynomial, h)?;
         }
-        let u = course.as_ref().unwrap_or(&state.input);
-        listen(self.wanted, model);
+        let u = polynomial.as_ref().unwrap_or(&state.input);
+        set_log_filter(self.log_filter, model);
+        let workspace = &mut self.workspace;
         if let Some(usual) = M::INFO.tolerance {
-            self.room.tolerance = state.tolerance.unwrap_or(usual);
-            self.room.log.prepare(self.wanted, M::INFO.log_categories);
+            workspace.tolerance = state.tolerance.unwrap_or(usual);
+            (workspace.log).prepare(self.log_filter, M::INFO.log_categories);
         }
-        let end = model.step_in(&mut self.room, &state.parameters, u, now, state.time, h);
+        let (p, t) = (&state.parameters, state.time);
+        let end = model.step_with_workspace(workspace, p, u, now, t, h);
         match end {
-            Ok(_) => warn(&mut self.messages, model),
-            Err(_) => hear(&mut self.messages, model),
+            Ok(_) => collect_messages(&mut self.messages, model),
+            Err(_) => collect_log(&mut self.messages, model),
         }
         if M::INFO.tolerance.is_some() {
-            self.room.log.empty_into(&mut self.messages);
+            self.workspace.log.empty_into(&mut self.messages);
         }
         end
     }
 
-    /// The length of a step from the present time, s, that ends a time `h` after `t`.
+    /// Checks a step, and returns its length from the present time, s, so that it ends at `t + h`.
     #[inline(always)]
     fn check_step(&self, t: f64, h: f64) -> Result<f64, Fault> {
         let now = self.state.time;
@@ -154,8 +156,7 @@ impl<M: Model> Instance<M> {
         let is_exact = is_rounding(gap, t, now);
         let from_now = if is_exact { h } else { (t - now) + h };
         let end = t + h;
-        // No comparison holds for NaN. That `t` is finite and `h` finite and positive follows from
-        // the end.
+        // False for any NaN. That `t` is finite, and `h` finite and positive, follows from the end.
         let is_forward = end > now && end > t && end <= f64::MAX && from_now > 0.0;
         if !(is_forward && (is_exact || gap <= slack(t, h))) {
             return Err(not_a_step(t, h, now));

@@ -1,21 +1,21 @@
-//! How far a model has gone in a step.
+//! The result of a model's step.
 
-/// How far a model has gone in a step, and what happened there.
+/// The result of a model's step: how far it went, and why it ended there.
 ///
-/// Nearly always [`StepEnd::WHOLE`]; else a copy of it with another field.
+/// Usually [`StepEnd::WHOLE`]; else a copy of it with another field.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct StepEnd {
-    /// Time reached, s after the start of the step; None: all of it.
+    /// Time reached, s from the start of the step; None: the whole step.
     pub reached: Option<f64>,
-    /// Something happened there that the importer may want to react to before it goes on.
+    /// An event occurred that the importer may want to handle before the next step.
     pub event: bool,
-    /// The model wants the simulation to end there.
+    /// The model asks to end the simulation there.
     pub terminate: bool,
 }
 
 impl StepEnd {
-    /// The whole step, and nothing to tell of.
+    /// The whole step, without an event.
     pub const WHOLE: Self = Self {
         reached: None,
         event: false,

@@ -1,13 +1,14 @@
-//! What the types of rows have in common, and what is allowed of each.
+//! [`Value`]: what every type of variable implements, such as bounds checks, comparison by bits and
+//! texts for messages and XML.
 
 use super::binary::Binary;
 use super::enumeration::numbered;
 use super::model::{Model, Variable};
-use super::place::Kept;
+use super::storage::StorageType;
 use std::fmt::Display;
 
 /// A type of variable.
-pub(crate) trait Value: Kept + Clone + Default + Display + 'static {
+pub(crate) trait Value: StorageType + Clone + Default + Display + 'static {
     /// Whether the value is finite, in the row's bounds and in its enumeration.
     #[inline]
     fn is_allowed<M: Model>(&self, row: &Variable<M>) -> bool {
@@ -20,52 +21,51 @@ pub(crate) trait Value: Kept + Clone + Default + Display + 'static {
     /// Whether the two are the same bits.
     fn is_same(&self, other: &Self) -> bool;
 
-    /// Its bits, so that none is mistaken for another one.
+    /// Appends its bytes, which differ for different values.
     fn write_bytes(&self, to: &mut Vec<u8>);
 
-    /// As a model description has it: of numbers the shortest that reads back as the same.
-    fn written(&self) -> String {
+    /// Text for the model description; the shortest that reads back as the same number.
+    fn to_xml(&self) -> String {
         self.to_string()
     }
 
-    /// In a message.
+    /// Text for a message.
     #[cold]
-    fn shown(&self) -> String {
+    fn to_message(&self) -> String {
         self.to_string()
     }
 
-    /// Values near it, moved by a part of its size, of which some may be allowed.
-    fn moved<M: Model>(&self, part: f64, row: &Variable<M>) -> Vec<Self>;
+    /// Nearby values, changed by a fraction of its magnitude; some of them may not be allowed.
+    fn perturbed<M: Model>(&self, part: f64, row: &Variable<M>) -> Vec<Self>;
 
-    /// The bits of a number, of a whole one with its sign and as many as the longest has; of no
-    /// meaning for other types.
+    /// The bits of a number, sign-extended to 64 bits if it is an integer; 0 for other types.
     fn bits(&self) -> u64 {
         0
     }
 
-    /// The number of these bits.
-    fn of_bits(_bits: u64) -> Self {
+    /// The number with these bits.
+    fn from_raw_bits(_bits: u64) -> Self {
         Self::default()
     }
 
-    /// These numbers, if they are of this type.
-    fn of_reals(_values: &[f64]) -> Option<&[Self]> {
+    /// These numbers, if the type is `f64`.
+    fn from_reals(_values: &[f64]) -> Option<&[Self]> {
         None
     }
 
-    /// Whether the value may be given out: no NaN, no infinity.
+    /// Whether the value is neither NaN nor infinite.
     fn is_finite(&self) -> bool {
         true
     }
 
-    /// The same of all of them.
+    /// Whether all values are finite.
     #[inline]
     fn are_finite(values: &[Self]) -> bool {
         values.iter().all(Value::is_finite)
     }
 }
 
-/// What floating-point numbers have in common.
+/// Methods that are the same for all floating-point types.
 macro_rules! float {
     () => {
         #[inline]
@@ -77,11 +77,11 @@ macro_rules! float {
             to.extend(self.to_le_bytes());
         }
 
-        fn written(&self) -> String {
+        fn to_xml(&self) -> String {
             format!("{self:?}")
         }
 
-        fn moved<M: Model>(&self, part: f64, row: &Variable<M>) -> Vec<Self> {
+        fn perturbed<M: Model>(&self, part: f64, row: &Variable<M>) -> Vec<Self> {
             let size = row.nominal.unwrap_or(1.0).max(self.abs().into());
             let parts = [1.0, 0.1, 1e-3]
                 .into_iter()
@@ -104,12 +104,12 @@ impl Value for f64 {
         min <= *self && *self <= max
     }
 
-    fn of_reals(values: &[f64]) -> Option<&[f64]> {
+    fn from_reals(values: &[f64]) -> Option<&[f64]> {
         Some(values)
     }
 
-    /// Without a branch for each: of what is not finite all bits of the exponent are set, and one
-    /// more carries into the sign.
+    /// Without a branch for each value: in a value that is not finite all bits of the exponent are
+    /// set, and adding one to it carries into the sign.
     #[inline]
     fn are_finite(values: &[f64]) -> bool {
         const SIGN: u64 = 1 << 63;
@@ -126,7 +126,7 @@ impl Value for f32 {
         self.to_bits().into()
     }
 
-    fn of_bits(bits: u64) -> f32 {
+    fn from_raw_bits(bits: u64) -> f32 {
         f32::from_bits(bits as u32)
     }
 
@@ -137,7 +137,7 @@ impl Value for f32 {
     }
 }
 
-/// Whole numbers.
+/// Implements [`Value`] for integers.
 macro_rules! integer {
     ($($type:ty)*) => {$(
         impl Value for $type {
@@ -156,7 +156,7 @@ macro_rules! integer {
                 to.extend(self.to_le_bytes());
             }
 
-            fn moved<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<Self> {
+            fn perturbed<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<Self> {
                 vec![self.saturating_add(1), self.saturating_sub(1)]
             }
 
@@ -164,7 +164,7 @@ macro_rules! integer {
                 *self as u64
             }
 
-            fn of_bits(bits: u64) -> Self {
+            fn from_raw_bits(bits: u64) -> Self {
                 bits as Self
             }
         }
@@ -188,7 +188,7 @@ impl Value for bool {
         to.push((*self).into());
     }
 
-    fn moved<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<bool> {
+    fn perturbed<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<bool> {
         vec![!self]
     }
 
@@ -196,7 +196,7 @@ impl Value for bool {
         (*self).into()
     }
 
-    fn of_bits(bits: u64) -> bool {
+    fn from_raw_bits(bits: u64) -> bool {
         bits != 0
     }
 }
@@ -215,11 +215,11 @@ impl Value for String {
         to.extend(self.as_bytes());
     }
 
-    fn shown(&self) -> String {
+    fn to_message(&self) -> String {
         format!("\"{self}\"")
     }
 
-    fn moved<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<String> {
+    fn perturbed<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<String> {
         vec![format!("{self}'")]
     }
 }
@@ -238,12 +238,12 @@ impl Value for Binary {
         to.extend(&self.0);
     }
 
-    fn moved<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<Binary> {
+    fn perturbed<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<Binary> {
         vec![Binary([&self[..], &[0]].concat())]
     }
 }
 
-/// What a value of the row must be, in words: `1 (motion) or 2 (force)`, `from 0 to 1`.
+/// The allowed values of a row, for messages: `1 (motion) or 2 (force)`, `from 0 to 1`.
 pub(crate) fn allowed<M: Model>(row: &Variable<M>) -> String {
     if let Some(enumeration) = row.enumeration {
         return numbered(enumeration.items);

@@ -1,4 +1,4 @@
-//! Enumerations of Rust as variables.
+//! [`Choice`]: a field whose type is a Rust enumeration, as an Enumeration variable.
 
 use crate::Enumeration;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -6,15 +6,15 @@ use std::marker::PhantomData;
 use std::ops::Deref;
 use std::{fmt, slice};
 
-/// An enumeration without data: `#[derive(Enumeration)]` makes it the type of a variable.
+/// A Rust enumeration without data; `#[derive(Enumeration)]` makes it the type of a variable.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot be the type of a variable",
     note = "write `#[derive(Clone, Copy, Enumeration)]` on the enumeration"
 )]
 pub trait Item: Copy + Send + 'static {
-    /// Name and items, as the model description has them.
+    /// Name and items for the model description.
     const ENUMERATION: Enumeration;
-    /// In order; the first has the number 1.
+    /// The items in order; the first has the number 1.
     const ITEMS: &'static [Self];
 
     /// Number of the item, from 1.
@@ -23,20 +23,19 @@ pub trait Item: Copy + Send + 'static {
 
 /// A field that holds an item of the enumeration `E`.
 ///
-/// `*choice` is the item, to compare or to match; `item.into()` makes a choice of an item. It holds
-/// a number, because that is what importers set; the border lets no number pass that is not of an
-/// item.
+/// `*choice` is the item, to compare or to match; `item.into()` makes a choice from an item. It
+/// stores the item's number, because importers set numbers; numbers without an item are refused.
 #[repr(transparent)]
 pub struct Choice<E>(i32, PhantomData<E>);
 
 impl<E> Choice<E> {
-    /// No item: what derivatives and seeds of inputs hold.
+    /// No item, in derivatives and seeds of inputs.
     pub(super) const NONE: Self = Self(0, PhantomData);
 
     /// The numbers of the items.
     #[inline]
     pub(super) fn numbers(choices: &[Self]) -> &[i32] {
-        // SAFETY: a choice is a number, and nothing else.
+        // SAFETY: a choice is a transparent wrapper of a number.
         unsafe { slice::from_raw_parts(choices.as_ptr().cast(), choices.len()) }
     }
 
@@ -48,9 +47,9 @@ impl<E> Choice<E> {
     }
 }
 
-/// What is behind the type of a field.
+/// The enumeration of a field of type [`Choice`].
 pub trait Enumerated {
-    /// Of the items.
+    /// Name and items for the model description.
     const ENUMERATION: Enumeration;
 }
 
@@ -63,8 +62,8 @@ impl<E: Item> Deref for Choice<E> {
 
     #[inline]
     fn deref(&self) -> &E {
-        // Zero, what derivatives and seeds of inputs hold, is no item; nor is anything a table by
-        // hand would let pass.
+        // Zero, in derivatives and seeds of inputs, is not an item; nor are numbers that a
+        // handwritten table may allow.
         let last = E::ITEMS.len() - 1;
         &E::ITEMS[usize::try_from(self.0 - 1).unwrap_or(0).min(last)]
     }

@@ -1,4 +1,4 @@
-//! Names of nested variables, put together by the compiler.
+//! Names of nested variables, joined at compile time.
 
 /// Longest name, bytes.
 const LONGEST: usize = 128;
@@ -11,13 +11,13 @@ pub struct Name {
 }
 
 impl Name {
-    /// The name of a model's own struct: its fields have no prefix.
+    /// The empty prefix of the fields of a model's own structs.
     pub const EMPTY: Self = Self {
         bytes: [0; LONGEST],
         len: 0,
     };
 
-    /// The name of a field in the struct of this name.
+    /// The name of a field in the struct with this name.
     #[must_use]
     pub const fn join(mut self, field: &str) -> Self {
         if self.len > 0 {
@@ -32,7 +32,7 @@ impl Name {
         self
     }
 
-    /// The name of the struct with this index, from 0, in an array of this name.
+    /// The name of the struct with this index, from 0, in an array with this name.
     #[must_use]
     pub const fn element(mut self, index: usize) -> Self {
         let number = index + 1;
@@ -53,7 +53,7 @@ impl Name {
         self
     }
 
-    /// As text.
+    /// The name as text.
     pub const fn text(&'static self) -> &'static str {
         match std::str::from_utf8(self.bytes.split_at(self.len).0) {
             Ok(text) => text,

@@ -1,10 +1,10 @@
-//! Models that are ordinary differential equations.
+//! [`Ode`]: models of ordinary differential equations; implements [`Model`] and [`Continuous`].
 
-use super::shape::{SolverName, solver};
+use super::solver::{SolverName, solver};
 use super::{Input, Name, Output, Parameters, Path};
-use crate::core::room::Room;
-use crate::core::sizes::{self, fitted};
-use crate::core::solving::solve;
+use crate::core::sizes::{self, fit_start_values};
+use crate::core::solver_step::solve;
+use crate::core::solver_workspace::SolverWorkspace;
 use crate::{
     Continuous, Event, Info, InputPolynomial, Model, ModelError, ModelExchange, StepEnd, Variable,
 };
@@ -12,7 +12,7 @@ use fmu_solver::Solver;
 use serde::{Serialize, de::DeserializeOwned};
 use std::marker::PhantomData;
 
-/// The state of a model of ordinary differential equations; `#[derive(State)]` writes it.
+/// The state of a model of ordinary differential equations; implemented by `#[derive(State)]`.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not the state of a model",
     note = "write `#[derive(State)] #[fmu(parameters = …, input = …, output = …)]` on it; what the model does not have is left out, but \
@@ -23,18 +23,18 @@ pub trait State: Vector + Clone + Default + Serialize + DeserializeOwned + Send 
     type P: Parameters + Send + 'static;
     /// The model's inputs.
     type U: Input + Send + 'static;
-    /// What the model puts out beside its state.
+    /// The model's outputs in addition to its state.
     type Y: Output + Send + 'static;
 
-    /// What the model says about itself.
+    /// Name, default experiment and files.
     const INFO: Info;
     /// Longest internal step, s.
     const MAX_STEP: f64;
-    /// What integrates it in Co-Simulation.
+    /// The solver for Co-Simulation.
     const SOLVER: SolverName;
-    /// The default tolerance of a solver that has one.
+    /// The default tolerance, for solvers that use one.
     const TOLERANCE: f64;
-    /// Whether the model is for Model Exchange too.
+    /// Whether the model supports Model Exchange.
     const MODEL_EXCHANGE: bool;
 
     /// The state at the start.
@@ -45,26 +45,25 @@ pub trait State: Vector + Clone + Default + Serialize + DeserializeOwned + Send 
     where
         Self: Model;
 
-    /// A row for the derivative of each continuous state of a model for Model Exchange or with a
-    /// solver of its own.
+    /// The rows of the derivatives, for Model Exchange and solvers with step size control.
     fn derivatives() -> &'static [Variable<Self>]
     where
         Self: Model;
 }
 
-/// Numbers that can be integrated.
+/// The continuous states in a field or struct, as a sequence of numbers.
 #[expect(clippy::len_without_is_empty, reason = "a state has at least one")]
 pub trait Vector: Sized {
-    /// How many there are.
+    /// The number of states.
     fn len(&self) -> usize;
 
-    /// Reads them into the front of `to`, whose rest is the answer.
+    /// Copies the states to the front of `to`; returns the rest of `to`.
     fn read<'a>(&self, to: &'a mut [f64]) -> &'a mut [f64];
 
-    /// Writes them from the front of `from`, whose rest is the answer.
+    /// Sets the states from the front of `from`; returns the rest of `from`.
     fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64];
 
-    /// Reads those of all elements, one after the other.
+    /// Copies the states of all elements in order.
     #[inline]
     fn read_all<'a>(all: &[Self], to: &'a mut [f64]) -> &'a mut [f64] {
         all.iter().fold(to, |to, element| element.read(to))
@@ -77,7 +76,7 @@ pub trait Vector: Sized {
             .fold(from, |from, element| element.write(from))
     }
 
-    /// The name of the first number that is not finite, and the number.
+    /// Name and value of the first state that is not finite.
     fn not_finite(&self) -> Option<(&'static str, f64)>;
 }
 
@@ -146,30 +145,28 @@ vectors! { [const N: usize] [T; N]; [] Vec<T>; }
 /// A model of ordinary differential equations: `x' = f(x, p, u, t)`, `y = g(x, p, u)`, x the state
 /// `Self`.
 ///
-/// In Co-Simulation it is solved by the Runge–Kutta method of order 4 in equal internal steps that
-/// end where the communication step ends, none longer than `#[fmu(max_step = …)]` says, 1 ms if it
-/// says nothing. With `#[fmu(solver = "adaptive")]` or `"stiff"` internal steps are as long as the
-/// importer's tolerance allows ([`solver`](crate::solver)). Events are found within them. Inputs
-/// follow their derivatives, if the importer gives them. A step that cannot be done is discarded.
+/// In Co-Simulation the model is integrated by the Runge–Kutta method of order 4, in equal internal
+/// steps of at most `#[fmu(max_step = …)]`, 1 ms by default. With `#[fmu(solver = "adaptive")]` or
+/// `"stiff"`, internal steps are as long as the importer's tolerance allows
+/// ([`solver`](crate::solver)). Events are located within internal steps. Inputs follow their
+/// derivatives, if the importer sets them. A step that cannot be done is discarded.
 ///
-/// With `#[fmu(model_exchange)]` on the state, importers can integrate it themselves: Model
-/// Exchange.
+/// With `#[fmu(model_exchange)]` on the state, importers can integrate the model themselves.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a model",
     note = "write `impl Ode for {Self}` with its equations, or `impl Model for {Self}`"
 )]
 pub trait Ode: State {
-    /// Writes the time derivative of each state, per s, where the state is in `dx`: all of them;
-    /// what is not integrated means nothing there.
+    /// Writes the time derivative of each continuous state, per s, into the field of that state in
+    /// `dx`; the other fields of `dx` are not used.
     fn derivative(&self, p: &Self::P, u: &Self::U, t: f64, dx: &mut Self);
 
-    /// Whether [`directional`](Self::directional) is written; differences take its place.
+    /// Whether [`directional`](Self::directional) is implemented; else differences replace it.
     const HAS_DIRECTIONAL: bool = false;
 
-    /// Writes how the derivatives change along a change of the states, `seed.0`, and of the inputs,
-    /// `seed.1`, into `dx`: ∂f/∂x·δx + ∂f/∂u·δu, all of them. A stiff solver makes its Jacobian of it,
-    /// and importers of Model Exchange ask for it; [`check`](crate::check) compares it with
-    /// differences.
+    /// Writes the change of all derivatives, ∂f/∂x·δx + ∂f/∂u·δu, into `dx`, for a change `seed.0`
+    /// of the states and `seed.1` of the inputs. The stiff solver computes its Jacobian with it,
+    /// and importers may request it; [`check`](crate::check) compares it with differences.
     fn directional(
         &self,
         _p: &Self::P,
@@ -180,7 +177,7 @@ pub trait Ode: State {
     ) {
     }
 
-    /// The same of [`outputs`](Self::outputs), into `dy`, which is zero before.
+    /// The same for [`outputs`](Self::outputs), into `dy`, which is zero before.
     fn outputs_directional(
         &self,
         _p: &Self::P,
@@ -193,17 +190,15 @@ pub trait Ode: State {
     /// Event indicators: [`Variable::indicator`].
     const INDICATORS: &'static [Variable<Self>] = &[];
 
-    /// As [`Continuous::indicators`].
+    /// See [`Continuous::indicators`].
     fn indicators(&self, _p: &Self::P, _u: &Self::U, _t: f64, _z: &mut [f64]) {}
 
-    /// As [`Continuous::event`], also in Co-Simulation: where a step begins and at the events
-    /// within it.
+    /// See [`Continuous::event`]; in Co-Simulation called at a step's start and at its events.
     fn event(&mut self, _p: &Self::P, _u: &Self::U, _t: f64) -> Event {
         Event::NONE
     }
 
-    /// What the model puts out beside its state. Must be written where `#[fmu(output = …)]` names a
-    /// struct.
+    /// The outputs in addition to the state. Required if `#[fmu(output = …)]` names a struct.
     fn outputs(&self, _p: &Self::P, _u: &Self::U) -> Self::Y {
         const {
             assert!(
@@ -214,21 +209,21 @@ pub trait Ode: State {
         Self::Y::default()
     }
 
-    /// The same, written to where they are kept; for outputs that hold vectors, which are as long as
-    /// they must be there. Written in place of [`outputs`](Self::outputs).
+    /// The same, written into `y`, whose `Vec`s have the right length. Implemented instead of
+    /// [`outputs`](Self::outputs) for outputs that contain a `Vec`.
     #[inline]
     fn outputs_into(&self, p: &Self::P, u: &Self::U, y: &mut Self::Y) {
         *y = self.outputs(p, u);
     }
 }
 
-/// What an importer sees of a model: its state and its outputs.
-pub struct Seen<S: State> {
+/// The FMI outputs of an [`Ode`]: its state and its outputs.
+pub struct StateAndOutputs<S: State> {
     state: S,
     outputs: S::Y,
 }
 
-impl<S: State> Clone for Seen<S> {
+impl<S: State> Clone for StateAndOutputs<S> {
     fn clone(&self) -> Self {
         Self {
             state: self.state.clone(),
@@ -237,7 +232,7 @@ impl<S: State> Clone for Seen<S> {
     }
 }
 
-impl<S: State> Default for Seen<S> {
+impl<S: State> Default for StateAndOutputs<S> {
     fn default() -> Self {
         Self {
             state: S::default(),
@@ -246,41 +241,41 @@ impl<S: State> Default for Seen<S> {
     }
 }
 
-/// Ways to the fields of [`Seen`].
-macro_rules! ways {
-    ($($(#[$doc:meta])* $way:ident to $field:ident: $type:ty;)*) => {$(
+/// Paths to the fields of [`StateAndOutputs`].
+macro_rules! paths {
+    ($($(#[$doc:meta])* $path:ident to $field:ident: $type:ty;)*) => {$(
         $(#[$doc])*
-        pub struct $way<S>(PhantomData<S>);
+        pub struct $path<S>(PhantomData<S>);
 
-        impl<S: State> Path for $way<S> {
-            type From = Seen<S>;
+        impl<S: State> Path for $path<S> {
+            type From = StateAndOutputs<S>;
             type To = $type;
             const NAME: Name = Name::EMPTY;
 
             #[inline]
-            fn get(from: &Seen<S>) -> &$type {
+            fn get(from: &StateAndOutputs<S>) -> &$type {
                 &from.$field
             }
 
             #[inline]
-            fn get_mut(from: &mut Seen<S>) -> &mut $type {
+            fn get_mut(from: &mut StateAndOutputs<S>) -> &mut $type {
                 &mut from.$field
             }
         }
     )*};
 }
 
-ways! {
-    /// The way to the state in [`Seen`].
-    SeenState to state: S;
-    /// The way to the outputs in [`Seen`].
-    SeenOutputs to outputs: S::Y;
+paths! {
+    /// The path to the state in [`StateAndOutputs`].
+    StatePath to state: S;
+    /// The path to the outputs in [`StateAndOutputs`].
+    OutputsPath to outputs: S::Y;
 }
 
 impl<S: Ode> Model for S {
     type Parameters = S::P;
     type Input = S::U;
-    type Output = Seen<S>;
+    type Output = StateAndOutputs<S>;
     type Evaluation = ();
 
     const INFO: Info = match S::SOLVER {
@@ -290,7 +285,7 @@ impl<S: Ode> Model for S {
             .with_tolerance(S::TOLERANCE),
     };
     const MODEL_EXCHANGE: Option<ModelExchange<S>> = if S::MODEL_EXCHANGE {
-        ModelExchange::of()
+        ModelExchange::from_continuous()
     } else {
         None
     };
@@ -300,14 +295,14 @@ impl<S: Ode> Model for S {
     }
 
     fn defaults() -> (S::P, S::U) {
-        fitted::<S>((S::P::start(), S::U::start()))
+        fit_start_values::<S>((S::P::start(), S::U::start()))
     }
 
     fn initialize(p: &S::P, u: &S::U, _t: f64) -> Result<Self, ModelError> {
         finite(S::start(p, u), "at the start")
     }
 
-    fn output(&self, p: &S::P, u: &S::U, now: &()) -> Result<Seen<S>, ModelError> {
+    fn output(&self, p: &S::P, u: &S::U, now: &()) -> Result<StateAndOutputs<S>, ModelError> {
         let mut y = sizes::output::<S>(p);
         self.output_into(p, u, now, &mut y)?;
         Ok(y)
@@ -318,7 +313,7 @@ impl<S: Ode> Model for S {
         p: &S::P,
         u: &S::U,
         _now: &(),
-        y: &mut Seen<S>,
+        y: &mut StateAndOutputs<S>,
     ) -> Result<(), ModelError> {
         y.state.clone_from(self);
         self.outputs_into(p, u, &mut y.outputs);
@@ -333,24 +328,26 @@ impl<S: Ode> Model for S {
         t: f64,
         h: f64,
     ) -> Result<StepEnd, ModelError> {
-        self.step_in(&mut Room::default(), p, u, &(), t, h)
+        self.step_with_workspace(&mut SolverWorkspace::default(), p, u, &(), t, h)
     }
 
-    fn step_in(
+    fn step_with_workspace(
         &mut self,
-        room: &mut Room<S, S::U>,
+        workspace: &mut SolverWorkspace<S, S::U>,
         p: &S::P,
         u: &InputPolynomial<S::U>,
         _now: &(),
         t: f64,
         h: f64,
     ) -> Result<StepEnd, ModelError> {
-        solve(self, room, solver_of, self.len(), name_of, (p, u), (t, h))
+        let n = self.len();
+        solve(self, workspace, make_solver, n, state_name, (p, u), (t, h))
     }
 }
 
-/// The solver of a model like this one. Each state is given its number, which its row then reads.
-fn solver_of<S: Ode>(like: &S) -> Result<Solver, ModelError> {
+/// The solver of a model like this one. Each state is set to its number, so that its row can read
+/// the position of the state.
+fn make_solver<S: Ode>(like: &S) -> Result<Solver, ModelError> {
     let numbers: Vec<f64> = (0..like.len()).map(|k| k as f64).collect();
     let (mut state, outputs) = (like.clone(), S::Y::default());
     state.write(&numbers);
@@ -359,13 +356,13 @@ fn solver_of<S: Ode>(like: &S) -> Result<Solver, ModelError> {
         S::SOLVER,
         sizes,
         S::derivatives(),
-        &Seen { state, outputs },
+        &StateAndOutputs { state, outputs },
         S::MAX_STEP,
     )
 }
 
-/// The name of the state of this index; the value is no finite one.
-fn name_of<S: Ode>(x: &mut S, state: usize, value: f64) -> &'static str {
+/// The name of the state with this index, found by setting it to `value`, which is not finite.
+fn state_name<S: Ode>(x: &mut S, state: usize, value: f64) -> &'static str {
     let mut states = vec![0.0; x.len()];
     states[state] = value;
     x.write(&states);
@@ -411,11 +408,11 @@ impl<S: Ode> Continuous for S {
         t: f64,
         seed: (&S, &S::U),
         dx: &mut S,
-        y: Option<&mut Seen<S>>,
+        y: Option<&mut StateAndOutputs<S>>,
     ) -> Result<(), ModelError> {
         Ode::directional(self, p, u, t, seed, dx);
         if let Some(y) = y {
-            // What is no continuous state stays as it is: zero.
+            // All but the continuous states stays zero.
             let mut x = vec![0.0; self.len()];
             seed.0.read(&mut x);
             y.state.write(&x);

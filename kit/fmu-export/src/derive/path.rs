@@ -1,25 +1,25 @@
-//! Where a struct lives within the structs of a model.
+//! Paths to nested structs within the parameters, inputs or outputs of a model.
 
 use super::Name;
 use std::marker::PhantomData;
 
-/// The way from a struct of the model to one inside it.
+/// The path from a struct of the model to one inside it.
 pub trait Path: 'static {
-    /// Where it begins: the parameters, inputs or outputs of a model.
+    /// The parameters, inputs or outputs of a model.
     type From;
-    /// What it leads to.
+    /// The struct inside.
     type To;
-    /// Name of that in the table, empty for the model's struct itself.
+    /// Its name in the table; empty for the model's struct itself.
     const NAME: Name;
 
-    /// What it leads to.
+    /// The struct inside.
     fn get(from: &Self::From) -> &Self::To;
 
-    /// What it leads to, to write.
+    /// The struct inside, mutable.
     fn get_mut(from: &mut Self::From) -> &mut Self::To;
 }
 
-/// The way from a struct to itself.
+/// The path from a struct to itself.
 pub struct Root<S>(PhantomData<S>);
 
 impl<S: 'static> Path for Root<S> {

@@ -1,4 +1,4 @@
-//! Rows of nested structs become one table, at compile time.
+//! Joins the rows of nested structs to one table, at compile time.
 
 use fmi_units::{BASE, KNOWN_UNITS, Unit};
 
@@ -18,7 +18,7 @@ pub enum Part<M: Model> {
 
 /// The rows of a struct that the path `At` leads to, for the model `M`.
 pub trait Rows<M: Model, At> {
-    /// In the order of the fields.
+    /// The rows in the order of the fields.
     const ROWS: &'static [Part<M>];
 }
 
@@ -26,7 +26,7 @@ impl<M: Model, At> Rows<M, At> for () {
     const ROWS: &'static [Part<M>] = &[];
 }
 
-/// How many rows there are in all.
+/// The number of rows in all structs.
 pub const fn count<M: Model>(structs: &[&'static [Part<M>]]) -> usize {
     let (mut n, mut i) = (0, 0);
     while i < structs.len() {
@@ -43,7 +43,7 @@ pub const fn count<M: Model>(structs: &[&'static [Part<M>]]) -> usize {
     n
 }
 
-/// All rows, in order; there are `N`.
+/// All `N` rows, in order.
 pub const fn assemble<M: Model, const N: usize>(
     structs: &[&'static [Part<M>]],
 ) -> [Variable<M>; N] {
@@ -76,7 +76,7 @@ const fn append<M: Model, const N: usize>(
     (table, n)
 }
 
-/// How many of the rows are continuous states.
+/// The number of rows that are continuous states.
 pub const fn count_states<M: Model>(table: &[Variable<M>]) -> usize {
     let (mut n, mut k) = (0, 0);
     while k < table.len() {
@@ -86,7 +86,7 @@ pub const fn count_states<M: Model>(table: &[Variable<M>]) -> usize {
     n
 }
 
-/// Rows for the derivatives of the rows that are continuous states; there are `N`.
+/// The rows of the derivatives of all `N` continuous states.
 pub const fn derivatives<M: Model, const N: usize>(table: &[Variable<M>]) -> [Variable<M>; N] {
     let rows = [Variable::<M>::NOTHING; N];
     let (mut rows, mut n, mut k) = (rows, 0, 0);
@@ -103,7 +103,7 @@ pub const fn derivatives<M: Model, const N: usize>(table: &[Variable<M>]) -> [Va
     rows
 }
 
-/// The known unit of the rate of what is in a known unit.
+/// The known unit of the rate of change of values in a known unit.
 const fn per_second(unit: &str) -> Option<&'static str> {
     let Some(unit) = find(unit) else { return None };
     let (mut rate, mut k) = (None, 0);
@@ -127,7 +127,7 @@ const fn is_rate_of(rate: &Unit, unit: &Unit) -> bool {
     is_it
 }
 
-/// Whether [`KNOWN_UNITS`] has a unit of this name.
+/// Whether [`KNOWN_UNITS`] has a unit with this name.
 pub const fn is_known_unit(name: &str) -> bool {
     find(name).is_some()
 }

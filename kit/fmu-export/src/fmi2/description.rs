@@ -3,33 +3,33 @@
 mod structure;
 mod variables;
 
-use super::component::Fmi2;
+use super::instance::Fmi2;
 use crate::Model;
-use crate::border::body::Version;
-use crate::border::description::{Dialect, flag, table};
-use crate::core::place::{Kind, Names};
+use crate::c_api::description::{Dialect, flag, table_check};
+use crate::c_api::fmi_instance::Version;
+use crate::core::storage::{Kind, TypeNames};
 
-/// The text of `modelDescription.xml` of FMI 2.0, or what is wrong with the table of variables.
+/// The text of `modelDescription.xml` of FMI 2.0, or the first mistake in the table of variables.
 ///
-/// The GUID is a hash of the table and of what [`Info`](crate::Info) says of the model: it is the
-/// same on every platform and says when the interface changed.
+/// The GUID is a hash of the table and of the model's [`Info`](crate::Info): the same on every
+/// platform, and another one when the interface changes.
 pub fn model_description<M: Model>() -> Result<String, String> {
-    described::<M>("")
+    model_description_with_sizes::<M>("")
 }
 
-/// The first variable whose type FMI 2.0 does not have, in words.
-pub(crate) fn lacking<M: Model>() -> Option<String> {
+/// Names the first variable whose type FMI 2.0 does not have.
+pub(crate) fn unsupported_type<M: Model>() -> Option<String> {
     const KNOWN: [Kind; 4] = [Kind::Real, Kind::Integer, Kind::Boolean, Kind::String];
-    let row = (M::variables().iter()).find(|row| !KNOWN.contains(&row.place.kind()))?;
-    let (name, kind) = (row.name, row.place.kind().name(&Names::PLAIN));
+    let row = (M::variables().iter()).find(|row| !KNOWN.contains(&row.storage.kind()))?;
+    let (name, kind) = (row.name, row.storage.kind().name(&TypeNames::PLAIN));
     Some(format!(
         "variable `{name}` is {kind}, a type of FMI 3.0; FMI 2.0 has f64, i32, bool, String and enumerations"
     ))
 }
 
-/// The same with sizes that are said when the FMU is packed.
-pub(crate) fn described<M: Model>(sizes: &str) -> Result<String, String> {
-    if let Some(reason) = lacking::<M>() {
+/// The same with the sizes that were chosen when the FMU was packed.
+pub(crate) fn model_description_with_sizes<M: Model>(sizes: &str) -> Result<String, String> {
+    if let Some(reason) = unsupported_type::<M>() {
         return Err(reason);
     }
     let info = &M::INFO;
@@ -64,8 +64,8 @@ pub(crate) fn described<M: Model>(sizes: &str) -> Result<String, String> {
             ("providesDirectionalDerivative", derivatives),
         ],
         enumeration: ("SimpleType", Some("Enumeration")),
-        variables: variables::of,
-        structure: structure::of,
+        variables: variables::model_variables,
+        structure: structure::model_structure,
     };
-    dialect.describe(sizes, table::check::<M>)
+    dialect.describe(sizes, table_check::check::<M>)
 }

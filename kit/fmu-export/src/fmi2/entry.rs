@@ -1,24 +1,25 @@
-//! The functions of FMI 2.0, one to one, and their call order; [`export_fmu!`](crate::export_fmu)
-//! gives them their C names for one model.
+//! The functions of FMI 2.0 and the states in which each may be called, generic over the model;
+//! [`export_fmu!`](crate::export_fmu) exports them under their C names for one model.
 //!
-//! All of them may be called with `c` = NULL or an instance of this library that is in use by no
-//! other thread, and with pointers that are NULL or valid for the number of elements given beside
-//! them; that is what FMI asks of the importer.
+//! # Safety
+//! As FMI requires of the importer: `c` is NULL or an instance of this library that no other thread
+//! is using, and each pointer is NULL or valid for the number of elements passed with it.
 
 pub use super::instantiate::{free_instance, instantiate};
-pub use crate::border::export::Exported;
-pub use crate::border::library::Library;
+pub use crate::c_api::export::Exported;
+pub use crate::c_api::library::Library;
 
-use super::component::{Body, Fmi2};
-use super::description::lacking;
+use super::description::unsupported_type;
 use super::ffi::*;
+use super::instance::{Fmi2, Fmi2Instance};
 use crate::Model;
-use crate::border::arguments::{Array, ArrayMut, array, array_mut, place, texts};
-use crate::border::call::{C, CS, I, L, M, ME, N, S, T};
-use crate::border::files;
-use crate::border::functions::functions;
-use crate::core::exchange::Happened;
+use crate::c_api::arguments::{Array, ArrayMut, array, array_mut, output_argument, texts};
+use crate::c_api::call_order::TERMINATED; // not the status kind of `ffi`
+use crate::c_api::call_order::*;
+use crate::c_api::files;
+use crate::c_api::functions::functions;
 use crate::core::fault::Fault;
+use crate::core::model_exchange::EventOutcome;
 use crate::core::value::Value;
 
 // The states in which a function is allowed are those of FMI 2.0.4, section 4.2.4. Departures:
@@ -26,68 +27,68 @@ use crate::core::value::Value;
 // be read back there before the next step.
 functions! { ($) Fmi2 export_fmi2_functions;
     fmi2SetDebugLogging [ANY] (on: Boolean, n: usize, categories: *const Str)
-        |b| b.set_logging(on != 0, n, categories);
-    /// The tolerance is for models that control their own error; the others do not use it.
-    fmi2SetupExperiment [I] (tolerance_defined: Boolean, tolerance: Real, start: Real, stop_defined: Boolean, stop: Real)
-        |b| {
+        |fmi| fmi.set_logging(on != 0, n, categories);
+    /// Only models that choose their steps by a tolerance use it.
+    fmi2SetupExperiment [INSTANTIATED] (tolerance_defined: Boolean, tolerance: Real, start: Real, stop_defined: Boolean, stop: Real)
+        |fmi| {
             let tolerance = (tolerance_defined != 0).then_some(tolerance);
-            b.instance.set_experiment(tolerance, start, (stop_defined != 0).then_some(stop))
+            fmi.instance.set_experiment(tolerance, start, (stop_defined != 0).then_some(stop))
         };
-    fmi2EnterInitializationMode [I] ()
-        |b| { b.instance.enter_initialization(); Ok(()) };
-    fmi2ExitInitializationMode [N] ()
-        |b| b.exit_initialization();
-    fmi2Terminate [S | M | C | L] ()
-        |b| { b.instance.terminate(); Ok(()) };
+    fmi2EnterInitializationMode [INSTANTIATED] ()
+        |fmi| { fmi.instance.enter_initialization(); Ok(()) };
+    fmi2ExitInitializationMode [INITIALIZATION_MODE] ()
+        |fmi| fmi.exit_initialization();
+    fmi2Terminate [STEP_MODE | ME_STATES | LOST] ()
+        |fmi| { fmi.instance.terminate(); Ok(()) };
     fmi2Reset [ANY] ()
-        |b| b.reset();
+        |fmi| fmi.reset();
 
     fmi2GetReal [GET] (vr: *const ValueReference, n: usize, value: *mut Real)
-        |b| get(b, array("vr", vr, n)?, array_mut("value", value, n)?, |x: f64| x);
+        |fmi| get(fmi, array("vr", vr, n)?, array_mut("value", value, n)?, |x: f64| x);
     fmi2GetInteger [GET] (vr: *const ValueReference, n: usize, value: *mut Integer)
-        |b| get(b, array("vr", vr, n)?, array_mut("value", value, n)?, |x: i32| x);
+        |fmi| get(fmi, array("vr", vr, n)?, array_mut("value", value, n)?, |x: i32| x);
     fmi2GetBoolean [GET] (vr: *const ValueReference, n: usize, value: *mut Boolean)
-        |b| get(b, array("vr", vr, n)?, array_mut("value", value, n)?, |x: bool| Boolean::from(x));
-    /// The texts stay valid until the next call of it.
+        |fmi| get(fmi, array("vr", vr, n)?, array_mut("value", value, n)?, |x: bool| Boolean::from(x));
+    /// The texts stay valid until its next call.
     fmi2GetString [GET] (vr: *const ValueReference, n: usize, value: *mut Str)
-        |b| {
+        |fmi| {
             let (vr, value) = (array("vr", vr, n)?, array_mut("value", value, n)?);
-            b.get_texts((0..n).map(|k| vr.get(k)), value)
+            fmi.get_texts((0..n).map(|k| vr.get(k)), value)
         };
-    fmi2SetReal [I | N | S | M | C] (vr: *const ValueReference, n: usize, value: *const Real)
-        |b| { let vr = array("vr", vr, n)?; b.instance.check_between_events(|k| vr.at(k))?; set(b, vr, array("value", value, n)?, |x: Real| x) };
-    fmi2SetInteger [I | N | S | M] (vr: *const ValueReference, n: usize, value: *const Integer)
-        |b| set(b, array("vr", vr, n)?, array("value", value, n)?, |x: Integer| x);
-    fmi2SetBoolean [I | N | S | M] (vr: *const ValueReference, n: usize, value: *const Boolean)
-        |b| set(b, array("vr", vr, n)?, array("value", value, n)?, |x: Boolean| x != 0);
-    fmi2SetString [I | N | S | M] (vr: *const ValueReference, n: usize, value: *const Str)
-        |b| {
+    fmi2SetReal [SET | CONTINUOUS_TIME_MODE] (vr: *const ValueReference, n: usize, value: *const Real)
+        |fmi| { let vr = array("vr", vr, n)?; fmi.instance.check_between_events(|k| vr.at(k))?; set(fmi, vr, array("value", value, n)?, |x: Real| x) };
+    fmi2SetInteger [SET] (vr: *const ValueReference, n: usize, value: *const Integer)
+        |fmi| set(fmi, array("vr", vr, n)?, array("value", value, n)?, |x: Integer| x);
+    fmi2SetBoolean [SET] (vr: *const ValueReference, n: usize, value: *const Boolean)
+        |fmi| set(fmi, array("vr", vr, n)?, array("value", value, n)?, |x: Boolean| x != 0);
+    fmi2SetString [SET] (vr: *const ValueReference, n: usize, value: *const Str)
+        |fmi| {
             let (vr, value) = (array("vr", vr, n)?, texts("value", value, n)?);
-            b.set_texts(vr.iter(), &value)
+            fmi.set_texts(vr.iter(), &value)
         };
 
-    fmi2GetFMUstate [I | N | S | M | C | T] (state: *mut FmuState)
-        |b| b.save("FMUstate", state);
+    fmi2GetFMUstate [INSTANTIATED | GET] (state: *mut FmuState)
+        |fmi| fmi.save("FMUstate", state);
     fmi2SetFMUstate [ANY] (state: FmuState)
-        |b| b.restore(state.addr());
+        |fmi| fmi.restore(state.addr());
     fmi2FreeFMUstate [ANY] (state: *mut FmuState)
-        |b| b.free("FMUstate", state);
+        |fmi| fmi.free("FMUstate", state);
     fmi2SerializedFMUstateSize [ANY] (state: FmuState, size: *mut usize)
-        |b| b.serialized_size(state, size);
-    /// Room beyond the end of the state is left alone.
+        |fmi| fmi.serialized_size(state, size);
+    /// The buffer beyond the end of the state is not changed.
     fmi2SerializeFMUstate [ANY] (state: FmuState, bytes: *mut Byte, size: usize)
-        |b| b.serialize(state, bytes.cast::<u8>(), size);
+        |fmi| fmi.serialize(state, bytes.cast::<u8>(), size);
     fmi2DeSerializeFMUstate [ANY] (bytes: *const Byte, size: usize, state: *mut FmuState)
-        |b| b.deserialize(bytes.cast::<u8>(), size, "FMUstate", state);
+        |fmi| fmi.deserialize(bytes.cast::<u8>(), size, "FMUstate", state);
 
     fmi2GetDirectionalDerivative [GET] (
         unknown: *const ValueReference, n_unknown: usize, known: *const ValueReference, n_known: usize,
         seed: *const Real, result: *mut Real
-    ) |b| {
-        b.instance.has_derivatives("providesDirectionalDerivative")?;
+    ) |fmi| {
+        fmi.instance.has_derivatives("providesDirectionalDerivative")?;
         let (unknown, known) = (array("vUnknown_ref", unknown, n_unknown)?, array("vKnown_ref", known, n_known)?);
         let (seed, result) = (array("dvKnown", seed, n_known)?, array_mut("dvUnknown", result, n_unknown)?);
-        b.instance.directional_derivative(
+        fmi.instance.directional_derivative(
             n_unknown,
             |k| unknown.get(k),
             n_known,
@@ -96,25 +97,25 @@ functions! { ($) Fmi2 export_fmi2_functions;
             |k, value| result.put(k, value),
         )
     };
-    fmi2SetRealInputDerivatives [CS | I | N | S] (vr: *const ValueReference, n: usize, order: *const Integer, value: *const Real)
-        |b| {
+    fmi2SetRealInputDerivatives [CS | INSTANTIATED | INITIALIZATION_MODE | STEP_MODE] (vr: *const ValueReference, n: usize, order: *const Integer, value: *const Real)
+        |fmi| {
             let (vr, order, value) = (array("vr", vr, n)?, array("order", order, n)?, array("value", value, n)?);
-            b.instance.set_input_derivatives(n, |k| vr.get(k), |k| order.get(k), |k| value.get(k))
+            fmi.instance.set_input_derivatives(n, |k| vr.get(k), |k| order.get(k), |k| value.get(k))
         };
-    fmi2GetRealOutputDerivatives [CS | S | T] (vr: *const ValueReference, n: usize, order: *const Integer, value: *mut Real)
-        |b| {
+    fmi2GetRealOutputDerivatives [CS | STEP_MODE | TERMINATED] (vr: *const ValueReference, n: usize, order: *const Integer, value: *mut Real)
+        |fmi| {
             let (vr, order, value) = (array("vr", vr, n)?, array("order", order, n)?, array_mut("value", value, n)?);
-            b.instance.has_output_derivatives()?;
-            b.instance.check_first_order(n, |k| vr.get(k), |k| order.get(k))?;
-            b.instance.output_derivatives(n, |k| vr.get(k), |k, x| value.put(k, x))
+            fmi.instance.has_output_derivatives()?;
+            fmi.instance.check_first_order(n, |k| vr.get(k), |k| order.get(k))?;
+            fmi.instance.output_derivatives(n, |k| vr.get(k), |k, x| value.put(k, x))
         };
 
-    fmi2EnterEventMode [ME | M | C] ()
-        |b| { b.instance.enter_events(); Ok(()) };
-    fmi2NewDiscreteStates [ME | M] (info: *mut EventInfo)
-        |b| {
-            let to = place("eventInfo", info)?;
-            let Happened { event, is_moved } = b.instance.update_discrete_states()?;
+    fmi2EnterEventMode [ME | ME_STATES] ()
+        |fmi| { fmi.instance.enter_events(); Ok(()) };
+    fmi2NewDiscreteStates [ME | ME_EVENT_MODE] (info: *mut EventInfo)
+        |fmi| {
+            let to = output_argument("eventInfo", info)?;
+            let EventOutcome { event, is_moved } = fmi.instance.update_discrete_states()?;
             to.put(0, EventInfo {
                 new_discrete_states_needed: event.again.into(),
                 terminate_simulation: event.terminate.into(),
@@ -125,75 +126,79 @@ functions! { ($) Fmi2 export_fmi2_functions;
             });
             Ok(())
         };
-    fmi2EnterContinuousTimeMode [ME | M] ()
-        |b| { b.instance.enter_continuous_time(); Ok(()) };
-    fmi2CompletedIntegratorStep [ME | C] (no_set_prior: Boolean, enter_event_mode: *mut Boolean, terminate: *mut Boolean)
-        |b| {
-            let (enter, terminate) = (place("enterEventMode", enter_event_mode)?, place("terminateSimulation", terminate)?);
-            enter.put(0, b.instance.completed_step()?.into());
+    fmi2EnterContinuousTimeMode [ME | ME_EVENT_MODE] ()
+        |fmi| { fmi.instance.enter_continuous_time(); Ok(()) };
+    fmi2CompletedIntegratorStep [ME | CONTINUOUS_TIME_MODE] (no_set_prior: Boolean, enter_event_mode: *mut Boolean, terminate: *mut Boolean)
+        |fmi| {
+            let (enter, terminate) = (output_argument("enterEventMode", enter_event_mode)?, output_argument("terminateSimulation", terminate)?);
+            enter.put(0, fmi.instance.completed_step()?.into());
             terminate.put(0, 0);
             Ok(())
         };
-    fmi2SetTime [ME | M | C] (time: Real)
-        |b| b.instance.set_time(time);
-    fmi2SetContinuousStates [ME | C] (x: *const Real, n: usize)
-        |b| { let x = array("x", x, n)?; b.instance.set_continuous_states("nx", n, |k| x.get(k)) };
-    fmi2GetDerivatives [ME | M | C | T] (derivatives: *mut Real, n: usize)
-        |b| { let to = array_mut("derivatives", derivatives, n)?; to.put_all(0, b.instance.derivatives("nx", n)?, |x| x); Ok(()) };
-    fmi2GetEventIndicators [ME | N | M | C | T] (indicators: *mut Real, n: usize)
-        |b| { let to = array_mut("eventIndicators", indicators, n)?; to.put_all(0, b.instance.event_indicators("ni", n)?, |x| x); Ok(()) };
-    fmi2GetContinuousStates [ME | N | M | C | T] (x: *mut Real, n: usize)
-        |b| { let to = array_mut("x", x, n)?; to.put_all(0, b.instance.continuous_states("nx", n)?, |x| x); Ok(()) };
-    fmi2GetNominalsOfContinuousStates [ME | I | M | C | T] (x: *mut Real, n: usize)
-        |b| { let to = array_mut("x_nominal", x, n)?; to.put_all(0, &b.instance.nominals("nx", n)?, |x| x); Ok(()) };
+    fmi2SetTime [ME | ME_STATES] (time: Real)
+        |fmi| fmi.instance.set_time(time);
+    fmi2SetContinuousStates [ME | CONTINUOUS_TIME_MODE] (x: *const Real, n: usize)
+        |fmi| { let x = array("x", x, n)?; fmi.instance.set_continuous_states("nx", n, |k| x.get(k)) };
+    fmi2GetDerivatives [ME | ME_STATES | TERMINATED] (derivatives: *mut Real, n: usize)
+        |fmi| { let to = array_mut("derivatives", derivatives, n)?; to.put_all(0, fmi.instance.derivatives("nx", n)?, |x| x); Ok(()) };
+    fmi2GetEventIndicators [ME | INITIALIZATION_MODE | ME_STATES | TERMINATED] (indicators: *mut Real, n: usize)
+        |fmi| { let to = array_mut("eventIndicators", indicators, n)?; to.put_all(0, fmi.instance.event_indicators("ni", n)?, |x| x); Ok(()) };
+    fmi2GetContinuousStates [ME | INITIALIZATION_MODE | ME_STATES | TERMINATED] (x: *mut Real, n: usize)
+        |fmi| { let to = array_mut("x", x, n)?; to.put_all(0, fmi.instance.continuous_states("nx", n)?, |x| x); Ok(()) };
+    fmi2GetNominalsOfContinuousStates [ME | INSTANTIATED | ME_STATES | TERMINATED] (x: *mut Real, n: usize)
+        |fmi| { let to = array_mut("x_nominal", x, n)?; to.put_all(0, &fmi.instance.nominals("nx", n)?, |x| x); Ok(()) };
 
-    fmi2DoStep [S] (t: Real, h: Real, no_set_prior: Boolean)
-        |b| b.do_step(t, h);
-    fmi2CancelStep [CS | I | N | S | T] ()
-        Body::cancel_step;
-    fmi2GetStatus [CS | S | T | L] (kind: c_int, value: *mut Status)
-        |b| { let to = place("value", value)?; to.put(0, b.status(kind)?); Ok(()) };
-    fmi2GetRealStatus [CS | S | T | L] (kind: c_int, value: *mut Real)
-        |b| { let to = place("value", value)?; to.put(0, b.real_status(kind)?); Ok(()) };
-    fmi2GetIntegerStatus [CS | S | T | L] (kind: c_int, value: *mut Integer)
-        |b| { let to = place("value", value)?; to.put(0, b.integer_status(kind)?); Ok(()) };
-    fmi2GetBooleanStatus [CS | S | T | L] (kind: c_int, value: *mut Boolean)
-        |b| { let to = place("value", value)?; to.put(0, b.boolean_status(kind)?); Ok(()) };
-    fmi2GetStringStatus [CS | S | T | L] (kind: c_int, value: *mut Str)
-        |b| { let to = place("value", value)?; to.put(0, b.string_status(kind)?); Ok(()) };
+    fmi2DoStep [STEP_MODE] (t: Real, h: Real, no_set_prior: Boolean)
+        |fmi| fmi.do_step(t, h);
+    fmi2CancelStep [CS | INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | TERMINATED] ()
+        Fmi2Instance::cancel_step;
+    fmi2GetStatus [STATUS] (kind: c_int, value: *mut Status)
+        |fmi| { let to = output_argument("value", value)?; to.put(0, fmi.status(kind)?); Ok(()) };
+    fmi2GetRealStatus [STATUS] (kind: c_int, value: *mut Real)
+        |fmi| { let to = output_argument("value", value)?; to.put(0, fmi.real_status(kind)?); Ok(()) };
+    fmi2GetIntegerStatus [STATUS] (kind: c_int, value: *mut Integer)
+        |fmi| { let to = output_argument("value", value)?; to.put(0, fmi.integer_status(kind)?); Ok(()) };
+    fmi2GetBooleanStatus [STATUS] (kind: c_int, value: *mut Boolean)
+        |fmi| { let to = output_argument("value", value)?; to.put(0, fmi.boolean_status(kind)?); Ok(()) };
+    fmi2GetStringStatus [STATUS] (kind: c_int, value: *mut Str)
+        |fmi| { let to = output_argument("value", value)?; to.put(0, fmi.string_status(kind)?); Ok(()) };
 }
 
-/// The states of a living instance in which variables can be read.
-const GET: u16 = N | S | M | C | T;
+/// The states in which variables can be read.
+const GET: u16 = INITIALIZATION_MODE | STEP_MODE | ME_STATES | TERMINATED;
+/// The states in which variables can be set; continuous ones in Continuous-Time Mode too.
+const SET: u16 = INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | ME_EVENT_MODE;
+/// The states in which the status of the last step can be read.
+const STATUS: u16 = CS | STEP_MODE | TERMINATED | LOST;
 /// Every state.
-const ANY: u16 = I | GET | L;
+const ANY: u16 = INSTANTIATED | GET | LOST;
 
 /// Sets elements.
 #[inline(always)]
 fn set<M: Model, C: Copy, T: Value>(
-    b: &mut Body<M>,
+    fmi: &mut Fmi2Instance<M>,
     vr: Array<ValueReference>,
     values: Array<C>,
     from_c: impl Fn(C) -> T + Copy,
 ) -> Result<(), Fault> {
-    // Of two words, so that it is handed on in registers.
+    // References keep the closure at two words, so that it is passed in registers.
     let (vr, values) = (&vr, &values);
-    (b.instance).set(move |k| Some((vr.at(k)?, from_c(values.at(k)?))))
+    (fmi.instance).set(move |k| Some((vr.at(k)?, from_c(values.at(k)?))))
 }
 
 /// Gets elements.
 #[inline(always)]
 fn get<M: Model, C: Copy, T: Value>(
-    b: &mut Body<M>,
+    fmi: &mut Fmi2Instance<M>,
     vr: Array<ValueReference>,
     values: ArrayMut<C>,
     to_c: impl Fn(T) -> C,
 ) -> Result<(), Fault> {
-    (b.instance).get(|k| vr.at(k), |k, value| values.put(k, to_c(value)))
+    (fmi.instance).get(|k| vr.at(k), |k, value| values.put(k, to_c(value)))
 }
 
-/// fmi2ExportFiles: hands every file of the FMU beside the binaries to `receive`; 0 if all is well, 2
-/// if a variable is of a type that FMI 2.0 does not have.
+/// fmi2ExportFiles: passes every file of the FMU except the binaries to `receive`. Returns 0 on
+/// success, and 2 if a variable has a type that FMI 2.0 does not have.
 ///
 /// # Safety
 /// `receive` may be called with `context`.
@@ -205,7 +210,7 @@ pub unsafe fn export_files<X: Exported>(
     // SAFETY: forwarded.
     let status =
         unsafe { files::export(library, context, receive, super::files::files::<X::Model>) };
-    match lacking::<X::Model>() {
+    match unsupported_type::<X::Model>() {
         Some(_) => 2,
         None => status,
     }

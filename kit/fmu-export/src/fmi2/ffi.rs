@@ -1,8 +1,7 @@
-//! The C types of FMI 2.0, for 64- and 32-bit platforms alike (`fmi2TypesPlatform.h`,
-//! `fmi2FunctionTypes.h`).
+//! The C types of FMI 2.0 (`fmi2TypesPlatform.h`, `fmi2FunctionTypes.h`), 64- and 32-bit.
 //!
-//! Enumerations that come from the importer are plain `c_int`: a foreign value must not be
-//! undefined behaviour.
+//! Enumerations that the importer passes are plain `c_int`, because a value outside a Rust
+//! enumeration would be undefined behaviour.
 
 pub use std::ffi::{c_char, c_int, c_uint, c_void};
 
@@ -10,7 +9,7 @@ pub use std::ffi::{c_char, c_int, c_uint, c_void};
 pub type Component = *mut c_void;
 /// `fmi2ComponentEnvironment`.
 pub type ComponentEnvironment = *mut c_void;
-/// `fmi2FMUstate`; here a handle that is looked up, never followed.
+/// `fmi2FMUstate`; a handle that is looked up, never dereferenced.
 pub type FmuState = *mut c_void;
 /// `fmi2ValueReference`.
 pub type ValueReference = c_uint;
@@ -29,14 +28,14 @@ pub type Byte = c_char;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// All well.
+    /// The call succeeded.
     Ok = 0,
     /// Never returned, only logged: importers abort on it.
     Warning = 1,
-    /// A step could not be done, a value is out of bounds, an inquiry has no answer; the instance
+    /// A step could not be done, a value is out of bounds, or there is no such status; the instance
     /// is as before. Or the step was done in part (fmi2LastSuccessfulTime).
     Discard = 2,
-    /// The call was wrong and the instance is as before; or a panic has made it useless until a
+    /// The call was wrong and the instance is as before; or a panic has made it unusable until a
     /// reset or a restored state.
     Error = 3,
     /// Never returned: it would mean that all instances are corrupt.
@@ -77,7 +76,7 @@ pub const TERMINATED: c_int = 3;
 #[cfg(not(miri))]
 pub type CallbackLogger =
     unsafe extern "C-unwind" fn(ComponentEnvironment, Str, Status, Str, message: Str, ...);
-/// The same without the dots, which Miri cannot call; nothing is ever passed for them.
+/// The same without variable arguments, which Miri cannot call and which are never passed.
 #[cfg(miri)]
 pub type CallbackLogger =
     unsafe extern "C-unwind" fn(ComponentEnvironment, Str, Status, Str, message: Str);
@@ -105,4 +104,4 @@ pub struct CallbackFunctions {
     pub component_environment: ComponentEnvironment,
 }
 
-pub use crate::border::files::ReceiveFile;
+pub use crate::c_api::files::ReceiveFile;

@@ -1,12 +1,12 @@
-//! The files of an FMU of FMI 2.0 beside the binaries.
+//! The files of an FMI 2.0 FMU other than its binaries.
 
-use super::description::described;
+use super::description::model_description_with_sizes;
 use crate::Model;
-use crate::border::files::{Packed, folders};
+use crate::c_api::files::{Packed, folders};
 
-/// All of them: model description, icon, documentation, resources.
+/// Model description, icon, documentation and resources.
 pub(crate) fn files<M: Model>(sizes: &str) -> Result<Vec<Packed>, String> {
-    let xml = described::<M>(sizes)?.into_bytes();
+    let xml = model_description_with_sizes::<M>(sizes)?.into_bytes();
     let mut files = vec![("modelDescription.xml".to_owned(), xml.into())];
     if !M::INFO.icon.is_empty() {
         files.push(("model.png".to_owned(), M::INFO.icon.into()));

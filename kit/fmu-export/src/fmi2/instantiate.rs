@@ -1,13 +1,13 @@
-//! fmi2Instantiate and fmi2FreeInstance.
+//! fmi2Instantiate and fmi2FreeInstance: instances of FMI 2.0 are made and freed here.
 
-use super::component::Fmi2;
 use super::ffi::*;
+use super::instance::Fmi2;
 use super::{log, uri};
 use crate::Model;
-use crate::border::call::{CS, ME};
-use crate::border::description::table;
-use crate::border::export::Exported;
-use crate::border::library::{self, Library, Request, text};
+use crate::c_api::call_order::{CS, ME};
+use crate::c_api::description::table_check;
+use crate::c_api::export::Exported;
+use crate::c_api::library::{self, Library, Request, text};
 use crate::core::panic;
 use std::ptr;
 
@@ -51,12 +51,12 @@ pub unsafe fn instantiate<X: Exported>(
         hash: &library.hashes[0],
         resources,
         interface: if kind == MODEL_EXCHANGE { ME } else { CS },
-        own: Fmi2 {
+        version: Fmi2 {
             last_step: Status::Ok,
             terminated: false,
         },
     };
-    request.make::<X::Model>(table::check, |_| check_kind::<X::Model>(kind))
+    request.instantiate::<X::Model>(table_check::check, |_| check_kind::<X::Model>(kind))
 }
 
 fn check_kind<X: Model>(kind: c_int) -> Result<(), String> {
@@ -73,8 +73,7 @@ fn check_kind<X: Model>(kind: c_int) -> Result<(), String> {
     ))
 }
 
-/// fmi2FreeInstance; NULL is ignored, and so is an instance in use: a logger that is called while
-/// its instance works cannot free it.
+/// fmi2FreeInstance; NULL and an instance in use are ignored.
 ///
 /// # Safety
 /// As for every function of [`entry`](crate::entry); `c` is not used afterwards.

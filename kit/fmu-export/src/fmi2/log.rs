@@ -1,9 +1,8 @@
-//! The importer's logger of FMI 2.0: what it hears at first, how categories are switched, how a
-//! message is written.
+//! Logging in FMI 2.0: enabled categories, fmi2SetDebugLogging and the importer's logger.
 
 use super::ffi::{CallbackFunctions, CallbackLogger, ComponentEnvironment, Status};
-use crate::border::answer::Answer;
-use crate::border::log::{self, ALL, REFUSED, WARNING, c_string};
+use crate::c_api::answer::Answer;
+use crate::c_api::log::{self, ALL, REFUSED, WARNING, c_string};
 use crate::core::log::Categories;
 use crate::core::message::{Kind, Level};
 use std::ffi::{CStr, CString};
@@ -17,8 +16,7 @@ pub(crate) struct Logger {
 
 pub(crate) type Log = log::Log<Logger>;
 
-// SAFETY: the environment is handed to the importer's logger and not looked at. FMI lets threads
-// take turns with an instance.
+// SAFETY: the environment is only passed on to the logger; FMI lets threads take turns.
 unsafe impl Send for Logger {}
 // SAFETY: as above; everything is immutable.
 unsafe impl Sync for Logger {}
@@ -39,9 +37,9 @@ pub(crate) fn new(
     Log::new(logger, categories, enabled)
 }
 
-/// fmi2SetDebugLogging: all or only the named categories on; all or only the named ones off. Errors
-/// are always reported. Categories of the standard that no message has are accepted.
-pub(crate) fn switched(log: &Log, on: bool, categories: &[&str]) -> u32 {
+/// fmi2SetDebugLogging: enables or disables the named categories, or all without names; enabling
+/// some disables the others. Errors are always reported. Unused standard categories are accepted.
+pub(crate) fn switch_log(log: &Log, on: bool, categories: &[&str]) -> u32 {
     let named = (categories.iter()).fold(0, |mask, name| mask | log.bits(name).unwrap_or(0));
     let enabled = match (on, categories) {
         (true, []) => ALL,
@@ -54,13 +52,13 @@ pub(crate) fn switched(log: &Log, on: bool, categories: &[&str]) -> u32 {
 
 impl log::Logger for Logger {
     type Status = Status;
-    const WARNINGS_ARE_ONE: bool = true;
+    const WARNINGS_INCLUDE_MODEL: bool = true;
 
-    fn is_there(&self) -> bool {
+    fn is_available(&self) -> bool {
         self.callback.is_some()
     }
 
-    /// Each kind has its own, whatever the call is answered with.
+    /// Each kind of message has its own status, whatever the call returns.
     fn status(kind: Kind, _answer: Answer) -> Status {
         match kind {
             Kind::Event | Kind::Model(Level::Info, _) => Status::Ok,
@@ -70,13 +68,13 @@ impl log::Logger for Logger {
         }
     }
 
-    fn tell(&self, status: Status, category: &CStr, text: &str) {
+    fn log(&self, status: Status, category: &CStr, text: &str) {
         let Some(callback) = self.callback else {
             return;
         };
         let text = c_string(&escaped(text));
         // SAFETY: the importer's logger takes these C strings, which live until it returns; the
-        // format asks for no more.
+        // format has no further arguments.
         unsafe {
             callback(
                 self.environment,
@@ -89,7 +87,7 @@ impl log::Logger for Logger {
     }
 }
 
-/// Text as a format of `printf` without arguments, in which `#` would begin the name of a variable
+/// The text as a `printf` format without arguments, in which `#` would begin a variable reference
 /// (FMI 2.0.4, section 2.1.5).
 fn escaped(text: &str) -> String {
     text.replace('%', "%%").replace('#', "##")

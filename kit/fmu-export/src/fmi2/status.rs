@@ -1,15 +1,15 @@
-//! Inquiries about steps. Steps are synchronous, so most of them have no answer; FMI 2.0 then wants
-//! fmi2Discard.
+//! fmi2GetStatus and its relatives, and fmi2CancelStep. Steps are synchronous, so most status kinds
+//! have no value, for which FMI 2.0 demands fmi2Discard.
 
-use super::component::Body;
 use super::ffi::{
     Boolean, DO_STEP_STATUS, LAST_SUCCESSFUL_TIME, PENDING_STATUS, Status, Str, TERMINATED,
 };
+use super::instance::Fmi2Instance;
 use crate::Model;
 use crate::core::fault::{Fault, discard, refuse};
 use std::ffi::c_int;
 
-impl<M: Model> Body<M> {
+impl<M: Model> Fmi2Instance<M> {
     /// fmi2CancelStep: FMI allows it during a step only, and a synchronous step is over when
     /// fmi2DoStep returns.
     pub(crate) fn cancel_step(&mut self) -> Result<(), Fault> {
@@ -19,7 +19,7 @@ impl<M: Model> Body<M> {
     /// fmi2GetStatus: how the last step ended.
     pub(crate) fn status(&self, kind: c_int) -> Result<Status, Fault> {
         match kind {
-            DO_STEP_STATUS => Ok(self.own.last_step),
+            DO_STEP_STATUS => Ok(self.version.last_step),
             _ => discard!("status kind = {kind} must be {DO_STEP_STATUS} (fmi2DoStepStatus)"),
         }
     }
@@ -39,15 +39,15 @@ impl<M: Model> Body<M> {
         discard!("status kind = {kind}: FMI 2.0 has no Integer status")
     }
 
-    /// fmi2GetBooleanStatus: whether the model wanted the simulation to end.
+    /// fmi2GetBooleanStatus: whether the model asked to end the simulation.
     pub(crate) fn boolean_status(&self, kind: c_int) -> Result<Boolean, Fault> {
         match kind {
-            TERMINATED => Ok(self.own.terminated.into()),
+            TERMINATED => Ok(self.version.terminated.into()),
             _ => discard!("status kind = {kind} must be {TERMINATED} (fmi2Terminated)"),
         }
     }
 
-    /// fmi2GetStringStatus: there is never a pending step to tell about.
+    /// fmi2GetStringStatus: there is never a pending step to describe.
     pub(crate) fn string_status(&self, kind: c_int) -> Result<Str, Fault> {
         match kind {
             PENDING_STATUS => discard!("no step is pending: steps are synchronous"),

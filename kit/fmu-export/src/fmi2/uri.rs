@@ -1,11 +1,10 @@
-//! fmuResourceLocation → folder.
+//! Converts fmuResourceLocation, a URI, to the path of the resources folder.
 
 use percent_encoding::percent_decode_str;
 use std::path::PathBuf;
 
-/// The folder a `file:` URI means: `file:/C:/x`, `file:///x`, `file://localhost/x`, with extra
-/// slashes, a trailing slash and percent-encoding. A plain absolute path is taken as it is, since
-/// some importers pass one.
+/// The folder of a `file:` URI such as `file:/C:/x`, `file:///x` or `file://localhost/x`, also with
+/// extra or trailing slashes and percent-encoding. A plain absolute path is also accepted.
 pub(crate) fn folder(uri: &str) -> Result<PathBuf, String> {
     let path = match uri.get(..5) {
         Some(scheme) if scheme.eq_ignore_ascii_case("file:") => {
@@ -37,7 +36,7 @@ pub(crate) fn folder(uri: &str) -> Result<PathBuf, String> {
     Ok(PathBuf::from(&absolute[..end.min(absolute.len())]))
 }
 
-/// What follows `file:` without an empty or `localhost` authority.
+/// The part after `file:` without an empty or `localhost` host.
 fn local_part<'a>(uri: &str, rest: &'a str) -> Result<&'a str, String> {
     let Some(authority) = rest.strip_prefix("//") else {
         return if rest.starts_with('/') || has_drive(rest) {

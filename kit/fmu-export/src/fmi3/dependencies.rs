@@ -1,15 +1,15 @@
-//! What variables depend on, element by element (FMI 3.0.2, section 2.2.10).
+//! Dependencies of a variable by element, for fmi3GetVariableDependencies (FMI 3.0.2, 2.2.10).
 
 use super::ffi::{DEPENDENT, ValueReference};
-use super::instance::Body;
+use super::instance::Fmi3Instance;
 use crate::Model;
 use crate::core::dependencies::Knowns;
 use crate::core::fault::{Fault, refuse};
 use crate::core::phase::Phase;
 use std::ffi::c_int;
 
-/// One dependency: element of the dependent variable, variable it depends on, element of that one.
-/// Elements count from 1.
+/// One dependency: an element of the dependent variable, the variable that it depends on, and the
+/// element of that one. Elements are counted from 1.
 pub(super) struct Dependency {
     pub(super) element: usize,
     pub(super) independent: ValueReference,
@@ -17,13 +17,13 @@ pub(super) struct Dependency {
     pub(super) kind: c_int,
 }
 
-impl<M: Model> Body<M> {
-    /// All dependencies of a variable that is computed: before and in Initialization Mode those of
-    /// `InitialUnknown`, later those of `Output`.
+impl<M: Model> Fmi3Instance<M> {
+    /// All dependencies of a computed variable: those of its `InitialUnknown` until the end of
+    /// Initialization Mode, afterwards those of its `Output`.
     pub(super) fn dependencies(&self, dependent: ValueReference) -> Result<Vec<Dependency>, Fault> {
         let layout = &self.instance.layout;
-        let (run, first, n) = layout.block(dependent)?;
-        let row = run.row;
+        let (span, first, n) = layout.block(dependent)?;
+        let row = span.row;
         let phase = self.instance.state.phase;
         let initially = matches!(phase, Phase::Instantiated | Phase::Initialization);
         if !row.is_unknown(initially) {

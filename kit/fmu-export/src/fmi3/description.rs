@@ -6,20 +6,20 @@ mod variables;
 
 use super::instance::Fmi3;
 use crate::Model;
-use crate::border::body::Version;
-use crate::border::description::{Dialect, flag, table};
+use crate::c_api::description::{Dialect, flag, table_check};
+use crate::c_api::fmi_instance::Version;
 use crate::core::layout::Layout;
-use crate::core::sizes::Start;
+use crate::core::sizes::StartValues;
 
-/// The text of `modelDescription.xml` of FMI 3.0, or what is wrong with the table of variables.
+/// The text of `modelDescription.xml` of FMI 3.0, or the first mistake in the table of variables.
 ///
-/// The instantiation token is a hash as the GUID of FMI 2.0 is, another one.
+/// The instantiation token is a hash like the GUID of FMI 2.0, but not the same.
 pub fn model_description3<M: Model>() -> Result<String, String> {
-    described::<M>("")
+    model_description_with_sizes::<M>("")
 }
 
-/// The same with sizes that are said when the FMU is packed.
-pub(crate) fn described<M: Model>(sizes: &str) -> Result<String, String> {
+/// The same with the sizes that were chosen when the FMU was packed.
+pub(crate) fn model_description_with_sizes<M: Model>(sizes: &str) -> Result<String, String> {
     let info = &M::INFO;
     let derivatives = flag(info.directional_derivatives || M::MODEL_EXCHANGE.is_some());
     let order = if info.output_derivatives { "1" } else { "0" };
@@ -58,14 +58,14 @@ pub(crate) fn described<M: Model>(sizes: &str) -> Result<String, String> {
             ("providesEvaluateDiscreteStates", "false"),
         ],
         enumeration: ("EnumerationType", None),
-        variables: variables::of,
-        structure: structure::of,
+        variables: variables::model_variables,
+        structure: structure::model_structure,
     };
     dialect.describe(sizes, check::<M>)
 }
 
-/// The first thing that is wrong with the table or the terminals.
-pub(crate) fn check<M: Model>(layout: &Layout<M>, start: &Start<M>) -> Result<(), String> {
+/// The first mistake in the table or the terminals.
+pub(crate) fn check<M: Model>(layout: &Layout<M>, start: &StartValues<M>) -> Result<(), String> {
     terminals::check(layout)?;
-    table::check(layout, start)
+    table_check::check(layout, start)
 }

@@ -1,67 +1,68 @@
-//! The functions of FMI 3.0, one to one, and their call order; [`export_fmu!`](crate::export_fmu)
-//! gives them their C names for one model. Those that get and set variables are in `values`, those
-//! of what these FMUs do not have in `absent`.
+//! The functions of FMI 3.0 and the states in which each may be called, generic over the model;
+//! [`export_fmu!`](crate::export_fmu) exports them under their C names for one model. Getters and
+//! setters of variables are in `values`, functions of unsupported features in `unsupported`.
 //!
-//! All of them may be called with an instance that is NULL or of this library and in use by no other thread, and with pointers that are NULL or
-//! valid for the number of elements given beside them; that is what FMI asks of the importer.
+//! # Safety
+//! As FMI requires of the importer: the instance is NULL or one of this library that no other
+//! thread is using, and each pointer is NULL or valid for the number of elements passed with it.
 
-pub use super::absent::*;
 pub use super::instantiate::{CoSimulation, free_instance, instantiate, refuse_instantiation};
+pub use super::unsupported::*;
 pub use super::values::*;
-pub use crate::border::export::Exported;
-pub use crate::border::library::Library;
+pub use crate::c_api::export::Exported;
+pub use crate::c_api::library::Library;
 
 use super::ffi::*;
 use super::instance::Fmi3;
-use super::order::{A, ANY};
+use super::states::{ANY, EVENT_MODE, INITIALIZED, STEP_MODE_AFTER_SET};
 use super::values::VR;
 use crate::Model;
-use crate::border::arguments::{array, array_mut, place};
-use crate::border::body::enter;
-use crate::border::call::{C, CS, Call, E, G, I, L, M, ME, N, S, T, U};
-use crate::border::files;
-use crate::border::functions::functions;
-use crate::core::exchange::Happened;
+use crate::c_api::arguments::{array, array_mut, output_argument};
+use crate::c_api::call_order::*;
+use crate::c_api::files;
+use crate::c_api::fmi_instance::enter;
+use crate::c_api::functions::functions;
 use crate::core::fault::{OF_VARIABLES, check_number, refuse};
+use crate::core::model_exchange::EventOutcome;
 
-// Discrete states change in fmi3UpdateDiscreteStates only, so there are none to evaluate.
+// fmi3EvaluateDiscreteStates has nothing to do: discrete states change in fmi3UpdateDiscreteStates.
 functions! { ($) Fmi3 export_fmi3_functions;
     fmi3SetDebugLogging [ANY] (on: Boolean, n: usize, categories: *const Str)
-        |b| b.set_logging(on != 0, n, categories);
-    /// The tolerance is for models that control their own error; the others do not use it.
-    fmi3EnterInitializationMode [I] (tolerance_defined: Boolean, tolerance: f64, start: f64, stop_defined: Boolean, stop: f64)
-        |b| {
+        |fmi| fmi.set_logging(on != 0, n, categories);
+    /// Only models that choose their steps by a tolerance use it.
+    fmi3EnterInitializationMode [INSTANTIATED] (tolerance_defined: Boolean, tolerance: f64, start: f64, stop_defined: Boolean, stop: f64)
+        |fmi| {
             let tolerance = (tolerance_defined != 0).then_some(tolerance);
-            b.instance.set_experiment(tolerance, start, (stop_defined != 0).then_some(stop))?;
-            b.instance.enter_initialization();
+            fmi.instance.set_experiment(tolerance, start, (stop_defined != 0).then_some(stop))?;
+            fmi.instance.enter_initialization();
             Ok(())
         };
-    fmi3EnterConfigurationMode [I | S | A] ()
-        |b| b.enter_configuration();
+    fmi3EnterConfigurationMode [INSTANTIATED | STEP_MODE | STEP_MODE_AFTER_SET] ()
+        |fmi| fmi.enter_configuration();
     fmi3ExitConfigurationMode [ANY] ()
-        |b| b.exit_configuration();
-    fmi3ExitInitializationMode [N] ()
-        |b| b.exit_initialization();
-    fmi3EnterEventMode [S | A | C] ()
-        |b| b.enter_event_mode();
-    fmi3EnterStepMode [CS | E] ()
-        |b| b.enter_step_mode();
-    fmi3EvaluateDiscreteStates [E | M] ()
+        |fmi| fmi.exit_configuration();
+    fmi3ExitInitializationMode [INITIALIZATION_MODE] ()
+        |fmi| fmi.exit_initialization();
+    fmi3EnterEventMode [STEP_MODE | STEP_MODE_AFTER_SET | CONTINUOUS_TIME_MODE] ()
+        |fmi| fmi.enter_event_mode();
+    fmi3EnterStepMode [CS | CS_EVENT_MODE] ()
+        |fmi| fmi.enter_step_mode();
+    fmi3EvaluateDiscreteStates [EVENT_MODE] ()
         |_| Ok(());
-    /// In Co-Simulation the values are what they are, and no event is known in advance.
-    fmi3UpdateDiscreteStates [E | M] (
+    /// In Co-Simulation no value changes here, and no event is known in advance.
+    fmi3UpdateDiscreteStates [EVENT_MODE] (
         need_update: *mut Boolean, terminate: *mut Boolean, nominals_changed: *mut Boolean, values_changed: *mut Boolean,
         next_event_time_defined: *mut Boolean, next_event_time: *mut f64
-    ) |b| {
+    ) |fmi| {
         let flags = [
-            place("discreteStatesNeedUpdate", need_update)?,
-            place("terminateSimulation", terminate)?,
-            place("nominalsOfContinuousStatesChanged", nominals_changed)?,
-            place("valuesOfContinuousStatesChanged", values_changed)?,
-            place("nextEventTimeDefined", next_event_time_defined)?,
+            output_argument("discreteStatesNeedUpdate", need_update)?,
+            output_argument("terminateSimulation", terminate)?,
+            output_argument("nominalsOfContinuousStatesChanged", nominals_changed)?,
+            output_argument("valuesOfContinuousStatesChanged", values_changed)?,
+            output_argument("nextEventTimeDefined", next_event_time_defined)?,
         ];
-        let next_event_time = place("nextEventTime", next_event_time)?;
-        let Happened { event, is_moved } = b.update_discrete_states()?;
+        let next_event_time = output_argument("nextEventTime", next_event_time)?;
+        let EventOutcome { event, is_moved } = fmi.update_discrete_states()?;
         let values = [event.again, event.terminate, false, is_moved, event.next.is_some()];
         for (flag, value) in flags.into_iter().zip(values) {
             flag.put(0, value.into());
@@ -71,66 +72,66 @@ functions! { ($) Fmi3 export_fmi3_functions;
         }
         Ok(())
     };
-    fmi3EnterContinuousTimeMode [ME | M] ()
-        |b| { b.instance.enter_continuous_time(); Ok(()) };
-    fmi3CompletedIntegratorStep [ME | C] (no_set_prior: Boolean, enter_event_mode: *mut Boolean, terminate: *mut Boolean)
-        |b| {
-            let (enter, terminate) = (place("enterEventMode", enter_event_mode)?, place("terminateSimulation", terminate)?);
-            enter.put(0, b.instance.completed_step()?.into());
+    fmi3EnterContinuousTimeMode [ME | ME_EVENT_MODE] ()
+        |fmi| { fmi.instance.enter_continuous_time(); Ok(()) };
+    fmi3CompletedIntegratorStep [ME | CONTINUOUS_TIME_MODE] (no_set_prior: Boolean, enter_event_mode: *mut Boolean, terminate: *mut Boolean)
+        |fmi| {
+            let (enter, terminate) = (output_argument("enterEventMode", enter_event_mode)?, output_argument("terminateSimulation", terminate)?);
+            enter.put(0, fmi.instance.completed_step()?.into());
             terminate.put(0, 0);
             Ok(())
         };
-    fmi3SetTime [ME | M | C] (time: f64)
-        |b| b.instance.set_time(time);
-    fmi3SetContinuousStates [ME | C] (states: *const f64, n: usize)
-        |b| { let x = array("continuousStates", states, n)?; b.instance.set_continuous_states(STATES, n, |k| x.get(k)) };
-    fmi3GetContinuousStateDerivatives [ME | N | M | C | T] (derivatives: *mut f64, n: usize)
-        |b| { let to = array_mut("derivatives", derivatives, n)?; to.put_all(0, b.instance.derivatives(STATES, n)?, |x| x); Ok(()) };
-    fmi3GetEventIndicators [ME | N | M | C | T] (indicators: *mut f64, n: usize)
-        |b| {
+    fmi3SetTime [ME | ME_STATES] (time: f64)
+        |fmi| fmi.instance.set_time(time);
+    fmi3SetContinuousStates [ME | CONTINUOUS_TIME_MODE] (states: *const f64, n: usize)
+        |fmi| { let x = array("continuousStates", states, n)?; fmi.instance.set_continuous_states(STATES, n, |k| x.get(k)) };
+    fmi3GetContinuousStateDerivatives [ME | INITIALIZATION_MODE | ME_STATES | TERMINATED] (derivatives: *mut f64, n: usize)
+        |fmi| { let to = array_mut("derivatives", derivatives, n)?; to.put_all(0, fmi.instance.derivatives(STATES, n)?, |x| x); Ok(()) };
+    fmi3GetEventIndicators [ME | INITIALIZATION_MODE | ME_STATES | TERMINATED] (indicators: *mut f64, n: usize)
+        |fmi| {
             let to = array_mut("eventIndicators", indicators, n)?;
-            to.put_all(0, b.instance.event_indicators("nEventIndicators", n)?, |x| x);
+            to.put_all(0, fmi.instance.event_indicators("nEventIndicators", n)?, |x| x);
             Ok(())
         };
-    fmi3GetContinuousStates [ME | N | M | C | T] (states: *mut f64, n: usize)
-        |b| { let to = array_mut("continuousStates", states, n)?; to.put_all(0, b.instance.continuous_states(STATES, n)?, |x| x); Ok(()) };
-    fmi3GetNominalsOfContinuousStates [ME | N | M | C | T] (nominals: *mut f64, n: usize)
-        |b| { let to = array_mut("nominals", nominals, n)?; to.put_all(0, &b.instance.nominals(STATES, n)?, |x| x); Ok(()) };
-    fmi3GetNumberOfEventIndicators [ME | I | N | M | C | T] (n: *mut usize)
-        |b| { place("nEventIndicators", n)?.put(0, b.instance.layout.indicators); Ok(()) };
-    fmi3GetNumberOfContinuousStates [ME | I | N | M | C | T] (n: *mut usize)
-        |b| { place(STATES, n)?.put(0, b.instance.layout.states); Ok(()) };
-    fmi3Terminate [E | S | A | M | C | L] ()
-        |b| { b.instance.terminate(); Ok(()) };
+    fmi3GetContinuousStates [ME | INITIALIZATION_MODE | ME_STATES | TERMINATED] (states: *mut f64, n: usize)
+        |fmi| { let to = array_mut("continuousStates", states, n)?; to.put_all(0, fmi.instance.continuous_states(STATES, n)?, |x| x); Ok(()) };
+    fmi3GetNominalsOfContinuousStates [ME | INITIALIZATION_MODE | ME_STATES | TERMINATED] (nominals: *mut f64, n: usize)
+        |fmi| { let to = array_mut("nominals", nominals, n)?; to.put_all(0, &fmi.instance.nominals(STATES, n)?, |x| x); Ok(()) };
+    fmi3GetNumberOfEventIndicators [ME | INSTANTIATED | INITIALIZATION_MODE | ME_STATES | TERMINATED] (n: *mut usize)
+        |fmi| { output_argument("nEventIndicators", n)?.put(0, fmi.instance.layout.indicators); Ok(()) };
+    fmi3GetNumberOfContinuousStates [ME | INSTANTIATED | INITIALIZATION_MODE | ME_STATES | TERMINATED] (n: *mut usize)
+        |fmi| { output_argument(STATES, n)?.put(0, fmi.instance.layout.states); Ok(()) };
+    fmi3Terminate [CS_EVENT_MODE | STEP_MODE | STEP_MODE_AFTER_SET | ME_STATES | LOST] ()
+        |fmi| { fmi.instance.terminate(); Ok(()) };
     fmi3Reset [ANY] ()
-        |b| b.reset();
+        |fmi| fmi.reset();
 
-    fmi3GetFMUState [I | G | N | E | S | A | M | C | T] (state: *mut FmuState)
-        |b| b.save("FMUState", state);
+    fmi3GetFMUState [INSTANTIATED | CONFIGURATION_MODE | INITIALIZED] (state: *mut FmuState)
+        |fmi| fmi.save("FMUState", state);
     fmi3SetFMUState [ANY] (state: FmuState)
-        |b| b.restore(state.addr());
+        |fmi| fmi.restore(state.addr());
     fmi3FreeFMUState [ANY] (state: *mut FmuState)
-        |b| b.free("FMUState", state);
+        |fmi| fmi.free("FMUState", state);
     fmi3SerializedFMUStateSize [ANY] (state: FmuState, size: *mut usize)
-        |b| b.serialized_size(state, size);
-    /// Room beyond the end of the state is left alone.
+        |fmi| fmi.serialized_size(state, size);
+    /// The buffer beyond the end of the state is not changed.
     fmi3SerializeFMUState [ANY] (state: FmuState, bytes: *mut Byte, size: usize)
-        |b| b.serialize(state, bytes, size);
+        |fmi| fmi.serialize(state, bytes, size);
     fmi3DeserializeFMUState [ANY] (bytes: *const Byte, size: usize, state: *mut FmuState)
-        |b| b.deserialize(bytes, size, "FMUState", state);
+        |fmi| fmi.deserialize(bytes, size, "FMUState", state);
 
-    fmi3GetDirectionalDerivative [N | E | S | A | M | C | T] (
+    fmi3GetDirectionalDerivative [INITIALIZED] (
         unknowns: *const ValueReference, n_unknowns: usize, knowns: *const ValueReference, n_knowns: usize,
         seed: *const f64, n_seed: usize, sensitivity: *mut f64, n_sensitivity: usize
-    ) |b| {
-        b.instance.has_derivatives("providesDirectionalDerivatives")?;
+    ) |fmi| {
+        fmi.instance.has_derivatives("providesDirectionalDerivatives")?;
         let (unknowns, knowns) = (array("unknowns", unknowns, n_unknowns)?, array("knowns", knowns, n_knowns)?);
         let (seed, result) = (array("seed", seed, n_seed)?, array_mut("sensitivity", sensitivity, n_sensitivity)?);
-        let unknowns = b.elements(n_unknowns, |k| unknowns.get(k))?;
-        let knowns = b.elements(n_knowns, |k| knowns.get(k))?;
+        let unknowns = fmi.elements(n_unknowns, |k| unknowns.get(k))?;
+        let knowns = fmi.elements(n_knowns, |k| knowns.get(k))?;
         check_number("nSeed", n_seed, knowns.len(), OF_VARIABLES)?;
         check_number("nSensitivity", n_sensitivity, unknowns.len(), OF_VARIABLES)?;
-        b.instance.directional_derivative(
+        fmi.instance.directional_derivative(
             n_sensitivity,
             |k| unknowns[k],
             n_seed,
@@ -139,50 +140,50 @@ functions! { ($) Fmi3 export_fmi3_functions;
             |k, value| result.put(k, value),
         )
     };
-    fmi3GetAdjointDerivative [N | E | S | A | M | C | T] (
+    fmi3GetAdjointDerivative [INITIALIZED] (
         unknowns: *const ValueReference, n_unknowns: usize, knowns: *const ValueReference, n_knowns: usize,
         seed: *const f64, n_seed: usize, sensitivity: *mut f64, n_sensitivity: usize
-    ) |b| {
-        b.instance.has_derivatives("providesAdjointDerivatives")?;
+    ) |fmi| {
+        fmi.instance.has_derivatives("providesAdjointDerivatives")?;
         let (unknowns, knowns) = (array("unknowns", unknowns, n_unknowns)?, array("knowns", knowns, n_knowns)?);
         let (seed, result) = (array("seed", seed, n_seed)?, array_mut("sensitivity", sensitivity, n_sensitivity)?);
-        let unknowns = b.elements(n_unknowns, |k| unknowns.get(k))?;
-        let knowns = b.elements(n_knowns, |k| knowns.get(k))?;
+        let unknowns = fmi.elements(n_unknowns, |k| unknowns.get(k))?;
+        let knowns = fmi.elements(n_knowns, |k| knowns.get(k))?;
         check_number("nSeed", n_seed, unknowns.len(), OF_VARIABLES)?;
         check_number("nSensitivity", n_sensitivity, knowns.len(), OF_VARIABLES)?;
         let seed: Vec<_> = (0..n_seed).map(|k| seed.get(k)).collect();
-        let adjoint = b.instance.adjoint_derivative(&unknowns, &seed, &knowns)?;
+        let adjoint = fmi.instance.adjoint_derivative(&unknowns, &seed, &knowns)?;
         result.put_all(0, &adjoint, |x| x);
         Ok(())
     };
-    fmi3GetOutputDerivatives [CS | S | U | T] (
+    fmi3GetOutputDerivatives [CS | STEP_MODE | INTERMEDIATE_UPDATE | TERMINATED] (
         vr: *const ValueReference, n: usize, orders: *const i32, values: *mut f64, n_values: usize
-    ) |b| {
+    ) |fmi| {
         let (vr, orders) = (array(VR, vr, n)?, array("orders", orders, n)?);
         let values = array_mut("values", values, n_values)?;
-        b.check_update(|k| vr.at(k))?;
-        b.instance.has_output_derivatives()?;
-        let elements = b.elements(n, |k| vr.get(k))?;
-        b.instance.check_first_order(n, |k| vr.get(k), |k| orders.get(k))?;
+        fmi.check_update(|k| vr.at(k))?;
+        fmi.instance.has_output_derivatives()?;
+        let elements = fmi.elements(n, |k| vr.get(k))?;
+        fmi.instance.check_first_order(n, |k| vr.get(k), |k| orders.get(k))?;
         check_number("nValues", n_values, elements.len(), OF_VARIABLES)?;
-        b.instance.output_derivatives(n_values, |k| elements[k], |k, value| values.put(k, value))
+        fmi.instance.output_derivatives(n_values, |k| elements[k], |k, value| values.put(k, value))
     };
 
-    fmi3GetNumberOfVariableDependencies [I | N | E | S | A | M | C | T] (dependent: ValueReference, n: *mut usize)
-        |b| {
-            let to = place("nDependencies", n)?;
-            to.put(0, b.dependencies(dependent)?.len());
+    fmi3GetNumberOfVariableDependencies [INSTANTIATED | INITIALIZED] (dependent: ValueReference, n: *mut usize)
+        |fmi| {
+            let to = output_argument("nDependencies", n)?;
+            to.put(0, fmi.dependencies(dependent)?.len());
             Ok(())
         };
-    fmi3GetVariableDependencies [I | N | E | S | A | M | C | T] (
+    fmi3GetVariableDependencies [INSTANTIATED | INITIALIZED] (
         dependent: ValueReference, elements: *mut usize, independents: *mut ValueReference, independent_elements: *mut usize,
         kinds: *mut c_int, n: usize
-    ) |b| {
+    ) |fmi| {
         let elements = array_mut("elementIndicesOfDependent", elements, n)?;
         let independents = array_mut("independents", independents, n)?;
         let independent_elements = array_mut("elementIndicesOfIndependents", independent_elements, n)?;
         let kinds = array_mut("dependencyKinds", kinds, n)?;
-        let dependencies = b.dependencies(dependent)?;
+        let dependencies = fmi.dependencies(dependent)?;
         let needed = dependencies.len();
         if n != needed {
             return refuse!("nDependencies = {n} must be {needed}, as fmi3GetNumberOfVariableDependencies says");
@@ -197,13 +198,13 @@ functions! { ($) Fmi3 export_fmi3_functions;
     };
 }
 
-/// What FMI calls the number of states.
+/// Name of the argument with the number of states.
 const STATES: &str = "nContinuousStates";
 
-const DO_STEP: Call = Call::new("fmi3DoStep", S | A);
-const LEAVE_UPDATE: Call = Call::new("fmi3DoStep", U | L);
+const DO_STEP: Call = Call::new("fmi3DoStep", STEP_MODE | STEP_MODE_AFTER_SET);
+const LEAVE_UPDATE: Call = Call::new("fmi3DoStep", INTERMEDIATE_UPDATE | LOST);
 
-/// fmi3DoStep, and at its end the intermediate update, if the importer wants any.
+/// fmi3DoStep; at its end it calls the importer's intermediate update callback, if there is one.
 ///
 /// # Safety
 /// See the module.
@@ -220,18 +221,18 @@ pub unsafe fn do_step<X: Exported>(
     let mut is_shown = false;
     // SAFETY: forwarded.
     let status = unsafe {
-        enter::<X::Model, Fmi3>(c, DO_STEP, |b| {
-            let event = place("eventHandlingNeeded", event)?;
-            let terminate = place("terminateSimulation", terminate)?;
-            let early_return = place("earlyReturn", early_return)?;
-            let last_time = place("lastSuccessfulTime", last_time)?;
-            let step = b.do_step(t, h)?;
+        enter::<X::Model, Fmi3>(c, DO_STEP, |fmi| {
+            let event = output_argument("eventHandlingNeeded", event)?;
+            let terminate = output_argument("terminateSimulation", terminate)?;
+            let early_return = output_argument("earlyReturn", early_return)?;
+            let last_time = output_argument("lastSuccessfulTime", last_time)?;
+            let step = fmi.do_step(t, h)?;
             event.put(0, step.event.into());
             terminate.put(0, step.terminate.into());
             early_return.put(0, step.is_early.into());
             last_time.put(0, step.time);
-            if b.own.update.is_some() {
-                b.own.stepping = U;
+            if fmi.version.update.is_some() {
+                fmi.version.step_state = INTERMEDIATE_UPDATE;
                 is_shown = true;
             }
             Ok(())
@@ -244,14 +245,16 @@ pub unsafe fn do_step<X: Exported>(
     status
 }
 
-/// Intermediate Update Mode: no reference to the instance lives while the importer looks at it.
+/// Intermediate Update Mode: calls the importer's callback, while no reference to the instance
+/// exists, because the callback reads variables.
 #[cold]
 unsafe fn show<M: Model>(c: Instance) -> Status {
     let mut update = None;
     // SAFETY: forwarded.
     let status = unsafe {
-        enter::<M, Fmi3>(c, LEAVE_UPDATE, |b| {
-            update = b.own.update.clone().map(|u| (u, b.instance.state.time));
+        enter::<M, Fmi3>(c, LEAVE_UPDATE, |fmi| {
+            let time = fmi.instance.state.time;
+            update = (fmi.version.update.clone()).map(|update| (update, time));
             Ok(())
         })
     };
@@ -259,8 +262,8 @@ unsafe fn show<M: Model>(c: Instance) -> Status {
         return status;
     };
     let (mut early_return_requested, mut early_return_time) = (0, 0.0);
-    // SAFETY: the importer's callback, with places for its answers; nothing is returned early, so
-    // they are not looked at.
+    // SAFETY: the importer's callback, with pointers to its results. They are not used, because
+    // steps do not return early after an intermediate update.
     unsafe {
         (update.callback)(
             update.environment,
@@ -272,14 +275,14 @@ unsafe fn show<M: Model>(c: Instance) -> Status {
             &mut early_return_requested,
             &mut early_return_time,
         );
-        enter::<M, Fmi3>(c, LEAVE_UPDATE, |b| {
-            b.own.stepping = S;
+        enter::<M, Fmi3>(c, LEAVE_UPDATE, |fmi| {
+            fmi.version.step_state = STEP_MODE;
             Ok(())
         })
     }
 }
 
-/// fmi3ExportFiles: hands every file of the FMU beside the binaries to `receive`; 0 if all is well.
+/// fmi3ExportFiles: passes the FMU's files except the binaries to `receive`; 0 on success.
 ///
 /// # Safety
 /// `receive` may be called with `context`.

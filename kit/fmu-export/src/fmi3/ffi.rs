@@ -1,16 +1,16 @@
 //! The C types of FMI 3.0 (`fmi3PlatformTypes.h`, `fmi3FunctionTypes.h`).
 //!
-//! Enumerations that come from the importer are plain numbers, and so is its `bool`: a foreign
-//! value must not be undefined behaviour.
+//! Enumerations and `bool`s that the importer passes are plain numbers, because a value outside the
+//! Rust type would be undefined behaviour.
 
-pub use crate::border::files::ReceiveFile;
+pub use crate::c_api::files::ReceiveFile;
 pub use std::ffi::{c_char, c_int, c_void};
 
 /// `fmi3Instance`.
 pub type Instance = *mut c_void;
 /// `fmi3InstanceEnvironment`.
 pub type InstanceEnvironment = *mut c_void;
-/// `fmi3FMUState`; here a handle that is looked up, never followed.
+/// `fmi3FMUState`; a handle that is looked up, never dereferenced.
 pub type FmuState = *mut c_void;
 /// `fmi3ValueReference`.
 pub type ValueReference = u32;
@@ -27,13 +27,13 @@ pub type Binary = *const Byte;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// All well.
+    /// The call succeeded.
     Ok = 0,
     /// Never returned: importers abort on it.
     Warning = 1,
     /// A value is out of its bounds or a step could not be done; the instance is as before.
     Discard = 2,
-    /// The call was wrong and the instance is as before; or a panic has made it useless until a
+    /// The call was wrong and the instance is as before; or a panic has made it unusable until a
     /// reset or a restored state.
     Error = 3,
     /// Never returned: it would mean that all instances are corrupt.

@@ -1,12 +1,12 @@
-//! The files of an FMU of FMI 3.0 beside the binaries.
+//! The files of an FMI 3.0 FMU other than its binaries.
 
-use super::description::{described, terminals};
+use super::description::{model_description_with_sizes, terminals};
 use crate::Model;
-use crate::border::files::{Packed, folders};
+use crate::c_api::files::{Packed, folders};
 
-/// All of them: model description, terminals and icon, documentation, resources.
+/// Model description, terminals and icon, documentation and resources.
 pub(crate) fn files<M: Model>(sizes: &str) -> Result<Vec<Packed>, String> {
-    let xml = described::<M>(sizes)?.into_bytes();
+    let xml = model_description_with_sizes::<M>(sizes)?.into_bytes();
     let mut files = vec![("modelDescription.xml".to_owned(), xml.into())];
     if let Some(xml) = terminals::text::<M>()? {
         let path = "terminalsAndIcons/terminalsAndIcons.xml".to_owned();

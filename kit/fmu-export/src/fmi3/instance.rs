@@ -1,52 +1,50 @@
-//! What FMI 3.0 adds to an instance.
+//! What FMI 3.0 adds to an instance: Event Mode, Configuration Mode, early return, updates.
 
 use super::ffi::*;
 use super::log::{self, Log, Logger};
-use super::order::{A, STATES};
-use crate::border::answer::Answer;
-use crate::border::body::{self, Version};
-use crate::border::call::{self, ME, S, U};
-use crate::core::exchange::Happened;
+use super::states::{STATES, STEP_MODE_AFTER_SET};
+use crate::c_api::answer::Answer;
+use crate::c_api::call_order::{self, INTERMEDIATE_UPDATE, ME, STEP_MODE};
+use crate::c_api::fmi_instance::{self, Version};
 use crate::core::fault::{Fault, refuse};
 use crate::core::layout::TIME;
+use crate::core::model_exchange::EventOutcome;
 use crate::core::phase::Phase;
-use crate::core::place::Names;
 use crate::core::sizes;
-use crate::core::step::End;
+use crate::core::step::CompletedStep;
+use crate::core::storage::TypeNames;
 use crate::{Event, Model};
 
 const NOT_STRUCTURAL: &str =
     "this FMU has no structural parameters, so there is no Configuration Mode to enter or leave";
 
-/// FMI 3.0.
+/// The data that FMI 3.0 adds to an instance.
 pub(crate) struct Fmi3 {
-    /// The importer handles events.
+    /// The importer uses Event Mode.
     pub(crate) has_event_mode: bool,
-    /// A step may end before its end.
+    /// The importer allows a step to return early.
     pub(crate) may_return_early: bool,
-    /// In Step Mode, the bit of the state.
-    pub(crate) stepping: u16,
+    /// The bit of the state while the phase is `Stepping`.
+    pub(crate) step_state: u16,
     pub(crate) update: Option<Update>,
 }
 
-/// What the importer wants to see within steps.
+/// The importer's intermediate update callback and the variables that it reads.
 #[derive(Clone)]
 pub(crate) struct Update {
     pub(crate) callback: IntermediateUpdate,
     pub(crate) environment: InstanceEnvironment,
-    /// The variables it will read.
     pub(crate) variables: Vec<ValueReference>,
 }
 
-// SAFETY: the environment is handed to the importer's callback and not looked at. FMI lets threads
-// take turns with an instance.
+// SAFETY: the environment is only passed on to the callback; FMI lets threads take turns.
 unsafe impl Send for Update {}
 
 /// An instance of FMI 3.0.
-pub(crate) type Body<M> = body::Body<M, Fmi3>;
+pub(crate) type Fmi3Instance<M> = fmi_instance::FmiInstance<M, Fmi3>;
 
-/// The types as FMI 3.0 calls them.
-pub(crate) const NAMES: Names = Names {
+/// The names of the types in FMI 3.0.
+pub(crate) const NAMES: TypeNames = TypeNames {
     real: "Float64",
     integer: "Int32",
     size: "UInt64",
@@ -58,21 +56,21 @@ impl Version for Fmi3 {
     type Status = Status;
     type Logger = Logger;
     const NAME: [u8; 4] = *b"3.0\0";
-    const NAMES: Names = NAMES;
+    const NAMES: TypeNames = NAMES;
     const STATES: &'static [(u16, &'static str)] = &STATES;
     const RECOVERY: &'static str = "fmi3Reset or fmi3SetFMUState";
     const TIME: Option<u32> = Some(TIME);
 
     #[inline]
-    fn state<M: Model>(body: &Body<M>) -> u16 {
-        match call::state(&body.instance) {
-            S => body.own.stepping,
+    fn state<M: Model>(fmi: &Fmi3Instance<M>) -> u16 {
+        match call_order::state(&fmi.instance) {
+            STEP_MODE => fmi.version.step_state,
             state => state,
         }
     }
 
-    fn switched(log: &Log, on: bool, categories: &[&str]) -> Result<u32, Fault> {
-        log::switched(log, on, categories)
+    fn switch_log(log: &Log, on: bool, categories: &[&str]) -> Result<u32, Fault> {
+        log::switch_log(log, on, categories)
     }
 }
 
@@ -87,7 +85,7 @@ impl From<Answer> for Status {
     }
 }
 
-/// How a step ended, in the words of fmi3DoStep.
+/// The results of fmi3DoStep.
 pub(crate) struct StepResult {
     pub(crate) event: bool,
     pub(crate) terminate: bool,
@@ -95,34 +93,34 @@ pub(crate) struct StepResult {
     pub(crate) time: f64,
 }
 
-impl<M: Model> Body<M> {
-    /// fmi3DoStep. Where the importer takes no early return, a model that stops on its way goes on
-    /// to the end; if it cannot, the step has not been done.
+impl<M: Model> Fmi3Instance<M> {
+    /// fmi3DoStep. If the importer does not allow early return, a model that stops early is stepped
+    /// on to the end of the step; if it cannot reach it, the step fails.
     #[inline]
     pub(crate) fn do_step(&mut self, t: f64, h: f64) -> Result<StepResult, Fault> {
         let mut end = self.instance.do_step(t, h)?;
         let mut event = end.event;
-        if !end.is_whole && !end.terminate && !self.own.may_return_early {
+        if !end.is_whole && !end.terminate && !self.version.may_return_early {
             (end, event) = self.rest_of_step(end, t + h, event)?;
         }
-        self.own.stepping = S;
+        self.version.step_state = STEP_MODE;
         Ok(StepResult {
-            event: event && self.own.has_event_mode,
+            event: event && self.version.has_event_mode,
             terminate: end.terminate,
-            is_early: !end.is_whole && self.own.may_return_early,
+            is_early: !end.is_whole && self.version.may_return_early,
             time: end.time,
         })
     }
 
-    /// Goes on after `end`, until the time `until`.
+    /// Steps on from `end` to the time `until`.
     #[cold]
     #[inline(never)]
     fn rest_of_step(
         &mut self,
-        mut end: End,
+        mut end: CompletedStep,
         until: f64,
         mut event: bool,
-    ) -> Result<(End, bool), Fault> {
+    ) -> Result<(CompletedStep, bool), Fault> {
         while !end.is_whole && !end.terminate && end.time < until {
             let from = end.time;
             let stuck = |text: &str| {
@@ -130,9 +128,9 @@ impl<M: Model> Body<M> {
                     "{text}; the model stopped at {from} s, where the instance is now, and early return is not allowed"
                 ))
             };
-            end = match self.instance.do_rest(from, until - from) {
+            end = match self.instance.do_rest_of_step(from, until - from) {
                 Ok(end) if end.time > from || end.terminate => end,
-                Ok(_) => return Err(stuck("the step does not move on")),
+                Ok(_) => return Err(stuck("the step makes no progress")),
                 Err(Fault::Discarded(text)) => return Err(stuck(&text)),
                 Err(fault) => return Err(fault),
             };
@@ -150,17 +148,17 @@ impl<M: Model> Body<M> {
     /// fmi3SetFMUState.
     pub(crate) fn restore(&mut self, handle: usize) -> Result<(), Fault> {
         self.instance.restore(handle)?;
-        self.own.stepping = S;
+        self.version.step_state = STEP_MODE;
         Ok(())
     }
 
     /// fmi3ExitInitializationMode.
     pub(crate) fn exit_initialization(&mut self) -> Result<(), Fault> {
         self.instance.exit_initialization()?;
-        self.own.stepping = S;
+        self.version.step_state = STEP_MODE;
         if self.interface == ME {
             self.instance.enter_events();
-        } else if self.own.has_event_mode {
+        } else if self.version.has_event_mode {
             self.instance.state.phase = Phase::Exchange;
         }
         Ok(())
@@ -193,10 +191,10 @@ impl<M: Model> Body<M> {
     }
 
     /// fmi3UpdateDiscreteStates.
-    pub(crate) fn update_discrete_states(&mut self) -> Result<Happened, Fault> {
+    pub(crate) fn update_discrete_states(&mut self) -> Result<EventOutcome, Fault> {
         match self.interface {
             ME => self.instance.update_discrete_states(),
-            _ => Ok(Happened {
+            _ => Ok(EventOutcome {
                 event: Event::NONE,
                 is_moved: false,
             }),
@@ -209,7 +207,7 @@ impl<M: Model> Body<M> {
             self.instance.enter_events();
             return Ok(());
         }
-        if !self.own.has_event_mode {
+        if !self.version.has_event_mode {
             return refuse!(
                 "eventModeUsed was false in fmi3InstantiateCoSimulation; it must be true to enter Event Mode"
             );
@@ -221,23 +219,23 @@ impl<M: Model> Body<M> {
     /// fmi3EnterStepMode.
     pub(crate) fn enter_step_mode(&mut self) -> Result<(), Fault> {
         self.instance.state.phase = Phase::Stepping;
-        self.own.stepping = S;
+        self.version.step_state = STEP_MODE;
         Ok(())
     }
 
-    /// Notes that something was set: in Step Mode, nothing can be read before the next step.
+    /// Records that a value was set: in Step Mode, nothing can be read before the next step.
     #[inline]
     pub(crate) fn note_set(&mut self) {
-        self.own.stepping = A;
+        self.version.step_state = STEP_MODE_AFTER_SET;
     }
 
-    /// Within a step, refuses what was not asked for at instantiation.
+    /// Within a step, refuses variables that were not requested at instantiation.
     #[inline]
     pub(crate) fn check_update(
         &self,
         number: impl Fn(usize) -> Option<ValueReference>,
     ) -> Result<(), Fault> {
-        if self.own.stepping == U {
+        if self.version.step_state == INTERMEDIATE_UPDATE {
             return self.not_for_update(number);
         }
         Ok(())
@@ -249,7 +247,8 @@ impl<M: Model> Body<M> {
         &self,
         number: impl Fn(usize) -> Option<ValueReference>,
     ) -> Result<(), Fault> {
-        let known = self.own.update.as_ref().map_or(&[][..], |u| &u.variables);
+        let update = self.version.update.as_ref();
+        let known = update.map_or(&[][..], |update| &update.variables);
         match (0..).map_while(number).find(|vr| !known.contains(vr)) {
             Some(vr) => refuse!(
                 "value reference {vr} must be one of requiredIntermediateVariables of fmi3InstantiateCoSimulation"
@@ -258,7 +257,7 @@ impl<M: Model> Body<M> {
         }
     }
 
-    /// The numbers of all elements that value references mean, one after the other.
+    /// The numbers of all elements of the variables with these value references, in order.
     pub(crate) fn elements(
         &self,
         n: usize,

@@ -1,35 +1,35 @@
-//! Instantiation, and its end.
+//! The instantiation functions of FMI 3.0 and fmi3FreeInstance.
 
 use super::description::check;
 use super::ffi::*;
 use super::instance::{Fmi3, Update};
 use super::log;
 use crate::Model;
-use crate::border::answer::Answer;
-use crate::border::arguments::array;
-use crate::border::call::{CS, ME, S};
-use crate::border::export::Exported;
-use crate::border::library::{self, Library, Request, refusal, text};
+use crate::c_api::answer::Answer;
+use crate::c_api::arguments::array;
+use crate::c_api::call_order::{CS, ME, STEP_MODE};
+use crate::c_api::export::Exported;
+use crate::c_api::library::{self, Library, Request, refusal, text};
 use crate::core::fault::Fault;
 use crate::core::layout::Layout;
 use std::path::{Path, PathBuf};
 use std::ptr;
 
-/// What Co-Simulation says of a new instance beside what both interfaces say.
+/// The arguments that only fmi3InstantiateCoSimulation has.
 pub struct CoSimulation {
     /// The importer uses Event Mode.
     pub event_mode_used: Boolean,
-    /// A step may end early.
+    /// A step may return early.
     pub early_return_allowed: Boolean,
-    /// Variables that the importer wants to see within steps.
+    /// Variables that the importer reads within steps.
     pub required: *const ValueReference,
-    /// How many of them.
+    /// Their number.
     pub n_required: usize,
-    /// Where it sees them.
+    /// The callback in which it reads them.
     pub update: Option<IntermediateUpdate>,
 }
 
-/// fmi3InstantiateCoSimulation, and without what it says fmi3InstantiateModelExchange.
+/// fmi3InstantiateCoSimulation with `co_simulation`, fmi3InstantiateModelExchange without it.
 ///
 /// # Safety
 /// As for every function of [`entry`](super::entry); the callbacks may be called until
@@ -68,14 +68,14 @@ pub unsafe fn instantiate<X: Exported>(
         hash: &library.hashes[1],
         resources: resources.map(|path| folder(&path)),
         interface,
-        own: Fmi3 {
+        version: Fmi3 {
             has_event_mode: said.is_some_and(|said| said.event_mode_used != 0),
             may_return_early: said.is_some_and(|said| said.early_return_allowed != 0),
-            stepping: S,
+            step_state: STEP_MODE,
             update: None,
         },
     };
-    request.make::<X::Model>(check, |body| {
+    request.instantiate::<X::Model>(check, |fmi| {
         let Some(said) = co_simulation else {
             return Ok(());
         };
@@ -84,7 +84,7 @@ pub unsafe fn instantiate<X: Exported>(
         let required = unsafe { array("requiredIntermediateVariables", said.required, n) };
         let required = required.map_err(reason)?;
         let variables = (0..n).map(|k| required.get(k)).collect();
-        body.own.update = updates(&body.instance.layout, variables, environment, said.update)?;
+        fmi.version.update = updates(&fmi.instance.layout, variables, environment, said.update)?;
         Ok(())
     })
 }
@@ -109,7 +109,7 @@ fn reason(fault: Fault) -> String {
     }
 }
 
-/// What the importer wants to see within steps, if anything.
+/// The intermediate updates that the importer has requested, if any.
 fn updates<M: Model>(
     layout: &Layout<M>,
     variables: Vec<ValueReference>,
@@ -117,11 +117,11 @@ fn updates<M: Model>(
     callback: Option<IntermediateUpdate>,
 ) -> Result<Option<Update>, String> {
     for &number in &variables {
-        let (run, first, _) = layout.block(number).map_err(|_| {
+        let (span, first, _) = layout.block(number).map_err(|_| {
             format!("requiredIntermediateVariables: unknown value reference {number}")
         })?;
-        if !run.row.has_intermediate_update() {
-            let name = run.row.element_name(first);
+        if !span.row.has_intermediate_update() {
+            let name = span.row.element_name(first);
             return Err(format!(
                 "requiredIntermediateVariables: `{name}` must be a variable with intermediateUpdate = true"
             ));
@@ -144,15 +144,15 @@ fn updates<M: Model>(
 /// The resources folder, which must be absolute.
 fn folder(path: &str) -> Result<PathBuf, String> {
     let folder = Path::new(path);
-    // In a WebAssembly module the folder is the beginning of the paths of files that its host places.
+    // In a WebAssembly module the folder is a prefix of the paths of files that its host places.
     match folder.is_absolute() || cfg!(target_arch = "wasm32") {
         true => Ok(folder.components().collect()), // without the separator at the end
         false => Err(format!("resourcePath `{path}` is not an absolute path")),
     }
 }
 
-/// fmi3InstantiateScheduledExecution, and fmi3InstantiateModelExchange of a model that is for
-/// Co-Simulation alone: refused by name.
+/// Refuses fmi3InstantiateScheduledExecution, and fmi3InstantiateModelExchange for a model that
+/// supports Co-Simulation only.
 ///
 /// # Safety
 /// As for every function of [`entry`](super::entry).
@@ -175,8 +175,7 @@ pub unsafe fn refuse_instantiation<X: Exported>(
     ptr::null_mut()
 }
 
-/// fmi3FreeInstance; NULL is ignored, and so is an instance in use: a callback cannot free its
-/// instance.
+/// fmi3FreeInstance; NULL and an instance in use are ignored.
 ///
 /// # Safety
 /// As for every function of [`entry`](super::entry); `c` is not used afterwards.

@@ -1,10 +1,9 @@
-//! The importer's logger of FMI 3.0: what it hears at first, how categories are switched, and how a
-//! message is written (section 2.3.1): as it is, only if logging is on, and with no worse status
-//! than the function returns.
+//! Logging in FMI 3.0: fmi3SetDebugLogging, and calling the importer's logger (section 2.3.1) with
+//! plain text, only if logging is on, and with no worse status than the function returns.
 
 use super::ffi::{InstanceEnvironment, LogMessage, Status};
-use crate::border::answer::Answer;
-use crate::border::log::{self, ALL, CATEGORIES, c_string};
+use crate::c_api::answer::Answer;
+use crate::c_api::log::{self, ALL, CATEGORIES, c_string};
 use crate::core::fault::{Fault, refuse};
 use crate::core::log::Categories;
 use crate::core::message::Kind;
@@ -18,8 +17,7 @@ pub(crate) struct Logger {
 
 pub(crate) type Log = log::Log<Logger>;
 
-// SAFETY: the environment is handed to the importer's logger and not looked at. FMI lets threads
-// take turns with an instance.
+// SAFETY: the environment is only passed on to the logger; FMI lets threads take turns.
 unsafe impl Send for Logger {}
 // SAFETY: as above; everything is immutable.
 unsafe impl Sync for Logger {}
@@ -38,8 +36,8 @@ pub(crate) fn new(
     Log::new(logger, categories, if logging_on { ALL } else { 0 })
 }
 
-/// fmi3SetDebugLogging: all or the named categories on or off.
-pub(crate) fn switched(log: &Log, on: bool, names: &[&str]) -> Result<u32, Fault> {
+/// fmi3SetDebugLogging: enables or disables the named categories, or all without names.
+pub(crate) fn switch_log(log: &Log, on: bool, names: &[&str]) -> Result<u32, Fault> {
     let mut named = if names.is_empty() { ALL } else { 0 };
     for name in names {
         let Some(bits) = log.bits(name) else {
@@ -58,9 +56,9 @@ pub(crate) fn switched(log: &Log, on: bool, names: &[&str]) -> Result<u32, Fault
 
 impl log::Logger for Logger {
     type Status = Status;
-    const WARNINGS_ARE_ONE: bool = false;
+    const WARNINGS_INCLUDE_MODEL: bool = false;
 
-    fn is_there(&self) -> bool {
+    fn is_available(&self) -> bool {
         self.callback.is_some()
     }
 
@@ -72,7 +70,7 @@ impl log::Logger for Logger {
         }
     }
 
-    fn tell(&self, status: Status, category: &CStr, text: &str) {
+    fn log(&self, status: Status, category: &CStr, text: &str) {
         let Some(callback) = self.callback else {
             return;
         };

@@ -1,8 +1,8 @@
-//! The lines of a file as numbers.
+//! Reads the columns of a CSV file as numbers, and converts their units.
 
 use crate::KNOWN_UNITS;
 
-/// What a column of a file must be.
+/// The required name, unit and bounds of a column.
 #[derive(Clone, Copy, Debug)]
 pub struct Column {
     pub(super) name: &'static str,
@@ -12,8 +12,8 @@ pub struct Column {
 }
 
 impl Column {
-    /// Its name and the unit of the numbers that the model gets, `"1"` for none. A file may have
-    /// another one that is shown for it, such as `rpm` for `rad/s`.
+    /// A column with this name and the unit in which the model gets the numbers, `"1"` for none.
+    /// The file may use one of the unit's display units, such as `rpm` for `rad/s`.
     #[must_use]
     pub const fn new(name: &'static str, unit: &'static str) -> Self {
         let (min, max) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -25,14 +25,14 @@ impl Column {
         }
     }
 
-    /// What its numbers must at least and at most be, in its unit.
+    /// With bounds of the numbers, in the model's unit.
     #[must_use]
     pub const fn within(mut self, min: f64, max: f64) -> Self {
         (self.min, self.max) = (min, max);
         self
     }
 
-    /// Factor and offset of its unit in the file.
+    /// Factor and offset of the unit that the file uses.
     fn scale(&self, line: usize, head: &str) -> Result<(f64, f64), String> {
         let Self { name, unit, .. } = self;
         let wrong = || format!("line {line}: the column `{head}` must be `{name} [{unit}]`");
@@ -80,8 +80,7 @@ impl Column {
     }
 }
 
-/// Each line of numbers with its number, in the units of the columns. Names and numbers have no
-/// commas, so nothing is quoted.
+/// The rows of numbers in the columns' units, with line numbers. Cells cannot be quoted.
 pub(super) fn rows<const N: usize>(
     text: &str,
     columns: [Column; N],

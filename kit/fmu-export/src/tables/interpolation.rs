@@ -1,55 +1,54 @@
-//! Values between those of a table.
+//! Interpolation between the values of a table: linear, or monotone cubic.
 
 use serde::{Deserialize, Serialize};
 
-/// How a table goes on between its places.
+/// The interpolation between the points of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Between {
     /// Straight lines.
     Linear,
-    /// Cubics with a continuous slope that neither overshoot nor wave: monotone where the values
-    /// are (F. N. Fritsch, R. E. Carlson, 1980, with the slopes of F. N. Fritsch, J. Butland,
-    /// 1984).
+    /// Cubics with a continuous slope that do not overshoot: monotone where the values are (F. N.
+    /// Fritsch, R. E. Carlson, 1980, with the slopes of F. N. Fritsch, J. Butland, 1984).
     Monotone,
 }
 
-/// The value at `x` of a table with `value(i)` at `places[i]`, of which there are at least two. At
-/// most four values are asked for.
+/// The value at `x` of a table with `value(i)` at `points[i]`, of which there are at least two.
+/// `value` is called at most four times.
 pub(super) fn interpolate(
-    places: &[f64],
+    points: &[f64],
     value: impl Fn(usize) -> f64,
     x: f64,
     between: Between,
 ) -> f64 {
-    let last = places.len() - 1;
-    let x = x.clamp(places[0], places[last]);
-    let k = places.partition_point(|place| *place <= x).clamp(1, last) - 1;
-    let width = places[k + 1] - places[k];
+    let last = points.len() - 1;
+    let x = x.clamp(points[0], points[last]);
+    let k = points.partition_point(|point| *point <= x).clamp(1, last) - 1;
+    let width = points[k + 1] - points[k];
     let (start, end) = (value(k), value(k + 1));
-    let share = (x - places[k]) / width;
+    let share = (x - points[k]) / width;
     if between == Between::Linear {
         return start + share * (end - start);
     }
-    // Width and slope of this interval, of the one before and of the one behind.
+    // Width and secant slope of this interval, of the one before and of the one after.
     let own = (width, (end - start) / width);
-    let (w_before, w_behind) = (
-        (k > 0).then(|| places[k] - places[k - 1]),
-        (k + 1 < last).then(|| places[k + 2] - places[k + 1]),
+    let (w_before, w_after) = (
+        (k > 0).then(|| points[k] - points[k - 1]),
+        (k + 1 < last).then(|| points[k + 2] - points[k + 1]),
     );
     let before = w_before.map(|w| (w, (start - value(k - 1)) / w));
-    let behind = w_behind.map(|w| (w, (value(k + 2) - end) / w));
+    let after = w_after.map(|w| (w, (value(k + 2) - end) / w));
     let slope = |next, other: Option<_>| match next {
         Some(next) => inner_slope(own, next),
         None => other.map_or(own.1, |other| end_slope(own, other)),
     };
-    let (a, b) = (slope(before, behind) * width, slope(behind, before) * width);
+    let (a, b) = (slope(before, after) * width, slope(after, before) * width);
     let rest = 1.0 - share;
     let change = end - start;
     start + share * share * (3.0 - 2.0 * share) * change + share * rest * (rest * a - share * b)
 }
 
-/// The slope between two intervals: the harmonic mean of their secants with weights by their
-/// widths, none where the sign changes.
+/// The slope between two intervals: the harmonic mean of their secant slopes, weighted by their
+/// widths; 0 if the signs differ.
 fn inner_slope((w_1, d_1): (f64, f64), (w_2, d_2): (f64, f64)) -> f64 {
     if d_1 * d_2 <= 0.0 {
         return 0.0;

@@ -1,5 +1,5 @@
-//! How a component's functions give and take what is more than a number: the canonical ABI of the
-//! Component Model, for lists, records and results.
+//! The canonical ABI of the WebAssembly Component Model: how the functions of a component receive
+//! and return lists, records and results.
 
 use crate::fmi3::ffi::Status;
 use std::alloc::{Layout, alloc, dealloc};
@@ -7,21 +7,21 @@ use std::any::Any;
 use std::cell::{Cell, RefCell};
 use std::{ptr, slice};
 
-/// Where a host finds an answer.
+/// Address at which the host finds a result.
 pub type Answer = *const u8;
 
-/// The longest answer: eight bytes that tell success from failure, and a record.
+/// Size of the longest result: eight bytes that tell success from failure, and a record.
 const LONGEST: usize = 24;
 
 thread_local! {
     static ANSWER: Cell<[u64; LONGEST / 8]> = const { Cell::new([0; LONGEST / 8]) };
-    /// The list of the last answer, until the next one.
+    /// The list in the last result, kept until the next one.
     static KEPT: RefCell<Option<Box<dyn Any>>> = const { RefCell::new(None) };
-    /// What the host has taken for the arguments of the coming call.
+    /// Memory that the host has allocated for the arguments of the next call.
     static TAKEN: RefCell<Vec<(*mut u8, Layout)>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Memory for an argument; it is freed when the call ends.
+/// Allocates memory for an argument; it is freed when the call ends.
 #[unsafe(export_name = "cabi_realloc")]
 unsafe extern "C" fn take(old: *mut u8, old_size: usize, align: usize, size: usize) -> *mut u8 {
     if size == 0 {
@@ -32,7 +32,7 @@ unsafe extern "C" fn take(old: *mut u8, old_size: usize, align: usize, size: usi
     let new = unsafe { alloc(layout) };
     assert!(!new.is_null(), "no memory for an argument of {size} bytes");
     if old_size != 0 {
-        // SAFETY: what was taken before is as long as the host says; it is freed with the others.
+        // SAFETY: the old block is as long as the host says; it is freed with the others.
         unsafe { ptr::copy_nonoverlapping(old, new, old_size.min(size)) };
     }
     TAKEN.with_borrow_mut(|taken| taken.push((new, layout)));
@@ -44,14 +44,14 @@ pub fn call<R>(function: impl FnOnce() -> R) -> R {
     let result = function();
     TAKEN.with_borrow_mut(|taken| {
         for (bytes, layout) in taken.drain(..) {
-            // SAFETY: allocated by `take`, and the call for which it was has ended.
+            // SAFETY: allocated by `take` for the call that has ended.
             unsafe { dealloc(bytes, layout) };
         }
     });
     result
 }
 
-/// A list, also a text.
+/// A list or a string.
 #[derive(Clone, Copy)]
 #[repr(C)]
 pub struct List {
@@ -60,31 +60,31 @@ pub struct List {
 }
 
 impl List {
-    /// Without items.
+    /// A list without items.
     pub const EMPTY: Self = Self {
         at: ptr::null(),
         len: 0,
     };
 
-    /// Of so many items there.
-    pub fn at<T>(at: *const T, len: usize) -> Self {
+    /// A list of `len` items at this address.
+    pub fn from_raw<T>(at: *const T, len: usize) -> Self {
         let at = at.cast();
         Self { at, len }
     }
 
-    /// Of what lives on until the next call.
-    pub fn of<T>(items: &[T]) -> Self {
-        Self::at(items.as_ptr(), items.len())
+    /// A list of items that live until the next call.
+    pub fn from_slice<T>(items: &[T]) -> Self {
+        Self::from_raw(items.as_ptr(), items.len())
     }
 
-    /// Of what is kept until the next answer.
-    pub fn kept<T: 'static>(items: Vec<T>) -> Self {
-        let list = Self::of(&items);
+    /// A list of items that are kept until the next result.
+    pub fn from_vec<T: 'static>(items: Vec<T>) -> Self {
+        let list = Self::from_slice(&items);
         KEPT.set(Some(Box::new(items)));
         list
     }
 
-    /// Where it begins, and how many items it has.
+    /// Its address and its number of items.
     pub fn parts(self) -> (*const u8, usize) {
         (self.at, self.len)
     }
@@ -102,16 +102,16 @@ impl List {
     }
 }
 
-/// An answer without failure.
+/// A result that cannot be a failure.
 pub fn plain<T>(value: T) -> Answer {
     const { assert!(size_of::<T>() <= LONGEST) };
     let place = ANSWER.with(Cell::as_ptr);
-    // SAFETY: of this thread, long enough and aligned for every type of the interface.
+    // SAFETY: memory of this thread, long enough and aligned for every type of the interface.
     unsafe { place.cast::<T>().write(value) };
     place.cast()
 }
 
-/// `result<T, status>`: `value` if the status is OK.
+/// A `result<T, status>`: `value` if the status is OK, else the status.
 pub fn result<T>(status: Status, value: T) -> Answer {
     #[repr(C)]
     struct Outcome<T> {
@@ -124,7 +124,7 @@ pub fn result<T>(status: Status, value: T) -> Answer {
     });
     if status != Status::Ok {
         let at = std::mem::offset_of!(Outcome<T>, value);
-        // SAFETY: within the place; the status lies where the value would.
+        // SAFETY: within the result; the status is in the position of the value.
         unsafe { place.add(at).cast_mut().write(status as u8) };
     }
     place

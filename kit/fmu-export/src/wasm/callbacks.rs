@@ -1,7 +1,7 @@
 //! The callbacks: imports of the module, under the names that FMI-LS-WASM gives them, and C
 //! functions that call them, which a host hands to fmi3InstantiateCoSimulation.
 
-use crate::border::library::text;
+use crate::c_api::library::text;
 use crate::fmi3::ffi::*;
 
 mod imports {

@@ -1,5 +1,5 @@
-//! The functions of a component of FMI-LS-WASM (`fmi:fmi3@3.0.0`, world `co-simulation-fmu`), by
-//! the C functions of FMI 3.0. A component is made of the module by `cargo fmu pack`, whose file
+//! The functions of an FMI-LS-WASM component (`fmi:fmi3@3.0.0`, world `co-simulation-fmu`), which
+//! call the C functions of FMI 3.0. `cargo fmu pack` makes the component from the module; its file
 //! `fmi3.wit` holds the interface.
 
 pub use super::answers::{Answer, List, call, result};
@@ -8,15 +8,15 @@ pub use std::ptr::{null, null_mut};
 
 use super::answers::plain;
 use super::callbacks::{fmu_intermediate_update, fmu_log_message, tell, tell_panic};
-use crate::border::body::enter;
-use crate::border::call::{Call, U};
-use crate::border::export::Exported;
-use crate::border::library::Library;
+use crate::c_api::call_order::{Call, INTERMEDIATE_UPDATE};
+use crate::c_api::export::Exported;
+use crate::c_api::fmi_instance::enter;
+use crate::c_api::library::Library;
 use crate::core::fault::refuse;
 use crate::fmi3::entry as e;
 use crate::fmi3::ffi::*;
 use crate::fmi3::instance::Fmi3;
-use crate::fmi3::order::ANY;
+use crate::fmi3::states::ANY;
 use std::ffi::{CStr, CString};
 use std::ptr;
 
@@ -27,17 +27,17 @@ pub static LIBRARY: Library =
 /// An instance of the resource `co-simulation-instance`.
 pub struct Component {
     instance: Instance,
-    /// Its name, which is the environment of its callbacks.
+    /// Its name, which its callbacks receive as environment.
     _name: CString,
 }
 
-/// The instance that a method is called on.
+/// The component instance that a method is called on.
 pub type This = *const Component;
 
-/// The C function's instance of a method's.
+/// The instance for C functions of a component instance.
 ///
 /// # Safety
-/// `this` is one that `instantiate` has made and `drop` has not ended.
+/// `this` came from `instantiate` and has not been freed.
 pub unsafe fn instance(this: This) -> Instance {
     // SAFETY: forwarded.
     unsafe { (*this).instance }
@@ -49,8 +49,8 @@ unsafe extern "C" {
     fn handle(this: usize) -> u32;
 }
 
-/// Gives the functions of the component their names. What is of one form comes first: functions of
-/// the instance alone, of value references to get and to set; the others are by name in this file.
+/// Exports the functions of the component under their names. Functions with the same arguments are
+/// listed together: those of the instance alone, getters and setters.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! export_component {
@@ -95,7 +95,7 @@ macro_rules! export_component {
                 "set-uint64" fmi3SetUInt64 u64;
                 "set-boolean" fmi3SetBoolean u8;
             }
-            // There are no clocks, so these look at no values.
+            // There are no clocks, so these read and write no values.
             $crate::export_component! { @get_clock $x;
                 "get-interval-decimal" fmi3GetIntervalDecimal null_mut null_mut;
                 "get-interval-fraction" fmi3GetIntervalFraction null_mut null_mut null_mut;
@@ -163,7 +163,7 @@ macro_rules! export_component {
 
 #[unsafe(export_name = "fmi:fmi3/common@3.0.0#get-version")]
 extern "C" fn get_version() -> Answer {
-    plain(List::of(b"3.0"))
+    plain(List::from_slice(b"3.0"))
 }
 
 /// Gets variables, as many values as they have elements.
@@ -179,27 +179,27 @@ pub unsafe fn get<X: Exported, T: Clone + Default + 'static>(
     unsafe {
         let mut values = vec![T::default(); count::<X>(this, (vr, n))];
         let status = function(instance(this), vr, n, values.as_mut_ptr(), values.len());
-        result(status, List::kept(values))
+        result(status, List::from_vec(values))
     }
 }
 
-/// How many elements these variables have; what is none counts as one, for the function that
-/// refuses it.
+/// The number of elements of these variables. An unknown reference counts as one element, so that
+/// the function that receives it refuses it.
 unsafe fn count<X: Exported>(this: This, (vr, n): (*const ValueReference, usize)) -> usize {
     let (mut count, name) = (n, "the number of elements");
-    let allowed = ANY | U;
+    let allowed = ANY | INTERMEDIATE_UPDATE;
     // SAFETY: forwarded.
     unsafe {
-        enter::<X::Model, Fmi3>(instance(this), Call::new(name, allowed), |b| {
-            let len = |vr: &u32| b.instance.layout.block(*vr).map_or(1, |(_, _, len)| len);
-            count = List::at(vr, n).items::<u32>().iter().map(len).sum();
+        enter::<X::Model, Fmi3>(instance(this), Call::new(name, allowed), |fmi| {
+            let len = |vr: &u32| fmi.instance.layout.block(*vr).map_or(1, |(_, _, len)| len);
+            count = List::from_raw(vr, n).items::<u32>().iter().map(len).sum();
             Ok(())
         });
     }
     count
 }
 
-/// A text for C, if it has no U+0000.
+/// The text as a C string; None if it contains U+0000.
 fn text(list: List) -> Option<CString> {
     // SAFETY: an argument of this call.
     CString::new(unsafe { list.items::<u8>() }).ok()
@@ -212,7 +212,7 @@ unsafe fn with_texts(
     function: impl FnOnce(*const Str) -> Status,
 ) -> Status {
     // SAFETY: forwarded.
-    let texts = unsafe { List::at(texts, n).items::<List>() };
+    let texts = unsafe { List::from_raw(texts, n).items::<List>() };
     let Some(texts) = texts
         .iter()
         .map(|list| text(*list))
@@ -246,7 +246,7 @@ struct Step {
     early: Boolean,
 }
 
-/// Functions for any model, and a macro that gives them their names for one model.
+/// Defines functions for any model, and a macro that exports them for one model.
 macro_rules! functions {
     (($d:tt) $export:ident $prefix:literal; $(
         $name:literal $function:ident($($argument:ident: $type:ty),* $(,)?) -> $result:ty $run:block
@@ -280,7 +280,7 @@ functions! { ($) export_component_types "fmi:fmi3/";
         early_return_allowed: u32, required: *const ValueReference, n_required: usize,
     ) -> Answer {
         let texts = [(name, name_len), (token, token_len), (resources, resources_len)];
-        let [Some(name), Some(token), Some(resources)] = texts.map(|(at, len)| text(List::at(at, len))) else {
+        let [Some(name), Some(token), Some(resources)] = texts.map(|(at, len)| text(List::from_raw(at, len))) else {
             tell("", Status::Error, "logStatusError", "instantiate-co-simulation: a text with U+0000");
             return plain([0_u32; 2]);
         };
@@ -328,22 +328,22 @@ functions! { ($) export_component_methods "fmi:fmi3/co-simulation@3.0.0#[method]
         let mut values = vec![ptr::null(); count];
         let status = e::fmi3GetString::<X>(instance(this), vr, n, values.as_mut_ptr(), count);
         let texts = match status {
-            Status::Ok => values.into_iter().map(|text| List::of(CStr::from_ptr(text).to_bytes())).collect(),
+            Status::Ok => values.into_iter().map(|text| List::from_slice(CStr::from_ptr(text).to_bytes())).collect(),
             _ => Vec::new(),
         };
-        result(status, List::kept(texts))
+        result(status, List::from_vec(texts))
     }
     "get-binary" get_binary(this: This, vr: *const ValueReference, n: usize) -> Answer {
         let count = count::<X>(this, (vr, n));
         let (mut sizes, mut values) = (vec![0; count], vec![ptr::null(); count]);
         let (sizes_at, values_at) = (sizes.as_mut_ptr(), values.as_mut_ptr());
         let status = e::fmi3GetBinary::<X>(instance(this), vr, n, sizes_at, values_at, count);
-        let values = sizes.into_iter().zip(values).map(|(len, at)| List::at(at, len)).collect();
-        result(status, List::kept::<List>(values))
+        let values = sizes.into_iter().zip(values).map(|(len, at)| List::from_raw(at, len)).collect();
+        result(status, List::from_vec::<List>(values))
     }
     "get-clock" get_clock(this: This, vr: *const ValueReference, n: usize) -> Answer {
         let mut values = vec![0; n];
-        result(e::fmi3GetClock::<X>(instance(this), vr, n, values.as_mut_ptr()), List::kept(values))
+        result(e::fmi3GetClock::<X>(instance(this), vr, n, values.as_mut_ptr()), List::from_vec(values))
     }
     "set-string" set_string(
         this: This, vr: *const ValueReference, n: usize, values: *const List, n_values: usize,
@@ -353,7 +353,7 @@ functions! { ($) export_component_methods "fmi:fmi3/co-simulation@3.0.0#[method]
     "set-binary" set_binary(
         this: This, vr: *const ValueReference, n: usize, values: *const List, n_values: usize,
     ) -> Status {
-        let values = List::at(values, n_values).items::<List>();
+        let values = List::from_raw(values, n_values).items::<List>();
         let (values, sizes): (Vec<_>, Vec<_>) = values.iter().map(|value| value.parts()).unzip();
         e::fmi3SetBinary::<X>(instance(this), vr, n, sizes.as_ptr(), values.as_ptr(), n_values)
     }
@@ -377,7 +377,7 @@ functions! { ($) export_component_methods "fmi:fmi3/co-simulation@3.0.0#[method]
         let index = |element: usize| element.saturating_sub(1) as u32;
         let kind = |kind: c_int| if kind == DEPENDENT { 0 } else { kind as u32 };
         let rows = (0..n).map(|k| [vr, index(elements[k]), independents[k], index(of[k]), kind(kinds[k])]);
-        result(status, List::kept::<[u32; 5]>(rows.collect()))
+        result(status, List::from_vec::<[u32; 5]>(rows.collect()))
     }
     "get-fmu-state" get_fmu_state(this: This) -> Answer {
         let (c, mut state, mut size) = (instance(this), ptr::null_mut(), 0);
@@ -391,7 +391,7 @@ functions! { ($) export_component_methods "fmi:fmi3/co-simulation@3.0.0#[method]
             status = e::fmi3SerializeFMUState::<X>(c, state, bytes.as_mut_ptr(), size);
             e::fmi3FreeFMUState::<X>(c, &mut state);
         }
-        result(status, List::kept(bytes))
+        result(status, List::from_vec(bytes))
     }
     "set-fmu-state" set_fmu_state(this: This, bytes: *const u8, size: usize) -> Status {
         let (c, mut state) = (instance(this), ptr::null_mut());
@@ -411,7 +411,7 @@ functions! { ($) export_component_methods "fmi:fmi3/co-simulation@3.0.0#[method]
         let status = e::fmi3GetDirectionalDerivative::<X>(
             instance(this), unknowns, n_unknowns, knowns, n_knowns, seed, n_seed, at, n,
         );
-        result(status, List::kept(values))
+        result(status, List::from_vec(values))
     }
     "get-adjoint-derivative" get_adjoint_derivative(
         this: This, unknowns: *const ValueReference, n_unknowns: usize, knowns: *const ValueReference,
@@ -422,24 +422,24 @@ functions! { ($) export_component_methods "fmi:fmi3/co-simulation@3.0.0#[method]
         let status = e::fmi3GetAdjointDerivative::<X>(
             instance(this), unknowns, n_unknowns, knowns, n_knowns, seed, n_seed, at, n,
         );
-        result(status, List::kept(values))
+        result(status, List::from_vec(values))
     }
     "set-input-derivatives" set_input_derivatives(
         this: This, requests: *const [u32; 2], n: usize, values: *const f64, n_values: usize,
     ) -> Status {
         let _ = (requests, n, values, n_values);
         let name = "set-input-derivatives";
-        enter::<X::Model, Fmi3>(instance(this), Call::new(name, ANY | U), |_| {
+        enter::<X::Model, Fmi3>(instance(this), Call::new(name, ANY | INTERMEDIATE_UPDATE), |_| {
             refuse!("FMI 3.0 has no function that sets derivatives of inputs")
         })
     }
     "get-output-derivatives" get_output_derivatives(this: This, requests: *const [u32; 2], n: usize) -> Answer {
-        let requests = List::at(requests, n).items::<[u32; 2]>();
+        let requests = List::from_raw(requests, n).items::<[u32; 2]>();
         let (vr, orders): (Vec<u32>, Vec<i32>) = requests.iter().map(|r| (r[0], r[1] as i32)).unzip();
         let mut values = vec![0.0; count::<X>(this, (vr.as_ptr(), n))];
         let (at, n_values) = (values.as_mut_ptr(), values.len());
         let status = e::fmi3GetOutputDerivatives::<X>(instance(this), vr.as_ptr(), n, orders.as_ptr(), at, n_values);
-        result(status, List::kept(values))
+        result(status, List::from_vec(values))
     }
     "do-step" do_step(this: This, t: f64, h: f64, no_set_prior: u32) -> Answer {
         let _ = no_set_prior;

@@ -1,4 +1,4 @@
-//! Files in a module: there is no file system, so a host places what String parameters name.
+//! Files of a WebAssembly module, which has no file system: its host places them.
 
 use crate::core::placed_files;
 use std::slice;

@@ -1,9 +1,9 @@
-//! Memory that a host fills with arguments or reads answers from.
+//! Memory of a WebAssembly module that its host allocates for arguments and results.
 
 use std::alloc::{Layout, alloc, dealloc};
 use std::ptr;
 
-/// Enough for every type of FMI.
+/// Alignment for every type of FMI, bytes.
 const ALIGNMENT: usize = 16;
 
 fn layout(size: usize) -> Option<Layout> {
@@ -11,7 +11,7 @@ fn layout(size: usize) -> Option<Layout> {
     (size != 0).then_some(layout)
 }
 
-/// `size` bytes; NULL if there are none to be had, or none are asked for.
+/// Allocates `size` bytes; returns NULL for 0 bytes or if there is no memory.
 #[unsafe(no_mangle)]
 extern "C" fn fmu_allocate(size: usize) -> *mut u8 {
     let Some(layout) = layout(size) else {

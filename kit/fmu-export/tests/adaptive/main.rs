@@ -117,7 +117,7 @@ fn steps_that_were_too_long_are_told() {
     let told = |fmu: &Fmu| {
         let all = fmu.messages();
         all.into_iter()
-            .filter(|m| m.text.contains("too long for the tolerance"))
+            .filter(|m| m.text.contains("rejected by the tolerance"))
             .map(|m| m.text)
             .collect::<Vec<_>>()
     };

@@ -183,15 +183,17 @@ fn null_arrays_are_refused() {
         });
         refused(
             &fmu,
-            "FMUstate = NULL must be a place for the result",
+            "FMUstate = NULL must be a pointer for the result",
             || fmi2GetFMUstate(c, ptr::null_mut()),
         );
-        refused(&fmu, "value = NULL must be a place", || {
+        refused(&fmu, "value = NULL must be a pointer", || {
             fmi2GetRealStatus(c, LAST_SUCCESSFUL_TIME, ptr::null_mut())
         });
-        refused(&fmu, "value = NULL must be a place for the result", || {
-            fmi2GetStringStatus(c, PENDING_STATUS, ptr::null_mut())
-        });
+        refused(
+            &fmu,
+            "value = NULL must be a pointer for the result",
+            || fmi2GetStringStatus(c, PENDING_STATUS, ptr::null_mut()),
+        );
         assert_eq!(fmi2FreeFMUstate(c, ptr::null_mut()), Status::Ok);
     }
 }

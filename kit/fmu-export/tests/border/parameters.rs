@@ -40,7 +40,7 @@ fn start_values_written_back_leave_the_file_in_force() {
             ("level", "4", "5"),
         ] {
             let text = format!(
-                "`{name}` = {start}, its start value, was set; {value} from `file` = \"5\" stays in force"
+                "`{name}` was set to its start value {start}; the value {value} from `file` = \"5\" is kept"
             );
             let said = fmu.messages().into_iter().find(|m| m.text == text);
             assert_eq!(

@@ -82,7 +82,7 @@ fn wait() {
 }
 
 impl Evaluation<Probe> for Now {
-    fn of(model: &Probe, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
+    fn new(model: &Probe, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
         EVALUATIONS.set(EVALUATIONS.get() + 1);
         Ok(Now { x: model.x, u: *u })
     }
@@ -124,7 +124,7 @@ const VARIABLES: &[V] = &[
     V::inputs("u", "what is integrated", |u| &u.u, |u| &mut u.u).unit("m/s").min(-1e6),
     V::input("held", "changes at communication points", |u| &u.held, |u| &mut u.held).discrete(),
     V::integer_input("fault", "1 panic, 2 error, 3 warning, 7 wait, 8 half, 9 end, 10 whole in step; 4 panic, 5 error, 6 NaN in output", |u| &u.fault, |u| &mut u.fault),
-    V::boolean_input("switch", "a switch", |u| &u.switch, |u| &mut u.switch).beside_evaluation(),
+    V::boolean_input("switch", "a switch", |u| &u.switch, |u| &mut u.switch).not_in_evaluation(),
     V::outputs("x", "integral of u + rate", |y| &y.x).unit("m").nominal(2.5).depends_on(&[]).each_initially_depends_on(&[&["rate[i]"], &[ALL_PARAMETERS]]),
     V::output("y", "gain x[1] + u[2]", |y| &y.y).unit("m/s").depends_on(&["u[2]", "fault"]).initially_depends_on(&["gain", "u"]),
     V::integer_output("doubled", "twice the fault", |y| &y.doubled),

@@ -126,9 +126,9 @@ fn a_flood_is_thinned_out() {
     assert_eq!(counts, [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 99, 999]);
     assert_eq!(
         news[9].1,
-        "on at 0.09 s (more of the kind only at the 100th, the 1000th and so on)"
+        "on at 0.09 s (from now on only the 100th, the 1000th and so on are sent)"
     );
-    assert_eq!(news[10].1, "on at 0.99 s (the 100th of its kind)");
+    assert_eq!(news[10].1, "on at 0.99 s (the 100th of these messages)");
 }
 
 /// What nobody wants to hear costs nothing, and neither does what is left out of a flood.

@@ -39,7 +39,7 @@ struct Output {
 struct Now(f64);
 
 impl<const K: usize> Evaluation<Tried<K>> for Now {
-    fn of(model: &Tried<K>, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
+    fn new(model: &Tried<K>, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
         Ok(Now(
             2.0 * model.x + if matches!(K, 12..=14) { u.w } else { 0.0 }
         ))
@@ -60,8 +60,8 @@ rows! {
     law   V::boolean_parameter("law", "a flag", |p| &p.law, |p| &mut p.law);
     many  V::parameters("many", "two", |p| &p.many, |p| &mut p.many);
     u     V::inputs("u", "two", |u| &u.u, |u| &mut u.u);
-    w     V::input("w", "one", |u| &u.w, |u| &mut u.w).beside_evaluation();
-    on    V::boolean_input("on", "a switch", |u| &u.on, |u| &mut u.on).beside_evaluation();
+    w     V::input("w", "one", |u| &u.w, |u| &mut u.w).not_in_evaluation();
+    on    V::boolean_input("on", "a switch", |u| &u.on, |u| &mut u.on).not_in_evaluation();
     x     V::output("x", "the state", |y| &y.x).depends_on(&[]).initially_depends_on(&["start"]);
     y     V::output("y", "with feedthrough", |y| &y.y).depends_on(&["u[2]"]).initially_depends_on(&["u[2]", "start", "gain"]);
     is_on V::boolean_output("is_on", "the switch", |y| &y.on).depends_on(&["on"]).initially_depends_on(&["on"]);
@@ -109,7 +109,7 @@ tables! {
        &["`is_on` depends on `on`, which it does not declare"];
     11 [V::parameters("many", "vectors of different fields", |p| &p.many, |p| std::slice::from_mut(&mut p.gain))],
        &["`many[1]`: its accessors are of different fields", "`many[2]`: its accessors are of different fields"];
-    12 [gain(), start(), u(), w(), x()], &["`w`: the evaluation follows it, though it is declared to be beside it",
+    12 [gain(), start(), u(), w(), x()], &["`w`: the evaluation depends on it, but it is declared `not_in_evaluation`",
        "`x` depends initially on `w`, which it does not declare", "`x` depends on `w`, which it does not declare"];
     13 [gain(), start(), u(), V::input("w", "may fall a little", |u| &u.w, |u| &mut u.w).min(-1.5e-6).max(0.0), x()],
        &["`x` depends initially on `w`, which it does not declare", "`x` depends on `w`, which it does not declare"];
@@ -137,7 +137,7 @@ tables! {
     27 [gain()], &["step with the start values: there is no way"];
     28 [gain()], &["output_derivative with the start values: output_derivative is not implemented"];
     29 [gain()], &["default experiment: start = 1 s, stop = 1 s, step = 0.1 s must be finite, with stop > start and step > 0"];
-    30 [gain()], &["category of messages `logAll` is there twice, or is one of FMI"];
+    30 [gain()], &["log category `logAll` is declared twice, or is a standard category"];
     31 [gain(), start(), u(), V::output("zero", "always", |y| &y.zero).depends_on(&["u"]).initially_depends_on(&[])], &[];
 }
 

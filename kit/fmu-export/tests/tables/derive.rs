@@ -107,7 +107,7 @@ mod derived {
         pub u: [f64; 2],
         pub oil: Oil,
         /// Gear
-        #[fmu(start = -1, min = -1, max = 5, beside_evaluation)]
+        #[fmu(start = -1, min = -1, max = 5, not_in_evaluation)]
         pub gear: i32,
         /// Brake
         pub brake: bool,
@@ -252,7 +252,7 @@ mod by_hand {
         V::string_parameter("file", "File to read", |p| &p.file, |_, _, _| Ok(())),
         V::inputs("u", "Forces", |u| &u.u, |u| &mut u.u).unit("N").display_unit("kN").max(1e6),
         V::input("oil.flow", "Flow of the oil", |u| &u.flow, |u| &mut u.flow).unit("m3/s").discrete(),
-        V::integer_input("gear", "Gear", |u| &u.gear, |u| &mut u.gear).min(-1.0).max(5.0).beside_evaluation(),
+        V::integer_input("gear", "Gear", |u| &u.gear, |u| &mut u.gear).min(-1.0).max(5.0).not_in_evaluation(),
         V::boolean_input("brake", "Brake", |u| &u.brake, |u| &mut u.brake),
         V::integer_input("law_in_use", "Law in use", |u| &u.law, |u| &mut u.law).enumeration(&LAW),
         V::outputs("y", "Sums", |y| &y.y).unit("N").depends_on(&["u[i]", "oil.flow", "u[2]"]).initially_depends_on(&["u"]),

@@ -132,8 +132,8 @@ const TABLES: &[&[V]] = &[
     &[p(), n(), u(), y(), YES, TEXT], // 35
     &[p(), n(), u(), y(), YES, TEXT], // 36
     // What the description does not say.
-    &[p(), n(), u().beside_evaluation().counted(|u| &mut u.sets), y(), YES, TEXT], // 37
-    &[p().read_by_texts(), n(), u(), y(), YES, TEXT], // 38
+    &[p(), n(), u().not_in_evaluation().counted(|u| &mut u.sets), y(), YES, TEXT], // 37
+    &[p().read_by_string_setters(), n(), u(), y(), YES, TEXT], // 38
     &[p(), n(), u(), y().initially_depends_on(&["u", "p"]), YES, TEXT], // 39
     // The same in other words.
     &[p(), n(), u(), y().initially_also_on(&["p"]), YES, TEXT], // 40

@@ -1,23 +1,24 @@
-//! `<ModelStructure>`: what outputs and derivatives depend on, while stepping and in Initialization Mode.
+//! The element `<ModelStructure>` of FMI 2.0: the dependencies of outputs and derivatives while
+//! stepping, and of all that is computed in Initialization Mode.
 
 use crate::Model;
-use crate::border::description::{Element, listed};
+use crate::c_api::description::{Element, listed};
 use crate::core::dependencies::Knowns;
 use crate::core::layout::Layout;
 use crate::core::length::MOST_COUNTED;
 use crate::core::model::Variable;
 
-pub(super) fn of<M: Model>(layout: &Layout<M>) -> Result<Element, String> {
+pub(super) fn model_structure<M: Model>(layout: &Layout<M>) -> Result<Element, String> {
     let knowns = Knowns::new(layout);
     let unknowns = |element, initially| {
         let mut unknowns = Vec::new();
         let is_unknown = |row: &Variable<M>| match element {
-            "Derivatives" => row.place.is_derivative(),
-            _ => row.is_unknown(initially) && (initially || !row.place.is_behind()),
+            "Derivatives" => row.storage.is_derivative(),
+            _ => row.is_unknown(initially) && (initially || !row.storage.is_equation()),
         };
         for (elements, row) in layout.rows().filter(|(_, row)| is_unknown(row)) {
-            // Of a long row that depends on much nothing is listed, which stands for all: the list
-            // would be there for each of its elements.
+            // No list for a long row with many dependencies, which means that it depends on
+            // everything: the list would be repeated for each element.
             let (n, is_short) = (elements.len(), |list: Vec<_>| list.len() <= MOST_COUNTED);
             let is_listed =
                 n <= MOST_COUNTED || (knowns.resolve(row, n / 2, initially)?).is_none_or(is_short);

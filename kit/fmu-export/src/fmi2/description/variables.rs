@@ -1,17 +1,17 @@
-//! `<ModelVariables>`.
+//! The element `<ModelVariables>` of FMI 2.0: one `<ScalarVariable>` for each element of the table.
 
 use crate::Model;
-use crate::border::description::{Element, type_attributes, variable};
+use crate::c_api::description::{Element, type_attributes, variable};
 use crate::core::causality::Causality;
 use crate::core::layout::Layout;
 use crate::core::model::Variable;
-use crate::core::place::Names;
-use crate::core::sizes::{self, Start};
+use crate::core::sizes::{self, StartValues};
+use crate::core::storage::TypeNames;
 
-pub(super) fn of<M: Model>(layout: &Layout<M>, (parameters, input): &Start<M>) -> Element {
-    let output = sizes::output::<M>(parameters);
+pub(super) fn model_variables<M: Model>(layout: &Layout<M>, (p, u): &StartValues<M>) -> Element {
+    let y = sizes::output::<M>(p);
     Element::new("ModelVariables").holding(layout.numbered().map(|(number, (i, row))| {
-        // A size that was said when the FMU was packed.
+        // A size was chosen when the FMU was packed, and is a constant.
         let causality = if row.structural {
             Causality::Constant
         } else {
@@ -20,12 +20,12 @@ pub(super) fn of<M: Model>(layout: &Layout<M>, (parameters, input): &Start<M>) -
         let row = &Variable { causality, ..*row };
         let element = match row.enumeration {
             Some(_) => "Enumeration",
-            None => row.place.kind().name(&Names::PLAIN),
+            None => row.storage.kind().name(&TypeNames::PLAIN),
         };
-        let state = layout.state_of(row, i);
-        let start = row.start(parameters, input, &output, i);
+        let state = layout.state_position(row, i);
+        let start = row.start(p, u, &y, i);
         let (_, initial) = row.causality_and_initial();
-        let dimensions: Vec<_> = row.dimensions(parameters).collect();
+        let dimensions: Vec<_> = row.dimensions(p).collect();
         variable("ScalarVariable", row.name_in(&dimensions, i), number, row)
             .with(initial.map(|initial| ("initial", initial)))
             .holding([Element::new(element)

@@ -1,16 +1,17 @@
-//! `<ModelStructure>`: what the outputs depend on, while stepping and in Initialization Mode. An
-//! array depends on what one of its elements depends on; fmi3GetVariableDependencies tells it
-//! element by element.
+//! The element `<ModelStructure>` of FMI 3.0: the dependencies of outputs, derivatives and event
+//! indicators, and those in Initialization Mode. An array depends on everything that any of its
+//! elements depends on; fmi3GetVariableDependencies returns them element by element.
 
 use crate::Model;
-use crate::border::description::{Element, listed};
+use crate::c_api::description::{Element, listed};
 use crate::core::dependencies::Knowns;
 use crate::core::layout::{Block, Layout};
+use crate::core::storage::Storage;
 
-pub(super) fn of<M: Model>(layout: &Layout<M>) -> Result<Element, String> {
+pub(super) fn model_structure<M: Model>(layout: &Layout<M>) -> Result<Element, String> {
     let knowns = Knowns::new(layout);
-    let unknown = |element, initially, (number, (run, first, n)): (u32, Block<M>)| {
-        let blocks = knowns.blocks(layout, run.row, (first, n), initially)?;
+    let unknown = |element, initially, (number, (span, first, n)): (u32, Block<M>)| {
+        let blocks = knowns.blocks(layout, span.row, (first, n), initially)?;
         let dependencies = blocks.map(|blocks| {
             let kinds = vec!["dependent"; blocks.len()].join(" ");
             [
@@ -25,10 +26,12 @@ pub(super) fn of<M: Model>(layout: &Layout<M>) -> Result<Element, String> {
     let unknowns = |element, initially| {
         let blocks = layout.blocks();
         blocks
-            .filter(|(_, (run, ..))| match element {
-                "ContinuousStateDerivative" => run.row.place.is_derivative(),
-                "EventIndicator" => run.row.place.is_behind() && !run.row.place.is_derivative(),
-                _ => run.row.is_unknown(initially) && (initially || !run.row.place.is_behind()),
+            .filter(|(_, (span, ..))| match element {
+                "ContinuousStateDerivative" => span.row.storage.is_derivative(),
+                "EventIndicator" => matches!(span.row.storage, Storage::Indicator),
+                _ => {
+                    span.row.is_unknown(initially) && (initially || !span.row.storage.is_equation())
+                }
             })
             .map(|block| unknown(element, initially, block))
             .collect::<Result<Vec<_>, String>>()

@@ -1,11 +1,12 @@
-//! `terminalsAndIcons.xml`: groups of variables that are wired together (FMI 3.0.2, section 2.4.9).
+//! Checks the model's terminals, which are groups of variables to connect together, and writes
+//! `terminalsAndIcons.xml` (FMI 3.0.2, section 2.4.9).
 
 use crate::Model;
-use crate::border::description::Element;
+use crate::c_api::description::Element;
 use crate::core::layout::Layout;
 use std::collections::BTreeSet;
 
-/// The first thing that is wrong with the model's terminals.
+/// The first mistake in the model's terminals.
 pub(crate) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
     let mut names = BTreeSet::new();
     for terminal in M::INFO.terminals {
@@ -20,9 +21,9 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
             }
             let is_known = layout
                 .blocks()
-                .any(|(_, (run, first, _))| match run.is_array() {
-                    true => run.row.name == *variable,
-                    false => run.row.element_name(first) == *variable,
+                .any(|(_, (span, first, _))| match span.is_array() {
+                    true => span.row.name == *variable,
+                    false => span.row.element_name(first) == *variable,
                 });
             if !is_known {
                 return Err(format!(
@@ -34,7 +35,7 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
     Ok(())
 }
 
-/// The text of the file; None without terminals.
+/// The text of the file; None if the model has no terminals.
 pub(crate) fn text<M: Model>() -> Result<Option<String>, String> {
     let terminals = M::INFO.terminals.iter().map(|terminal| {
         let members = terminal.members.iter().map(|(member, variable)| {

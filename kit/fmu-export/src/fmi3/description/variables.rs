@@ -1,18 +1,18 @@
-//! `<ModelVariables>`: time, and one variable for each row; a row whose elements have different
-//! units is one for each element.
+//! The element `<ModelVariables>` of FMI 3.0: time, and an array or scalar for each row. A row of
+//! elements with different units becomes one scalar for each element.
 
 use super::super::instance::NAMES;
 use crate::Model;
-use crate::border::description::{Element, type_attributes, variable};
+use crate::c_api::description::{Element, type_attributes, variable};
 use crate::core::causality::Causality;
-use crate::core::layout::{Block, Layout, Run, TIME};
+use crate::core::layout::{Block, Layout, RowSpan, TIME};
 use crate::core::length::Length;
 use crate::core::model::Variable;
-use crate::core::place::Kind;
-use crate::core::sizes::{self, Start};
+use crate::core::sizes::{self, StartValues};
+use crate::core::storage::Kind;
 
-pub(super) fn of<M: Model>(layout: &Layout<M>, (parameters, input): &Start<M>) -> Element {
-    let output = sizes::output::<M>(parameters);
+pub(super) fn model_variables<M: Model>(layout: &Layout<M>, (p, u): &StartValues<M>) -> Element {
+    let y = sizes::output::<M>(p);
     let time = Element::new("Float64").with([
         ("name", "time".to_owned()),
         ("valueReference", TIME.to_string()),
@@ -21,34 +21,34 @@ pub(super) fn of<M: Model>(layout: &Layout<M>, (parameters, input): &Start<M>) -
         ("variability", "continuous".to_owned()),
     ]);
     let variables = layout.blocks().map(|(number, block)| {
-        let (run, first, n) = block;
-        let start = |i| run.row.start(parameters, input, &output, i);
-        let state = layout.state_of(run.row, first);
+        let (span, first, n) = block;
+        let start = |i| span.row.start(p, u, &y, i);
+        let state = layout.state_position(span.row, first);
         let state = state.map(|state| ("derivative", layout.block_at(state).0.to_string()));
         let starts = (first..first + n).map(start).collect();
-        of_block(number, block, starts, dimensions(layout, &run)).with(state)
+        block_variable(number, block, starts, dimensions(layout, &span)).with(state)
     });
     Element::new("ModelVariables")
         .holding([time])
         .holding(variables)
 }
 
-/// A variable, with its start values if it has any.
-fn of_block<M: Model>(
+/// The element of a variable, with its start values if it has any.
+fn block_variable<M: Model>(
     number: u32,
-    (run, first, _): Block<M>,
+    (span, first, _): Block<M>,
     starts: Option<Vec<String>>,
     dimensions: Vec<(&'static str, String)>,
 ) -> Element {
-    let row = run.row;
-    let name = match run.is_array() {
+    let row = span.row;
+    let name = match span.is_array() {
         true => row.full_name(),
         false => row.element_name(first),
     };
     let element = row.type_name(&NAMES);
     let update = row.has_intermediate_update().then_some("true");
     let (_, initial) = row.causality_and_initial();
-    let is_text = matches!(row.place.kind(), Kind::String | Kind::Binary);
+    let is_text = matches!(row.storage.kind(), Kind::String | Kind::Binary);
     let [texts, numbers] = match starts {
         Some(starts) if is_text => [starts, Vec::new()],
         starts => [Vec::new(), starts.unwrap_or_default()],
@@ -67,27 +67,27 @@ fn of_block<M: Model>(
         )
 }
 
-/// The dimensions of an array: how long they are, or which parameter says it.
-fn dimensions<M: Model>(layout: &Layout<M>, run: &Run<M>) -> Vec<(&'static str, String)> {
+/// The dimensions of an array: each a number, or the reference of a structural parameter.
+fn dimensions<M: Model>(layout: &Layout<M>, span: &RowSpan<M>) -> Vec<(&'static str, String)> {
     let length = |length: &Length| match *length {
         Length::Fixed(n) => ("start", n.to_string()),
         Length::Parameter(name) => {
-            let number = layout.blocks().find(|(_, (run, ..))| run.row.name == name);
+            let number = (layout.blocks()).find(|(_, (span, ..))| span.row.name == name);
             (
                 "valueReference",
                 number.map_or(0, |(number, _)| number).to_string(),
             )
         }
     };
-    match run.row.lengths() {
-        _ if !run.is_array() => Vec::new(),
-        [] => vec![("start", run.len().to_string())],
+    match span.row.lengths() {
+        _ if !span.is_array() => Vec::new(),
+        [] => vec![("start", span.len().to_string())],
         shape => shape.iter().map(length).collect(),
     }
 }
 
 impl<M: Model> Variable<M> {
-    /// Whether it can be read within steps: what is continuous and for wiring.
+    /// Whether it can be read within steps: it is a continuous output.
     pub(crate) fn has_intermediate_update(&self) -> bool {
         self.causality == Causality::Output && self.variability() == "continuous"
     }

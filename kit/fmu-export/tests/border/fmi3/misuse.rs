@@ -194,18 +194,18 @@ fn null_arrays_and_places_are_refused() {
         });
         refused(
             &fmu,
-            "FMUState = NULL must be a place for the result",
+            "FMUState = NULL must be a pointer for the result",
             || fmi3GetFMUState(c, ptr::null_mut()),
         );
         refused(
             &fmu,
-            "lastSuccessfulTime = NULL must be a place for the result",
+            "lastSuccessfulTime = NULL must be a pointer for the result",
             || fmi3DoStep(c, 0.0, 1.0, 1, &mut 0, &mut 0, &mut 0, ptr::null_mut()),
         );
-        refused(&fmu, "eventHandlingNeeded = NULL must be a place", || {
+        refused(&fmu, "eventHandlingNeeded = NULL must be a pointer", || {
             fmi3DoStep(c, 0.0, 1.0, 1, ptr::null_mut(), &mut 0, &mut 0, &mut 0.0)
         });
-        refused(&fmu, "nDependencies = NULL must be a place", || {
+        refused(&fmu, "nDependencies = NULL must be a pointer", || {
             fmi3GetNumberOfVariableDependencies(c, crate::probe::vr::Y, ptr::null_mut())
         });
         refused(&fmu, "nDependencies = 1 must be 2", || {

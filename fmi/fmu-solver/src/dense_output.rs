@@ -1,0 +1,87 @@
+//! Dense output (the states within an internal step) and the location of events with it.
+
+use super::system::System;
+
+/// The states within an internal step, as the vectors a, b and c of `x(θ) = x₀ + θ (Δ + (1 − θ) (a
+/// + θ (b + θ c)))`, θ from 0 to 1.
+pub(crate) struct DenseOutput(pub(crate) [Vec<f64>; 3]);
+
+impl DenseOutput {
+    /// The states `x` at `theta`, between those at the ends of the step.
+    fn at(&self, theta: f64, [start, end]: [&[f64]; 2], x: &mut [f64]) {
+        let [a, b, c] = &self.0;
+        for (i, x) in x.iter_mut().enumerate() {
+            let inner = a[i] + theta * (b[i] + theta * c[i]);
+            *x = start[i] + theta * (end[i] - start[i] + (1.0 - theta) * inner);
+        }
+    }
+}
+
+/// Event indicators at the start and the end of the internal step, then at the ends and inside the
+/// interval that contains the event.
+pub(crate) struct Indicators(pub(crate) [Vec<f64>; 5]);
+
+/// Whether the sign of an indicator changes from `a` to `b`.
+fn changes((a, b): (&f64, &f64)) -> bool {
+    (*a > 0.0) != (*b > 0.0)
+}
+
+impl Indicators {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0[0].is_empty()
+    }
+
+    /// Whether the sign of an indicator changes within the internal step.
+    pub(crate) fn has_event(&self) -> bool {
+        self.0[0].iter().zip(&self.0[1]).any(changes)
+    }
+
+    /// The first θ in the step `(s, dt)` at which the sign of an indicator has changed, to within
+    /// `resolution`, and the states `x` there. It lies just after the change, so that integration
+    /// from there does not find the same event again.
+    ///
+    /// Regula falsi with the Illinois modification, for the indicator that is predicted to cross
+    /// zero first; every fourth iteration bisects, for indicators for which it converges slowly.
+    pub(crate) fn locate<S: System>(
+        &mut self,
+        system: &mut S,
+        (s, dt): (f64, f64),
+        resolution: f64,
+        (dense, ends): (&DenseOutput, [&[f64]; 2]),
+        x: &mut [f64],
+    ) -> Result<f64, S::Error> {
+        let [start, end, at_low, at_high, middle] = &mut self.0;
+        at_low.copy_from_slice(start);
+        at_high.copy_from_slice(end);
+        let (mut low, mut high, mut was_low, mut count) = (0.0, 1.0, None, 0);
+        while high - low > resolution {
+            count += 1;
+            let least = 0.5 * resolution / (high - low);
+            let share = match count % 4 {
+                0 => 0.5,
+                _ => first_crossing(at_low, at_high).clamp(least, 1.0 - least),
+            };
+            let theta = low + share * (high - low);
+            dense.at(theta, ends, x);
+            system.indicators(s + theta * dt, x, middle)?;
+            let is_low = !start.iter().zip(&*middle).any(changes);
+            let (place, near, far) = match is_low {
+                true => (&mut low, &mut *at_low, &mut *at_high),
+                false => (&mut high, &mut *at_high, &mut *at_low),
+            };
+            *place = theta;
+            near.copy_from_slice(middle);
+            if was_low.replace(is_low) == Some(is_low) {
+                far.iter_mut().for_each(|z| *z *= 0.5);
+            }
+        }
+        dense.at(high, ends, x);
+        Ok(high)
+    }
+}
+
+/// The first zero of the straight lines from `low` to `high`, from 0 to 1.
+fn first_crossing(low: &[f64], high: &[f64]) -> f64 {
+    let lines = low.iter().zip(high).filter(|ends| changes(*ends));
+    lines.map(|(a, b)| a / (a - b)).fold(1.0, f64::min)
+}

@@ -1,0 +1,327 @@
+//! Checks a model's table of variables for mistakes that the compiler cannot find.
+
+use super::parts::unit;
+use crate::c_api::log::CATEGORIES;
+use crate::core::causality::Causality;
+use crate::core::dependencies::Knowns;
+use crate::core::layout::{Layout, state};
+use crate::core::model::Variable;
+use crate::core::sizes::{self, StartValues};
+use crate::core::storage::{Kind, Storage, each};
+use crate::core::value::Value;
+use crate::{Enumeration, Model, ModelExchange, Unit};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The first mistake in the table, with the name of the row.
+pub(crate) fn check<M: Model>(layout: &Layout<M>, start: &StartValues<M>) -> Result<(), String> {
+    let identifier = M::INFO.model;
+    if !is_identifier(identifier) {
+        return Err(format!("model name `{identifier}` is not a C identifier"));
+    }
+    categories::<M>()?;
+    experiment::<M>()?;
+    for row in ModelExchange::<M>::rows() {
+        check_derivative::<M>(row)
+            .map_err(|reason| format!("variable `{}`: {reason}", row.full_name()))?;
+    }
+    lengths(layout, start)?;
+    let (parameters, input) = start;
+    let knowns = Knowns::new(layout);
+    let mut names = BTreeSet::new();
+    let mut numbers = BTreeMap::new();
+    let mut units = BTreeMap::new();
+    let mut enumerations = BTreeMap::new();
+    for (number, (span, i, n)) in layout.entries() {
+        let row = span.row;
+        let name = row.element_name(i);
+        let wrong = |reason: &str| Err(format!("variable `{name}`: {reason}"));
+        if !is_structured(row.name) {
+            return wrong(
+                "is not a structured name such as `a.b` (no spaces, and no brackets, which vectors get automatically)",
+            );
+        }
+        if !names.insert(name.clone()) {
+            return wrong("is in the table twice");
+        }
+        let largest = span.largest_number();
+        if number > largest {
+            return wrong(&format!(
+                "value reference {number} must be at most {largest}"
+            ));
+        }
+        if let Some(first) = numbers.insert(number, name.clone()) {
+            return wrong(&format!(
+                "value reference {number} is already that of `{first}`"
+            ));
+        }
+        let checks = [
+            attributes::<M>(row, i),
+            same_unit::<M>(&mut units, row, i, &name),
+            enumeration(&mut enumerations, row, &name),
+            bounds(row),
+            self::start(row, parameters, input, (i, n)),
+        ];
+        if let Some(reason) = checks.into_iter().find_map(Result::err) {
+            return wrong(&reason);
+        }
+        let while_stepping = knowns.resolve(row, i, false);
+        let initially = knowns.resolve(row, i, true);
+        match (while_stepping, initially, row.causality) {
+            (Err(reason), _, _) | (_, Err(reason), _) => return wrong(&reason),
+            _ if row.storage.is_equation() => {}
+            (_, _, Causality::Output) | (Ok(None), _, Causality::CalculatedParameter) => {}
+            (Ok(None), Ok(None), _) => {}
+            _ => return wrong("only outputs have dependencies"),
+        }
+    }
+    Ok(())
+}
+
+fn experiment<M: Model>() -> Result<(), String> {
+    let e = M::INFO.experiment;
+    let is_sound = e.start.is_finite() && e.stop > e.start && e.stop.is_finite() && e.step > 0.0;
+    if is_sound && e.step.is_finite() {
+        return Ok(());
+    }
+    Err(format!(
+        "default experiment: start = {} s, stop = {} s, step = {} s must be finite, with stop > start and step > 0",
+        e.start, e.stop, e.step
+    ))
+}
+
+/// Each row has as many elements as it declares, and at least one: an empty row would be left out
+/// of the description silently.
+fn lengths<M: Model>(layout: &Layout<M>, (p, u): &StartValues<M>) -> Result<(), String> {
+    let y = sizes::output::<M>(p);
+    for (elements, row) in layout.rows() {
+        let wrong = |reason: &str| Err(format!("variable `{}`: {reason}", row.name));
+        if let Err(reason) = row.check_lengths() {
+            return wrong(&reason);
+        }
+        match (elements.len(), row.storage.len(p, u, &y)) {
+            (0, _) => return wrong("has no elements"),
+            _ if row.storage.is_equation() => {}
+            (n, found) if n != found => {
+                return wrong(&format!("has {found} elements, but declares {n}"));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// The model's log categories have unique names.
+fn categories<M: Model>() -> Result<(), String> {
+    let mut names: BTreeSet<_> = CATEGORIES.iter().map(|(name, ..)| *name).collect();
+    for (name, _) in M::INFO.log_categories {
+        if name.is_empty() {
+            return Err("a log category has no name".to_owned());
+        }
+        if !names.insert(name) {
+            return Err(format!(
+                "log category `{name}` is declared twice, or is a standard category"
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn is_identifier(name: &str) -> bool {
+    let mut chars = name.chars();
+    chars
+        .next()
+        .is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
+        && chars.all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
+/// Whether a row's name is structured, such as `motor[2].winding.R`. Its last part must not have an
+/// index, because this crate appends the indices of a vector's elements.
+fn is_structured(name: &str) -> bool {
+    let part = |part: &str| match part.strip_suffix(']').and_then(|part| part.split_once('[')) {
+        Some((name, index)) => is_identifier(name) && index.parse::<u32>().is_ok(),
+        None => is_identifier(part),
+    };
+    match name.rsplit_once('.') {
+        Some((before, last)) => before.split('.').all(part) && is_identifier(last),
+        None => is_identifier(name),
+    }
+}
+
+/// A derivative row names a continuous Real output or local variable, and has its shape.
+fn check_derivative<M: Model>(row: &Variable<M>) -> Result<(), String> {
+    if !row.storage.is_derivative() {
+        return Ok(());
+    }
+    let is_fit = |state: &&Variable<M>| {
+        let is_shown = matches!(state.causality, Causality::Output | Causality::Local);
+        let is_real = matches!(state.storage, Storage::RealOut(_));
+        is_real && is_shown && !state.discrete && state.scalar == row.scalar
+    };
+    if state::<M>(row.name).filter(is_fit).is_some() {
+        return Ok(());
+    }
+    let kind = if row.scalar { "scalar" } else { "vector" };
+    Err(format!(
+        "`{}` must be a continuous Real output or local variable of the table, a {kind}",
+        row.name
+    ))
+}
+
+/// Attributes are used only where the row's type and causality allow them.
+fn attributes<M: Model>(row: &Variable<M>, i: usize) -> Result<(), String> {
+    let is_real = row.storage.is_real();
+    if row.description.is_empty() {
+        return Err("has no description".to_owned());
+    }
+    if row.tunable
+        && (!matches!(
+            row.causality,
+            Causality::Parameter | Causality::CalculatedParameter
+        ) || matches!(row.storage, Storage::Text(..)))
+    {
+        let reason = "only parameters can be tunable, except String parameters with a setter";
+        return Err(reason.to_owned());
+    }
+    let varies = matches!(
+        row.causality,
+        Causality::Input | Causality::Output | Causality::Local
+    );
+    if row.discrete && !(is_real && varies) {
+        return Err("only a Real that is not a parameter can be declared discrete".to_owned());
+    }
+    if row.enumeration.is_some() && row.storage.kind() != Kind::Integer {
+        return Err("only an Integer row can have an enumeration".to_owned());
+    }
+    let unit_of_element = row.unit_of(i);
+    if !row.each_unit.is_empty() && i >= row.each_unit.len() {
+        return Err(format!(
+            "has units for {} elements only",
+            row.each_unit.len()
+        ));
+    }
+    if !is_real
+        && (unit_of_element.is_some() || row.display_unit.is_some() || row.nominal.is_some())
+    {
+        return Err("only a Real has a unit or a nominal value".to_owned());
+    }
+    match (unit_of_element, unit::<M>(row, i), row.display_unit) {
+        (Some(name), None, _) => Err(format!(
+            "unit `{name}` is neither in KNOWN_UNITS nor in Info::units"
+        )),
+        (None, _, Some(display)) => Err(format!("display unit `{display}` without a unit")),
+        (_, Some(unit), Some(display))
+            if unit.display.iter().all(|shown| shown.name != display) =>
+        {
+            Err(format!(
+                "display unit `{display}` is not one of unit `{}`",
+                unit.name
+            ))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// An enumeration has items with unique names, and no two enumerations share a name.
+fn enumeration<M: Model>(
+    known: &mut BTreeMap<&'static str, (Enumeration, String)>,
+    row: &Variable<M>,
+    name: &str,
+) -> Result<(), String> {
+    let Some(enumeration) = row.enumeration else {
+        return Ok(());
+    };
+    let mut items = BTreeSet::new();
+    if let Some((item, _)) = (enumeration.items.iter()).find(|(item, _)| !items.insert(item)) {
+        let of = enumeration.name;
+        return Err(format!("enumeration `{of}` has the item `{item}` twice"));
+    }
+    let (first, of) = known
+        .entry(enumeration.name)
+        .or_insert_with(|| (enumeration, name.to_owned()));
+    if enumeration.items.is_empty() {
+        return Err(format!("enumeration `{}` has no items", enumeration.name));
+    }
+    if first.items != enumeration.items || first.description != enumeration.description {
+        return Err(format!(
+            "enumeration `{}` is defined differently for `{of}`",
+            enumeration.name
+        ));
+    }
+    Ok(())
+}
+
+/// No two units share a name.
+fn same_unit<M: Model>(
+    units: &mut BTreeMap<&'static str, (&'static Unit, String)>,
+    row: &Variable<M>,
+    i: usize,
+    name: &str,
+) -> Result<(), String> {
+    let Some(unit) = unit::<M>(row, i) else {
+        return Ok(());
+    };
+    let (known, first) = units
+        .entry(unit.name)
+        .or_insert_with(|| (unit, name.to_owned()));
+    if *known == unit {
+        return Ok(());
+    }
+    Err(format!(
+        "unit `{}` is defined differently for `{first}`",
+        unit.name
+    ))
+}
+
+fn bounds<M: Model>(row: &Variable<M>) -> Result<(), String> {
+    let whole = match row.storage.kind() {
+        Kind::Int8 => i8::MIN.into()..=i8::MAX.into(),
+        Kind::UInt8 => u8::MIN.into()..=u8::MAX.into(),
+        Kind::Int16 => i16::MIN.into()..=i16::MAX.into(),
+        Kind::UInt16 => u16::MIN.into()..=u16::MAX.into(),
+        Kind::UInt32 => u32::MIN.into()..=u32::MAX.into(),
+        Kind::Int64 => i64::MIN.into()..=i64::MAX.into(),
+        Kind::UInt64 => u64::MIN.into()..=u64::MAX.into(),
+        _ => i32::MIN.into()..=i128::from(i32::MAX),
+    };
+    let fits = |x: f64| match row.storage.kind() {
+        _ if x.is_infinite() => true,
+        Kind::Real => true,
+        Kind::Float32 => (x as f32).is_finite(),
+        _ => x.fract() == 0.0 && whole.contains(&(x as i128)),
+    };
+    if !(row.min <= row.max && fits(row.min) && fits(row.max)) {
+        return Err(format!(
+            "min = {} and max = {} are not valid bounds",
+            row.min, row.max
+        ));
+    }
+    match row.nominal {
+        Some(nominal) if !(nominal.is_finite() && nominal > 0.0) => {
+            Err(format!("nominal = {nominal} must be finite and > 0"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The start values of an input or parameter are allowed: `n` elements from the `i`-th on.
+fn start<M: Model>(
+    row: &Variable<M>,
+    p: &M::Parameters,
+    u: &M::Input,
+    (i, n): (usize, usize),
+) -> Result<(), String> {
+    fn check<M: Model, T: Value>(row: &Variable<M>, starts: &[T]) -> Result<(), String> {
+        match starts.iter().find(|start| !start.is_allowed(row)) {
+            None => Ok(()),
+            Some(start) => {
+                let allowed = crate::core::value::allowed(row);
+                Err(format!("start value {start} must be {allowed}"))
+            }
+        }
+    }
+    let of_input = row.storage.input_values(u);
+    match of_input.or_else(|| row.storage.parameter_values(p)) {
+        Some(values) => each!(Values, values, |values| check(row, &values[i..i + n])),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,197 @@
+//! What an importer's handle points to, and [`enter`], through which each FMI function reaches its
+//! instance: it checks the handle and the call order, catches panics and sends messages.
+
+use super::answer::Answer;
+use super::call_order::{COMMON_STATES, CS, Call, LOST, ME, ME_STATES};
+use super::log::{Log, Logger};
+use crate::core::exclusive::{Exclusive, ExclusiveRef};
+use crate::core::fault::{self, Fault};
+use crate::core::instance::Instance;
+use crate::core::message::{Kind, Message};
+use crate::core::panic::{self, Panic};
+use crate::core::storage::TypeNames;
+use crate::{Binary, Model};
+use std::ffi::{CString, c_void};
+use std::sync::Arc;
+
+/// A version of FMI: what it adds to an instance, and its names for types and states.
+pub(crate) trait Version: Sized + 'static {
+    /// Its status type.
+    type Status: From<Answer>;
+    /// Its logger.
+    type Logger: Logger;
+    /// Its name, padded with zeros.
+    const NAME: [u8; 4];
+    /// Its names for the types of variables.
+    const NAMES: TypeNames;
+    /// The bits of the states and their names.
+    const STATES: &'static [(u16, &'static str)];
+    /// The functions that make an instance usable again after a panic.
+    const RECOVERY: &'static str;
+    /// The value reference of time, if time is a variable.
+    const TIME: Option<u32> = None;
+
+    /// The bit of the state that an instance is in.
+    fn state<M: Model>(fmi: &FmiInstance<M, Self>) -> u16;
+
+    /// Returns the bits of the enabled categories after these were switched on or off.
+    fn switch_log(log: &Log<Self::Logger>, on: bool, categories: &[&str]) -> Result<u32, Fault>;
+}
+
+/// An instance, together with what its version of FMI adds to it.
+pub(crate) struct FmiInstance<M: Model, V: Version> {
+    pub(crate) instance: Instance<M>,
+    pub(crate) log: Arc<Log<V::Logger>>,
+    /// The strings that the last get has returned to the importer.
+    pub(crate) strings: Vec<CString>,
+    /// The binary values that the last get has returned to the importer.
+    pub(crate) bytes: Vec<Binary>,
+    /// The interface it was instantiated for, [`CS`] or [`ME`].
+    pub(crate) interface: u16,
+    pub(crate) version: V,
+}
+
+/// Runs `f` on the instance: refuses NULL, a call within a call and a call out of order, catches a
+/// panic, and sends the queued messages afterwards.
+///
+/// # Safety
+/// `c` is NULL or came from the instantiation of this library in this version and was not freed.
+#[inline]
+pub(crate) unsafe fn enter<M: Model, V: Version>(
+    c: *mut c_void,
+    call: Call,
+    f: impl FnOnce(&mut FmiInstance<M, V>) -> Result<(), Fault>,
+) -> V::Status {
+    // SAFETY: forwarded.
+    let guard = unsafe { c.cast::<Exclusive<FmiInstance<M, V>>>().as_ref() };
+    let Some(mut fmi) = guard.and_then(Exclusive::enter) else {
+        return Answer::Error.into();
+    };
+    let result = panic::catch(|| {
+        let done = check_order(&fmi, call).and_then(|()| f(&mut fmi));
+        match done {
+            Ok(()) => Answer::Ok,
+            Err(fault) => report_fault(&mut fmi, call, fault),
+        }
+    });
+    let answer = match result {
+        Ok(answer) => answer,
+        Err(panic) => report_panic(&mut fmi, call, panic),
+    };
+    if !fmi.instance.messages.is_empty() {
+        send(fmi, answer);
+    }
+    answer.into()
+}
+
+/// Refuses a call that is not allowed in the instance's state or for its interface.
+#[inline]
+fn check_order<M: Model, V: Version>(fmi: &FmiInstance<M, V>, call: Call) -> Result<(), Fault> {
+    let state = V::state(fmi);
+    // For a model without Model Exchange, the code for it is not even compiled.
+    let interface = match M::MODEL_EXCHANGE {
+        Some(_) => fmi.interface,
+        None => CS,
+    };
+    if call.allowed & interface == 0 {
+        return other_interface::<M>(call);
+    }
+    match call.allowed & state {
+        0 => out_of_order::<V>(call, state, interface),
+        _ => Ok(()),
+    }
+}
+
+#[cold]
+fn other_interface<M: Model>(call: Call) -> Result<(), Fault> {
+    let [of, is] = match call.allowed & ME {
+        0 => ["Co-Simulation", "Model Exchange"],
+        _ => ["Model Exchange", "Co-Simulation"],
+    };
+    if M::MODEL_EXCHANGE.is_none() {
+        return fault::refuse!("this function is for {of}, and this FMU offers {is} only");
+    }
+    fault::refuse!("this function is for {of}, and the instance was made for {is}")
+}
+
+#[cold]
+fn out_of_order<V: Version>(call: Call, state: u16, interface: u16) -> Result<(), Fault> {
+    let names = |mask: u16| -> Vec<&str> {
+        let named = V::STATES.iter().filter(|(bit, _)| mask & bit != 0);
+        named.map(|(_, name)| *name).collect()
+    };
+    let others = if interface == ME {
+        !ME_STATES & !COMMON_STATES
+    } else {
+        ME_STATES
+    };
+    let (now, allowed) = (
+        names(state).join(""),
+        names(call.allowed & !LOST & !others).join(", "),
+    );
+    Err(Fault::refused(format_args!(
+        "not allowed in state {now}; allowed in {allowed}"
+    )))
+}
+
+#[cold]
+fn report_fault<M: Model, V: Version>(
+    fmi: &mut FmiInstance<M, V>,
+    call: Call,
+    fault: Fault,
+) -> Answer {
+    let instance = &mut fmi.instance;
+    let (kind, answer, text) = match fault {
+        Fault::Refused(text) => (Kind::Refused, Answer::Error, text),
+        Fault::Discarded(text) => (Kind::Discarded, Answer::Discard, text),
+        Fault::Unknown(number) if V::TIME == Some(number) => {
+            let real = V::NAMES.real;
+            let text = format!(
+                "value reference {number} is `time`, the independent variable; it can only be read, as {real}"
+            );
+            (Kind::Refused, Answer::Error, text)
+        }
+        Fault::Unknown(number) => {
+            let last = instance.layout.len().saturating_sub(1);
+            let known = if number as usize > last {
+                format!("from 0 to {last}")
+            } else {
+                "one of the model description".to_owned()
+            };
+            let text = format!("unknown value reference {number}; it must be {known}");
+            (Kind::Refused, Answer::Error, text)
+        }
+    };
+    instance.report(kind, format!("{}: {text}", call.name));
+    answer
+}
+
+/// After a panic: this instance is unusable until a reset or a restored state; others go on.
+#[cold]
+fn report_panic<M: Model, V: Version>(
+    fmi: &mut FmiInstance<M, V>,
+    call: Call,
+    panic: Panic,
+) -> Answer {
+    fmi.instance.lost = true;
+    let text = format!(
+        "{}: {}; the instance needs {}",
+        call.name,
+        panic.describe(),
+        V::RECOVERY
+    );
+    fmi.instance.report(Kind::Refused, text);
+    Answer::Error
+}
+
+/// Sends the queued messages once the instance is no longer in use: the logger may call back.
+#[cold]
+pub(crate) fn send<M: Model, V: Version>(
+    mut fmi: ExclusiveRef<'_, FmiInstance<M, V>>,
+    answer: Answer,
+) {
+    let messages: Vec<Message> = std::mem::take(&mut fmi.instance.messages);
+    let log = Arc::clone(&fmi.log);
+    drop(fmi);
+    log.send(&messages, answer);
+}

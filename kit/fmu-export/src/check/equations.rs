@@ -1,0 +1,160 @@
+//! Checks the equations for Model Exchange: the states are those of the table, all derivatives and
+//! event indicators are written, and they depend only on what they declare.
+
+use super::derivatives::shift_input;
+use super::model_check::{ModelCheck, output};
+use super::point::Point;
+use crate::core::layout::Element;
+use crate::core::model::{ModelExchange, Variable, real_outputs, zero};
+use crate::core::storage::Storage;
+use crate::core::value::Value;
+use crate::{Evaluation, Model, ModelError};
+
+impl<M: Model> ModelCheck<M> {
+    /// Checks that the states are those of the table, and that all derivatives are written.
+    pub(super) fn equations(&mut self) {
+        if let Some(equations) = M::MODEL_EXCHANGE
+            && let Err(problem) = self.check_equations(equations)
+        {
+            self.problems.insert(problem);
+        }
+    }
+
+    fn check_equations(&self, equations: ModelExchange<M>) -> Result<(), String> {
+        let (Point(p, u), n) = (&self.start, self.layout.states);
+        let what = |error: ModelError| format!("equations with the start values: {error}");
+        let mut model = M::initialize(p, u, M::INFO.experiment.start).map_err(what)?;
+        let (mut x, mut moved) = (vec![0.0; n], vec![0.0; n]);
+        (equations.states)(&model, &mut x);
+        for (k, x) in x.iter_mut().enumerate() {
+            *x += 1e-3 * x.abs().max(1e-3) * (k + 1) as f64;
+        }
+        (equations.set_states)(&mut model, &x);
+        (equations.states)(&model, &mut moved);
+        let now = M::Evaluation::new(&model, p, u).map_err(what)?;
+        let y = model.output(p, u, &now).map_err(what)?;
+        let texts = output(&self.layout, &model, &self.start).map_err(what)?;
+        let states = self.knowns.states.iter().zip(
+            self.layout
+                .iter()
+                .zip(&texts)
+                .filter(|((_, row), _)| row.storage.is_derivative()),
+        );
+        for (k, (&state, ((i, row), text))) in states.enumerate() {
+            let name = self.name(state);
+            let (_, shown) = self.layout.iter().nth(state).expect("counted");
+            if let Storage::RealOut(field) = &shown.storage
+                && !(moved[k].is_same(&x[k]) && field.get(&y, i).is_same(&x[k]))
+            {
+                return Err(format!(
+                    "state {k} was set to {}, but `states` gives {}, and `{name}` is {}",
+                    x[k],
+                    moved[k],
+                    field.get(&y, i)
+                ));
+            }
+            if *text == format!("{:x}", f64::NAN.to_bits()) {
+                return Err(format!("`{}` is not written", row.element_name(i)));
+            }
+        }
+        Ok(())
+    }
+
+    /// A sample of the states: index, position and row.
+    fn sampled_states(&self) -> Vec<(usize, usize, &'static Variable<M>)> {
+        let state = |(position, (_, row)): (usize, Element<M>)| {
+            let k = self
+                .knowns
+                .states
+                .iter()
+                .position(|&state| state == position)?;
+            Some((k, position, row))
+        };
+        self.layout
+            .samples()
+            .into_iter()
+            .filter_map(state)
+            .collect()
+    }
+
+    /// Compares the model's directional derivatives with differences, for each state and input.
+    fn compare_directional(&mut self, model: &M, point: &Point<M>) -> Result<(), ModelError> {
+        let (Some(equations), n) = (M::MODEL_EXCHANGE, self.layout.states) else {
+            return Ok(());
+        };
+        let mut point = point.clone();
+        point.set_inputs();
+        let Point(p, u) = &point;
+        let look = |x: &[f64], u: &M::Input| -> Result<Vec<f64>, ModelError> {
+            let (mut at, mut dx) = (model.clone(), vec![0.0; n]);
+            (equations.set_states)(&mut at, x);
+            let (now, mut rate) = (M::Evaluation::new(&at, p, u)?, at.clone());
+            equations.write_derivatives(&at, (p, u, &now, 0.0), &mut rate, &mut dx)?;
+            dx.extend(real_outputs::<M>(&at.output(p, u, &now)?));
+            Ok(dx)
+        };
+        let (mut x, now) = (vec![0.0; n], M::Evaluation::new(model, p, u)?);
+        (equations.states)(model, &mut x);
+        let elements = self.layout.iter().enumerate();
+        let derivatives = elements.filter(|(_, (_, row))| row.storage.is_derivative());
+        let mut unknowns: Vec<_> = derivatives.map(|(k, _)| k).collect();
+        unknowns.extend(self.real_outputs());
+        for (known, element) in self.layout.samples() {
+            let state = self.knowns.states.iter().position(|&state| state == known);
+            let (mut dx, mut du) = (vec![0.0; n], zero::<M>(u));
+            let value = match (state, &element.1.storage) {
+                (Some(k), _) => {
+                    dx[k] = 1.0;
+                    x[k]
+                }
+                (None, Storage::RealIn(field)) => {
+                    *field.get_mut(&mut du, element.0) = 1.0;
+                    field.get(u, element.0)
+                }
+                _ => continue,
+            };
+            let Some(dy) = equations.directional_derivative(model, (p, u, &now, 0.0), &mut dx, &du)
+            else {
+                return Ok(());
+            };
+            dx.extend(real_outputs::<M>(&dy?));
+            let size = element.1.nominal.unwrap_or(1.0).max(value.abs());
+            self.compare_column(known, &unknowns, size, &dx, |by| {
+                let mut x = x.clone();
+                let u = match state {
+                    Some(k) => {
+                        x[k] += by;
+                        u.clone()
+                    }
+                    None => shift_input::<M>(u, element, by)?,
+                };
+                look(&x, &u).ok()
+            });
+        }
+        Ok(())
+    }
+
+    /// Compares outputs, derivatives and indicators with the declared dependencies on each state.
+    pub(super) fn compare_states(&mut self, model: &M, point: &Point<M>) {
+        let (Some(equations), Ok(expected)) =
+            (M::MODEL_EXCHANGE, output(&self.layout, model, point))
+        else {
+            return;
+        };
+        if let Err(error) = self.compare_directional(model, point) {
+            self.problems.insert(format!("directional: {error}"));
+        }
+        let mut x = vec![0.0; self.layout.states];
+        (equations.states)(model, &mut x);
+        for (k, known, row) in self.sampled_states() {
+            for part in [1e-3, 0.2] {
+                let (mut model, mut moved) = (model.clone(), x.clone());
+                moved[k] += part * row.nominal.unwrap_or(1.0).max(x[k].abs());
+                (equations.set_states)(&mut model, &moved);
+                if let Ok(found) = output(&self.layout, &model, point) {
+                    self.compare(known, &expected, &found, false);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,16 @@
+//! The macro `impl_copy!`: `Clone` and `Copy` for generic types that hold only functions,
+//! references and numbers. A derive would require their type parameters to be `Copy` too.
+
+/// Makes types `Copy`; the type parameters of each stand before it in brackets.
+macro_rules! impl_copy {
+    ($([$($parameters:tt)*] $type:ty;)*) => {$(
+        impl<$($parameters)*> Clone for $type {
+            fn clone(&self) -> Self {
+                *self
+            }
+        }
+
+        impl<$($parameters)*> Copy for $type {}
+    )*};
+}
+pub(crate) use impl_copy;

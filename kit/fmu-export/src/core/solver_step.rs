@@ -1,0 +1,226 @@
+//! A communication step of a model of differential equations: integrates it with a solver of
+//! `fmu-solver` and handles the events within the step.
+
+use super::continuous::Continuous;
+use super::error::ModelError;
+use super::event::Event;
+use super::input::InputPolynomial;
+use super::model::{Evaluation, zero};
+use super::solver_workspace::{Scratch, SolverWorkspace};
+use super::step_end::StepEnd;
+use fmu_solver::{Failure, Solver, System};
+
+/// Most events within one communication step, and most iterations of one event.
+const MOST_EVENTS: u32 = 10_000;
+
+/// The model as a system for the solver; `s` is the last event's time from the step's start, s.
+struct StepSystem<'a, M: Continuous> {
+    at: &'a mut M,
+    rate: &'a mut M,
+    direction: Option<&'a mut (M, M::Input)>,
+    p: &'a M::Parameters,
+    u: &'a InputPolynomial<M::Input>,
+    t: f64,
+    s: f64,
+}
+
+impl<M: Continuous> StepSystem<'_, M> {
+    /// Calls `f` with the model at the states `x`, its inputs and time, `s` s after the last event.
+    fn evaluate_at<T>(
+        &mut self,
+        s: f64,
+        x: &[f64],
+        f: impl FnOnce(&M, &M::Input, &M::Evaluation, f64, &mut M) -> Result<T, ModelError>,
+    ) -> Result<T, ModelError> {
+        self.at.set_states(x);
+        let s = self.s + s;
+        let moved = (self.u.order() > 0).then(|| self.u.at::<M>(s));
+        let u = moved.as_ref().unwrap_or(self.u.value());
+        let now = M::Evaluation::new(self.at, self.p, u)?;
+        f(self.at, u, &now, self.t + s, self.rate)
+    }
+
+    /// Handles an event at the present time.
+    fn event(&mut self) -> Result<Event, ModelError> {
+        let (t, moved) = (self.t + self.s, self.u.at::<M>(self.s));
+        for _ in 0..MOST_EVENTS {
+            let event = self.at.event(self.p, &moved, t)?;
+            if !event.again {
+                return Ok(event);
+            }
+        }
+        Err(ModelError::new(format!(
+            "t = {t} s: an event does not end after {MOST_EVENTS} iterations"
+        )))
+    }
+}
+
+impl<M: Continuous> System for StepSystem<'_, M> {
+    type Error = ModelError;
+
+    fn derivative(&mut self, s: f64, x: &[f64], dx: &mut [f64]) -> Result<(), ModelError> {
+        let p = self.p;
+        self.evaluate_at(s, x, |model, u, now, t, rate| {
+            model.derivatives(p, u, now, t, rate)?;
+            rate.states(dx);
+            Ok(())
+        })
+    }
+
+    fn directional(
+        &mut self,
+        s: f64,
+        x: &[f64],
+        seed: &[f64],
+        change: &mut [f64],
+    ) -> Result<bool, ModelError> {
+        let Some(direction) = self.direction.take() else {
+            return Ok(false);
+        };
+        direction.0.set_states(seed);
+        let (p, seed) = (self.p, (&direction.0, &direction.1));
+        let done = self.evaluate_at(s, x, |model, u, now, t, rate| {
+            model.directional(p, u, now, t, seed, rate, None)?;
+            rate.states(change);
+            Ok(true)
+        });
+        self.direction = Some(direction);
+        done
+    }
+
+    fn indicators(&mut self, s: f64, x: &[f64], z: &mut [f64]) -> Result<(), ModelError> {
+        let p = self.p;
+        self.evaluate_at(s, x, |model, u, now, t, _| {
+            model.indicators(p, u, now, t, z)
+        })
+    }
+}
+
+/// Advances a model with `n` states from `t` by `h`, both s, with events; on an error the model is
+/// as before. `make` makes the solver, `name` finds the name of a state that is not finite.
+pub(crate) fn solve<M: Continuous>(
+    model: &mut M,
+    workspace: &mut SolverWorkspace<M, M::Input>,
+    make: impl FnOnce(&M) -> Result<Solver, ModelError>,
+    n: usize,
+    name: fn(&mut M, usize, f64) -> &'static str,
+    (p, u): (&M::Parameters, &InputPolynomial<M::Input>),
+    (t, h): (f64, f64),
+) -> Result<StepEnd, ModelError> {
+    // The number of states changes when an instance is reconfigured.
+    let mut scratch = match workspace
+        .scratch
+        .take()
+        .filter(|scratch| scratch.states.len() == n)
+    {
+        Some(scratch) => scratch,
+        None => {
+            let direction = || (model.clone(), zero::<M>(u.value()));
+            Box::new(Scratch {
+                solver: make(model)?,
+                at: model.clone(),
+                rate: model.clone(),
+                direction: M::HAS_DIRECTIONAL.then(direction),
+                states: vec![0.0; n],
+            })
+        }
+    };
+    scratch.solver.set_tolerance(workspace.tolerance);
+    let before = scratch.solver.counts();
+    let end = scratch.run(model, &mut workspace.first, name, (p, u), (t, h));
+    let now = scratch.solver.counts();
+    let (steps, rejected) = (now.steps - before.steps, now.rejected - before.rejected);
+    if rejected > 0 {
+        let done = format_args!("{steps} internal steps were accepted, {rejected} rejected");
+        let log = &mut workspace.log;
+        log.info(
+            "",
+            format_args!("t = {t} s, h = {h} s: {done} by the tolerance"),
+        );
+    }
+    workspace.scratch = Some(scratch);
+    end
+}
+
+impl<M: Continuous> Scratch<M, M::Input> {
+    /// Does the step. On an error `model` and `first` are as before.
+    fn run(
+        &mut self,
+        model: &mut M,
+        first: &mut f64,
+        name: fn(&mut M, usize, f64) -> &'static str,
+        (p, u): (&M::Parameters, &InputPolynomial<M::Input>),
+        (t, h): (f64, f64),
+    ) -> Result<StepEnd, ModelError> {
+        let Self {
+            solver,
+            at,
+            rate,
+            direction,
+            states,
+        } = self;
+        at.clone_from(model);
+        let mut system = StepSystem {
+            at,
+            rate,
+            direction: direction.as_mut(),
+            p,
+            u,
+            t,
+            s: 0.0,
+        };
+        let (mut next_first, mut end) = (*first, StepEnd::WHOLE);
+        let mut event = system.event()?;
+        for _ in 0..MOST_EVENTS {
+            if event.terminate {
+                (end.reached, end.terminate) = (Some(system.s), true);
+            }
+            if event.terminate || system.s >= h {
+                *first = next_first;
+                std::mem::swap(model, at);
+                return Ok(end);
+            }
+            let next = event.next.map_or(f64::INFINITY, |next| next - t);
+            // A time event in the past is handled now.
+            let until = next.clamp(system.s, h);
+            let mut found = None;
+            if until > system.s {
+                system.at.states(states);
+                let from = (t + system.s, until - system.s);
+                found = (solver.advance(&mut system, from, states, &mut next_first))
+                    .map_err(|failure| to_model_error(failure, system.rate, name))?;
+                system.at.set_states(states);
+            }
+            system.s = found.map_or(until, |s| system.s + s);
+            event = match found {
+                None if next > h => Event::NONE, // nothing happens at the end
+                _ => {
+                    end.event = true;
+                    system.event()?
+                }
+            };
+        }
+        Err(ModelError::new(format!(
+            "{MOST_EVENTS} events until {} s; a step must have fewer",
+            t + system.s
+        )))
+    }
+}
+
+/// The error of a failed step, with the name of a state that is not finite.
+fn to_model_error<M>(
+    failure: Failure<ModelError>,
+    rate: &mut M,
+    name: fn(&mut M, usize, f64) -> &'static str,
+) -> ModelError {
+    match failure {
+        Failure::System(error) => error,
+        Failure::NotFinite(state, value) => {
+            let name = name(rate, state, value);
+            ModelError::new(format!(
+                "`{name}` became {value} at the end of the step; it must be finite"
+            ))
+        }
+        failure => ModelError::new(failure.to_string()),
+    }
+}

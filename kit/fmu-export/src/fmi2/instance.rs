@@ -1,0 +1,126 @@
+//! What FMI 2.0 adds to an instance: the names of its states, the status of the last step, and the
+//! functions that treat it (fmi2DoStep, fmi2Reset, fmi2SetFMUstate).
+
+use super::ffi::Status;
+use super::log::{self, Log, Logger};
+use crate::Model;
+use crate::c_api::answer::Answer;
+use crate::c_api::call_order::{self, *};
+use crate::c_api::fmi_instance::{self, Version};
+use crate::core::fault::Fault;
+use crate::core::step::CompletedStep;
+use crate::core::storage::TypeNames;
+
+/// The data that FMI 2.0 adds to an instance.
+pub(crate) struct Fmi2 {
+    /// How the last fmi2DoStep ended.
+    pub(crate) last_step: Status,
+    /// Whether the model asked to end the simulation in that step.
+    pub(crate) terminated: bool,
+}
+
+/// An instance of FMI 2.0.
+pub(crate) type Fmi2Instance<M> = fmi_instance::FmiInstance<M, Fmi2>;
+
+impl Version for Fmi2 {
+    type Status = Status;
+    type Logger = Logger;
+    const NAME: [u8; 4] = *b"2.0\0";
+    const NAMES: TypeNames = TypeNames::PLAIN;
+    const STATES: &'static [(u16, &'static str)] = &[
+        (INSTANTIATED, "Instantiated"),
+        (INITIALIZATION_MODE, "Initialization Mode"),
+        (STEP_MODE, "Step Complete"),
+        (ME_EVENT_MODE, "Event Mode"),
+        (CONTINUOUS_TIME_MODE, "Continuous-Time Mode"),
+        (TERMINATED, "Terminated"),
+        (LOST, "lost by a panic"),
+    ];
+    const RECOVERY: &'static str = "fmi2Reset or fmi2SetFMUstate";
+
+    #[inline]
+    fn state<M: Model>(fmi: &Fmi2Instance<M>) -> u16 {
+        call_order::state(&fmi.instance)
+    }
+
+    fn switch_log(log: &Log, on: bool, categories: &[&str]) -> Result<u32, Fault> {
+        Ok(log::switch_log(log, on, categories))
+    }
+}
+
+impl From<Answer> for Status {
+    #[inline]
+    fn from(answer: Answer) -> Self {
+        match answer {
+            Answer::Ok => Status::Ok,
+            Answer::Discard => Status::Discard,
+            Answer::Error => Status::Error,
+        }
+    }
+}
+
+/// The fault of a step that the model did not complete.
+#[cold]
+fn stopped(t: f64, h: f64, end: CompletedStep) -> Fault {
+    let wish = if end.terminate {
+        "ends the simulation"
+    } else {
+        "stops"
+    };
+    let end = end.time;
+    Fault::discarded(format_args!(
+        "t = {t} s, h = {h} s: the model {wish} at {end} s"
+    ))
+}
+
+impl<M: Model> Fmi2Instance<M> {
+    /// fmi2DoStep.
+    #[inline]
+    pub(crate) fn do_step(&mut self, t: f64, h: f64) -> Result<(), Fault> {
+        match self.instance.do_step(t, h) {
+            Ok(end) if end.is_whole && !end.terminate => {
+                self.version.last_step = Status::Ok;
+                Ok(())
+            }
+            Ok(end) => {
+                self.version.last_step = Status::Discard;
+                self.version.terminated = end.terminate;
+                Err(stopped(t, h, end))
+            }
+            Err(fault) => {
+                if matches!(fault, Fault::Discarded(_)) {
+                    self.version.last_step = Status::Discard;
+                }
+                Err(fault)
+            }
+        }
+    }
+
+    /// fmi2ExitInitializationMode.
+    pub(crate) fn exit_initialization(&mut self) -> Result<(), Fault> {
+        self.instance.exit_initialization()?;
+        if self.interface == ME {
+            self.instance.enter_events();
+        }
+        Ok(())
+    }
+
+    /// fmi2Reset.
+    pub(crate) fn reset(&mut self) -> Result<(), Fault> {
+        self.instance.reset();
+        self.forget_step();
+        Ok(())
+    }
+
+    /// fmi2SetFMUstate.
+    pub(crate) fn restore(&mut self, handle: usize) -> Result<(), Fault> {
+        self.instance.restore(handle)?;
+        self.forget_step();
+        Ok(())
+    }
+
+    fn forget_step(&mut self) {
+        self.version.last_step = Status::Ok;
+        self.version.terminated = false;
+    }
+}

@@ -1,0 +1,73 @@
+//! The functions for clocks and Scheduled Execution, which these FMUs do not support: each logs an
+//! error and leaves the instance as it is.
+
+use super::ffi::*;
+use super::instance::{Fmi3, Fmi3Instance};
+use super::states::{ANY, EVENT_MODE};
+use super::values::VR;
+use crate::Model;
+use crate::c_api::arguments::{Array, array};
+use crate::c_api::call_order::INITIALIZATION_MODE;
+use crate::c_api::functions::functions;
+use crate::core::fault::{Fault, refuse};
+
+const SCHEDULED: &str = "this function is for Scheduled Execution, which this FMU does not offer";
+
+functions! { ($) Fmi3 export_fmi3_absent;
+    // Clocks.
+    fmi3GetClock [EVENT_MODE] (vr: *const ValueReference, n: usize, values: *mut Boolean) |fmi| not_read(fmi, array(VR, vr, n)?, "Clock");
+    fmi3SetClock [EVENT_MODE] (vr: *const ValueReference, n: usize, values: *const Boolean) |fmi| not_set(fmi, array(VR, vr, n)?, "Clock");
+    fmi3GetIntervalDecimal [INITIALIZATION_MODE | EVENT_MODE] (vr: *const ValueReference, n: usize, intervals: *mut f64, qualifiers: *mut c_int)
+        |fmi| no_clock(fmi, array(VR, vr, n)?);
+    fmi3GetIntervalFraction [INITIALIZATION_MODE | EVENT_MODE] (
+        vr: *const ValueReference, n: usize, counters: *mut u64, resolutions: *mut u64, qualifiers: *mut c_int
+    ) |fmi| no_clock(fmi, array(VR, vr, n)?);
+    fmi3GetShiftDecimal [INITIALIZATION_MODE] (vr: *const ValueReference, n: usize, shifts: *mut f64) |fmi| no_clock(fmi, array(VR, vr, n)?);
+    fmi3GetShiftFraction [INITIALIZATION_MODE] (vr: *const ValueReference, n: usize, counters: *mut u64, resolutions: *mut u64)
+        |fmi| no_clock(fmi, array(VR, vr, n)?);
+    fmi3SetIntervalDecimal [INITIALIZATION_MODE | EVENT_MODE] (vr: *const ValueReference, n: usize, intervals: *const f64) |fmi| no_clock(fmi, array(VR, vr, n)?);
+    fmi3SetIntervalFraction [INITIALIZATION_MODE | EVENT_MODE] (vr: *const ValueReference, n: usize, counters: *const u64, resolutions: *const u64)
+        |fmi| no_clock(fmi, array(VR, vr, n)?);
+    fmi3SetShiftDecimal [INITIALIZATION_MODE | EVENT_MODE] (vr: *const ValueReference, n: usize, shifts: *const f64) |fmi| no_clock(fmi, array(VR, vr, n)?);
+    fmi3SetShiftFraction [INITIALIZATION_MODE | EVENT_MODE] (vr: *const ValueReference, n: usize, counters: *const u64, resolutions: *const u64)
+        |fmi| no_clock(fmi, array(VR, vr, n)?);
+
+    // Scheduled Execution.
+    fmi3ActivateModelPartition [ANY] (clock: ValueReference, time: f64) |_| refuse!("{SCHEDULED}");
+}
+
+/// Refuses to read variables as a type that no variable has.
+fn not_read<M: Model>(
+    fmi: &Fmi3Instance<M>,
+    vr: Array<ValueReference>,
+    name: &str,
+) -> Result<(), Fault> {
+    let Some(number) = vr.at(0) else {
+        return Ok(());
+    };
+    let (span, first, _) = fmi.instance.layout.block(number)?;
+    Err(fmi.instance.not_gettable(span.row, first, name))
+}
+
+/// Refuses to set variables as a type that no variable has.
+fn not_set<M: Model>(
+    fmi: &Fmi3Instance<M>,
+    vr: Array<ValueReference>,
+    name: &str,
+) -> Result<(), Fault> {
+    vr.at(0)
+        .map_or(Ok(()), |number| fmi.instance.not_settable_as(number, name))
+}
+
+/// Refuses a function for clocks, because no variable is a clock.
+fn no_clock<M: Model>(fmi: &Fmi3Instance<M>, vr: Array<ValueReference>) -> Result<(), Fault> {
+    let Some(number) = vr.at(0) else {
+        return Ok(());
+    };
+    let (span, first, _) = fmi.instance.layout.block(number)?;
+    let (name, kind) = (
+        fmi.instance.name(span.row, first),
+        span.row.kind(fmi.instance.names),
+    );
+    refuse!("`{name}` is {kind}; it must be a Clock, and this FMU has none")
+}
