@@ -18,6 +18,8 @@ pub struct Fmu {
     /// What the model description says; arrays of FMI 3.0 by element, which is how a system
     /// structure names them.
     pub description: Description,
+    /// Where the unpacked resources are, as the version wants it: a URI or a path.
+    pub resources: String,
     pub(crate) loaded: fmi_import::Fmu,
     layout: Layout,
     pub(crate) plan: Arc<Plan>,
@@ -51,6 +53,7 @@ impl Fmu {
         let layout = Layout::new(&description);
         Ok(Arc::new(Self {
             file: file.to_string(),
+            resources: loaded.resources.to_string_lossy().into_owned(),
             loaded,
             plan: Arc::new(Plan::new(&description, &layout)),
             layout,
