@@ -9,7 +9,7 @@ pub const X_START: f64 = 0.3;
 /// Largest magnitude of the rod position, m.
 pub const X_LARGEST: f64 = 10.0;
 /// 20 °C, K.
-pub const ROOM: f64 = 293.15;
+pub const ROOM_TEMPERATURE: f64 = 293.15;
 
 /// Who moves the rod.
 #[rustfmt::skip] // an item a line
@@ -64,13 +64,10 @@ pub const UNITS: &[Unit] = &[
 
 /// The section `emla` of the actuator number `axis` (an item of [`AXIS`]) in a machine file, or in
 /// the shipped machine of that name.
-///
-/// # Errors
-/// No such file, or all that is wrong with it.
 pub fn read_machine(file: &str, axis: i32, resources: Option<&Path>) -> Result<EmlaFields, String> {
     let machine = match Machine::preset(file) {
         Some(machine) => machine,
-        None => read_placed_file(file, resources, Machine::of_file)?,
+        None => read_placed_file(file, resources, Machine::from_text)?,
     };
     let place = AXIS.item(axis).map_err(|error| error.to_string())?;
     Ok(EmlaFields::new(*machine.emla.in_order()[place]))

@@ -6,7 +6,7 @@
 //! a step the outputs belong to the new time, before the importer has set anything. What remembers
 //! it is a [`Carried`], part of the FMU's state.
 
-use crate::info::{ROOM, X_LARGEST, X_START};
+use crate::info::{ROOM_TEMPERATURE, X_LARGEST, X_START};
 use fmu_export::{Carried, Counted, ModelError};
 use machine_file::{ActuatorInput, EmlaFields};
 use serde::{Deserialize, Serialize};
@@ -27,7 +27,7 @@ impl Input {
     pub fn unset(of_machine: &EmlaFields) -> Self {
         Self {
             u: ActuatorInput {
-                T_ambient: ROOM,
+                T_ambient: ROOM_TEMPERATURE,
                 ..ActuatorInput::default()
             },
             v_dc: Counted::unset(of_machine.inverter.v_dc),
@@ -57,9 +57,6 @@ impl Input {
 }
 
 /// The rod at the end of a step that takes it to `x`, m, and no farther from 0 than `farthest`, m.
-///
-/// # Errors
-/// The rod leaves the bounds of the input `x` within the step.
 pub fn rod_end(input: &Counted<f64>, x: f64, farthest: f64) -> Result<Carried<f64>, ModelError> {
     if farthest > X_LARGEST {
         return Err(ModelError::new(format!(

@@ -12,6 +12,8 @@ mod info;
 mod input;
 mod rows;
 
-pub use info::{AXIS, DRIVE, RESOURCES, ROOM, TERMINALS, UNITS, X_LARGEST, X_START, read_machine};
+pub use info::{
+    AXIS, DRIVE, RESOURCES, ROOM_TEMPERATURE, TERMINALS, UNITS, X_LARGEST, X_START, read_machine,
+};
 pub use input::{Input, rod_end};
 pub use rows::energy;

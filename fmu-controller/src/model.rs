@@ -7,12 +7,12 @@ use machine_file::Machine;
 use serde::{Deserialize, Serialize};
 use tip_path::PathFile;
 use vdc::{
-    Controller, ControllerError, Derating, Level, Mode, RateCommand, RateLimits, ReportedTroubles,
+    Controller, ControllerError, Derating, Level, Mode, RateCommand, RateLimits, ReportedWarnings,
     Settings, Timing, Trajectory,
 };
 
 /// 20 °C, K.
-const ROOM: f64 = 293.15;
+const ROOM_TEMPERATURE: f64 = 293.15;
 /// Class F insulation, 155 °C, reached at no current; full current up to 120 °C.
 const DERATED: Derating = Derating {
     start: 393.15,
@@ -25,7 +25,7 @@ pub struct ControllerFmu {
     pub(crate) controller: Controller,
     /// Troubles that were reported to the importer and that last.
     #[serde(skip)]
-    pub(crate) reported: ReportedTroubles,
+    pub(crate) reported: ReportedWarnings,
     /// Not part of the behaviour: handed to the importer's log once.
     #[serde(skip)]
     pub(crate) warning: Option<String>,
@@ -49,7 +49,7 @@ impl Input {
                 zeta: machine.start.zeta,
                 reference_position: position,
                 reference_orientation: orientation,
-                T_winding: [ROOM; 3],
+                T_winding: [ROOM_TEMPERATURE; 3],
                 ..vdc::Input::default()
             },
             v_dc: Counted::unset(machine.emla.lift.link_voltage()),
@@ -113,7 +113,7 @@ pub struct Parameters {
     /// Whether a supervisor watches for swinging.
     pub(crate) supervisor: bool,
     /// Whether it is told of the loads that a path picks up.
-    pub(crate) load_told: bool,
+    pub(crate) load_known: bool,
 }
 
 impl Parameters {
@@ -142,7 +142,7 @@ impl Parameters {
             weighing_time: 0.0,
             force_limit: 0.0,
             supervisor: false,
-            load_told: true,
+            load_known: true,
         }
     }
 
@@ -161,7 +161,7 @@ impl Parameters {
             weighing_time: self.weighing_time,
             force_limit: self.force_limit,
             supervisor: self.supervisor,
-            load_told: self.load_told,
+            load_known: self.load_known,
         })
     }
 

@@ -271,7 +271,7 @@ pub(crate) const VARIABLES: &[V] = &[
         .each_unit(&["m/s2", "rad/s2"]).range(1e-6..=1e4),
     row!(V, parameter rate.smoothing = rates.smoothing, "time constant with which rates follow commands")
         .unit("s").display_unit("ms").range(1e-3..=10.0),
-    row!(V, boolean_parameter load.told = load_told, "whether the nominal machine takes over the loads that the path picks up and sets down")
+    row!(V, boolean_parameter load.told = load_known, "whether the nominal machine takes over the loads that the path picks up and sets down")
         .tunable(),
     V::string_parameter("machine_file", "machine JSON, or name of a shipped machine, to use for the nominal parameters and gains instead of the reference machine",
         |p| &p.machine_file, read_machine),

@@ -29,7 +29,7 @@ impl Model for DcLinkFmu {
 
     fn defaults() -> (Params, Input) {
         let u = Input {
-            T_ambient: table::ROOM,
+            T_ambient: table::ROOM_TEMPERATURE,
             ..Input::default()
         };
         (Params::REFERENCE, u)
@@ -116,12 +116,12 @@ impl Continuous for DcLinkFmu {
         _t: f64,
         z: &mut [f64],
     ) -> Result<(), ModelError> {
-        z.copy_from_slice(&self.link.ends(&self.state, u));
+        z.copy_from_slice(&self.link.mode_ends(&self.state, u));
         Ok(())
     }
 
     fn event(&mut self, p: &Params, u: &Input, t: f64) -> Result<Event, ModelError> {
-        self.state = self.link.switched(&self.state, u);
+        self.state = self.link.with_current_mode(&self.state, u);
         self.completed_step(p, u, t)?;
         Ok(Event::NONE)
     }

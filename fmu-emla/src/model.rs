@@ -1,6 +1,6 @@
 //! State, inputs and parameters of the FMU.
 
-use actuator_table::{AXIS, DRIVE, ROOM};
+use actuator_table::{AXIS, DRIVE, ROOM_TEMPERATURE};
 use emla::{Electric, Emla, State, Surrogate};
 use fmu_export::{Carried, ModelError};
 use machine_file::{Drive, EmlaFields, Machine};
@@ -17,7 +17,7 @@ pub struct EmlaFmu {
     pub(crate) slip: f64,
     /// Whether the importer was told that the network is used where it was not trained.
     #[serde(skip)]
-    pub(crate) told: bool,
+    pub(crate) untrained_reported: bool,
     /// Not part of the behaviour: handed to the importer's log once.
     #[serde(skip)]
     pub(crate) warning: Option<String>,
@@ -57,7 +57,7 @@ impl Parameters {
             alpha: 0.0,
             delay: 0,
             electric: Electric::default(),
-            T_start: [ROOM; 2],
+            T_start: [ROOM_TEMPERATURE; 2],
             axis: AXIS.number(0),
             of_machine: EmlaFields::new(Machine::reference().emla.slew),
             machine_file: String::new(),
@@ -94,10 +94,10 @@ impl EmlaFmu {
         }
         self.state = after;
         let untrained = self.emla.untrained(&self.state);
-        if let Some(point) = untrained.filter(|_| !self.told) {
+        if let Some(point) = untrained.filter(|_| !self.untrained_reported) {
             self.warning = Some(format!("t = {t} s: {point}"));
         }
-        self.told = untrained.is_some();
+        self.untrained_reported = untrained.is_some();
     }
 }
 

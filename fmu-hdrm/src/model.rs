@@ -91,9 +91,9 @@ impl Push {
 }
 
 impl Parameters {
-    pub(crate) fn of(machine: Machine, machine_file: String) -> Self {
+    pub(crate) fn new(machine: Machine, machine_file: String) -> Self {
         Self {
-            options: Options::of(&machine),
+            options: Options::from_machine(&machine),
             zeta_start: machine.start.zeta,
             zeta_dot_start: [0.0; DOF],
             load_moves_with_tip: true,

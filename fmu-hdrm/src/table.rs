@@ -66,9 +66,9 @@ const FORCES: &[&str] = joined!(
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
     let machine = match Machine::preset(file) {
         Some(machine) => machine,
-        None => read_placed_file(file, resources, Machine::of_file)?,
+        None => read_placed_file(file, resources, Machine::from_text)?,
     };
-    *p = Parameters::of(machine, file.to_owned());
+    *p = Parameters::new(machine, file.to_owned());
     Ok(())
 }
 

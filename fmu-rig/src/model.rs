@@ -1,6 +1,6 @@
 //! State, inputs and parameters of the FMU.
 
-use actuator_table::{AXIS, DRIVE, ROOM};
+use actuator_table::{AXIS, DRIVE, ROOM_TEMPERATURE};
 use fmu_export::{Carried, ModelError};
 use machine_file::{Drive, EmlaFields, Machine};
 use rig::{CurrentLoop, Extras, Rig, State};
@@ -54,7 +54,7 @@ impl Parameters {
             current_loop: false,
             regulator: CurrentLoop::TYPICAL,
             undervoltage: 0.0,
-            T_start: [ROOM; 2],
+            T_start: [ROOM_TEMPERATURE; 2],
             machine_file: String::new(),
         }
     }

@@ -38,7 +38,7 @@ const ELECTRICAL_START: &[&str] = joined!(&["v_d", "v_q"], DRIVE_ON, ROD, HELD);
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
     let fields = actuator_table::read_machine(file, p.axis, resources)?;
-    p.extras = p.extras.of_machine(&fields.heat, &fields.temperature);
+    p.extras = p.extras.with_machine(&fields.heat, &fields.temperature);
     p.of_machine = fields;
     p.machine_file = file.to_owned();
     Ok(())

@@ -42,7 +42,7 @@ pub(crate) struct Flow {
 }
 
 impl Point {
-    pub fn of(s: &State) -> Self {
+    pub fn from_state(s: &State) -> Self {
         Self {
             soc: s.soc,
             v: s.v,

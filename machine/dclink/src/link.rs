@@ -25,9 +25,6 @@ pub struct DcLink {
 
 impl DcLink {
     /// The link with the parameters `p`.
-    ///
-    /// # Errors
-    /// The first parameter that does not fit, with its value and what must hold.
     pub fn new(p: Params) -> Result<Self, ParamError> {
         p.check()?;
         let R = p.battery.R_0 + p.link.R;

@@ -76,7 +76,7 @@ impl DcLink {
 
     /// What the state shows; no input acts at once.
     pub fn output(&self, s: &State) -> Output {
-        let flow = self.flow(&Point::of(s), s.mode, &self.pack.line(s.soc));
+        let flow = self.flow(&Point::from_state(s), s.mode, &self.pack.line(s.soc));
         let stored = 0.5 * self.p.link.C * s.v_c * s.v_c + self.pack.pair_energy(s.v);
         Output {
             v_dc: s.v_c,

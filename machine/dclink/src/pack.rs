@@ -97,7 +97,7 @@ impl Pack {
     /// The temperature a time `h` after `T`, K, in which the heat `E`, J, is made inside, at a
     /// constant rate: `T + (1 − e^−x)·(E/(G h) − (T − T_a))` with `x = G h/C`; exact but for the
     /// shape of the heat in the time.
-    pub fn warmed(&self, T: f64, T_ambient: f64, E: f64, h: f64) -> f64 {
+    pub fn temperature_after(&self, T: f64, T_ambient: f64, E: f64, h: f64) -> f64 {
         let [per_capacity, G] = self.heat;
         let x = G * h * per_capacity;
         // (1 − e^−x)/x; the series' next term is x⁴/120.
@@ -110,7 +110,7 @@ impl Pack {
     }
 
     /// Rate of the temperature `T` with the heat `P`, W, made inside, K/s: `(P − G·(T − T_a))/C`.
-    pub fn warming(&self, T: f64, T_ambient: f64, P: f64) -> f64 {
+    pub fn temperature_rate(&self, T: f64, T_ambient: f64, P: f64) -> f64 {
         let [per_capacity, G] = self.heat;
         per_capacity * (P - G * (T - T_ambient))
     }

@@ -1,6 +1,6 @@
 //! Parameters of battery pack, link, brake chopper and precharge, with their ranges.
 
-use model_rules::{ParamError, Range, check, check_fields, demand};
+use model_rules::{ParamError, Range, check, check_fields, require};
 use serde::{Deserialize, Serialize};
 
 /// Points of the open-circuit voltage, at equal steps of the state of charge from 0 to 1.
@@ -158,18 +158,18 @@ impl Params {
         check(Range::NotNegative, not_negative)?;
         let rule = "finite, ≥ 0, and > 0 together with battery.R_0";
         let has_resistance = link.R >= 0.0 && link.R + b.R_0 > 0.0;
-        demand("link.R", link.R, rule, has_resistance)?;
+        require("link.R", link.R, rule, has_resistance)?;
         let (v_on, share) = (brake.v_on, precharge.share);
-        demand("brake.v_on", v_on, "above brake.v_off", v_on > brake.v_off)?;
+        require("brake.v_on", v_on, "above brake.v_off", v_on > brake.v_off)?;
         let rule = "above 0 and below 1";
-        demand("precharge.share", share, rule, share > 0.0 && share < 1.0)?;
-        demand("v_max", self.v_max, "above v_min", self.v_max > self.v_min)?;
+        require("precharge.share", share, rule, share > 0.0 && share < 1.0)?;
+        require("v_max", self.v_max, "above v_min", self.v_max > self.v_min)?;
         let rises = |pair: &[f64]| pair[0] > 0.0 && pair[1] >= pair[0] && pair[1].is_finite();
         match b.ocv.windows(2).find(|pair| !rises(pair)) {
             None => Ok(()),
             Some(pair) => {
                 let rule = "positive and nowhere falling";
-                demand("battery.ocv", pair[1], rule, false)
+                require("battery.ocv", pair[1], rule, false)
             }
         }
     }

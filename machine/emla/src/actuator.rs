@@ -36,9 +36,6 @@ impl Emla {
     ///
     /// `i_max` is not enforced here: it is a limit for the drive's controller. `v_max` is, and
     /// `v_dc/√3`, because no inverter can give more.
-    ///
-    /// # Errors
-    /// A parameter outside its physical range.
     pub fn new(p: machine_file::Emla, drive: Drive) -> Result<Self, machine_file::MachineError> {
         p.check()?;
         Ok(Self {
@@ -81,9 +78,6 @@ impl Emla {
     }
 
     /// The same actuator that also gives the interval of its efficiency.
-    ///
-    /// # Errors
-    /// No network, or one without a bound.
     pub fn with_interval(self) -> Result<Self, Unbounded> {
         let network = self.surrogate.as_ref();
         let bound = network.and_then(Surrogate::efficiency_bound);

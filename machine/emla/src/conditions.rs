@@ -16,7 +16,7 @@ pub(crate) struct Conditions<'a> {
     /// What the network adds to the force, `α·dF`, N.
     pub residual: f64,
     /// Whether the inverter's gates are on. While they are off no current flows: see
-    /// [`Emla::switched`].
+    /// [`Emla::update_gates`].
     pub gates: bool,
     /// What the brake does, N·m.
     pub brake: Holding,

@@ -3,7 +3,7 @@
 //!
 //! What a step of ours holds for its length is of the present instant here: temperatures, and with
 //! them resistance and flux, and the network's residual in the rates. What the network says in the
-//! outputs, and all means, are those of [`Emla::observed`].
+//! outputs, and all means, are those of [`Emla::with_observations`].
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
@@ -16,7 +16,7 @@ pub const INDICATORS: usize = 5;
 
 /// How far behind its threshold an indicator changes sign, V, N·m and rad/s: an integrator that stops
 /// where it is zero is then past the threshold. Above the rounding of 1 kV.
-const BEHIND: f64 = 1e-11;
+const OVERSHOOT: f64 = 1e-11;
 
 impl Emla {
     fn brake(&self) -> Brake {
@@ -24,14 +24,14 @@ impl Emla {
     }
 
     /// What holds at this instant; an applied brake slips the way `slip`, 1 or −1, or holds, 0.
-    pub(crate) fn present<'a>(
+    pub(crate) fn instant_conditions<'a>(
         &self,
         p: &'a machine_file::Emla,
         s: &State,
         u: &Input,
         slip: f64,
     ) -> Conditions<'a> {
-        let mut held = self.held(p, s, u);
+        let mut held = self.conditions(p, s, u);
         if self.alpha > 0.0 {
             let tau_e = maps::torque(p, s.i_d, s.i_q);
             held.residual = self.alpha * self.residual(tau_e, s.w_m).dF;
@@ -48,7 +48,7 @@ impl Emla {
     #[must_use]
     pub fn derivative(&self, s: &State, u: &Input, slip: f64) -> State {
         let p = &*self.at_temperature(&s.thermal);
-        self.derivative_with(s, u, &self.present(p, s, u, slip))
+        self.derivative_with(s, u, &self.instant_conditions(p, s, u, slip))
     }
 
     /// The same where it is known what holds.
@@ -85,7 +85,7 @@ impl Emla {
             return Thermal::default();
         }
         let other = lost - kinds.copper - kinds.inverter;
-        self.warming(&s.thermal, u.T_ambient, kinds.copper, other)
+        self.temperature_rates(&s.thermal, u.T_ambient, kinds.copper, other)
     }
 
     /// Where something happens: at each number that changes sign. Motor speed (rad/s), torque on
@@ -95,17 +95,17 @@ impl Emla {
     #[must_use]
     pub fn indicators(&self, s: &State, u: &Input, slip: f64) -> [f64; INDICATORS] {
         let p = &*self.at_temperature(&s.thermal);
-        let held = self.present(p, s, u, slip);
+        let held = self.instant_conditions(p, s, u, slip);
         let now = self.instant(&s.point(), u, &held);
         let above = match self.electric.undervoltage {
             0.0 => 1.0,
             threshold => self.link_voltage(u) - threshold,
         };
-        let behind = if s.tripped { -BEHIND } else { BEHIND };
+        let behind = if s.tripped { -OVERSHOOT } else { OVERSHOOT };
         let brake = match held.brake {
             Holding::Released => 1.0,
-            Holding::Holds => self.brake().torque - now.torque_left.abs() + BEHIND,
-            Holding::Slips(_) => slip * s.w_m + BEHIND,
+            Holding::Holds => self.brake().torque - now.torque_left.abs() + OVERSHOOT,
+            Holding::Slips(_) => slip * s.w_m + OVERSHOOT,
         };
         [s.w_m, now.tau_load, now.tau_e, above + behind, brake]
     }
@@ -114,8 +114,8 @@ impl Emla {
     /// or is disabled loses its currents; a brake that slipped until the shaft came to rest holds
     /// it, if it can.
     #[must_use]
-    pub fn switched_to(&self, s: &State, u: &Input, slip: f64) -> (State, f64) {
-        let mut next = self.switched(s, u);
+    pub fn after_event(&self, s: &State, u: &Input, slip: f64) -> (State, f64) {
+        let mut next = self.update_gates(s, u);
         if !(u.brake || next.tripped) {
             return (next, 0.0);
         }
@@ -124,7 +124,7 @@ impl Emla {
             next.w_m = 0.0;
         }
         let p = &*self.at_temperature(&next.thermal);
-        let held = self.present(p, &next, u, 0.0);
+        let held = self.instant_conditions(p, &next, u, 0.0);
         let slip = match self.braking(&next.point(), u, &held) {
             Holding::Slips(torque) => torque.signum(),
             _ => 0.0,
@@ -135,7 +135,7 @@ impl Emla {
     /// The state with what is observed from time to time: the network's answer at this torque and
     /// speed, and as means over a step, which has no length, the present values.
     #[must_use]
-    pub fn observed(&self, s: &State, u: &Input) -> State {
+    pub fn with_observations(&self, s: &State, u: &Input) -> State {
         let p = &*self.at_temperature(&s.thermal);
         let mut next = *s;
         next.residual = self.residual(maps::torque(p, s.i_d, s.i_q), s.w_m);

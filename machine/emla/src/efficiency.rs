@@ -46,7 +46,7 @@ pub(crate) fn is_defined(tau_e: f64, w_m: f64) -> bool {
 
 impl Efficiency {
     /// At the torque `tau_e` and the motor speed `w_m`, where it is defined.
-    pub(crate) fn of(powers: Powers, tau_e: f64, w_m: f64) -> Option<Self> {
+    pub(crate) fn new(powers: Powers, tau_e: f64, w_m: f64) -> Option<Self> {
         let generating = w_m < 0.0;
         let (numerator, denominator) = powers.fraction(generating);
         is_defined(tau_e, w_m).then_some(Self {
@@ -107,7 +107,7 @@ mod tests {
                 electrical: 0.5,
                 out: 3.0,
             };
-            let efficiency = Efficiency::of(powers, 1.0, w_m).expect("a torque");
+            let efficiency = Efficiency::new(powers, 1.0, w_m).expect("a torque");
             (efficiency.value(), efficiency.tangent(dot))
         };
         // Motoring: out/(shaft + electrical); its derivative is (3 − η·2.5)/(shaft + electrical).

@@ -37,7 +37,7 @@ impl Emla {
     }
 
     /// Change of resistance and flux along a change of the temperatures.
-    pub(crate) fn warmed_tangent(&self, change: &Thermal) -> (f64, f64) {
+    pub(crate) fn temperature_tangent(&self, change: &Thermal) -> (f64, f64) {
         if !self.electric.temperature {
             return (0.0, 0.0);
         }
@@ -51,7 +51,7 @@ impl Emla {
     /// C_w Ṫ_w = P_copper − (T_w − T_h)/R_wh
     /// C_h Ṫ_h = P_core + P_mech + (T_w − T_h)/R_wh − (T_h − T_a)/R_ha
     /// ```
-    pub(crate) fn warming(
+    pub(crate) fn temperature_rates(
         &self,
         now: &Thermal,
         T_ambient: f64,
@@ -94,7 +94,7 @@ impl Emla {
     ///
     /// The losses of a step depend on its temperatures by `R_s(T)` and `λ_m(T)`, which are held
     /// over the step: an error of first order, h/2 late, of 1e-8 of the temperature rise at 1 ms.
-    pub(crate) fn warmed(
+    pub(crate) fn temperatures_after(
         &self,
         start: &State,
         end: &State,
@@ -111,7 +111,7 @@ impl Emla {
             return None;
         }
         let dt = h / n;
-        let rates = |now: &Thermal| self.warming(now, T_ambient, copper / h, other / h);
+        let rates = |now: &Thermal| self.temperature_rates(now, T_ambient, copper / h, other / h);
         let mut now = start.thermal;
         for _ in 0..n as u32 {
             let a = rates(&now);

@@ -109,7 +109,7 @@ impl Emla {
     #[must_use]
     pub fn output(&self, s: &State, u: &Input) -> Output {
         let p = self.at_temperature(&s.thermal);
-        let held = self.held(&p, s, u);
+        let held = self.conditions(&p, s, u);
         let now = self.instant(&s.point(), u, &held);
         let losses = self.losses(&now, &held);
         let F_phys = maps::quasi_static_force(&self.p, now.tau_e, now.w_m);
@@ -121,7 +121,7 @@ impl Emla {
                 electrical: losses.electrical(),
                 out,
             };
-            Efficiency::of(powers, now.tau_e, now.w_m).map_or(0.0, Efficiency::value)
+            Efficiency::new(powers, now.tau_e, now.w_m).map_or(0.0, Efficiency::value)
         };
         let net = &s.residual;
         let efficiency_phys = efficiency(F_phys * now.x_n_dot);
@@ -137,7 +137,7 @@ impl Emla {
             x_free: s.x,
             x_free_dot: s.x_dot,
             x_dot_net: net.x_dot_net,
-            x_dot_hyb: self.blended(now.x_n_dot, net.x_dot_net),
+            x_dot_hyb: self.blend(now.x_n_dot, net.x_dot_net),
             i_d: s.i_d,
             i_q: s.i_q,
             theta_m: s.theta_m,
@@ -165,15 +165,15 @@ impl Emla {
             T_winding: s.thermal.T_winding,
             T_housing: s.thermal.T_housing,
             tripped: s.tripped,
-            efficiency: self.blended(efficiency_phys, efficiency_net),
+            efficiency: self.blend(efficiency_phys, efficiency_net),
             efficiency_phys,
             efficiency_net,
             efficiency_valid: valid,
             in_trained_range: net.in_trained_range,
             efficiency_interval: match (&self.bound, &self.surrogate) {
                 (Some(bound), Some(network)) if valid => {
-                    let cut = self.held_back(network, now.tau_e, now.w_m) * now.x_n_dot;
-                    let half = bound.half((net.F_net * net.x_dot_net).abs(), cut.abs());
+                    let cut = self.force_held_back(network, now.tau_e, now.w_m) * now.x_n_dot;
+                    let half = bound.half_width((net.F_net * net.x_dot_net).abs(), cut.abs());
                     [-half, half].map(|side| (efficiency_net + side).clamp(0.0, 1.0))
                 }
                 _ => [0.0, 1.0],
@@ -183,7 +183,7 @@ impl Emla {
 
     /// `physics + α·(network − physics)`, Eq. (eq:residual_blending_hat); α counts only with a
     /// network.
-    pub(crate) fn blended(&self, physics: f64, network: f64) -> f64 {
+    pub(crate) fn blend(&self, physics: f64, network: f64) -> f64 {
         match self.surrogate {
             Some(_) => physics + self.alpha * (network - physics),
             None => physics,

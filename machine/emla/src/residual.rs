@@ -41,7 +41,7 @@ impl Emla {
 
     /// Force that the network's guards hold back at torque `tau_e`, N·m, and motor speed `w_m`,
     /// rad/s, as the physics has it, N: none inside the trained box.
-    pub fn held_back(&self, surrogate: &Surrogate, tau_e: f64, w_m: f64) -> f64 {
+    pub fn force_held_back(&self, surrogate: &Surrogate, tau_e: f64, w_m: f64) -> f64 {
         let physics = |tau, w| maps::quasi_static_force(&self.p, tau, w);
         if surrogate.in_trained_range(tau_e, w_m) {
             return 0.0;
@@ -54,7 +54,7 @@ impl Emla {
         let Some(surrogate) = &self.surrogate else {
             return Residual::default();
         };
-        self.residual_of(surrogate, surrogate.evaluate(tau_e, w_m), [tau_e, w_m])
+        self.residual_from(surrogate, surrogate.evaluate(tau_e, w_m), [tau_e, w_m])
     }
 
     /// The residuals of three actuators at the points `[tau_e, w_m]`, N·m and rad/s. The controller
@@ -66,14 +66,14 @@ impl Emla {
             && a.is_shared_with(c)
         {
             let nets = a.evaluate_three(points);
-            return std::array::from_fn(|i| actuators[i].residual_of(a, nets[i], points[i]));
+            return std::array::from_fn(|i| actuators[i].residual_from(a, nets[i], points[i]));
         }
         std::array::from_fn(|i| actuators[i].residual(points[i][0], points[i][1]))
     }
 
     /// The residual where the network gives `net`.
     #[inline]
-    fn residual_of(
+    fn residual_from(
         &self,
         surrogate: &Surrogate,
         net: SurrogateOutput,

@@ -16,9 +16,6 @@ impl Emla {
     /// w_m = 2πN/ρ·ẋ,   x_n = x + (F_hold + C_act ẋ)/K_b(x),   i_d = 0,   i_q = τ_e/(3/2·p·λ_m)
     /// ```
     /// with τ_e of [`maps::required_torque`]. At rest all friction is zero.
-    ///
-    /// # Errors
-    /// [`StepError::NotFinite`] for inputs that are not finite.
     pub fn start(&self, u: &Input) -> Result<State, StepError> {
         let reference = self.temperature().reference;
         self.start_at(u, [reference; 2])
@@ -26,9 +23,6 @@ impl Emla {
 
     /// [`Emla::start`] with these temperatures of winding and housing, K. A drive that starts
     /// disabled or below its undervoltage carries no current.
-    ///
-    /// # Errors
-    /// [`StepError::NotFinite`] for inputs that are not finite.
     pub fn start_at(
         &self,
         u: &Input,
@@ -59,7 +53,7 @@ impl Emla {
         state = State {
             energy: Balance::default(),
             kinds: LossKinds::default(),
-            ..self.switched(&state, u)
+            ..self.update_gates(&state, u)
         };
         let now = self.output(&state, u);
         (state.P_in_mean, state.i_dc_mean) = (now.P_in, now.i_dc);

@@ -140,7 +140,7 @@ impl State {
     pub const MOVING: usize = 13;
 
     /// What moves continuously: currents, motor, free rod, energies, heat.
-    fn places(&mut self) -> [&mut f64; Self::MOVING] {
+    fn moving_fields(&mut self) -> [&mut f64; Self::MOVING] {
         let (energy, thermal) = (&mut self.energy, &mut self.thermal);
         [
             &mut self.i_d,
@@ -163,12 +163,12 @@ impl State {
     #[must_use]
     pub fn moving(&self) -> [f64; Self::MOVING] {
         let mut state = *self;
-        state.places().map(|place| *place)
+        state.moving_fields().map(|place| *place)
     }
 
     /// The inverse of [`State::moving`].
     pub fn set_moving(&mut self, moving: &[f64]) {
-        for (place, value) in self.places().into_iter().zip(moving) {
+        for (place, value) in self.moving_fields().into_iter().zip(moving) {
             *place = *value;
         }
     }

@@ -20,9 +20,6 @@ impl Emla {
     /// The substep shrinks (the whole step is taken again) when `p·|w_m|·dt` exceeds 1, beyond the
     /// reference motor's rated speed: with any bounded voltage and motion the currents stay on the
     /// stable side of RK4.
-    ///
-    /// # Errors
-    /// An unusable step, or a result that is not finite.
     pub fn step(
         &self,
         s: &State,
@@ -36,7 +33,7 @@ impl Emla {
         let switched;
         let mut begun = s;
         if !u.enable || s.tripped || self.link_voltage(u) < self.electric.undervoltage {
-            switched = self.switched(s, u);
+            switched = self.update_gates(s, u);
             begun = &switched;
         }
         let mut n = self.substeps(h);
@@ -47,7 +44,7 @@ impl Emla {
                     next.P_in_mean = (next.energy.supplied - s.energy.supplied) / h;
                     next.i_dc_mean = link_current(next.P_in_mean, self.link_voltage(u));
                     if self.electric.heat {
-                        let warmed = self.warmed(s, &next, u.T_ambient, h);
+                        let warmed = self.temperatures_after(s, &next, u.T_ambient, h);
                         next.thermal = warmed.ok_or(bad_step)?;
                     }
                     next.check_finite(t)?;
@@ -84,16 +81,16 @@ impl Emla {
         n: u32,
     ) -> Result<State, TooCoarse> {
         let p = &*self.at_temperature(&start.thermal);
-        let held = self.held(p, start, u);
+        let held = self.conditions(p, start, u);
         let dt = h / f64::from(n);
         let (point, mut kinds) = (start.point(), start.kinds);
         let substeps = (n, dt);
         let s = match self.drive {
             _ if !held.is_plain() || self.electric.heat => {
-                self.braked(point, input, (p, &held), substeps, &mut kinds)?
+                self.substeps_with_brake(point, input, (p, &held), substeps, &mut kinds)?
             }
-            Drive::Motion => self.plain::<true>(point, input, (p, &held), substeps)?,
-            Drive::Force => self.plain::<false>(point, input, (p, &held), substeps)?,
+            Drive::Motion => self.substeps_plain::<true>(point, input, (p, &held), substeps)?,
+            Drive::Force => self.substeps_plain::<false>(point, input, (p, &held), substeps)?,
         };
         Ok(State {
             i_d: s.i_d,
@@ -117,7 +114,7 @@ impl Emla {
     /// It is not inlined, so that the compiler knows that its arguments do not change, and moves
     /// everything that depends on parameters only, some 25 divisions, out of the loops.
     #[inline(never)]
-    fn plain<const MOTION: bool>(
+    fn substeps_plain<const MOTION: bool>(
         &self,
         mut s: Point,
         input: &impl Fn(f64) -> Input,
@@ -143,7 +140,7 @@ impl Emla {
     /// substep finds it at rest.
     #[cold]
     #[inline(never)]
-    fn braked(
+    fn substeps_with_brake(
         &self,
         mut s: Point,
         input: &impl Fn(f64) -> Input,

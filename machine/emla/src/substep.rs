@@ -5,7 +5,7 @@ use machine_file::Drive;
 use model_rules::RATE_STEP;
 
 /// Largest error of the force by the integration, N, while the load keeps its sign; see
-/// [`dt_of_error`].
+/// [`dt_for_force_error`].
 const FORCE_ERROR: f64 = 0.05;
 /// Time in which the voltage changes by `v_max`, s, for which [`FORCE_ERROR`] holds: some 20 times
 /// as fast as the reference motions ask for.
@@ -42,7 +42,7 @@ fn fast_rate(m: f64, c: f64, k: f64) -> f64 {
 /// up to a third of its effect, `δF = (1/η − η)·(J_s/N²)·ẇ_m·ω₀·(2πN/ρ)·dt/3`, some 0.2 N in usual
 /// motion, which decays with the spring's oscillation. No substep of reasonable length would bring
 /// this below [`FORCE_ERROR`].
-fn dt_of_error(p: &machine_file::Emla, K_b: f64) -> f64 {
+fn dt_for_force_error(p: &machine_file::Emla, K_b: f64) -> f64 {
     let travel = maps::travel_per_radian(p);
     let w_0_squared = K_b * travel * travel / maps::inertia(p, 1.0);
     let bend = maps::beta_1(p, 0.0) / p.L_d.min(p.L_q) * p.v_max / VOLTAGE_SWEEP;
@@ -56,7 +56,7 @@ pub(crate) fn longest_substep(p: &machine_file::Emla, drive: Drive) -> f64 {
     let nut_mass = p.J_m / (travel * travel);
     let K_max = maps::stiffness(p, 0.0).max(maps::stiffness(p, p.L_s));
     let (accurate, mass) = match drive {
-        Drive::Motion => (dt_of_error(p, K_max), nut_mass),
+        Drive::Motion => (dt_for_force_error(p, K_max), nut_mass),
         Drive::Force => (DT_MAX_FORCE, 1.0 / (1.0 / nut_mass + 1.0 / p.M_act)),
     };
     let rate = fast_rate(mass, p.C_b + p.C_act, K_max)

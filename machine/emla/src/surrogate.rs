@@ -166,7 +166,7 @@ impl Surrogate {
     /// Force and rod speed at an air-gap torque `tau_e`, N·m, and a motor speed `w_m`, rad/s, of
     /// either sign. NaN gives NaN. Does not allocate.
     pub fn evaluate(&self, tau_e: f64, w_m: f64) -> SurrogateOutput {
-        let fold = Fold::of(w_m);
+        let fold = Fold::new(w_m);
         // Away from standstill the other direction has no weight at all: one evaluation is enough.
         let [forward, reverse] = if fold.reverse == 0.0 {
             let [forward] = self.sliding([[tau_e, w_m]]);
@@ -177,12 +177,12 @@ impl Surrogate {
         } else {
             self.sliding([[tau_e, w_m.abs()], [-tau_e, w_m.abs()]])
         };
-        self.folded(fold, [tau_e, w_m], [forward, reverse])
+        self.fold_directions(fold, [tau_e, w_m], [forward, reverse])
     }
 
     /// The outputs of both directions together.
     #[inline]
-    fn folded(
+    fn fold_directions(
         &self,
         fold: Fold,
         [tau_e, w_m]: [f64; 2],
@@ -198,7 +198,7 @@ impl Surrogate {
     /// [`evaluate`](Self::evaluate) at three points `[tau_e, w_m]`, bit by bit the same. Up to
     /// three directions of motion are evaluated together, for which the weights are loaded once.
     pub fn evaluate_three(&self, points: [[f64; 2]; 3]) -> [SurrogateOutput; 3] {
-        let folds = points.map(|[_, w_m]| Fold::of(w_m));
+        let folds = points.map(|[_, w_m]| Fold::new(w_m));
         let (mut directions, mut n) = ([[0.0; 2]; 6], 0);
         for (fold, [tau_e, w_m]) in folds.iter().zip(points) {
             for (weight, tau) in [(fold.forward, tau_e), (fold.reverse, -tau_e)] {
@@ -224,7 +224,7 @@ impl Surrogate {
         std::array::from_fn(|i| {
             let fold = folds[i];
             let directions = [next(fold.forward), next(fold.reverse)];
-            self.folded(fold, points[i], directions)
+            self.fold_directions(fold, points[i], directions)
         })
     }
 
@@ -249,7 +249,7 @@ impl Surrogate {
     pub fn guard(&self, tau_e: f64, w_m: f64, map: impl Fn(f64, f64) -> f64) -> f64 {
         let ranges = self.ranges();
         let w = ranges.w_m.clamp(w_m.abs());
-        let fold = Fold::of(w_m);
+        let fold = Fold::new(w_m);
         let weighed = |weight, tau| match weight {
             0.0 => 0.0,
             _ => map(ranges.tau_e.clamp(tau), w),
@@ -282,7 +282,7 @@ struct Fold {
 }
 
 impl Fold {
-    fn of(w_m: f64) -> Self {
+    fn new(w_m: f64) -> Self {
         let s = tanh(w_m / FOLD_SPEED);
         Self {
             forward: (1.0 + s) / 2.0,

@@ -15,7 +15,7 @@ impl Emla {
 
     /// What holds in state `s` under the inputs `u`; `p` are the parameters at the state's
     /// temperatures.
-    pub(crate) fn held<'a>(
+    pub(crate) fn conditions<'a>(
         &self,
         p: &'a machine_file::Emla,
         s: &State,
@@ -56,7 +56,7 @@ impl Emla {
     /// back into the link (into the diodes where the link is dead). From then on the diodes block:
     /// this holds as long as the back-EMF `√3·p·|w_m|·λ_m` stays below the link's voltage, 3400
     /// rev/min of the reference motor at 450 V.
-    pub(crate) fn switched(&self, s: &State, u: &Input) -> State {
+    pub(crate) fn update_gates(&self, s: &State, u: &Input) -> State {
         let mut next = *s;
         let v_dc = self.link_voltage(u);
         let low = v_dc < self.electric.undervoltage;

@@ -42,7 +42,7 @@ impl Emla {
             ..*u_dot
         };
         let p = self.at_temperature(&s.thermal);
-        let held = self.held(&p, s, u);
+        let held = self.conditions(&p, s, u);
         self.output_tangent(s, u, &self.derivative_with(s, u, &held), &u_dot)
     }
 
@@ -63,7 +63,7 @@ impl Emla {
         (ds, du): (&State, &Input),
     ) -> State {
         let p = &*self.at_temperature(&s.thermal);
-        let held = &self.present(p, s, u, slip);
+        let held = &self.instant_conditions(p, s, u, slip);
         let now = self.instant(&s.point(), u, held);
         let by = self.residual_slopes(now.tau_e, now.w_m);
         let d = self.instant_tangent(s, u, (&now, held), ds, du, by);
@@ -139,7 +139,7 @@ impl Emla {
     #[must_use]
     pub fn output_tangent(&self, s: &State, u: &Input, ds: &State, du: &Input) -> Output {
         let p = &*self.at_temperature(&s.thermal);
-        let held = self.held(p, s, u);
+        let held = self.conditions(p, s, u);
         let now = self.instant(&s.point(), u, &held);
         let losses = self.losses(&now, &held);
         let d = self.instant_tangent(s, u, (&now, &held), ds, du, [0.0; 2]);
@@ -165,7 +165,7 @@ impl Emla {
             x_rod_dot: d.x_dot,
             x_free: ds.x,
             x_free_dot: ds.x_dot,
-            x_dot_hyb: self.blended(maps::travel_per_radian(p) * d.w_m, 0.0),
+            x_dot_hyb: self.blend(maps::travel_per_radian(p) * d.w_m, 0.0),
             i_d: d.i.d,
             i_q: d.i.q,
             theta_m: ds.theta_m,
@@ -189,7 +189,7 @@ impl Emla {
             E_thermal: self.heat_rise(ds.thermal.T_winding, ds.thermal.T_housing),
             T_winding: ds.thermal.T_winding,
             T_housing: ds.thermal.T_housing,
-            efficiency: self.blended(efficiency_phys, efficiency_net),
+            efficiency: self.blend(efficiency_phys, efficiency_net),
             efficiency_phys,
             efficiency_net,
             efficiency_interval: match self.bound {
@@ -211,7 +211,7 @@ impl Emla {
         residual_by: [f64; 2],
     ) -> InstantTangent {
         let p = held.p;
-        let (R_s, lambda_m) = self.warmed_tangent(&ds.thermal);
+        let (R_s, lambda_m) = self.temperature_tangent(&ds.thermal);
         let (x, x_dot) = match self.drive {
             Drive::Motion => (du.x, du.x_dot),
             Drive::Force => (ds.x, ds.x_dot),
@@ -352,7 +352,7 @@ fn efficiency_tangent(
         electrical: electrical_dot,
         out: out_dot,
     };
-    Efficiency::of(powers, now.tau_e, now.w_m).map_or(0.0, |efficiency| efficiency.tangent(dot))
+    Efficiency::new(powers, now.tau_e, now.w_m).map_or(0.0, |efficiency| efficiency.tangent(dot))
 }
 
 /// Derivative of [`link_current`] when power and voltage change by `dP` and `dv_dc`.

@@ -23,19 +23,19 @@ use nalgebra::{Matrix6, Vector6};
 impl Hdrm {
     /// Loops, mass matrix and bias forces at a state, on a base at rest.
     pub fn dynamics(&self, state: &State) -> Dynamics {
-        self.dynamics_under(state, self.gravity)
+        self.dynamics_with_gravity(state, self.gravity)
     }
 
     /// The same on a base that moves as `input` says.
     pub fn dynamics_with(&self, state: &State, input: &Input) -> Dynamics {
-        let mut dynamics = self.dynamics_under(state, self.felt_gravity(input));
+        let mut dynamics = self.dynamics_with_gravity(state, self.felt_gravity(input));
         if let Some(turning) = self.turning_forces(state, input) {
             dynamics.h += turning;
         }
         dynamics
     }
 
-    fn dynamics_under(&self, state: &State, gravity: Gravity) -> Dynamics {
+    fn dynamics_with_gravity(&self, state: &State, gravity: Gravity) -> Dynamics {
         let State { zeta, zeta_dot, .. } = state;
         let solved = self.tree.solve(zeta);
         let frame = BoomFrame::new(&self.tree, &self.parts, &solved);
@@ -84,7 +84,7 @@ impl Hdrm {
         if self.plane.is_some() {
             Q += dynamics
                 .frame
-                .tip_forces_of(&self.contact_force(dynamics).force);
+                .world_force_at_tip(&self.contact_force(dynamics).force);
         }
         for i in 0..DOF {
             let w = zeta_dot[i];
@@ -152,10 +152,10 @@ impl Hdrm {
     /// Kinetic and potential energy, J; the latter is zero with all masses at the height of the
     /// world's origin.
     pub fn energies(&self, state: &State) -> (f64, f64) {
-        self.energies_of(&self.dynamics(state))
+        self.energies_at(&self.dynamics(state))
     }
 
-    pub(crate) fn energies_of(&self, dynamics: &Dynamics) -> (f64, f64) {
+    pub(crate) fn energies_at(&self, dynamics: &Dynamics) -> (f64, f64) {
         let w = Vector6::from(dynamics.state.zeta_dot);
         let kinetic = 0.5 * w.dot(&(dynamics.M * w));
         let along_y = dynamics.gravity.along_y * dynamics.frame.first_moment_y();

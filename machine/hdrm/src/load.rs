@@ -27,7 +27,7 @@ pub struct Load {
 
 impl Load {
     /// The payload as the machine's file has it, and no load.
-    pub fn of(machine: &Machine) -> Self {
+    pub fn from_machine(machine: &Machine) -> Self {
         Self {
             payload_mass: machine.bodies.PL.mass,
             payload_com: machine.bodies.PL.com,
@@ -60,7 +60,7 @@ pub(crate) struct Payload {
 }
 
 impl Payload {
-    pub(crate) fn of(machine: &Machine, inertia_scale: f64) -> Self {
+    pub(crate) fn new(machine: &Machine, inertia_scale: f64) -> Self {
         let PL = &machine.bodies.PL;
         Self {
             mass: PL.mass,

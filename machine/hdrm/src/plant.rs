@@ -26,7 +26,7 @@ use serde::{Deserialize, Serialize};
 use spatial::Inertia;
 
 /// The plant; its parameters do not change after [`Hdrm::new`], but for the load
-/// ([`Hdrm::reloaded`]).
+/// ([`Hdrm::change_load`]).
 ///
 /// ```text
 /// M(zeta)·zeta_ddot + h(zeta, zeta_dot) + D·zeta_dot + friction(zeta_dot)

@@ -209,11 +209,8 @@ impl Emla {
     }
 
     /// Checks every value; for parameters that did not come through [`crate::Machine::from_json`].
-    ///
-    /// # Errors
-    /// Every value outside its range.
     pub fn check(&self) -> Result<(), MachineError> {
-        Findings::of(|found| self.examine(found))
+        Findings::collect(|found| self.examine(found))
     }
 
     pub(crate) fn examine(&self, found: &mut Findings) {

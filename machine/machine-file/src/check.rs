@@ -47,8 +47,8 @@ impl MachineError {
             Self::Findings(findings) => findings.iter().map(Finding::to_string).collect(),
             Self::Base { name, error } => {
                 let lines = error.lines();
-                let of_base = |line| format!("`extends` = \"{name}\": {line}");
-                lines.into_iter().map(of_base).collect()
+                let in_base = |line| format!("`extends` = \"{name}\": {line}");
+                lines.into_iter().map(in_base).collect()
             }
             other => vec![other.to_string()],
         }
@@ -72,7 +72,7 @@ pub(crate) struct Findings {
 
 impl Findings {
     /// What `examine` finds.
-    pub(crate) fn of(examine: impl FnOnce(&mut Self)) -> Result<(), MachineError> {
+    pub(crate) fn collect(examine: impl FnOnce(&mut Self)) -> Result<(), MachineError> {
         let mut found = Self::default();
         examine(&mut found);
         found.result()

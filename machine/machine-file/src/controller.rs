@@ -80,11 +80,8 @@ fn omega_tip() -> f64 {
 
 impl Controller {
     /// Checks every gain; also called when an FMU's importer tunes one.
-    ///
-    /// # Errors
-    /// Every gain outside its range.
     pub fn check(&self) -> Result<(), MachineError> {
-        Findings::of(|found| self.examine(found))
+        Findings::collect(|found| self.examine(found))
     }
 
     pub(crate) fn examine(&self, found: &mut Findings) {

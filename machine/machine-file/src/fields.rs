@@ -48,9 +48,6 @@ impl EmlaFields {
     }
 
     /// The section of these fields.
-    ///
-    /// # Errors
-    /// Negative pole pairs.
     pub fn section(&self) -> Result<Emla, TryFromIntError> {
         Ok(Emla {
             p: u32::try_from(self.pole_pairs)?,

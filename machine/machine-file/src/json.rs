@@ -25,7 +25,7 @@ impl<'de> DeserializeSeed<'de> for UniqueKeys {
 }
 
 /// Methods of a visitor for what becomes a value as it is.
-macro_rules! taken_over {
+macro_rules! pass_through {
     ($($visit:ident $type:ty;)*) => {$(
         fn $visit<E>(self, value: $type) -> Result<Value, E> {
             Ok(value.into())
@@ -44,7 +44,7 @@ impl<'de> Visitor<'de> for UniqueKeys {
         Ok(Value::Null)
     }
 
-    taken_over! { visit_bool bool; visit_i64 i64; visit_u64 u64; visit_f64 f64; visit_str &str; }
+    pass_through! { visit_bool bool; visit_i64 i64; visit_u64 u64; visit_f64 f64; visit_str &str; }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut from: A) -> Result<Value, A::Error> {
         let mut values = Vec::new();

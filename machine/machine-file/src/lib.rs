@@ -35,7 +35,7 @@ pub use input::{ActuatorInput, Drive};
 pub use machine::Machine;
 pub use per_axis::{AXES, PerAxis};
 pub use shape::nearest;
-pub use source::{PRESETS, Source, extending, preset};
+pub use source::{PRESETS, Source, extension_of, preset};
 
 /// The reference machine's JSON, as shipped in `parameters/`.
 pub const REFERENCE_JSON: &str = include_str!("../../../parameters/reference_machine.json");

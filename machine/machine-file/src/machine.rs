@@ -40,11 +40,8 @@ pub struct Machine {
 impl Machine {
     /// Checks every value; called wherever a machine is read, and wherever values were changed
     /// since.
-    ///
-    /// # Errors
-    /// Every value outside its range.
     pub fn check(&self) -> Result<(), MachineError> {
-        Findings::of(|found| self.examine(found))
+        Findings::collect(|found| self.examine(found))
     }
 
     pub(crate) fn examine(&self, found: &mut Findings) {

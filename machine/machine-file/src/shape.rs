@@ -79,7 +79,7 @@ impl ShapeCheck<'_> {
                 }
                 "a whole number".into()
             }
-            (Value::Null, Value::Object(_)) if self.may_lack(at.keys) => return,
+            (Value::Null, Value::Object(_)) if self.is_optional(at.keys) => return,
             (_, Value::Object(_)) => "an object".into(),
             (_, Value::Array(t)) => format!("an array of {} elements", t.len()),
             _ => String::from("a number"),
@@ -149,7 +149,7 @@ impl ShapeCheck<'_> {
             };
             match fields.get_mut(key) {
                 Some(value) => self.value(value, &field, found),
-                None if self.is_complete && !self.may_lack(keys) => {
+                None if self.is_complete && !self.is_optional(keys) => {
                     found.add(inner(key), "is missing");
                     fields.insert(key.clone(), template.clone());
                 }
@@ -180,7 +180,7 @@ impl ShapeCheck<'_> {
     }
 
     /// Whether a machine without the field at `place` can be read.
-    fn may_lack(&self, place: &[&str]) -> bool {
+    fn is_optional(&self, place: &[&str]) -> bool {
         let Some((field, parents)) = place.split_last() else {
             return false;
         };

@@ -33,14 +33,11 @@ pub struct Source {
 impl Source {
     /// What `text` says; a relative path in `extends` starts from the folder of `file`, or from the
     /// working directory.
-    ///
-    /// # Errors
-    /// Everything that is wrong with it.
     pub fn read(text: &str, file: Option<&Path>) -> Result<Self, MachineError> {
         let mut texts = Vec::new();
-        let mut open = Vec::from_iter(file.map(identity));
+        let mut open = Vec::from_iter(file.map(canonical));
         let mut found = Findings::default();
-        let mut value = merged(text, file, &mut open, &mut texts, &mut found)?;
+        let mut value = merge(text, file, &mut open, &mut texts, &mut found)?;
         shape::check(&mut value, &mut found, true);
         let machine: Machine = serde_json::from_value(value)?;
         let of_shape = found.list.len();
@@ -58,15 +55,12 @@ impl Source {
     }
 
     /// The shipped machine `name`, else that of the file.
-    ///
-    /// # Errors
-    /// No such file, or everything that is wrong with it.
     pub fn named(name: &str) -> Result<Self, MachineError> {
         match preset(name) {
             Some(text) => Self::read(text, None),
             None => {
                 let file = Path::new(name);
-                let text = fs::read_to_string(file).map_err(|e| unknown(name, file, &e))?;
+                let text = fs::read_to_string(file).map_err(|e| unknown_machine(name, file, &e))?;
                 Self::read(&text, Some(file))
             }
         }
@@ -75,20 +69,13 @@ impl Source {
 
 impl Machine {
     /// Reads and checks a machine whose text is of no file.
-    ///
-    /// # Errors
-    /// Malformed JSON (with line and column), or all fields that are unknown, missing, wrongly
-    /// typed, or outside their physical ranges (with path, value and rule).
     pub fn from_json(json: &str) -> Result<Self, MachineError> {
         Ok(Source::read(json, None)?.machine)
     }
 
     /// As [`Machine::from_json`], of the text of `file`, beside which relative paths of `extends`
     /// are looked for.
-    ///
-    /// # Errors
-    /// As of [`Machine::from_json`].
-    pub fn of_file(text: &str, file: &Path) -> Result<Self, MachineError> {
+    pub fn from_text(text: &str, file: &Path) -> Result<Self, MachineError> {
         Ok(Source::read(text, Some(file))?.machine)
     }
 
@@ -102,11 +89,11 @@ impl Machine {
 }
 
 /// A name under which a file is known again.
-fn identity(file: &Path) -> PathBuf {
+fn canonical(file: &Path) -> PathBuf {
     fs::canonicalize(file).unwrap_or_else(|_| file.to_path_buf())
 }
 
-fn unknown(name: &str, file: &Path, error: &std::io::Error) -> MachineError {
+fn unknown_machine(name: &str, file: &Path, error: &std::io::Error) -> MachineError {
     let names: Vec<_> = PRESETS.iter().map(|(name, _)| *name).collect();
     let near = shape::nearest(name, names.iter().copied());
     let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
@@ -119,7 +106,7 @@ fn unknown(name: &str, file: &Path, error: &std::io::Error) -> MachineError {
 
 /// The object of `text` on top of what it extends. `open` are the files that are being read,
 /// `texts` all that were.
-fn merged(
+fn merge(
     text: &str,
     file: Option<&Path>,
     open: &mut Vec<PathBuf>,
@@ -145,17 +132,17 @@ fn merged(
             return Ok(own);
         }
     };
-    let of_base = |error| MachineError::Base {
+    let in_base = |error| MachineError::Base {
         name: base.clone(),
         error: Box::new(error),
     };
-    let mut value = base_of(&base, file, open, texts).map_err(of_base)?;
-    put(&mut value, own, true);
+    let mut value = read_base(&base, file, open, texts).map_err(in_base)?;
+    overlay(&mut value, own, true);
     Ok(value)
 }
 
 /// The object that `name` stands for in `extends` of `file`.
-fn base_of(
+fn read_base(
     name: &str,
     file: Option<&Path>,
     open: &mut Vec<PathBuf>,
@@ -163,12 +150,12 @@ fn base_of(
 ) -> Result<Value, MachineError> {
     let mut found = Findings::default();
     let value = if let Some(text) = preset(name) {
-        merged(text, None, open, texts, &mut found)?
+        merge(text, None, open, texts, &mut found)?
     } else {
         let folder = file.and_then(Path::parent).unwrap_or(Path::new(""));
         let path = folder.join(name);
-        let text = fs::read_to_string(&path).map_err(|e| unknown(name, &path, &e))?;
-        let this = identity(&path);
+        let text = fs::read_to_string(&path).map_err(|e| unknown_machine(name, &path, &e))?;
+        let this = canonical(&path);
         if open.contains(&this) {
             let path = path.display();
             return Err(MachineError::Source(format!(
@@ -176,7 +163,7 @@ fn base_of(
             )));
         }
         open.push(this);
-        let value = merged(&text, Some(&path), open, texts, &mut found)?;
+        let value = merge(&text, Some(&path), open, texts, &mut found)?;
         open.pop();
         value
     };
@@ -186,7 +173,7 @@ fn base_of(
 
 /// Puts `own` on top of `base`: objects field by field; all else, arrays too, as a whole. Where one
 /// of the two tells actuators apart, so does the result.
-fn put(base: &mut Value, own: Value, is_whole: bool) {
+fn overlay(base: &mut Value, own: Value, is_whole: bool) {
     let (Value::Object(base), Value::Object(own)) = (&mut *base, &own) else {
         *base = own;
         return;
@@ -203,13 +190,13 @@ fn put(base: &mut Value, own: Value, is_whole: bool) {
             split(place);
             split(&mut value);
         }
-        put(place, value, false);
+        overlay(place, value, false);
     }
 }
 
 /// The object of a file that extends `name`, whose machine is `base`, and says only how `machine`
 /// differs.
-pub fn extending(name: &str, base: &Machine, machine: &Machine) -> Value {
+pub fn extension_of(name: &str, base: &Machine, machine: &Machine) -> Value {
     let [mut base, mut machine] =
         [base, machine].map(|m| serde_json::to_value(m).expect("numbers and names"));
     for section in SECTIONS_PER_AXIS {
@@ -225,7 +212,7 @@ pub fn extending(name: &str, base: &Machine, machine: &Machine) -> Value {
     Value::Object(file)
 }
 
-/// What of `value` differs from `base`, as [`put`] puts it there.
+/// What of `value` differs from `base`, as [`overlay`] puts it there.
 fn difference(base: &Value, value: &Value) -> Option<Value> {
     let (Value::Object(fields), Value::Object(known)) = (value, base) else {
         return (value != base).then(|| value.clone());
@@ -409,7 +396,7 @@ mod tests {
             for (other, _) in PRESETS {
                 let [base, machine] =
                     [name, other].map(|name| Machine::preset(name).expect("shipped"));
-                let file = extending(name, &base, &machine);
+                let file = extension_of(name, &base, &machine);
                 assert_eq!(read(&file).expect("valid"), machine, "{other} on {name}");
             }
         }
@@ -417,7 +404,7 @@ mod tests {
         let mut machine = base.clone();
         machine.emla.tilt.core = None;
         machine.bodies.PL.mass = 12.0;
-        let file = extending("reference", &base, &machine);
+        let file = extension_of("reference", &base, &machine);
         assert_eq!(file["bodies"], json!({"PL": {"mass": 12.0}}));
         assert_eq!(file["emla"], json!({"tilt": {"core": null}}));
     }

@@ -9,7 +9,7 @@
 mod parameter;
 mod step;
 
-pub use parameter::{ParamError, Range, check, check_each, demand};
+pub use parameter::{ParamError, Range, check, check_each, require};
 pub use step::{
     MAX_SUBSTEPS, RATE_STEP, RK4_STAGES, StepError, check_finite, check_step, substeps,
 };

@@ -54,9 +54,6 @@ pub fn substeps(h: f64, dt_max: f64) -> f64 {
 }
 
 /// Checks that a step from `t` by `h`, both s, can be taken at all.
-///
-/// # Errors
-/// [`StepError::BadStep`] where `h` is not finite or not positive.
 #[inline]
 pub fn check_step(t: f64, h: f64) -> Result<(), StepError> {
     if h.is_finite() && h > 0.0 {
@@ -67,9 +64,6 @@ pub fn check_step(t: f64, h: f64) -> Result<(), StepError> {
 
 /// Checks that all `values`, each with its name, are finite at the end of the step that began at
 /// `t`, s.
-///
-/// # Errors
-/// [`StepError::NotFinite`] with the first that is not.
 #[inline]
 pub fn check_finite<const N: usize>(
     t: f64,

@@ -19,7 +19,7 @@ pub struct Payload {
 
 impl Payload {
     /// Of the machine file.
-    pub fn of(machine: &Machine) -> Self {
+    pub fn from_machine(machine: &Machine) -> Self {
         let body = &machine.bodies.PL;
         Self {
             mass: body.mass,
@@ -91,28 +91,21 @@ impl Demand {
 
 /// A machine with a payload, and what its motions demand.
 #[derive(Clone, Debug)]
-pub struct Capability {
+pub struct DemandModel {
     plant: Hdrm,
     /// Slew, lift, tilt.
     actuators: [Emla; 3],
 }
 
-impl Capability {
+impl DemandModel {
     /// Of the nominal machine with a payload; mass 0: none.
-    ///
-    /// # Errors
-    /// A mechanism that does not work over its joint range, or a mass that is negative or not
-    /// finite.
     pub fn new(machine: &Machine, payload: &Payload) -> Result<Self, HdrmError> {
-        Self::carrying(machine, payload, 0.0, [0.0; 3])
+        Self::with_load(machine, payload, 0.0, [0.0; 3])
     }
 
-    /// As [`Capability::new`], and a load besides the payload: a point mass, kg, at `com` from the
+    /// As [`DemandModel::new`], and a load besides the payload: a point mass, kg, at `com` from the
     /// tip T4 in T4's axes, m.
-    ///
-    /// # Errors
-    /// As [`Capability::new`].
-    pub fn carrying(
+    pub fn with_load(
         machine: &Machine,
         payload: &Payload,
         mass: f64,
@@ -126,7 +119,7 @@ impl Capability {
         };
         let options = Options {
             load,
-            ..Options::of(machine)
+            ..Options::from_machine(machine)
         };
         Ok(Self {
             plant: Hdrm::new(machine, &options)?,

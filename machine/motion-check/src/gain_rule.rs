@@ -52,17 +52,11 @@ pub struct RuledGain {
 }
 
 /// The gains of a machine.
-///
-/// # Errors
-/// A mechanism that does not work.
 pub fn gains(machine: &Machine) -> Result<Vec<RuledGain>, HdrmError> {
     Ok(within(machine, &bounds(machine)?))
 }
 
 /// The gain of the adaptation alone, J.
-///
-/// # Errors
-/// As of [`gains`].
 pub fn gamma(machine: &Machine) -> Result<f64, HdrmError> {
     let gains = gains(machine)?;
     let gamma = gains.iter().find(|gain| gain.name == "gamma");
@@ -70,11 +64,8 @@ pub fn gamma(machine: &Machine) -> Result<f64, HdrmError> {
 }
 
 /// What bounds the gains of a machine.
-///
-/// # Errors
-/// A mechanism that does not work.
 pub fn bounds(machine: &Machine) -> Result<Bounds, HdrmError> {
-    let plant = Hdrm::new(machine, &Options::of(machine))?;
+    let plant = Hdrm::new(machine, &Options::from_machine(machine))?;
     let zeta = machine.start.zeta;
     let strokes = plant.tree().configuration(&zeta).strokes;
     let rest = State {
@@ -95,7 +86,7 @@ pub fn bounds(machine: &Machine) -> Result<Bounds, HdrmError> {
     for k in 0..machine.bodies.in_order().len() {
         let mut half = machine.clone();
         half.bodies.in_order_mut()[k].mass *= 0.5;
-        let without = Hdrm::new(&half, &Options::of(&half))?;
+        let without = Hdrm::new(&half, &Options::from_machine(&half))?;
         square += (2.0 * (lift(&plant) - lift(&without))).powi(2);
     }
     let motors = machine.emla.in_order().map(|p| {
@@ -224,7 +215,7 @@ mod tests {
             }
         }
         let bounds = bounds(&machine).expect("bounds");
-        let plant = Hdrm::new(&machine, &Options::of(&machine)).expect("a plant");
+        let plant = Hdrm::new(&machine, &Options::from_machine(&machine)).expect("a plant");
         let stroke = plant.tree().configuration(&machine.start.zeta).strokes[1];
         let screw = maps::stiffness(&machine.emla.lift, stroke.x);
         let spring = stroke.prime.powi(2) / (1.0 / screw + 1.0 / MOUNTING);

@@ -55,9 +55,6 @@ pub struct Kinematics {
 
 impl Kinematics {
     /// Of a machine.
-    ///
-    /// # Errors
-    /// Geometry that is not a working machine.
     pub fn new(machine: &Machine) -> Result<Self, GeometryError> {
         Ok(Self {
             tree: Tree::new(machine)?,
@@ -79,9 +76,6 @@ impl Kinematics {
     /// Joint angles of a pose, on the branch of the angles `near`, rad: Levenberg–Marquardt steps
     /// whose damping is the squared error (Sugihara, IEEE Trans. Robotics 27(5), 2011). Joint
     /// limits are not looked at.
-    ///
-    /// # Errors
-    /// The arm does not reach the pose, or the search from `near` does not.
     pub fn inverse(&self, pose: &Pose, near: &[f64; DOF]) -> Result<[f64; DOF], NearestPose> {
         let mut zeta = Vector6::from(*near);
         for _ in 0..ITERATIONS {

@@ -14,7 +14,7 @@ pub struct Reach {
 
 impl Reach {
     /// Of a machine's dimensions.
-    pub fn of(geometry: &Geometry) -> Self {
+    pub fn new(geometry: &Geometry) -> Self {
         let size = |v: &[f64; 3]| libm::hypot(libm::hypot(v[0], v[1]), v[2]);
         let links = [
             &geometry.r_O_B,
@@ -52,7 +52,7 @@ mod tests {
     /// By hand: lift joint at (0.1, 1.5, 0), links 2 + 1.5 + 0.2 + 0.2 + 0.15 + 0.4 m.
     #[test]
     fn the_reference_arm_reaches_four_metres_and_a_half() {
-        let reach = Reach::of(&Machine::reference().geometry);
+        let reach = Reach::new(&Machine::reference().geometry);
         assert!((reach.length() - 4.45).abs() < 1e-12);
         assert!((reach.distance([0.0, 1.5, -4.1]) - 4.0).abs() < 1e-12);
         assert!((reach.distance([3.1, 5.5, 0.0]) - 5.0).abs() < 1e-12);

@@ -6,7 +6,7 @@ use machine_file::Holding;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Conditions {
     /// Whether the inverter's gates are on. While they are off no current flows: see
-    /// [`Rig::switched`].
+    /// [`Rig::update_gates`].
     pub gates: bool,
     /// What the brake does.
     pub brake: Holding,

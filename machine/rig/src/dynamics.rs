@@ -58,7 +58,7 @@ impl Rig {
 
     /// Connection of nut and rod, and the velocity of the one against the other, m/s.
     #[inline(always)]
-    pub(crate) fn link_of(&self, s: &State, u: &Input) -> (Link, f64) {
+    pub(crate) fn link_at(&self, s: &State, u: &Input) -> (Link, f64) {
         let ((x, x_dot), travel) = (self.rod(s, u), self.travel());
         let s_dot = travel * s.w_m - x_dot;
         (self.link(travel * s.theta_m - x, s_dot, x, x_dot), s_dot)
@@ -77,7 +77,7 @@ impl Rig {
         let (p, i) = (&self.p, s.current());
         let (x, x_dot) = self.rod(s, u);
         let magnetics = self.magnetics(i, s.theta_m, s.T[0], s.T[1]);
-        let (link, s_dot) = self.link_of(s, u);
+        let (link, s_dot) = self.link_at(s, u);
         let torque = magnetics.tau_e + magnetics.tau_cog;
         let shaft = self.shaft(torque, s.w_m, link.force, s.z, held.brake);
         let F = link.force - p.C_act * x_dot;
@@ -109,7 +109,7 @@ impl Rig {
                 Drive::Motion => F * x_dot,
                 Drive::Force => u.F_ext * x_dot,
             },
-            warming: self.warming(s.T, u.T_ambient, copper, core + mechanical),
+            warming: self.temperature_rates(s.T, u.T_ambient, copper, core + mechanical),
         }
     }
 

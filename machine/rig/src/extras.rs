@@ -1,6 +1,6 @@
 //! What the actuator as built knows beyond its idealised model: sizes and switches.
 
-use model_rules::{ParamError, check_fields, demand};
+use model_rules::{ParamError, check_fields, require};
 use serde::{Deserialize, Serialize};
 
 /// All extras. Each group counts only while its switch `on` is true.
@@ -278,7 +278,7 @@ impl Extras {
 
     /// The same with a machine's sizes of heat and temperature.
     #[must_use]
-    pub fn of_machine(
+    pub fn with_machine(
         self,
         heat: &machine_file::Heat,
         temperature: &machine_file::Temperature,
@@ -313,16 +313,16 @@ impl Extras {
                 damping.mount, backlash.width, losses.core, losses.inverter;
         }?;
         let share = self.saturation.share;
-        demand(
+        require(
             "saturation.share",
             share,
             "in [0, 1)",
             (0.0..1.0).contains(&share),
         )?;
         let (breakaway, rule) = (self.friction.breakaway, "finite and ≥ 1");
-        demand("friction.breakaway", breakaway, rule, breakaway >= 1.0)?;
+        require("friction.breakaway", breakaway, rule, breakaway >= 1.0)?;
         let offset = self.switching.offset;
-        demand(
+        require(
             "switching.offset",
             offset,
             "between -π/2 and π/2",
@@ -333,11 +333,11 @@ impl Extras {
             ("temperature.copper", t.copper),
             ("temperature.magnet", t.magnet),
         ] {
-            demand(name, value, "between -0.1 and 0.1", value.abs() <= 0.1)?;
+            require(name, value, "between -0.1 and 0.1", value.abs() <= 0.1)?;
         }
         let f_sw = p.inverter.map_or(0.0, |inverter| inverter.f_sw);
         let samples = !self.switching.on || f_sw >= 100.0;
         let rule = "at least 100 Hz while switching is on";
-        demand("inverter.f_sw", f_sw, rule, samples)
+        require("inverter.f_sw", f_sw, rule, samples)
     }
 }

@@ -132,7 +132,7 @@ impl Rig {
     /// Bristle deflection after `dt` s at the nut speed `v` and load `F_nut`, exact while these
     /// stay: an exponential approach to `g(v)/σ_0` in the direction of motion, over a distance of
     /// that length.
-    pub(crate) fn deflected(&self, z: f64, v: f64, F_nut: f64, dt: f64) -> f64 {
+    pub(crate) fn deflection_after(&self, z: f64, v: f64, F_nut: f64, dt: f64) -> f64 {
         if !self.extra.friction.on {
             return 0.0;
         }
@@ -179,7 +179,7 @@ mod tests {
         let rig = Rig::as_built();
         for v in [0.07, -0.07, -0.002, 0.0] {
             let (z, F, dt) = (6e-6, 31e3, 3e-4);
-            let once = rig.deflected(z, v, F, dt);
+            let once = rig.deflection_after(z, v, F, dt);
             let (mut parts, mut midpoint) = (z, z);
             let rate = |z: f64| {
                 let bristle = rig.bristle(v, F, z);
@@ -194,7 +194,7 @@ mod tests {
             };
             for _ in 0..1000 {
                 let h = dt / 1000.0;
-                parts = rig.deflected(parts, v, F, h);
+                parts = rig.deflection_after(parts, v, F, h);
                 midpoint += h * if v == 0.0 {
                     0.0
                 } else {

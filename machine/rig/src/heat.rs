@@ -22,7 +22,13 @@ impl Rig {
     /// C_w Ṫ_w = P_copper − (T_w − T_h)/R_wh
     /// C_h Ṫ_h = P_iron + P_friction + (T_w − T_h)/R_wh − (T_h − T_a)/R_ha
     /// ```
-    pub(crate) fn warming(&self, T: [f64; 2], T_ambient: f64, copper: f64, other: f64) -> Warming {
+    pub(crate) fn temperature_rates(
+        &self,
+        T: [f64; 2],
+        T_ambient: f64,
+        copper: f64,
+        other: f64,
+    ) -> Warming {
         let h = &self.extra.heat;
         if !h.on {
             return Warming::default();
@@ -56,10 +62,10 @@ mod tests {
         let rig = Rig::as_built();
         let air = 293.15;
         let settled = [air + 316.0 * 0.21, air + 316.0 * 0.15];
-        let now = rig.warming(settled, air, 316.0, 0.0);
+        let now = rig.temperature_rates(settled, air, 316.0, 0.0);
         assert!(now.T_winding.abs() < 1e-12 && now.T_housing.abs() < 1e-12);
         assert!((now.given - 316.0).abs() < 1e-9);
-        let cold = rig.warming([air; 2], air, 316.0, 100.0);
+        let cold = rig.temperature_rates([air; 2], air, 316.0, 100.0);
         assert!((cold.T_winding - 0.158).abs() < 1e-12);
         assert!((cold.T_housing - 100.0 / 15e3).abs() < 1e-12);
     }

@@ -24,7 +24,7 @@ pub(crate) struct Magnetics {
 
 impl Rig {
     /// `1/(1 + a·|i_q|)` with `a` such that the share is lost at `i_max`.
-    fn saturated(&self, i_q: f64) -> f64 {
+    fn saturation_factor(&self, i_q: f64) -> f64 {
         1.0 / (1.0 + self.saturation() * i_q.abs())
     }
 
@@ -81,7 +81,7 @@ impl Rig {
     ) -> Magnetics {
         let p = &self.p;
         let pairs = f64::from(p.p);
-        let saturated = self.saturated(i.q);
+        let saturated = self.saturation_factor(i.q);
         let lambda = Dq {
             d: p.L_d * i.d + self.magnets(pairs * theta_m, T_housing),
             q: p.L_q * i.q * saturated,

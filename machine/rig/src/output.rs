@@ -86,9 +86,9 @@ pub struct Output {
 impl Rig {
     /// Outputs of state `s` under the inputs `u`.
     pub fn output(&self, s: &State, u: &Input) -> Output {
-        let now = self.instant(s, u, &self.held(s, u));
+        let now = self.instant(s, u, &self.conditions(s, u));
         let P_in = now.supplied(s.current());
-        let told = self.told(s.current());
+        let measured = self.measured_currents(s.current());
         let is_defined = now.magnetics.tau_e > 0.0 && s.w_m != 0.0;
         Output {
             F: now.F + s.lead * now.link.stiffness * now.s_dot,
@@ -96,8 +96,8 @@ impl Rig {
             x_rod: now.x,
             x_rod_dot: now.x_dot,
             x_nut: self.travel() * s.theta_m,
-            i_d: told.d,
-            i_q: told.q,
+            i_d: measured.d,
+            i_q: measured.q,
             theta_m: s.theta_m,
             w_m: s.w_m,
             tau_e: now.magnetics.tau_e,

@@ -24,9 +24,6 @@ pub struct Rig {
 
 impl Rig {
     /// An actuator with these parameters.
-    ///
-    /// # Errors
-    /// A parameter outside its physical range, by name, value and rule.
     pub fn new(p: machine_file::Emla, extra: Extras, drive: Drive) -> Result<Self, RigError> {
         p.check()?;
         extra.check(&p)?;

@@ -8,9 +8,6 @@ impl Rig {
     /// all friction is zero), with these temperatures of winding and housing, K. The inverter
     /// already holds the voltage that keeps the current; a drive that starts disabled or below its
     /// undervoltage carries none.
-    ///
-    /// # Errors
-    /// [`StepError::NotFinite`] for inputs that are not finite.
     pub fn start(&self, u: &Input, T: [f64; 2]) -> Result<State, StepError> {
         let (p, travel) = (&self.p, self.travel());
         let w_m = u.x_dot / travel;
@@ -43,9 +40,9 @@ impl Rig {
         };
         state = State {
             energy: Balance::default(),
-            ..self.switched(&state, u)
+            ..self.update_gates(&state, u)
         };
-        let now = self.instant(&state, u, &self.held(&state, u));
+        let now = self.instant(&state, u, &self.conditions(&state, u));
         let supplied = now.supplied(state.current());
         state.i_dc_mean = machine_file::link_current(supplied, self.link_voltage(u));
         state.mean = Powers {

@@ -55,13 +55,10 @@ impl Rig {
 
     /// The state a time `h` after `s`, both s, under the inputs `u`: held, but the rod of
     /// [`Drive::Motion`] moves on with its velocity. `t` only names the time in an error.
-    ///
-    /// # Errors
-    /// An unusable step, or a result that is not finite.
     pub fn step(&self, s: &State, u: &Input, t: f64, h: f64) -> Result<State, StepError> {
         let bad_step = StepError::BadStep { t, h };
         check_step(t, h)?;
-        let begun = &self.switched(s, u);
+        let begun = &self.update_gates(s, u);
         let mut dt_max = self.dt_max;
         while h <= MAX_SUBSTEPS * dt_max {
             match self.attempt(begun, u, h, dt_max) {
@@ -93,8 +90,8 @@ impl Rig {
             let mut span = h - done;
             if let Some(T) = self.switching_period().filter(|_| gates) {
                 if s.hold.left <= SLACK * dt_max.min(T) {
-                    let asked = self.asked(&mut s, u, T);
-                    s.hold = self.switch(&s.hold, asked, s.theta_m, s.w_m, T);
+                    let requested = self.requested_voltage(&mut s, u, T);
+                    s.hold = self.next_period(&s.hold, requested, s.theta_m, s.w_m, T);
                 }
                 span = span.min(s.hold.left);
                 s.hold.left -= span;
@@ -117,20 +114,20 @@ impl Rig {
 
     /// One substep of length `dt`, a time `t` after the start of the step.
     fn substep(&self, s: &State, u: &Input, t: f64, dt: f64) -> State {
-        let mut next = self.bent(s, &u.moved(t), 0.5 * dt);
-        let held = self.held(&next, &u.moved(t));
-        next = self.stopped(self.rk4(&next, u, &held, t, dt), &held);
-        self.bent(&next, &u.moved(t + dt), 0.5 * dt)
+        let mut next = self.advance_bristles(s, &u.moved(t), 0.5 * dt);
+        let held = self.conditions(&next, &u.moved(t));
+        next = self.stop_if_reversed(self.rk4(&next, u, &held, t, dt), &held);
+        self.advance_bristles(&next, &u.moved(t + dt), 0.5 * dt)
     }
 
     /// The state with the bristles `dt` later.
-    fn bent(&self, s: &State, u: &Input, dt: f64) -> State {
+    fn advance_bristles(&self, s: &State, u: &Input, dt: f64) -> State {
         if !self.extra.friction.on {
             return *s;
         }
-        let F_nut = self.link_of(s, u).0.force;
+        let F_nut = self.link_at(s, u).0.force;
         State {
-            z: self.deflected(s.z, self.travel() * s.w_m, F_nut, dt),
+            z: self.deflection_after(s.z, self.travel() * s.w_m, F_nut, dt),
             ..*s
         }
     }

@@ -7,7 +7,7 @@ use machine_file::{ActuatorInput as Input, DEAD_LINK, Holding, is_tripped};
 
 impl Rig {
     /// What holds in state `s` under the inputs `u`.
-    pub(crate) fn held(&self, s: &State, u: &Input) -> Conditions {
+    pub(crate) fn conditions(&self, s: &State, u: &Input) -> Conditions {
         let mut held = Conditions {
             gates: u.enable && !s.tripped,
             brake: Holding::Released,
@@ -37,7 +37,7 @@ impl Rig {
     /// field's energy goes back into the link, or into the diodes where the link is dead. From then
     /// on the diodes block, as long as the back-EMF `√3·p·|w_m|·λ_m` stays below the link's
     /// voltage.
-    pub(crate) fn switched(&self, s: &State, u: &Input) -> State {
+    pub(crate) fn update_gates(&self, s: &State, u: &Input) -> State {
         let mut next = *s;
         next.tripped = is_tripped(
             s.tripped,
@@ -62,7 +62,7 @@ impl Rig {
 
     /// The state after a substep, in which a brake that slipped has turned the shaft back: it came
     /// to rest inside. What is left of its energy is lost there, as heat of the housing.
-    pub(crate) fn stopped(&self, s: State, held: &Conditions) -> State {
+    pub(crate) fn stop_if_reversed(&self, s: State, held: &Conditions) -> State {
         if !held.brake.has_stopped(s.w_m) {
             return s;
         }

@@ -24,7 +24,7 @@ impl Force {
     /// y ← min(max(y, F − w/2), F + w/2)
     /// ```
     /// (I. D. Mayergoyz, *Mathematical Models of Hysteresis*). Without a width it is `F`.
-    pub(crate) fn shown(&self, before: f64, F: f64, is_first: bool) -> f64 {
+    pub(crate) fn hysteresis(&self, before: f64, F: f64, is_first: bool) -> f64 {
         if self.kind != ForceKind::Sensor || self.hysteresis == 0.0 || is_first {
             return F;
         }
@@ -71,9 +71,9 @@ mod tests {
             let part = f64::from(k % 4000) / 1000.0;
             A * if part < 2.0 { part - 1.0 } else { 3.0 - part }
         };
-        let (mut y, mut area, mut widest) = (cell.shown(0.0, force(0), true), 0.0, 0.0_f64);
+        let (mut y, mut area, mut widest) = (cell.hysteresis(0.0, force(0), true), 0.0, 0.0_f64);
         for k in 1..=8000 {
-            let next = cell.shown(y, force(k), false);
+            let next = cell.hysteresis(y, force(k), false);
             if k > 4000 {
                 area += 0.5 * (next + y) * (force(k) - force(k - 1));
             }

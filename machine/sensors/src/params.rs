@@ -69,7 +69,7 @@ pub struct Speed {
 
 impl Speed {
     /// What makes the speeds of the motors.
-    pub(crate) fn of_motors(self) -> Self {
+    pub(crate) fn for_motors(self) -> Self {
         match self.bandwidth_motor {
             0.0 => self,
             bandwidth => Self { bandwidth, ..self },

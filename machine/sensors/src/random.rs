@@ -32,7 +32,7 @@ pub struct FixedErrors {
 }
 
 impl FixedErrors {
-    pub(crate) fn of(seed: u64) -> Self {
+    pub(crate) fn from_seed(seed: u64) -> Self {
         let mut generator = generator(seed, ERRORS);
         let mut part = || generator.random_range(-1.0..=1.0);
         Self {
@@ -115,14 +115,22 @@ mod tests {
 
     #[test]
     fn errors_lie_within_their_bounds_and_differ_by_seed() {
-        let (a, b) = (FixedErrors::of(1), FixedErrors::of(2));
-        assert_eq!(a, FixedErrors::of(1));
+        let (a, b) = (FixedErrors::from_seed(1), FixedErrors::from_seed(2));
+        assert_eq!(a, FixedErrors::from_seed(1));
         assert_ne!(a, b);
         let all = |d: &FixedErrors| {
             let phases = [d.gain, d.offset].concat().concat();
             [&d.zero[..], &d.bias[..], &d.force_gain[..], &phases[..]].concat()
         };
-        assert!((0..200).all(|seed| all(&FixedErrors::of(seed)).iter().all(|e| e.abs() <= 1.0)));
-        assert!((0..200).any(|seed| all(&FixedErrors::of(seed)).iter().any(|e| e.abs() > 0.99)));
+        assert!((0..200).all(|seed| {
+            all(&FixedErrors::from_seed(seed))
+                .iter()
+                .all(|e| e.abs() <= 1.0)
+        }));
+        assert!((0..200).any(|seed| {
+            all(&FixedErrors::from_seed(seed))
+                .iter()
+                .any(|e| e.abs() > 0.99)
+        }));
     }
 }

@@ -121,7 +121,7 @@ impl Sensors {
         let (y, memory) = (&mut now.output, &mut now.memory);
 
         y.theta_m[k] = p.motor_encoder.read(u.theta_m[k], TAU, noise.motor[k]);
-        memory.motor[k] = (p.speed.of_motors()).follow(&s.memory.motor[k], y.theta_m[k], s.period);
+        memory.motor[k] = (p.speed.for_motors()).follow(&s.memory.motor[k], y.theta_m[k], s.period);
         y.w_m[k] = self.speed(&memory.motor[k], u.w_m[k]);
 
         y.x[k] = p.rod_encoder.read(u.x[k], 1.0, noise.rod[k]);
@@ -140,7 +140,9 @@ impl Sensors {
 
         memory.force[k] = p.force.lag(s.memory.force[k], u.F[k], s.period);
         let is_first = s.period.is_none();
-        memory.shown[k] = p.force.shown(s.memory.shown[k], memory.force[k], is_first);
+        memory.shown[k] = p
+            .force
+            .hysteresis(s.memory.shown[k], memory.force[k], is_first);
         let errors = [drawn.force_gain[k], drawn.bias[k]];
         y.F[k] = (p.force).read(memory.shown[k], errors, noise.force[k], y.i_q[k]);
     }

@@ -15,7 +15,7 @@ impl Sensors {
     /// Sensors with these parameters; `delay` beyond [`DELAY_MAX`] counts as that.
     pub fn new(p: Params) -> Self {
         Self {
-            drawn: FixedErrors::of(p.seed),
+            drawn: FixedErrors::from_seed(p.seed),
             p: Params {
                 delay: p.delay.min(DELAY_MAX),
                 ..p

@@ -127,11 +127,11 @@ mod tests {
             bandwidth_motor,
         };
         let ramp = |speed: &Speed, n| estimates(speed, |t| 2.0 * t, n);
-        assert_eq!(ramp(&speed(0.0).of_motors(), 40), ramp(&speed(1.0), 40));
-        assert_eq!(speed(1200.0).of_motors().bandwidth, 1200.0);
+        assert_eq!(ramp(&speed(0.0).for_motors(), 40), ramp(&speed(1.0), 40));
+        assert_eq!(speed(1200.0).for_motors().bandwidth, 1200.0);
         let left = |estimates: Vec<f64>| (estimates[estimates.len() - 1] - 2.0).abs();
         let slow = left(ramp(&speed(1200.0), 12));
-        let fast = left(ramp(&speed(1200.0).of_motors(), 12));
+        let fast = left(ramp(&speed(1200.0).for_motors(), 12));
         assert!(fast < 1e-2 * slow, "{fast} {slow}");
     }
 

@@ -6,7 +6,9 @@ use crate::file::{Load, PathFile, Points};
 use crate::path::TipPath;
 use hdrm::HdrmError;
 use machine_file::{AXES, Machine};
-use motion_check::{Capability, Kinematics, Limits, Margin, NearestPose, Payload, Quantity, Reach};
+use motion_check::{
+    AllowedRanges, DemandModel, Kinematics, Margin, NearestPose, Payload, Quantity, Reach,
+};
 use thiserror::Error;
 
 /// Time between two points that are looked at, s, on paths of up to some minutes.
@@ -98,9 +100,6 @@ fn later(t: f64, t_worst: f64) -> String {
 
 /// Goes along `path`, made of `file`, with the nominal machine and its payload from the joint
 /// angles `zeta`, rad; `observe` is told time and margins of each point.
-///
-/// # Errors
-/// A mechanism that does not work over its joint range.
 pub fn check(
     file: &PathFile,
     path: &TipPath,
@@ -109,7 +108,7 @@ pub fn check(
     mut observe: impl FnMut(f64, &[Margin; Quantity::COUNT]),
 ) -> Result<PathCheck, HdrmError> {
     let kinematics = Kinematics::new(machine)?;
-    let limits = Limits::of(machine);
+    let limits = AllowedRanges::from_machine(machine);
     let start = kinematics.pose(zeta);
     let mut carried = None;
     let mut capability = loaded(machine, None)?;
@@ -150,7 +149,7 @@ pub fn check(
 
 /// Waypoints or samples farther from the lift joint than the stretched arm.
 fn out_of_reach(file: &PathFile, machine: &Machine, start: [f64; 3]) -> Vec<Finding> {
-    let reach = Reach::of(&machine.geometry);
+    let reach = Reach::new(&machine.geometry);
     let (what, positions): (_, Vec<_>) = match &file.points {
         Points::Waypoints(list) => ("waypoint", list.iter().map(|w| w.position).collect()),
         Points::Samples(list) => ("sample", list.iter().map(|s| s.position).collect()),
@@ -168,11 +167,11 @@ fn out_of_reach(file: &PathFile, machine: &Machine, start: [f64; 3]) -> Vec<Find
 }
 
 /// The machine with its payload and the load, as one body.
-fn loaded(machine: &Machine, load: Option<Load>) -> Result<Capability, HdrmError> {
-    let own = Payload::of(machine);
+fn loaded(machine: &Machine, load: Option<Load>) -> Result<DemandModel, HdrmError> {
+    let own = Payload::from_machine(machine);
     match load {
-        Some(load) if load.mass > 0.0 => Capability::carrying(machine, &own, load.mass, load.com),
-        _ => Capability::new(machine, &own),
+        Some(load) if load.mass > 0.0 => DemandModel::with_load(machine, &own, load.mass, load.com),
+        _ => DemandModel::new(machine, &own),
     }
 }
 
@@ -266,7 +265,7 @@ impl Log {
 }
 
 /// Findings that a message tells of.
-const TOLD: usize = 5;
+const LISTED: usize = 5;
 
 impl PathCheck {
     /// Why the machine cannot do the path, for people; None if it can.
@@ -274,14 +273,14 @@ impl PathCheck {
         if self.findings.is_empty() {
             return None;
         }
-        let told = Vec::from_iter(self.findings.iter().take(TOLD).map(Finding::to_string));
-        let more = match self.findings.len().saturating_sub(TOLD) {
+        let listed = Vec::from_iter(self.findings.iter().take(LISTED).map(Finding::to_string));
+        let more = match self.findings.len().saturating_sub(LISTED) {
             0 => String::new(),
             more => format!("; and {more} more"),
         };
         Some(format!(
             "the machine cannot do this path: {}{more}",
-            told.join("; ")
+            listed.join("; ")
         ))
     }
 }

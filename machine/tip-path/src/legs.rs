@@ -17,7 +17,7 @@ use nalgebra::{Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
 /// Ways shorter than this, m and rad, are none.
-const NONE: f64 = 1e-9;
+const SHORTEST: f64 = 1e-9;
 
 /// A way with its timing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -79,7 +79,7 @@ impl Legs {
                     }
                     _ => 0.0, // the tip stops
                 };
-                let (begins, profile) = timed(k, waypoint, leaves, fastest, longest)?;
+                let (begins, profile) = schedule(k, waypoint, leaves, fastest, longest)?;
                 if let (Some(stop), true) = (stops.last_mut(), longest > 0.0) {
                     // The middle of the corner.
                     stop.arrives = 0.5 * (stop.arrives + begins);
@@ -169,7 +169,7 @@ fn ways(start: Pose, waypoints: &[Waypoint]) -> Vec<(usize, Way)> {
         };
         let step = to.position - from.position;
         let turn = rotation_vector(&(to.orientation * from.orientation.inverse()));
-        if step.norm() > NONE || turn.norm() > NONE {
+        if step.norm() > SHORTEST || turn.norm() > SHORTEST {
             ways.push((k, Way { from, step, turn }));
         }
         from = to;
@@ -196,7 +196,7 @@ fn lowering(ways: &[(usize, Way)], waypoints: &[Waypoint], place: usize) -> Lowe
             continue;
         }
         for of in [|way: &Way| way.step, |way: &Way| way.turn] {
-            let [a, b] = [&pair[0].1, &pair[1].1].map(|way| of(way).try_normalize(NONE));
+            let [a, b] = [&pair[0].1, &pair[1].1].map(|way| of(way).try_normalize(SHORTEST));
             if let (Some(a), Some(b)) = (a, b) {
                 let (difference, sum) = ((b - a).norm(), (a + b).norm());
                 lowest.acceleration = lowest.acceleration.min(1.0 / difference.max(1.0));
@@ -230,7 +230,7 @@ fn longest_overlap(before: &Leg, blend: f64) -> f64 {
 
 /// When the way to waypoint `k` (from 0) begins, and its profile; the waypoint before is left at
 /// `leaves`, s, and the two overlap by `longest`, s, at most.
-fn timed(
+fn schedule(
     k: usize,
     waypoint: &Waypoint,
     leaves: f64,

@@ -34,9 +34,6 @@ struct Change {
 impl TipPath {
     /// The path of a file for a tip that starts in the pose `start`, at rest. It goes to the first
     /// point in a straight line.
-    ///
-    /// # Errors
-    /// A time of arrival that the path's limits of speed, acceleration and jerk do not allow.
     pub fn new(file: &PathFile, start: Pose) -> Result<Self, PathError> {
         let offset = if file.relative {
             start.position

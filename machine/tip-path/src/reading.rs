@@ -21,10 +21,6 @@ const REST: f64 = 1.0;
 
 impl PathFile {
     /// Of a file's text: JSON where it begins with a brace, else CSV.
-    ///
-    /// # Errors
-    /// What is wrong where: syntax, an unknown name, a value out of its range, too few or equal
-    /// points.
     pub fn parse(text: &str) -> Result<Self, PathError> {
         let text = text.trim_start_matches('\u{feff}');
         let file = if text.trim_start().starts_with(['{', '[']) {
@@ -38,9 +34,6 @@ impl PathFile {
 
     /// Of the name of a built-in path, as [`SIX_JOINTS`], `iso9283-cube`, or `iso9283-cube:3` with
     /// another number of cycles; None for another text.
-    ///
-    /// # Errors
-    /// A number of cycles that is none.
     pub fn built_in(name: &str) -> Option<Result<Self, PathError>> {
         if name == SIX_JOINTS {
             return Some(Self::parse(include_str!("../paths/six_joints.json")));

@@ -35,9 +35,6 @@ pub(crate) struct Bodies {
 
 impl Bodies {
     /// Those of `machine`, with estimates that equal them.
-    ///
-    /// # Errors
-    /// A body whose mass, centre and inertia are those of no physical body.
     pub(crate) fn new(
         machine: &Machine,
         inverse_bounds: [f64; 2],

@@ -20,7 +20,7 @@ use crate::signals::Input;
 use crate::state::State;
 use crate::supervisor::{Stage, Supervisor};
 use crate::tracking::{Errors, RodMotion, rod_errors, track};
-use crate::trouble::{ReportedTroubles, Trouble, first_trouble};
+use crate::warnings::{ReportedWarnings, Warning, first_warning};
 use emla::Surrogate;
 use hdrm::{DOF, Tip, saturate};
 use machine_file::{Controller as Gains, Machine};
@@ -40,10 +40,6 @@ pub struct Controller {
 impl Controller {
     /// A controller for `machine` whose actuators follow `surrogate` as far as `settings.alpha`
     /// says, starting at time `t` with the machine as `input` measures it.
-    ///
-    /// # Errors
-    /// Parameters, geometry or inertias that do not make a machine; limits of commanded rates that
-    /// are not finite and positive; a path that cannot be made, or that the machine cannot do.
     pub fn new(
         machine: &Machine,
         surrogate: &Surrogate,
@@ -64,7 +60,7 @@ impl Controller {
                 sampling: Sampling::default(),
                 motion: Motion::rest(&input.zeta),
                 integral: Vector6::zeros(),
-                memory: [0.0; DOF],
+                law_integral: [0.0; DOF],
                 bodies: Bodies::new(machine, settings.gains.inverse_bounds)?,
                 drives: [0, 1, 2].map(drive),
                 supervisor: Supervisor::new(
@@ -106,20 +102,19 @@ impl Controller {
     /// Inverse kinematics, control law and voltage law for the present state, with the measurements
     /// `input`; while measurements are held (`sample_time`, `delay`), with those. It holds until
     /// the state, the settings or an input other than the forces `F` change.
-    ///
-    /// # Errors
-    /// A reference orientation of length zero, or a number that is not finite.
     pub fn evaluate(
         &self,
         settings: &Settings,
         input: &Input,
     ) -> Result<Evaluation, ControllerError> {
         let Self { nominal, state, .. } = self;
-        let settings = &*state.supervisor.in_force(settings);
+        let settings = &*state.supervisor.effective_settings(settings);
         let held = state.sampling.held.as_ref();
-        let observed = state.joints.observed(input, settings.gains.omega_speed);
+        let observed = state
+            .joints
+            .with_observed_rates(input, settings.gains.omega_speed);
         let input = held.unwrap_or(&observed);
-        let mut now = Evaluation::of_held(held);
+        let mut now = Evaluation::with_held(held);
         now.current_loop = settings.current_loop;
         let wrist = match settings.level {
             Level::Machine => self.machine_level(&mut now, settings, input)?,
@@ -128,10 +123,10 @@ impl Controller {
         now.commands = self.voltages(&now.demands, settings, input);
         let limit = &nominal.tau_wrist_max;
         now.output.tau_wrist = std::array::from_fn(|j| saturate(wrist[j], limit[j]));
-        now.fill(input);
+        now.fill_outputs(input);
         let t = state.motion_time(settings.gains.settle_time);
         now.output.motion_end = self.motion_end(settings);
-        now.supervised(state.supervisor.stage());
+        now.set_gates_and_brakes(state.supervisor.stage());
         now.output.load = self.reference.load(t).unwrap_or_default();
         proof::fill(&mut now, nominal, state, settings, input);
         match now.output.not_finite() {
@@ -162,7 +157,7 @@ impl Controller {
         let t = state.motion_time(gains.settle_time);
         let mut target = reference.target(nominal, &state.motion, input, t)?;
         if let Some(motion) = state.supervisor.motion() {
-            target = Target::of_joints(motion, nominal);
+            target = Target::from_joints(motion, nominal);
         }
         let configuration = nominal.tree.configuration(&input.zeta);
         let tip = Tip::new(&nominal.tree, &configuration);
@@ -174,7 +169,7 @@ impl Controller {
         let errors = law::velocity_errors(&motions, &state.bodies.nominal);
         let rods = std::array::from_fn(|i| {
             let stroke = &configuration.strokes[i];
-            RodMotion::of_joint(stroke, input.zeta_dot[i], required, i)
+            RodMotion::from_joint(stroke, input.zeta_dot[i], required, i)
         });
         let forces = settings.mode.law().forces(&Instant {
             nominal,
@@ -187,7 +182,7 @@ impl Controller {
             ground: &ground,
             motions: &motions,
             errors: &errors,
-            memory: &state.memory,
+            law_integral: &state.law_integral,
         });
         now.errors = tracking.errors;
         if let (Some(z), true) = (z, settings.force_limit > 0.0) {
@@ -197,7 +192,7 @@ impl Controller {
             now.push = std::array::from_fn(|i| configuration.strokes[i].prime * more[i]);
         }
         now.demands = std::array::from_fn(|i| {
-            RodDemand::within(self.largest_force(settings, i), forces.rods[i], rods[i])
+            RodDemand::limited(self.largest_force(settings, i), forces.rods[i], rods[i])
         });
         let weighs = state.t - state.t_start < settings.weighing_time;
         let bodies = &state.bodies;
@@ -217,7 +212,7 @@ impl Controller {
             zeta_ddot_r: required.zeta_ddot.into(),
             strokes: configuration.strokes,
             motions,
-            memory_rate: forces.memory_rate,
+            law_integral_rate: forces.law_integral_rate,
             energy: errors.energy,
         });
         let supervisor = &state.supervisor;
@@ -226,7 +221,7 @@ impl Controller {
         }
         Ok(std::array::from_fn(|j| {
             let own = law::own_inertia(&configuration, &bodies.nominal, 3 + j);
-            supervisor.holding(j, own, gains, input)
+            supervisor.wrist_holding_torque(j, own, gains, input)
         }))
     }
 
@@ -237,7 +232,7 @@ impl Controller {
         now.errors = Errors::new(rod_errors(input, gains.reading_age), z, gains.omega_tip);
         let law = settings.mode.law();
         now.demands = std::array::from_fn(|i| {
-            let motion = RodMotion::alone(gains, input, &now.errors, i);
+            let motion = RodMotion::from_rod_reference(gains, input, &now.errors, i);
             let f_r = law.rod_force(&Rod {
                 gains,
                 M_act: self.nominal.actuators[i].params().M_act,
@@ -245,7 +240,7 @@ impl Controller {
                 x_dot: input.x_dot[i],
                 f_d: input.reference_rod_force[i],
             });
-            RodDemand::within(self.largest_force(settings, i), f_r, motion)
+            RodDemand::limited(self.largest_force(settings, i), f_r, motion)
         });
         now.push = std::array::from_fn(|i| gains.Lambda_rod * now.errors.z_dot[i]);
         [0.0; 3]
@@ -264,7 +259,7 @@ impl Controller {
         input: &Input,
     ) -> [Command; 3] {
         let (actuators, states) = (&self.nominal.actuators, &self.state.drives);
-        let readings = [0, 1, 2].map(|i| Reading::of(input, i));
+        let readings = [0, 1, 2].map(|i| Reading::from_input(input, i));
         let residual_forces = residual_forces(actuators, settings, readings.each_ref());
         std::array::from_fn(|i| {
             let law = VoltageLaw {
@@ -277,23 +272,23 @@ impl Controller {
 
     /// Tells the controller that the end-effector carries `load` from now on; a mass that is not
     /// finite and ≥ 0 changes nothing.
-    pub fn tell_load(&mut self, load: &Load) {
+    pub fn set_load(&mut self, load: &Load) {
         self.state.bodies.carry(load, &self.nominal.tree.r_D4_T4);
     }
 
     /// What begins to go wrong with the commands of `now` in a step from `t` by `h`, both s;
     /// `reported` remembers what was reported already.
-    pub fn trouble(
+    pub fn next_warning(
         &self,
         now: &Evaluation,
         settings: &Settings,
-        reported: &mut ReportedTroubles,
+        reported: &mut ReportedWarnings,
         t: f64,
         h: f64,
-    ) -> Option<Trouble> {
+    ) -> Option<Warning> {
         let h = h.max(self.timing.sample_time);
         let rates = self.reference.rates().map(|r| (r, &self.state.motion));
-        first_trouble(
+        first_warning(
             now,
             &self.nominal,
             rates,

@@ -49,7 +49,7 @@ pub(crate) struct MachineLevel {
     pub(crate) strokes: [Stroke; 3],
     pub(crate) motions: [BodyMotion; Body::COUNT],
     /// Rate of what the law integrates.
-    pub(crate) memory_rate: [f64; DOF],
+    pub(crate) law_integral_rate: [f64; DOF],
     /// Σ ½ sᵀ M s with the nominal inertias, J.
     pub(crate) energy: f64,
 }
@@ -67,7 +67,7 @@ impl Evaluation {
     }
 
     /// Nothing yet, with the measurements `held`, where these are not those of the moment.
-    pub(crate) fn of_held(held: Option<&Input>) -> Self {
+    pub(crate) fn with_held(held: Option<&Input>) -> Self {
         Self {
             F: held.map(|held| held.F),
             ..Self::default()
@@ -76,7 +76,7 @@ impl Evaluation {
 
     /// Fills the outputs of demands and commands, and those of the tip; at
     /// [`crate::Level::Actuator`] these stay 0.
-    pub(crate) fn fill(&mut self, input: &Input) {
+    pub(crate) fn fill_outputs(&mut self, input: &Input) {
         let (demands, commands, output) = (&self.demands, &self.commands, &mut self.output);
         self.rate_error = std::array::from_fn(|i| demands[i].motion.x_r_dot - input.x_dot[i]);
         output.v_d = commands.map(|c| c.v_d);
@@ -105,7 +105,7 @@ impl Evaluation {
     }
 
     /// What the stage of the supervisor asks of gates and brakes.
-    pub(crate) fn supervised(&mut self, stage: Stage) {
+    pub(crate) fn set_gates_and_brakes(&mut self, stage: Stage) {
         self.output.supervisor_state = stage as i32 + 1;
         self.output.enable = [stage != Stage::Stopped; 3];
         self.output.brake = [stage >= Stage::Braking; 3];
@@ -143,7 +143,7 @@ impl Evaluation {
     }
 
     /// Whether `more[i]` asks rod `i` for more force where it has the largest already.
-    pub(crate) fn leads_beyond(&self, i: usize, more: f64) -> bool {
+    pub(crate) fn pushes_beyond_limit(&self, i: usize, more: f64) -> bool {
         self.commands[i].at_force_limit * more > 0.0
     }
 }

@@ -24,7 +24,7 @@ mod signals;
 mod state;
 mod supervisor;
 mod tracking;
-mod trouble;
+mod warnings;
 
 pub use conditions::Conditions;
 pub use controller::Controller;
@@ -38,4 +38,4 @@ pub use settings::{Derating, Level, Settings};
 pub use signals::{Input, Output};
 pub use supervisor::Stage;
 pub use tip_path::Load;
-pub use trouble::{ReportedTroubles, Trouble};
+pub use warnings::{ReportedWarnings, Warning};

@@ -6,6 +6,6 @@ mod prediction;
 mod sampling;
 
 pub(crate) use observer::JointObserver;
-pub(crate) use prediction::{Plan, predicted};
+pub(crate) use prediction::{Plan, predict};
 pub use sampling::{DELAY_MAX, Timing};
 pub(crate) use sampling::{SAMPLES_MAX, SLACK, Sampling};

@@ -44,7 +44,7 @@ impl Nominal {
         let physics = [slew?, lift?, tilt?];
         let tree = Tree::new(machine)?;
         Ok(Self {
-            singularities: Singularities::of(&tree),
+            singularities: Singularities::new(&tree),
             tree,
             joint_viscous: machine.joint_viscous,
             tau_wrist_max: machine.limits.tau_wrist_max,
@@ -54,7 +54,7 @@ impl Nominal {
                 .clone()
                 .map(|physics| physics.with_surrogate(surrogate.clone(), 0.0)),
             physics,
-            reach: Reach::of(&machine.geometry),
+            reach: Reach::new(&machine.geometry),
         })
     }
 

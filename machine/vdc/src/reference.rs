@@ -13,7 +13,7 @@ mod rate_limits;
 mod rates;
 
 pub(crate) use desired::DesiredMotion;
-pub(crate) use external::turned;
+pub(crate) use external::turn_orientation;
 pub use motion::CommandHolds;
 pub(crate) use motion::Motion;
 pub use rate_limits::{RateCommand, RateLimits};
@@ -74,7 +74,7 @@ pub(crate) struct JointTarget<'a> {
 
 impl<'a> Target<'a> {
     /// The joints' reference `motion`, whatever rates it takes.
-    pub(crate) fn of_joints(motion: &'a Motion, nominal: &Nominal) -> Self {
+    pub(crate) fn from_joints(motion: &'a Motion, nominal: &Nominal) -> Self {
         Self {
             tip: motion.tip(&nominal.tree),
             joints: Some(JointTarget {
@@ -87,10 +87,6 @@ impl<'a> Target<'a> {
 
 impl Reference {
     /// The reference that `trajectory` names, from the joint angles `zeta`, rad.
-    ///
-    /// # Errors
-    /// A limit of rates that is not finite and positive; a path that cannot be made, or that the
-    /// machine cannot do.
     pub(crate) fn new(
         trajectory: Trajectory,
         machine: &Machine,
@@ -110,16 +106,13 @@ impl Reference {
                 Self::Rates(Rates::new(machine, &nominal.tree, zeta, &limits)?)
             }
             Trajectory::Path { file, is_checked } => {
-                Self::File(file::path_of(file, is_checked, machine, zeta)?)
+                Self::File(file::checked_path(file, is_checked, machine, zeta)?)
             }
         })
     }
 
     /// What is to be followed `t` s after the reference began to move, where the joints of
     /// commanded rates are at `motion` and the inputs say `input`.
-    ///
-    /// # Errors
-    /// An external orientation without direction.
     pub(crate) fn target<'a>(
         &'a self,
         nominal: &Nominal,

@@ -48,14 +48,14 @@ pub struct Settings {
     /// Which rates are commanded, if the trajectory is [`crate::Trajectory::Rates`].
     pub rate_command: RateCommand,
     /// Whether the controller is told of the loads that a path picks up and sets down.
-    pub load_told: bool,
+    pub load_known: bool,
 }
 
 impl Settings {
     /// The adaptive controller of the whole machine with these gains, which reckons with the
     /// physics alone and is told of loads; no integral, no derating.
     #[must_use]
-    pub fn of(gains: &Gains) -> Self {
+    pub fn from_gains(gains: &Gains) -> Self {
         Self {
             mode: Mode::Adaptive,
             integral: false,
@@ -69,7 +69,7 @@ impl Settings {
             supervisor: false,
             derating: None,
             rate_command: RateCommand::Joint,
-            load_told: true,
+            load_known: true,
         }
     }
 }

@@ -24,7 +24,7 @@ pub(crate) struct State {
     /// Integral part z of the tracking error, in the places of [`crate::tracking::Errors`].
     pub(crate) integral: Vector6<f64>,
     /// What the control law integrates, a joint each.
-    pub(crate) memory: [f64; DOF],
+    pub(crate) law_integral: [f64; DOF],
     pub(crate) bodies: Bodies,
     pub(crate) drives: [DriveState; 3],
     pub(crate) supervisor: Supervisor,

@@ -139,7 +139,7 @@ impl Supervisor {
     }
 
     /// The settings in force where `settings` are asked for.
-    pub(crate) fn in_force<'a>(&self, settings: &'a Settings) -> Cow<'a, Settings> {
+    pub(crate) fn effective_settings<'a>(&self, settings: &'a Settings) -> Cow<'a, Settings> {
         let factor = self.stage.gains();
         if factor == 1.0 {
             return Cow::Borrowed(settings);
@@ -228,7 +228,7 @@ impl Supervisor {
 
     /// Takes in the torques of the wrist, N·m, over `h` s. Where the machine swings their mean is
     /// what holds the payload, whatever it weighs.
-    pub(crate) fn feel(&mut self, torques: &[f64; 3], h: f64) {
+    pub(crate) fn average_wrist_torques(&mut self, torques: &[f64; 3], h: f64) {
         let mean = self.wrist.get_or_insert(*torques);
         for (mean, torque) in mean.iter_mut().zip(torques) {
             *mean -= libm::expm1(-h / MEAN) * (torque - *mean);
@@ -240,7 +240,13 @@ impl Supervisor {
     /// ```text
     /// τ = τ_mean + κ I (Λ (ζ_d − ζ) − ζ̇)
     /// ```
-    pub(crate) fn holding(&self, j: usize, inertia: f64, gains: &Gains, input: &Input) -> f64 {
+    pub(crate) fn wrist_holding_torque(
+        &self,
+        j: usize,
+        inertia: f64,
+        gains: &Gains,
+        input: &Input,
+    ) -> f64 {
         let error = self.motion.zeta[3 + j] - input.zeta[3 + j];
         let lacking = gains.Lambda_orientation * error - input.zeta_dot[3 + j];
         let mean = self.wrist.map_or(0.0, |mean| mean[j]);
@@ -249,7 +255,7 @@ impl Supervisor {
 
     /// Begins to stop the joints, which have the angles `zeta`, rad, and the reference's rates
     /// `zeta_dot`, rad/s.
-    pub(crate) fn stop_from(&mut self, zeta: Vector6<f64>, zeta_dot: Vector6<f64>) {
+    pub(crate) fn begin_stop(&mut self, zeta: Vector6<f64>, zeta_dot: Vector6<f64>) {
         self.stop = Some(self.since);
         self.motion = Motion {
             zeta,
@@ -388,16 +394,19 @@ mod tests {
 
     #[test]
     fn gains_are_those_asked_for_until_they_are_lowered() {
-        let settings = Settings::of(&Machine::reference().controller);
+        let settings = Settings::from_gains(&Machine::reference().controller);
         let at = |stage| Supervisor {
             stage,
             ..Supervisor::default()
         };
         for stage in [Stage::Off, Stage::Watching, Stage::Frozen] {
-            assert!(matches!(at(stage).in_force(&settings), Cow::Borrowed(_)));
+            assert!(matches!(
+                at(stage).effective_settings(&settings),
+                Cow::Borrowed(_)
+            ));
         }
         let asked = &settings.gains;
-        let lowered = at(Stage::Lowered).in_force(&settings).gains;
+        let lowered = at(Stage::Lowered).effective_settings(&settings).gains;
         assert_eq!(lowered.Lambda_position, 0.5 * asked.Lambda_position);
         assert_eq!(lowered.kappa_KA, 0.5 * asked.kappa_KA);
         assert_eq!(lowered.K_v, 0.5 * asked.K_v);
@@ -412,7 +421,7 @@ mod tests {
             ..Supervisor::default()
         };
         let [zeta, rate] = [0.3, -0.2].map(Vector6::repeat);
-        watch.stop_from(zeta, rate);
+        watch.begin_stop(zeta, rate);
         run(&mut watch, 0.0, RAMP, 0.0);
         let Motion {
             zeta: end,

@@ -82,10 +82,10 @@ impl MinMax {
     fn check(self, field: &'static str) -> Result<(), SurrogateError> {
         finite(&format!("{field}.min"), self.min)?;
         finite(&format!("{field}.max"), self.max)?;
-        self.demand(field, self.min < self.max, "min must lie below max")
+        self.require(field, self.min < self.max, "min must lie below max")
     }
 
-    fn demand(
+    fn require(
         self,
         field: &'static str,
         holds: bool,
@@ -193,12 +193,12 @@ impl EfficiencyBound {
     /// ```text
     /// (factor (P_0 + floor·P_out) + cut)/(P_0 + P_out)
     /// ```
-    pub fn half(&self, out: f64, cut: f64) -> f64 {
+    pub fn half_width(&self, out: f64, cut: f64) -> f64 {
         (self.factor * (self.power + self.floor * out) + cut) / (self.power + out)
     }
 
     /// The smallest factor whose bound holds an error of the efficiency.
-    pub fn needed(&self, error: f64, out: f64, cut: f64) -> f64 {
+    pub fn needed_factor(&self, error: f64, out: f64, cut: f64) -> f64 {
         let beyond = error.abs() * (self.power + out) - cut;
         beyond.max(0.0) / (self.power + self.floor * out)
     }
@@ -230,7 +230,7 @@ impl SurrogateFile {
         ranges.f_ext.check("ranges.F_ext")?;
         ranges.x_dot.check("ranges.x_dot")?;
         let rule = "the network is trained on one direction, speeds must not be negative";
-        (ranges.w_m).demand("ranges.w_m", ranges.w_m.min >= 0.0, rule)?;
+        (ranges.w_m).require("ranges.w_m", ranges.w_m.min >= 0.0, rule)?;
         length("layers", self.layers.len(), WIDTHS.len() - 1)?;
         for (k, (layer, widths)) in self.layers.iter().zip(WIDTHS.windows(2)).enumerate() {
             layer.check(k, widths[0], widths[1])?;

@@ -22,7 +22,7 @@ impl Hdrm {
             return self.gravity;
         }
         let g = (-self.gravity.up()).into();
-        Gravity::of(felt_gravity(g, input.base_tilt, input.base_acceleration))
+        Gravity::from_vector(felt_gravity(g, input.base_tilt, input.base_acceleration))
     }
 
     /// Rate of the felt gravity, m/s³, while the base moves with `input_dot`; None where it does
@@ -53,7 +53,7 @@ impl Hdrm {
         configuration: &Configuration,
         g_dot: Vector3<f64>,
     ) -> Vector6<f64> {
-        let rate = Gravity::of(g_dot.into());
+        let rate = Gravity::from_vector(g_dot.into());
         let mut holding = at.momentum_y * rate.along_y;
         if let Some(up) = rate.sideways() {
             let rest = [0.0; DOF];
@@ -115,7 +115,7 @@ mod tests {
         let machine = Machine::reference();
         let options = Options {
             gravity,
-            ..Options::of(&machine)
+            ..Options::from_machine(&machine)
         };
         Hdrm::new(&machine, &options).expect("valid")
     }

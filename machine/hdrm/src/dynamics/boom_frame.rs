@@ -30,7 +30,7 @@ impl MovingParts {
         Self(parts)
     }
 
-    fn of(&self, body: Body) -> &Inertia {
+    fn inertia(&self, body: Body) -> &Inertia {
         &self.0[body as usize]
     }
 }
@@ -91,11 +91,11 @@ impl BoomFrame {
 
         let turn = |r: Vector3<f64>, d| PlanarJoint::new(PlanarTwist::turn(r.xy()), d);
         let slide = |e, d| PlanarJoint::new(PlanarTwist::slide(e), d);
-        let body = |joint, body, e, r| PlanarBody { joint, inertia: PlanarInertia::placed(parts.of(body), e, r) };
+        let body = |joint, body, e, r| PlanarBody { joint, inertia: PlanarInertia::placed(parts.inertia(body), e, r) };
         let [b1, b2, b3] = tilt.coupler_d;
         let (wrist, tip) = place_wrist(tree, parts, &Pose::turn_z(B, e_A3.x, e_A3.y), e);
         Self {
-            T1: PlanarInertia::from(parts.of(Body::T1)),
+            T1: PlanarInertia::from(parts.inertia(Body::T1)),
             A2: body(PlanarJoint::turn(O.xy()), Body::A2, *e_A2, O),
             C2: body(turn(foot, lift.angle_d), Body::C2, lift.e, foot),
             D2: body(slide(lift.e, lift.length_d), Body::D2, lift.e, rod_2),
@@ -235,7 +235,7 @@ impl BoomFrame {
     }
 
     /// `J_T4ᵀ f` of a force f at T4 in world axes.
-    pub fn tip_forces_of(&self, f: &Vector3<f64>) -> Vector6<f64> {
+    pub fn world_force_at_tip(&self, f: &Vector3<f64>) -> Vector6<f64> {
         self.tip_forces(&Wrench::new(self.world_to_tip(f), Vector3::zeros()))
     }
 
@@ -293,7 +293,7 @@ fn place_wrist(
     let X_D4 = X_C4 * Pose::turn_x(tree.r_C4_D4, e[5].x, e[5].y);
     let placed = |X: &Pose, body: Body| WristBody {
         S: X.twist_to_A(&body.axis()),
-        inertia: X.inertia_to_A(parts.of(body)),
+        inertia: X.inertia_to_A(parts.inertia(body)),
     };
     let wrist = [
         placed(&X_A4, Body::A4),

@@ -16,7 +16,7 @@ pub(crate) struct Gravity {
 
 impl Gravity {
     /// Of a vector in world axes, m/s².
-    pub(crate) fn of([x, y, z]: [f64; 3]) -> Self {
+    pub(crate) fn from_vector([x, y, z]: [f64; 3]) -> Self {
         Self {
             along_y: -y,
             across: [x, z],

@@ -26,7 +26,7 @@ struct Turning {
 impl Turning {
     /// None while the base does not turn.
     #[inline(always)]
-    fn of(input: &Input) -> Option<Self> {
+    fn from_input(input: &Input) -> Option<Self> {
         let (w, w_dot) = (input.base_angular_velocity, input.base_angular_acceleration);
         ((w, w_dot) != ([0.0; 3], [0.0; 3])).then(|| Self {
             w: w.into(),
@@ -50,8 +50,8 @@ impl Hdrm {
     /// They do not depend on accelerations.
     #[inline(always)]
     pub(crate) fn turning_forces(&self, state: &State, input: &Input) -> Option<Vector6<f64>> {
-        let turning = Turning::of(input)?;
-        Some(self.taken_by(
+        let turning = Turning::from_input(input)?;
+        Some(self.forces_of_turning(
             &turning,
             &self.tree.configuration(&state.zeta),
             &state.zeta_dot,
@@ -60,20 +60,20 @@ impl Hdrm {
 
     #[cold]
     #[inline(never)]
-    fn taken_by(
+    fn forces_of_turning(
         &self,
         turning: &Turning,
         configuration: &Configuration,
         zeta_dot: &[f64; DOF],
     ) -> Vector6<f64> {
         let ground = turning.ground(Vector3::zeros());
-        self.with_and_without(&ground, configuration, zeta_dot, &[0.0; DOF])
+        self.moving_minus_resting(&ground, configuration, zeta_dot, &[0.0; DOF])
             .value
     }
 
     /// Inertial forces on the ground that moves, less those on one that rests, and their rate for
     /// `zeta_ddot`.
-    fn with_and_without(
+    fn moving_minus_resting(
         &self,
         ground: &Ground,
         configuration: &Configuration,
@@ -97,14 +97,14 @@ impl Hdrm {
         input: &Input,
         seed: &Input,
     ) -> Option<Vector6<f64>> {
-        let change = Turning::of(seed)?;
+        let change = Turning::from_input(seed)?;
         let configuration = self.tree.configuration(&state.zeta);
         let aside = |sign: f64| {
             let turning = Turning {
                 w: Vector3::from(input.base_angular_velocity) + change.w * sign,
                 w_dot: Vector3::from(input.base_angular_acceleration) + change.w_dot * sign,
             };
-            self.taken_by(&turning, &configuration, &state.zeta_dot)
+            self.forces_of_turning(&turning, &configuration, &state.zeta_dot)
         };
         Some((aside(1.0) - aside(-1.0)) * 0.5)
     }
@@ -119,14 +119,14 @@ impl Hdrm {
         input: &Input,
         input_dot: &Input,
     ) -> Vector6<f64> {
-        let Some(turning) = Turning::of(input) else {
+        let Some(turning) = Turning::from_input(input) else {
             let change = self.turning_change(state, input, input_dot);
             return change.unwrap_or_default();
         };
         // As if Ω changed with Ω̇, and then what it changes otherwise.
         let ground = turning.ground(input_dot.base_angular_acceleration.into());
         let WithRate { rate, .. } =
-            self.with_and_without(&ground, configuration, &state.zeta_dot, zeta_ddot);
+            self.moving_minus_resting(&ground, configuration, &state.zeta_dot, zeta_ddot);
         let w_dot = Vector3::from(input_dot.base_angular_velocity);
         let seed = Input {
             base_angular_velocity: (w_dot - turning.w_dot).into(),
@@ -143,7 +143,7 @@ impl Hdrm {
         let dynamics = self.dynamics_with(state, input);
         let zeta_ddot = self.acceleration(&dynamics, input).into();
         let configuration = self.tree.configuration(&state.zeta);
-        let ground = Turning::of(input)
+        let ground = Turning::from_input(input)
             .map_or_else(Ground::default, |turning| turning.ground(Vector3::zeros()));
         let inertial = recursion::inertial_forces(
             &configuration,

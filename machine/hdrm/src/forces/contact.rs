@@ -3,7 +3,7 @@
 use crate::DOF;
 use crate::dynamics::boom_frame::BoomFrame;
 use crate::dynamics::factor::Factor;
-use model_rules::{ParamError, Range, check, demand};
+use model_rules::{ParamError, Range, check, require};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -69,7 +69,7 @@ impl Contact {
         )?;
         let length = Vector3::from(self.normal).norm();
         let rule = "a direction: its length finite and > 0";
-        demand("contact.normal", length, rule, length > 0.0)?;
+        require("contact.normal", length, rule, length > 0.0)?;
         Ok((self.stiffness > 0.0).then(|| Plane {
             n: Vector3::from(self.normal) / length,
             contact: *self,
@@ -188,7 +188,7 @@ impl Plane {
             return 0.0;
         }
         let mobility = |direction: &Vector3<f64>| {
-            let Q = frame.tip_forces_of(direction);
+            let Q = frame.world_force_at_tip(direction);
             Q.dot(&factor.solve(&Q))
         };
         let m_n = mobility(&self.n);

@@ -84,12 +84,12 @@ mod tests {
         let at = |offset: f64, dt: f64| {
             let options = Options {
                 contact: Contact { offset, ..contact },
-                ..Options::of(&machine)
+                ..Options::from_machine(&machine)
             };
             let plant = Hdrm::new(&machine, &options).expect("valid");
             plant.plane_rate(&plant.dynamics(&state), dt)
         };
-        let plant = Hdrm::new(&machine, &Options::of(&machine)).expect("valid");
+        let plant = Hdrm::new(&machine, &Options::from_machine(&machine)).expect("valid");
         let tip = Tip::new(&plant.tree, &plant.tree.configuration(&state.zeta));
         let (M, _) = plant.equations_of_motion(&state);
         let J = tip.jacobian().fixed_rows::<3>(0).into_owned();

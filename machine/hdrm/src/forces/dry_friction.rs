@@ -4,7 +4,7 @@
 //! and friction compensation*, European Journal of Control 4(3), 1998: Coulomb friction with
 //! Stribeck effect, its jump at rest rounded.
 
-use model_rules::{ParamError, Range, check_each, demand};
+use model_rules::{ParamError, Range, check_each, require};
 use serde::{Deserialize, Serialize};
 
 /// Joints that have it.
@@ -36,7 +36,7 @@ impl DryFriction {
     pub(crate) fn check(&self) -> Result<(), ParamError> {
         check_each(Range::NotNegative, "joint_dry.torque", &self.torque)?;
         let (breakaway, rule) = (self.breakaway, "finite and ≥ 1");
-        demand("joint_dry.breakaway", breakaway, rule, breakaway >= 1.0)
+        require("joint_dry.breakaway", breakaway, rule, breakaway >= 1.0)
     }
 
     /// Torque against the rate `w`, rad/s, of joint `i`, and its derivative by the rate:

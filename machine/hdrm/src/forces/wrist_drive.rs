@@ -127,7 +127,7 @@ impl WristDrive {
         if self.lag > 0.0 { now.motor } else { command }
     }
 
-    /// The rates of drive `i`, of whose differential equations [`WristDrive::after`] takes steps.
+    /// The rates of drive `i`, of whose differential equations [`WristDrive::advance`] takes steps.
     /// A motor that dry friction holds rests.
     pub(crate) fn rates(&self, i: usize, now: &WristState, command: f64, slip: f64) -> WristState {
         let left = self.torque(now, command) - now.transmitted - slip * self.friction[i];
@@ -152,7 +152,13 @@ impl WristDrive {
 
     /// What dry friction has in hand while it holds motor `i`, N·m, or how fast the motor slips its
     /// way, rad/s; None without friction.
-    pub(crate) fn grip(&self, i: usize, now: &WristState, command: f64, slip: f64) -> Option<f64> {
+    pub(crate) fn friction_reserve(
+        &self,
+        i: usize,
+        now: &WristState,
+        command: f64,
+        slip: f64,
+    ) -> Option<f64> {
         let net = self.torque(now, command) - now.transmitted;
         (self.friction[i] > 0.0).then(|| match slip {
             0.0 => self.friction[i] - net.abs(),
@@ -162,7 +168,7 @@ impl WristDrive {
 
     /// Which way motor `i` slips from here on: as it did, until it comes to rest; from rest, where
     /// more pulls at it than its dry friction holds.
-    pub(crate) fn grips(&self, i: usize, now: &mut WristState, command: f64, slip: f64) -> f64 {
+    pub(crate) fn next_slip(&self, i: usize, now: &mut WristState, command: f64, slip: f64) -> f64 {
         if self.friction[i] == 0.0 || slip * now.rate > 0.0 {
             return slip;
         }
@@ -181,7 +187,7 @@ impl WristDrive {
     /// T τ̇ = sat(τ_command) − τ,   J φ̈ = τ − τ_gear − friction
     /// ```
     /// The lag is exact; the motor takes its dry friction as an impulse that at most stops it.
-    pub(crate) fn after(
+    pub(crate) fn advance(
         &self,
         i: usize,
         from: &WristState,
@@ -232,11 +238,11 @@ mod tests {
         let drive = drive();
         let mut now = WristState::default();
         for k in 1..=40 {
-            now = drive.after(0, &now, [900.0, 2500.0], [0.0; 2], 1e-3);
+            now = drive.advance(0, &now, [900.0, 2500.0], [0.0; 2], 1e-3);
             let exact = 900.0 * -(-f64::from(k) * 1e-3 / 5e-3).exp_m1();
             assert!((now.motor - exact).abs() < 1e-9, "{k}: {}", now.motor);
         }
-        let held = drive.after(0, &now, [9e3, 2500.0], [0.0; 2], 1.0);
+        let held = drive.advance(0, &now, [9e3, 2500.0], [0.0; 2], 1.0);
         assert!((held.motor - 2500.0).abs() < 1e-9);
     }
 
@@ -248,7 +254,7 @@ mod tests {
         let drive = drive();
         let mut now = drive.at_rest(1, 0.3, 700.0);
         for _ in 0..3000 {
-            now = drive.after(1, &now, [900.0, 2500.0], [0.3, 0.0], 1e-3);
+            now = drive.advance(1, &now, [900.0, 2500.0], [0.3, 0.0], 1e-3);
         }
         assert_eq!(now.rate, 0.0);
         assert!((now.transmitted - 900.0).abs() <= 250.0 && now.transmitted > 650.0);
@@ -256,11 +262,11 @@ mod tests {
         assert!((lead - now.transmitted / 1e6).abs() < 1e-9, "{lead}");
         let mut idle = WristState::default();
         for _ in 0..1000 {
-            idle = drive.after(1, &idle, [249.0, 2500.0], [0.0; 2], 1e-3);
+            idle = drive.advance(1, &idle, [249.0, 2500.0], [0.0; 2], 1e-3);
         }
         assert_eq!((idle.angle, idle.transmitted), (0.0, 0.0));
         for _ in 0..3000 {
-            now = drive.after(1, &now, [-900.0, 2500.0], [0.3, 0.0], 1e-3);
+            now = drive.advance(1, &now, [-900.0, 2500.0], [0.3, 0.0], 1e-3);
         }
         let back = now.angle - 0.3 + 0.5 * drive.play;
         assert!(
@@ -284,7 +290,7 @@ mod tests {
         };
         let (mut crossings, mut last) = (Vec::new(), now.angle);
         for k in 1..=2000 {
-            now = drive.after(2, &now, [0.0, 800.0], [0.0; 2], 1e-4);
+            now = drive.advance(2, &now, [0.0, 800.0], [0.0; 2], 1e-4);
             if last > 0.0 && now.angle <= 0.0 {
                 crossings.push(1e-4 * (f64::from(k) - now.angle / (now.angle - last)));
             }

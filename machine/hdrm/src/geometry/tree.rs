@@ -117,9 +117,6 @@ const MARGIN: f64 = 0.05;
 
 impl Tree {
     /// Geometry of a machine.
-    ///
-    /// # Errors
-    /// When a loop does not close or an actuator has a dead point within the joint limits.
     pub fn new(machine: &Machine) -> Result<Self, GeometryError> {
         let g = &machine.geometry;
         let lift = Lift::new(g);

@@ -21,9 +21,6 @@ impl Hdrm {
     }
 
     /// The same plant with another load.
-    ///
-    /// # Errors
-    /// A mass that is negative, or a number that is not finite.
     pub fn with_load(&self, load: &Load) -> Result<Self, HdrmError> {
         load.check()?;
         let mut plant = self.clone();
@@ -40,9 +37,7 @@ impl Hdrm {
     /// ```text
     /// M⁺·zeta_dot⁺ = M⁻·zeta_dot⁻ + Jᵀ·ΔI·V_own
     /// ```
-    /// # Errors
-    /// As [`Hdrm::with_load`].
-    pub fn reloaded(
+    pub fn change_load(
         &self,
         now: &Dynamics,
         load: &Load,
@@ -71,8 +66,8 @@ impl Hdrm {
         }
         plant.friction_is_stiff = plant.has_stiff_friction(&after);
         let [before, after] = [
-            self.energies_of(now),
-            plant.energies_of(&plant.dynamics_with(&state, input)),
+            self.energies_at(now),
+            plant.energies_at(&plant.dynamics_with(&state, input)),
         ];
         state.load_energy += (after.0 + after.1) - (before.0 + before.1);
         Ok((plant, state))
@@ -93,7 +88,7 @@ mod tests {
 
     fn plant() -> Hdrm {
         let machine = Machine::reference();
-        Hdrm::new(&machine, &Options::of(&machine)).expect("valid")
+        Hdrm::new(&machine, &Options::from_machine(&machine)).expect("valid")
     }
 
     fn moving() -> State {
@@ -149,10 +144,10 @@ mod tests {
         let load = heavier(&plant);
         let none = Input::default();
 
-        let (carrying, same) = plant.reloaded(&now, &load, None, &none).expect("valid");
+        let (carrying, same) = plant.change_load(&now, &load, None, &none).expect("valid");
         assert_eq!((same.zeta, same.zeta_dot), (ZETA, ZETA_DOT));
         let (_, pushed) = plant
-            .reloaded(&now, &load, Some(OWN), &none)
+            .change_load(&now, &load, Some(OWN), &none)
             .expect("valid");
 
         let configuration = plant.tree().configuration(&ZETA);
@@ -186,7 +181,7 @@ mod tests {
         let loaded = plant.with_load(&heavier(&plant)).expect("valid");
         let now = loaded.dynamics(&moving());
         let (empty, state) =
-            (loaded.reloaded(&now, plant.load(), Some(OWN), &Input::default())).expect("valid");
+            (loaded.change_load(&now, plant.load(), Some(OWN), &Input::default())).expect("valid");
         assert_eq!(state.zeta_dot, ZETA_DOT);
         assert_eq!(empty, plant);
     }
@@ -203,7 +198,8 @@ mod tests {
             com: [0.2, -0.3, 0.1],
             ..*plant.load()
         };
-        let (_, carrying) = (plant.reloaded(&now, &load, None, &Input::default())).expect("valid");
+        let (_, carrying) =
+            (plant.change_load(&now, &load, None, &Input::default())).expect("valid");
         let at = |s: f64| {
             let zeta = std::array::from_fn(|i| ZETA[i] + s * ZETA_DOT[i]);
             let D4 = plant.tree().configuration(&zeta).world_poses()[Body::D4 as usize];
@@ -243,12 +239,12 @@ mod tests {
                 ..*plant.load()
             },
         ] {
-            let again = plant.reloaded(&now, &load, Some(OWN), &Input::default());
+            let again = plant.change_load(&now, &load, Some(OWN), &Input::default());
             let (_, after) = again.expect("valid");
             assert_eq!(after.zeta_dot, state.zeta_dot);
         }
         let heavier = heavier(&plant);
-        let picked = plant.reloaded(&now, &heavier, Some(OWN), &Input::default());
+        let picked = plant.change_load(&now, &heavier, Some(OWN), &Input::default());
         assert_ne!(picked.expect("valid").1.zeta_dot, state.zeta_dot);
     }
 }

@@ -16,13 +16,10 @@ use spatial::Inertia;
 
 impl Hdrm {
     /// Plant of a machine.
-    ///
-    /// # Errors
-    /// A mechanism that does not work over its joint range, or an option out of range.
     pub fn new(machine: &Machine, options: &Options) -> Result<Self, HdrmError> {
         options.check()?;
         let tree = Tree::new(machine)?;
-        let payload = Payload::of(machine, options.inertia_scale);
+        let payload = Payload::new(machine, options.inertia_scale);
         let bodies = inertias(machine, options, &payload);
         let free = EndStop {
             range: [f64::NEG_INFINITY, f64::INFINITY],
@@ -36,7 +33,7 @@ impl Hdrm {
             plane: options.contact.plane()?,
             tree,
             bodies,
-            gravity: Gravity::of(options.gravity),
+            gravity: Gravity::from_vector(options.gravity),
             joint_viscous: options.joint_viscous,
             joint_dry: options.joint_dry,
             wrist: options.wrist.on.then_some(options.wrist),
@@ -51,7 +48,7 @@ impl Hdrm {
     }
 
     /// The state at the start, in which drives of the wrist as built hold the pose.
-    pub fn started(&self, state: State) -> State {
+    pub fn start_state(&self, state: State) -> State {
         let Some(drive) = &self.wrist else {
             return state;
         };

@@ -57,7 +57,9 @@ impl Hdrm {
                 let (state, joint) = (&wrist[i], zeta[3 + i]);
                 z[DOF + 1 + i] = drive.beyond_play(state, joint).unwrap_or(NEVER);
                 let command = self.wrist_command(input, i);
-                z[DOF + 4 + i] = drive.grip(i, state, command, slips[i]).unwrap_or(NEVER);
+                z[DOF + 4 + i] = drive
+                    .friction_reserve(i, state, command, slips[i])
+                    .unwrap_or(NEVER);
             }
         }
         z
@@ -65,7 +67,7 @@ impl Hdrm {
 
     /// What the gears of the wrist transmit in this state.
     #[must_use]
-    pub fn geared(&self, mut state: State) -> State {
+    pub fn with_gear_torques(&self, mut state: State) -> State {
         if let Some(drive) = &self.wrist {
             for i in 0..3 {
                 let joint = [state.zeta[3 + i], state.zeta_dot[3 + i]];
@@ -77,15 +79,15 @@ impl Hdrm {
 
     /// Which motors of the wrist slip from here on, and the state, in which the others rest.
     #[must_use]
-    pub fn gripped(&self, state: State, input: &Input, slips: &Slips) -> (State, Slips) {
-        let (mut state, mut slips) = (self.geared(state), *slips);
+    pub fn update_slips(&self, state: State, input: &Input, slips: &Slips) -> (State, Slips) {
+        let (mut state, mut slips) = (self.with_gear_torques(state), *slips);
         if let Some(drive) = &self.wrist {
             for (i, slip) in slips.iter_mut().enumerate() {
                 let command = self.wrist_command(input, i);
-                *slip = drive.grips(i, &mut state.wrist[i], command, *slip);
+                *slip = drive.next_slip(i, &mut state.wrist[i], command, *slip);
             }
         }
-        (self.geared(state), slips)
+        (self.with_gear_torques(state), slips)
     }
 
     fn wrist_command(&self, input: &Input, i: usize) -> f64 {

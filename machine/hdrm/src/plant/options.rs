@@ -31,10 +31,10 @@ pub struct Options {
 
 impl Options {
     /// The machine as its file has it.
-    pub fn of(machine: &Machine) -> Self {
+    pub fn from_machine(machine: &Machine) -> Self {
         Self {
             inertia_scale: 1.0,
-            load: Load::of(machine),
+            load: Load::from_machine(machine),
             joint_viscous: machine.joint_viscous,
             gravity: [0.0, -machine.gravity, 0.0],
             contact: Contact::default(),

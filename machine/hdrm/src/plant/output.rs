@@ -67,7 +67,7 @@ impl Hdrm {
         let State { zeta, zeta_dot, .. } = &dynamics.state;
         let touch = self.contact_force(dynamics);
         let (tip, V_tip) = dynamics.frame.tip_motion(zeta_dot);
-        let (energy_kinetic, energy_potential) = self.energies_of(dynamics);
+        let (energy_kinetic, energy_potential) = self.energies_at(dynamics);
         Output {
             x: strokes.map(|stroke| stroke.x),
             x_dot: std::array::from_fn(|i| strokes[i].prime * zeta_dot[i]),

@@ -53,9 +53,6 @@ pub enum StepError {
 impl Hdrm {
     /// The state after a step from `t` by `h`, both s, by RK4. `input(s)` is what acts at the time
     /// `t + s`. Substeps divide `h`; near an end stop and in fast motion they are shorter.
-    ///
-    /// # Errors
-    /// A step that is not positive or too long, or a result that is not finite.
     pub fn step(
         &self,
         state: &State,
@@ -67,9 +64,6 @@ impl Hdrm {
     }
 
     /// [`Hdrm::step`] from where the dynamics are known.
-    ///
-    /// # Errors
-    /// As [`Hdrm::step`].
     pub fn step_from(
         &self,
         start: &Dynamics,
@@ -83,12 +77,12 @@ impl Hdrm {
         let n = substeps(h, H_MAX);
         let dt = h / n;
         let mut now = self.substep(start, &input, 0.0, dt);
-        finite(&now, t)?;
+        check_finite(&now, t)?;
         let mut k = 1.0;
         while k < n {
             let start = self.dynamics_with(&now, &input(k * dt));
             now = self.substep(&start, &input, k * dt, dt);
-            finite(&now, t)?;
+            check_finite(&now, t)?;
             k += 1.0;
         }
         Ok(now)
@@ -101,16 +95,22 @@ impl Hdrm {
             .max(self.friction_substeps(start, dt))
             .max(turning_substeps(&start.state, dt));
         let dt = dt / f64::from(n);
-        let first = self.part(start, input, s, dt);
+        let first = self.substep_part(start, input, s, dt);
         (1..n).fold(first, |now, k| {
             let s = s + f64::from(k) * dt;
-            self.part(&self.dynamics_with(&now, &input(s)), input, s, dt)
+            self.substep_part(&self.dynamics_with(&now, &input(s)), input, s, dt)
         })
     }
 
     /// One part: the drives of the wrist against the joints as they move now, then all else under
     /// the mean torques that they transmit meanwhile, so that no momentum is lost between them.
-    fn part(&self, start: &Dynamics, input: &impl Fn(f64) -> Input, s: f64, dt: f64) -> State {
+    fn substep_part(
+        &self,
+        start: &Dynamics,
+        input: &impl Fn(f64) -> Input,
+        s: f64,
+        dt: f64,
+    ) -> State {
         let Some(drive) = &self.wrist else {
             return self.rk4(start, input, s, dt);
         };
@@ -119,7 +119,7 @@ impl Hdrm {
         driven.state.wrist = std::array::from_fn(|i| {
             let joint = [now.zeta[3 + i], now.zeta_dot[3 + i]];
             let command = [command[i], self.tau_wrist_max[i]];
-            drive.after(i, &now.wrist[i], command, joint, dt)
+            drive.advance(i, &now.wrist[i], command, joint, dt)
         });
         self.rk4(&driven, input, s, dt)
     }
@@ -212,7 +212,7 @@ fn parts(number: f64) -> u32 {
     (number.ceil() as u32).clamp(1, DIVISION_MAX)
 }
 
-fn finite(state: &State, t: f64) -> Result<(), StepError> {
+fn check_finite(state: &State, t: f64) -> Result<(), StepError> {
     const ZETA: [&str; DOF] = [
         "zeta[1]", "zeta[2]", "zeta[3]", "zeta[4]", "zeta[5]", "zeta[6]",
     ];
@@ -260,8 +260,8 @@ mod tests {
     #[test]
     fn inputs_are_asked_for_at_the_times_of_the_parts() {
         let machine = machine_file::Machine::reference();
-        let plant =
-            Hdrm::new(&machine, &crate::Options::of(&machine)).expect("the reference machine");
+        let plant = Hdrm::new(&machine, &crate::Options::from_machine(&machine))
+            .expect("the reference machine");
         let mut state = State::at_rest(machine.start.zeta);
         state.zeta_dot[4] = 9.0;
         let asked = std::cell::RefCell::new(Vec::new());
@@ -286,7 +286,7 @@ mod tests {
     fn friction_counts_from_a_hundredth_of_the_largest_rate() {
         let machine = machine_file::Machine::reference();
         let with = |factor: f64| {
-            let options = crate::Options::of(&machine);
+            let options = crate::Options::from_machine(&machine);
             let options = crate::Options {
                 joint_viscous: options.joint_viscous.map(|d| d * factor),
                 ..options

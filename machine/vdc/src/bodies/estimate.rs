@@ -60,7 +60,7 @@ impl Bounds {
     /// Bounds around a nominal inertia; None if it is no physical body.
     pub(crate) fn around(nominal: &Inertia, [lower, upper]: [f64; 2]) -> Option<Self> {
         let L = packed(&PseudoInertia::from(nominal).0);
-        let minors = Minors::of(&L);
+        let minors = Minors::new(&L);
         minors.are_positive().then(|| Self {
             P0: minors.inverse(),
             lower,
@@ -72,14 +72,14 @@ impl Bounds {
     pub(crate) fn nominal(&self, inertia: Inertia) -> Estimate {
         Estimate {
             P: self.P0,
-            determinant: Minors::of(&self.P0).determinant(),
+            determinant: Minors::new(&self.P0).determinant(),
             inertia,
         }
     }
 
     fn contain(&self, P: &Symmetric) -> bool {
-        Minors::of(&(P - self.P0 * self.lower)).are_positive()
-            && Minors::of(&(self.P0 * self.upper - P)).are_positive()
+        Minors::new(&(P - self.P0 * self.lower)).are_positive()
+            && Minors::new(&(self.P0 * self.upper - P)).are_positive()
     }
 }
 
@@ -95,7 +95,7 @@ struct Minors<'a> {
 }
 
 impl<'a> Minors<'a> {
-    fn of(A: &'a Symmetric) -> Self {
+    fn new(A: &'a Symmetric) -> Self {
         let [a11, a21, a31, a41, a22, a32, a42, a33, a43, a44] = (*A).into();
         let of_rows = |x: [f64; 4], y: [f64; 4]| {
             [
@@ -167,12 +167,12 @@ impl Estimate {
             I: self.inertia.I + after.I - before.I,
         };
         let L = packed(&PseudoInertia::from(&inertia).0);
-        let minors = Minors::of(&L);
+        let minors = Minors::new(&L);
         if minors.are_positive() {
             let P = minors.inverse();
             if bounds.contain(&P) {
                 return Self {
-                    determinant: Minors::of(&P).determinant(),
+                    determinant: Minors::new(&P).determinant(),
                     P,
                     inertia,
                 };
@@ -206,7 +206,7 @@ impl Estimate {
             P += (self.P - bounds.P0) * libm::expm1(-h * leakage);
         }
         if bounds.contain(&P) {
-            let minors = Minors::of(&P);
+            let minors = Minors::new(&P);
             *self = Self {
                 P,
                 determinant: minors.determinant(),
@@ -220,7 +220,7 @@ impl Estimate {
     /// body.
     pub(crate) fn divergence(&self, truth: &Inertia) -> f64 {
         let L = packed(&PseudoInertia::from(truth).0);
-        let log_of_quotient = -libm::log(self.determinant * Minors::of(&L).determinant());
+        let log_of_quotient = -libm::log(self.determinant * Minors::new(&L).determinant());
         log_of_quotient + trace_of_product(&self.P, &L) - 4.0
     }
 }
@@ -328,7 +328,7 @@ mod tests {
             let tolerance =
                 4.0 * f64::EPSILON * (eigenvalues.abs().max().powi(4) / determinant).abs();
             let packed = packed(&A);
-            let minors = Minors::of(&packed);
+            let minors = Minors::new(&packed);
             let of_inverse = (A * unpacked(&minors.inverse()) - Matrix4::identity()).norm();
             let of_determinant = (minors.determinant() / determinant - 1.0).abs();
             worst = worst.max(of_inverse.max(of_determinant) / tolerance);
@@ -485,8 +485,8 @@ mod tests {
         for k in 0..4 {
             let mut A = Matrix4::identity();
             A[(k, k)] = 0.0;
-            assert!(!Minors::of(&packed(&A)).are_positive(), "{A}");
+            assert!(!Minors::new(&packed(&A)).are_positive(), "{A}");
         }
-        assert!(Minors::of(&packed(&Matrix4::identity())).are_positive());
+        assert!(Minors::new(&packed(&Matrix4::identity())).are_positive());
     }
 }

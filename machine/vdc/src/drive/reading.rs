@@ -21,7 +21,7 @@ pub(crate) struct Reading {
 
 impl Reading {
     /// Of drive `i`.
-    pub(crate) fn of(input: &Input, i: usize) -> Self {
+    pub(crate) fn from_input(input: &Input, i: usize) -> Self {
         Self {
             i_d: input.i_d[i],
             i_q: input.i_q[i],

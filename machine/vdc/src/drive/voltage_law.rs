@@ -17,18 +17,18 @@ pub(crate) struct RodDemand {
     /// Required motion.
     pub(crate) motion: RodMotion,
     /// The force before it was limited, N.
-    pub(crate) asked: f64,
+    pub(crate) f_unlimited: f64,
     /// The limit, N; None: the current's alone.
     pub(crate) f_max: Option<f64>,
 }
 
 impl RodDemand {
-    /// The force `asked`, N, as far as `f_max` allows.
-    pub(crate) fn within(f_max: Option<f64>, asked: f64, motion: RodMotion) -> Self {
+    /// The force `f_unlimited`, N, limited to ±`f_max`.
+    pub(crate) fn limited(f_max: Option<f64>, f_unlimited: f64, motion: RodMotion) -> Self {
         Self {
-            f_r: f_max.map_or(asked, |f_max| saturate(asked, f_max)),
+            f_r: f_max.map_or(f_unlimited, |f_max| saturate(f_unlimited, f_max)),
             motion,
-            asked,
+            f_unlimited,
             f_max,
         }
     }
@@ -181,12 +181,12 @@ impl VoltageLaw<'_> {
             return (more, 0.0);
         };
         let at_rest = RodMotion::default();
-        let [least, most] = [-f_max, f_max].map(|f| current(&RodDemand::within(None, f, at_rest)));
+        let [least, most] = [-f_max, f_max].map(|f| current(&RodDemand::limited(None, f, at_rest)));
         match i_qr + more {
             i_q if i_q > most => (most - i_qr, 1.0),
             i_q if i_q < least => (least - i_qr, -1.0),
-            _ if demand.asked == demand.f_r => (more, 0.0),
-            _ => (more, demand.asked.signum()),
+            _ if demand.f_unlimited == demand.f_r => (more, 0.0),
+            _ => (more, demand.f_unlimited.signum()),
         }
     }
 
@@ -238,12 +238,12 @@ impl VoltageLaw<'_> {
         };
         // Without such a feedback no current stands for the damping, and its voltage is as it is.
         let ratio = Some(gains.K_v / ampere).filter(|ratio| ratio.is_finite());
-        let asked = ratio.map_or(0.0, |ratio| ratio * velocity_error);
-        let (given, at_force_limit) = Self::within_force_limit(i_qr, asked, demand, current);
+        let wanted = ratio.map_or(0.0, |ratio| ratio * velocity_error);
+        let (given, at_force_limit) = Self::within_force_limit(i_qr, wanted, demand, current);
         let mut damping = gains.K_v * velocity_error;
         if self.settings.current_loop {
             i_qr = saturate(i_qr + given, self.largest_current(now.T_winding));
-        } else if given != asked && ampere > 0.0 {
+        } else if given != wanted && ampere > 0.0 {
             damping = ampere * given;
         }
         let di_qr = (i_qr - state.i_qr_filtered) / gains.di_qr_filter_time;
@@ -331,7 +331,7 @@ mod tests {
         Settings {
             mode: Mode::Modular,
             alpha,
-            ..Settings::of(&machine.controller)
+            ..Settings::from_gains(&machine.controller)
         }
     }
 
@@ -354,7 +354,7 @@ mod tests {
             x_r_dot: 0.02,
             x_r_ddot: 0.0,
         };
-        let demand = RodDemand::within(None, 21e3, motion);
+        let demand = RodDemand::limited(None, 21e3, motion);
         let measured = Reading {
             i_d: s.i_d,
             i_q: s.i_q,
@@ -530,7 +530,7 @@ mod tests {
                 x_r_dot,
                 x_r_ddot: 0.0,
             };
-            RodDemand::within(f_max, asked, motion)
+            RodDemand::limited(f_max, asked, motion)
         };
         let speed = start.motion.x_r_dot;
         for x_dot in [speed, -speed] {
@@ -582,7 +582,7 @@ mod tests {
                 x_r_dot: maps::travel_per_radian(p) * steady.w_m,
                 x_r_ddot: 0.0,
             };
-            let demand = RodDemand::within(Some(50e3), start.f_r, motion);
+            let demand = RodDemand::limited(Some(50e3), start.f_r, motion);
             let state = DriveState::undisturbed(p, steady.w_m);
             law.command(&state, &demand, &steady, 0.0).v_q
         };

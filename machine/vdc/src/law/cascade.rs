@@ -30,11 +30,11 @@ impl ControlLaw for Cascade {
         });
         let torque = |i: usize| {
             let friction = now.nominal.joint_viscous[i] * now.required.zeta_dot[i];
-            hold[i] + friction + proportional[i] + now.memory[i]
+            hold[i] + friction + proportional[i] + now.law_integral[i]
         };
         Forces {
-            memory_rate: proportional.map(|p| gains.omega_tip * p),
-            ..now.of_joints(std::array::from_fn(torque))
+            law_integral_rate: proportional.map(|p| gains.omega_tip * p),
+            ..now.forces_from_joints(std::array::from_fn(torque))
         }
     }
 

@@ -52,8 +52,8 @@ pub(crate) struct Instant<'a> {
     pub(crate) ground: &'a BodyMotion,
     pub(crate) motions: &'a [BodyMotion; Body::COUNT],
     pub(crate) errors: &'a VelocityErrors,
-    /// What the law has integrated, a joint each: see [`Forces::memory_rate`].
-    pub(crate) memory: &'a [f64; DOF],
+    /// What the law has integrated, a joint each: see [`Forces::law_integral_rate`].
+    pub(crate) law_integral: &'a [f64; DOF],
 }
 
 impl Instant<'_> {
@@ -84,11 +84,11 @@ impl Instant<'_> {
     }
 
     /// What these generalised forces, N·m, ask of rods and wrist.
-    pub(crate) fn of_joints(&self, Q: [f64; DOF]) -> Forces {
+    pub(crate) fn forces_from_joints(&self, Q: [f64; DOF]) -> Forces {
         Forces {
             rods: std::array::from_fn(|i| Q[i] / self.configuration.strokes[i].prime),
             wrist: [Q[3], Q[4], Q[5]],
-            memory_rate: [0.0; DOF],
+            law_integral_rate: [0.0; DOF],
         }
     }
 }
@@ -114,5 +114,5 @@ pub(crate) struct Forces {
     pub(crate) wrist: [f64; 3],
     /// Rate of what the law integrates, N·m/s; it rests while a drive or a wrist joint is at its
     /// limit.
-    pub(crate) memory_rate: [f64; DOF],
+    pub(crate) law_integral_rate: [f64; DOF],
 }

@@ -24,7 +24,7 @@ impl ControlLaw for ModelBased {
         for (i, Q) in Q.iter_mut().enumerate() {
             *Q += now.nominal.joint_viscous[i] * now.required.zeta_dot[i];
         }
-        now.of_joints(Q)
+        now.forces_from_joints(Q)
     }
 
     fn learn(

@@ -20,10 +20,10 @@ impl ControlLaw for DisturbanceObserver {
     fn forces(&self, now: &Instant) -> Forces {
         let (kappa, omega) = (now.gains.kappa_KA, now.gains.omega_tip);
         let (model, momentum) = (now.model(), now.momentum());
-        let torque = |i: usize| model[i] + (kappa + omega) * momentum[i] + now.memory[i];
+        let torque = |i: usize| model[i] + (kappa + omega) * momentum[i] + now.law_integral[i];
         Forces {
-            memory_rate: momentum.map(|p| omega * kappa * p),
-            ..now.of_joints(std::array::from_fn(torque))
+            law_integral_rate: momentum.map(|p| omega * kappa * p),
+            ..now.forces_from_joints(std::array::from_fn(torque))
         }
     }
 }

@@ -28,10 +28,11 @@ impl ControlLaw for SuperTwisting {
             let s = now.required.zeta_dot[i] - now.zeta_dot[i];
             S_0 / s.abs().max(S_1)
         };
-        let torque = |i: usize| model[i] + kappa * momentum[i] * share(i).sqrt() + now.memory[i];
+        let torque =
+            |i: usize| model[i] + kappa * momentum[i] * share(i).sqrt() + now.law_integral[i];
         Forces {
-            memory_rate: std::array::from_fn(|i| omega * kappa * momentum[i] * share(i)),
-            ..now.of_joints(std::array::from_fn(torque))
+            law_integral_rate: std::array::from_fn(|i| omega * kappa * momentum[i] * share(i)),
+            ..now.forces_from_joints(std::array::from_fn(torque))
         }
     }
 }

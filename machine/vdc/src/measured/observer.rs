@@ -34,7 +34,7 @@ const LARGEST: f64 = 1e9;
 impl JointObserver {
     /// The measurements with the joint rates of the observer, whose bandwidth is `omega`, rad/s;
     /// unchanged where `omega` is 0. Applied twice it gives the same as once.
-    pub(crate) fn observed<'a>(&self, input: &'a Input, omega: f64) -> Cow<'a, Input> {
+    pub(crate) fn with_observed_rates<'a>(&self, input: &'a Input, omega: f64) -> Cow<'a, Input> {
         if omega == 0.0 {
             return Cow::Borrowed(input);
         }

@@ -3,7 +3,7 @@
 use crate::drive::Reading;
 use crate::error::ControllerError;
 use crate::nominal::Nominal;
-use crate::reference::turned;
+use crate::reference::turn_orientation;
 use crate::signals::Input;
 use emla::{Emla, maps};
 use hdrm::DOF;
@@ -32,7 +32,7 @@ pub(crate) struct Plan {
 /// speeds and forces follow from the nominal actuator under the planned voltages; it begins with
 /// the force, so `F` must be connected. `lead` is the time by which that force is given ahead, s
 /// ([`Emla::with_delay`]).
-pub(crate) fn predicted(
+pub(crate) fn predict(
     nominal: &Nominal,
     alpha: f64,
     input: &Input,
@@ -62,7 +62,7 @@ pub(crate) fn predicted(
             v_dc: input.v_dc,
             ..rod.at(s, planned.v_d[i], planned.v_q[i])
         };
-        let start = rod.drive_state(&drive, &Reading::of(input, i), lead);
+        let start = rod.drive_state(&drive, &Reading::from_input(input, i), lead);
         let end = drive.step(&start, acting, t, h)?;
         let y = drive.output(&end, &acting(h));
         (next.i_d[i], next.i_q[i]) = (end.i_d, end.i_q);
@@ -82,7 +82,7 @@ pub(crate) fn predicted(
             input.reference_acceleration[i],
         );
     }
-    next.reference_orientation = turned(input, h);
+    next.reference_orientation = turn_orientation(input, h);
     Ok(next)
 }
 
@@ -205,7 +205,7 @@ mod tests {
                 input.F[i] = y.F;
             }
             let nominal = Nominal::new(&machine, &network).expect("works");
-            let next = predicted(&nominal, alpha, &input, &planned, 0.0, 0.0, H).expect("finite");
+            let next = predict(&nominal, alpha, &input, &planned, 0.0, 0.0, H).expect("finite");
             for i in 0..3 {
                 let end = actuators[i]
                     .step(&starts[i], acting, 0.0, H)

@@ -38,7 +38,7 @@ pub struct Timing {
 
 impl Timing {
     /// Time of sample `k` where the first is at `t_start`, s.
-    pub(crate) fn sample(&self, t_start: f64, k: u64) -> f64 {
+    pub(crate) fn sample_instant(&self, t_start: f64, k: u64) -> f64 {
         t_start + k as f64 * self.sample_time
     }
 }

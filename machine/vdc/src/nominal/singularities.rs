@@ -23,7 +23,7 @@ pub(crate) struct Singularities {
 }
 
 impl Singularities {
-    pub(crate) fn of(tree: &Tree) -> Self {
+    pub(crate) fn new(tree: &Tree) -> Self {
         // B from O in A2's axes, which are the boom's turned by −beta2; C4 from B in A3's.
         let to_B = tree.r_A2_B;
         let to_C4 = tree.r_A3_A4 + tree.r_A4_C4;
@@ -63,7 +63,7 @@ pub(crate) struct Inverse {
 }
 
 impl Inverse {
-    pub(crate) fn of(J: Matrix6<f64>, singularities: &Singularities, zeta: &[f64; DOF]) -> Self {
+    pub(crate) fn new(J: Matrix6<f64>, singularities: &Singularities, zeta: &[f64; DOF]) -> Self {
         let mu2 = singularities.damping(zeta);
         if mu2 == 0.0 {
             return Self {
@@ -111,7 +111,7 @@ mod tests {
     fn inverse(zeta: &[f64; DOF]) -> (Matrix6<f64>, Inverse) {
         let tree = tree();
         let J = jacobian(&tree, zeta);
-        (J, Inverse::of(J, &Singularities::of(&tree), zeta))
+        (J, Inverse::new(J, &Singularities::new(&tree), zeta))
     }
 
     const B: Vector6<f64> = Vector6::new(0.3, -0.2, 0.1, 0.5, -0.7, 0.4);
@@ -164,10 +164,10 @@ mod tests {
             );
         }
         let J = jacobian(&tree(), &pose(at_edge));
-        let singularities = Singularities::of(&tree());
+        let singularities = Singularities::new(&tree());
         let [inside, outside] = [1.0 - 1e-9, 1.0 + 1e-9].map(|part| {
             let zeta = pose((part * NEAR_SINGULAR).asin());
-            Inverse::of(J, &singularities, &zeta).apply(B)
+            Inverse::new(J, &singularities, &zeta).apply(B)
         });
         assert!((inside - outside).norm() < 1e-5 * outside.norm());
     }
@@ -176,7 +176,7 @@ mod tests {
     #[test]
     fn the_way_to_the_stretched_arm_is_the_angle_to_it() {
         use std::f64::consts::PI;
-        let ahead = |zeta_3, rate| Singularities::of(&tree()).stretch_ahead(zeta_3, rate);
+        let ahead = |zeta_3, rate| Singularities::new(&tree()).stretch_ahead(zeta_3, rate);
         for (zeta_3, rate, expected) in [
             (-0.7, 0.1, 0.7),
             (-0.7, -0.1, PI - 0.7),

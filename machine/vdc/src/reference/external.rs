@@ -7,9 +7,6 @@ use motion_check::turn;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// The tip's motion by the inputs `reference.*`.
-///
-/// # Errors
-/// A quaternion without direction.
 pub(crate) fn desired(input: &Input) -> Result<DesiredMotion, ControllerError> {
     let [w, x, y, z] = input.reference_orientation;
     let q = Quaternion::new(w, x, y, z);
@@ -26,7 +23,7 @@ pub(crate) fn desired(input: &Input) -> Result<DesiredMotion, ControllerError> {
 
 /// The inputs' orientation after `h` s at their angular velocity; unchanged where it has no
 /// direction.
-pub(crate) fn turned(input: &Input, h: f64) -> [f64; 4] {
+pub(crate) fn turn_orientation(input: &Input, h: f64) -> [f64; 4] {
     let [w, x, y, z] = input.reference_orientation;
     let turn = turn(Vector3::from(input.reference_angular_velocity) * h);
     let q = turn.into_inner() * Quaternion::new(w, x, y, z);

@@ -9,11 +9,7 @@ use tip_path::{PathFile, TipPath, check};
 
 /// The path of `file` from where the joint angles `zeta`, rad, have the tip. With `is_checked` the
 /// path is refused where the nominal machine cannot do it.
-///
-/// # Errors
-/// Times of arrival that the path's own limits do not allow; what the machine cannot do, where and
-/// by how much.
-pub(crate) fn path_of(
+pub(crate) fn checked_path(
     file: &PathFile,
     is_checked: bool,
     machine: &Machine,

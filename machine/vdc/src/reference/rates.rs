@@ -69,9 +69,6 @@ const PARTS_MAX: f64 = 1000.0;
 
 impl Rates {
     /// For a machine whose joints start at the angles `start`, rad.
-    ///
-    /// # Errors
-    /// A limit that is not finite and positive.
     pub(crate) fn new(
         machine: &Machine,
         tree: &Tree,
@@ -87,7 +84,7 @@ impl Rates {
         Ok(Self {
             limits: *limits,
             range: std::array::from_fn(within),
-            singularities: Singularities::of(tree),
+            singularities: Singularities::new(tree),
         })
     }
 
@@ -108,8 +105,12 @@ impl Rates {
         for _ in 0..parts as u32 {
             let allowed = std::array::from_fn(|i| self.allowed(i, motion.zeta[i], command));
             let (wanted, held) = match command {
-                RateCommand::Joint => self.of_joints(motion, &input.rate_joint, &allowed, tau),
-                RateCommand::Tip => self.of_tip(motion, tree, &input.rate_tip, &allowed, tau),
+                RateCommand::Joint => {
+                    self.joint_accelerations(motion, &input.rate_joint, &allowed, tau)
+                }
+                RateCommand::Tip => {
+                    self.tip_accelerations(motion, tree, &input.rate_tip, &allowed, tau)
+                }
             };
             motion.held = held;
             self.accelerate(motion, &wanted, &allowed, tau, h);
@@ -144,7 +145,7 @@ impl Rates {
 
     /// Accelerations with which the joints go to the commanded rates, each for itself; and what
     /// holds them.
-    fn of_joints(
+    fn joint_accelerations(
         &self,
         motion: &Motion,
         commands: &[f64; DOF],
@@ -168,7 +169,7 @@ impl Rates {
     /// ζ̈ = s·(σ·J⁻¹·u − ζ̇)/τ − J⁻¹·J̇·ζ̇
     /// ```
     /// The last term is the joints' acceleration of a tip that keeps its velocity.
-    fn of_tip(
+    fn tip_accelerations(
         &self,
         motion: &Motion,
         tree: &Tree,
@@ -180,7 +181,7 @@ impl Rates {
         let [angles, rates] = [zeta, zeta_dot].map(<[f64; DOF]>::from);
         let tip = Tip::new(tree, &tree.configuration(&angles));
         let J = tip.jacobian();
-        let inverse = Inverse::of(J, &self.singularities, &angles);
+        let inverse = Inverse::new(J, &self.singularities, &angles);
         let onwards = -inverse.apply(tip.jacobian_dot(&rates) * zeta_dot);
         let u = Vector6::from(*command);
         let u = u * share_within(&u, self.limits.tip);
@@ -217,9 +218,9 @@ impl Rates {
             }
             let AllowedRates { low, high } = allowed[i];
             let (bound, hold) = if w > 0.0 { high } else { low };
-            let room = ((bound - onwards[i]) / w).max(0.0);
-            if room < share {
-                (share, end) = (room, Some((hold, i)));
+            let allowed_share = ((bound - onwards[i]) / w).max(0.0);
+            if allowed_share < share {
+                (share, end) = (allowed_share, Some((hold, i)));
             }
         }
         let is_moving = joints.iter().any(|w| *w != 0.0);

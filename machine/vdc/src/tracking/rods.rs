@@ -24,7 +24,7 @@ impl RodMotion {
     /// ```
     /// Source: [Eq:Required_Joint_Velocity] for a prismatic joint. The integral z of the error and
     /// its rate z' are added to the errors of position and velocity, as for the tip.
-    pub(crate) fn alone(
+    pub(crate) fn from_rod_reference(
         gains: &Gains,
         input: &Input,
         Errors { e, z, z_dot }: &Errors,
@@ -41,7 +41,7 @@ impl RodMotion {
 
     /// Of the rod of joint `i`, whose stroke is `stroke`: `ẋ_r = x'·ζ̇_r`, `ẍ_r = x'·ζ̈_r +
     /// x''·ζ̇·ζ̇_r`.
-    pub(crate) fn of_joint(
+    pub(crate) fn from_joint(
         stroke: &Stroke,
         zeta_dot: f64,
         required: &RequiredMotion,
@@ -77,7 +77,8 @@ mod tests {
             z: one(-0.03125),
             z_dot: one(1.5),
         };
-        let RodMotion { x_r_dot, x_r_ddot } = RodMotion::alone(&gains, &input, &errors, 1);
+        let RodMotion { x_r_dot, x_r_ddot } =
+            RodMotion::from_rod_reference(&gains, &input, &errors, 1);
         assert_eq!(x_r_dot, 0.5 + 10.0 * 0.03125);
         assert_eq!(x_r_ddot, 8.0 + 10.0 * (0.25 + 1.5));
     }

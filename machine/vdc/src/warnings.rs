@@ -11,7 +11,7 @@ use thiserror::Error;
 
 /// A cause, where it begins.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
-pub enum Trouble {
+pub enum Warning {
     /// The voltage law samples too slowly for its current feedback.
     #[error(
         "t = {t} s: step h = {h} s is too long for the voltage law: its current feedback K_i needs h ≤ L/K_i = {longest} s"
@@ -63,7 +63,7 @@ pub enum Trouble {
     /// Commanded rates of the tip ask for more than twice what a joint may do, as near a
     /// singularity.
     #[error(
-        "t = {t} s: the commanded rates of the tip ask joint {joint} for {asked} rad/s, its reference must be within {limit} rad/s: the tip is slowed as a whole"
+        "t = {t} s: the commanded rates of the tip ask joint {joint} for {required} rad/s, its reference must be within {limit} rad/s: the tip is slowed as a whole"
     )]
     JointRate {
         /// Time, s.
@@ -71,7 +71,7 @@ pub enum Trouble {
         /// Joint, counted from 1.
         joint: usize,
         /// Rate of the joint for the whole command, rad/s.
-        asked: f64,
+        required: f64,
         /// Largest rate of its reference, rad/s.
         limit: f64,
     },
@@ -87,7 +87,7 @@ pub enum Trouble {
     },
     /// A rod may not be given the force that the law asks for.
     #[error(
-        "t = {t} s: the law asks for {asked} N of actuator {actuator}, whose force is limited to {f_max} N (force_limit times force_max of the machine \
+        "t = {t} s: the law asks for {required} N of actuator {actuator}, whose force is limited to {f_max} N (force_limit times force_max of the machine \
          file): the load is too large, the reference too fast, or control has become unstable; meanwhile nothing adapts"
     )]
     Force {
@@ -95,8 +95,8 @@ pub enum Trouble {
         t: f64,
         /// Actuator, counted from 1.
         actuator: usize,
-        /// Force asked for, N.
-        asked: f64,
+        /// Required force, N.
+        required: f64,
         /// Most that the rod is given, N.
         f_max: f64,
     },
@@ -117,7 +117,7 @@ pub enum Trouble {
     },
     /// A drive cannot give what the law asks for.
     #[error(
-        "t = {t} s: the voltage law asks for {asked} V at actuator {actuator}, whose drive gives at most {v_max} V (v_max and v_dc/sqrt(3)): the reference \
+        "t = {t} s: the voltage law asks for {required} V at actuator {actuator}, whose drive gives at most {v_max} V (v_max and v_dc/sqrt(3)): the reference \
          is too fast, the load too large, or control has become unstable"
     )]
     Voltage {
@@ -125,8 +125,8 @@ pub enum Trouble {
         t: f64,
         /// Actuator, counted from 1.
         actuator: usize,
-        /// Voltage asked for, V.
-        asked: f64,
+        /// Required voltage, V.
+        required: f64,
         /// Most that the drive gives, V.
         v_max: f64,
     },
@@ -150,7 +150,7 @@ impl Stage {
 
 /// Which troubles last, so that each is reported once, where it begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct ReportedTroubles {
+pub struct ReportedWarnings {
     step: bool,
     reach: bool,
     voltage: [bool; 3],
@@ -165,51 +165,51 @@ pub struct ReportedTroubles {
 /// What begins to go wrong with the commands of `now` at `t`, s, where samples are `h` apart, s;
 /// `reported` remembers what was reported already. `rates` are those of an operator, with the
 /// joints' reference that they lead to.
-pub(crate) fn first_trouble(
+pub(crate) fn first_warning(
     now: &Evaluation,
     nominal: &Nominal,
     rates: Option<(&Rates, &Motion)>,
     supervisor: &Supervisor,
     settings: &Settings,
-    reported: &mut ReportedTroubles,
+    reported: &mut ReportedWarnings,
     [t, h]: [f64; 2],
-) -> Option<Trouble> {
+) -> Option<Warning> {
     let mut first = None;
     let stage = supervisor.stage();
     if stage >= Stage::Frozen && reported.supervisor != Some(stage) {
         reported.supervisor = Some(stage);
         let (rod, power) = supervisor.largest(&nominal.ratings);
-        first = Some(Trouble::Supervisor {
+        first = Some(Warning::Supervisor {
             t,
             stage,
             actuator: rod + 1,
             power,
         });
     }
-    let mut begins = |reported: &mut bool, lasts: bool, trouble: Trouble| {
+    let mut begins = |reported: &mut bool, lasts: bool, warning: Warning| {
         // One at a time: what begins at the same time is reported a step later.
         if lasts && !*reported && first.is_some() {
             return;
         }
         if lasts && !*reported {
-            first = Some(trouble);
+            first = Some(warning);
         }
         *reported = lasts;
     };
     let least = nominal.parameters().map(|p| p.L_d.min(p.L_q));
     let longest = least.into_iter().fold(f64::INFINITY, f64::min) / settings.gains.K_i;
-    let too_long = Trouble::StepTooLong { t, h, longest };
+    let too_long = Warning::StepTooLong { t, h, longest };
     begins(&mut reported.step, h > longest, too_long);
     if settings.level == Level::Machine {
         let reach = nominal.reach.length();
         let distance = nominal.reach.distance(now.output.desired_position);
-        let out_of_reach = Trouble::OutOfReach { t, distance, reach };
+        let out_of_reach = Warning::OutOfReach { t, distance, reach };
         begins(&mut reported.reach, distance > reach, out_of_reach);
     }
     if let Some((rates, motion)) = rates {
         let (zeta, held) = (motion.zeta, &motion.held);
         for (i, reported) in reported.joint.iter_mut().enumerate() {
-            let at_end = Trouble::JointHeld {
+            let at_end = Warning::JointHeld {
                 t,
                 joint: i + 1,
                 zeta: zeta[i],
@@ -217,38 +217,38 @@ pub(crate) fn first_trouble(
             };
             begins(reported, held.joint[i], at_end);
         }
-        let stretched = Trouble::ElbowHeld { t, zeta: zeta[2] };
+        let stretched = Warning::ElbowHeld { t, zeta: zeta[2] };
         begins(&mut reported.elbow, held.elbow, stretched);
-        let singular = Trouble::WristSingular { t, zeta: zeta[4] };
+        let singular = Warning::WristSingular { t, zeta: zeta[4] };
         begins(&mut reported.wrist, held.wrist, singular);
-        let (joint, asked) = held.rate.unwrap_or_default();
-        let slowed = Trouble::JointRate {
+        let (joint, required) = held.rate.unwrap_or_default();
+        let slowed = Warning::JointRate {
             t,
             joint: joint + 1,
-            asked,
+            required,
             limit: rates.largest_rate(joint),
         };
         begins(&mut reported.rate, held.rate.is_some(), slowed);
     }
     for (i, reported) in reported.force.iter_mut().enumerate() {
         let demand = &now.demands[i];
-        let force = Trouble::Force {
+        let force = Warning::Force {
             t,
             actuator: i + 1,
-            asked: demand.asked,
+            required: demand.f_unlimited,
             f_max: demand.f_max.unwrap_or(f64::INFINITY),
         };
-        begins(reported, demand.asked != demand.f_r, force);
+        begins(reported, demand.f_unlimited != demand.f_r, force);
     }
     for (i, reported) in reported.voltage.iter_mut().enumerate() {
-        let (asked, v_max) = (now.commands[i].voltage(), now.commands[i].v_max);
-        let voltage = Trouble::Voltage {
+        let (required, v_max) = (now.commands[i].voltage(), now.commands[i].v_max);
+        let voltage = Warning::Voltage {
             t,
             actuator: i + 1,
-            asked,
+            required,
             v_max,
         };
-        begins(reported, asked > v_max, voltage);
+        begins(reported, required > v_max, voltage);
     }
     first
 }

@@ -11,7 +11,7 @@ use std::fmt;
 /// Rod forces, rod speeds and motor speeds: `ratings`; joints, strokes and wrist torques: `limits`;
 /// currents: `emla.i_max`; voltages: what the inverter makes of its DC link, at most `emla.v_max`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Limits {
+pub struct AllowedRanges {
     /// Least and largest value, in the order of [`Quantity::all`], SI units.
     ranges: [[f64; 2]; Quantity::COUNT],
 }
@@ -27,9 +27,9 @@ pub struct Margin {
     pub range: [f64; 2],
 }
 
-impl Limits {
+impl AllowedRanges {
     /// Of a machine.
-    pub fn of(machine: &Machine) -> Self {
+    pub fn from_machine(machine: &Machine) -> Self {
         let (zeta, strokes) = (machine.limits.zeta(), machine.limits.strokes());
         let (ratings, emla) = (machine.ratings.in_order(), machine.emla.in_order());
         let both = |largest: f64| [-largest, largest];
