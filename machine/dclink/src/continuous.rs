@@ -1,20 +1,20 @@
-//! The equations for an integrator that is not ours: rates of the state, where its mode ends, and
-//! the mode that follows.
+//! The equations for Model Exchange, where the importer integrates: derivatives of the state, event
+//! indicators, and the mode after an event.
 
 use crate::circuit::Point;
 use crate::input::Input;
 use crate::link::DcLink;
 use crate::state::{Energies, State};
 
-/// Ends of a mode, and the two voltages at which drives are told.
+/// Event indicators: the guards of a mode, and the two voltages at which a warning is due.
 pub const ENDS: usize = 6;
 
-/// How far behind the end of a mode its indicator changes sign, V and A: an integrator that stops
-/// where it is zero is then past the end, and the event finds it so. Above the rounding of 1 kV.
+/// How far past the end of a mode its indicator changes sign, V and A: an integrator that stops
+/// exactly at zero is then past the end, and the event finds it so. Above the rounding of 1 kV.
 const OVERSHOOT: f64 = 1e-11;
 
 impl DcLink {
-    /// The time derivative of `s`, per s; mode and mean are those of `s`.
+    /// The time derivative of `s`, per s; mode and mean are copied from `s`.
     pub fn derivative(&self, s: &State, u: &Input) -> State {
         let i_load = u.load();
         let rates = self.rates(
@@ -38,10 +38,10 @@ impl DcLink {
         }
     }
 
-    /// Where the mode of `s` ends: at each number that becomes positive. The first four are a limit
-    /// of the pack (A), a threshold of the chopper (V), that of precharge (V), and the capacitor
-    /// empty (V) or no longer so (A); an end that the mode does not have is at −1. The last two are
-    /// the voltage above `v_min` and below `v_max`, V.
+    /// Event indicators: the mode of `s` ends where one becomes positive. The first four are a
+    /// current limit of the pack (A), a threshold of the chopper (V), that of precharge (V), and the
+    /// capacitor empty (V) or no longer so (A); −1 for a guard that the mode does not have. The last
+    /// two are the voltage above `v_min` and below `v_max`, V.
     pub fn mode_ends(&self, s: &State, u: &Input) -> [f64; ENDS] {
         let (v_min, v_max) = (self.p.v_min, self.p.v_max);
         let mut ends = [-1.0, -1.0, -1.0, -1.0, s.v_c - v_min, v_max - s.v_c];
@@ -51,7 +51,7 @@ impl DcLink {
         ends
     }
 
-    /// `s` in the mode that holds from here on under the inputs `u`.
+    /// `s` with the mode that holds from now on under the inputs `u`.
     pub fn with_current_mode(&self, s: &State, u: &Input) -> State {
         let mut x = Point::from_state(s);
         let mode = self.mode(&mut x, s.mode, u.load());

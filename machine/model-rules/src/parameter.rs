@@ -1,4 +1,4 @@
-//! Ranges of parameters.
+//! Range checks of a model's parameters, and the error that names parameter, value and rule.
 
 use thiserror::Error;
 
@@ -6,7 +6,7 @@ use thiserror::Error;
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[error("`{name}` = {value} must be {rule}")]
 pub struct ParamError {
-    /// Its name.
+    /// Name of the parameter.
     pub name: &'static str,
     /// Its value.
     pub value: f64,
@@ -39,7 +39,7 @@ impl Range {
         }
     }
 
-    /// The rule in words.
+    /// The rule in words, after "must be".
     #[must_use]
     pub fn rule(self) -> &'static str {
         match self {
@@ -51,7 +51,7 @@ impl Range {
     }
 }
 
-/// Checks that all `values`, each with its name, lie in `range`.
+/// Checks that all `values`, each with its name, lie in `range`; the error is the first outside.
 pub fn check<const N: usize>(
     range: Range,
     values: [(&'static str, f64); N],
@@ -66,8 +66,8 @@ pub fn check_each(range: Range, name: &'static str, values: &[f64]) -> Result<()
     values.try_for_each(|value| check(range, [(name, *value)]))
 }
 
-/// Checks fields of `$of`, each by the [`Range`] that it is listed under, with its path as its
-/// name; the result is that of [`check`].
+/// Checks fields of `$of`, each with the [`Range`] that it is listed under; a field's name in the
+/// error is its path. Same result as [`check`].
 #[macro_export]
 macro_rules! check_fields {
     ($of:expr; $($range:ident: $($first:ident $(. $more:ident)*),+;)+) => {{
@@ -78,7 +78,7 @@ macro_rules! check_fields {
     }};
 }
 
-/// Checks a parameter with a rule of its own: that it is finite and that the rule `holds`.
+/// Checks a parameter with a special rule: it must be finite, and the rule must hold.
 pub fn require(
     name: &'static str,
     value: f64,

@@ -1,10 +1,10 @@
-//! How far the stretched arm reaches.
+//! How far the stretched arm reaches from its lift joint: a quick test whether a point is in reach.
 
 use machine_file::Geometry;
 use serde::{Deserialize, Serialize};
 
-/// Reach of the arm: lift joint in the plane of the boom, and the length of the stretched arm from
-/// there to the tip, m.
+/// Reach of the arm: position of the lift joint in the boom plane, and the length of the stretched
+/// arm from there to the tip, m.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reach {
     radius: f64,
@@ -13,7 +13,7 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// Of a machine's dimensions.
+    /// The reach of a machine with these dimensions.
     pub fn new(geometry: &Geometry) -> Self {
         let size = |v: &[f64; 3]| libm::hypot(libm::hypot(v[0], v[1]), v[2]);
         let links = [
@@ -37,7 +37,7 @@ impl Reach {
         self.length
     }
 
-    /// Least distance of a position from the lift joint, whatever the slew angle, m.
+    /// Smallest distance of a position from the lift joint over all slew angles, m.
     pub fn distance(&self, [x, y, z]: [f64; 3]) -> f64 {
         let (ahead, above) = ((x * x + z * z).sqrt() - self.radius, y - self.height);
         (ahead * ahead + above * above).sqrt()

@@ -1,4 +1,5 @@
-//! Twists: velocities, accelerations and joint axes of rigid bodies.
+//! Twists: spatial velocities, accelerations and joint axes of rigid bodies, and their cross
+//! products.
 
 use crate::Wrench;
 use crate::pair::pair_of_vectors;
