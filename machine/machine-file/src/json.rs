@@ -1,12 +1,12 @@
-//! Reads JSON and refuses an object that has a key twice; `serde_json` alone would silently keep
-//! the last one.
+//! Reads JSON and refuses an object with a duplicate key; `serde_json` alone would silently keep the
+//! last one.
 
 use serde::Deserializer;
 use serde::de::{DeserializeSeed, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Value};
 use std::fmt;
 
-/// Reads a whole text.
+/// Parses a whole text.
 pub(crate) fn parse(text: &str) -> Result<Value, serde_json::Error> {
     let mut from = serde_json::Deserializer::from_str(text);
     let value = UniqueKeys.deserialize(&mut from)?;
@@ -24,7 +24,7 @@ impl<'de> DeserializeSeed<'de> for UniqueKeys {
     }
 }
 
-/// Methods of a visitor for what becomes a value as it is.
+/// Visitor methods for scalars, which become a JSON value unchanged.
 macro_rules! pass_through {
     ($($visit:ident $type:ty;)*) => {$(
         fn $visit<E>(self, value: $type) -> Result<Value, E> {

@@ -1,5 +1,5 @@
-//! Where a machine comes from: a file, or a part of one with `"extends"` and what differs, or a
-//! shipped machine.
+//! Loads a machine: a shipped one by its name, a complete file, or a file that has `"extends"` with
+//! the name of another machine and only the fields that differ.
 
 use crate::check::{Findings, MachineError};
 use crate::sections::{SECTIONS_PER_AXIS, is_split, split};
@@ -8,31 +8,31 @@ use serde_json::{Map, Value};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The shipped machines: names for `extends` and `machine_file`, and their files.
+/// Names (for `extends` and `machine_file`) and JSON texts of the shipped machines.
 pub const PRESETS: [(&str, &str); 3] = [
     ("reference", crate::REFERENCE_JSON),
     ("sized", crate::SIZED_JSON),
     ("hiab_xs031", crate::HIAB_XS031_JSON),
 ];
 
-/// The file of the shipped machine `name`.
+/// The JSON text of the shipped machine `name`.
 pub fn preset(name: &str) -> Option<&'static str> {
     let found = PRESETS.iter().find(|(known, _)| *known == name);
     found.map(|(_, text)| *text)
 }
 
-/// A machine, and the texts that it was read from: of the file itself, then of what each extends.
+/// A machine with the texts that it was read from: the file itself, then each file it extends.
 #[derive(Debug)]
 pub struct Source {
-    /// What they say.
+    /// The machine.
     pub machine: Machine,
     /// The texts.
     pub texts: Vec<String>,
 }
 
 impl Source {
-    /// What `text` says; a relative path in `extends` starts from the folder of `file`, or from the
-    /// working directory.
+    /// Reads the machine of `text`. A relative path in `extends` is relative to the folder of
+    /// `file`, or to the working directory. The error has everything that is wrong.
     pub fn read(text: &str, file: Option<&Path>) -> Result<Self, MachineError> {
         let mut texts = Vec::new();
         let mut open = Vec::from_iter(file.map(canonical));
@@ -47,14 +47,13 @@ impl Source {
         Ok(Self { machine, texts })
     }
 
-    /// Name of the shipped machine that this one is, or that it extends, through other files too;
-    /// of several the nearest.
+    /// Name of the shipped machine that this one is, or extends directly or through other files.
     pub fn shipped(&self) -> Option<&'static str> {
         let name = |text: &String| PRESETS.iter().find(|(_, shipped)| shipped == text);
         self.texts.iter().find_map(name).map(|(name, _)| *name)
     }
 
-    /// The shipped machine `name`, else that of the file.
+    /// Reads the shipped machine `name`, or the file with this path.
     pub fn named(name: &str) -> Result<Self, MachineError> {
         match preset(name) {
             Some(text) => Self::read(text, None),
@@ -68,18 +67,19 @@ impl Source {
 }
 
 impl Machine {
-    /// Reads and checks a machine whose text is of no file.
+    /// Reads and checks a machine. The error has line and column of malformed JSON, or path, value
+    /// and rule of every field that is unknown, missing, of a wrong type or out of its range.
     pub fn from_json(json: &str) -> Result<Self, MachineError> {
         Ok(Source::read(json, None)?.machine)
     }
 
-    /// As [`Machine::from_json`], of the text of `file`, beside which relative paths of `extends`
-    /// are looked for.
+    /// As [`Machine::from_json`], for the text of `file`: relative paths in `extends` start from its
+    /// folder.
     pub fn from_text(text: &str, file: &Path) -> Result<Self, MachineError> {
         Ok(Source::read(text, Some(file))?.machine)
     }
 
-    /// The shipped machine of that name; without a name, the reference machine.
+    /// The shipped machine `name`; an empty name is the reference machine.
     pub fn preset(name: &str) -> Option<Self> {
         if ["", "reference"].contains(&name) {
             return Some(Self::reference());
@@ -88,7 +88,7 @@ impl Machine {
     }
 }
 
-/// A name under which a file is known again.
+/// A path that is the same for the same file.
 fn canonical(file: &Path) -> PathBuf {
     fs::canonicalize(file).unwrap_or_else(|_| file.to_path_buf())
 }
@@ -104,8 +104,8 @@ fn unknown_machine(name: &str, file: &Path, error: &std::io::Error) -> MachineEr
     ))
 }
 
-/// The object of `text` on top of what it extends. `open` are the files that are being read,
-/// `texts` all that were.
+/// The JSON object of `text`, merged onto the machine that it extends. `open` are the files being
+/// read (to find cycles), `texts` collects the text of every file.
 fn merge(
     text: &str,
     file: Option<&Path>,
@@ -141,7 +141,7 @@ fn merge(
     Ok(value)
 }
 
-/// The object that `name` stands for in `extends` of `file`.
+/// The JSON object of the machine `name` that `file` extends.
 fn read_base(
     name: &str,
     file: Option<&Path>,
@@ -159,7 +159,7 @@ fn read_base(
         if open.contains(&this) {
             let path = path.display();
             return Err(MachineError::Source(format!(
-                "{path} must not extend itself, not through other files either"
+                "{path} must not extend itself, directly or through other files"
             )));
         }
         open.push(this);
@@ -171,8 +171,8 @@ fn read_base(
     Ok(value)
 }
 
-/// Puts `own` on top of `base`: objects field by field; all else, arrays too, as a whole. Where one
-/// of the two tells actuators apart, so does the result.
+/// Overwrites `base` with `own`: objects field by field, everything else (arrays, too) as a whole.
+/// If one of the two has an object for each actuator, so has the result.
 fn overlay(base: &mut Value, own: Value, is_whole: bool) {
     let (Value::Object(base), Value::Object(own)) = (&mut *base, &own) else {
         *base = own;
@@ -194,8 +194,8 @@ fn overlay(base: &mut Value, own: Value, is_whole: bool) {
     }
 }
 
-/// The object of a file that extends `name`, whose machine is `base`, and says only how `machine`
-/// differs.
+/// The JSON of a file that extends the machine `base`, called `name`, and has only the fields in
+/// which `machine` differs.
 pub fn extension_of(name: &str, base: &Machine, machine: &Machine) -> Value {
     let [mut base, mut machine] =
         [base, machine].map(|m| serde_json::to_value(m).expect("numbers and names"));
@@ -212,7 +212,7 @@ pub fn extension_of(name: &str, base: &Machine, machine: &Machine) -> Value {
     Value::Object(file)
 }
 
-/// What of `value` differs from `base`, as [`overlay`] puts it there.
+/// The part of `value` that differs from `base`: [`overlay`] puts it back.
 fn difference(base: &Value, value: &Value) -> Option<Value> {
     let (Value::Object(fields), Value::Object(known)) = (value, base) else {
         return (value != base).then(|| value.clone());
@@ -313,7 +313,7 @@ mod tests {
         write("lowest.json", &json!({"extends": "inner/base.json"}));
         let refused = Source::named(&name).expect_err("a circle").to_string();
         assert!(
-            refused.ends_with("must not extend itself, not through other files either"),
+            refused.ends_with("must not extend itself, directly or through other files"),
             "{refused}"
         );
         write("top.json", &json!({"extends": "./top.json"}));
