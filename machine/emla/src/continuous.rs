@@ -1,9 +1,9 @@
-//! The equations for an integrator that is not ours: rates of the state, where something begins or
-//! ends, and what follows there.
+//! The equations for Model Exchange, where the importer integrates: derivatives of the state, event
+//! indicators, and the state after an event.
 //!
-//! What a step of ours holds for its length is of the present instant here: temperatures, and with
-//! them resistance and flux, and the network's residual in the rates. What the network says in the
-//! outputs, and all means, are those of [`Emla::with_observations`].
+//! Quantities that a step of Co-Simulation holds constant are evaluated at the present instant here:
+//! temperatures, resistance, flux, and the network's residual. The network's outputs and all means
+//! are updated by [`Emla::with_observations`].
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
@@ -11,11 +11,11 @@ use crate::maps;
 use crate::state::{LossKinds, State, Thermal};
 use machine_file::{ActuatorInput as Input, Brake, Holding};
 
-/// Signs of speed, load and torque; undervoltage; the brake.
+/// Number of event indicators: signs of speed, load and torque; undervoltage; the brake.
 pub const INDICATORS: usize = 5;
 
-/// How far behind its threshold an indicator changes sign, V, N·m and rad/s: an integrator that stops
-/// where it is zero is then past the threshold. Above the rounding of 1 kV.
+/// How far past its threshold an indicator changes sign, V, N·m and rad/s: an integrator that stops
+/// exactly at zero is then past the threshold. Above the rounding of 1 kV.
 const OVERSHOOT: f64 = 1e-11;
 
 impl Emla {
@@ -23,7 +23,8 @@ impl Emla {
         self.p.brake.unwrap_or(Brake::TYPICAL)
     }
 
-    /// What holds at this instant; an applied brake slips the way `slip`, 1 or −1, or holds, 0.
+    /// The conditions at this instant; an applied brake slips in the direction `slip` (±1) or holds
+    /// (0).
     pub(crate) fn instant_conditions<'a>(
         &self,
         p: &'a machine_file::Emla,
@@ -51,7 +52,7 @@ impl Emla {
         self.derivative_with(s, u, &self.instant_conditions(p, s, u, slip))
     }
 
-    /// The same where it is known what holds.
+    /// As [`Emla::derivative`], with known conditions.
     pub(crate) fn derivative_with(&self, s: &State, u: &Input, held: &Conditions) -> State {
         let rates = self.rates(&s.point(), u, held);
         let is_counted = self.electric.heat || !held.is_plain(); // as in a step
@@ -73,7 +74,7 @@ impl Emla {
         }
     }
 
-    /// Rates of the temperatures and of the heat that is given away, with these losses, W.
+    /// Rates of the temperatures and the heat flow to the air, with these losses, W.
     pub(crate) fn thermal_rates(
         &self,
         s: &State,
@@ -88,10 +89,10 @@ impl Emla {
         self.temperature_rates(&s.thermal, u.T_ambient, kinds.copper, other)
     }
 
-    /// Where something happens: at each number that changes sign. Motor speed (rad/s), torque on
-    /// the screw, at whose sign the gear factor jumps, and electromagnetic torque (N·m); the
-    /// voltage of the DC link above the one that trips (V); of an applied brake, what it has in
-    /// hand while it holds (N·m), or the speed at which it slips (rad/s).
+    /// Event indicators; an event is where one changes sign: motor speed (rad/s), torque on the
+    /// screw, whose sign makes the gear factor jump, and electromagnetic torque (N·m); DC-link voltage
+    /// above the undervoltage limit (V); of an applied brake, its torque reserve while it holds
+    /// (N·m), or the speed at which it slips (rad/s).
     #[must_use]
     pub fn indicators(&self, s: &State, u: &Input, slip: f64) -> [f64; INDICATORS] {
         let p = &*self.at_temperature(&s.thermal);
@@ -110,9 +111,9 @@ impl Emla {
         [s.w_m, now.tau_load, now.tau_e, above + behind, brake]
     }
 
-    /// The state behind what happens now, and which way an applied brake slips: a drive that trips
-    /// or is disabled loses its currents; a brake that slipped until the shaft came to rest holds
-    /// it, if it can.
+    /// The state after an event, and the direction in which an applied brake slips: a drive that
+    /// trips or is disabled loses its currents; a brake holds a shaft that has come to rest, if its
+    /// torque suffices.
     #[must_use]
     pub fn after_event(&self, s: &State, u: &Input, slip: f64) -> (State, f64) {
         let mut next = self.update_gates(s, u);
@@ -132,8 +133,8 @@ impl Emla {
         (next, slip)
     }
 
-    /// The state with what is observed from time to time: the network's answer at this torque and
-    /// speed, and as means over a step, which has no length, the present values.
+    /// The state with the network's outputs at its torque and speed, and with present values in
+    /// place of the means over a step.
     #[must_use]
     pub fn with_observations(&self, s: &State, u: &Input) -> State {
         let p = &*self.at_temperature(&s.thermal);

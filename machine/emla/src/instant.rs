@@ -1,4 +1,5 @@
-//! Everything that holds at one instant: spring, friction, transmission, motor.
+//! The algebraic part of the model: spring force, friction, transmission and motor torque at one
+//! instant, from which rates and outputs are computed.
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
@@ -6,10 +7,10 @@ use crate::state::Point;
 use crate::{maps, motor};
 use machine_file::{ActuatorInput as Input, Dq, Drive, Holding};
 
-/// What follows from state and inputs at one instant.
+/// Quantities that follow from state and inputs at one instant.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Instant {
-    /// Voltage after the limit, V.
+    /// Voltage after limitation, V.
     pub v: Dq,
     /// Current, A.
     pub i: Dq,
@@ -43,7 +44,7 @@ pub(crate) struct Instant {
     pub tau_load: f64,
     /// Gear factor.
     pub k: f64,
-    /// What is left to accelerate, but for a brake that holds, N·m.
+    /// Accelerating torque, as if a holding brake were released, N·m.
     pub torque_left: f64,
     /// Motor acceleration, rad/s².
     pub w_m_dot: f64,
@@ -59,7 +60,7 @@ impl Emla {
     /// F_spring = C_b (ẋ_n − ẋ) + K_b(x)·(x_n − x),   F = F_spring − C_act ẋ,   F_nut = F_spring − α·dF
     /// (J_m + k J_s/N²) ẇ_m = τ_e − C_m w_m − τ_C tanh(w_m/w_C) − k (C_s w_m/N + lead·F_nut)/N
     /// ```
-    #[inline(always)] // so that what depends on parameters only moves out of the loops of a step
+    #[inline(always)] // so that parameter-only expressions move out of the substep loops
     pub(crate) fn instant(&self, s: &Point, u: &Input, held: &Conditions) -> Instant {
         let p = held.p;
         let (x, x_dot) = match held.drive {

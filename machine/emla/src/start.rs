@@ -1,4 +1,4 @@
-//! The state at the start: in equilibrium with a load.
+//! The start state: in equilibrium with a load, at rest or in steady motion.
 
 use crate::actuator::Emla;
 use crate::maps;
@@ -6,7 +6,7 @@ use crate::state::{Balance, LossKinds, Residual, State, Thermal};
 use machine_file::ActuatorInput as Input;
 use model_rules::StepError;
 
-/// Secant steps for the torque of the start; the residual is smooth, so a handful converges.
+/// Largest number of secant steps for the start torque; the residual is smooth, a few suffice.
 const STEADY_STEPS: u32 = 20;
 
 impl Emla {
@@ -61,8 +61,8 @@ impl Emla {
         Ok(state)
     }
 
-    /// Torque that delivers `F` steadily at `w_m`, and the residual there: secant steps on
-    /// `F_qs(τ) + α·dF(τ) = F`. Without a network the first of them is exact.
+    /// Torque for the steady force `F` at speed `w_m`, and the residual there: secant steps on
+    /// `F_qs(τ) + α·dF(τ) = F`. Without a network the first is exact.
     fn steady_torque(&self, F: f64, w_m: f64) -> (f64, Residual) {
         let p = &self.p;
         let at = |tau_e: f64| {

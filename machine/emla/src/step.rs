@@ -7,19 +7,17 @@ use crate::state::{LossKinds, Point, Rates, State};
 use machine_file::{ActuatorInput as Input, Drive, Holding, link_current};
 use model_rules::{MAX_SUBSTEPS, RATE_STEP, RK4_STAGES, StepError, check_step};
 
-/// The electrical mode turned faster than the substep of an attempt resolves, at this motor speed
-/// in rad/s (or not a number).
+/// The substep was too long for the electrical frequency at this motor speed, rad/s (or NaN).
 struct TooCoarse {
     w_m: f64,
 }
 
 impl Emla {
-    /// The state a time `h` after `s`, both times s. `input` gives the inputs a time after the
-    /// start of the step; `t` only names the time in an error.
+    /// The state a time `h`, s, after `s`. `input(s)` gives the inputs `s` seconds into the step;
+    /// `t`, s, is used in error messages only.
     ///
-    /// The substep shrinks (the whole step is taken again) when `p·|w_m|·dt` exceeds 1, beyond the
-    /// reference motor's rated speed: with any bounded voltage and motion the currents stay on the
-    /// stable side of RK4.
+    /// If `p·|w_m|·dt` exceeds 1 (beyond the reference motor's rated speed), the whole step is
+    /// repeated with shorter substeps, so that the currents stay in RK4's stability region.
     pub fn step(
         &self,
         s: &State,
@@ -50,7 +48,7 @@ impl Emla {
                     next.check_finite(t)?;
                     return Ok(next);
                 }
-                // How much too coarse is not known: the currents may have run away already.
+                // By how much dt is too long is not known: the currents may have diverged already.
                 Err(TooCoarse { w_m }) => (n, last) = (4.0 * n, w_m),
             }
         }
@@ -64,13 +62,13 @@ impl Emla {
         })
     }
 
-    /// In how many substeps a step of `h`, s, is taken, unless the motor is too fast for them.
+    /// Number of substeps in a step of `h`, s, unless the motor is too fast for them.
     pub fn substeps(&self, h: f64) -> f64 {
         model_rules::substeps(h, self.dt_max)
     }
 
-    /// The step in `n` substeps; means of the electrical side and temperatures are those of the
-    /// start. What is rare is decided once: heat, gates that are off, a brake.
+    /// The step in `n` substeps, without updating electrical means and temperatures. Heat, gates off
+    /// and brake, which are rare, have a loop of their own.
     #[inline(always)]
     fn attempt(
         &self,
@@ -108,11 +106,9 @@ impl Emla {
         })
     }
 
-    /// `n` substeps of `dt` with the inverter at work, the shaft free, and the rod moved from
-    /// outside or not.
-    ///
-    /// It is not inlined, so that the compiler knows that its arguments do not change, and moves
-    /// everything that depends on parameters only, some 25 divisions, out of the loops.
+    /// `n` substeps of `dt` with gates on, brake released and heat not modelled. Not inlined, so that
+    /// the compiler knows that its arguments are constant and moves some 25 divisions of parameters
+    /// out of the loop.
     #[inline(never)]
     fn substeps_plain<const MOTION: bool>(
         &self,
@@ -135,9 +131,8 @@ impl Emla {
         Ok(s)
     }
 
-    /// The same with what is rare: heat, gates off, a brake. A brake that slips stops a shaft that
-    /// would turn back within the substep: what is left of its energy is lost there, and the next
-    /// substep finds it at rest.
+    /// `n` substeps of `dt` with heat, gates off or a brake. A slipping brake stops a shaft that
+    /// would reverse within the substep; the rest of its kinetic energy is lost there.
     #[cold]
     #[inline(never)]
     fn substeps_with_brake(
@@ -167,10 +162,9 @@ impl Emla {
         Ok(s)
     }
 
-    /// One classical Runge–Kutta step of length `dt`, a time `t` after the start of the step;
-    /// `count` is given the losses by kind and for how long they count. A loop, because one place
-    /// where the rates are computed lets the compiler move everything that depends on parameters
-    /// only out of it.
+    /// One classical Runge–Kutta step of length `dt`, a time `t` after the start of the step; `count`
+    /// receives the losses by kind with their weights. A loop, because with a single call of `rates`
+    /// the compiler moves parameter-only expressions out of it.
     #[inline(always)]
     fn rk4(
         &self,
@@ -194,7 +188,7 @@ impl Emla {
 }
 
 impl Point {
-    /// That the substep of `dt` resolves the electrical angle.
+    /// Checks that the substep `dt` resolves the electrical angle.
     fn check_resolved(&self, p: &machine_file::Emla, dt: f64) -> Result<(), TooCoarse> {
         let is_resolved = f64::from(p.p) * self.w_m.abs() * dt <= RATE_STEP;
         is_resolved.then_some(()).ok_or(TooCoarse { w_m: self.w_m })

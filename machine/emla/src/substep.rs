@@ -1,10 +1,11 @@
-//! The longest substep for an actuator's parameters.
+//! The longest integration substep for an actuator's parameters, from its fastest mode and an error
+//! bound of the force.
 
 use crate::maps;
 use machine_file::Drive;
 use model_rules::RATE_STEP;
 
-/// Largest error of the force by the integration, N, while the load keeps its sign; see
+/// Largest integration error of the force, N, while the load keeps its sign; see
 /// [`dt_for_force_error`].
 const FORCE_ERROR: f64 = 0.05;
 /// Time in which the voltage changes by `v_max`, s, for which [`FORCE_ERROR`] holds: some 20 times
@@ -38,10 +39,9 @@ fn fast_rate(m: f64, c: f64, k: f64) -> f64 {
 /// on the spring.
 ///
 /// Where the load changes sign, the gear factor k jumps by at most `1/η − η`, and the inertia
-/// `J_m + k·J_s/N²` with it. RK4 expects smooth rates: in the substep that holds the jump it misses
-/// up to a third of its effect, `δF = (1/η − η)·(J_s/N²)·ẇ_m·ω₀·(2πN/ρ)·dt/3`, some 0.2 N in usual
-/// motion, which decays with the spring's oscillation. No substep of reasonable length would bring
-/// this below [`FORCE_ERROR`].
+/// `J_m + k·J_s/N²` with it. In the substep with the jump the error is up to a third of its effect,
+/// `δF = (1/η − η)·(J_s/N²)·ẇ_m·ω₀·(2πN/ρ)·dt/3`, some 0.2 N in usual motion, which decays with the
+/// spring's oscillation. No reasonable substep brings this below [`FORCE_ERROR`].
 fn dt_for_force_error(p: &machine_file::Emla, K_b: f64) -> f64 {
     let travel = maps::travel_per_radian(p);
     let w_0_squared = K_b * travel * travel / maps::inertia(p, 1.0);

@@ -1,5 +1,4 @@
-//! The drive's states: which voltage its DC link has, whether its gates are on, whether it has
-//! tripped, and what its brake does.
+//! Discrete states of the drive: DC-link voltage, gates, undervoltage trip and holding brake.
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
@@ -13,7 +12,7 @@ impl Emla {
         u.v_dc.unwrap_or(self.v_dc)
     }
 
-    /// What holds in state `s` under the inputs `u`; `p` are the parameters at the state's
+    /// The conditions in state `s` under the inputs `u`; `p` are the parameters at the state's
     /// temperatures.
     pub(crate) fn conditions<'a>(
         &self,
@@ -37,7 +36,7 @@ impl Emla {
         held
     }
 
-    /// What an applied brake does at this point.
+    /// State of an applied brake at this point.
     #[cold]
     pub(crate) fn braking(&self, s: &Point, u: &Input, held: &Conditions) -> Holding {
         let free = Conditions {
@@ -48,14 +47,14 @@ impl Emla {
         brake.applied(s.w_m, || self.instant(s, u, &free).torque_left)
     }
 
-    /// The state as a step begins: whether the drive trips, or a trip is taken back, and without
-    /// current where the gates are off.
+    /// The state at the start of a step: updates the undervoltage trip, and sets the currents to 0 if
+    /// the gates are off.
     ///
-    /// When the gates go off, the diodes return the currents to the DC link against its voltage.
-    /// This takes `L·i/v_dc`, some 0.1 ms, and is taken to be over at once; the field's energy goes
-    /// back into the link (into the diodes where the link is dead). From then on the diodes block:
-    /// this holds as long as the back-EMF `√3·p·|w_m|·λ_m` stays below the link's voltage, 3400
-    /// rev/min of the reference motor at 450 V.
+    /// When the gates turn off, the diodes return the currents to the DC link within `L·i/v_dc`,
+    /// some 0.1 ms, which is modelled as instantaneous; the field's energy goes into the link (into
+    /// the diodes if the link is dead). Then the diodes block, which is valid as long as the
+    /// back-EMF `√3·p·|w_m|·λ_m` is below the link's voltage: 3400 rev/min of the reference motor
+    /// at 450 V.
     pub(crate) fn update_gates(&self, s: &State, u: &Input) -> State {
         let mut next = *s;
         let v_dc = self.link_voltage(u);

@@ -1,4 +1,5 @@
-//! Derivatives of outputs and rates: along time, and along a direction of state and inputs.
+//! Derivatives of outputs and rates with respect to time, state and inputs, for FMI's output
+//! derivatives and directional derivatives.
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
@@ -11,7 +12,7 @@ use crate::state::{Balance, LossKinds, State};
 use crate::{maps, motor};
 use machine_file::{ActuatorInput as Input, Dq, Drive, Holding, link_current};
 
-/// Derivatives of the members of [`Instant`] that the outputs need.
+/// Derivatives of those members of [`Instant`] that the outputs need.
 struct InstantTangent {
     v: Dq,
     v_dc: f64,
@@ -32,9 +33,9 @@ struct InstantTangent {
 }
 
 impl Emla {
-    /// First time derivatives of the outputs. `u_dot` holds those of the inputs; the rod's position
-    /// always moves with its velocity. Means belong to the last step and are constant; the
-    /// network's residual is held over a step.
+    /// First time derivatives of the outputs. `u_dot` are those of the inputs, except the rod's
+    /// position, whose derivative is always its velocity. Means and the network's residual are
+    /// constant within a step.
     #[must_use]
     pub fn output_dot(&self, s: &State, u: &Input, u_dot: &Input) -> Output {
         let u_dot = Input {
@@ -53,7 +54,7 @@ impl Emla {
     }
 
     /// Derivative of [`Emla::derivative`] along the directions `ds` of the state and `du` of the
-    /// inputs; that of the network's residual from differences.
+    /// inputs; the network's residual by finite differences.
     #[must_use]
     pub fn derivative_along(
         &self,
@@ -125,7 +126,7 @@ impl Emla {
         if self.alpha == 0.0 {
             return [0.0; 2];
         }
-        // The network is smooth over some N·m and rad/s; half of ε's digits are left.
+        // The network is smooth over some N·m and rad/s; half of the digits remain.
         const H: f64 = 1e-4;
         let dF = |tau, w| self.alpha * self.residual(tau, w).dF;
         [
@@ -134,8 +135,7 @@ impl Emla {
         ]
     }
 
-    /// Derivatives of the outputs along `ds` and `du`. What an output shows of the residual is
-    /// held.
+    /// Derivatives of the outputs along `ds` and `du`, with the residual held.
     #[must_use]
     pub fn output_tangent(&self, s: &State, u: &Input, ds: &State, du: &Input) -> Output {
         let p = &*self.at_temperature(&s.thermal);
@@ -196,7 +196,7 @@ impl Emla {
                 Some(_) => [efficiency_net; 2],
                 None => [0.0; 2],
             },
-            // Means and what was counted up to the last step do not move.
+            // Means and energies up to the last step are constant.
             ..Output::default()
         }
     }
