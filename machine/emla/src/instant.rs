@@ -51,8 +51,6 @@ pub(crate) struct Instant {
 }
 
 impl Emla {
-    /// Everything at one instant.
-    ///
     /// Source: `[paper]` Eq. (eq:backdrive_torque) for the spring; Eq. (eq:rotor_dynamics), Eq.
     /// (eq:gear_torque) and Eq. (eq:screw_dynamics) merged into one equation, because a rigid gear
     /// has one degree of freedom:

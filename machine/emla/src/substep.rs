@@ -25,10 +25,10 @@ fn fast_rate(m: f64, c: f64, k: f64) -> f64 {
     }
 }
 
-/// Substep with which RK4 misses the force by [`FORCE_ERROR`], s, when the rod's motion is
+/// Substep, s, for which RK4's error of the force is [`FORCE_ERROR`], when the rod's motion is
 /// prescribed and the voltage changes at the rate `v̇ = v_max/VOLTAGE_SWEEP`.
 ///
-/// RK4 misses `e^z` by `z⁵/120`. For a linear system `y' = A·y + B·v` whose voltage is held over
+/// RK4's error of `e^z` is `z⁵/120`. For a linear system `y' = A·y + B·v` whose voltage is held over
 /// each communication step but grows at the mean rate `v̇`, the errors of all substeps add up to
 /// `A²·B·v̇·dt⁴/120` in the steady state, whatever the communication step. For the force the
 /// leading term is

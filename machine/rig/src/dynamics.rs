@@ -1,4 +1,4 @@
-//! Everything that holds at one instant, and the rates of the state.
+//! Equations of motion: forces, powers and losses at one instant, and the state's time derivative.
 
 use crate::conditions::Conditions;
 use crate::friction::Shaft;
@@ -9,7 +9,7 @@ use crate::state::{Balance, Rates};
 use crate::{Drive, Input, Rig, State};
 use machine_file::Dq;
 
-/// What follows from state and inputs at one instant.
+/// Quantities that follow from state and inputs at one instant.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Instant {
     /// Voltage at the motor, V.
@@ -40,8 +40,7 @@ impl Instant {
         self.copper + self.core + self.inverter + self.mechanical
     }
 
-    /// Power from the DC side, W: `3/2·(v_d i_d + v_q i_q)` and the losses that have no part in the
-    /// motor's voltage.
+    /// Power from the DC side, W: `3/2·(v_d i_d + v_q i_q)` plus iron and inverter losses.
     pub(crate) fn supplied(&self, i: Dq) -> f64 {
         1.5 * self.v.dot(i) + self.core + self.inverter
     }
@@ -56,7 +55,7 @@ impl Rig {
         }
     }
 
-    /// Connection of nut and rod, and the velocity of the one against the other, m/s.
+    /// Connection of nut and rod, and the nut's velocity relative to the rod, m/s.
     #[inline(always)]
     pub(crate) fn link_at(&self, s: &State, u: &Input) -> (Link, f64) {
         let ((x, x_dot), travel) = (self.rod(s, u), self.travel());
@@ -64,8 +63,6 @@ impl Rig {
         (self.link(travel * s.theta_m - x, s_dot, x, x_dot), s_dot)
     }
 
-    /// Everything at one instant.
-    ///
     /// ```text
     /// F = F_link − C_act ẋ,   P_out = F ẋ (rod moved from outside) or F_ext ẋ (free rod)
     /// P_iron = (k_h|ω_e| + k_e ω_e²)(λ_d² + λ_q²),   P_copper = 3/2·R|i|²
@@ -172,7 +169,7 @@ impl Rig {
     }
 
     /// Work on the load, J, when the rod of [`Drive::Motion`] is set from position `from` to `to`,
-    /// both m, between two steps in state `s`: what the springs give thereby.
+    /// both m, between two steps in state `s`: the energy that the springs release.
     pub fn work_of_shift(&self, s: &State, from: f64, to: f64) -> f64 {
         let nut = self.travel() * s.theta_m;
         let elastic = |x: f64| self.link(nut - x, 0.0, x, 0.0).energy;

@@ -1,4 +1,4 @@
-//! Winding and housing as two bodies of one temperature each.
+//! Temperatures of winding and housing, two lumped thermal masses.
 //!
 //! Source: F. P. Incropera et al., *Fundamentals of Heat and Mass Transfer*, lumped capacitance.
 
@@ -7,17 +7,17 @@ use crate::Rig;
 /// Temperature rates and heat flow at an instant.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Warming {
-    /// Of the winding, K/s.
+    /// Rate of the winding's temperature, K/s.
     pub T_winding: f64,
-    /// Of the housing, K/s.
+    /// Rate of the housing's temperature, K/s.
     pub T_housing: f64,
-    /// Heat to the air, W.
+    /// Heat flow to the air, W.
     pub given: f64,
 }
 
 impl Rig {
-    /// Copper losses warm the winding; iron and friction warm the housing, which gives heat to the
-    /// air. (The inverter has its own cooling.)
+    /// Copper losses heat the winding; iron losses and friction heat the housing, which is cooled by
+    /// the air. The inverter has its own cooling.
     /// ```text
     /// C_w Ṫ_w = P_copper − (T_w − T_h)/R_wh
     /// C_h Ṫ_h = P_iron + P_friction + (T_w − T_h)/R_wh − (T_h − T_a)/R_ha
@@ -43,8 +43,7 @@ impl Rig {
         }
     }
 
-    /// Heat held at these temperatures, J, counted from the reference temperature of the
-    /// parameters.
+    /// Heat stored at these temperatures above the reference temperature, J.
     pub(crate) fn heat_held(&self, T: [f64; 2]) -> f64 {
         let (h, zero) = (&self.extra.heat, self.extra.temperature.reference);
         h.C_w * (T[0] - zero) + h.C_h * (T[1] - zero)

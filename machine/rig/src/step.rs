@@ -17,10 +17,10 @@ use model_rules::{
 /// Longest substep, s: half a switching period of 8 kHz, which also resolves the electrical angle
 /// to 5° at rated speed.
 const DT_MAX: f64 = 62.5e-6;
-/// Part of a span by which it may be missed: clocks are off by rounding.
+/// Relative tolerance of time comparisons, for rounding.
 const SLACK: f64 = 1e-3;
 
-/// The electrical angle turned too far in a substep.
+/// The substep was too long for the electrical frequency.
 struct TooCoarse;
 
 impl Rig {
@@ -53,8 +53,8 @@ impl Rig {
         DT_MAX.min(RATE_STEP / fastest)
     }
 
-    /// The state a time `h` after `s`, both s, under the inputs `u`: held, but the rod of
-    /// [`Drive::Motion`] moves on with its velocity. `t` only names the time in an error.
+    /// The state a time `h`, s, after `s`, with the inputs `u` held, except that the rod of
+    /// [`Drive::Motion`] moves with its velocity. `t`, s, is used in error messages only.
     pub fn step(&self, s: &State, u: &Input, t: f64, h: f64) -> Result<State, StepError> {
         let bad_step = StepError::BadStep { t, h };
         check_step(t, h)?;
@@ -67,7 +67,7 @@ impl Rig {
                     next.i_dc_mean =
                         machine_file::link_current(next.mean.supplied, self.link_voltage(u));
                     next.check_finite(t)?;
-                    // Powers are products: of finite states they may not be finite.
+                    // Powers are products and can overflow even if the states are finite.
                     let lost = self.output(&next, &u.moved(h)).P_loss;
                     check_finite(t, [("P_loss", lost)])?;
                     return Ok(next);
@@ -120,7 +120,7 @@ impl Rig {
         self.advance_bristles(&next, &u.moved(t + dt), 0.5 * dt)
     }
 
-    /// The state with the bristles `dt` later.
+    /// The state with the bristles advanced by `dt`, s.
     fn advance_bristles(&self, s: &State, u: &Input, dt: f64) -> State {
         if !self.extra.friction.on {
             return *s;

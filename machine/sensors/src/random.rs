@@ -1,13 +1,13 @@
-//! Random numbers: errors that do not change during a run, and the noise of each sample.
+//! Random numbers of the sensors: constant errors of a run, and the noise of each sample.
 
 use crate::{ACTUATORS, JOINTS, normal};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-/// Stream of the seed's generator that noise comes from.
+/// Stream of the seed's generator for noise.
 const NOISE: u64 = 0;
-/// Stream that the errors that stay come from.
+/// Stream for the constant errors.
 const ERRORS: u64 = 1;
 
 fn generator(seed: u64, stream: u64) -> ChaCha8Rng {
@@ -16,14 +16,14 @@ fn generator(seed: u64, stream: u64) -> ChaCha8Rng {
     generator
 }
 
-/// Errors that do not change during a run, in units of their bounds: uniform between −1 and 1.
+/// Constant errors of a run relative to their bounds: uniform between −1 and 1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FixedErrors {
     /// Zeros of the joints.
     pub zero: [f64; JOINTS],
     /// Gains of the current sensors in two phases of each motor.
     pub gain: [[f64; 2]; ACTUATORS],
-    /// Their offsets.
+    /// Offsets of the current sensors.
     pub offset: [[f64; 2]; ACTUATORS],
     /// Biases of the force sensors.
     pub bias: [f64; ACTUATORS],
@@ -60,7 +60,7 @@ pub struct Noise {
     pub force: [f64; ACTUATORS],
 }
 
-/// Where noise comes from.
+/// Generator of the noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Source(ChaCha8Rng);
 
