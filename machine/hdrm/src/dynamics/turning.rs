@@ -1,10 +1,10 @@
-//! A base that turns: the Coriolis, centrifugal and Euler forces of all bodies in its axes.
+//! Effects of a rotating base: the Coriolis, centrifugal and Euler forces of all bodies.
 //!
-//! The machine's world stands on the base, so joint angles and rates are relative to it. With the
-//! angular velocity Ω and its rate Ω̇ of the base, the equations of motion keep their mass matrix;
-//! what the bias forces get besides is the difference of two recursions over the bodies, one whose
-//! ground moves with `V = [0; Ω]`, `V̇ = [0; Ω̇]` and one whose ground rests. It costs only while
-//! the base turns.
+//! The world frame is fixed to the base, so joint angles and rates are relative to it. With the
+//! base's angular velocity Ω and its rate Ω̇ the mass matrix is unchanged; the additional bias forces
+//! are the difference of two recursions over the bodies, one with the ground moving with
+//! `V = [0; Ω]`, `V̇ = [0; Ω̇]` and one with the ground at rest. They are computed only while the
+//! base rotates.
 
 use crate::dynamics::recursion::{self, Ground, WithRate};
 use crate::plant::input::{Input, wrench};
@@ -14,7 +14,7 @@ use crate::{Configuration, DOF};
 use nalgebra::{Vector3, Vector6};
 use spatial::{Twist, Wrench};
 
-/// How the base turns, in its own axes.
+/// Rotation of the base, in its own axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Turning {
     /// Ω, rad/s.
@@ -24,7 +24,7 @@ struct Turning {
 }
 
 impl Turning {
-    /// None while the base does not turn.
+    /// None while the base does not rotate.
     #[inline(always)]
     fn from_input(input: &Input) -> Option<Self> {
         let (w, w_dot) = (input.base_angular_velocity, input.base_angular_acceleration);
@@ -34,7 +34,7 @@ impl Turning {
         })
     }
 
-    /// The ground that turns so, where Ω̇ changes with `w_ddot`, rad/s³.
+    /// The ground's motion; `w_ddot` is the rate of Ω̇, rad/s³.
     fn ground(&self, w_ddot: Vector3<f64>) -> Ground {
         let turn = |w| Twist::new(Vector3::zeros(), w);
         Ground {
@@ -46,8 +46,8 @@ impl Turning {
 }
 
 impl Hdrm {
-    /// Generalised forces that the turning of the base takes, N·m; None while it does not turn.
-    /// They do not depend on accelerations.
+    /// Generalised forces due to the base's rotation, N·m; None while it does not rotate. They do not
+    /// depend on the joint accelerations.
     #[inline(always)]
     pub(crate) fn turning_forces(&self, state: &State, input: &Input) -> Option<Vector6<f64>> {
         let turning = Turning::from_input(input)?;
@@ -71,7 +71,7 @@ impl Hdrm {
             .value
     }
 
-    /// Inertial forces on the ground that moves, less those on one that rests, and their rate for
+    /// Inertial forces on the moving ground minus those on a ground at rest, and their rate for
     /// `zeta_ddot`.
     fn moving_minus_resting(
         &self,
@@ -89,8 +89,8 @@ impl Hdrm {
         }
     }
 
-    /// Change of [`Hdrm::turning_forces`] for a change `seed` of the input, the state held: they
-    /// are a quadratic function of Ω and Ω̇, of which a difference to both sides is exact.
+    /// Directional derivative of [`Hdrm::turning_forces`] along `seed` of the input at constant
+    /// state, by a central difference, which is exact as they are quadratic in Ω and Ω̇.
     pub(crate) fn turning_change(
         &self,
         state: &State,
@@ -109,8 +109,7 @@ impl Hdrm {
         Some((aside(1.0) - aside(-1.0)) * 0.5)
     }
 
-    /// Rate of [`Hdrm::turning_forces`] along the motion with `zeta_ddot`, while the input changes
-    /// with `input_dot`.
+    /// Rate of [`Hdrm::turning_forces`] for the accelerations `zeta_ddot` and input rates `input_dot`.
     pub(crate) fn turning_rate(
         &self,
         state: &State,
@@ -123,7 +122,7 @@ impl Hdrm {
             let change = self.turning_change(state, input, input_dot);
             return change.unwrap_or_default();
         };
-        // As if Ω changed with Ω̇, and then what it changes otherwise.
+        // First as if the rate of Ω were Ω̇, then the deviation of the given rate from it.
         let ground = turning.ground(input_dot.base_angular_acceleration.into());
         let WithRate { rate, .. } =
             self.moving_minus_resting(&ground, configuration, &state.zeta_dot, zeta_ddot);
@@ -136,9 +135,8 @@ impl Hdrm {
         rate + otherwise.unwrap_or_default()
     }
 
-    /// Force (N) and moment (N·m) `[f; m]` that the base exerts on the machine, at the world's
-    /// origin in the world's axes, which stand on the base: what carries its weight, reacts on its
-    /// drives' motion and moves it along with the base.
+    /// Force (N) and moment (N·m) `[f; m]` of the base on the machine, in and about the world frame,
+    /// which is fixed to the base.
     pub fn base_wrench(&self, state: &State, input: &Input) -> [f64; 6] {
         let dynamics = self.dynamics_with(state, input);
         let zeta_ddot = self.acceleration(&dynamics, input).into();
@@ -167,7 +165,7 @@ impl Hdrm {
             .into()
     }
 
-    /// What environment and contact exert on the tip, about the world's origin in its axes.
+    /// Wrench of environment and contact on the tip, in and about the world frame.
     fn outer_wrench(&self, dynamics: &Dynamics, input: &Input) -> Wrench {
         let configuration = self.tree.configuration(&dynamics.state.zeta);
         let tip = configuration.world_poses()[crate::Body::D4 as usize]

@@ -1,4 +1,4 @@
-//! Dry friction of the slew, lift and tilt joint.
+//! Dry friction of the slew, lift and tilt joint: Coulomb friction with Stribeck effect.
 //!
 //! Source: H. Olsson, K. J. Åström, C. Canudas de Wit, M. Gäfvert, P. Lischinsky, *Friction models
 //! and friction compensation*, European Journal of Control 4(3), 1998: Coulomb friction with
@@ -7,11 +7,11 @@
 use model_rules::{ParamError, Range, check_each, require};
 use serde::{Deserialize, Serialize};
 
-/// Joints that have it.
+/// Joints with dry friction.
 const JOINTS: usize = 3;
 /// Rate at which the friction has 76 % of its breakaway torque, rad/s. Below it the joint creeps.
 const W_ROUND: f64 = 5e-4;
-/// Stribeck rate, rad/s: far above it Coulomb friction is left of the breakaway torque.
+/// Stribeck rate, rad/s, above which the friction falls from breakaway to Coulomb torque.
 const W_STRIBECK: f64 = 1e-2;
 
 /// Dry friction of the slew, lift and tilt joint.
@@ -56,7 +56,7 @@ impl DryFriction {
         (coulomb * (1.0 + more) * round, coulomb * by_w)
     }
 
-    /// Largest slope of joint `i`, N·m·s/rad: that at rest.
+    /// Largest slope of joint `i`, N·m·s/rad, at zero rate.
     pub(crate) fn steepest(&self, i: usize) -> f64 {
         self.torque.get(i).copied().unwrap_or(0.0) * self.breakaway / W_ROUND
     }

@@ -1,8 +1,6 @@
-//! A change of the load while the machine moves.
-//!
-//! What is set down leaves with the velocity of the end-effector. What is picked up comes with it
-//! too, so that nothing jumps, or with a velocity of its own; then the momentum of arm and load is
-//! conserved (a plastic impact).
+//! Change of the load while the machine moves. A load that is set down leaves with the velocity of
+//! the end-effector. A load that is picked up has that velocity too, so that no velocity jumps, or
+//! its own velocity; then the momentum of arm and load is conserved (a plastic impact).
 
 use crate::dynamics::boom_frame::MovingParts;
 use crate::geometry::body::Body;
@@ -20,7 +18,7 @@ impl Hdrm {
         &self.load
     }
 
-    /// The same plant with another load.
+    /// The same plant with another load; an error if a value is out of range.
     pub fn with_load(&self, load: &Load) -> Result<Self, HdrmError> {
         load.check()?;
         let mut plant = self.clone();
@@ -30,10 +28,9 @@ impl Hdrm {
         Ok(plant)
     }
 
-    /// Plant and state after a change of the load at the instant of `now`. What is picked up, the
-    /// inertia ΔI by which the new body exceeds the old one where its mass is greater, comes with
-    /// the velocity `own` (m/s in the world, all of it alike), or with that of the end-effector.
-    /// Positions stay, and so does the momentum of arm and load:
+    /// Plant and state after a change of the load at the instant of `now`. If the mass increases, the
+    /// added inertia ΔI has the velocity `own` (m/s in the world, pure translation), or that of the
+    /// end-effector. Positions and the momentum of arm and load are unchanged:
     /// ```text
     /// M⁺·zeta_dot⁺ = M⁻·zeta_dot⁻ + Jᵀ·ΔI·V_own
     /// ```

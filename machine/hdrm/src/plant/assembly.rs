@@ -1,4 +1,4 @@
-//! A plant made of a machine and options.
+//! Builds the plant from a machine file and options: tree, inertias, end stops.
 
 use crate::DOF;
 use crate::dynamics::boom_frame::MovingParts;
@@ -15,7 +15,8 @@ use machine_file::Machine;
 use spatial::Inertia;
 
 impl Hdrm {
-    /// Plant of a machine.
+    /// The plant of a machine; an error if the mechanism does not work over its joint range, or an
+    /// option is out of range.
     pub fn new(machine: &Machine, options: &Options) -> Result<Self, HdrmError> {
         options.check()?;
         let tree = Tree::new(machine)?;
@@ -47,7 +48,7 @@ impl Hdrm {
         Ok(plant)
     }
 
-    /// The state at the start, in which drives of the wrist as built hold the pose.
+    /// The start state: wrist drives as built hold the pose.
     pub fn start_state(&self, state: State) -> State {
         let Some(drive) = &self.wrist else {
             return state;
@@ -59,10 +60,10 @@ impl Hdrm {
         }
     }
 
-    /// Stops of slew, lift and tilt where the stroke ends or the joint range does, whichever comes
-    /// first (the tilt linkage has a dead point just below stroke zero, far beyond its joint
-    /// range); stops of the wrist at its joint limits. Dimensioned for the mass that each
-    /// coordinate feels at `start`.
+    /// End stops, with stiffnesses for each coordinate's effective mass at `start`. Those of slew,
+    /// lift and tilt are where the stroke or the joint range ends, whichever comes first (the tilt
+    /// linkage has a dead point just below stroke zero, far beyond its joint range); those of the
+    /// wrist at the joint limits.
     fn dimension_stops(&self, machine: &Machine, start: &Dynamics) -> [EndStop; DOF] {
         let limits = machine.limits.zeta();
         let strokes = machine.limits.strokes();

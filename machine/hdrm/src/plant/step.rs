@@ -1,4 +1,5 @@
-//! Integration of the plant over one communication step.
+//! Integration of the manipulator over one communication step: RK4 with substeps that are shorter near
+//! contacts and in fast motion.
 
 use crate::plant::input::Input;
 use crate::plant::state::State;
@@ -8,26 +9,25 @@ use model_rules::{RATE_STEP, substeps};
 use nalgebra::Vector6;
 use thiserror::Error;
 
-/// Largest substep in free motion, s: RK4 then drifts by some 3e-7 J in 10 s of swinging with 400
+/// Longest substep in free motion, s: RK4's energy error is some 3e-7 J in 10 s of swinging with 400
 /// J.
 const H_MAX: f64 = 1e-3;
 
-/// Largest turn of a joint per substep, rad. RK4's relative energy error grows with its fourth
-/// power; normal operation (0.3 rad/s) stays far below, a wrist that whips around does not.
+/// Largest rotation of a joint per substep, rad, with whose fourth power RK4's relative energy error
+/// grows; normal operation (0.3 rad/s) is far below.
 const TURN_MAX: f64 = 4e-3;
 
 /// Longest communication step, s: 10⁴ substeps, more in fast motion and in contact.
 const STEP_MAX: f64 = 10.0;
 
-/// Most substeps that a free substep is divided into.
+/// Largest number of parts of a substep.
 const DIVISION_MAX: u32 = 200;
 
-/// Largest angle, rad, and rate, rad/s, of a joint. Only a computation that diverges goes beyond it
-/// (friction too stiff for the shortest substep, forces far beyond the machine's), and the squares
-/// in the outputs would soon overflow.
+/// Largest angle, rad, and rate, rad/s, of a joint, which only a diverging integration exceeds
+/// (friction too stiff for the shortest substep, absurd forces).
 const LARGEST: f64 = 1e9;
 
-/// Why a step could not be done; the state is left as before the step.
+/// Why a step failed; the caller's state is unchanged.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum StepError {
     /// Unusable step size.
@@ -51,8 +51,8 @@ pub enum StepError {
 }
 
 impl Hdrm {
-    /// The state after a step from `t` by `h`, both s, by RK4. `input(s)` is what acts at the time
-    /// `t + s`. Substeps divide `h`; near an end stop and in fast motion they are shorter.
+    /// The state after a step from `t` by `h`, both s. `input(s)` gives the inputs `s` seconds into
+    /// the step.
     pub fn step(
         &self,
         state: &State,
@@ -63,7 +63,7 @@ impl Hdrm {
         self.step_from(&self.dynamics_with(state, &input(0.0)), input, t, h)
     }
 
-    /// [`Hdrm::step`] from where the dynamics are known.
+    /// [`Hdrm::step`] from known dynamics at its start.
     pub fn step_from(
         &self,
         start: &Dynamics,
@@ -102,8 +102,8 @@ impl Hdrm {
         })
     }
 
-    /// One part: the drives of the wrist against the joints as they move now, then all else under
-    /// the mean torques that they transmit meanwhile, so that no momentum is lost between them.
+    /// One part of a substep: first the wrist's drives with the joints moving at their present rates,
+    /// then everything else under the mean torques of the drives, so that momentum is conserved.
     fn substep_part(
         &self,
         start: &Dynamics,
@@ -124,7 +124,7 @@ impl Hdrm {
         self.rk4(&driven, input, s, dt)
     }
 
-    /// How many parts of `dt` resolve the contacts that can be reached within it; 1 when free.
+    /// Number of parts of `dt` that resolve the contacts in reach; 1 without.
     fn contact_substeps(&self, start: &Dynamics, dt: f64) -> u32 {
         let State { zeta, zeta_dot, .. } = &start.state;
         let position = |i: usize| match start.strokes.get(i) {
@@ -146,7 +146,7 @@ impl Hdrm {
         parts(dt * (rate + self.plane_rate(start, dt)) / RATE_STEP)
     }
 
-    /// How many parts of `dt` resolve the decay by joint friction; 1 with any usual friction.
+    /// Number of parts of `dt` that resolve the decay by joint friction; 1 with usual friction.
     fn friction_substeps(&self, start: &Dynamics, dt: f64) -> u32 {
         if !self.friction_is_stiff {
             return 1;
@@ -161,8 +161,8 @@ impl Hdrm {
             .sum()
     }
 
-    /// Whether friction may count in the choice of substeps. The mobilities change with the pose,
-    /// by far less than the margin of 100.
+    /// Whether friction may require shorter substeps. The mobilities change with the pose by far less
+    /// than the margin of 100.
     pub(crate) fn has_stiff_friction(&self, start: &Dynamics) -> bool {
         H_MAX * self.friction_rate(start) > 0.01 * RATE_STEP
     }
@@ -171,7 +171,7 @@ impl Hdrm {
     fn rk4(&self, start: &Dynamics, input: &impl Fn(f64) -> Input, s: f64, dt: f64) -> State {
         let State { zeta, zeta_dot, .. } = start.state;
         let (q, w) = (Vector6::from(zeta), Vector6::from(zeta_dot));
-        // Acceleration, and the power that the contact turns into heat.
+        // Acceleration, and the power dissipated by the contact.
         let rates = |at: &Dynamics, u: &Input| {
             (self.acceleration(at, u), self.contact_force(at).dissipation)
         };
@@ -201,13 +201,13 @@ impl Hdrm {
     }
 }
 
-/// How many parts of `dt` keep each joint's turn per part below [`TURN_MAX`].
+/// Number of parts of `dt` that keep each joint's rotation per part below [`TURN_MAX`].
 fn turning_substeps(state: &State, dt: f64) -> u32 {
     let fastest = state.zeta_dot.iter().fold(0.0, |w: f64, z| w.max(z.abs()));
     parts(dt * fastest / TURN_MAX)
 }
 
-/// At least so many parts, as far as they are allowed.
+/// `number` rounded up, from 1 to [`DIVISION_MAX`].
 fn parts(number: f64) -> u32 {
     (number.ceil() as u32).clamp(1, DIVISION_MAX)
 }
