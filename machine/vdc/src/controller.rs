@@ -1,7 +1,5 @@
-//! The controller: from measurements to commands, stage by stage; how its state advances is in its
-//! module `step`.
-//!
-//! These two files alone know all stages; each of them is told what it needs.
+//! The controller as a whole: evaluates the control law stage by stage, from measurements to commands.
+//! Its module `step` advances its state. Only these two files know all stages.
 
 mod step;
 
@@ -38,8 +36,9 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// A controller for `machine` whose actuators follow `surrogate` as far as `settings.alpha`
-    /// says, starting at time `t` with the machine as `input` measures it.
+    /// A controller for `machine` with the network `surrogate` in its actuator models (weight
+    /// `settings.alpha`), starting at time `t`, s, with the measurements `input`. An error for
+    /// invalid parameters or limits, or a path that the machine cannot follow.
     pub fn new(
         machine: &Machine,
         surrogate: &Surrogate,
@@ -71,7 +70,7 @@ impl Controller {
             timing: Timing::default(),
             nominal,
         };
-        // The filters start at the present required currents, as if these had been constant.
+        // The filters start in steady state with the present required currents.
         let now = controller.evaluate(settings, input)?;
         for (drive, command) in controller.state.drives.iter_mut().zip(&now.commands) {
             *drive = drive.settled(command.i_qr);
@@ -79,29 +78,29 @@ impl Controller {
         Ok(controller)
     }
 
-    /// The same controller with this timing; before its first step.
+    /// Sets sample time and delay; to be called before the first step.
     #[must_use]
     pub fn with_timing(self, timing: Timing) -> Self {
         Self { timing, ..self }
     }
 
-    /// When it samples, and how late its commands act.
+    /// Sample time and delay.
     #[must_use]
     pub fn timing(&self) -> Timing {
         self.timing
     }
 
-    /// The stability conditions of the voltage law with these gains, at the actuator that meets
-    /// them with the least margin.
+    /// The stability conditions of the voltage law with these gains, for the actuator with the
+    /// smallest margin.
     #[must_use]
     pub fn conditions(&self, gains: &Gains) -> Conditions {
-        let of = |p| Conditions::new(p, gains);
-        Conditions::weakest(self.nominal.parameters().map(of))
+        let conditions = |p| Conditions::new(p, gains);
+        Conditions::weakest(self.nominal.parameters().map(conditions))
     }
 
-    /// Inverse kinematics, control law and voltage law for the present state, with the measurements
-    /// `input`; while measurements are held (`sample_time`, `delay`), with those. It holds until
-    /// the state, the settings or an input other than the forces `F` change.
+    /// Evaluates inverse kinematics, control law and voltage law for the present state, with the
+    /// measurements `input`, or the held ones (with `sample_time` or `delay`). The result is valid
+    /// until the state, the settings or an input other than the forces `F` change.
     pub fn evaluate(
         &self,
         settings: &Settings,
@@ -139,8 +138,8 @@ impl Controller {
         }
     }
 
-    /// The whole machine: from the reference of the tip, or of the joints, to the demands on the
-    /// rods and the wrist torques, N·m.
+    /// The law of the whole machine: from the reference of the tip, or of the joints, to the demands
+    /// on the rods and the wrist torques, N·m.
     fn machine_level(
         &self,
         now: &mut Evaluation,
@@ -225,7 +224,8 @@ impl Controller {
         }))
     }
 
-    /// Each rod by itself: the demands by its own reference. The wrist rests.
+    /// The law of single actuators: the demand on each rod from its own reference. The wrist torques
+    /// are zero.
     fn actuator_level(&self, now: &mut Evaluation, settings: &Settings, input: &Input) -> [f64; 3] {
         let gains = &settings.gains;
         let z = settings.integral.then_some(&self.state.integral);
@@ -246,7 +246,7 @@ impl Controller {
         [0.0; 3]
     }
 
-    /// Largest force that rod `i` is asked for, N, where there is a limit.
+    /// Limit of the required force of rod `i`, N; None: no limit.
     fn largest_force(&self, settings: &Settings, i: usize) -> Option<f64> {
         (settings.force_limit > 0.0).then(|| settings.force_limit * self.nominal.ratings[i][0])
     }
@@ -270,14 +270,13 @@ impl Controller {
         })
     }
 
-    /// Tells the controller that the end-effector carries `load` from now on; a mass that is not
-    /// finite and ≥ 0 changes nothing.
+    /// Sets the known load of the end-effector; a mass that is not finite and ≥ 0 is ignored.
     pub fn set_load(&mut self, load: &Load) {
         self.state.bodies.carry(load, &self.nominal.tree.r_D4_T4);
     }
 
-    /// What begins to go wrong with the commands of `now` in a step from `t` by `h`, both s;
-    /// `reported` remembers what was reported already.
+    /// The next warning about the commands of `now` in a step from `t` by `h`, both s; `reported` are
+    /// the conditions already reported.
     pub fn next_warning(
         &self,
         now: &Evaluation,
@@ -299,7 +298,7 @@ impl Controller {
         )
     }
 
-    /// Time at which the reference has come to its end, s; the start time for an external one.
+    /// Time at which the reference ends, s; the start time for an external one.
     fn motion_end(&self, settings: &Settings) -> f64 {
         let duration = match settings.level {
             Level::Machine => self.reference.duration(),

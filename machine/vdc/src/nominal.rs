@@ -1,7 +1,5 @@
-//! What the controller believes about the machine and does not change: mechanism, friction,
-//! actuators, limits.
-//!
-//! The bodies' inertias, which loads and adaptation change, are in [`crate::bodies`].
+//! The controller's constant knowledge of the machine: mechanism, friction, actuators, limits. The
+//! inertias, which loads and adaptation change, are in [`crate::bodies`].
 
 mod singularities;
 mod tip;
@@ -63,7 +61,7 @@ impl Nominal {
         self.actuators.each_ref().map(Emla::params)
     }
 
-    /// Actuator `i` with the network's share `alpha`.
+    /// Actuator `i` with the network's weight `alpha`.
     pub(crate) fn actuator(&self, i: usize, alpha: f64) -> Cow<'_, Emla> {
         if alpha == 0.0 {
             return Cow::Borrowed(&self.physics[i]);

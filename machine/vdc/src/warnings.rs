@@ -1,5 +1,6 @@
-//! Where trouble begins: causes that later show as voltages beyond all bounds or a machine out of
-//! control.
+//! Warnings to the operator about conditions that lead to loss of control: a step too long, a
+//! reference out of reach, saturated forces or voltages, commands that are limited, and actions of
+//! the supervisor. Each is reported once, when it begins.
 
 use crate::evaluation::Evaluation;
 use crate::nominal::Nominal;
@@ -9,7 +10,7 @@ use crate::supervisor::{Stage, Supervisor};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// A cause, where it begins.
+/// A condition that begins at time `t`.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum Warning {
     /// The voltage law samples too slowly for its current feedback.
@@ -85,7 +86,7 @@ pub enum Warning {
         /// Reference of the joint, rad.
         zeta: f64,
     },
-    /// A rod may not be given the force that the law asks for.
+    /// The required force of a rod exceeds its limit.
     #[error(
         "t = {t} s: the law asks for {required} N of actuator {actuator}, whose force is limited to {f_max} N (force_limit times force_max of the machine \
          file): the load is too large, the reference too fast, or control has become unstable; meanwhile nothing adapts"
@@ -97,7 +98,7 @@ pub enum Warning {
         actuator: usize,
         /// Required force, N.
         required: f64,
-        /// Most that the rod is given, N.
+        /// Limit of the force, N.
         f_max: f64,
     },
     /// The supervisor acts.
@@ -108,14 +109,14 @@ pub enum Warning {
     Supervisor {
         /// Time, s.
         t: f64,
-        /// What it does from now on.
+        /// The new stage.
         stage: Stage,
         /// Actuator, counted from 1.
         actuator: usize,
-        /// Root mean square of its force error times that of its velocity error, W.
+        /// Oscillation power: root mean square of force error times that of velocity error, W.
         power: f64,
     },
-    /// A drive cannot give what the law asks for.
+    /// The required voltage exceeds that of the drive.
     #[error(
         "t = {t} s: the voltage law asks for {required} V at actuator {actuator}, whose drive gives at most {v_max} V (v_max and v_dc/sqrt(3)): the reference \
          is too fast, the load too large, or control has become unstable"
@@ -127,13 +128,13 @@ pub enum Warning {
         actuator: usize,
         /// Required voltage, V.
         required: f64,
-        /// Most that the drive gives, V.
+        /// Largest voltage of the drive, V.
         v_max: f64,
     },
 }
 
 impl Stage {
-    /// What it does, in words.
+    /// The stage in words, for the warning.
     fn does(self) -> &'static str {
         match self {
             Self::Off | Self::Watching => "it watches",
@@ -148,7 +149,7 @@ impl Stage {
     }
 }
 
-/// Which troubles last, so that each is reported once, where it begins.
+/// Conditions that were reported and still last, so that each is reported only once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ReportedWarnings {
     step: bool,
@@ -162,9 +163,8 @@ pub struct ReportedWarnings {
     supervisor: Option<Stage>,
 }
 
-/// What begins to go wrong with the commands of `now` at `t`, s, where samples are `h` apart, s;
-/// `reported` remembers what was reported already. `rates` are those of an operator, with the
-/// joints' reference that they lead to.
+/// The first warning not yet `reported` about the commands of `now` at `t`, s; samples are `h`, s,
+/// apart. `rates` are an operator's commanded rates with the joints' motion.
 pub(crate) fn first_warning(
     now: &Evaluation,
     nominal: &Nominal,
@@ -187,7 +187,7 @@ pub(crate) fn first_warning(
         });
     }
     let mut begins = |reported: &mut bool, lasts: bool, warning: Warning| {
-        // One at a time: what begins at the same time is reported a step later.
+        // One at a time: another condition that begins now is reported at the next step.
         if lasts && !*reported && first.is_some() {
             return;
         }

@@ -29,7 +29,7 @@ fn unpacked(A: &Symmetric) -> Matrix4<f64> {
     )
 }
 
-/// `tr(A·B)`: places off the diagonal count twice.
+/// `tr(A·B)`: elements off the diagonal count twice.
 fn trace_of_product(A: &Symmetric, B: &Symmetric) -> f64 {
     let AB = A.component_mul(B);
     let diagonal = AB[0] + AB[4] + AB[7] + AB[9];
@@ -57,7 +57,7 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    /// Bounds around a nominal inertia; None if it is no physical body.
+    /// Bounds around a nominal inertia; None if it is not physically consistent.
     pub(crate) fn around(nominal: &Inertia, [lower, upper]: [f64; 2]) -> Option<Self> {
         let L = packed(&PseudoInertia::from(nominal).0);
         let minors = Minors::new(&L);
@@ -83,14 +83,13 @@ impl Bounds {
     }
 }
 
-/// A symmetric 4×4 matrix A and its 2×2 minors. Determinant and inverse follow by Laplace's
-/// expansion, with one division in all; whether A is positive definite, by the signs of its leading
-/// minors, without any.
+/// A symmetric 4×4 matrix A and its 2×2 minors: determinant and inverse by Laplace's expansion with a
+/// single division, positive definiteness by the signs of the leading minors.
 struct Minors<'a> {
     A: &'a Symmetric,
-    /// Of the rows 1, 2 and the columns 12, 13, 14, 23, 24, 34.
+    /// Minors of rows 1, 2 and columns 12, 13, 14, 23, 24, 34.
     s: [f64; 6],
-    /// Of the rows 3, 4 and the same columns.
+    /// Minors of rows 3, 4 and the same columns.
     c: [f64; 6],
 }
 
@@ -126,7 +125,7 @@ impl<'a> Minors<'a> {
         a31 * self.s[3] - a32 * self.s[1] + a33 * self.s[0]
     }
 
-    /// Whether all leading minors are positive, which is to say that A is positive definite.
+    /// Whether all leading minors are positive, that is, A is positive definite.
     fn are_positive(&self) -> bool {
         self.A[0] > 0.0 && self.s[0] > 0.0 && self.third() > 0.0 && self.determinant() > 0.0
     }
@@ -157,9 +156,8 @@ impl Estimate {
         &self.inertia
     }
 
-    /// The estimate after the body's nominal inertia has changed from `before` to `after`, with
-    /// `bounds` around the new one: by the same difference, or where that is no body within the
-    /// bounds, the new nominal inertia.
+    /// The estimate after the nominal inertia has changed from `before` to `after`: changed by the
+    /// same difference, or `after` itself if the result is outside the new `bounds`.
     pub(crate) fn moved(&self, before: &Inertia, after: &Inertia, bounds: &Bounds) -> Self {
         let inertia = Inertia {
             m: self.inertia.m + after.m - before.m,
@@ -181,18 +179,16 @@ impl Estimate {
         bounds.nominal(*after)
     }
 
-    /// Advances by `h` s with S held. A step that would leave the bounds is refused as a whole: the
-    /// estimate stays. Inside the bounds P is positive definite, `P > lower·P0 > 0`.
+    /// Advances by `h` s with S held. A step that would leave the bounds is skipped as a whole.
+    /// Inside the bounds P is positive definite, `P > lower·P0 > 0`.
     ///
-    /// This is no projection for which the Lyapunov argument holds. The argument needs that what is
-    /// left out of a step never points towards the true parameters, `tr((L − L̂) ΔS) ≤ 0`; a refused
-    /// step leaves out all of S, which for ten parameters may point either way, and the true body
-    /// may itself lie outside of the bounds. While steps are refused the term of the adaptation is
-    /// `tr(f(θ~) S)`, of either sign.
+    /// This is not a projection that preserves the Lyapunov argument, which needs that the omitted
+    /// part of a step never points towards the true parameters, `tr((L − L̂) ΔS) ≤ 0`: a skipped step
+    /// omits all of S, which for ten parameters may point either way, and the true body may be
+    /// outside the bounds. Then the adaptation's term is `tr(f(θ~) S)`, of either sign.
     ///
-    /// `leakage` σ, 1/s, pulls towards the nominal inertia, `P' = −S/γ − σ (P − P0)`: not in the
-    /// paper (0 is its law), against drift under measurements that are never exact (σ-modification
-    /// of Ioannou and Kokotović).
+    /// `leakage` σ, 1/s, pulls towards the nominal inertia, `P' = −S/γ − σ (P − P0)`, against drift
+    /// with inexact measurements (σ-modification of Ioannou and Kokotović); 0 is the paper's law.
     pub(crate) fn advance(
         &mut self,
         S: &Symmetric,
@@ -216,8 +212,7 @@ impl Estimate {
     }
 
     /// Bregman divergence of the true inertia from the estimate ([Df]), ≥ 0, zero if equal:
-    /// `D(L‖L̂) = log(|L̂|/|L|) + tr(L̂⁻¹·L) − 4`; not a number if the true one is no physical
-    /// body.
+    /// `D(L‖L̂) = log(|L̂|/|L|) + tr(L̂⁻¹·L) − 4`; NaN if the true one is not physically consistent.
     pub(crate) fn divergence(&self, truth: &Inertia) -> f64 {
         let L = packed(&PseudoInertia::from(truth).0);
         let log_of_quotient = -libm::log(self.determinant * Minors::new(&L).determinant());

@@ -1,5 +1,5 @@
-//! How the controller's state advances over a communication step: at once, from sample to sample, or
-//! with commands that act late.
+//! Advances the controller's state over a communication step: in one interval, from sample to sample,
+//! or with delayed commands.
 
 use super::Controller;
 use crate::drive::{Reading, VoltageLaw};
@@ -16,8 +16,8 @@ use crate::supervisor::Stage;
 use crate::tracking::at_joints;
 
 impl Controller {
-    /// Advances from the communication point `t` by `h`, both s, with the measurements held; `now`
-    /// is the evaluation of the present state and `input`. On error nothing has changed.
+    /// Advances from the communication point `t` by `h`, both s, with the measurements held; `now` is
+    /// the evaluation of the present state and `input`. On error the state is unchanged.
     pub fn step(
         &mut self,
         now: &Evaluation,
@@ -50,7 +50,7 @@ impl Controller {
         Ok(())
     }
 
-    /// Takes over what the path says of the load, if the controller is told.
+    /// Sets the known load to that of the path, if the settings allow.
     #[inline]
     fn take_over_load(&mut self, settings: &Settings) {
         if settings.load_known && settings.level == Level::Machine {
@@ -62,8 +62,8 @@ impl Controller {
         }
     }
 
-    /// All states but the observer's and the samples over an interval of `h` s in which the
-    /// measurements and commands of `now` are held.
+    /// Advances all states except the joint observer's and the samples by `h` s, with the measurements
+    /// and commands of `now` held.
     fn advance(&mut self, now: &Evaluation, settings: &Settings, input: &Input, h: f64) {
         let settings = &*self.state.supervisor.effective_settings(settings);
         let Self {
@@ -111,8 +111,8 @@ impl Controller {
         }
     }
 
-    /// A step without delay: measurements are held from one sample to the next, those of a sample
-    /// inside the step are `input`.
+    /// A step with a sample time and without delay: measurements are held from one sample to the next;
+    /// a sample inside the step takes `input`.
     fn step_sampled(
         &mut self,
         now: &Evaluation,
@@ -154,8 +154,8 @@ impl Controller {
         }
     }
 
-    /// A step after which the outputs belong to the time at which they act: measurements are
-    /// predicted over the delay, with the commands that act meanwhile.
+    /// A step with delay: the next outputs are computed for the time at which they will act, from
+    /// measurements predicted over the delay with the commands that act until then.
     fn step_delayed(
         &mut self,
         now: &Evaluation,
@@ -189,7 +189,7 @@ impl Controller {
     }
 }
 
-/// Advances the supervisor by `h` s, and what its new stages ask of the rest of the state.
+/// Advances the supervisor by `h` s, and applies a new stage to the rest of the state.
 fn supervise(
     nominal: &Nominal,
     reference: &Reference,
@@ -208,7 +208,7 @@ fn supervise(
     let Some(fall) = supervisor.advance(&errors, is_overloaded, ratings, state.t, h) else {
         return;
     };
-    // What it asks for, Λ z, stays.
+    // Keeps Λ z, which the integral contributes to the required rates.
     state.integral *= fall;
     let stage = state.supervisor.stage();
     if stage >= Stage::Stopping && state.supervisor.stop().is_none() {

@@ -1,11 +1,10 @@
-//! The cascade that drives ship with, to compare with: position P, velocity PI, and what holds the
-//! nominal machine fed forward, with the nominal friction of joints and actuators.
+//! Cascade control as in industrial drives, for comparison: position P, velocity PI, with feedforward
+//! of nominal gravity and friction.
 //!
 //! Source: R. Krishnan, *Permanent Magnet Synchronous and Brushless DC Motor Drives*, chapter on
-//! speed control. The position loop is that of the tip (`Lambda_position`,
-//! `Lambda_orientation`), whose rates the joints' velocity loops follow; their proportional gains
-//! are the `pd_…` dampings, their integral rate is `omega_tip`. The voltage law stands for the
-//! current loop.
+//! speed control. The position loop is that of the tip (`Lambda_position`, `Lambda_orientation`); its
+//! rates are the references of the joints' velocity loops, whose proportional gains are the `pd_…`
+//! dampings and whose integral rate is `omega_tip`. The voltage law replaces the current loop.
 
 use crate::law::control_law::{ControlLaw, Forces, Instant, Rod};
 use crate::law::decomposition;

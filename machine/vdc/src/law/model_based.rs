@@ -1,5 +1,5 @@
-//! The paper's laws: forces by the bodies' model, with their nominal inertias (modular) or with
-//! estimates that adapt (adaptive).
+//! The paper's control laws: forces from the rigid-body model, with nominal inertias (modular) or with
+//! adapted estimates (adaptive).
 
 use crate::bodies::{Bodies, adaptation_direction};
 use crate::law::control_law::{ControlLaw, Forces, Instant};
@@ -9,8 +9,7 @@ use machine_file::Controller as Gains;
 
 /// Virtual decomposition control.
 pub(crate) struct ModelBased {
-    /// Whether the estimates of the inertias adapt ([L adapt]); otherwise they stay as they are,
-    /// nominal from the start.
+    /// Whether the estimates of the inertias adapt ([L adapt]); otherwise they stay nominal.
     pub(crate) adapts: bool,
 }
 

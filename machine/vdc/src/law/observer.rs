@@ -1,4 +1,4 @@
-//! Computed torque with a disturbance observer at the joints, to compare with.
+//! Control law for comparison: computed torque with a disturbance observer at the joints.
 //!
 //! Source: W.-H. Chen, D. J. Ballance, P. J. Gawthrop, J. O'Reilly, *A nonlinear disturbance
 //! observer for robotic manipulators*, IEEE Transactions on Industrial Electronics 47(4), 2000.
@@ -13,7 +13,7 @@
 
 use crate::law::control_law::{ControlLaw, Forces, Instant};
 
-/// The nominal model; what it lacks is observed.
+/// The nominal model with a disturbance observer.
 pub(crate) struct DisturbanceObserver;
 
 impl ControlLaw for DisturbanceObserver {

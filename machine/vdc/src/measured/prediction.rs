@@ -1,4 +1,4 @@
-//! What the controller will measure one communication step later.
+//! Predicts the measurements one communication step ahead, to compensate a delay of the commands.
 
 use crate::drive::Reading;
 use crate::error::ControllerError;
@@ -9,29 +9,28 @@ use emla::{Emla, maps};
 use hdrm::DOF;
 use serde::{Deserialize, Serialize};
 
-/// Voltages and accelerations that act over one communication step.
+/// Planned voltages and accelerations of one communication step.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Plan {
     /// Voltages of the drives, V.
     pub(crate) v_d: [f64; 3],
     pub(crate) v_q: [f64; 3],
-    /// Required joint accelerations, rad/s²: what the machine is taken to do.
+    /// Required joint accelerations, rad/s², which the machine is assumed to follow.
     pub(crate) zeta_ddot: [f64; DOF],
     /// Required rod accelerations, m/s².
     pub(crate) x_ddot: [f64; 3],
-    /// Positions of the strokes, m, and their slopes by the joint angles, m/rad; None where each
-    /// rod moves by itself.
+    /// Positions of the strokes, m, and their derivatives by the joint angles, m/rad; None without
+    /// the manipulator.
     pub(crate) strokes: Option<[[f64; 2]; 3]>,
 }
 
-/// The measurements and the external reference after a step of `h` s in which `planned` acts, by
-/// the nominal actuators with the network's share `alpha`.
+/// The measurements and the external reference after a step of `h` s in which `planned` acts, with
+/// the nominal actuators and the network's weight `alpha`.
 ///
-/// Joints and rods move with the required accelerations, which they follow within the tracking
-/// error: differentiating the measured rates instead would double their noise. Currents, motor
-/// speeds and forces follow from the nominal actuator under the planned voltages; it begins with
-/// the force, so `F` must be connected. `lead` is the time by which that force is given ahead, s
-/// ([`Emla::with_delay`]).
+/// Joints and rods are assumed to follow the required accelerations: differentiating the measured
+/// rates would double their noise. Currents, motor speeds and forces are computed with the nominal
+/// actuator under the planned voltages; it starts from the measured force, so `F` must be connected.
+/// `lead` is the time, s, over which that force is already predicted ([`Emla::with_delay`]).
 pub(crate) fn predict(
     nominal: &Nominal,
     alpha: f64,
@@ -105,8 +104,7 @@ impl Rod {
         }
     }
 
-    /// The actuator's state with the rod moving so, where the force `now.F` is given a time `lead`
-    /// ahead, s.
+    /// The actuator's state for this rod motion and the force `now.F`, predicted by `lead`, s.
     fn drive_state(&self, drive: &Emla, now: &Reading, lead: f64) -> emla::State {
         let p = drive.params();
         let travel = maps::travel_per_radian(p);

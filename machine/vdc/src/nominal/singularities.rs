@@ -1,24 +1,24 @@
-//! Where the arm cannot move in all directions, and the tip's inverse kinematics there: damped near
-//! the singularities of wrist and elbow.
+//! Singular poses of wrist and elbow, and the inverse of the tip's Jacobian, which is damped near
+//! them.
 
 use hdrm::{DOF, Tree};
 use nalgebra::{Matrix6, Vector6};
 use serde::{Deserialize, Serialize};
 
-/// |sin zeta_5| below which the inverse is damped: there the first and third wrist axes align.
+/// |sin zeta_5| below which the inverse is damped; at 0 the first and third wrist axes align.
 const NEAR_SINGULAR: f64 = 0.05;
-/// Damping at the singularity itself, in the Jacobian's mixed units (m and rad).
+/// Damping at the wrist's singularity, in the Jacobian's mixed units (m and rad).
 const DAMPING: f64 = 0.03;
-/// The same sine of the elbow's angle to the stretched arm, where the tip cannot move along the
-/// arm.
+/// Sine of the elbow's angle from the stretched arm below which the inverse is damped; at 0 the tip
+/// cannot move along the arm.
 const NEAR_STRETCHED: f64 = 0.1;
 /// Damping with the arm stretched.
 const STRETCHED_DAMPING: f64 = 0.1;
 
-/// Where the arm cannot move in all directions.
+/// The arm's singular poses.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Singularities {
-    /// `zeta_3` of the arm stretched: lift joint, tilt joint and wrist centre C4 in line, rad.
+    /// `zeta_3` of the stretched arm, rad: lift joint, tilt joint and wrist centre C4 in line.
     stretched: f64,
 }
 
@@ -33,20 +33,19 @@ impl Singularities {
         }
     }
 
-    /// Whether the wrist's inverse is damped.
+    /// Whether the inverse is damped because of the wrist.
     pub(crate) fn is_near_wrist(&self, zeta_5: f64) -> bool {
         libm::sin(zeta_5).abs() < NEAR_SINGULAR
     }
 
-    /// Angle by which `zeta_3`, turning in this direction (its sign), may turn until the arm is
-    /// stretched, or folded.
+    /// Angle, rad, from `zeta_3` in the given direction (a sign) until the arm is stretched or folded.
     pub(crate) fn stretch_ahead(&self, zeta_3: f64, direction: f64) -> f64 {
         use std::f64::consts::PI;
         let beyond = (zeta_3 - self.stretched).rem_euclid(PI);
         if direction > 0.0 { PI - beyond } else { beyond }
     }
 
-    /// μ² of the damped inverse; 0 where none is needed.
+    /// μ² of the damped inverse; 0 away from singularities.
     fn damping(&self, zeta: &[f64; DOF]) -> f64 {
         let near = |sine: f64, range: f64| (1.0 - (sine / range).powi(2)).max(0.0);
         let wrist = near(libm::sin(zeta[4]), NEAR_SINGULAR);
@@ -58,7 +57,7 @@ impl Singularities {
 /// `J⁻¹`, or `Jᵀ(J·Jᵀ + μ²)⁻¹` near a singularity; μ grows smoothly from zero.
 pub(crate) struct Inverse {
     lu: nalgebra::LU<f64, nalgebra::U6, nalgebra::U6>,
-    /// Jᵀ where the inverse is damped.
+    /// Jᵀ if the inverse is damped.
     transposed: Option<Matrix6<f64>>,
 }
 
@@ -79,7 +78,7 @@ impl Inverse {
     }
 
     pub(crate) fn apply(&self, b: Vector6<f64>) -> Vector6<f64> {
-        // A wrist centre on the slew axis is outside the joint limits; nothing moves there.
+        // Only singular with the wrist centre on the slew axis, outside the joint limits: no motion.
         let x = self.lu.solve(&b).unwrap_or_else(Vector6::zeros);
         match &self.transposed {
             None => x,

@@ -1,4 +1,4 @@
-//! Where joint angles have the tip.
+//! Forward kinematics: pose of the tip at given joint angles.
 
 use hdrm::{GeometryError, Tip, Tree};
 use machine_file::Machine;

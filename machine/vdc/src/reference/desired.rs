@@ -20,8 +20,8 @@ pub struct DesiredMotion {
 }
 
 impl DesiredMotion {
-    /// What was desired a short time `age` ago, s: extrapolated with the present acceleration, the
-    /// orientation with its angular velocity.
+    /// The desired motion a short time `age`, s, ago, extrapolated with the present acceleration and
+    /// angular velocity.
     pub(crate) fn earlier(&self, age: f64) -> Self {
         let back = turn(self.angular_velocity * -age);
         Self {
