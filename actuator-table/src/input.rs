@@ -1,5 +1,4 @@
-//! Inputs of an actuator as the importer sets them, and the rod's position between two calls that
-//! set the input `x`.
+//! Inputs of an actuator FMU, and the rod's position between two calls that set the input `x`.
 //!
 //! The rod keeps moving with its velocity, within a step and from one step to the next, until `x`
 //! is set again: holding it while x_dot ≠ 0 would falsify the force by K_b·x_dot·h, some 20 kN at
@@ -44,8 +43,7 @@ impl Input {
         }
     }
 
-    /// The model's inputs of a derivative: a seed or time derivatives, where no value is ever "not
-    /// set".
+    /// The model's inputs of a seed or of time derivatives, where every value counts as set.
     pub fn direction(&self) -> ActuatorInput {
         ActuatorInput {
             x: self.x.value,

@@ -1,8 +1,7 @@
 //! FMU `Controller` for co-simulation in FMI 2.0 and 3.0: the adaptive modular controller of the
 //! manipulator.
 //!
-//! `table` is the single source of names, units, bounds and dependencies; this file connects it
-//! to the `vdc` library.
+//! This file connects the table of variables (`table`) to the `vdc` library.
 #![allow(non_snake_case)] // the paper's symbols
 
 mod enumerations;

@@ -1,8 +1,7 @@
-//! FMU `DcLink` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: battery pack, capacitor, precharge and brake
-//! chopper.
+//! FMU `DcLink` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: battery pack, capacitor,
+//! precharge and brake chopper.
 //!
-//! `table` is the single source of names, units, bounds and dependencies; this file connects it to
-//! the `dclink` library.
+//! This file connects the table of variables (`table`) to the `dclink` library.
 #![allow(non_snake_case)] // symbols of the books
 
 mod model;

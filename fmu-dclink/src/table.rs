@@ -1,5 +1,4 @@
-//! Variables of the FMU `DcLink`. The rows are written here, not derived: their fields belong to
-//! crates that know no FMI.
+//! The table of variables of the FMU `DcLink`: names, units, bounds and dependencies.
 
 use super::model::DcLinkFmu;
 use fmu_export::{ALL_PARAMETERS, File, Info, NO_STATES, Terminal, Unit, Variable, row};
@@ -25,11 +24,11 @@ static WARMING: Unit = Unit::new("K/s").K(1).s(-1);
 
 type V = Variable<DcLinkFmu>;
 
-/// What the current of the pack depends on.
+/// Dependencies of the pack's current.
 const CIRCUIT: &[&str] = &["soc", "v_pairs", "v_dc"];
 const CAPACITOR: &[&str] = &["v_dc"];
 
-/// An output of these states, which no input acts on at once.
+/// An output that depends on these states, without direct feedthrough.
 const fn follows_states(states: &'static [&'static str], row: V) -> V {
     row.depends_on(states)
         .initially_depends_on(&[ALL_PARAMETERS])
@@ -95,7 +94,7 @@ pub(crate) const VARIABLES: &[V] = &[
     row!(V, parameter precharge.share, "precharge: share of the pack's voltage at which it is over").unit("1").range(1e-3..=0.9999).display_unit("%"),
     row!(V, parameter v_min, "voltage below which drives cannot work: undervoltage").unit("V").range(0.0..=1e6),
     row!(V, parameter v_max, "voltage that nothing on the link should see: a warning").unit("V").range(1e-3..=1e6),
-    // States that nobody asked for before Model Exchange
+    // States for Model Exchange, appended
     row!(V, locals v_pairs, "voltages of the RC pairs").unit("V").nominal(10.0),
 ];
 

@@ -1,7 +1,7 @@
-//! FMU `Emla` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: an electromechanical linear actuator.
+//! FMU `Emla` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: an electromechanical linear
+//! actuator.
 //!
-//! `table` is the single source of names, units, bounds and dependencies; this file connects it to
-//! the `emla` library.
+//! This file connects the table of variables (`table`) to the `emla` library.
 #![allow(non_snake_case)] // the paper's symbols
 
 mod course;

@@ -1,8 +1,7 @@
-//! FMU `Hdrm` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: the heavy-duty manipulator, both closed loops
-//! included.
+//! FMU `Hdrm` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: the heavy-duty manipulator,
+//! both closed loops included.
 //!
-//! `table` is the single source of names, units, bounds and dependencies; this file connects it
-//! to the `hdrm` library.
+//! This file connects the table of variables (`table`) to the `hdrm` library.
 #![allow(non_snake_case)] // the paper's symbols
 
 mod model;

@@ -140,8 +140,8 @@ impl DcLink {
         }
     }
 
-    /// Positive once the mode has ended: a current limit reached or left, a threshold of the chopper
-    /// or of precharge passed, the capacitor empty or no longer so. Continuous along a solution.
+    /// Positive once the mode has ended: current limit reached or left, threshold of chopper or
+    /// precharge passed, capacitor empty or no longer so. Continuous along a solution.
     pub(crate) fn guard(&self, x: &Point, mode: Mode, i_load: f64) -> f64 {
         let mut ended = f64::NEG_INFINITY;
         self.guards(x, mode, i_load, |_, value| ended = ended.max(value));

@@ -39,9 +39,9 @@ impl DcLink {
     }
 
     /// Event indicators: the mode of `s` ends where one becomes positive. The first four are a
-    /// current limit of the pack (A), a threshold of the chopper (V), that of precharge (V), and the
-    /// capacitor empty (V) or no longer so (A); −1 for a guard that the mode does not have. The last
-    /// two are the voltage above `v_min` and below `v_max`, V.
+    /// current limit of the pack (A), a threshold of the chopper (V), that of precharge (V), and
+    /// the capacitor empty (V) or no longer so (A); −1 for a guard that the mode does not have. The
+    /// last two are the voltage above `v_min` and below `v_max`, V.
     pub fn mode_ends(&self, s: &State, u: &Input) -> [f64; ENDS] {
         let (v_min, v_max) = (self.p.v_min, self.p.v_max);
         let mut ends = [-1.0, -1.0, -1.0, -1.0, s.v_c - v_min, v_max - s.v_c];

@@ -81,8 +81,7 @@ pub struct Brake {
 /// How the capacitor is charged at the start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Precharge {
-    /// Whether the capacitor is charged through a resistor; otherwise it starts at the pack's
-    /// voltage.
+    /// Whether the capacitor is precharged; otherwise it starts at the pack's voltage.
     pub on: bool,
     /// The resistor, Ω.
     pub R: f64,

@@ -1,9 +1,9 @@
 //! Integration over one communication step: J. C. Butcher's Runge–Kutta method of order 6 within a
 //! mode, and events where a mode ends.
 //!
-//! Each substep is first integrated in its mode. If the guard is positive at its end, the mode ended
-//! inside: the Illinois variant of the secant rule finds the instant, to [`EVENT_TOLERANCE`] of the
-//! substep, and the rest is integrated in the new mode.
+//! Each substep is first integrated in its mode. If the guard is positive at its end, the mode
+//! ended inside: the Illinois variant of the secant rule finds the instant, to [`EVENT_TOLERANCE`]
+//! of the substep, and the rest is integrated in the new mode.
 
 use crate::circuit::Point;
 use crate::input::Input;
@@ -15,12 +15,10 @@ use model_rules::{MAX_SUBSTEPS, StepError, check_step, substeps};
 const EVENT_TOLERANCE: f64 = 1e-13;
 /// Largest number of events located in one substep; later ones act at the end of the substep.
 const MAX_EVENTS: u32 = 64;
-/// Most iterations for one event.
 const MAX_ITERATIONS: u32 = 60;
 
 impl DcLink {
-    /// The state a time `h`, s, after `s`, with the inputs `u` held. `t`, s, is used in error
-    /// messages only.
+    /// The state a time `h`, s, after `s`, with the inputs `u` held; `t`, s, is for error messages.
     pub fn step(&self, s: &State, u: &Input, t: f64, h: f64) -> Result<State, StepError> {
         check_step(t, h)?;
         let n = substeps(h, self.dt_max);
@@ -55,7 +53,7 @@ impl DcLink {
     fn substep(&self, x: &mut Point, mode: &mut Mode, i_load: f64, dt: f64) {
         let mut left = dt;
         for _ in 0..MAX_EVENTS {
-            let end = self.integrate(x, mode, i_load, left);
+            let end = self.integrate(x, *mode, i_load, left);
             if self.guard(&end, *mode, i_load) <= 0.0 {
                 *x = end;
                 return;
@@ -68,11 +66,11 @@ impl DcLink {
                 return;
             }
         }
-        *x = self.integrate(x, mode, i_load, left);
+        *x = self.integrate(x, *mode, i_load, left);
         *mode = self.mode(x, *mode, i_load);
     }
 
-    /// Time from `x` to the end of the mode within `dt`, s, and the point there, just past the event.
+    /// Time from `x` to the end of the mode within `dt`, s, and the point just past it.
     fn locate_event(&self, x: &Point, mode: Mode, i_load: f64, dt: f64) -> (f64, Point) {
         let guard = |h: f64| {
             let at = self.integrate(x, mode, i_load, h);
@@ -85,7 +83,7 @@ impl DcLink {
             if high - low <= EVENT_TOLERANCE * dt {
                 break;
             }
-            // Stay half a tolerance away from both ends, so that the bracket closes from both sides.
+            // Stay half a tolerance away from both ends, so the bracket closes from both sides.
             let margin = 0.5 * EVENT_TOLERANCE * dt;
             let secant = high - above * (high - low) / (above - below);
             let h = secant.max(low + margin).min(high - margin);
@@ -103,8 +101,8 @@ impl DcLink {
         (high, point)
     }
 
-    /// One Runge–Kutta step of length `h`. A kink of the open-circuit voltage inside it takes effect
-    /// at its end, an error of microvolts.
+    /// One Runge–Kutta step of length `h`. A kink of the open-circuit voltage inside it takes
+    /// effect at its end, an error of microvolts.
     ///
     /// Source: J. C. Butcher, *On Runge–Kutta processes of high order*, J. Austral. Math. Soc. 4
     /// (1964), the sixth-order process of seven stages with abscissae 0, 1/3, 2/3, 1/3, 1/2, 1/2,

@@ -49,8 +49,7 @@ impl Emla {
         })
     }
 
-    /// Adds a network, whose residual force is scaled by `alpha` (0…1). At α = 0 it only appears in
-    /// outputs.
+    /// Adds a network with its blending factor `alpha` (0…1); at 0 it only appears in outputs.
     #[must_use]
     pub fn with_surrogate(mut self, surrogate: Surrogate, alpha: f64) -> Self {
         self.surrogate = Some(surrogate);

@@ -1,5 +1,4 @@
-//! Everything that is constant over a step: parameters at the present temperature, DC-link voltage,
-//! gates and brake.
+//! Constants of a step: parameters at the present temperature, DC-link voltage, gates, brake.
 
 use machine_file::{Drive, Holding};
 
@@ -18,7 +17,6 @@ pub(crate) struct Conditions<'a> {
     /// Whether the inverter's gates are on; while they are off no current flows
     /// ([`Emla::update_gates`]).
     pub gates: bool,
-    /// State of the brake.
     pub brake: Holding,
 }
 

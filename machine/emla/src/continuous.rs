@@ -1,9 +1,9 @@
 //! The equations for Model Exchange, where the importer integrates: derivatives of the state, event
 //! indicators, and the state after an event.
 //!
-//! Quantities that a step of Co-Simulation holds constant are evaluated at the present instant here:
-//! temperatures, resistance, flux, and the network's residual. The network's outputs and all means
-//! are updated by [`Emla::with_observations`].
+//! Quantities that a step of Co-Simulation holds constant are evaluated at the present instant
+//! here: temperatures, resistance, flux, and the network's residual. The network's outputs and all
+//! means are updated by [`Emla::with_observations`].
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
@@ -23,8 +23,7 @@ impl Emla {
         self.p.brake.unwrap_or(Brake::TYPICAL)
     }
 
-    /// The conditions at this instant; an applied brake slips in the direction `slip` (±1) or holds
-    /// (0).
+    /// The conditions at this instant; an applied brake slips (`slip` = ±1) or holds (0).
     pub(crate) fn instant_conditions<'a>(
         &self,
         p: &'a machine_file::Emla,
@@ -90,9 +89,9 @@ impl Emla {
     }
 
     /// Event indicators; an event is where one changes sign: motor speed (rad/s), torque on the
-    /// screw, whose sign makes the gear factor jump, and electromagnetic torque (N·m); DC-link voltage
-    /// above the undervoltage limit (V); of an applied brake, its torque reserve while it holds
-    /// (N·m), or the speed at which it slips (rad/s).
+    /// screw, whose sign makes the gear factor jump, and electromagnetic torque (N·m); DC-link
+    /// voltage above the undervoltage limit (V); of an applied brake, its torque reserve while it
+    /// holds (N·m), or the speed at which it slips (rad/s).
     #[must_use]
     pub fn indicators(&self, s: &State, u: &Input, slip: f64) -> [f64; INDICATORS] {
         let p = &*self.at_temperature(&s.thermal);
@@ -112,8 +111,8 @@ impl Emla {
     }
 
     /// The state after an event, and the direction in which an applied brake slips: a drive that
-    /// trips or is disabled loses its currents; a brake holds a shaft that has come to rest, if its
-    /// torque suffices.
+    /// trips or is disabled loses its currents; a brake holds a shaft that has come to rest, if it
+    /// can.
     #[must_use]
     pub fn after_event(&self, s: &State, u: &Input, slip: f64) -> (State, f64) {
         let mut next = self.update_gates(s, u);

@@ -1,4 +1,4 @@
-//! Equations of motion: the time derivative of the state, and the powers and energies at one instant.
+//! Equations of motion: the state's time derivative, and powers and energies at one instant.
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;

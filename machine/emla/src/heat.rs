@@ -9,7 +9,6 @@ use std::borrow::Cow;
 
 /// Longest Runge–Kutta step over the faster time constant; the error of `e^z` is z⁵/120.
 const SHARE: f64 = 0.02;
-/// Largest number of these steps.
 const MAX_STEPS: f64 = 1e6;
 
 impl Emla {

@@ -1,6 +1,7 @@
-//! The paper's model of the electromechanical linear actuator (EMLA): a permanent-magnet synchronous
-//! motor drives a nut through a gear and a ball screw; the nut pushes a rod through a spring and a
-//! damper. The FMU `Emla` wraps it, and the controller uses its [`maps`] with nominal parameters.
+//! The paper's model of the electromechanical linear actuator (EMLA): a permanent-magnet
+//! synchronous motor drives a nut through a gear and a ball screw; the nut pushes a rod through a
+//! spring and a damper. The FMU `Emla` wraps it, and the controller uses its [`maps`] with nominal
+//! parameters.
 //!
 //! Source: section "Integrated Dynamic Model of the EMLA" of the paper; each function names its
 //! equation and any departure from it. Quantities in dq coordinates are peak-valued and oriented to

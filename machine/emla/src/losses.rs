@@ -32,8 +32,8 @@ pub(crate) struct Losses {
     pub rod: f64,
     /// Power of the network's residual force, `−α·dF·ẋ_n`; of either sign.
     pub residual: f64,
-    /// `−½·K_b'(x)·ẋ·(x_n − x)²`, of either sign, some 5·10⁻⁵ of `F·ẋ`: the stiffness varies with x,
-    /// for which the paper's force law has no term.
+    /// `−½·K_b'(x)·ẋ·(x_n − x)²`, of either sign, some 5·10⁻⁵ of `F·ẋ`: the stiffness varies with
+    /// x, for which the paper's force law has no term.
     pub stiffness: f64,
 }
 

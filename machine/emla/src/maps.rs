@@ -1,9 +1,9 @@
-//! Static maps of the actuator, functions of parameters and operating point alone: transmission, gear
-//! loss, stiffness, torque, and the quasi-static force of the whole actuator with its inverse. The
-//! controller calls them with its own nominal parameters.
+//! Static maps of the actuator, functions of parameters and operating point alone: transmission,
+//! gear loss, stiffness, torque, and the quasi-static force of the whole actuator with its inverse.
+//! The controller calls them with its own nominal parameters.
 //!
-//! Quotients of parameters come first in a product (`1/N·τ`, not `τ/N`): the compiler then moves them
-//! out of the loop over the substeps, where a division costs as much as ten sums.
+//! Quotients of parameters come first in a product (`1/N·τ`, not `τ/N`): the compiler then moves
+//! them out of the loop over the substeps, where a division costs as much as ten sums.
 
 use crate::motor;
 use crate::tanh::tanh;
@@ -129,9 +129,9 @@ pub fn screw_load(p: &Emla, F_nut: f64, w_m: f64) -> f64 {
     p.C_s / p.N_gear * w_m + lead(p) * F_nut
 }
 
-/// Inertia that the motor accelerates, kg·m²: `J_m + k J_s/N²`, the single inertia of the rigid gear,
-/// which the paper's rotor, gear and screw equations over-determine. It replaces the dimensionally
-/// wrong `J_m + M_act/(N + η_f)` of Eq. (eq:current_q_required).
+/// Inertia that the motor accelerates, kg·m²: `J_m + k J_s/N²`, the single inertia of the rigid
+/// gear, which the paper's rotor, gear and screw equations over-determine. It replaces the
+/// dimensionally wrong `J_m + M_act/(N + η_f)` of Eq. (eq:current_q_required).
 pub fn inertia(p: &Emla, k: f64) -> f64 {
     p.J_m + p.J_s / (p.N_gear * p.N_gear) * k
 }
@@ -151,8 +151,7 @@ pub fn required_torque(p: &Emla, F: f64, w_m: f64, w_m_dot: f64) -> f64 {
 
 /// Quasi-static force on the load at torque `tau_e` and constant motor speed `w_m`, N:
 /// `F_ext(θ̇_m, τ_e)` of Eq. (eq:residual_blending_hat), the inverse of [`required_torque`] at
-/// `ẇ_m = 0`.
-/// As k > 0, the load has the sign of the torque minus the motor's friction.
+/// `ẇ_m = 0`. As k > 0, the load has the sign of the torque minus the motor's friction.
 pub fn quasi_static_force(p: &Emla, tau_e: f64, w_m: f64) -> f64 {
     let tau = tau_e - motor_friction(p, w_m);
     let tau_load = p.N_gear * tau / gear_factor(p, tau, w_m);

@@ -76,8 +76,7 @@ pub struct Output {
     pub E_stored: f64,
     /// Heat flow to the air, W; 0 if heat is not modelled.
     pub P_heat: f64,
-    /// Part of `E_loss` in the inverter, whose heat does not reach the motor, J; computed if heat is
-    /// modelled.
+    /// Part of `E_loss` in the inverter, which has its own cooling, J; 0 without heat.
     pub E_inverter: f64,
     /// Heat given to the air since the start, J.
     pub E_heat: f64,
@@ -181,7 +180,7 @@ impl Emla {
         }
     }
 
-    /// `physics + α·(network − physics)`, Eq. (eq:residual_blending_hat); `physics` without network.
+    /// `physics + α·(network − physics)`, Eq. (eq:residual_blending_hat); α = 0 without one.
     pub(crate) fn blend(&self, physics: f64, network: f64) -> f64 {
         match self.surrogate {
             Some(_) => physics + self.alpha * (network - physics),

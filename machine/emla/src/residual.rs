@@ -24,8 +24,8 @@ pub struct Untrained {
 }
 
 impl Emla {
-    /// Warning if state `s` is outside the network's trained range and the network acts. Speeds below
-    /// the trained ones are excepted: every motion begins and ends there.
+    /// Warning if state `s` is outside the network's trained range and the network acts. Speeds
+    /// below the trained ones are excepted: every motion begins and ends there.
     pub fn untrained(&self, s: &State) -> Option<Untrained> {
         let surrogate = self.surrogate.as_ref().filter(|_| self.alpha > 0.0)?;
         let (ranges, w_m) = (surrogate.ranges(), s.w_m);

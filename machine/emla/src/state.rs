@@ -79,13 +79,11 @@ pub(crate) struct Point {
     pub energy: Balance,
 }
 
-/// Outputs of the network and its correction of the physics at one operating point; all zero without
-/// a network.
+/// Outputs of the network, and its correction of the physics; all zero without a network.
 ///
 /// Source: `[paper]` Eq. (eq:residual_blending_hat), on the quasi-static maps. `α·dF` acts as a
 /// load on the nut, `F_nut = F_spring − α·dF`, so that in steady state the delivered force is
-/// `F_qs + α·dF = F_hyb`. Added on the rod side it would lack the motor's inertia and peak far above
-/// the load.
+/// `F_qs + α·dF = F_hyb`. On the rod side it would lack the motor's inertia and peak.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Residual {
     /// `F_net − F_qs`, both inside the network's guards, N.
@@ -181,8 +179,7 @@ impl State {
         }
     }
 
-    /// Checks that the state is finite, and also powers and losses, which are products of up to four
-    /// of its numbers.
+    /// Checks that the state, and products of up to four of its numbers (powers), are finite.
     pub(crate) fn check_finite(&self, t: f64) -> Result<(), StepError> {
         let values = [
             ("i_d", self.i_d),
@@ -240,8 +237,8 @@ impl Point {
 mod tests {
     use super::*;
 
-    /// Found by random calls: currents that ran away within a step were finite, and `P_in`, which is
-    /// ∞ − ∞ then, was not a number.
+    /// Found by random calls: currents that ran away within a step were finite, and `P_in`, which
+    /// is ∞ − ∞ then, was not a number.
     #[test]
     fn numbers_whose_powers_are_no_numbers_are_refused() {
         let run_away = State {

@@ -67,8 +67,8 @@ impl Emla {
         model_rules::substeps(h, self.dt_max)
     }
 
-    /// The step in `n` substeps, without updating electrical means and temperatures. Heat, gates off
-    /// and brake, which are rare, have a loop of their own.
+    /// The step in `n` substeps, without updating electrical means and temperatures. Heat, gates
+    /// off and brake, which are rare, have a loop of their own.
     #[inline(always)]
     fn attempt(
         &self,
@@ -106,9 +106,9 @@ impl Emla {
         })
     }
 
-    /// `n` substeps of `dt` with gates on, brake released and heat not modelled. Not inlined, so that
-    /// the compiler knows that its arguments are constant and moves some 25 divisions of parameters
-    /// out of the loop.
+    /// `n` substeps of `dt` with gates on, brake released and heat not modelled. Not inlined, so
+    /// that the compiler knows that its arguments are constant and moves some 25 divisions of
+    /// parameters out of the loop.
     #[inline(never)]
     fn substeps_plain<const MOTION: bool>(
         &self,
@@ -162,9 +162,9 @@ impl Emla {
         Ok(s)
     }
 
-    /// One classical Runge–Kutta step of length `dt`, a time `t` after the start of the step; `count`
-    /// receives the losses by kind with their weights. A loop, because with a single call of `rates`
-    /// the compiler moves parameter-only expressions out of it.
+    /// One classical Runge–Kutta step of length `dt`, a time `t` after the start of the step;
+    /// `count` receives the losses by kind with their weights. A loop, because with a single call
+    /// of `rates` the compiler moves parameter-only expressions out of it.
     #[inline(always)]
     fn rk4(
         &self,

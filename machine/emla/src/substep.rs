@@ -1,5 +1,4 @@
-//! The longest integration substep for an actuator's parameters, from its fastest mode and an error
-//! bound of the force.
+//! The longest substep for an actuator, from its fastest mode and an error bound of the force.
 
 use crate::maps;
 use machine_file::Drive;
@@ -28,15 +27,14 @@ fn fast_rate(m: f64, c: f64, k: f64) -> f64 {
 /// Substep, s, for which RK4's error of the force is [`FORCE_ERROR`], when the rod's motion is
 /// prescribed and the voltage changes at the rate `v̇ = v_max/VOLTAGE_SWEEP`.
 ///
-/// RK4's error of `e^z` is `z⁵/120`. For a linear system `y' = A·y + B·v` whose voltage is held over
-/// each communication step but grows at the mean rate `v̇`, the errors of all substeps add up to
-/// `A²·B·v̇·dt⁴/120` in the steady state, whatever the communication step. For the force the
+/// RK4's error of `e^z` is `z⁵/120`. For a linear system `y' = A·y + B·v` whose voltage is held
+/// over each communication step but grows at the mean rate `v̇`, the errors of all substeps add up
+/// to `A²·B·v̇·dt⁴/120` in the steady state, whatever the communication step. For the force the
 /// leading term is
 /// ```text
 /// δF = ω₀²·(β₁/L)·v̇·dt⁴/120,   ω₀² = K_b·(ρ/(2πN))²/J
 /// ```
-/// `β₁/L·v̇` is how the voltage bends the force (N/s²), ω₀ the natural frequency of rotor and screw
-/// on the spring.
+/// `β₁/L·v̇` is the second derivative of the force, ω₀ the natural frequency of rotor and screw.
 ///
 /// Where the load changes sign, the gear factor k jumps by at most `1/η − η`, and the inertia
 /// `J_m + k·J_s/N²` with it. In the substep with the jump the error is up to a third of its effect,
@@ -49,8 +47,7 @@ fn dt_for_force_error(p: &machine_file::Emla, K_b: f64) -> f64 {
     (120.0 * FORCE_ERROR / (w_0_squared * bend)).sqrt().sqrt()
 }
 
-/// Longest substep for these parameters, s: that of the error bound, or less where a mode is
-/// faster.
+/// Longest substep for these parameters, s: by the error bound or the fastest mode.
 pub(crate) fn longest_substep(p: &machine_file::Emla, drive: Drive) -> f64 {
     let travel = maps::travel_per_radian(p);
     let nut_mass = p.J_m / (travel * travel);

@@ -1,5 +1,4 @@
-//! The surrogate model: a trained neural network `(tau_e, w_m) → (F, x_dot)`, limited to its trained
-//! range.
+//! The surrogate: a trained network `(tau_e, w_m) → (F, x_dot)`, limited to its trained range.
 //!
 //! `[paper]` Eqs. (eq:dnn_prediction_efficiency), first line, and (eq:dnn_structure). The network
 //! 2-64-48-32-16-8-2 is trained on one direction of motion, in steady sliding, in a box of torque

@@ -12,8 +12,7 @@ impl Emla {
         u.v_dc.unwrap_or(self.v_dc)
     }
 
-    /// The conditions in state `s` under the inputs `u`; `p` are the parameters at the state's
-    /// temperatures.
+    /// The conditions in state `s` under the inputs `u`; `p` are at the state's temperatures.
     pub(crate) fn conditions<'a>(
         &self,
         p: &'a machine_file::Emla,
@@ -36,7 +35,6 @@ impl Emla {
         held
     }
 
-    /// State of an applied brake at this point.
     #[cold]
     pub(crate) fn braking(&self, s: &Point, u: &Input, held: &Conditions) -> Holding {
         let free = Conditions {
@@ -47,8 +45,8 @@ impl Emla {
         brake.applied(s.w_m, || self.instant(s, u, &free).torque_left)
     }
 
-    /// The state at the start of a step: updates the undervoltage trip, and sets the currents to 0 if
-    /// the gates are off.
+    /// The state at the start of a step: updates the trip, and clears the currents if gates are
+    /// off.
     ///
     /// When the gates turn off, the diodes return the currents to the DC link within `L·i/v_dc`,
     /// some 0.1 ms, which is modelled as instantaneous; the field's energy goes into the link (into

@@ -288,7 +288,6 @@ impl Emla {
     }
 }
 
-/// Derivative of [`power_in`].
 fn power_in_tangent(now: &Instant, d: &InstantTangent, dl: &Losses) -> f64 {
     1.5 * (d.v.dot(now.i) + now.v.dot(d.i)) + dl.core + dl.inverter
 }

@@ -1,5 +1,4 @@
-//! Equations of motion of the manipulator: mass matrix and bias forces, forward and inverse dynamics,
-//! energies.
+//! Equations of motion: mass matrix and bias forces, forward and inverse dynamics, energies.
 
 pub(crate) mod base;
 pub(crate) mod boom_frame;
@@ -109,8 +108,7 @@ impl Hdrm {
         }
     }
 
-    /// Derivative of the wrist torque by its command: 1 for an ideal source, 0 in saturation and for
-    /// a drive as built.
+    /// Derivative of the wrist torque by its command: 1, or 0 in saturation and as built.
     pub(crate) fn wrist_gain(&self, i: usize, tau: f64) -> f64 {
         f64::from(u8::from(
             self.wrist.is_none() && tau.abs() <= self.tau_wrist_max[i],
@@ -118,8 +116,8 @@ impl Hdrm {
     }
 
     /// Inverse dynamics: rod forces and wrist torques for the accelerations `zeta_ddot`, rad/s²,
-    /// under the wrench `wrench_env` on the tip, without end stops and torque limits. Independent of
-    /// the implementation of [`Hdrm::forward_dynamics`].
+    /// under the wrench `wrench_env` on the tip, without end stops and torque limits. Independent
+    /// of the implementation of [`Hdrm::forward_dynamics`].
     pub fn inverse_dynamics(
         &self,
         state: &State,
@@ -144,8 +142,7 @@ impl Hdrm {
         (f, [Q[3], Q[4], Q[5]])
     }
 
-    /// Rod forces, N, and wrist torques, N·m, that hold the machine at rest in the pose `zeta`
-    /// against gravity.
+    /// Rod forces, N, and wrist torques, N·m, that hold the pose `zeta` against gravity.
     pub fn holding(&self, zeta: &[f64; DOF]) -> ([f64; 3], [f64; 3]) {
         self.inverse_dynamics(&State::at_rest(*zeta), &[0.0; DOF], &[0.0; 6])
     }

@@ -1,5 +1,4 @@
-//! Collects everything that is wrong with a machine file, so that it is reported at once, and the
-//! error that carries it.
+//! Collects all errors of a machine file, so that they are reported at once.
 
 use std::fmt::Display;
 use thiserror::Error;

@@ -4,8 +4,8 @@ use crate::{Brake, CoreLosses, Emla, Heat, InverterLosses, Temperature};
 use serde::{Deserialize, Serialize};
 use std::num::TryFromIntError;
 
-/// The section `emla` in the form of FMU parameters: losses that the file leaves out are zero, brake
-/// and heat are typical ones, and the pole pairs are signed like FMI integers.
+/// The section `emla` in the form of FMU parameters: losses that the file leaves out are zero,
+/// brake and heat are typical ones, and the pole pairs are signed like FMI integers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EmlaFields {
     /// The section; the other fields override its parts.

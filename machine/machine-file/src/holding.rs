@@ -6,8 +6,7 @@ use crate::Brake;
 /// Voltage below which the DC link counts as dead, V.
 pub const DEAD_LINK: f64 = 1.0;
 
-/// Current, A, for the power `P`, W, from a DC link with voltage `v_dc`, V: `P/v_dc`; 0 from a dead
-/// link.
+/// Current, A, for the power `P`, W, from a DC link: `P/v_dc` (V); 0 from a dead link.
 pub fn link_current(P: f64, v_dc: f64) -> f64 {
     if v_dc >= DEAD_LINK { P / v_dc } else { 0.0 }
 }

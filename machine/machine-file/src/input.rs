@@ -71,7 +71,7 @@ impl ActuatorInput {
         }
     }
 
-    /// These inputs `s` seconds later: voltages and forces held, the rod moved at constant velocity.
+    /// These inputs `s` seconds later, with the rod moved at constant velocity.
     ///
     /// Holding x while x_dot ≠ 0 would cost K_b·x_dot·h of force, some 20 kN at 1 ms.
     pub fn moved(&self, s: f64) -> Self {

@@ -1,12 +1,10 @@
-//! Reads JSON and refuses an object with a duplicate key; `serde_json` alone would silently keep the
-//! last one.
+//! Reads JSON and refuses duplicate keys, of which `serde_json` alone silently keeps the last.
 
 use serde::Deserializer;
 use serde::de::{DeserializeSeed, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Value};
 use std::fmt;
 
-/// Parses a whole text.
 pub(crate) fn parse(text: &str) -> Result<Value, serde_json::Error> {
     let mut from = serde_json::Deserializer::from_str(text);
     let value = UniqueKeys.deserialize(&mut from)?;

@@ -48,8 +48,7 @@ pub const SIZED_JSON: &str = include_str!("../../../parameters/sized_machine.jso
 /// `parameters/hiab_xs031.json`.
 pub const HIAB_XS031_JSON: &str = include_str!("../../../parameters/hiab_xs031.json");
 
-/// The JSON Schema of machine files, for editors: `parameters/machine.schema.json`. A test compares
-/// it with [`Machine`].
+/// The JSON Schema of [`Machine`], for editors (tested): `parameters/machine.schema.json`.
 pub const SCHEMA_JSON: &str = include_str!("../../../parameters/machine.schema.json");
 
 impl Machine {

@@ -1,5 +1,5 @@
 //! One value for each of the three actuators. A machine file has one object for all, or
-//! `{"slew": …, "lift": …, "tilt": …}`. Saved states (a binary format without names) hold all three.
+//! `{"slew": …, "lift": …, "tilt": …}`. Saved states hold all three.
 
 use crate::check::{Finding, Findings};
 use serde::ser::SerializeStruct;

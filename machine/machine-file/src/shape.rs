@@ -46,7 +46,6 @@ pub(crate) fn template() -> Value {
 
 /// A field of the machine file, where the comparison is.
 struct FieldPath<'a> {
-    /// The template's value there.
     template: &'a Value,
     /// Keys that lead there in the template.
     keys: &'a [&'a str],

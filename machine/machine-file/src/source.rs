@@ -73,8 +73,7 @@ impl Machine {
         Ok(Source::read(json, None)?.machine)
     }
 
-    /// As [`Machine::from_json`], for the text of `file`: relative paths in `extends` start from its
-    /// folder.
+    /// As [`Machine::from_json`], with relative paths in `extends` from the folder of `file`.
     pub fn from_text(text: &str, file: &Path) -> Result<Self, MachineError> {
         Ok(Source::read(text, Some(file))?.machine)
     }

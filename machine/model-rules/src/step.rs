@@ -6,12 +6,12 @@ use thiserror::Error;
 /// 16 per millisecond.
 pub const MAX_SUBSTEPS: f64 = 1e6;
 
-/// Largest `rate·dt` of a linear mode. The classical Runge–Kutta method is stable to 2.78 on the real
-/// and 2.83 on the imaginary axis; 1 keeps it accurate too.
+/// Largest `rate·dt` of a linear mode. The classical Runge–Kutta method is stable to 2.78 on the
+/// real and 2.83 on the imaginary axis; 1 keeps it accurate too.
 pub const RATE_STEP: f64 = 1.0;
 
-/// The stages of the classical Runge–Kutta method: share of the substep at which the rates are taken,
-/// and their weight.
+/// The stages of the classical Runge–Kutta method: share of the substep at which the rates are
+/// taken, and their weight.
 pub const RK4_STAGES: [(f64, f64); 4] = [
     (0.0, 1.0 / 6.0),
     (0.5, 1.0 / 3.0),

@@ -181,7 +181,8 @@ mod tests {
         found.expect("a gain").value
     }
 
-    /// By hand: 0.42·30 = 12.6, rounded 13, half of it 6.5; (2e4)²/(4000·(0.3·30)²) = 1235; 65/0.16 = 406.
+    /// By hand: 0.42·30 = 12.6, rounded 13, half of it 6.5; (2e4)²/(4000·(0.3·30)²) = 1235; 65/0.16
+    /// = 406.
     #[test]
     fn gains_are_in_proportion_to_what_bounds_them() {
         let bounds = Bounds {

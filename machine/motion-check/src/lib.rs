@@ -3,9 +3,9 @@
 //! requires, which are compared with the limits of the machine file. Used by `tip-path` before a
 //! path starts, by the controller and by the studies.
 //!
-//! [`Kinematics`] turns a tip motion into a joint motion, [`DemandModel`] computes the [`Demand`] of
-//! that, and [`AllowedRanges`] the [`Margin`] of each quantity to its limits. The equations are those
-//! of `hdrm` and `emla` with the nominal parameters. None of them allocates. Apart from that,
+//! [`Kinematics`] turns a tip motion into a joint motion, [`DemandModel`] computes the [`Demand`]
+//! of that, and [`AllowedRanges`] the [`Margin`] of each quantity to its limits. The equations are
+//! those of `hdrm` and `emla` with the nominal parameters. None of them allocates. Apart from that,
 //! [`gain_rule`] computes gains of the controller for a machine.
 //!
 //! Neglected: the elasticity between nut and rod, the direct-axis current (zero) and the voltage

@@ -8,6 +8,5 @@ pub(crate) struct Conditions {
     /// Whether the inverter's gates are on; while they are off no current flows
     /// ([`Rig::update_gates`]).
     pub gates: bool,
-    /// State of the brake.
     pub brake: Holding,
 }

@@ -47,7 +47,6 @@ impl Instant {
 }
 
 impl Rig {
-    /// Rod position and velocity.
     pub(crate) fn rod(&self, s: &State, u: &Input) -> (f64, f64) {
         match self.drive {
             Drive::Motion => (u.x, u.x_dot),

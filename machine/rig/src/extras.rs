@@ -1,5 +1,5 @@
-//! Parameters of the effects that the idealised actuator neglects, in groups that can be switched on
-//! and off, with their checks.
+//! Parameters of the effects that the idealised actuator neglects, in groups that can be switched
+//! on and off, with their checks.
 
 use model_rules::{ParamError, check_fields, require};
 use serde::{Deserialize, Serialize};
@@ -183,11 +183,11 @@ pub struct Heat {
 
 impl Extras {
     /// All effects on except [`Damping`], with typical values for a servo motor of 11.6 kW with
-    /// planetary gear and preloaded ball screw: 20 % saturation at the peak current; copper and NdFeB
-    /// magnets (handbook values); 1 % flux harmonics; 24 cogging periods (8 poles, 12 slots); 2 µs
-    /// dead time (IGBT modules); breakaway 1.3 times the Coulomb friction; 40 µm play of nut and
-    /// pins; 60 N/µm for mounting and pins; 2 kJ/K for copper and teeth, 15 kJ/K for housing and
-    /// gear.
+    /// planetary gear and preloaded ball screw: 20 % saturation at the peak current; copper and
+    /// NdFeB magnets (handbook values); 1 % flux harmonics; 24 cogging periods (8 poles, 12 slots);
+    /// 2 µs dead time (IGBT modules); breakaway 1.3 times the Coulomb friction; 40 µm play of nut
+    /// and pins; 60 N/µm for mounting and pins; 2 kJ/K for copper and teeth, 15 kJ/K for housing
+    /// and gear.
     pub const AS_BUILT: Self = Self {
         saturation: Saturation {
             on: true,

@@ -130,7 +130,8 @@ impl Rig {
     }
 
     /// Bristle deflection after `dt` s at constant nut speed `v` and load `F_nut` (exact): an
-    /// exponential approach to `g(v)/σ_0` in the direction of motion, over a distance of that length.
+    /// exponential approach to `g(v)/σ_0` in the direction of motion, over a distance of that
+    /// length.
     pub(crate) fn deflection_after(&self, z: f64, v: f64, F_nut: f64, dt: f64) -> f64 {
         if !self.extra.friction.on {
             return 0.0;

@@ -16,8 +16,8 @@ pub(crate) struct Warming {
 }
 
 impl Rig {
-    /// Copper losses heat the winding; iron losses and friction heat the housing, which is cooled by
-    /// the air. The inverter has its own cooling.
+    /// Copper losses heat the winding; iron losses and friction heat the housing, which is cooled
+    /// by the air. The inverter has its own cooling.
     /// ```text
     /// C_w Ṫ_w = P_copper − (T_w − T_h)/R_wh
     /// C_h Ṫ_h = P_iron + P_friction + (T_w − T_h)/R_wh − (T_h − T_a)/R_ha

@@ -4,8 +4,8 @@
 //! The effects beyond the idealised actuator are in [`Extras`]: saturation, temperature, ripple and
 //! cogging, an inverter that samples and delays its voltages, stiction with presliding, backlash,
 //! compliance of mounting and torsion, larger losses, and heat. Each has a switch; with all off the
-//! equations are those of the idealised actuator. They are implemented independently of `emla`, from
-//! the books named at the functions; only the undervoltage trip and the holding brake
+//! equations are those of the idealised actuator. They are implemented independently of `emla`,
+//! from the books named at the functions; only the undervoltage trip and the holding brake
 //! ([`machine_file::Holding`]) are shared.
 //!
 //! The rod's position `x` and the force `F` are positive when the actuator extends. dq quantities

@@ -1,9 +1,8 @@
-//! The connection of nut and rod: stiffness of screw, bearings, mounting and pins in series, damping
-//! and backlash.
+//! The connection of nut and rod: stiffness of screw, bearings, mounting and pins in series,
+//! damping and backlash.
 
 use crate::Rig;
 
-/// The connection at an instant.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Link {
     /// Force of the nut on the rod, N.
@@ -154,7 +153,8 @@ mod tests {
         assert!((rig.stiffness(0.3).1 / difference - 1.0).abs() < 1e-6);
     }
 
-    /// Two parts in series, each a spring with a damper beside it, yield to a force of frequency ω by
+    /// Two parts in series, each a spring with a damper beside it, yield to a force of frequency ω
+    /// by
     /// ```text
     /// Σ 1/(K + jωC) = Σ (K − jωC)/(K² + ω²C²)
     /// ```

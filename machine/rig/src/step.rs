@@ -153,8 +153,9 @@ mod tests {
 
     /// Oracle: a drag `V w²` so strong that a substep of h does not resolve it. Runge–Kutta then
     /// multiplies the speed by a polynomial of z = V h/J ≈ 1e12, whose last term z⁴/24 is all that
-    /// counts: the one before it is 4/z of that. In the stages the speed stays 6/z below, so that powers
-    /// and energies on the way are finite. The losses at the end are finite or not as V says.
+    /// counts: the one before it is 4/z of that. In the stages the speed stays 6/z below, so that
+    /// powers and energies on the way are finite. The losses at the end are finite or not as V
+    /// says.
     #[test]
     fn a_step_to_losses_beyond_all_numbers_is_refused() {
         let (t, h, w) = (0.5, 1e-100, 1e99);

@@ -18,7 +18,6 @@ impl Rig {
         held
     }
 
-    /// State of an applied brake at this point.
     #[cold]
     fn braking(&self, s: &State, u: &Input, gates: bool) -> Holding {
         let free = Conditions {
@@ -59,8 +58,8 @@ impl Rig {
         next
     }
 
-    /// The state after a substep; if a slipping brake has reversed the shaft, the shaft stops and the
-    /// rest of its kinetic energy heats the housing.
+    /// The state after a substep; if a slipping brake has reversed the shaft, the shaft stops and
+    /// the rest of its kinetic energy heats the housing.
     pub(crate) fn stop_if_reversed(&self, s: State, held: &Conditions) -> State {
         if !held.brake.has_stopped(s.w_m) {
             return s;

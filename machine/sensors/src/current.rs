@@ -4,8 +4,8 @@
 use crate::Current;
 use std::f64::consts::FRAC_PI_3;
 
-/// Errors in the two phases of one motor: gain and offset relative to their bounds, noise in standard
-/// deviations.
+/// Errors in the two phases of one motor: gain and offset relative to their bounds, noise in
+/// standard deviations.
 pub(crate) struct Errors {
     pub(crate) gain: [f64; 2],
     pub(crate) offset: [f64; 2],

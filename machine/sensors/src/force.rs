@@ -5,8 +5,8 @@ use crate::{Force, ForceKind};
 use std::f64::consts::TAU;
 
 impl Force {
-    /// State of the first-order lag at the sample `F`, N, `period` s after the last one, exact for a
-    /// force held since then:
+    /// State of the first-order lag at the sample `F`, N, `period` s after the last one, exact for
+    /// a force held since then:
     /// ```text
     /// y ← y + (1 − e^(−2π f_c T))·(F − y)
     /// ```

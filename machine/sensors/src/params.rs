@@ -139,13 +139,12 @@ pub enum ForceKind {
 }
 
 impl Params {
-    /// Every effect off, with values of an industrial machine, so that only the switches need to be
-    /// set.
+    /// Every effect off, but with typical values, so that a switch is enough to turn it on.
     ///
     /// Encoders of 17 bits (motor, one count of noise) and 19 bits (joint), as servo drives and
     /// absolute rotary encoders have; zero of a joint calibrated to 0.02°; closed-loop current
     /// transducers with 0.3 % of gain, 0.1 A of offset and 0.05 A of noise before a 12-bit
-    /// converter over ±150 A; load cell of 70 kN with 0.5 % of bias, 0.1 % of noise and 1 kHz of
+    /// converter over ±150 A; load cell of 70 kN with 0.5 % of bias, 0.1 % of noise and 1 kHz
     /// bandwidth.
     pub const OFF: Self = Self {
         seed: 0,
@@ -196,7 +195,6 @@ impl Params {
         },
     };
 
-    /// Whether any reading has noise.
     pub(crate) fn is_noisy(&self) -> bool {
         let counts = |e: &Encoder| e.on && e.noise > 0.0;
         counts(&self.motor_encoder)

@@ -60,7 +60,6 @@ pub struct Noise {
     pub force: [f64; ACTUATORS],
 }
 
-/// Generator of the noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Source(ChaCha8Rng);
 
@@ -69,7 +68,6 @@ impl Source {
         Self(generator(seed, NOISE))
     }
 
-    /// The noise of the next sample.
     pub(crate) fn next(&mut self) -> Noise {
         let mut normal = || normal::draw(&mut self.0);
         Noise {

@@ -38,8 +38,7 @@ impl Track {
 }
 
 impl Speed {
-    /// The estimate after a reading, `period` s after the last one; `None`: the first reading, with
-    /// speed 0.
+    /// The estimate after a reading, `period` s after the last one (`None`: the first, at rest).
     pub(crate) fn follow(&self, before: &Track, reading: f64, period: Option<f64>) -> Track {
         let Some(T) = period else {
             return Track::at(reading);

@@ -1,5 +1,4 @@
-//! The common implementation of twists and wrenches: a linear and an angular part that are added and
-//! scaled together.
+//! Common implementation of twists and wrenches, pairs of a linear and an angular part.
 
 /// Implements constructors, conversions to and from a column, and sums for a pair of vectors.
 macro_rules! pair_of_vectors {

@@ -1,5 +1,4 @@
-//! Twists: spatial velocities, accelerations and joint axes of rigid bodies, and their cross
-//! products.
+//! Twists: spatial velocities, accelerations and joint axes, and their cross products.
 
 use crate::Wrench;
 use crate::pair::pair_of_vectors;

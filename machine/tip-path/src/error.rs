@@ -91,7 +91,6 @@ impl fmt::Display for Place {
     }
 }
 
-/// The error for a value that breaks a rule.
 pub(crate) fn refused(
     place: &str,
     name: &str,
@@ -106,7 +105,6 @@ pub(crate) fn refused(
     }
 }
 
-/// The error for a name that is not `known`.
 pub(crate) fn unknown(place: &str, name: &str, known: Vec<String>) -> PathError {
     let near = machine_file::nearest(name, known.iter().map(String::as_str));
     PathError::Unknown {

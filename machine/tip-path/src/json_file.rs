@@ -1,5 +1,4 @@
-//! Reads path files in JSON, and turns serde's errors into messages that name waypoint, field, value
-//! and rule.
+//! Reads path files in JSON; turns serde's errors into messages with waypoint, field and rule.
 
 use crate::error::{PathError, refused, unknown};
 use crate::file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint};
@@ -12,7 +11,6 @@ use serde_path_to_error::{Path, Segment};
 use std::fmt;
 use std::marker::PhantomData;
 
-/// The fields of a path file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct FileRecord {
@@ -54,7 +52,6 @@ struct LoadRecord {
     over: f64,
 }
 
-/// A list of numbers.
 struct Numbers<const N: usize>([f64; N]);
 
 /// A record that must be a JSON object; serde alone would accept a list of its fields, too.

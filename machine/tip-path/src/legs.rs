@@ -1,10 +1,10 @@
-//! Motion along waypoints: a leg is a straight line with a rotation, travelled from rest to rest; at
-//! a blended corner two legs overlap in time.
+//! Motion along waypoints: a leg is a straight line with a rotation, travelled from rest to rest;
+//! at a blended corner two legs overlap in time.
 //!
-//! Position and orientation are sums: `p = p_0 + Σ d_k·s_k(t)` and `q =
-//! exp(φ_n·s_n(t))·…·exp(φ_1·s_1(t))·q_0`, with the displacement `d_k`, the rotation vector `φ_k` in
-//! world axes and the profile `s_k` of leg k. Where the tip stops, legs follow each other. At a
-//! blended corner the next leg begins during the last `blend` metres of the previous one. The
+//! Position and orientation are sums: `p = p_0 + Σ d_k·s_k(t)` and
+//! `q = exp(φ_n·s_n(t))·…·exp(φ_1·s_1(t))·q_0`, with the displacement `d_k`, the rotation vector
+//! `φ_k` in world axes and the profile `s_k` of leg k. Where the tip stops, legs follow each other.
+//! At a blended corner the next leg begins during the last `blend` metres of the previous one. The
 //! acceleration and jerk of both are reduced so that their sum stays within the path's limits. At
 //! most two legs overlap, the first in its second half and the second in its first half.
 
@@ -48,7 +48,6 @@ pub struct Stop {
     pub leaves: f64,
 }
 
-/// All legs of a path.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Legs {
     start: Pose,
@@ -118,7 +117,6 @@ impl Legs {
     }
 }
 
-/// The pose without motion.
 pub(crate) fn rest(pose: Pose) -> TipMotion {
     TipMotion {
         pose,
@@ -218,8 +216,7 @@ impl Way {
     }
 }
 
-/// Longest overlap of the next leg with `before`, s: the last `blend` metres of `before`, but at
-/// most its second half.
+/// Longest overlap of the next leg with `before`, s: its last `blend` metres or second half.
 fn longest_overlap(before: &Leg, blend: f64) -> f64 {
     let part = (blend / before.way.step.norm()).min(0.5);
     before.profile.time_to(part)

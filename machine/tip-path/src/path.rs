@@ -21,7 +21,6 @@ pub struct TipPath {
     duration: f64,
 }
 
-/// A change of the load.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Change {
     /// Start, s.
@@ -32,8 +31,8 @@ struct Change {
 }
 
 impl TipPath {
-    /// Plans the path of a file for a tip that rests in the pose `start` and moves to the first point
-    /// in a straight line. An error if a time of arrival is too early for the path's limits.
+    /// Plans the path of a file for a tip that rests in the pose `start` and moves to the first
+    /// point in a straight line. An error if a time of arrival is too early for the path's limits.
     pub fn new(file: &PathFile, start: Pose) -> Result<Self, PathError> {
         let offset = if file.relative {
             start.position

@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 /// Position and quaternion w, x, y, z.
 type Channels = SVector<f64, 7>;
 
-/// Value and derivatives at a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Knot {
     t: f64,

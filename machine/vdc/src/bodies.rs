@@ -20,14 +20,12 @@ use tip_path::Load;
 pub(crate) struct Bodies {
     /// Nominal inertias about each body's frame origin.
     pub(crate) nominal: [Inertia; Body::COUNT],
-    /// Bounds of the estimates.
     pub(crate) bounds: [Bounds; Body::COUNT],
     pub(crate) estimates: [Estimate; Body::COUNT],
     /// Lower and upper bound of an inverse pseudo-inertia over its nominal value.
     inverse_bounds: [f64; 2],
     /// Known load of the end-effector in addition to the payload.
     load: Load,
-    /// The machine's own payload.
     payload: Inertia,
     /// Share of the payload that weighing has found.
     share: PayloadShare,
@@ -60,13 +58,12 @@ impl Bodies {
         })
     }
 
-    /// The machine's own payload.
     pub(crate) fn payload(&self) -> &Inertia {
         &self.payload
     }
 
-    /// Weighs the payload with `torque`, N·m, and `rate`, rad/s, of the second wrist joint over `h` s;
-    /// `inertia` is that of the wrist's own bodies and of the nominal payload. Scales nominal
+    /// Weighs the payload with `torque`, N·m, and `rate`, rad/s, of the second wrist joint over `h`
+    /// s; `inertia` is that of the wrist's own bodies and of the nominal payload. Scales nominal
     /// inertia, estimate and bounds of the payload to the share found.
     pub(crate) fn weigh(&mut self, torque: f64, rate: f64, inertia: &WristInertia, h: f64) {
         const PL: usize = Body::PL as usize;
@@ -78,7 +75,6 @@ impl Bodies {
         }
     }
 
-    /// The known load.
     pub(crate) fn load(&self) -> &Load {
         &self.load
     }

@@ -19,7 +19,7 @@ pub struct Conditions {
     pub beta_1: f64,
     /// |β₂| at `|i_q| = i_max`, N/A.
     pub beta_2: f64,
-    /// Left side over right side of the paper's first condition as printed (ε = 1); it holds if ≥ 1.
+    /// Left over right side of the paper's first condition as printed (ε = 1); holds if ≥ 1.
     pub printed_margin: f64,
     /// Largest weight ε for which the first condition holds, A/N.
     pub epsilon_max: f64,
@@ -71,9 +71,10 @@ impl Conditions {
         positive(self.epsilon_max) && positive(self.K_1) && positive(self.K_2)
     }
 
-    /// Dissipation in the bound on ν̇_a, besides the virtual power flow ([eq:dv_EMLA3]), W, with the
-    /// weight ε = epsilon_max/2 that `K_2` belongs to: `K_1 (β₁ K_f/L_q − ε β₂ K_i/(2 L_d)) F² +
-    /// K_i/L_d (K_2 − K_1 β₂/(2 ε)) i²`; 0 where the conditions fail.
+    /// Dissipation in the bound on ν̇_a, besides the virtual power flow ([eq:dv_EMLA3]), W, with
+    /// the weight ε = epsilon_max/2 that `K_2` belongs to:
+    /// `K_1 (β₁ K_f/L_q − ε β₂ K_i/(2 L_d)) F² + K_i/L_d (K_2 − K_1 β₂/(2 ε)) i²`; 0 where the
+    /// conditions fail.
     pub(crate) fn dissipation(
         &self,
         p: &Emla,

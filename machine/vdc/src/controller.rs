@@ -1,5 +1,5 @@
-//! The controller as a whole: evaluates the control law stage by stage, from measurements to commands.
-//! Its module `step` advances its state. Only these two files know all stages.
+//! The controller as a whole: evaluates the control law stage by stage, from measurements to
+//! commands. Its module `step` advances its state. Only these two files know all stages.
 
 mod step;
 
@@ -90,8 +90,7 @@ impl Controller {
         self.timing
     }
 
-    /// The stability conditions of the voltage law with these gains, for the actuator with the
-    /// smallest margin.
+    /// The voltage law's stability conditions, for the actuator with the smallest margin.
     #[must_use]
     pub fn conditions(&self, gains: &Gains) -> Conditions {
         let conditions = |p| Conditions::new(p, gains);
@@ -138,8 +137,8 @@ impl Controller {
         }
     }
 
-    /// The law of the whole machine: from the reference of the tip, or of the joints, to the demands
-    /// on the rods and the wrist torques, N·m.
+    /// The law of the whole machine: from the reference of the tip, or of the joints, to the
+    /// demands on the rods and the wrist torques, N·m.
     fn machine_level(
         &self,
         now: &mut Evaluation,
@@ -224,8 +223,7 @@ impl Controller {
         }))
     }
 
-    /// The law of single actuators: the demand on each rod from its own reference. The wrist torques
-    /// are zero.
+    /// The law of single actuators: demands from the rods' references, no wrist torques.
     fn actuator_level(&self, now: &mut Evaluation, settings: &Settings, input: &Input) -> [f64; 3] {
         let gains = &settings.gains;
         let z = settings.integral.then_some(&self.state.integral);
@@ -275,8 +273,8 @@ impl Controller {
         self.state.bodies.carry(load, &self.nominal.tree.r_D4_T4);
     }
 
-    /// The next warning about the commands of `now` in a step from `t` by `h`, both s; `reported` are
-    /// the conditions already reported.
+    /// The next warning about the commands of `now` in a step from `t` by `h`, both s; `reported`
+    /// are the conditions already reported.
     pub fn next_warning(
         &self,
         now: &Evaluation,

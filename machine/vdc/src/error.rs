@@ -1,10 +1,10 @@
-//! Errors of the controller: invalid parameters or paths, unusable steps, results that are not finite.
+//! Errors of the controller: invalid parameters or paths, unusable steps, infinite results.
 
 use hdrm::{Body, GeometryError};
 use machine_file::MachineError;
 use thiserror::Error;
 
-/// Longest step, s; beyond it held measurements are meaningless and filters with large gains overflow.
+/// Longest step, s; beyond it held measurements are meaningless and filters may overflow.
 pub(crate) const STEP_MAX: f64 = 100.0;
 
 /// Why a controller could not be built, or a step failed.

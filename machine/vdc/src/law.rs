@@ -1,8 +1,8 @@
 //! Control laws: from the required motion to the forces of rods and wrist joints.
 //!
-//! A law is a file that implements [`ControlLaw`], a value of [`Mode`] and its rows in [`MODES`]. It
-//! adapts the estimates in [`Bodies`](crate::bodies::Bodies); [`State`](crate::state::State) has an
-//! integral for each joint, and fields for further states.
+//! A law is a file that implements [`ControlLaw`], a value of [`Mode`] and its rows in [`MODES`].
+//! It adapts the estimates in [`Bodies`](crate::bodies::Bodies); [`State`](crate::state::State) has
+//! an integral for each joint, and fields for further states.
 
 mod cascade;
 mod control_law;

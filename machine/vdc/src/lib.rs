@@ -1,15 +1,14 @@
-//! The paper's adaptive modular controller of the manipulator: closed-loop inverse kinematics, virtual
-//! decomposition control (VDC) with natural adaptation, and the voltage law of each actuator; also
-//! other control laws for comparison, operator commands, and a supervisor. The FMU `Controller` wraps
-//! it.
+//! The paper's adaptive modular controller of the manipulator: closed-loop inverse kinematics,
+//! virtual decomposition control (VDC) with natural adaptation, and the voltage law of each
+//! actuator; also other control laws for comparison, operator commands, and a supervisor. The FMU
+//! `Controller` wraps it.
 //!
 //! A [`Controller`] evaluates its law for measurements ([`Input`]) to an [`Evaluation`], from which
 //! come the commands ([`Output`]), and advances its state with it. It has its own nominal machine
 //! file, so that a mismatch to the plant can be studied.
 //!
 //! Source: the paper's section "Control"; labels in brackets are those of its equations, and
-//! departures are named. World frame: x forward, y up, z = x × y; SI throughout; dq quantities
-//! peak-valued.
+//! departures are named. World frame: x forward, y up, z = x × y; SI; dq peak-valued.
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // the paper's symbols
 

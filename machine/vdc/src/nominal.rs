@@ -16,7 +16,6 @@ use motion_check::Reach;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// The nominal machine without its inertias.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Nominal {
     pub(crate) tree: Tree,
@@ -56,7 +55,6 @@ impl Nominal {
         })
     }
 
-    /// Parameters of the actuators.
     pub(crate) fn parameters(&self) -> [&machine_file::Emla; 3] {
         self.actuators.each_ref().map(Emla::params)
     }

@@ -8,7 +8,6 @@ use crate::settings::Settings;
 use crate::signals::Input;
 use crate::state::State;
 
-/// Sets the outputs of the stability proof.
 pub(crate) fn fill(
     now: &mut Evaluation,
     nominal: &Nominal,

@@ -59,13 +59,11 @@ pub(crate) enum Reference {
 
 /// The reference at one instant.
 pub(crate) struct Target<'a> {
-    /// Motion of the tip.
     pub(crate) tip: DesiredMotion,
     /// Motion of the joints, if the feedback acts on their errors instead of the tip's.
     pub(crate) joints: Option<JointTarget<'a>>,
 }
 
-/// The joints' reference.
 pub(crate) struct JointTarget<'a> {
     pub(crate) motion: &'a Motion,
     /// Largest rates, rad/s, feedback included.

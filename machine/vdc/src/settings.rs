@@ -36,11 +36,10 @@ pub struct Settings {
     pub alpha: f64,
     /// Inertia of the plant over nominal, for the Lyapunov outputs only.
     pub true_inertia_scale: f64,
-    /// Largest required force of a rod over its rated one, for short times; 0: only the currents are
-    /// limited.
+    /// Largest required force of a rod over its rated one; 0: only currents are limited.
     pub force_limit: f64,
-    /// Whether a supervisor watches for oscillations; constant while the controller runs, and without
-    /// effect at [`Level::Actuator`].
+    /// Whether a supervisor watches for oscillations; constant while the controller runs, and
+    /// without effect at [`Level::Actuator`].
     pub supervisor: bool,
     /// Reduction of the current for hot windings; None: `i_max` at any temperature.
     pub derating: Option<Derating>,
@@ -51,8 +50,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The paper's adaptive controller of the whole machine with these gains; known loads, everything
-    /// else off.
+    /// The paper's adaptive controller with these gains; loads known, other options off.
     #[must_use]
     pub fn from_gains(gains: &Gains) -> Self {
         Self {

@@ -117,8 +117,7 @@ pub struct Output {
 }
 
 impl Output {
-    /// Name and value of the first signal that is not finite, as absurd measurements or settings make
-    /// them.
+    /// Name and value of the first signal that is not finite.
     pub(crate) fn not_finite(&self) -> Option<(&'static str, f64)> {
         let scalar = std::slice::from_ref;
         let signals: [(&'static str, &[f64]); 11] = [

@@ -9,11 +9,9 @@ use hdrm::DOF;
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 
-/// The controller's state.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct State {
-    /// Time of the state and the next evaluation, s; the communication point without `sample_time`
-    /// and `delay`.
+    /// Time of the state and the next evaluation, s.
     pub(crate) t: f64,
     /// Time at which the controller started, s.
     pub(crate) t_start: f64,
@@ -31,8 +29,8 @@ pub(crate) struct State {
 }
 
 impl State {
-    /// Time since the reference started to move, after a rest of `settle_time`, s; negative before. It
-    /// is constant once the supervisor stops the machine.
+    /// Time since the reference started to move, after a rest of `settle_time`, s; negative before.
+    /// It is constant once the supervisor stops the machine.
     pub(crate) fn motion_time(&self, settle_time: f64) -> f64 {
         let t = self
             .supervisor

@@ -1,12 +1,11 @@
-//! The supervisor: detects oscillations and overload of the machine and reacts in stages, the mildest
-//! first.
+//! The supervisor: detects oscillations and overload of the machine and reacts in stages.
 //!
-//! Oscillation is measured for each rod as a power: the root mean square of the force error `f_r − F`
-//! times that of the velocity error `ẋ_r − ẋ`, both band-passed around the boom's elastic modes. Motion
-//! that follows the reference is in neither error. If the power exceeds the upper of two thresholds,
-//! the adaptation is frozen; if it does not fall below the lower one in time, the gains are lowered,
-//! then the joints are stopped along a ramp and held by the brakes. A stage is never left backwards:
-//! the oscillation would return.
+//! Oscillation is measured for each rod as a power: the root mean square of the force error
+//! `f_r − F` times that of the velocity error `ẋ_r − ẋ`, both band-passed around the boom's elastic
+//! modes. Motion that follows the reference is in neither error. If the power exceeds the upper of
+//! two thresholds, the adaptation is frozen; if it does not fall below the lower one in time, the
+//! gains are lowered, then the joints are stopped along a ramp and held by the brakes. A stage is
+//! never left backwards: the oscillation would return.
 //!
 //! If the force of a rod stays at its limit and above its rating, the load is too heavy, and the
 //! brakes are applied at once.
@@ -25,8 +24,8 @@ use std::f64::consts::TAU;
 const BAND: [f64; 2] = [2.0, 20.0];
 /// Time constant of the mean squares, s: two periods of the slowest mode.
 const MEAN: f64 = 0.3;
-/// Upper threshold of the oscillation power over rated force times rated speed: 25 W on the reference
-/// machine, where normal operation has up to 13 W and oscillation 35 W and more.
+/// Upper threshold of the oscillation power over rated force times rated speed: 25 W on the
+/// reference machine, where normal operation has up to 13 W and oscillation 35 W and more.
 const UPPER: f64 = 5e-3;
 /// Lower threshold.
 const LOWER: f64 = 1.6e-3;
@@ -72,7 +71,6 @@ impl Stage {
     }
 }
 
-/// State of the supervisor.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Supervisor {
     stage: Stage,
@@ -97,7 +95,6 @@ pub(crate) struct Supervisor {
 struct Swing {
     /// States of two high-passes and one low-pass; None before the first value.
     passes: Option<[f64; 3]>,
-    /// Mean square.
     square: f64,
 }
 
@@ -180,8 +177,8 @@ impl Supervisor {
             .fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
     }
 
-    /// Advances by `h` s from the time `t`, s, with these errors of force, N, and velocity, m/s, of the
-    /// rods. If a new stage begins, returns the ratio of the old to the new gains.
+    /// Advances by `h` s from the time `t`, s, with these errors of force, N, and velocity, m/s, of
+    /// the rods. If a new stage begins, returns the ratio of the old to the new gains.
     pub(crate) fn advance(
         &mut self,
         errors: &[[f64; 2]; 3],
@@ -225,7 +222,7 @@ impl Supervisor {
         Some(fall)
     }
 
-    /// Averages the wrist torques, N·m, over `h` s. Their mean holds the payload, whatever its mass.
+    /// Averages the wrist torques, N·m, over `h` s; the mean holds a payload of any mass.
     pub(crate) fn average_wrist_torques(&mut self, torques: &[f64; 3], h: f64) {
         let mean = self.wrist.get_or_insert(*torques);
         for (mean, torque) in mean.iter_mut().zip(torques) {
@@ -233,8 +230,8 @@ impl Supervisor {
         }
     }
 
-    /// Torque that holds wrist joint `j`, counted from 0, after the stop, N·m. `inertia` I is that of
-    /// its own bodies, as the payload's is unknown:
+    /// Torque that holds wrist joint `j`, counted from 0, after the stop, N·m. `inertia` I is that
+    /// of its own bodies, as the payload's is unknown:
     /// ```text
     /// τ = τ_mean + κ I (Λ (ζ_d − ζ) − ζ̇)
     /// ```
@@ -251,8 +248,7 @@ impl Supervisor {
         mean + gains.kappa_KA * inertia * lacking
     }
 
-    /// Begins to stop the joints from the angles `zeta`, rad, and the reference's rates `zeta_dot`,
-    /// rad/s.
+    /// Begins to stop the joints from `zeta`, rad, and the reference's `zeta_dot`, rad/s.
     pub(crate) fn begin_stop(&mut self, zeta: Vector6<f64>, zeta_dot: Vector6<f64>) {
         self.stop = Some(self.since);
         self.motion = Motion {
@@ -263,8 +259,7 @@ impl Supervisor {
         };
     }
 
-    /// Sets the reference to the angles `zeta`, rad, at which the rods are braked; only the wrist is
-    /// still controlled.
+    /// Sets the rods' reference to the angles `zeta`, rad, at which they are braked.
     pub(crate) fn brake_at(&mut self, zeta: &[f64; DOF]) {
         self.motion = Motion {
             zeta: Vector6::from_fn(|i, _| if i < 3 { zeta[i] } else { self.motion.zeta[i] }),
@@ -437,14 +432,14 @@ mod tests {
         let mut watch = Supervisor::default();
         for k in 0..3000 {
             let wave = 900.0 * (TAU * 7.0 * H * f64::from(k)).sin();
-            watch.feel(&[150.0 + wave, -90.0, 5.0], H);
+            watch.average_wrist_torques(&[150.0 + wave, -90.0, 5.0], H);
         }
         watch.motion.zeta[5] = 0.2;
         let mut gains = Machine::reference().controller;
         (gains.kappa_KA, gains.Lambda_orientation) = (8.0, 3.0);
         let mut input = Input::default();
         (input.zeta[5], input.zeta_dot[5]) = (0.15, -0.4);
-        let of = |j| watch.holding(j, 0.5, &gains, &input);
+        let of = |j| watch.wrist_holding_torque(j, 0.5, &gains, &input);
         // What is left of the wave: 1/(2π·7·0.3) of it.
         assert!((of(0) - 150.0).abs() < 900.0 / 13.0, "{}", of(0));
         assert!((of(1) + 90.0).abs() < 1e-9);

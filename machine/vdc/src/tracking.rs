@@ -1,5 +1,4 @@
-//! Feedback on the tracking error: from reference and measurements to the required motion of the
-//! joints or of the rods.
+//! Feedback on the tracking error: from reference and measurements to the required motion.
 
 mod clik;
 mod errors;
@@ -27,8 +26,8 @@ pub(crate) struct Tracking {
     pub(crate) required: RequiredMotion,
 }
 
-/// Required joint motion to follow `target` with the tip at `tip`; `z` is the integral of the errors,
-/// if the mode has one.
+/// Required joint motion to follow `target` with the tip at `tip`; `z` is the integral of the
+/// errors, if the mode has one.
 pub(crate) fn track(
     target: &Target,
     nominal: &Nominal,
@@ -68,8 +67,8 @@ pub(crate) fn track(
     }
 }
 
-/// Converts `target` to reference rates of the joints, rad/s, and its integral `z` to an integral of
-/// the joints' errors, rad, with the same effect.
+/// Converts `target` to reference rates of the joints, rad/s, and its integral `z` to an integral
+/// of the joints' errors, rad, with the same effect.
 pub(crate) fn at_joints(
     target: &Target,
     nominal: &Nominal,

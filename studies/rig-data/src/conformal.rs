@@ -106,7 +106,7 @@ pub fn calibrate(profiles: &[Vec<Point>]) -> EfficiencyBound {
             floor,
             profiles: profiles.len() as u32,
         };
-        let factor = quantile(profiles, |point| point.needed_factor(&bound));
+        let factor = quantile(profiles, |point| point.needed(&bound));
         EfficiencyBound { factor, ..bound }
     };
     let shapes = POWERS
@@ -170,7 +170,7 @@ impl Coverage {
     pub fn of(bound: &EfficiencyBound, profiles: &[Vec<Point>], seed: u64) -> Self {
         let profiles = with_points(profiles);
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let holds = |point: &Point| point.needed_factor(bound) <= bound.factor;
+        let holds = |point: &Point| point.needed(bound) <= bound.factor;
         let mut drawn = |points: &&&[Point]| holds(&points[rng.random_range(0..points.len())]);
         let whole = profiles.iter().filter(|points| points.iter().all(holds));
         Self {

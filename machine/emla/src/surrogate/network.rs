@@ -23,8 +23,7 @@ impl<const IN: usize, const OUT: usize> Layer<IN, OUT> {
         bias: [0.0; OUT],
     };
 
-    /// `W·x + b` for `B` inputs at once (they share the loads of the weights), on registers of
-    /// `LANES` numbers.
+    /// `W·x + b` for `B` inputs, which share the loads of the weights; registers hold `LANES`.
     #[inline(always)]
     fn affine<const LANES: usize, const B: usize>(&self, x: &[[f64; IN]; B]) -> [[f64; OUT]; B] {
         const { assert!(IN.is_multiple_of(2) && OUT.is_multiple_of(2)) };
@@ -45,9 +44,8 @@ impl<const IN: usize, const OUT: usize> Layer<IN, OUT> {
         y
     }
 
-    /// Adds `W·x` to the outputs from `first` on in blocks of `N` while as many are left, unless `N`
-    /// exceeds `widest`. Even and odd inputs have separate sums, so that additions do not wait for
-    /// each other.
+    /// Adds `W·x` to the outputs from `first` on in blocks of `N` while as many are left, unless
+    /// `N` exceeds `widest`. Even and odd inputs have separate sums, for parallel additions.
     #[inline(always)]
     fn add_blocks<const N: usize, const B: usize>(
         &self,
@@ -143,8 +141,8 @@ impl Network {
     }
 }
 
-/// [`Network::forward`] for the run-time choice of the instruction set: compiled and vectorised once
-/// for each generation of x86-64 processors.
+/// [`Network::forward`] for the run-time choice of the instruction set: compiled and vectorised
+/// once for each generation of x86-64 processors.
 #[cfg(target_arch = "x86_64")]
 struct Forward<'a, const B: usize> {
     network: &'a Network,

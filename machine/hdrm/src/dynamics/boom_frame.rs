@@ -1,10 +1,10 @@
-//! The fast path of the dynamics: mass matrix and bias forces of the whole machine, assembled in one
-//! frame P that rotates with the slew joint.
+//! The fast path of the dynamics: mass matrix and bias forces of the whole machine, assembled in
+//! one frame P that rotates with the slew joint.
 //!
 //! P has T1's axes and origin, so it turns with `zeta_1` about y. Lift and tilt move their eight
 //! bodies in a plane of P; only the wrist moves in space. With everything expressed in and about P,
-//! twists of a chain and composite inertias and wrenches are sums, and most entries of a planar body
-//! are zero (`planar_body`).
+//! twists of a chain and composite inertias and wrenches are sums, and most entries of a planar
+//! body are zero (`planar_body`).
 //!
 //! Equations of motion: `M(zeta)·zeta_ddot + h(zeta, zeta_dot) = Q`, with gravity in h.
 
@@ -18,8 +18,7 @@ use nalgebra::{Matrix6, Vector2, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 use spatial::{Inertia, Pose, Twist, Wrench};
 
-/// Inertias of all bodies in their own axes about their origins, in the order of [`Body`]; D4
-/// includes the payload.
+/// Inertias of all bodies about their own frames, in the order of [`Body`]; D4 with the payload.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct MovingParts([Inertia; Body::PL as usize]);
 
@@ -36,14 +35,12 @@ impl MovingParts {
     }
 }
 
-/// A planar body with its joint.
 #[derive(Clone, Debug)]
 struct PlanarBody {
     joint: PlanarJoint,
     inertia: PlanarInertia,
 }
 
-/// A wrist body with its joint axis.
 #[derive(Clone, Debug)]
 struct WristBody {
     S: Twist,
@@ -112,8 +109,7 @@ impl BoomFrame {
     }
 
     /// Mass matrix `M_ij = Σ_k J_kiᵀ I_k J_kj`, J_ki the twist of body k for `zeta_i_dot = 1`, and
-    /// the machine's momentum along y for each such motion, kg·m; `g` times it are the holding
-    /// forces.
+    /// the machine's momentum along y for each, kg·m; times `g` the holding forces.
     pub fn mass_matrix(&self) -> (Matrix6<f64>, Vector6<f64>) {
         let mut M = Matrix6::zeros();
         let mut momentum_y = Vector6::zeros();
@@ -172,7 +168,7 @@ impl BoomFrame {
         (M, momentum_y)
     }
 
-    /// Bias forces `h`: the generalised forces for `zeta_ddot = 0`, with gravity `g`, m/s², along −y.
+    /// Bias forces `h`, those for `zeta_ddot = 0`, with gravity `g`, m/s², along −y.
     pub fn bias(&self, zeta_dot: &[f64; DOF], g: f64) -> Vector6<f64> {
         let [w_1, w_2, w_3, ..] = *zeta_dot;
         let rest = PlanarMotion::default();
@@ -280,7 +276,6 @@ fn momentum(bodies: &[(PlanarTwist, PlanarInertia)]) -> (PlanarWrench, f64) {
     (sum, energy)
 }
 
-/// Wrist bodies and tip in P.
 fn place_wrist(
     tree: &Tree,
     parts: &MovingParts,

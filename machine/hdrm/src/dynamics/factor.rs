@@ -29,7 +29,6 @@ impl Factor {
         Self { L, reciprocals }
     }
 
-    /// `M⁻¹ b`.
     pub fn solve(&self, b: &Vector6<f64>) -> Vector6<f64> {
         let Self { L, reciprocals } = self;
         let mut x = *b;

@@ -1,8 +1,8 @@
 //! Inverse dynamics by recursion over the tree of bodies (Newton–Euler), with its time derivative.
 //!
-//! This is the general form of the equations: an outward pass for twists and accelerations, an inward
-//! pass for wrenches (see [`crate::Tree`]). Forward dynamics use the specialised equations of
-//! [`crate::dynamics::boom_frame`]; tests compare the two.
+//! This is the general form of the equations: an outward pass for twists and accelerations, an
+//! inward pass for wrenches (see [`crate::Tree`]). Forward dynamics use the specialised equations
+//! of [`crate::dynamics::boom_frame`]; tests compare the two.
 
 use crate::dynamics::gravity::Gravity;
 use crate::{BODIES, Body, Configuration, DOF, Tree};
@@ -19,7 +19,6 @@ pub(crate) struct WithRate<T> {
 /// Motion of the ground, in and about the world frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Ground {
-    /// Twist.
     pub V: Twist,
     /// Rate of V.
     pub A: Twist,
@@ -30,7 +29,6 @@ pub(crate) struct Ground {
 /// Motion of one body in its own axes.
 #[derive(Clone, Copy, Debug, Default)]
 struct BodyMotion {
-    /// Twist.
     V: Twist,
     /// Rate of V.
     A: Twist,
@@ -77,8 +75,7 @@ pub(crate) fn inverse_dynamics(
     Q
 }
 
-/// The same without gravity, on a ground that moves; and the ground's wrench on the machine in the
-/// world frame.
+/// The same without gravity on a moving ground, and the ground's wrench in the world frame.
 pub(crate) fn inertial_forces(
     configuration: &Configuration,
     bodies: &[Inertia; Body::COUNT],
@@ -98,8 +95,8 @@ pub(crate) fn inertial_forces(
     inward(configuration, zeta_dot, wrenches)
 }
 
-/// Generalised forces that hold the machine at rest against gravity, and their time derivative while
-/// the pose changes with `zeta_dot`.
+/// Generalised forces that hold the machine at rest against gravity, and their time derivative
+/// while the pose changes with `zeta_dot`.
 pub(crate) fn gravity_forces(
     configuration: &Configuration,
     bodies: &[Inertia; Body::COUNT],
@@ -194,8 +191,8 @@ fn outward(
 }
 
 /// Accumulates the wrenches towards the ground and projects them on the joints:
-/// `Q_i = Σ g_k s_kᵀ F_k`, `F_p += U F`, `d/dt (U F) = U (F_dot + crf(s q_dot) F)`. Also returns the
-/// wrench on the ground.
+/// `Q_i = Σ g_k s_kᵀ F_k`, `F_p += U F`, `d/dt (U F) = U (F_dot + crf(s q_dot) F)`. Also returns
+/// the wrench on the ground.
 fn inward(
     configuration: &Configuration,
     zeta_dot: &[f64; DOF],

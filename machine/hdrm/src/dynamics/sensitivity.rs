@@ -1,5 +1,5 @@
-//! Exact derivatives of the joint accelerations with respect to the inputs (directional derivatives)
-//! and to time (output derivatives).
+//! Exact derivatives of the joint accelerations with respect to the inputs (directional
+//! derivatives) and to time (output derivatives).
 
 use crate::dynamics::recursion;
 use crate::plant::input::{Input, wrench};
@@ -10,8 +10,8 @@ use nalgebra::Vector6;
 
 impl Hdrm {
     /// Directional derivative of the outputs for a change `seed` of the input at constant state:
-    /// `δzeta_ddot = M⁻¹·(Jxᵀ·δf + δtau + J_T4ᵀ·δW − δQ_hold − δQ_turning)`, and for the base inputs
-    /// also the holding forces and the potential energy. Saturated wrist drives do not follow.
+    /// `δzeta_ddot = M⁻¹·(Jxᵀ·δf + δtau + J_T4ᵀ·δW − δQ_hold − δQ_turning)`, and for base inputs
+    /// also holding forces and potential energy.
     pub fn directional_derivative(&self, state: &State, input: &Input, seed: &Input) -> Output {
         let dynamics = self.dynamics_with(state, input);
         let mut Q = self.drive_forces(&dynamics, input, seed);

@@ -1,10 +1,9 @@
 //! Effects of a rotating base: the Coriolis, centrifugal and Euler forces of all bodies.
 //!
 //! The world frame is fixed to the base, so joint angles and rates are relative to it. With the
-//! base's angular velocity Ω and its rate Ω̇ the mass matrix is unchanged; the additional bias forces
-//! are the difference of two recursions over the bodies, one with the ground moving with
-//! `V = [0; Ω]`, `V̇ = [0; Ω̇]` and one with the ground at rest. They are computed only while the
-//! base rotates.
+//! base's angular velocity Ω and its rate Ω̇ the mass matrix is unchanged; the additional bias
+//! forces are the difference of two recursions over the bodies, one with the ground moving with
+//! `V = [0; Ω]`, `V̇ = [0; Ω̇]` and one with the ground at rest. Only computed if the base rotates.
 
 use crate::dynamics::recursion::{self, Ground, WithRate};
 use crate::plant::input::{Input, wrench};
@@ -46,8 +45,8 @@ impl Turning {
 }
 
 impl Hdrm {
-    /// Generalised forces due to the base's rotation, N·m; None while it does not rotate. They do not
-    /// depend on the joint accelerations.
+    /// Generalised forces due to the base's rotation, N·m; None while it does not rotate. They do
+    /// not depend on the joint accelerations.
     #[inline(always)]
     pub(crate) fn turning_forces(&self, state: &State, input: &Input) -> Option<Vector6<f64>> {
         let turning = Turning::from_input(input)?;
@@ -71,8 +70,7 @@ impl Hdrm {
             .value
     }
 
-    /// Inertial forces on the moving ground minus those on a ground at rest, and their rate for
-    /// `zeta_ddot`.
+    /// Inertial forces on the moving ground minus those at rest, and their rate for `zeta_ddot`.
     fn moving_minus_resting(
         &self,
         ground: &Ground,
@@ -109,7 +107,7 @@ impl Hdrm {
         Some((aside(1.0) - aside(-1.0)) * 0.5)
     }
 
-    /// Rate of [`Hdrm::turning_forces`] for the accelerations `zeta_ddot` and input rates `input_dot`.
+    /// Rate of [`Hdrm::turning_forces`] with `zeta_ddot` and the input rates `input_dot`.
     pub(crate) fn turning_rate(
         &self,
         state: &State,
@@ -135,8 +133,8 @@ impl Hdrm {
         rate + otherwise.unwrap_or_default()
     }
 
-    /// Force (N) and moment (N·m) `[f; m]` of the base on the machine, in and about the world frame,
-    /// which is fixed to the base.
+    /// Force (N) and moment (N·m) `[f; m]` of the base on the machine, in and about the world
+    /// frame, which is fixed to the base.
     pub fn base_wrench(&self, state: &State, input: &Input) -> [f64; 6] {
         let dynamics = self.dynamics_with(state, input);
         let zeta_ddot = self.acceleration(&dynamics, input).into();

@@ -76,14 +76,12 @@ impl Contact {
     }
 }
 
-/// A plane with its unit normal n.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Plane {
     n: Vector3<f64>,
     contact: Contact,
 }
 
-/// The plane's action at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ContactForce {
     /// Force on the tip in world axes, N.

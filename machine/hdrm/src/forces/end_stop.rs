@@ -88,8 +88,8 @@ impl EndStop {
     }
 
     /// Fastest rate, 1/s, of the contact within the time `dt` on a coordinate with the mobility μ
-    /// (acceleration per force): `√(kμ) + kμ·c·d` at the largest expected penetration; 0 if the stop
-    /// is out of reach.
+    /// (acceleration per force): `√(kμ) + kμ·c·d` at the largest expected penetration; 0: out of
+    /// reach.
     pub(crate) fn rate_ahead(&self, y: f64, y_dot: f64, mobility: f64, dt: f64) -> f64 {
         let Contact { d, d_dot, .. } = self.contact(y, y_dot);
         let ahead = d + d_dot.max(0.0) * dt;

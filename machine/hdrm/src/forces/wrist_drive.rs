@@ -1,15 +1,13 @@
-//! Model of the wrist's drives as built: first-order lag from command to torque, saturation, inertia
-//! and dry friction of the motor reflected to the joint, and an elastic gear with backlash.
+//! Model of the wrist's drives as built: first-order lag from command to torque, saturation,
+//! inertia and dry friction of the motor reflected to the joint, and an elastic gear with backlash.
 //!
 //! Source: B. Siciliano, L. Sciavicco, L. Villani, G. Oriolo, *Robotics: Modelling, Planning and
-//! Control*, chapter on elastic joints; J. J. Moreau's time stepping for dry friction with exact
-//! sticking.
+//! Control*, chapter on elastic joints; J. J. Moreau's time stepping for dry friction.
 
 use crate::forces::saturate::saturate;
 use model_rules::{ParamError, Range, check, check_each};
 use serde::{Deserialize, Serialize};
 
-/// Joints of the wrist.
 const JOINTS: usize = 3;
 /// Longest part of a substep, s: a twentieth of the period of the fastest usual mode.
 const PART: f64 = 5e-5;
@@ -100,8 +98,8 @@ impl WristDrive {
         }
     }
 
-    /// Torque of gear `i` on the joint, N·m, for the motor's lead `s`, rad, and its rate `s_dot`: zero
-    /// within the backlash, and never pulling.
+    /// Torque of gear `i` on the joint, N·m, for the motor's lead `s`, rad, and its rate `s_dot`:
+    /// zero within the backlash, and never pulling.
     fn gear(&self, i: usize, s: f64, s_dot: f64) -> f64 {
         let half = 0.5 * self.play;
         let bent = s - s.max(-half).min(half);

@@ -3,15 +3,14 @@
 //!
 //! Frame P rotates with the rate w_1 about y through its origin. A planar body moves relative to P
 //! with `(v_x, v_y, w_z)` at P's origin. Of its net wrench only `f_x, f_y, m_z` (planar motion) and
-//! `m_y` (slew) do work. All quantities are in and about P; the mass distribution is general (centre
-//! of mass off the plane, any products of inertia).
+//! `m_y` (slew) do work. All quantities are in and about P; the mass distribution is general
+//! (centre of mass off the plane, any products of inertia).
 
 use crate::geometry::planar::perp;
 use nalgebra::{Vector2, Vector3};
 use spatial::{Inertia, Twist, Wrench};
 use std::ops::{Add, Mul};
 
-/// Implements `Add` field by field.
 macro_rules! sum_by_field {
     ($type:ident: $($field:ident)*) => {
         impl Add for $type {
@@ -112,7 +111,6 @@ impl PlanarMotion {
     }
 }
 
-/// A joint of a planar body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlanarJoint {
     /// Twist of the body against its parent for a unit rate of the coordinate, `s·g`.
@@ -207,8 +205,7 @@ impl PlanarInertia {
         }
     }
 
-    /// Net wrench `M·A + crf(V)·M·V` ([`Inertia::net_wrench`]) of [`PlanarMotion::spatial`],
-    /// written out.
+    /// [`Inertia::net_wrench`] `M·A + crf(V)·M·V` of [`PlanarMotion::spatial`], expanded.
     #[inline(never)] // see `placed`
     pub fn net_wrench(&self, motion: &PlanarMotion, w_1: f64, g: f64) -> PlanarWrench {
         let Self { m, h, .. } = self;

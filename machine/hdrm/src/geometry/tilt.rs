@@ -23,8 +23,8 @@ pub struct Tilt {
     pub x0: f64,
     /// Length of the rod body behind its pin, m.
     pub lc: f64,
-    /// Branch of the loop: +1 if D is clockwise of the line A → C, −1 if counter-clockwise; the side
-    /// away from B over the working range, constant so that the branch never jumps.
+    /// Branch of the loop: +1 if D is clockwise of the line A → C, −1 if counter-clockwise; the
+    /// side away from B over the working range, constant so that the branch never jumps.
     pub side: f64,
 }
 

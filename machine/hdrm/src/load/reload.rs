@@ -28,9 +28,9 @@ impl Hdrm {
         Ok(plant)
     }
 
-    /// Plant and state after a change of the load at the instant of `now`. If the mass increases, the
-    /// added inertia ΔI has the velocity `own` (m/s in the world, pure translation), or that of the
-    /// end-effector. Positions and the momentum of arm and load are unchanged:
+    /// Plant and state after a change of the load at the instant of `now`. If the mass increases,
+    /// the added inertia ΔI has the velocity `own` (m/s in the world, pure translation), or that of
+    /// the end-effector. Positions and the momentum of arm and load are unchanged:
     /// ```text
     /// M⁺·zeta_dot⁺ = M⁻·zeta_dot⁻ + Jᵀ·ΔI·V_own
     /// ```

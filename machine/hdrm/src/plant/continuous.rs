@@ -15,8 +15,7 @@ pub const INDICATORS: usize = DOF + 1 + 2 * 3;
 const NEVER: f64 = 1.0;
 
 impl Hdrm {
-    /// The time derivative of the state, per s; `slips` are the directions in which the wrist's
-    /// motors slip.
+    /// The time derivative of the state, per s; `slips` as in [`Hdrm::update_slips`].
     #[must_use]
     pub fn derivative(&self, now: &Dynamics, input: &Input, slips: &Slips) -> State {
         let mut rates = State {
@@ -38,10 +37,10 @@ impl Hdrm {
         rates
     }
 
-    /// Event indicators; an event is where one changes sign: distances of slew, lift and tilt (m) and
-    /// of the wrist (rad) from their nearer end stop, and of the tip from the plane (m); for each
-    /// gear of the wrist, how far it exceeds its backlash (rad); for each of its motors, the reserve
-    /// of dry friction while it sticks (N·m), or the speed at which it slips (rad/s).
+    /// Event indicators; an event is where one changes sign: distances of slew, lift and tilt (m)
+    /// and of the wrist (rad) from their nearer end stop, and of the tip from the plane (m); for
+    /// each gear of the wrist, how far it exceeds its backlash (rad); for each of its motors, the
+    /// reserve of dry friction while it sticks (N·m), or the speed at which it slips (rad/s).
     #[must_use]
     pub fn indicators(&self, now: &Dynamics, input: &Input, slips: &Slips) -> [f64; INDICATORS] {
         let mut z = [NEVER; INDICATORS];

@@ -23,7 +23,6 @@ pub struct Input {
     pub base_angular_acceleration: [f64; 3],
 }
 
-/// `[f; m]` as a wrench.
 pub(crate) fn wrench(components: &[f64; 6]) -> Wrench {
     Wrench::from_vector(&Vector6::from(*components))
 }

@@ -1,5 +1,5 @@
-//! Integration of the manipulator over one communication step: RK4 with substeps that are shorter near
-//! contacts and in fast motion.
+//! Integration of the manipulator over one communication step: RK4 with substeps that are shorter
+//! near contacts and in fast motion.
 
 use crate::plant::input::Input;
 use crate::plant::state::State;
@@ -9,12 +9,11 @@ use model_rules::{RATE_STEP, substeps};
 use nalgebra::Vector6;
 use thiserror::Error;
 
-/// Longest substep in free motion, s: RK4's energy error is some 3e-7 J in 10 s of swinging with 400
-/// J.
+/// Longest substep in free motion, s: RK4 loses some 3e-7 J of 400 J in 10 s of swinging.
 const H_MAX: f64 = 1e-3;
 
-/// Largest rotation of a joint per substep, rad, with whose fourth power RK4's relative energy error
-/// grows; normal operation (0.3 rad/s) is far below.
+/// Largest rotation of a joint per substep, rad, with whose fourth power RK4's relative energy
+/// error grows; normal operation (0.3 rad/s) is far below.
 const TURN_MAX: f64 = 4e-3;
 
 /// Longest communication step, s: 10⁴ substeps, more in fast motion and in contact.
@@ -51,8 +50,7 @@ pub enum StepError {
 }
 
 impl Hdrm {
-    /// The state after a step from `t` by `h`, both s. `input(s)` gives the inputs `s` seconds into
-    /// the step.
+    /// The state after a step from `t` by `h`, both s; `input(s)` are the inputs at `t + s`.
     pub fn step(
         &self,
         state: &State,
@@ -102,8 +100,8 @@ impl Hdrm {
         })
     }
 
-    /// One part of a substep: first the wrist's drives with the joints moving at their present rates,
-    /// then everything else under the mean torques of the drives, so that momentum is conserved.
+    /// One part of a substep: first the wrist's drives with the joints moving at their present
+    /// rates, then the rest under their mean torques, which conserves momentum.
     fn substep_part(
         &self,
         start: &Dynamics,
@@ -161,8 +159,8 @@ impl Hdrm {
             .sum()
     }
 
-    /// Whether friction may require shorter substeps. The mobilities change with the pose by far less
-    /// than the margin of 100.
+    /// Whether friction may require shorter substeps. The mobilities change with the pose by far
+    /// less than the margin of 100.
     pub(crate) fn has_stiff_friction(&self, start: &Dynamics) -> bool {
         H_MAX * self.friction_rate(start) > 0.01 * RATE_STEP
     }

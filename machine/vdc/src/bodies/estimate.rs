@@ -83,8 +83,8 @@ impl Bounds {
     }
 }
 
-/// A symmetric 4×4 matrix A and its 2×2 minors: determinant and inverse by Laplace's expansion with a
-/// single division, positive definiteness by the signs of the leading minors.
+/// A symmetric 4×4 matrix A and its 2×2 minors: determinant and inverse by Laplace's expansion with
+/// a single division, positive definiteness by the signs of the leading minors.
 struct Minors<'a> {
     A: &'a Symmetric,
     /// Minors of rows 1, 2 and columns 12, 13, 14, 23, 24, 34.
@@ -113,7 +113,6 @@ impl<'a> Minors<'a> {
         }
     }
 
-    /// `|A|`.
     fn determinant(&self) -> f64 {
         let Self { s, c, .. } = self;
         s[0] * c[5] - s[1] * c[4] + s[2] * c[3] + s[3] * c[2] - s[4] * c[1] + s[5] * c[0]
@@ -183,8 +182,8 @@ impl Estimate {
     /// Inside the bounds P is positive definite, `P > lower·P0 > 0`.
     ///
     /// This is not a projection that preserves the Lyapunov argument, which needs that the omitted
-    /// part of a step never points towards the true parameters, `tr((L − L̂) ΔS) ≤ 0`: a skipped step
-    /// omits all of S, which for ten parameters may point either way, and the true body may be
+    /// part of a step never points towards the true parameters, `tr((L − L̂) ΔS) ≤ 0`: a skipped
+    /// step omits all of S, which for ten parameters may point either way, and the true body may be
     /// outside the bounds. Then the adaptation's term is `tr(f(θ~) S)`, of either sign.
     ///
     /// `leakage` σ, 1/s, pulls towards the nominal inertia, `P' = −S/γ − σ (P − P0)`, against drift
@@ -212,7 +211,7 @@ impl Estimate {
     }
 
     /// Bregman divergence of the true inertia from the estimate ([Df]), ≥ 0, zero if equal:
-    /// `D(L‖L̂) = log(|L̂|/|L|) + tr(L̂⁻¹·L) − 4`; NaN if the true one is not physically consistent.
+    /// `D(L‖L̂) = log(|L̂|/|L|) + tr(L̂⁻¹·L) − 4`; NaN if `truth` is inconsistent.
     pub(crate) fn divergence(&self, truth: &Inertia) -> f64 {
         let L = packed(&PseudoInertia::from(truth).0);
         let log_of_quotient = -libm::log(self.determinant * Minors::new(&L).determinant());

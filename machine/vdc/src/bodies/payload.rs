@@ -4,8 +4,8 @@
 //! Without payload the inertia at the wrist is a twentieth: gains for the payload, sampled and
 //! delayed, then make the wrist oscillate, and gains for the empty hook let a payload sway. If the
 //! wrist begins to oscillate, torque and acceleration show its inertia; if that is the wrist's own,
-//! the nominal payload is removed, and with it the gains based on its inertia. A wrist at rest shows
-//! nothing, and the payload is kept. The weight cannot be used: a hanging payload has no moment.
+//! the nominal payload is removed, and with it the gains based on its inertia. At rest the payload
+//! is kept. Weight is no measure: a hanging payload has no moment.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 const BAND: [f64; 2] = [0.15, 0.03];
 /// Forgetting time of the least squares, s.
 const MEMORY: f64 = 0.1;
-/// Smallest inertial moment of the payload that is not noise, over the largest moment of its weight.
+/// Smallest inertial moment of the payload above noise, over the largest of its weight.
 const LEAST_MOMENT: f64 = 0.2;
 /// Share of the nominal payload below which the hook counts as empty; above it the gains for the
 /// payload have a phase margin, even with a delay of three steps.
@@ -22,8 +22,7 @@ const EMPTY: f64 = 0.33;
 /// Share of an empty hook: negligible compared with the wrist's own inertia.
 const NOTHING: f64 = 0.02;
 
-/// Inertias about the second wrist joint, kg·m², and the largest moment of the payload's weight,
-/// N·m.
+/// Inertias about the second wrist joint, kg·m², and largest moment of the payload, N·m.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct WristInertia {
     /// Inertia of the wrist's own bodies.
@@ -40,7 +39,7 @@ pub(crate) struct PayloadShare {
     /// The estimate.
     share: f64,
     begun: bool,
-    /// Torque, N·m, and rate, rad/s, after the fast lag; torque and acceleration after the slow one.
+    /// Torque, N·m, and rate, rad/s, after the fast lag; `slow` after the slow one.
     torque: f64,
     rate: f64,
     slow: [f64; 2],
@@ -62,8 +61,8 @@ impl Default for PayloadShare {
 }
 
 impl PayloadShare {
-    /// Advances by `h` s with `rate`, rad/s, and `torque`, N·m, of the joint, and returns the share to
-    /// use: 1, or that of an empty hook.
+    /// Advances by `h` s with `rate`, rad/s, and `torque`, N·m, of the joint, and returns the share
+    /// to use: 1, or that of an empty hook.
     /// ```text
     /// τ_b − I_0 a_b = share·φ,   φ = I a_b,   a = (ω − ω_f)/T
     /// share' = φ (τ_b − I_0 a_b − share·φ)/(ρ + ∫ φ² dt)

@@ -1,5 +1,5 @@
-//! Advances the controller's state over a communication step: in one interval, from sample to sample,
-//! or with delayed commands.
+//! Advances the controller's state over a communication step: in one interval, from sample to
+//! sample, or with delayed commands.
 
 use super::Controller;
 use crate::drive::{Reading, VoltageLaw};
@@ -16,8 +16,8 @@ use crate::supervisor::Stage;
 use crate::tracking::at_joints;
 
 impl Controller {
-    /// Advances from the communication point `t` by `h`, both s, with the measurements held; `now` is
-    /// the evaluation of the present state and `input`. On error the state is unchanged.
+    /// Advances from the communication point `t` by `h`, both s, with the measurements held; `now`
+    /// is the evaluation of the present state and `input`. On error the state is unchanged.
     pub fn step(
         &mut self,
         now: &Evaluation,
@@ -62,8 +62,8 @@ impl Controller {
         }
     }
 
-    /// Advances all states except the joint observer's and the samples by `h` s, with the measurements
-    /// and commands of `now` held.
+    /// Advances all states except the joint observer's and the samples by `h` s, with the
+    /// measurements and commands of `now` held.
     fn advance(&mut self, now: &Evaluation, settings: &Settings, input: &Input, h: f64) {
         let settings = &*self.state.supervisor.effective_settings(settings);
         let Self {
@@ -111,8 +111,8 @@ impl Controller {
         }
     }
 
-    /// A step with a sample time and without delay: measurements are held from one sample to the next;
-    /// a sample inside the step takes `input`.
+    /// A step with a sample time and without delay: measurements are held from one sample to the
+    /// next; a sample inside the step takes `input`.
     fn step_sampled(
         &mut self,
         now: &Evaluation,

@@ -58,9 +58,9 @@ fn the_integral_rests_at_each_limit() {
     }
 }
 
-/// Integral, and what was learnt of the payload's mass, kg, after 50 ms beside the start pose by `off`, rad, in
-/// the lift joint, where the lift rod may have the share `limit` of the force that holds the
-/// machine there; the required force of that rod, N, and its limit.
+/// Integral, and what was learnt of the payload's mass, kg, after 50 ms beside the start pose by
+/// `off`, rad, in the lift joint, where the lift rod may have the share `limit` of the force that
+/// holds the machine there; the required force of that rod, N, and its limit.
 fn limited(off: f64, limit: f64) -> (Vector6<f64>, f64, [f64; 2], Errors) {
     let mut machine = Machine::reference();
     let start = Input {
@@ -159,8 +159,8 @@ fn beside(mode: Mode, change: impl Fn(&mut Gains)) -> ([f64; 3], [f64; DOF]) {
 /// Closed forms with the error standing still. Two gains of the modular law tell `M s`, since its
 /// torque is `model + κ M s`. Then the observer asks for `(κ + ω) M s` and integrates `ω κ M s`;
 /// super-twisting asks for `κ M s r` and integrates `ω κ M s r²` with `r² = s_0/|s|`. The cascade
-/// asks for `K s` and integrates `ω K s`. The laws before them integrate nothing. Tolerance: rounding of
-/// differences of torques of 1 kN·m, and of 20 sums.
+/// asks for `K s` and integrates `ω K s`. The laws before them integrate nothing. Tolerance:
+/// rounding of differences of torques of 1 kN·m, and of 20 sums.
 #[test]
 fn the_rivals_integrate_what_they_ask_for() {
     let (kappa, omega) = (30.0, 2.5);

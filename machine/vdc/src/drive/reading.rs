@@ -20,7 +20,6 @@ pub(crate) struct Reading {
 }
 
 impl Reading {
-    /// Measurements of drive `i`.
     pub(crate) fn from_input(input: &Input, i: usize) -> Self {
         Self {
             i_d: input.i_d[i],

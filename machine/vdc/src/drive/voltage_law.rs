@@ -14,7 +14,6 @@ use hdrm::saturate;
 pub(crate) struct RodDemand {
     /// Required force on the load, N, limited.
     pub(crate) f_r: f64,
-    /// Required motion.
     pub(crate) motion: RodMotion,
     /// The required force before its limitation, N.
     pub(crate) f_unlimited: f64,
@@ -34,7 +33,6 @@ impl RodDemand {
     }
 }
 
-/// States of the voltage law.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct DriveState {
     /// Required direct-axis current, A.
@@ -48,7 +46,6 @@ pub(crate) struct DriveState {
     observer: f64,
 }
 
-/// Outputs of the voltage law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Command {
     /// Direct-axis voltage, V.
@@ -82,9 +79,7 @@ impl Command {
 
 /// The voltage law with its parameters.
 pub(crate) struct VoltageLaw<'a> {
-    /// Nominal actuator.
     pub(crate) actuator: &'a Emla,
-    /// Mode, gains, blending factor.
     pub(crate) settings: &'a Settings,
 }
 
@@ -123,13 +118,13 @@ impl VoltageLaw<'_> {
         p.largest_voltage(v_dc.unwrap_or_else(|| p.link_voltage()))
     }
 
-    /// Disturbance torque that the nominal actuator model does not explain, N·m, low-pass filtered at
-    /// ω_d: deviations of gear losses, friction and torque constant.
+    /// Disturbance torque that the nominal actuator model does not explain, N·m, low-pass filtered
+    /// at ω_d: deviations of gear losses, friction and torque constant.
     /// ```text
     /// d̂ = ω_d (z − J w_m),   z' = ω_d (J w_m + (τ_e − τ_load(F, w_m))/ω_d − z)
     /// ```
-    /// Not in the paper (ω_d = 0 is its law). z depends on earlier measurements only, so the measured
-    /// force has no direct feedthrough to the voltages.
+    /// Not in the paper (ω_d = 0 is its law). z depends on earlier measurements only, so the
+    /// measured force has no direct feedthrough to the voltages.
     fn disturbance(&self, state: &DriveState, now: &Reading) -> f64 {
         let momentum = maps::inertia(self.p(), 1.0) * now.w_m;
         self.settings.gains.omega_d * (state.observer - momentum)
@@ -163,11 +158,11 @@ impl VoltageLaw<'_> {
         saturate(i_qr, self.largest_current(now.T_winding))
     }
 
-    /// Limits the current `more`, A, which the velocity feedback adds to `i_qr`, so that both together
-    /// stay within the currents for the largest rod forces at rest. Also returns the sign of the
-    /// force that is at its limit, or 0. Friction and rotor inertia are not added to these currents:
-    /// they help a load that drives the motor back, and friction that changes its sign with the
-    /// measured speed would make the machine oscillate.
+    /// Limits the current `more`, A, which the velocity feedback adds to `i_qr`, so that both
+    /// together stay within the currents for the largest rod forces at rest. Also returns the sign
+    /// of the force that is at its limit, or 0. Friction and rotor inertia are not added to these
+    /// currents: they help a load that drives the motor back, and friction that changes its sign
+    /// with the measured speed would make the machine oscillate.
     fn within_force_limit(
         i_qr: f64,
         more: f64,
@@ -187,9 +182,9 @@ impl VoltageLaw<'_> {
         }
     }
 
-    /// `di_dr/dt = −λ_i·i_d` ([eq:current_d_required] with `i_dd = 0`), A/s. 0 for a drive with its own
-    /// current loop, which keeps i_d at 0: an offset of the measured i_d would make the integral
-    /// grow without bound, and with it `λ_q i_dr`, a positive feedback from the measured i_q.
+    /// `di_dr/dt = −λ_i·i_d` ([eq:current_d_required] with `i_dd = 0`), A/s. 0 for a drive with its
+    /// own current loop, which keeps i_d at 0: an offset of the measured i_d would make the
+    /// integral grow without bound, and with it `λ_q i_dr`, a positive feedback of i_q.
     fn i_dr_dot(&self, now: &Reading) -> f64 {
         match self.settings.current_loop {
             true => 0.0,
@@ -206,8 +201,8 @@ impl VoltageLaw<'_> {
     /// The integrals are not in the paper (ω_i = 0 is its law): they compensate wrong motor
     /// parameters, above all the back-EMF of a wrong λ_m. They integrate the sum of both errors, so
     /// in steady state the velocity feedback keeps its force. The velocity feedback acts on the
-    /// motor side, `ẋ_n = lead·w_m/N`: on the rod side, as printed, it is not collocated and unstable
-    /// at these gains.
+    /// motor side, `ẋ_n = lead·w_m/N`: on the rod side, as printed, it is not collocated and
+    /// unstable at these gains.
     ///
     /// A drive with its own current loop receives a current that includes the velocity feedback,
     /// `i_q,cmd = i_qr + K_v/K_i (ẋ_r − ẋ_n)`, with the ratio that the voltage law has between both

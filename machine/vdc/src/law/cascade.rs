@@ -1,16 +1,15 @@
-//! Cascade control as in industrial drives, for comparison: position P, velocity PI, with feedforward
-//! of nominal gravity and friction.
+//! Cascade control as in industrial drives, for comparison: position P, velocity PI, with
+//! feedforward of nominal gravity and friction.
 //!
 //! Source: R. Krishnan, *Permanent Magnet Synchronous and Brushless DC Motor Drives*, chapter on
-//! speed control. The position loop is that of the tip (`Lambda_position`, `Lambda_orientation`); its
-//! rates are the references of the joints' velocity loops, whose proportional gains are the `pd_…`
-//! dampings and whose integral rate is `omega_tip`. The voltage law replaces the current loop.
+//! speed control. The position loop is that of the tip (`Lambda_position`, `Lambda_orientation`);
+//! its rates are the references of the joints' velocity loops, whose proportional gains are the
+//! `pd_…` dampings and whose integral rate is `omega_tip`. The voltage law is the current loop.
 
 use crate::law::control_law::{ControlLaw, Forces, Instant, Rod};
 use crate::law::decomposition;
 use crate::law::pd::Pd;
 
-/// Position P, velocity PI.
 pub(crate) struct Cascade;
 
 impl ControlLaw for Cascade {

@@ -1,5 +1,4 @@
-//! The interface of a control law: the quantities it receives at an instant, and the forces it
-//! returns.
+//! The interface of a control law: its inputs at an instant, and the forces it returns.
 
 use crate::bodies::Bodies;
 use crate::law::decomposition::{self, BodyMotion, VelocityErrors};
@@ -47,9 +46,7 @@ pub(crate) struct Instant<'a> {
     /// Measured joint rates, rad/s.
     pub(crate) zeta_dot: &'a [f64; DOF],
     pub(crate) required: &'a RequiredMotion,
-    /// Required motion of the rods.
     pub(crate) rods: &'a [RodMotion; 3],
-    /// Motion of the ground.
     pub(crate) ground: &'a BodyMotion,
     pub(crate) motions: &'a [BodyMotion; Body::COUNT],
     pub(crate) errors: &'a VelocityErrors,
@@ -58,7 +55,7 @@ pub(crate) struct Instant<'a> {
 }
 
 impl Instant<'_> {
-    /// Generalised forces for the required motion by the nominal model, joint friction included, N·m.
+    /// Generalised forces of the nominal model for the required motion, with friction, N·m.
     pub(crate) fn model(&self) -> [f64; DOF] {
         let mut Q = self.bodies_forces(0.0);
         for (i, Q) in Q.iter_mut().enumerate() {
@@ -113,7 +110,6 @@ pub(crate) struct Forces {
     pub(crate) rods: [f64; 3],
     /// Torques of the wrist joints before saturation, N·m.
     pub(crate) wrist: [f64; 3],
-    /// Rate of the law's integral, N·m/s; the integral is frozen while a drive or a wrist joint is at
-    /// its limit.
+    /// Rate of the law's integral, N·m/s; frozen while a drive or wrist joint is at its limit.
     pub(crate) law_integral_rate: [f64; DOF],
 }

@@ -1,5 +1,5 @@
-//! Virtual decomposition: required twists and wrenches of all bodies, and the joint forces that follow
-//! from them ([Eq:Base_Required_Kinematics] to [Eq:Actuator_Base_Required_Dynamics2]).
+//! Virtual decomposition: required twists and wrenches of all bodies, and the joint forces that
+//! follow from them ([Eq:Base_Required_Kinematics] to [Eq:Actuator_Base_Required_Dynamics2]).
 //!
 //! The bodies form a tree of geared joints (`hdrm`), so the paper's equations per object become
 //! one recursion up the tree for the twists and one down for the wrenches. Projected on the joints
@@ -15,9 +15,7 @@ use spatial::{Inertia, Twist, Wrench};
 /// Motion of one body, in and about its own frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct BodyMotion {
-    /// Twist V.
     pub(crate) V: Twist,
-    /// Required twist V_r.
     pub(crate) V_r: Twist,
     /// `w = V_r' + V × V_r − a_g`, the twist that the inertia multiplies.
     pub(crate) w: Twist,
@@ -187,8 +185,8 @@ fn inertia_about<'a>(
 /// The second wrist joint, about which the payload has its largest inertia.
 pub(crate) const WEIGHING_JOINT: usize = 4;
 
-/// Generalised forces on the six joints, N·m; `net` gives the total wrench of a body, including that
-/// of the bodies beyond it.
+/// Generalised forces on the six joints, N·m; `net` gives the total wrench of a body, including
+/// that of the bodies beyond it.
 #[inline(always)]
 fn projected(configuration: &Configuration, net: impl Fn(Body, Wrench) -> Wrench) -> [f64; DOF] {
     let mut wrenches = [Wrench::zero(); Body::COUNT];

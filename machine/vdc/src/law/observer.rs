@@ -13,7 +13,6 @@
 
 use crate::law::control_law::{ControlLaw, Forces, Instant};
 
-/// The nominal model with a disturbance observer.
 pub(crate) struct DisturbanceObserver;
 
 impl ControlLaw for DisturbanceObserver {

@@ -5,7 +5,6 @@ use crate::law::control_law::{ControlLaw, Forces, Instant, Rod};
 use crate::law::decomposition;
 use hdrm::DOF;
 
-/// Damping of the rate errors.
 pub(crate) struct Pd {
     /// Whether the nominal weight is compensated.
     pub(crate) holds_weight: bool,

@@ -6,8 +6,8 @@
 //! τ = model + κ M s·√(s_0/|s|) + v,   v' = ω κ M s·s_0/|s|
 //! ```
 //! which for one joint is `κ M √(s_0|s|) sign s` and `ω κ M s_0 sign s`. `κ` is `kappa_KA` and ω is
-//! `omega_tip`. Within the boundary layer `|s| < s_1` both are linear, because a law sampled at 1 ms
-//! cannot switch arbitrarily fast.
+//! `omega_tip`. Within the boundary layer `|s| < s_1` both are linear, because a law sampled at 1
+//! ms cannot switch arbitrarily fast.
 
 use crate::law::control_law::{ControlLaw, Forces, Instant};
 
@@ -16,7 +16,6 @@ const S_0: f64 = 1e-2;
 /// Boundary layer, rad/s: within it the gain is four times that of the linear law.
 const S_1: f64 = S_0 / 16.0;
 
-/// The nominal model with super-twisting.
 pub(crate) struct SuperTwisting;
 
 impl ControlLaw for SuperTwisting {

@@ -1,8 +1,7 @@
-//! Tracking observer that estimates the joint rates from the joint angles, instead of measured rates.
+//! Tracking observer: estimates the joint rates from the joint angles.
 //!
 //! Not in the paper, which measures rates. Differences of encoder angles are coarse, and a filter
-//! delays them. The observer uses the acceleration that the controller requires, so it lags only
-//! behind other motion.
+//! delays them. The observer uses the required acceleration, so it lags only behind other motion.
 //! ```text
 //! predicted   ζ⁻ = ζ̂ + h v̂ + h² ζ̈_r/2,   v⁻ = v̂ + h ζ̈_r
 //! corrected   ζ̂ = ζ⁻ + (1 − a²)(ζ − ζ⁻),  v̂ = v⁻ + (1 − a)² (ζ − ζ⁻)/h,   a = e^(−ω h)
@@ -27,12 +26,11 @@ pub(crate) struct JointObserver {
 }
 
 /// Largest predicted angle, rad, and rate, rad/s, far beyond any machine's. With absurd gains and
-/// steps the predictions may diverge; beyond this value the observer is reset to the measured rates.
+/// steps the predictions may diverge; beyond this value the observer is reset.
 const LARGEST: f64 = 1e9;
 
 impl JointObserver {
-    /// The measurements with the observer's joint rates; unchanged if its bandwidth `omega`, rad/s,
-    /// is 0. Idempotent.
+    /// The measurements with the observer's joint rates (bandwidth `omega`, rad/s; 0: none).
     pub(crate) fn with_observed_rates<'a>(&self, input: &'a Input, omega: f64) -> Cow<'a, Input> {
         if omega == 0.0 {
             return Cow::Borrowed(input);
@@ -51,8 +49,7 @@ impl JointObserver {
         (self.h > 0.0).then(|| std::array::from_fn(rate))
     }
 
-    /// The state after `h` s with the accelerations `zeta_ddot`, from the measured angles and their
-    /// rates v̂.
+    /// The state after `h` s with the accelerations `zeta_ddot`, from angles and rates v̂.
     pub(crate) fn advanced(
         &self,
         zeta: &[f64; DOF],

@@ -19,8 +19,7 @@ pub(crate) struct Plan {
     pub(crate) zeta_ddot: [f64; DOF],
     /// Required rod accelerations, m/s².
     pub(crate) x_ddot: [f64; 3],
-    /// Positions of the strokes, m, and their derivatives by the joint angles, m/rad; None without
-    /// the manipulator.
+    /// Strokes, m, and their derivatives by the joint angles, m/rad; None for single rods.
     pub(crate) strokes: Option<[[f64; 2]; 3]>,
 }
 
@@ -29,8 +28,9 @@ pub(crate) struct Plan {
 ///
 /// Joints and rods are assumed to follow the required accelerations: differentiating the measured
 /// rates would double their noise. Currents, motor speeds and forces are computed with the nominal
-/// actuator under the planned voltages; it starts from the measured force, so `F` must be connected.
-/// `lead` is the time, s, over which that force is already predicted ([`Emla::with_delay`]).
+/// actuator under the planned voltages; it starts from the measured force, so `F` must be
+/// connected. `lead` is the time, s, over which that force is already predicted
+/// ([`Emla::with_delay`]).
 pub(crate) fn predict(
     nominal: &Nominal,
     alpha: f64,

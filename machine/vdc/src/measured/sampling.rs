@@ -8,13 +8,12 @@ use serde::{Deserialize, Serialize};
 pub const DELAY_MAX: u32 = 4;
 /// Largest number of samples in one step.
 pub(crate) const SAMPLES_MAX: f64 = 1e5;
-/// Tolerance between sample and communication point over the sample time: importers' clocks have
-/// rounding errors.
+/// Tolerance of communication points over the sample time, for rounding of importers' clocks.
 pub(crate) const SLACK: f64 = 1e-3;
 
-/// Correction gain of the predicted force by the measured one. The force read before new rod motions
-/// are set is out of date by a part that grows with the rod's acceleration and would destabilise the
-/// machine at rest; the prediction alone would drift.
+/// Correction gain of the predicted force by the measured one. The force read before new rod
+/// motions are set is out of date by a part that grows with the rod's acceleration and would
+/// destabilise the machine at rest; the prediction alone would drift.
 ///
 /// With the gain s the force settles e/s away from the measured one, e the error of one prediction,
 /// and follows it with the time constant h/s (10 ms at steps of 1 ms); the out-of-date part acts s
@@ -29,8 +28,8 @@ pub struct Timing {
     /// the communication steps. 0: every communication point is a sample.
     pub sample_time: f64,
     /// Communication steps between measurement and effect of the commands, at most [`DELAY_MAX`]: 1
-    /// if an importer reads all outputs before it sets any input. With a delay, samples are taken at
-    /// communication points only.
+    /// if an importer reads all outputs before it sets any input. With a delay, samples are taken
+    /// at communication points only.
     pub delay: u32,
 }
 
@@ -44,7 +43,6 @@ impl Timing {
 /// State of sample and hold.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Sampling {
-    /// Number of samples taken.
     pub(crate) count: u64,
     /// Measurements that the present outputs belong to; None: the present ones.
     pub(crate) held: Option<Input>,
@@ -66,12 +64,12 @@ impl Sampling {
         &self.planned[..delay]
     }
 
-    /// The measurements with which a prediction starts, and the time, s, over which their forces are
-    /// already predicted, for steps of `h`.
+    /// The measurements with which a prediction starts, and the time, s, over which their forces
+    /// are already predicted, for steps of `h`.
     ///
     /// The actuators predict their force by one step (their delay is 1), except before their first
-    /// step. The lead is subtracted from the whole force, not only from its measured part: this damps
-    /// the boom on the locked motors (found empirically; needed at steps of 2 ms).
+    /// step. The lead is subtracted from the whole force, not only from its measured part: this
+    /// damps the boom on the locked motors (found empirically; needed at steps of 2 ms).
     pub(crate) fn first(&self, input: &Input, h: f64) -> (Input, f64) {
         let mut first = *input;
         let Some(held) = &self.held else {
@@ -89,7 +87,6 @@ impl Sampling {
         self.held = Some(ahead);
     }
 
-    /// Shifts the plans by one step.
     pub(crate) fn pass(&mut self) {
         self.planned.rotate_left(1);
     }

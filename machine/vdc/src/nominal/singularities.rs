@@ -1,5 +1,4 @@
-//! Singular poses of wrist and elbow, and the inverse of the tip's Jacobian, which is damped near
-//! them.
+//! Singular poses of wrist and elbow, and the inverse of the tip's Jacobian, damped near them.
 
 use hdrm::{DOF, Tree};
 use nalgebra::{Matrix6, Vector6};
@@ -15,7 +14,6 @@ const NEAR_STRETCHED: f64 = 0.1;
 /// Damping with the arm stretched.
 const STRETCHED_DAMPING: f64 = 0.1;
 
-/// The arm's singular poses.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Singularities {
     /// `zeta_3` of the stretched arm, rad: lift joint, tilt joint and wrist centre C4 in line.
@@ -38,7 +36,7 @@ impl Singularities {
         libm::sin(zeta_5).abs() < NEAR_SINGULAR
     }
 
-    /// Angle, rad, from `zeta_3` in the given direction (a sign) until the arm is stretched or folded.
+    /// Angle from `zeta_3` in this direction (±1) until the arm is stretched or folded, rad.
     pub(crate) fn stretch_ahead(&self, zeta_3: f64, direction: f64) -> f64 {
         use std::f64::consts::PI;
         let beyond = (zeta_3 - self.stretched).rem_euclid(PI);
@@ -78,7 +76,8 @@ impl Inverse {
     }
 
     pub(crate) fn apply(&self, b: Vector6<f64>) -> Vector6<f64> {
-        // Only singular with the wrist centre on the slew axis, outside the joint limits: no motion.
+        // Only singular with the wrist centre on the slew axis, outside the joint limits: no
+        // motion.
         let x = self.lu.solve(&b).unwrap_or_else(Vector6::zeros);
         match &self.transposed {
             None => x,

@@ -7,8 +7,8 @@ use motion_check::Kinematics;
 use nalgebra::Vector6;
 use tip_path::{PathFile, TipPath, check};
 
-/// Plans the path of `file` from the tip's pose at the joint angles `zeta`, rad. With `is_checked` an
-/// error if the nominal machine cannot follow it.
+/// Plans the path of `file` from the tip's pose at the joint angles `zeta`, rad. With `is_checked`
+/// an error if the nominal machine cannot follow it.
 pub(crate) fn checked_path(
     file: &PathFile,
     is_checked: bool,

@@ -30,7 +30,6 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// At rest in the pose `zeta`, rad.
     pub(crate) fn rest(zeta: &[f64; DOF]) -> Self {
         Self {
             zeta: Vector6::from(*zeta),

@@ -14,7 +14,7 @@ pub enum RateCommand {
     Tip,
 }
 
-/// Limits of commanded rates. Those of the tip limit the magnitudes of velocity and angular velocity.
+/// Limits of commanded rates; those of the tip limit magnitudes of vectors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RateLimits {
     /// Joint rates, rad/s, under commands of the tip too.
@@ -30,8 +30,8 @@ pub struct RateLimits {
 }
 
 impl Default for RateLimits {
-    /// Some 70 mm/s of the reference machine's rods, reached within a second. With less smoothing the
-    /// drives lag so much that wrist joints exceed their rates by a tenth.
+    /// Some 70 mm/s of the reference machine's rods, reached within a second. With less smoothing
+    /// the drives lag so much that wrist joints exceed their rates by a tenth.
     fn default() -> Self {
         Self {
             joint: [0.15, 0.1, 0.1, 0.5, 0.5, 0.5],

@@ -1,10 +1,10 @@
 //! An operator's commanded rates, of the joints or of the tip, as the reference. Not in the paper.
 //!
-//! Commands are converted to a motion ζ_d, ζ̇_d, ζ̈_d of the joints with limited and smoothed rates and
-//! accelerations, which the control law can follow. Before the end of a joint's range or a stroke a
-//! command is slowed down and stopped; commands of the tip also before the arm is stretched, where
-//! the elbow is singular. Near a singularity of the wrist (or of the elbow, after joint commands) the
-//! inverse kinematics are damped ([`Inverse`]), and the tip follows only partly.
+//! Commands are converted to a motion ζ_d, ζ̇_d, ζ̈_d of the joints with limited and smoothed rates
+//! and accelerations, which the control law can follow. Before the end of a joint's range or a
+//! stroke a command is slowed down and stopped; commands of the tip also before the arm is
+//! stretched, where the elbow is singular. Near a singularity of the wrist (or of the elbow, after
+//! joint commands) the inverse kinematics are damped ([`Inverse`]), and the tip follows partly.
 //!
 //! A command of the tip is scaled as a whole, so that the tip keeps its direction while no joint
 //! exceeds its limits.
@@ -114,8 +114,8 @@ impl Rates {
         }
     }
 
-    /// Allowed rates of joint `i` at the angle `zeta`, rad: within its limit, and so that it can stop
-    /// before the end of its range; under commands of the tip also before the arm is stretched.
+    /// Allowed rates of joint `i` at the angle `zeta`, rad: within its limit, and so that it can
+    /// stop before the end of its range; for the tip also before the arm is stretched.
     fn allowed(&self, i: usize, zeta: f64, command: RateCommand) -> AllowedRates {
         let limits = &self.limits;
         let largest = self.largest_rate(i);
@@ -194,8 +194,8 @@ impl Rates {
         (drive * s + onwards, held)
     }
 
-    /// Factor σ on a command of the tip that needs the joint rates `joints`, and `onwards` in addition
-    /// to keep its velocity; and what limits it.
+    /// Factor σ on a command of the tip that needs the joint rates `joints`, and `onwards` in
+    /// addition to keep its velocity; and what limits it.
     fn share(
         &self,
         motion: &Motion,
@@ -229,8 +229,8 @@ impl Rates {
         (share, held)
     }
 
-    /// Advances by `h` s with the accelerations `wanted`, limited so that the joints' rates stay within
-    /// or return to `allowed`, and smoothed with τ/4, which is critically damped.
+    /// Advances by `h` s with the accelerations `wanted`, limited so that the joints' rates stay
+    /// within or return to `allowed`, and smoothed with τ/4, which is critically damped.
     fn accelerate(
         &self,
         motion: &mut Motion,

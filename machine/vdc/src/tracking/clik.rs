@@ -25,8 +25,8 @@ pub(crate) fn pose_error(now: &TipState, desired: &DesiredMotion) -> Vector6<f64
     )
 }
 
-/// Required joint motion to follow `desired`, from the tip's error `e = Π_d − Π`, its integral z and
-/// its rate z'; `seen` is the reference at the time of the measurements.
+/// Required joint motion to follow `desired`, from the tip's error `e = Π_d − Π`, its integral z
+/// and its rate z'; `seen` is the reference at the time of the measurements.
 /// ```text
 /// ζ̇_r = J⁻¹ (Π̇_d + Λ (e + z))
 /// ζ̈_r = J⁻¹ (Π̈_d + Λ (Π̇_d − Π̇ + z') − J̇ ζ̇_r)

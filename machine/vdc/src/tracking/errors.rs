@@ -1,14 +1,14 @@
 //! The tracking error and, in some modes, its integral.
 //!
-//! The integral is not in the paper. Without it a controller that does not compensate an unknown load
-//! has a constant error, which any integral removes; with it the comparison shows what adaptation
-//! adds. It shifts the reference of the inverse kinematics by z, `z' = ω e`: with the feedback Λ the
-//! error follows `s² + Λ s + Λ ω = 0`, whose roots are equal at `ω = Λ/4`.
+//! The integral is not in the paper. Without it a controller that does not compensate an unknown
+//! load has a constant error, which any integral removes; with it the comparison shows what
+//! adaptation adds. It shifts the reference of the inverse kinematics by z, `z' = ω e`: with the
+//! feedback Λ the error follows `s² + Λ s + Λ ω = 0`, whose roots are equal at `ω = Λ/4`.
 
 use nalgebra::Vector6;
 
-/// Tracking errors: of the tip (position m, orientation rad), of the joints (rad), or of single rods
-/// (m, first three elements).
+/// Tracking errors: of the tip (position m, orientation rad), of the joints (rad), or of single
+/// rods (m, first three elements).
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Errors {
     /// Desired minus actual, e.
@@ -20,7 +20,7 @@ pub(crate) struct Errors {
 }
 
 impl Errors {
-    /// The error `e` with its integral `z`, which grows at the rate `omega`, 1/s; None in modes without.
+    /// The error `e` with its integral `z` (None: no integral) and its rate `omega`, 1/s.
     pub(crate) fn new(e: Vector6<f64>, z: Option<&Vector6<f64>>, omega: f64) -> Self {
         let [z, z_dot] = match z {
             Some(z) => [*z, e * omega],

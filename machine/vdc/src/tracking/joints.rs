@@ -1,5 +1,4 @@
-//! Required joint motion from the joints' own errors, for a reference of the joints (commanded rates
-//! or a stop).
+//! Required joint motion from the joints' own errors, under commanded rates or in a stop.
 
 use crate::reference::JointTarget;
 use crate::tracking::errors::Errors;

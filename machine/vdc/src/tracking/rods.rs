@@ -8,8 +8,7 @@ use hdrm::Stroke;
 use machine_file::Controller as Gains;
 use nalgebra::Vector6;
 
-/// Desired minus measured rod positions, m, in the first three elements; the measurements are `age`,
-/// s, old.
+/// Desired minus measured rod positions, m (first three elements); `age`, s, old.
 pub(crate) fn rod_errors(input: &Input, age: f64) -> Vector6<f64> {
     let error = |i: usize| {
         input.reference_rod_position[i] - age * input.reference_rod_velocity[i] - input.x[i]

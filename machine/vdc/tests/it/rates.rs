@@ -338,7 +338,7 @@ fn a_controller_that_is_told_of_a_load_is_better() {
                 com: load.com,
                 ..*plant.load()
             };
-            let next = plant.reloaded(&now, &picked, None, &hdrm::Input::default());
+            let next = plant.change_load(&now, &picked, None, &hdrm::Input::default());
             (run.machine.plant, run.machine.state) = next.expect("valid");
             if is_told {
                 run.machine.controller.set_load(&load);
