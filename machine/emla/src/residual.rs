@@ -10,7 +10,7 @@ use crate::surrogate::{MinMax, Surrogate, SurrogateOutput};
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "torque tau_e = {tau_e} N.m, speed w_m = {w_m} rad/s: the network was trained for {}..{} N.m in the direction of motion and up to {} rad/s, \
-     beyond it keeps the value at the border", .torque.min, .torque.max, .w_m_max
+     outside it gives the value at the edge of that range", .torque.min, .torque.max, .w_m_max
 )]
 pub struct Untrained {
     /// Torque, N·m.

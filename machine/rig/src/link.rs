@@ -153,7 +153,7 @@ mod tests {
         assert!((rig.stiffness(0.3).1 / difference - 1.0).abs() < 1e-6);
     }
 
-    /// Two parts in series, each a spring with a damper beside it, yield to a force of frequency ω
+    /// Two parts in series, each a spring with a parallel damper, yield to a force of frequency ω
     /// by
     /// ```text
     /// Σ 1/(K + jωC) = Σ (K − jωC)/(K² + ω²C²)

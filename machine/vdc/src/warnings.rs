@@ -15,7 +15,7 @@ use thiserror::Error;
 pub enum Warning {
     /// The voltage law samples too slowly for its current feedback.
     #[error(
-        "t = {t} s: step h = {h} s is too long for the voltage law: its current feedback K_i needs h ≤ L/K_i = {longest} s"
+        "t = {t} s: step h = {h} s is too long for the voltage law: its current feedback K_i needs h ≤ L/K_i = {longest:.6} s"
     )]
     StepTooLong {
         /// Time, s.
@@ -27,7 +27,7 @@ pub enum Warning {
     },
     /// The reference lies where the stretched arm does not reach.
     #[error(
-        "t = {t} s: the reference position is {distance} m from the lift joint, out of reach: it must be within {reach} m"
+        "t = {t} s: the reference position is {distance:.3} m from the lift joint, out of reach: it must be within {reach:.3} m"
     )]
     OutOfReach {
         /// Time, s.
@@ -39,7 +39,7 @@ pub enum Warning {
     },
     /// Commanded rates lead a joint to the end of its range.
     #[error(
-        "t = {t} s: the commanded rates lead joint {joint} to the end of its range at {limit} rad: it is held there, its reference is {zeta} rad"
+        "t = {t} s: the commanded rates lead joint {joint} to the end of its range at {limit:.4} rad, where it stops; its reference is {zeta:.4} rad"
     )]
     JointHeld {
         /// Time, s.
@@ -53,7 +53,7 @@ pub enum Warning {
     },
     /// Commanded rates of the tip stretch the arm.
     #[error(
-        "t = {t} s: the commanded rates of the tip stretch the arm, which is held before its elbow becomes singular: zeta[3] = {zeta} rad; joint rates lead beyond"
+        "t = {t} s: the commanded rates of the tip stretch the arm, which stops before its elbow becomes singular: zeta[3] = {zeta:.4} rad; rate.command = joint leads beyond"
     )]
     ElbowHeld {
         /// Time, s.
@@ -64,7 +64,7 @@ pub enum Warning {
     /// Commanded rates of the tip ask for more than twice what a joint may do, as near a
     /// singularity.
     #[error(
-        "t = {t} s: the commanded rates of the tip ask joint {joint} for {required} rad/s, its reference must be within {limit} rad/s: the tip is slowed as a whole"
+        "t = {t} s: the commanded rates of the tip ask joint {joint} for {required:.3} rad/s, its reference must be within {limit:.3} rad/s: the tip is slowed as a whole"
     )]
     JointRate {
         /// Time, s.
@@ -78,7 +78,7 @@ pub enum Warning {
     },
     /// Commanded rates of the tip near the wrist's singularity.
     #[error(
-        "t = {t} s: the wrist is near its singularity, zeta[5] = {zeta} rad: the tip follows the commanded rates in part"
+        "t = {t} s: the wrist is near its singularity, zeta[5] = {zeta:.4} rad: the tip follows the commanded rates only partly"
     )]
     WristSingular {
         /// Time, s.
@@ -88,7 +88,7 @@ pub enum Warning {
     },
     /// The required force of a rod exceeds its limit.
     #[error(
-        "t = {t} s: the law asks for {required} N of actuator {actuator}, whose force is limited to {f_max} N (force_limit times force_max of the machine \
+        "t = {t} s: the law requires {required:.0} N of actuator {actuator}, whose force is limited to {f_max:.0} N (force_limit times force_max of the machine \
          file): the load is too large, the reference too fast, or control has become unstable; meanwhile nothing adapts"
     )]
     Force {
@@ -103,7 +103,7 @@ pub enum Warning {
     },
     /// The supervisor acts.
     #[error(
-        "t = {t} s: supervisor: {} (power that swings: up to {power} W at actuator {actuator})",
+        "t = {t} s: supervisor: {} (oscillation power: up to {power:.1} W at actuator {actuator})",
         .stage.does()
     )]
     Supervisor {
@@ -118,7 +118,7 @@ pub enum Warning {
     },
     /// The required voltage exceeds that of the drive.
     #[error(
-        "t = {t} s: the voltage law asks for {required} V at actuator {actuator}, whose drive gives at most {v_max} V (v_max and v_dc/sqrt(3)): the reference \
+        "t = {t} s: the voltage law requires {required:.0} V at actuator {actuator}, whose drive gives at most {v_max:.0} V (v_max and v_dc/sqrt(3)): the reference \
          is too fast, the load too large, or control has become unstable"
     )]
     Voltage {

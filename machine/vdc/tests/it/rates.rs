@@ -218,7 +218,7 @@ fn the_tip_goes_straight_until_a_joint_ends() {
     assert!(run.machine.state.zeta_dot.iter().all(|w| w.abs() < 1e-3));
     let text: Vec<String> = run.warnings.iter().map(ToString::to_string).collect();
     assert!(
-        text.len() == 1 && text[0].contains("held there"),
+        text.len() == 1 && text[0].contains("where it stops"),
         "{text:?}"
     );
 }
