@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 #[error(
     "the network's file has no `efficiency_bound`, which the interval of the efficiency needs: calibrate it with `hdrm-fmu surrogate calibrate`"
 )]
-pub struct Unbounded;
+pub struct NoErrorBound;
 
 /// One actuator: parameters, drive mode, and the surrogate network with its blending factor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -74,10 +74,10 @@ impl Emla {
     }
 
     /// Makes the interval of the efficiency an output; needs a network with a calibrated bound.
-    pub fn with_interval(self) -> Result<Self, Unbounded> {
+    pub fn with_interval(self) -> Result<Self, NoErrorBound> {
         let network = self.surrogate.as_ref();
         let bound = network.and_then(Surrogate::efficiency_bound);
-        let bound = Some(bound.ok_or(Unbounded)?);
+        let bound = Some(bound.ok_or(NoErrorBound)?);
         Ok(Self { bound, ..self })
     }
 

@@ -1,6 +1,6 @@
 //! Constants of a step: parameters at the present temperature, DC-link voltage, gates, brake.
 
-use machine_file::{Drive, Holding};
+use machine_file::{BrakeState, Drive};
 
 /// Parameters and conditions that do not change during a step.
 #[derive(Clone, Copy, Debug)]
@@ -17,13 +17,13 @@ pub(crate) struct Conditions<'a> {
     /// Whether the inverter's gates are on; while they are off no current flows
     /// ([`Emla::update_gates`]).
     pub gates: bool,
-    pub brake: Holding,
+    pub brake: BrakeState,
 }
 
 impl Conditions<'_> {
     /// Whether the gates are on and the brake is released.
     #[inline(always)]
     pub(crate) fn is_plain(&self) -> bool {
-        self.gates && self.brake == Holding::Released
+        self.gates && self.brake == BrakeState::Released
     }
 }

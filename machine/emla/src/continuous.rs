@@ -9,7 +9,7 @@ use crate::actuator::Emla;
 use crate::conditions::Conditions;
 use crate::maps;
 use crate::state::{LossKinds, State, Thermal};
-use machine_file::{ActuatorInput as Input, Brake, Holding};
+use machine_file::{ActuatorInput as Input, Brake, BrakeState};
 
 /// Number of event indicators: signs of speed, load and torque; undervoltage; the brake.
 pub const INDICATORS: usize = 5;
@@ -37,9 +37,9 @@ impl Emla {
             held.residual = self.alpha * self.residual(tau_e, s.w_m).dF;
         }
         held.brake = match (held.brake, slip) {
-            (Holding::Released, _) => Holding::Released,
-            (_, 0.0) => Holding::Holds,
-            _ => Holding::Slips(slip * self.brake().torque),
+            (BrakeState::Released, _) => BrakeState::Released,
+            (_, 0.0) => BrakeState::Holds,
+            _ => BrakeState::Slips(slip * self.brake().torque),
         };
         held
     }
@@ -103,9 +103,9 @@ impl Emla {
         };
         let behind = if s.tripped { -OVERSHOOT } else { OVERSHOOT };
         let brake = match held.brake {
-            Holding::Released => 1.0,
-            Holding::Holds => self.brake().torque - now.torque_left.abs() + OVERSHOOT,
-            Holding::Slips(_) => slip * s.w_m + OVERSHOOT,
+            BrakeState::Released => 1.0,
+            BrakeState::Holds => self.brake().torque - now.torque_left.abs() + OVERSHOOT,
+            BrakeState::Slips(_) => slip * s.w_m + OVERSHOOT,
         };
         [s.w_m, now.tau_load, now.tau_e, above + behind, brake]
     }
@@ -126,7 +126,7 @@ impl Emla {
         let p = &*self.at_temperature(&next.thermal);
         let held = self.instant_conditions(p, &next, u, 0.0);
         let slip = match self.braking(&next.point(), u, &held) {
-            Holding::Slips(torque) => torque.signum(),
+            BrakeState::Slips(torque) => torque.signum(),
             _ => 0.0,
         };
         (next, slip)

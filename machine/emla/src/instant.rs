@@ -5,7 +5,7 @@ use crate::actuator::Emla;
 use crate::conditions::Conditions;
 use crate::state::Point;
 use crate::{maps, motor};
-use machine_file::{ActuatorInput as Input, Dq, Drive, Holding};
+use machine_file::{ActuatorInput as Input, BrakeState, Dq, Drive};
 
 /// Quantities that follow from state and inputs at one instant.
 #[derive(Clone, Copy, Debug)]
@@ -82,7 +82,7 @@ impl Emla {
         if !held.is_plain() {
             torque_left -= held.brake.torque();
             w_m_dot = match held.brake {
-                Holding::Holds => 0.0,
+                BrakeState::Holds => 0.0,
                 _ => torque_left / maps::inertia(p, k),
             };
             if !held.gates {

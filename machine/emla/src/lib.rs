@@ -37,13 +37,13 @@ mod switching;
 mod tangent;
 mod tanh;
 
-pub use actuator::{Emla, Unbounded};
+pub use actuator::{Emla, NoErrorBound};
 pub use continuous::INDICATORS;
 pub use machine_file::{ActuatorInput as Input, Dq, Drive};
 pub use model_rules::StepError;
 pub use options::Electric;
 pub use output::Output;
-pub use residual::Untrained;
+pub use residual::UntrainedPoint;
 pub use state::{Balance, LossKinds, Residual, State, Thermal};
 pub use surrogate::{
     EfficiencyBound, LayerFile, MinMax, Ranges, Split, Surrogate, SurrogateError, SurrogateFile,

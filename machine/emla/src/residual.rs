@@ -12,7 +12,7 @@ use crate::surrogate::{MinMax, Surrogate, SurrogateOutput};
     "torque tau_e = {tau_e} N.m, speed w_m = {w_m} rad/s: the network was trained for {}..{} N.m in the direction of motion and up to {} rad/s, \
      outside it gives the value at the edge of that range", .torque.min, .torque.max, .w_m_max
 )]
-pub struct Untrained {
+pub struct UntrainedPoint {
     /// Torque, N·m.
     pub tau_e: f64,
     /// Motor speed, rad/s.
@@ -26,13 +26,13 @@ pub struct Untrained {
 impl Emla {
     /// Warning if state `s` is outside the network's trained range and the network acts. Speeds
     /// below the trained ones are excepted: every motion begins and ends there.
-    pub fn untrained(&self, s: &State) -> Option<Untrained> {
+    pub fn untrained(&self, s: &State) -> Option<UntrainedPoint> {
         let surrogate = self.surrogate.as_ref().filter(|_| self.alpha > 0.0)?;
         let (ranges, w_m) = (surrogate.ranges(), s.w_m);
         let tau_e = maps::torque(&self.at_temperature(&s.thermal), s.i_d, s.i_q);
         let trained = w_m.abs() <= ranges.w_m.max
             && (w_m.abs() < ranges.w_m.min || surrogate.in_trained_range(tau_e, w_m));
-        (!trained).then_some(Untrained {
+        (!trained).then_some(UntrainedPoint {
             tau_e,
             w_m,
             torque: ranges.tau_e,

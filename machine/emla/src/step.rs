@@ -4,7 +4,7 @@ use crate::actuator::Emla;
 use crate::conditions::Conditions;
 use crate::maps;
 use crate::state::{LossKinds, Point, Rates, State};
-use machine_file::{ActuatorInput as Input, Drive, Holding, link_current};
+use machine_file::{ActuatorInput as Input, BrakeState, Drive, link_current};
 use model_rules::{MAX_SUBSTEPS, RATE_STEP, RK4_STAGES, StepError, check_step};
 
 /// The substep was too long for the electrical frequency at this motor speed, rad/s (or NaN).
@@ -121,7 +121,7 @@ impl Emla {
             p,
             drive: if MOTION { Drive::Motion } else { Drive::Force },
             gates: true,
-            brake: Holding::Released,
+            brake: BrakeState::Released,
             ..*held
         };
         for j in 0..n {
@@ -146,7 +146,7 @@ impl Emla {
         let mut held = Conditions { p, ..*held };
         for j in 0..n {
             let t = f64::from(j) * dt;
-            if held.brake != Holding::Released {
+            if held.brake != BrakeState::Released {
                 held.brake = self.braking(&s, &input(t), &held);
             }
             s = self.rk4(&s, input, &held, t, dt, |dt, rates| {

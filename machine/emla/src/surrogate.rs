@@ -51,11 +51,11 @@ pub struct Surrogate(Source);
 enum Source {
     /// The embedded network, trained on a simulation (the virtual testbed), not on measurements.
     Shipped,
-    Read(Arc<Read>),
+    Loaded(Arc<LoadedNetwork>),
 }
 
 #[derive(Debug)]
-struct Read {
+struct LoadedNetwork {
     network: Network,
     ranges: Ranges,
     training: TrainingRecord,
@@ -96,7 +96,7 @@ impl Surrogate {
             efficiency_bound: bound,
             ..
         } = file;
-        Ok(Self(Source::Read(Arc::new(Read {
+        Ok(Self(Source::Loaded(Arc::new(LoadedNetwork {
             network,
             ranges,
             training,
@@ -126,7 +126,7 @@ impl Surrogate {
     pub fn efficiency_bound(&self) -> Option<EfficiencyBound> {
         match &self.0 {
             Source::Shipped => shipped::BOUND,
-            Source::Read(read) => read.bound,
+            Source::Loaded(read) => read.bound,
         }
     }
 
@@ -135,7 +135,7 @@ impl Surrogate {
     pub fn ranges(&self) -> &Ranges {
         match &self.0 {
             Source::Shipped => &shipped::RANGES,
-            Source::Read(read) => &read.ranges,
+            Source::Loaded(read) => &read.ranges,
         }
     }
 
@@ -143,7 +143,7 @@ impl Surrogate {
     pub fn training(&self) -> TrainingRecord {
         match &self.0 {
             Source::Shipped => shipped::training(),
-            Source::Read(read) => read.training.clone(),
+            Source::Loaded(read) => read.training.clone(),
         }
     }
 
@@ -151,7 +151,7 @@ impl Surrogate {
     fn network(&self) -> &Network {
         match &self.0 {
             Source::Shipped => &shipped::NETWORK,
-            Source::Read(read) => &read.network,
+            Source::Loaded(read) => &read.network,
         }
     }
 
@@ -231,7 +231,7 @@ impl Surrogate {
     pub(crate) fn is_shared_with(&self, other: &Self) -> bool {
         match (&self.0, &other.0) {
             (Source::Shipped, Source::Shipped) => true,
-            (Source::Read(a), Source::Read(b)) => Arc::ptr_eq(a, b),
+            (Source::Loaded(a), Source::Loaded(b)) => Arc::ptr_eq(a, b),
             _ => false,
         }
     }

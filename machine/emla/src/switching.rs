@@ -4,7 +4,7 @@ use crate::actuator::Emla;
 use crate::conditions::Conditions;
 use crate::maps;
 use crate::state::{Point, State};
-use machine_file::{ActuatorInput as Input, DEAD_LINK, Holding};
+use machine_file::{ActuatorInput as Input, BrakeState, DEAD_LINK};
 
 impl Emla {
     /// Voltage of the DC link, V: the input's, or the machine's.
@@ -27,7 +27,7 @@ impl Emla {
             largest: self.p.largest_voltage(v_dc),
             residual: self.alpha * s.residual.dF,
             gates: u.enable && !s.tripped,
-            brake: Holding::Released,
+            brake: BrakeState::Released,
         };
         if u.brake || s.tripped {
             held.brake = self.braking(&s.point(), u, &held);
@@ -36,9 +36,9 @@ impl Emla {
     }
 
     #[cold]
-    pub(crate) fn braking(&self, s: &Point, u: &Input, held: &Conditions) -> Holding {
+    pub(crate) fn braking(&self, s: &Point, u: &Input, held: &Conditions) -> BrakeState {
         let free = Conditions {
-            brake: Holding::Released,
+            brake: BrakeState::Released,
             ..*held
         };
         let brake = self.p.brake.unwrap_or(machine_file::Brake::TYPICAL);

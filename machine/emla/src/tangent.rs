@@ -10,7 +10,7 @@ use crate::losses::{Losses, core_loss, inverter_loss};
 use crate::output::Output;
 use crate::state::{Balance, LossKinds, State};
 use crate::{maps, motor};
-use machine_file::{ActuatorInput as Input, Dq, Drive, Holding, link_current};
+use machine_file::{ActuatorInput as Input, BrakeState, Dq, Drive, link_current};
 
 /// Derivatives of those members of [`Instant`] that the outputs need.
 struct InstantTangent {
@@ -268,7 +268,7 @@ impl Emla {
             tau_load,
             k,
             w_m_dot: match held.brake {
-                Holding::Holds => 0.0,
+                BrakeState::Holds => 0.0,
                 _ => (torque_left - now.w_m_dot * inertia) / maps::inertia(p, now.k),
             },
         }

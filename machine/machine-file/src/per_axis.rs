@@ -80,9 +80,9 @@ impl<'de, T: Deserialize<'de> + Copy + PartialEq> Deserialize<'de> for PerAxis<T
             let [slew, lift, tilt] = Deserialize::deserialize(from)?;
             return Ok(Self { slew, lift, tilt });
         }
-        Ok(match Written::deserialize(from)? {
-            Written::Each { slew, lift, tilt } => Self { slew, lift, tilt },
-            Written::All(all) => Self::all(all),
+        Ok(match FileForm::deserialize(from)? {
+            FileForm::Each { slew, lift, tilt } => Self { slew, lift, tilt },
+            FileForm::All(all) => Self::all(all),
         })
     }
 }
@@ -90,7 +90,7 @@ impl<'de, T: Deserialize<'de> + Copy + PartialEq> Deserialize<'de> for PerAxis<T
 /// The two forms of such a section in a file.
 #[derive(Deserialize)]
 #[serde(untagged, deny_unknown_fields)]
-enum Written<T> {
+enum FileForm<T> {
     Each { slew: T, lift: T, tilt: T },
     All(T),
 }

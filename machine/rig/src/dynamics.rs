@@ -2,7 +2,7 @@
 
 use crate::conditions::Conditions;
 use crate::friction::Shaft;
-use crate::heat::Warming;
+use crate::heat::ThermalRates;
 use crate::link::Link;
 use crate::motor::Magnetics;
 use crate::state::{Balance, Rates};
@@ -31,7 +31,7 @@ pub(crate) struct Instant {
     pub mechanical: f64,
     /// Power to the load, W.
     pub delivered: f64,
-    pub warming: Warming,
+    pub warming: ThermalRates,
 }
 
 impl Instant {

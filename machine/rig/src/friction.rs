@@ -5,7 +5,7 @@
 //! decreases with speed, which keeps the model passive.
 
 use crate::Rig;
-use machine_file::Holding;
+use machine_file::BrakeState;
 
 /// Acceleration and losses of the shaft at an instant.
 #[derive(Clone, Copy, Debug)]
@@ -47,13 +47,13 @@ impl Rig {
     /// Motor acceleration and friction losses at torque `tau`, N·m, speed `w`, rad/s, load `F_nut`,
     /// N, and bristle deflection `z`, m.
     #[inline(always)]
-    pub(crate) fn shaft(&self, tau: f64, w: f64, F_nut: f64, z: f64, brake: Holding) -> Shaft {
+    pub(crate) fn shaft(&self, tau: f64, w: f64, F_nut: f64, z: f64, brake: BrakeState) -> Shaft {
         let mut shaft = if self.extra.friction.on {
             self.dry_shaft(tau - brake.torque(), w, F_nut, z)
         } else {
             self.ideal_shaft(tau - brake.torque(), w, F_nut)
         };
-        if brake == Holding::Holds {
+        if brake == BrakeState::Holds {
             shaft.w_m_dot = 0.0;
         }
         shaft.loss += brake.torque() * w;

@@ -6,7 +6,7 @@ use crate::Rig;
 
 /// Temperature rates and heat flow at an instant.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Warming {
+pub(crate) struct ThermalRates {
     /// Rate of the winding's temperature, K/s.
     pub T_winding: f64,
     /// Rate of the housing's temperature, K/s.
@@ -28,15 +28,15 @@ impl Rig {
         T_ambient: f64,
         copper: f64,
         other: f64,
-    ) -> Warming {
+    ) -> ThermalRates {
         let h = &self.extra.heat;
         if !h.on {
-            return Warming::default();
+            return ThermalRates::default();
         }
         let [T_w, T_h] = T;
         let inner = (T_w - T_h) / h.R_wh;
         let given = (T_h - T_ambient) / h.R_ha;
-        Warming {
+        ThermalRates {
             T_winding: (copper - inner) / h.C_w,
             T_housing: (other + inner - given) / h.C_h,
             given,

@@ -6,7 +6,7 @@
 //! compliance of mounting and torsion, larger losses, and heat. Each has a switch; with all off the
 //! equations are those of the idealised actuator. They are implemented independently of `emla`,
 //! from the books named at the functions; only the undervoltage trip and the holding brake
-//! ([`machine_file::Holding`]) are shared.
+//! ([`machine_file::BrakeState`]) are shared.
 //!
 //! The rod's position `x` and the force `F` are positive when the actuator extends. dq quantities
 //! are peak-valued and oriented to the rotor flux. SI units throughout. [`Rig`] is the

@@ -1,7 +1,7 @@
 //! The start state: in equilibrium with a load, at rest or in steady motion.
 
 use crate::{Balance, Input, Powers, Rig, State, StepError};
-use machine_file::{Dq, Holding};
+use machine_file::{BrakeState, Dq};
 
 impl Rig {
     /// The state that delivers `F_hold` at rod position `x`, in steady motion at `x_dot` (at rest
@@ -56,7 +56,10 @@ impl Rig {
 
     /// Torque at which the shaft does not accelerate, N·m; the acceleration is linear in it.
     fn steady_torque(&self, w_m: f64, F_link: f64, z: f64) -> f64 {
-        let at = |tau: f64| self.shaft(tau, w_m, F_link, z, Holding::Released).w_m_dot;
+        let at = |tau: f64| {
+            self.shaft(tau, w_m, F_link, z, BrakeState::Released)
+                .w_m_dot
+        };
         let (idle, slope) = (at(0.0), at(1.0) - at(0.0));
         -idle / slope
     }

@@ -3,14 +3,14 @@
 use crate::conditions::Conditions;
 use crate::rig::Rig;
 use crate::state::{HeldVoltages, State};
-use machine_file::{ActuatorInput as Input, DEAD_LINK, Holding, is_tripped};
+use machine_file::{ActuatorInput as Input, BrakeState, DEAD_LINK, is_tripped};
 
 impl Rig {
     /// The conditions in state `s` under the inputs `u`.
     pub(crate) fn conditions(&self, s: &State, u: &Input) -> Conditions {
         let mut held = Conditions {
             gates: u.enable && !s.tripped,
-            brake: Holding::Released,
+            brake: BrakeState::Released,
         };
         if u.brake || s.tripped {
             held.brake = self.braking(s, u, held.gates);
@@ -19,10 +19,10 @@ impl Rig {
     }
 
     #[cold]
-    fn braking(&self, s: &State, u: &Input, gates: bool) -> Holding {
+    fn braking(&self, s: &State, u: &Input, gates: bool) -> BrakeState {
         let free = Conditions {
             gates,
-            brake: Holding::Released,
+            brake: BrakeState::Released,
         };
         let brake = self.p.brake.unwrap_or(machine_file::Brake::TYPICAL);
         brake.applied(s.w_m, || self.instant(s, u, &free).shaft.torque_left)

@@ -117,7 +117,7 @@ mod tests {
         Hdrm::new(&machine, &options).expect("valid")
     }
 
-    /// Holding forces are the gradient of the potential energy, slew included. Central difference
+    /// BrakeState forces are the gradient of the potential energy, slew included. Central difference
     /// over 2e-5 rad: its error is a sixth of the square times the third derivative, below 1e-5
     /// N·m, and rounding of 3e4 J leaves 1e-6 of it.
     #[test]

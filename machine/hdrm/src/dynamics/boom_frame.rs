@@ -12,7 +12,7 @@ use crate::geometry::planar::turned;
 use crate::geometry::planar_body::{
     PlanarInertia, PlanarJoint, PlanarMotion, PlanarTwist, PlanarWrench,
 };
-use crate::geometry::tree::Solved;
+use crate::geometry::tree::LoopSolution;
 use crate::{Body, DOF, Tree};
 use nalgebra::{Matrix6, Vector2, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
@@ -70,8 +70,8 @@ pub(crate) struct BoomFrame {
 impl BoomFrame {
     /// Transforms joints and inertias to P.
     #[rustfmt::skip] // one body a line
-    pub fn new(tree: &Tree, parts: &MovingParts, solved: &Solved) -> Self {
-        let Solved { e, e_A2, lift, tilt } = solved;
+    pub fn new(tree: &Tree, parts: &MovingParts, solved: &LoopSolution) -> Self {
+        let LoopSolution { e, e_A2, lift, tilt } = solved;
         let e_boom = e[1];
         let in_P = |p| turned(p, e_boom);
         let e_A3 = in_P(e[2]);

@@ -15,14 +15,14 @@ use spatial::{Twist, Wrench};
 
 /// Rotation of the base, in its own axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Turning {
+struct BaseRotation {
     /// Ω, rad/s.
     w: Vector3<f64>,
     /// Ω̇, rad/s².
     w_dot: Vector3<f64>,
 }
 
-impl Turning {
+impl BaseRotation {
     /// None while the base does not rotate.
     #[inline(always)]
     fn from_input(input: &Input) -> Option<Self> {
@@ -49,7 +49,7 @@ impl Hdrm {
     /// not depend on the joint accelerations.
     #[inline(always)]
     pub(crate) fn turning_forces(&self, state: &State, input: &Input) -> Option<Vector6<f64>> {
-        let turning = Turning::from_input(input)?;
+        let turning = BaseRotation::from_input(input)?;
         Some(self.forces_of_turning(
             &turning,
             &self.tree.configuration(&state.zeta),
@@ -61,7 +61,7 @@ impl Hdrm {
     #[inline(never)]
     fn forces_of_turning(
         &self,
-        turning: &Turning,
+        turning: &BaseRotation,
         configuration: &Configuration,
         zeta_dot: &[f64; DOF],
     ) -> Vector6<f64> {
@@ -95,10 +95,10 @@ impl Hdrm {
         input: &Input,
         seed: &Input,
     ) -> Option<Vector6<f64>> {
-        let change = Turning::from_input(seed)?;
+        let change = BaseRotation::from_input(seed)?;
         let configuration = self.tree.configuration(&state.zeta);
         let aside = |sign: f64| {
-            let turning = Turning {
+            let turning = BaseRotation {
                 w: Vector3::from(input.base_angular_velocity) + change.w * sign,
                 w_dot: Vector3::from(input.base_angular_acceleration) + change.w_dot * sign,
             };
@@ -116,7 +116,7 @@ impl Hdrm {
         input: &Input,
         input_dot: &Input,
     ) -> Vector6<f64> {
-        let Some(turning) = Turning::from_input(input) else {
+        let Some(turning) = BaseRotation::from_input(input) else {
             let change = self.turning_change(state, input, input_dot);
             return change.unwrap_or_default();
         };
@@ -139,7 +139,7 @@ impl Hdrm {
         let dynamics = self.dynamics_with(state, input);
         let zeta_ddot = self.acceleration(&dynamics, input).into();
         let configuration = self.tree.configuration(&state.zeta);
-        let ground = Turning::from_input(input)
+        let ground = BaseRotation::from_input(input)
             .map_or_else(Ground::default, |turning| turning.ground(Vector3::zeros()));
         let inertial = recursion::inertial_forces(
             &configuration,

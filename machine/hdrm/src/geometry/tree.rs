@@ -172,10 +172,10 @@ impl Tree {
     }
 
     /// Solves both loops at `zeta`, rad.
-    pub(crate) fn solve(&self, zeta: &[f64; DOF]) -> Solved {
+    pub(crate) fn solve(&self, zeta: &[f64; DOF]) -> LoopSolution {
         let e: [Vector2<f64>; DOF] = std::array::from_fn(|i| unit(zeta[i]));
         let e_A2 = relative(e[1], self.e_boom);
-        Solved {
+        LoopSolution {
             e,
             e_A2,
             lift: self.lift.actuator(e_A2),
@@ -192,8 +192,8 @@ impl Tree {
         }
     }
 
-    fn links(&self, solved: &Solved) -> [Link; Body::COUNT] {
-        let &Solved { e, e_A2, .. } = solved;
+    fn links(&self, solved: &LoopSolution) -> [Link; Body::COUNT] {
+        let &LoopSolution { e, e_A2, .. } = solved;
         let (lift, tilt) = (&solved.lift, &solved.tilt);
         let in_A2 = |e_in_boom: Vector2<f64>| turned(e_in_boom, self.e_boom);
         let turn_z = |r: Vector3<f64>, e: Vector2<f64>, d: [f64; 3]| Link {
@@ -238,7 +238,7 @@ impl Tree {
     }
 
     /// Strokes of slew (`x_1 = x1_mid + r_B·zeta_1`), lift and tilt.
-    pub(crate) fn strokes(&self, zeta_1: f64, solved: &Solved) -> [Stroke; 3] {
+    pub(crate) fn strokes(&self, zeta_1: f64, solved: &LoopSolution) -> [Stroke; 3] {
         let stroke = |actuator: &Polar, x0: f64| Stroke {
             x: actuator.length - x0,
             prime: actuator.length_d[0],
@@ -258,7 +258,7 @@ impl Tree {
 
 /// Solution of both loops at one pose.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Solved {
+pub(crate) struct LoopSolution {
     /// Unit vectors of the six joint angles.
     pub e: [Vector2<f64>; DOF],
     /// Unit vector of A2's x axis in T1's axes.

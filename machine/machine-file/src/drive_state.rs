@@ -31,7 +31,7 @@ pub fn trip_message(t: f64, v_dc: f64, undervoltage: f64) -> String {
 
 /// State of the holding brake in a substep.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Holding {
+pub enum BrakeState {
     /// The brake is released.
     Released,
     /// It holds the shaft.
@@ -44,20 +44,20 @@ impl Brake {
     /// State of the applied brake on a shaft with speed `w_m`, rad/s: it holds a shaft at rest as
     /// long as the sum of all other torques, N·m, is within its own, and otherwise slips, against
     /// the motion or against the torque that breaks it loose.
-    pub fn applied(&self, w_m: f64, others: impl FnOnce() -> f64) -> Holding {
+    pub fn applied(&self, w_m: f64, others: impl FnOnce() -> f64) -> BrakeState {
         if w_m != 0.0 {
-            return Holding::Slips(self.torque.copysign(w_m));
+            return BrakeState::Slips(self.torque.copysign(w_m));
         }
         let others = others();
         if others.abs() <= self.torque {
-            Holding::Holds
+            BrakeState::Holds
         } else {
-            Holding::Slips(self.torque.copysign(others))
+            BrakeState::Slips(self.torque.copysign(others))
         }
     }
 }
 
-impl Holding {
+impl BrakeState {
     /// Its torque while it slips, N·m; otherwise 0.
     #[must_use]
     pub fn torque(self) -> f64 {
@@ -96,11 +96,13 @@ mod tests {
     #[test]
     fn a_brake_holds_a_shaft_at_rest_and_slips_against_what_moves_it() {
         let brake = Brake { torque: 40.0 };
-        assert_eq!(brake.applied(0.0, || -39.0), Holding::Holds);
-        assert_eq!(brake.applied(0.0, || -41.0), Holding::Slips(-40.0));
-        assert_eq!(brake.applied(-1e-9, || 7.0), Holding::Slips(-40.0));
-        assert!(Holding::Slips(-40.0).has_stopped(0.1) && !Holding::Slips(40.0).has_stopped(0.1));
-        assert!(!Holding::Holds.has_stopped(0.1) && !Holding::Released.has_stopped(-0.1));
+        assert_eq!(brake.applied(0.0, || -39.0), BrakeState::Holds);
+        assert_eq!(brake.applied(0.0, || -41.0), BrakeState::Slips(-40.0));
+        assert_eq!(brake.applied(-1e-9, || 7.0), BrakeState::Slips(-40.0));
+        assert!(
+            BrakeState::Slips(-40.0).has_stopped(0.1) && !BrakeState::Slips(40.0).has_stopped(0.1)
+        );
+        assert!(!BrakeState::Holds.has_stopped(0.1) && !BrakeState::Released.has_stopped(-0.1));
     }
 
     #[test]
