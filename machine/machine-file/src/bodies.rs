@@ -1,5 +1,5 @@
-//! The sections `bodies`, `limits` and `start` of a machine file: inertial parameters of the bodies,
-//! ranges of strokes and joints, and the start pose.
+//! The sections `bodies`, `limits` and `start` of a machine file: inertial parameters of the
+//! bodies, ranges of strokes and joints, and the start pose.
 
 use crate::check::Findings;
 use serde::{Deserialize, Serialize};
@@ -38,8 +38,8 @@ impl InertiaTensor {
         [[i.xx, i.xy, i.xz], [i.xy, i.yy, i.yz], [i.xz, i.yz, i.zz]]
     }
 
-    /// Whether a mass distribution with this tensor exists: exactly when Σ = ½tr(I)·1 − I is positive
-    /// definite (the principal moments then obey the triangle inequality).
+    /// Whether a mass distribution with this tensor exists: exactly when Σ = ½tr(I)·1 − I is
+    /// positive definite (the principal moments then obey the triangle inequality).
     fn is_physical(&self) -> bool {
         let half_trace = 0.5 * (self.xx + self.yy + self.zz);
         let mut s = self.rows().map(|row| row.map(|v| -v));
