@@ -1,4 +1,5 @@
-//! Enumerations, terminals, resources and units; start values and bounds that the code needs too.
+//! What the FMUs `Emla` and `Rig` share besides their variables: enumerations, terminals, resource
+//! files, units, and the start values and bounds that their code reads as well.
 
 use fmu_export::{File, Items, Terminal, Unit, read_placed_file};
 use machine_file::{Drive, EmlaFields, Machine};
@@ -9,7 +10,7 @@ pub const X_START: f64 = 0.3;
 /// Largest magnitude of the rod position, m.
 pub const X_LARGEST: f64 = 10.0;
 /// 20 °C, K.
-pub const ROOM: f64 = 293.15;
+pub const ROOM_TEMPERATURE: f64 = 293.15;
 
 /// Who moves the rod.
 #[rustfmt::skip] // an item a line
@@ -18,7 +19,7 @@ pub static DRIVE: Items<Drive, 2> = Items::new("Drive", "who moves the rod", [
     (Drive::Force, "force", "the actuator: the rod is a free mass against the input F_ext"),
 ]);
 
-/// Places in the order of the machine's actuators.
+/// Indices into the machine's actuators, in their order.
 #[rustfmt::skip] // an item a line
 pub static AXIS: Items<usize, 3> = Items::new("Axis", "actuator of the machine", [
     (0, "slew", "turns the column"),
@@ -43,7 +44,7 @@ pub const TERMINALS: &[Terminal] = &[
     ]).bus(),
 ];
 
-/// Machine files beside the FMU.
+/// Machine files in the FMU's `resources` folder.
 pub const RESOURCES: &[File] = &[
     File {
         path: "reference_machine.json",
@@ -55,7 +56,7 @@ pub const RESOURCES: &[File] = &[
     },
 ];
 
-/// Units of the losses.
+/// Units of the loss coefficients.
 pub const UNITS: &[Unit] = &[
     Unit::new("W.s/(rad.Wb2)").kg(-1).m(-2).s(2).A(2).rad(-1),
     Unit::new("W.s2/(rad2.Wb2)").kg(-1).m(-2).s(3).A(2).rad(-2),
@@ -64,13 +65,10 @@ pub const UNITS: &[Unit] = &[
 
 /// The section `emla` of the actuator number `axis` (an item of [`AXIS`]) in a machine file, or in
 /// the shipped machine of that name.
-///
-/// # Errors
-/// No such file, or all that is wrong with it.
 pub fn read_machine(file: &str, axis: i32, resources: Option<&Path>) -> Result<EmlaFields, String> {
     let machine = match Machine::preset(file) {
         Some(machine) => machine,
-        None => read_placed_file(file, resources, Machine::of_file)?,
+        None => read_placed_file(file, resources, Machine::from_text)?,
     };
     let place = AXIS.item(axis).map_err(|error| error.to_string())?;
     Ok(EmlaFields::new(*machine.emla.in_order()[place]))

@@ -1,33 +1,32 @@
-//! Inputs of an actuator as the importer sees them, and where its rod is between two sets of the
-//! input `x`.
+//! Inputs of an actuator FMU, and the rod's position between two calls that set the input `x`.
 //!
-//! The rod moves on with its velocity, in a step and from one step to the next, until `x` is set
-//! again: holding it while x_dot ≠ 0 would cost K_b·x_dot·h of force, some 20 kN at 1 ms. So after
-//! a step the outputs belong to the new time, before the importer has set anything. What remembers
-//! it is an [`ExtrapolatedInput`], part of the FMU's state.
+//! The rod keeps moving with its velocity, within a step and from one step to the next, until `x`
+//! is set again: holding it while x_dot ≠ 0 would falsify the force by K_b·x_dot·h, some 20 kN at
+//! 1 ms. So after a step the outputs belong to the new time, even before the importer sets an
+//! input. The extrapolated position is a [`ExtrapolatedInput`], part of the FMU's state.
 
-use crate::info::{ROOM, X_LARGEST, X_START};
+use crate::info::{ROOM_TEMPERATURE, X_LARGEST, X_START};
 use fmu_export::{CountedInput, ExtrapolatedInput, ModelError};
 use machine_file::{ActuatorInput, EmlaFields};
 use serde::{Deserialize, Serialize};
 
-/// Inputs as the importer sees them.
+/// Inputs as the importer sets them.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Input {
-    /// The model's; position of the rod and voltage of the DC link follow from the other fields.
+    /// Inputs of the model; its rod position and DC-link voltage come from the other two fields.
     pub u: ActuatorInput,
-    /// Voltage of the DC link, V; until it is set, that of the machine counts.
+    /// Voltage of the DC link, V; until it is set, the machine file's is used.
     pub v_dc: CountedInput<f64>,
     /// Rod position, m.
     pub x: CountedInput<f64>,
 }
 
 impl Input {
-    /// Inputs that nobody has set.
+    /// Start values of the inputs; none has been set.
     pub fn unset(of_machine: &EmlaFields) -> Self {
         Self {
             u: ActuatorInput {
-                T_ambient: ROOM,
+                T_ambient: ROOM_TEMPERATURE,
                 ..ActuatorInput::default()
             },
             v_dc: CountedInput::new(of_machine.inverter.v_dc),
@@ -35,8 +34,7 @@ impl Input {
         }
     }
 
-    /// The model's inputs with the rod where it is now; a voltage of the DC link that nobody has
-    /// set is the machine's.
+    /// The model's inputs, with the rod where it is now.
     pub fn now(&self, rod: &ExtrapolatedInput<f64>) -> ActuatorInput {
         ActuatorInput {
             x: rod.now(&self.x),
@@ -45,8 +43,7 @@ impl Input {
         }
     }
 
-    /// The direction of a derivative, or a derivative by time: in them nothing is set, and every
-    /// number counts.
+    /// The model's inputs of a seed or of time derivatives, where every value counts as set.
     pub fn direction(&self) -> ActuatorInput {
         ActuatorInput {
             x: self.x.value,
@@ -56,10 +53,8 @@ impl Input {
     }
 }
 
-/// The rod at the end of a step that takes it to `x`, m, and no farther from 0 than `farthest`, m.
-///
-/// # Errors
-/// The rod leaves the bounds of the input `x` within the step.
+/// The rod at the end of a step that takes it to `x`, m; `farthest` is the largest |x| within the
+/// step, m. An error if that is beyond the bounds of the input `x`.
 pub fn rod_end(
     input: &CountedInput<f64>,
     x: f64,

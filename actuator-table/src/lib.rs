@@ -1,10 +1,9 @@
-//! What the FMUs of an actuator have in common, so that one takes the place of another by the
-//! wiring alone: the inputs, the parameters of the machine's section `emla`, enumerations,
-//! terminals and resources.
+//! The variables that the FMUs `Emla` and `Rig` have in common, so that a system can exchange one
+//! for the other without other wiring: inputs, the parameters of the machine file's section `emla`,
+//! enumerations, terminals and resources.
 //!
-//! Rows are macros, because the model's own inputs and parameters are behind their fields: a
-//! model's inputs are [`Input`], and its parameters have the fields that [`actuator_parameters!`]
-//! names.
+//! The rows are macros, because each refers to fields of the FMU's own types: its inputs must be
+//! [`Input`], and its parameters must have the fields that [`actuator_parameters!`] names.
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // the paper's symbols
 
@@ -12,6 +11,8 @@ mod info;
 mod input;
 mod rows;
 
-pub use info::{AXIS, DRIVE, RESOURCES, ROOM, TERMINALS, UNITS, X_LARGEST, X_START, read_machine};
+pub use info::{
+    AXIS, DRIVE, RESOURCES, ROOM_TEMPERATURE, TERMINALS, UNITS, X_LARGEST, X_START, read_machine,
+};
 pub use input::{Input, rod_end};
 pub use rows::energy;

@@ -1,15 +1,15 @@
-//! Rows that all actuators have.
+//! Rows of the variable table that both actuator FMUs have.
 
 use fmu_export::{Model, Variable};
 
-/// An energy since the start.
+/// An output that is an energy since the start.
 pub const fn energy<M: Model>(row: Variable<M>) -> Variable<M> {
     let row = row.unit("J").display_unit("kJ").nominal(1e3);
     row.depends_on(&[]).initially_depends_on(&[])
 }
 
-/// The inputs, in fields of [`Input`](crate::Input): `$V` is `Variable` of the model; what the
-/// model says of the voltages and of the surrounding air is given, and how the latter is shown.
+/// Rows of the inputs, for `$V = Variable<Model>`. Given are the model's own descriptions of the
+/// voltages and of the ambient temperature, and the latter's display unit.
 #[macro_export]
 macro_rules! actuator_inputs {
     ($V:ty, v_d: $v_d:literal, v_q: $v_q:literal, T_ambient: $T_ambient:literal $(in $unit:literal)?) => {
@@ -33,9 +33,9 @@ macro_rules! actuator_inputs {
     };
 }
 
-/// The parameters of the machine's section `emla`, in the field `of_machine: machine_file::EmlaFields`,
-/// but for inverter, brake, heat and temperature: `$V` is `Variable` of the model; what a model
-/// makes of some of them is given.
+/// Rows of the parameters of the machine file's section `emla`, except inverter, brake, heat and
+/// temperature, for `$V = Variable<Model>`. The model's parameters hold them in a field
+/// `of_machine: machine_file::EmlaFields`. Given are the descriptions that differ between models.
 #[macro_export]
 macro_rules! actuator_parameters {
     ($V:ty, w_C: $w_C:literal, eta_gear: $eta_gear:literal, w_eta: $w_eta:literal, i_max: $i_max:literal) => {
@@ -72,7 +72,7 @@ macro_rules! actuator_parameters {
     };
 }
 
-/// The parameters of the inverter, in the same field.
+/// Rows of the inverter's parameters, in the same field.
 #[macro_export]
 macro_rules! inverter_parameters {
     ($V:ty, f_sw: $f_sw:literal up to $largest:literal) => {

@@ -1,4 +1,4 @@
-//! Enumerations of the FMU `Controller`: names and numbers of what `vdc` distinguishes.
+//! Enumerations of the FMU `Controller`: names and numbers for enums of `vdc`.
 
 use fmu_export::Items;
 use vdc::{Level, MODES, Mode, RateCommand, Stage};
@@ -12,7 +12,7 @@ pub(crate) static LEVEL: Items<Level, 2> = Items::new("Level", "what the control
     (Level::Actuator, "actuator", "the inputs reference.rod_*, each actuator by itself"),
 ]);
 
-/// Desired motion of the tip; the parameters say more of it.
+/// Values of the parameter `trajectory`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum TrajectoryItem {
     Cubic,

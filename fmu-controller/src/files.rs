@@ -1,4 +1,4 @@
-//! Files that String parameters name: machine, network, path.
+//! Reads the files that String parameters name: machine, network, path.
 
 use super::model::Parameters;
 use emla::Surrogate;
@@ -14,7 +14,7 @@ pub(crate) fn read_machine(
 ) -> Result<(), String> {
     p.machine = match Machine::preset(file) {
         Some(machine) => machine,
-        None => read_placed_file(file, resources, Machine::of_file)?,
+        None => read_placed_file(file, resources, Machine::from_text)?,
     };
     p.machine_file = file.to_owned();
     Ok(())

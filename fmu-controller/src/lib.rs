@@ -1,8 +1,7 @@
 //! FMU `Controller` for co-simulation in FMI 2.0 and 3.0: the adaptive modular controller of the
 //! manipulator.
 //!
-//! `table` is the single source of names, units, bounds and dependencies; this file connects it
-//! to the `vdc` library.
+//! This file connects the table of variables (`table`) to the `vdc` library.
 #![allow(non_snake_case)] // the paper's symbols
 
 mod enumerations;
@@ -13,7 +12,7 @@ mod table;
 use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 pub use model::{ControllerFmu, Input, Parameters};
 use table::{INFO, VARIABLES};
-use vdc::{Controller, Derating, Evaluation, Output, ReportedTroubles};
+use vdc::{Controller, Derating, Evaluation, Output, ReportedWarnings};
 
 impl fmu_export::Evaluation<ControllerFmu> for Evaluation {
     fn new(model: &ControllerFmu, p: &Parameters, u: &Input) -> Result<Self, ModelError> {
@@ -59,7 +58,7 @@ impl Model for ControllerFmu {
         let controller = controller.with_timing(p.timing()?);
         let mut fmu = Self {
             controller,
-            reported: ReportedTroubles::default(),
+            reported: ReportedWarnings::default(),
             warning: None,
         };
         fmu.warning = fmu.stability_warning(p);
@@ -88,10 +87,10 @@ impl Model for ControllerFmu {
         let settings = p.settings()?;
         let measured = u.value().measured();
         self.controller.step(now, &settings, &measured, t, h)?;
-        let trouble = self
+        let warning = self
             .controller
-            .trouble(now, &settings, &mut self.reported, t, h);
-        self.warning = trouble.map(|trouble| trouble.to_string());
+            .next_warning(now, &settings, &mut self.reported, t, h);
+        self.warning = warning.map(|warning| warning.to_string());
         Ok(StepEnd::WHOLE)
     }
 

@@ -1,4 +1,4 @@
-//! State, inputs and parameters of the FMU.
+//! State, inputs and parameters of the FMU `Controller`.
 
 use super::enumerations::{LEVEL, MODE, RATE_COMMAND, TRAJECTORY, TrajectoryItem};
 use emla::Surrogate;
@@ -7,40 +7,40 @@ use machine_file::Machine;
 use serde::{Deserialize, Serialize};
 use tip_path::PathFile;
 use vdc::{
-    Controller, ControllerError, Derating, Level, Mode, RateCommand, RateLimits, ReportedTroubles,
+    Controller, ControllerError, Derating, Level, Mode, RateCommand, RateLimits, ReportedWarnings,
     Settings, Timing, Trajectory,
 };
 
 /// 20 °C, K.
-const ROOM: f64 = 293.15;
-/// Class F insulation, 155 °C, reached at no current; full current up to 120 °C.
+const ROOM_TEMPERATURE: f64 = 293.15;
+/// Class F insulation: full current up to 120 °C, none at 155 °C.
 const DERATED: Derating = Derating {
     start: 393.15,
     end: 428.15,
 };
 
-/// The controller behind the FMI border.
+/// The FMU's instance: controller and warnings.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct ControllerFmu {
     pub(crate) controller: Controller,
-    /// Troubles that were reported to the importer and that last.
+    /// Conditions that were reported to the importer and still last.
     #[serde(skip)]
-    pub(crate) reported: ReportedTroubles,
-    /// Not part of the behaviour: handed to the importer's log once.
+    pub(crate) reported: ReportedWarnings,
+    /// Warning for the importer's log, not part of the state.
     #[serde(skip)]
     pub(crate) warning: Option<String>,
 }
 
-/// Inputs as the importer sees them.
+/// Inputs of the FMU.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Input {
     pub(crate) u: vdc::Input,
-    /// Voltage of the DC link, V; counts once it was set.
+    /// Voltage of the DC link, V; used once it is set.
     pub(crate) v_dc: CountedInput<f64>,
 }
 
 impl Input {
-    /// The start of `machine`; the voltage of the link is not yet set.
+    /// Start values for `machine`.
     pub(crate) fn at_start(machine: &Machine) -> Self {
         let (position, orientation) =
             vdc::tip_pose(machine, &machine.start.zeta).expect("the reference machine works");
@@ -49,14 +49,14 @@ impl Input {
                 zeta: machine.start.zeta,
                 reference_position: position,
                 reference_orientation: orientation,
-                T_winding: [ROOM; 3],
+                T_winding: [ROOM_TEMPERATURE; 3],
                 ..vdc::Input::default()
             },
             v_dc: CountedInput::new(machine.emla.lift.link_voltage()),
         }
     }
 
-    /// What the controller reads.
+    /// The controller's inputs.
     pub(crate) fn measured(&self) -> vdc::Input {
         vdc::Input {
             v_dc: self.v_dc.if_set(),
@@ -65,24 +65,22 @@ impl Input {
     }
 }
 
-/// Parameters as the importer sees them.
+/// Parameters of the FMU.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Parameters {
     /// Nominal machine with the gains in `machine.controller`.
     pub(crate) machine: Machine,
     /// File the machine came from; empty: the embedded reference machine.
     pub(crate) machine_file: String,
-    /// Network of the hybrid actuators.
     pub(crate) surrogate: Surrogate,
     /// File the network came from; empty: the embedded one.
     pub(crate) surrogate_file: String,
-    /// Path to follow.
     pub(crate) path: Option<PathFile>,
     /// File the path came from, or the name of a built-in one; empty: none.
     pub(crate) path_file: String,
-    /// Whether a path that the nominal machine cannot do is refused.
+    /// Whether a path that the nominal machine cannot follow is refused.
     pub(crate) path_check: bool,
-    /// Blending factor the low-level law reckons with.
+    /// Blending factor of the network in the voltage law.
     pub(crate) alpha: f64,
     /// Number of an item of [`LEVEL`].
     pub(crate) level: i32,
@@ -94,30 +92,29 @@ pub struct Parameters {
     pub(crate) true_inertia_scale: f64,
     /// Time between two samples, s; 0: each communication point is one.
     pub(crate) sample_time: f64,
-    /// Communication steps by which the commands act late.
+    /// Communication steps after which the commands act.
     pub(crate) delay: i32,
-    /// Whether hot windings get less current.
+    /// Whether the current is reduced for hot windings.
     pub(crate) derating: bool,
-    /// How much less.
+    /// Temperatures of that reduction.
     pub(crate) derated: Derating,
     /// Number of an item of [`RATE_COMMAND`].
     pub(crate) rate_command: i32,
-    /// Limits of commanded rates.
     pub(crate) rates: RateLimits,
-    /// Whether the drives regulate their currents themselves.
+    /// Whether the drives have their own current loops.
     pub(crate) current_loop: bool,
     /// Time after the start in which the payload is weighed, s.
     pub(crate) weighing_time: f64,
     /// Largest required force of a rod over its rated one.
     pub(crate) force_limit: f64,
-    /// Whether a supervisor watches for swinging.
+    /// Whether a supervisor watches for oscillations.
     pub(crate) supervisor: bool,
-    /// Whether it is told of the loads that a path picks up.
-    pub(crate) load_told: bool,
+    /// Whether the controller knows the loads of a path.
+    pub(crate) load_known: bool,
 }
 
 impl Parameters {
-    /// Those of the reference machine with the paper's controller.
+    /// Defaults: the reference machine with the paper's controller.
     pub(crate) fn reference() -> Self {
         Self {
             machine: Machine::reference(),
@@ -142,7 +139,7 @@ impl Parameters {
             weighing_time: 0.0,
             force_limit: 0.0,
             supervisor: false,
-            load_told: true,
+            load_known: true,
         }
     }
 
@@ -161,7 +158,7 @@ impl Parameters {
             weighing_time: self.weighing_time,
             force_limit: self.force_limit,
             supervisor: self.supervisor,
-            load_told: self.load_told,
+            load_known: self.load_known,
         })
     }
 
@@ -196,7 +193,7 @@ impl Parameters {
         })
     }
 
-    /// Why there is no controller; what is wrong with a path is said of its file.
+    /// The error for the importer; errors of a path name its file.
     pub(crate) fn refusal(&self, error: ControllerError) -> ModelError {
         let hint = match &error {
             ControllerError::Refused(_) => "; with `path_check` = false it is tried nevertheless",
@@ -208,7 +205,7 @@ impl Parameters {
 }
 
 impl ControllerFmu {
-    /// What to tell the importer about the stability conditions of the low-level law, if they fail.
+    /// Warning if the stability conditions of the voltage law fail.
     pub(crate) fn stability_warning(&self, p: &Parameters) -> Option<String> {
         let conditions = self.controller.conditions(&p.machine.controller);
         if conditions.hold() {

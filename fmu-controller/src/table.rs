@@ -1,7 +1,6 @@
 //! Variables of the FMU `Controller`: names, units, bounds and dependencies, each once.
 //!
-//! The fields belong to `vdc` and `machine`, which know no FMI, so a row names its field; a derive
-//! would need a copy of their structs.
+//! Each row names the field of `vdc` or `machine_file` that it reads or sets.
 
 use super::enumerations::{LEVEL, MODE, RATE_COMMAND, SUPERVISOR, TRAJECTORY};
 use super::files::{read_machine, read_path, read_surrogate};
@@ -40,7 +39,7 @@ pub(crate) const INFO: Info = Info::new(
 
 type V = Variable<ControllerFmu>;
 
-/// What the required twists depend on: joint motion and reference without the acceleration.
+/// Dependencies of the required twists: joint motion, and reference without acceleration.
 const TWISTS: &[&str] = &[
     "zeta",
     "zeta_dot",
@@ -49,7 +48,7 @@ const TWISTS: &[&str] = &[
     "reference.orientation",
     "reference.angular_velocity",
 ];
-/// What the required wrenches depend on: joint motion, reference, and what the base does.
+/// Dependencies of the required wrenches: joint motion, reference, and motion of the base.
 const MOTION: &[&str] = joined!(
     TWISTS,
     &[
@@ -60,7 +59,7 @@ const MOTION: &[&str] = joined!(
         "base.angular_acceleration",
     ],
 );
-/// The same, and the rod's own reference and measurements.
+/// The same with the rod's own reference and measurements.
 const MOTION_AND_ROD: &[&str] = joined!(
     MOTION,
     &[
@@ -72,12 +71,12 @@ const MOTION_AND_ROD: &[&str] = joined!(
         "reference.rod_force[i]",
     ],
 );
-/// What a drive's commands depend on.
+/// Dependencies of a drive's commands.
 const DRIVE: &[&str] = joined!(
     MOTION_AND_ROD,
     &["i_d[i]", "i_q[i]", "w_m[i]", "T_winding[i]"]
 );
-/// What the required rod velocities depend on.
+/// Dependencies of the required rod velocities.
 const RATES_AND_ROD: &[&str] = &[
     "zeta",
     "reference.position",
@@ -89,20 +88,19 @@ const RATES_AND_ROD: &[&str] = &[
     "reference.rod_velocity[i]",
 ];
 
-/// An output that changes at communication points; initially it depends on the same inputs, and on
-/// all parameters.
+/// An output that changes at communication points; initially it also depends on all parameters.
 const fn at_points(row: V) -> V {
     row.initially_also_on(&[ALL_PARAMETERS]).discrete()
 }
 
-/// An output that depends on no input directly, but initially on where the joints start.
+/// An output without direct feedthrough that initially depends on the start pose.
 const fn of_start(row: V) -> V {
     row.depends_on(&[])
         .initially_depends_on(&["zeta", ALL_PARAMETERS])
         .discrete()
 }
 
-/// An output that depends on no input, initially neither.
+/// An output that depends on no input, also initially.
 const fn of_supervisor(row: V) -> V {
     row.depends_on(&[])
         .initially_depends_on(&["supervisor", "level"])
@@ -117,7 +115,7 @@ const ANGLE_MAX: f64 = 100.0;
 const RATE_MAX: f64 = 1e4;
 const CURRENT_MAX: f64 = 1e5;
 const FORCE_MAX: f64 = 1e8;
-/// Far beyond use; with it no product of a gain and an input leaves the range of numbers.
+/// Largest gain, far beyond use, so that no product with an input overflows.
 const GAIN_MAX: f64 = 1e9;
 
 #[rustfmt::skip]
@@ -271,7 +269,7 @@ pub(crate) const VARIABLES: &[V] = &[
         .each_unit(&["m/s2", "rad/s2"]).range(1e-6..=1e4),
     row!(V, parameter rate.smoothing = rates.smoothing, "time constant with which rates follow commands")
         .unit("s").display_unit("ms").range(1e-3..=10.0),
-    row!(V, boolean_parameter load.told = load_told, "whether the nominal machine takes over the loads that the path picks up and sets down")
+    row!(V, boolean_parameter load.told = load_known, "whether the nominal machine takes over the loads that the path picks up and sets down")
         .tunable(),
     V::string_parameter("machine_file", "machine JSON, or name of a shipped machine, to use for the nominal parameters and gains instead of the reference machine",
         |p| &p.machine_file, read_machine),

@@ -1,8 +1,7 @@
-//! FMU `DcLink` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: battery pack, capacitor, precharge and brake
-//! chopper.
+//! FMU `DcLink` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: battery pack, capacitor,
+//! precharge and brake chopper.
 //!
-//! `table` is the single source of names, units, bounds and dependencies; this file connects it to
-//! the `dclink` library.
+//! This file connects the table of variables (`table`) to the `dclink` library.
 #![allow(non_snake_case)] // symbols of the books
 
 mod model;
@@ -29,7 +28,7 @@ impl Model for DcLinkFmu {
 
     fn defaults() -> (Params, Input) {
         let u = Input {
-            T_ambient: table::ROOM,
+            T_ambient: table::ROOM_TEMPERATURE,
             ..Input::default()
         };
         (Params::REFERENCE, u)
@@ -116,12 +115,12 @@ impl Continuous for DcLinkFmu {
         _t: f64,
         z: &mut [f64],
     ) -> Result<(), ModelError> {
-        z.copy_from_slice(&self.link.ends(&self.state, u));
+        z.copy_from_slice(&self.link.mode_ends(&self.state, u));
         Ok(())
     }
 
     fn event(&mut self, p: &Params, u: &Input, t: f64) -> Result<Event, ModelError> {
-        self.state = self.link.switched(&self.state, u);
+        self.state = self.link.with_current_mode(&self.state, u);
         self.completed_step(p, u, t)?;
         Ok(Event::NONE)
     }

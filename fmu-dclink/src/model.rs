@@ -1,22 +1,22 @@
-//! State of the FMU, and what it warns of.
+//! State of the FMU `DcLink`, and its warnings about limits and voltages.
 
 use dclink::{DcLink, Input, Params, Regime, State};
 use fmu_export::Log;
 use serde::{Deserialize, Serialize};
 
-/// The link behind the FMI border.
+/// The FMU's instance: DC link, state and log.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct DcLinkFmu {
     pub(crate) link: DcLink,
     pub(crate) state: State,
     pub(crate) log: Log,
-    /// What Model Exchange has last warned of: the state of that time.
+    /// State at the last check for warnings in Model Exchange.
     #[serde(skip)]
     pub(crate) seen: Option<State>,
 }
 
 impl DcLinkFmu {
-    /// Warns of what has come since the state was `before`.
+    /// Logs warnings for conditions that hold in `after` but not in `before`.
     pub(crate) fn warn(&mut self, u: &Input, before: &State, after: &State, t: f64) {
         let Params { v_min, v_max, .. } = *self.link.params();
         let now = self.link.output(after);

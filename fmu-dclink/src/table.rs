@@ -1,11 +1,10 @@
-//! Variables of the FMU `DcLink`. The rows are written here, not derived: their fields belong to
-//! crates that know no FMI.
+//! The table of variables of the FMU `DcLink`: names, units, bounds and dependencies.
 
 use super::model::DcLinkFmu;
 use fmu_export::{ALL_PARAMETERS, File, Info, NO_STATES, Terminal, Unit, Variable, row};
 
 /// 20 °C, K.
-pub(crate) const ROOM: f64 = 293.15;
+pub(crate) const ROOM_TEMPERATURE: f64 = 293.15;
 
 pub(crate) const INFO: Info = Info::new(
     "DcLink",
@@ -25,19 +24,19 @@ static WARMING: Unit = Unit::new("K/s").K(1).s(-1);
 
 type V = Variable<DcLinkFmu>;
 
-/// What the current of the pack depends on.
+/// Dependencies of the pack's current.
 const CIRCUIT: &[&str] = &["soc", "v_pairs", "v_dc"];
 const CAPACITOR: &[&str] = &["v_dc"];
 
-/// An output of these states, which no input acts on at once.
-const fn of(states: &'static [&'static str], row: V) -> V {
+/// An output that depends on these states, without direct feedthrough.
+const fn follows_states(states: &'static [&'static str], row: V) -> V {
     row.depends_on(states)
         .initially_depends_on(&[ALL_PARAMETERS])
 }
 
 /// A state, or an output of the mode.
 const fn state(row: V) -> V {
-    of(&[NO_STATES], row)
+    follows_states(&[NO_STATES], row)
 }
 
 #[rustfmt::skip]
@@ -49,22 +48,22 @@ pub(crate) const VARIABLES: &[V] = &[
     // Outputs
     state(row!(V, output v_dc, "voltage of the link: of its capacitor, a state")).unit("V").nominal(600.0),
     state(row!(V, output v_dc_mean, "mean of v_dc over the last step")).unit("V").nominal(600.0),
-    of(CIRCUIT, row!(V, output i_battery, "current of the pack, positive where it discharges")).unit("A").nominal(10.0),
-    of(CIRCUIT, row!(V, output v_battery, "voltage at the terminals of the pack")).unit("V").nominal(600.0),
+    follows_states(CIRCUIT, row!(V, output i_battery, "current of the pack, positive where it discharges")).unit("A").nominal(10.0),
+    follows_states(CIRCUIT, row!(V, output v_battery, "voltage at the terminals of the pack")).unit("V").nominal(600.0),
     state(row!(V, output soc, "state of charge")).unit("1").nominal(1.0).display_unit("%"),
-    of(CAPACITOR, row!(V, output P_brake, "power burnt in the brake resistor")).unit("W").nominal(1e3).display_unit("kW"),
-    of(CIRCUIT, row!(V, output P_loss, "power lost in pack, wiring, precharge and limit")).unit("W").nominal(1e2).display_unit("kW"),
+    follows_states(CAPACITOR, row!(V, output P_brake, "power burnt in the brake resistor")).unit("W").nominal(1e3).display_unit("kW"),
+    follows_states(CIRCUIT, row!(V, output P_loss, "power lost in pack, wiring, precharge and limit")).unit("W").nominal(1e2).display_unit("kW"),
     state(row!(V, output T_battery, "temperature of the pack")).unit("K").nominal(300.0).display_unit("degC"),
     state(row!(V, output energy.battery, "energy from the source of the pack since the start, open-circuit voltage times current; = load + brake + loss + rise of stored")).unit("J").nominal(1e3).display_unit("kJ"),
     state(row!(V, output energy.load, "energy given to the drives since the start")).unit("J").nominal(1e3).display_unit("kJ"),
     state(row!(V, output energy.brake, "energy burnt in the brake resistor since the start")).unit("J").nominal(1e3).display_unit("kJ"),
     state(row!(V, output energy.loss, "energy lost in pack, wiring, precharge and limit since the start")).unit("J").nominal(1e3).display_unit("kJ"),
-    of(&["v_pairs", "v_dc"], row!(V, output energy.stored = stored, "energy in the capacitor and in the RC pairs")).unit("J").nominal(1e3).display_unit("kJ"),
+    follows_states(&["v_pairs", "v_dc"], row!(V, output energy.stored = stored, "energy in the capacitor and in the RC pairs")).unit("J").nominal(1e3).display_unit("kJ"),
     state(row!(V, boolean_output ready, "whether precharge is over: the drives may be enabled")),
     state(row!(V, boolean_output precharging, "whether precharge is not over: the opposite of ready, for the brakes that hold the machine meanwhile")),
     state(row!(V, boolean_output braking, "whether the brake resistor is switched on")),
     state(row!(V, boolean_output limited, "whether the pack gives or takes all that it may")),
-    of(CAPACITOR, row!(V, boolean_output undervoltage, "whether precharge is over and v_dc is below v_min")),
+    follows_states(CAPACITOR, row!(V, boolean_output undervoltage, "whether precharge is over and v_dc is below v_min")),
     // Parameters
     row!(V, integer_parameter battery.cells, "cells in series").range(1.0..=10000.0),
     row!(V, parameter battery.capacity, "capacity").unit("A.h").range(1e-3..=1e6),
@@ -95,7 +94,7 @@ pub(crate) const VARIABLES: &[V] = &[
     row!(V, parameter precharge.share, "precharge: share of the pack's voltage at which it is over").unit("1").range(1e-3..=0.9999).display_unit("%"),
     row!(V, parameter v_min, "voltage below which drives cannot work: undervoltage").unit("V").range(0.0..=1e6),
     row!(V, parameter v_max, "voltage that nothing on the link should see: a warning").unit("V").range(1e-3..=1e6),
-    // States that nobody asked for before Model Exchange
+    // States for Model Exchange, appended
     row!(V, locals v_pairs, "voltages of the RC pairs").unit("V").nominal(10.0),
 ];
 

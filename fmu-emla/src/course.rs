@@ -1,4 +1,4 @@
-//! The inputs over a step, in which the rod moves on with its velocity.
+//! Inputs of the actuator during a step, with the rod moving along its polynomial.
 
 use super::model::EmlaFmu;
 use actuator_table::{Input, rod_end};
@@ -9,7 +9,7 @@ use std::cell::Cell;
 /// Inputs over a step.
 pub(crate) struct Course<'a> {
     u: &'a InputPolynomial<Input>,
-    /// Rod position to which the step before has taken it, m.
+    /// Rod position at the end of the previous step, m.
     from: f64,
     /// Rod position at the start of the step, m.
     start: f64,
@@ -24,7 +24,7 @@ pub(crate) struct Course<'a> {
 impl<'a> Course<'a> {
     /// The inputs over a step that begins with this rod.
     pub(crate) fn new(rod: &ExtrapolatedInput<f64>, u: &'a InputPolynomial<Input>) -> Self {
-        // The importer's derivatives of x, and where it gives none those of x_dot.
+        // The importer's derivatives of x, or those of x_dot if it gives none.
         let derivative = |k| match u.derivative(k).x.value {
             0.0 => u.derivative(k - 1).u.x_dot,
             given => given,
@@ -40,8 +40,7 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// Work on the load by setting the rod elsewhere than the step before had taken it, J; `s` is
-    /// the state at the start.
+    /// Work on the load by setting the rod elsewhere than the previous step ended, J, in state `s`.
     pub(crate) fn work_of_shift(&self, emla: &Emla, s: &State) -> f64 {
         emla.work_of_shift(s, self.from, self.start)
     }
@@ -58,7 +57,7 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// The rod after a step of `h` s, if it has stayed within the bounds of `x`.
+    /// The rod after a step of `h` s; an error if it left the bounds of `x`.
     pub(crate) fn end(&self, h: f64) -> Result<ExtrapolatedInput<f64>, ModelError> {
         let x = self.at(h).x;
         rod_end(&self.u.value().x, x, self.farthest.get())

@@ -1,7 +1,7 @@
-//! FMU `Emla` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: an electromechanical linear actuator.
+//! FMU `Emla` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: an electromechanical linear
+//! actuator.
 //!
-//! `table` is the single source of names, units, bounds and dependencies; this file connects it to
-//! the `emla` library.
+//! This file connects the table of variables (`table`) to the `emla` library.
 #![allow(non_snake_case)] // the paper's symbols
 
 mod course;
@@ -49,7 +49,7 @@ impl Model for EmlaFmu {
             state,
             rod,
             slip: 0.0,
-            told: false,
+            untrained_reported: false,
             warning,
         })
     }
@@ -151,7 +151,7 @@ impl Continuous for EmlaFmu {
     fn event(&mut self, p: &Parameters, u: &Input, t: f64) -> Result<Event, ModelError> {
         let now = u.now(&self.rod);
         let shift = (self.emla).work_of_shift(&self.state, self.rod.value(), now.x);
-        let (mut state, slip) = self.emla.switched_to(&self.state, &now, self.slip);
+        let (mut state, slip) = self.emla.after_event(&self.state, &now, self.slip);
         state.shift += shift;
         self.slip = slip;
         self.become_state(state, t, |emla| trip(emla, &now, t));
@@ -179,7 +179,7 @@ impl Continuous for EmlaFmu {
 
     fn completed_step(&mut self, _p: &Parameters, u: &Input, t: f64) -> Result<bool, ModelError> {
         let now = u.now(&self.rod);
-        let state = self.emla.observed(&self.state, &now);
+        let state = self.emla.with_observations(&self.state, &now);
         self.become_state(state, t, |emla| trip(emla, &now, t));
         self.rod = ExtrapolatedInput::from_input(&u.x);
         Ok(false)

@@ -1,38 +1,38 @@
-//! State, inputs and parameters of the FMU.
+//! State and parameters of the FMU `Emla`, and warnings about its state.
 
-use actuator_table::{AXIS, DRIVE, ROOM};
+use actuator_table::{AXIS, DRIVE, ROOM_TEMPERATURE};
 use emla::{Electric, Emla, State, Surrogate};
 use fmu_export::{ExtrapolatedInput, ModelError};
 use machine_file::{Drive, EmlaFields, Machine};
 use serde::{Deserialize, Serialize};
 
-/// The actuator behind the FMI border.
+/// The FMU's instance: actuator, its state and pending warnings.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct EmlaFmu {
     pub(crate) emla: Emla,
     pub(crate) state: State,
-    /// Where the rod is until the input `x` is set again, m.
+    /// Rod position until the input `x` is set again, m.
     pub(crate) rod: ExtrapolatedInput<f64>,
-    /// Which way an applied brake slips in Model Exchange, 1 or −1; 0: it holds.
+    /// Direction in which an applied brake slips in Model Exchange, ±1; 0: it holds.
     pub(crate) slip: f64,
-    /// Whether the importer was told that the network is used where it was not trained.
+    /// Whether the warning about the network's trained range was given.
     #[serde(skip)]
-    pub(crate) told: bool,
-    /// Not part of the behaviour: handed to the importer's log once.
+    pub(crate) untrained_reported: bool,
+    /// Warning for the importer's log, not part of the state.
     #[serde(skip)]
     pub(crate) warning: Option<String>,
 }
 
-/// Parameters as the importer sees them.
+/// Parameters of the FMU.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Parameters {
     /// Item of [`DRIVE`].
     pub(crate) drive: i32,
-    /// Blending of the network, 0…1.
+    /// Blending factor of the network, 0…1.
     pub(crate) alpha: f64,
-    /// Communication steps by which the force acts late.
+    /// Communication steps after which the force acts.
     pub(crate) delay: i32,
-    /// What the electrical side does beyond the paper.
+    /// Options of the electrical side.
     pub(crate) electric: Electric,
     /// Temperatures of winding and housing at the start, K.
     pub(crate) T_start: [f64; 2],
@@ -42,11 +42,11 @@ pub struct Parameters {
     pub(crate) of_machine: EmlaFields,
     /// File the machine came from; empty: the embedded reference machine.
     pub(crate) machine_file: String,
-    /// Network behind the blending.
+    /// Network that is blended in.
     pub(crate) surrogate: Surrogate,
     /// File the network came from; empty: the embedded network.
     pub(crate) surrogate_file: String,
-    /// Whether the efficiency's interval is given.
+    /// Whether the efficiency's interval is an output.
     pub(crate) interval: bool,
 }
 
@@ -57,7 +57,7 @@ impl Parameters {
             alpha: 0.0,
             delay: 0,
             electric: Electric::default(),
-            T_start: [ROOM; 2],
+            T_start: [ROOM_TEMPERATURE; 2],
             axis: AXIS.number(0),
             of_machine: EmlaFields::new(Machine::reference().emla.slew),
             machine_file: String::new(),
@@ -81,8 +81,8 @@ impl Parameters {
 }
 
 impl EmlaFmu {
-    /// Goes on with the state `after`, and says what has come with it: `trips` is told of a drive
-    /// that has tripped, and once, at the time `t`, s, that the network was not trained here.
+    /// Sets the state `after` and the warnings that are due: `trips` gives the text if the drive
+    /// has tripped; outside the network's trained range there is one warning, at the time `t`, s.
     pub(crate) fn become_state(
         &mut self,
         after: State,
@@ -94,14 +94,14 @@ impl EmlaFmu {
         }
         self.state = after;
         let untrained = self.emla.untrained(&self.state);
-        if let Some(point) = untrained.filter(|_| !self.told) {
+        if let Some(point) = untrained.filter(|_| !self.untrained_reported) {
             self.warning = Some(format!("t = {t} s: {point}"));
         }
-        self.told = untrained.is_some();
+        self.untrained_reported = untrained.is_some();
     }
 }
 
-/// What to tell when the drive trips at time `t`, s.
+/// Warning for a drive that trips at time `t`, s.
 pub(crate) fn trip(emla: &Emla, u: &emla::Input, t: f64) -> String {
     machine_file::trip_message(t, emla.link_voltage(u), emla.electric().undervoltage)
 }

@@ -1,5 +1,4 @@
-//! Variables of the FMU `Emla`. The rows are written here, not derived: their fields belong to
-//! crates that know no FMI.
+//! The table of variables of the FMU `Emla`: names, units, bounds and dependencies.
 
 use super::model::{EmlaFmu, Parameters};
 use actuator_table::{
@@ -33,16 +32,16 @@ pub(crate) const INFO: Info = Info::new(
 
 type V = Variable<EmlaFmu>;
 
-/// Whether currents may flow, and what holds the load in steady motion.
+/// Dependencies of the start: whether currents flow, and the load in steady motion.
 const DRIVE_ON: &[&str] = &["v_dc", "enable"];
 const HELD: &[&str] = &["x_dot", "F_hold", ALL_PARAMETERS];
-/// What current and torque of the start follow from.
+/// Dependencies of current and torque at the start.
 const START: &[&str] = joined!(DRIVE_ON, HELD);
-/// What the power from the DC side follows from at the start.
+/// Dependencies of the power from the DC side at the start.
 const ELECTRICAL_START: &[&str] = joined!(&["v_d", "v_q"], START);
-/// What the stored energy follows from at the start.
+/// Dependencies of the stored energy at the start.
 const STORED_START: &[&str] = joined!(DRIVE_ON, &["x"], HELD);
-/// What depends on no state: it is held, or changes at events and completed steps only.
+/// No dependency on states: held, or changed at events and completed steps only.
 const HELD_YET: &[&str] = &[NO_STATES];
 /// Torque and speed, by the flux with its temperature.
 const TORQUE: &[&str] = &["i_d", "i_q", "w_m", "T_housing"];
@@ -54,7 +53,7 @@ const EFFICIENCY: &[&str] = joined!(DRIVE_ON, TORQUE, &["T_winding"]);
 const STORED: &[&str] = &["x", "i_d", "i_q", "theta_m", "w_m", "x_free", "x_free_dot"];
 const MECHANICAL: &[&str] = joined!(&["brake", "i_d", "i_q", "T_housing"], FORCE);
 const LOSSES: &[&str] = joined!(DRIVE_ON, MECHANICAL, &["T_winding"]);
-/// What losses follow from at the start.
+/// Dependencies of the losses at the start.
 const LOSS_START: &[&str] = joined!(DRIVE_ON, &["brake", "x"], HELD);
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {

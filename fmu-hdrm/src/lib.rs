@@ -1,8 +1,7 @@
-//! FMU `Hdrm` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: the heavy-duty manipulator, both closed loops
-//! included.
+//! FMU `Hdrm` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: the heavy-duty manipulator,
+//! both closed loops included.
 //!
-//! `table` is the single source of names, units, bounds and dependencies; this file connects it
-//! to the `hdrm` library.
+//! This file connects the table of variables (`table`) to the `hdrm` library.
 #![allow(non_snake_case)] // the paper's symbols
 
 mod model;
@@ -26,7 +25,7 @@ impl HdrmFmu {
         input: &hdrm::Input,
     ) -> Result<(Hdrm, State), ModelError> {
         let own = (!p.load_moves_with_tip).then_some(p.load_velocity);
-        Ok((self.plant).reloaded(now, &p.load(u), own, input)?)
+        Ok((self.plant).change_load(now, &p.load(u), own, input)?)
     }
 
     /// A step that begins with another load.
@@ -64,7 +63,7 @@ impl Model for HdrmFmu {
 
     fn defaults() -> (Parameters, Input) {
         (
-            Parameters::of(Machine::reference(), String::new()),
+            Parameters::new(Machine::reference(), String::new()),
             Input::default(),
         )
     }
@@ -78,7 +77,7 @@ impl Model for HdrmFmu {
         };
         let plant = Hdrm::new(&p.machine, &p.options)?.with_load(&p.load(u))?;
         Ok(Self {
-            state: plant.started(state),
+            state: plant.start_state(state),
             plant,
             is_pushed: p.push.acts(t),
             slips: Slips::default(),
@@ -155,7 +154,7 @@ impl Continuous for HdrmFmu {
         for (i, drive) in s.wrist.iter_mut().enumerate() {
             drive.set_moving([x[13 + i], x[16 + i], x[19 + i]]);
         }
-        self.state = self.plant.geared(self.state);
+        self.state = self.plant.with_gear_torques(self.state);
     }
 
     fn derivatives(
@@ -190,7 +189,7 @@ impl Continuous for HdrmFmu {
             let now = self.plant.dynamics_with(&self.state, &input);
             (self.plant, self.state) = self.reloaded(p, u, &now, &input)?;
         }
-        (self.state, self.slips) = self.plant.gripped(self.state, &u.u, &self.slips);
+        (self.state, self.slips) = self.plant.update_slips(self.state, &u.u, &self.slips);
         self.is_pushed = acts;
         Ok(p.push.next(t).map_or(Event::NONE, Event::at))
     }

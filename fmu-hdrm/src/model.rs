@@ -1,41 +1,40 @@
-//! State, inputs and parameters of the FMU.
+//! State, inputs and parameters of the FMU `Hdrm`.
 
 use fmu_export::{Evaluation, ModelError};
 use hdrm::{DOF, Dynamics, Hdrm, Load, Options, Slips, State};
 use machine_file::Machine;
 use serde::{Deserialize, Serialize};
 
-/// The manipulator behind the FMI border.
+/// The FMU's instance: manipulator and state.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct HdrmFmu {
     pub(crate) plant: Hdrm,
     pub(crate) state: State,
-    /// Whether the push acts now.
     pub(crate) is_pushed: bool,
-    /// Motors of the wrist that slip, in Model Exchange.
+    /// Slip directions of the wrist's motors, in Model Exchange.
     pub(crate) slips: Slips,
 }
 
-/// Inputs as the importer sees them.
+/// Inputs of the FMU.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Input {
-    /// The plant's.
+    /// Inputs of the plant.
     pub(crate) u: hdrm::Input,
     /// Mass of the load, kg.
     pub(crate) load_mass: f64,
-    /// Where it is, from the tip, m.
+    /// Position of the load from the tip, m.
     pub(crate) load_com: [f64; 3],
 }
 
-/// Outputs and the first stage of a step both begin with the dynamics. They are of the state and of
-/// the base's motion.
+/// The dynamics at the present state and base motion, which outputs and the first stage of a step
+/// share.
 impl Evaluation<HdrmFmu> for Dynamics {
     fn new(model: &HdrmFmu, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
         Ok(model.plant.dynamics_with(&model.state, &u.u))
     }
 }
 
-/// Parameters as the importer sees them.
+/// Parameters of the FMU.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Parameters {
     pub(crate) machine: Machine,
@@ -44,9 +43,9 @@ pub struct Parameters {
     pub(crate) options: Options,
     pub(crate) zeta_start: [f64; DOF],
     pub(crate) zeta_dot_start: [f64; DOF],
-    /// Whether loads come with the velocity of the end-effector.
+    /// Whether loads are picked up with the velocity of the end-effector.
     pub(crate) load_moves_with_tip: bool,
-    /// Else their own, m/s in the world.
+    /// Otherwise their velocity, m/s in the world.
     pub(crate) load_velocity: [f64; 3],
     pub(crate) push: Push,
 }
@@ -71,7 +70,7 @@ impl Push {
         since >= 0.0 && since < self.duration
     }
 
-    /// When that changes next after the time `t`, both s.
+    /// Next time after `t` at which the push starts or ends, both s.
     pub(crate) fn next(&self, t: f64) -> Option<f64> {
         match self.acts(t) {
             true => Some(self.start + self.duration),
@@ -79,7 +78,7 @@ impl Push {
         }
     }
 
-    /// `u` with the push, if it acts.
+    /// Adds the push to the inputs `u` if it acts.
     pub(crate) fn on(&self, mut u: hdrm::Input, acts: bool) -> hdrm::Input {
         if acts {
             for (sum, force) in u.wrench_env.iter_mut().zip(self.force) {
@@ -91,9 +90,9 @@ impl Push {
 }
 
 impl Parameters {
-    pub(crate) fn of(machine: Machine, machine_file: String) -> Self {
+    pub(crate) fn new(machine: Machine, machine_file: String) -> Self {
         Self {
-            options: Options::of(&machine),
+            options: Options::from_machine(&machine),
             zeta_start: machine.start.zeta,
             zeta_dot_start: [0.0; DOF],
             load_moves_with_tip: true,
@@ -104,7 +103,7 @@ impl Parameters {
         }
     }
 
-    /// What the end-effector carries by the parameters and the inputs.
+    /// The load that parameters and inputs give.
     pub(crate) fn load(&self, u: &Input) -> Load {
         Load {
             mass: u.load_mass,
@@ -113,7 +112,7 @@ impl Parameters {
         }
     }
 
-    /// A start outside the joint limits would begin inside an end stop.
+    /// Refuses a start pose outside the joint limits, which would be inside an end stop.
     pub(crate) fn check_start(&self) -> Result<(), ModelError> {
         for (i, [min, max]) in self.machine.limits.zeta().into_iter().enumerate() {
             let zeta = self.zeta_start[i];

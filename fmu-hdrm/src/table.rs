@@ -1,5 +1,4 @@
-//! Variables of the FMU `Hdrm`. The rows are written here, not derived: their fields belong to
-//! crates that know no FMI.
+//! The table of variables of the FMU `Hdrm`: names, units, bounds and dependencies.
 
 use super::model::{HdrmFmu, Parameters};
 use fmu_export::{
@@ -40,21 +39,21 @@ static TORQUE_RATE: Unit = Unit::new("N.m/s").kg(1).m(2).s(-3);
 
 type V = Variable<HdrmFmu>;
 
-/// What the start state follows from.
+/// Dependencies of the start state.
 const START: &[&str] = &[ALL_PARAMETERS];
 
-/// The same with what the end-effector carries.
+/// Dependencies of the start state with the load.
 const LOADED_START: &[&str] = &["load.mass", "load.com", ALL_PARAMETERS];
 
-/// What the machine's motion is.
+/// The machine's motion.
 const MOTION: &[&str] = &["zeta", "zeta_dot"];
 
-/// What holds the machine depends on how its base stands and moves.
+/// Dependencies of the holding forces: tilt and motion of the base.
 const BASE: &[&str] = &["base.acceleration", "base.tilt"];
 const HOLDING: &[&str] = joined!(BASE, &["zeta"]);
 const BASE_START: &[&str] = joined!(BASE, LOADED_START);
 
-/// What the joints accelerate with.
+/// Dependencies of the joint accelerations.
 const FORCES: &[&str] = joined!(
     &["f", "tau_wrist", "wrench_env"],
     BASE,
@@ -66,9 +65,9 @@ const FORCES: &[&str] = joined!(
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
     let machine = match Machine::preset(file) {
         Some(machine) => machine,
-        None => read_placed_file(file, resources, Machine::of_file)?,
+        None => read_placed_file(file, resources, Machine::from_text)?,
     };
-    *p = Parameters::of(machine, file.to_owned());
+    *p = Parameters::new(machine, file.to_owned());
     Ok(())
 }
 
@@ -168,7 +167,7 @@ pub(crate) const VARIABLES: &[V] = &[
     row!(V, parameter push.start, "time at which it begins; held over a step").unit("s").range(-1e9..=1e9),
     row!(V, parameter push.duration, "how long it acts").unit("s").range(0.0..=1e9),
 
-    // States that nobody asked for before Model Exchange
+    // States for Model Exchange, appended
     row!(V, locals wrist.torque = wrist_torque, "wrist as built: torques of the motors").unit("N.m").nominal(100.0),
     row!(V, locals wrist.angle = wrist_angle, "wrist as built: angles of the motors as the joints feel them").unit("rad").display_unit("deg").nominal(1.0),
     row!(V, locals wrist.rate = wrist_rate, "wrist as built: rates of these angles").unit("rad/s").display_unit("deg/s").nominal(1.0),

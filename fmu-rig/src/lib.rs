@@ -1,7 +1,6 @@
-//! FMU `Rig` for co-simulation in FMI 2.0 and 3.0: the electromechanical linear actuator as built.
+//! FMU `Rig` for Co-Simulation in FMI 2.0 and 3.0: the linear actuator in detail, "as built".
 //!
-//! `table` is the single source of names, units, bounds and dependencies; this file connects it to
-//! the `rig` library.
+//! This file connects the table of variables (`table`) to the `rig` library.
 #![allow(non_snake_case)] // the paper's symbols
 
 mod model;

@@ -1,39 +1,39 @@
-//! State, inputs and parameters of the FMU.
+//! State and parameters of the FMU `Rig`.
 
-use actuator_table::{AXIS, DRIVE, ROOM};
+use actuator_table::{AXIS, DRIVE, ROOM_TEMPERATURE};
 use fmu_export::{ExtrapolatedInput, ModelError};
 use machine_file::{Drive, EmlaFields, Machine};
 use rig::{CurrentLoop, Extras, Rig, State};
 use serde::{Deserialize, Serialize};
 
-/// The actuator behind the FMI border.
+/// The FMU's instance: actuator, its state and a pending warning.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct RigFmu {
     pub(crate) rig: Rig,
     pub(crate) state: State,
-    /// Where the rod is until the input `x` is set again, m.
+    /// Rod position until the input `x` is set again, m.
     pub(crate) rod: ExtrapolatedInput<f64>,
-    /// Not part of the behaviour: handed to the importer's log once.
+    /// Warning for the importer's log, not part of the state.
     #[serde(skip)]
     pub(crate) warning: Option<String>,
 }
 
-/// Parameters as the importer sees them.
+/// Parameters of the FMU.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Parameters {
     /// Item of [`DRIVE`].
     pub(crate) drive: i32,
-    /// Communication steps by which the force acts late.
+    /// Communication steps after which the force acts.
     pub(crate) delay: i32,
     /// Item of [`AXIS`].
     pub(crate) axis: i32,
     /// The machine's section `emla`.
     pub(crate) of_machine: EmlaFields,
-    /// What it knows beyond the idealised actuator.
+    /// Effects beyond the idealised actuator.
     pub(crate) extras: Extras,
-    /// Whether the drive regulates its currents itself.
+    /// Whether the drive has its own current loop.
     pub(crate) current_loop: bool,
-    /// With which gains.
+    /// Gains of the current loop.
     pub(crate) regulator: CurrentLoop,
     /// Voltage of the DC link below which an enabled drive trips, V.
     pub(crate) undervoltage: f64,
@@ -54,7 +54,7 @@ impl Parameters {
             current_loop: false,
             regulator: CurrentLoop::TYPICAL,
             undervoltage: 0.0,
-            T_start: [ROOM; 2],
+            T_start: [ROOM_TEMPERATURE; 2],
             machine_file: String::new(),
         }
     }
@@ -73,7 +73,7 @@ impl Parameters {
     }
 }
 
-/// What to tell when the drive trips at time `t`, s.
+/// Warning for a drive that trips at time `t`, s.
 pub(crate) fn trip(rig: &Rig, u: &rig::Input, t: f64) -> String {
     machine_file::trip_message(t, rig.link_voltage(u), rig.undervoltage())
 }

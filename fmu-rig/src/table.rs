@@ -1,5 +1,4 @@
-//! Variables of the FMU `Rig`. The rows are written here, not derived: their fields belong to
-//! crates that know no FMI.
+//! The table of variables of the FMU `Rig`: names, units, bounds and dependencies.
 
 use super::model::{Parameters, RigFmu};
 use actuator_table::{
@@ -25,26 +24,26 @@ pub(crate) const INFO: Info = Info::new(
 
 type V = Variable<RigFmu>;
 
-/// How the rod moves, whether currents may flow, and what is held at the start.
+/// Dependencies: the rod's motion, whether currents flow, and the load at the start.
 const ROD: &[&str] = &["x", "x_dot"];
 const DRIVE_ON: &[&str] = &["v_dc", "enable"];
 const HELD: &[&str] = &["F_hold", ALL_PARAMETERS];
-/// What the start state follows from.
+/// Dependencies of the start state.
 const START: &[&str] = joined!(ROD, DRIVE_ON, HELD);
-/// What losses follow from at the start.
+/// Dependencies of the losses at the start.
 const LOSS_START: &[&str] = joined!(ROD, DRIVE_ON, &["brake"], HELD);
-/// What voltage and power from the DC side follow from at the start.
+/// Dependencies of voltage and power from the DC side at the start.
 const ELECTRICAL_START: &[&str] = joined!(&["v_d", "v_q"], DRIVE_ON, ROD, HELD);
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
     let fields = actuator_table::read_machine(file, p.axis, resources)?;
-    p.extras = p.extras.of_machine(&fields.heat, &fields.temperature);
+    p.extras = p.extras.with_machine(&fields.heat, &fields.temperature);
     p.of_machine = fields;
     p.machine_file = file.to_owned();
     Ok(())
 }
 
-/// An output that follows the state alone.
+/// An output that depends on the state alone.
 const fn state(row: V) -> V {
     row.depends_on(&[]).initially_depends_on(START)
 }
@@ -150,7 +149,7 @@ const PARAMETERS: &[V] = &[
         |p| &p.machine_file, read_machine),
 ];
 
-/// What it knows beyond the idealised actuator: each group with its switch.
+/// Effects beyond the idealised actuator: each group with its switch.
 #[rustfmt::skip]
 const EXTRAS: &[V] = &[
     row!(V, boolean_parameter saturation = extras.saturation.on, "whether the quadrature axis saturates"),
@@ -224,7 +223,7 @@ const INVERTER: &[V] = inverter_parameters!(
     f_sw: "switching frequency; at least 100 Hz while switching is on" up to 1e6
 );
 
-/// At the end of the table, so that the value references before it stay what they were.
+/// Appended, so that earlier value references are unchanged.
 #[rustfmt::skip]
 const CURRENT_LOOP: &[V] = &[
     row!(V, input i_q_required in u, "required quadrature-axis current (peak), read instead of the voltages while current_loop is on; held to i_max")

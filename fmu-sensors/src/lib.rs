@@ -1,7 +1,6 @@
-//! FMU `Sensors` for co-simulation in FMI 2.0 and 3.0: what a controller knows of its plants.
+//! FMU `Sensors` for Co-Simulation in FMI 2.0 and 3.0: measurements between plants and controller.
 //!
-//! `table` is the single source of names, units, bounds and dependencies; this file connects it to
-//! the `sensors` library.
+//! This file connects the table of variables (`table`) to the `sensors` library.
 #![allow(non_snake_case)] // the paper's symbols
 
 mod model;

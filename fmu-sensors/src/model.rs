@@ -1,4 +1,4 @@
-//! State, inputs and parameters of the FMU.
+//! State, inputs, parameters and enumerations of the FMU `Sensors`.
 
 use fmu_export::{Evaluation, Items, ModelError};
 use sensors::{ForceKind, Params, Sample, Sensors, Signals, SpeedKind, State};
@@ -48,29 +48,29 @@ pub(crate) static FORCE: Items<ForceKind, 3> = Items::new(
     ],
 );
 
-/// The sensors behind the FMI border.
+/// The FMU's instance: sensors and their state.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct SensorsFmu {
     pub(crate) sensors: Sensors,
     pub(crate) state: State,
-    /// How often an input had been set at the last sample. Until one is set again, what is read is
-    /// that sample: a master that reads all outputs before it sets any input would else get the
-    /// difference of a position to itself for a speed.
+    /// Value of `Input::sets` at the last sample. Until an input is set again, the outputs are
+    /// those of that sample: a master that reads all outputs before it sets inputs would otherwise
+    /// get a speed from the difference of a position to itself.
     pub(crate) sets: u32,
 }
 
-/// Inputs as the importer sees them.
+/// Inputs of the FMU.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Input {
     pub(crate) u: Signals,
-    /// How often one of them was set.
+    /// Number of calls that set one of them.
     pub(crate) sets: u32,
 }
 
-/// Parameters as the importer sees them.
+/// Parameters of the FMU.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Parameters {
-    /// All that is not an enumeration, and no integer that FMI signs and the library does not.
+    /// All parameters except enumerations and unsigned integers.
     pub(crate) p: Params,
     pub(crate) seed: i32,
     pub(crate) delay: i32,
@@ -91,7 +91,7 @@ impl Parameters {
     }
 }
 
-/// The sample that the present inputs give.
+/// The sample for the present inputs.
 impl Evaluation<SensorsFmu> for Sample {
     fn new(model: &SensorsFmu, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
         Ok(model.sensors.measure(&model.state, &u.u))

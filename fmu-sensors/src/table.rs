@@ -1,5 +1,4 @@
-//! Variables of the FMU `Sensors`. The rows are written here, not derived: their fields belong to
-//! crates that know no FMI.
+//! The table of variables of the FMU `Sensors`: names, units, bounds and dependencies.
 
 use super::model::{FORCE, SPEED, SensorsFmu};
 use fmu_export::{ALL_PARAMETERS, File, Info, Terminal, Unit, Variable, row};
@@ -45,9 +44,8 @@ pub(crate) const VARIABLES: &[V] = &[
     measured(row!(V, inputs x in u, "rod positions, positive when extended")).unit("m").display_unit("mm").range(-10.0..=10.0),
     measured(row!(V, inputs x_dot in u, "rod velocities; read if speed = ideal")).unit("m/s").display_unit("mm/s").range(-100.0..=100.0),
 
-    // Readings follow the inputs at once where `delay` is 0, but for others the same dependencies
-    // are told: FMI 2.0 has one list for all values of the parameters, and none of these inputs
-    // depends on a reading at once.
+    // Readings depend directly on the inputs if `delay` is 0. The dependencies are the same for
+    // other delays, because FMI 2.0 has one list for all parameter values.
     row!(V, outputs zeta_measured = zeta, "joint angles by their encoders")
         .unit("rad").display_unit("deg").depends_on(&["zeta[i]"]).initially_also_on(&[ALL_PARAMETERS]).discrete(),
     row!(V, outputs zeta_dot_measured = zeta_dot, "joint rates")

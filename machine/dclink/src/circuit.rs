@@ -1,11 +1,11 @@
-//! The circuit at one instant: currents, powers, rates, and the events that end its present mode.
+//! The circuit's equations at one instant: currents, powers, rates, and the guard functions of the
+//! events that end its present mode. The integrators in `step` and `continuous` evaluate them.
 
 use crate::link::DcLink;
 use crate::pack::Line;
 use crate::state::{Mode, Regime, State};
 
-/// What changes continuously: charge and voltages, and what has been turned over since the step
-/// began.
+/// The integrated quantities: charge and voltages, and energies since the step began.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Point {
     /// State of charge.
@@ -35,14 +35,14 @@ pub(crate) struct Flow {
     pub v_oc: f64,
     /// Power burnt in the brake resistor, W.
     pub P_brake: f64,
-    /// Power that makes the pack warm, W.
+    /// Power that heats the pack, W.
     pub P_heat: f64,
     /// Power lost in all but the brake resistor, W.
     pub P_loss: f64,
 }
 
 impl Point {
-    pub fn of(s: &State) -> Self {
+    pub fn from_state(s: &State) -> Self {
         Self {
             soc: s.soc,
             v: s.v,
@@ -51,8 +51,7 @@ impl Point {
         }
     }
 
-    /// `self + Σ h_k·rates_k`: what the rates depend on; the rest, integrals that only count,
-    /// stays.
+    /// `self + Σ h_k·rates_k` for the quantities that the rates depend on; the energies stay.
     #[inline(always)]
     pub fn moved<const N: usize>(&self, terms: [(f64, &Self); N]) -> Self {
         let mut next = *self;
@@ -65,7 +64,7 @@ impl Point {
         next
     }
 
-    /// `self + h·Σ weight_k·rates_k`: all of it.
+    /// `self + h·Σ weight_k·rates_k` for all quantities.
     #[inline(always)]
     pub fn advanced<const N: usize>(&self, h: f64, terms: [(f64, &Self); N]) -> Self {
         let mut next = self.moved(terms.map(|(weight, rate)| (h * weight, rate)));
@@ -86,8 +85,9 @@ impl DcLink {
     /// ```text
     /// i      = (v_oc − v_1 − v_2 − v_c)/(R_0 + R_line + R_precharge), or the limit
     /// P_heat = R_0 i² + v_1²/R_1 + v_2²/R_2
-    /// P_loss = (v_oc − v_1 − v_2 − v_c) i + v_1²/R_1 + v_2²/R_2         the limit's own loss is in it: it drops what the resistances do not
+    /// P_loss = (v_oc − v_1 − v_2 − v_c) i + v_1²/R_1 + v_2²/R_2
     /// ```
+    /// `P_loss` includes what the current limit drops besides the resistances.
     #[inline(always)]
     pub(crate) fn flow(&self, x: &Point, mode: Mode, line: &Line) -> Flow {
         let b = &self.pack;
@@ -116,9 +116,8 @@ impl DcLink {
         }
     }
 
-    /// Rates of everything, per second, while the drives draw `i_load`, A, on a straight line of
-    /// the open-circuit voltage:
-    ///
+    /// Rates of all quantities, per second, while the drives draw `i_load`, A; `line` is the piece
+    /// of the open-circuit voltage:
     /// ```text
     /// C dv_c/dt = i − i_load − v_c/R_brake,   d(soc)/dt = −i/Q,   τ_k dv_k/dt = R_k i − v_k
     /// ```
@@ -141,16 +140,16 @@ impl DcLink {
         }
     }
 
-    /// Positive where the mode has ended: a limit reached or left, a threshold of the chopper or of
-    /// precharge passed, the capacitor empty or no longer so. Continuous along a solution.
+    /// Positive once the mode has ended: current limit reached or left, threshold of chopper or
+    /// precharge passed, capacitor empty or no longer so. Continuous along a solution.
     pub(crate) fn guard(&self, x: &Point, mode: Mode, i_load: f64) -> f64 {
         let mut ended = f64::NEG_INFINITY;
         self.guards(x, mode, i_load, |_, value| ended = ended.max(value));
         ended
     }
 
-    /// The parts of [`DcLink::guard`] that this mode has, each with its number: limits, chopper,
-    /// precharge, capacitor.
+    /// Calls `each` with number and value of every guard that this mode has: 0 current limits, 1
+    /// chopper, 2 precharge, 3 capacitor.
     #[inline(always)]
     pub(crate) fn guards(
         &self,
@@ -188,7 +187,7 @@ impl DcLink {
         each(3, capacitor);
     }
 
-    /// The mode at this point, from the one before it.
+    /// The mode at this point after the mode `before`.
     pub(crate) fn mode(&self, x: &mut Point, before: Mode, i_load: f64) -> Mode {
         let (b, brake) = (&self.pack, &self.p.brake);
         let source = b.open_circuit(x.soc) - x.v[0] - x.v[1];

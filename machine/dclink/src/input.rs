@@ -1,14 +1,14 @@
-//! Inputs.
+//! Inputs of the DC link: currents of the drives and the ambient temperature.
 
 use serde::{Deserialize, Serialize};
 
-/// Drives on the link.
+/// Number of drives on the link.
 pub const LOADS: usize = 3;
 
 /// What acts on the link; held over a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Input {
-    /// Currents that the drives draw, A; negative where they give back.
+    /// Currents that the drives draw, A; negative when they feed back.
     pub i_load: [f64; LOADS],
     /// Temperature around the pack, K.
     pub T_ambient: f64,

@@ -1,5 +1,5 @@
-//! The DC link of electric drives: a battery pack, the capacitor that the drives draw from,
-//! precharge, and a brake chopper.
+//! Model of the DC link that supplies electric drives: a battery pack, the link capacitor,
+//! precharge, and a brake chopper. The FMU `DcLink` wraps it.
 //!
 //! ```text
 //!        R_0    R_1‖C_1  R_2‖C_2   R_line (+ R_precharge)
@@ -8,15 +8,15 @@
 //!   └────────────────────────────────────────────┴───────┴────────┘
 //! ```
 //!
-//! The pack is the equivalent circuit of the textbooks (Plett, *Battery Management Systems*, vol.
-//! I, ch. 2): an open-circuit voltage that follows the charge, a series resistance and up to two RC
-//! pairs, with one heat node. The voltage of the capacitor is a state, so that `v_dc` never depends
-//! on `i_load` at once. What the pack may give and take is limited; the chopper switches where the
-//! voltage passes its thresholds, which are located as events inside a step, not averaged.
+//! The pack is an equivalent circuit (Plett, *Battery Management Systems*, vol. I, ch. 2): an
+//! open-circuit voltage that depends on the charge, a series resistance and up to two RC pairs,
+//! with one thermal node. The capacitor's voltage is a state, so `v_dc` has no direct feedthrough
+//! from `i_load`. The pack's current is limited in both directions. The chopper switches where the
+//! voltage passes its thresholds; these instants are located as events inside a step.
 //!
-//! Currents are positive where they leave the pack. SI units throughout, but the capacity in ampere
-//! hours. [`DcLink`] is the configuration; [`State`] is passed by value, so a step that fails
-//! changes nothing.
+//! Currents are positive when they leave the pack. SI units throughout, except the capacity in
+//! ampere hours. [`DcLink`] is the immutable configuration; [`State`] is passed by value, so a step
+//! that fails changes nothing.
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // symbols of the books
 

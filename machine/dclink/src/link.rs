@@ -1,16 +1,16 @@
-//! One link: its configuration, immutable after [`DcLink::new`].
+//! The configuration of a DC link: checked parameters and constants computed from them once.
 
 use crate::pack::Pack;
 use crate::params::Params;
 use model_rules::ParamError;
 use serde::{Deserialize, Serialize};
 
-/// Longest substep in units of the fastest time constant: two in a millisecond of the reference
-/// link. The method misses `e^z` by z⁷/1512 (its own seventh power has the factor −1/2160 instead
-/// of 1/5040), so a step response by at most `z⁶ e^(z−1)/1512`, 3e-7 here.
+/// Longest substep in units of the fastest time constant: two substeps per millisecond for the
+/// reference link. The error of the method's e^z is z⁷/1512 (its seventh power has the factor
+/// −1/2160 instead of 1/5040), so a step response is off by at most `z⁶ e^(z−1)/1512`, 3e-7 here.
 const SUBSTEP: f64 = 0.31;
 
-/// The link: parameters that have been checked, and what follows from them.
+/// A DC link: checked parameters, and constants that follow from them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DcLink {
     pub(crate) p: Params,
@@ -24,10 +24,7 @@ pub struct DcLink {
 }
 
 impl DcLink {
-    /// The link with the parameters `p`.
-    ///
-    /// # Errors
-    /// The first parameter that does not fit, with its value and what must hold.
+    /// The link with the parameters `p`, or the first parameter that is out of its range.
     pub fn new(p: Params) -> Result<Self, ParamError> {
         p.check()?;
         let R = p.battery.R_0 + p.link.R;
@@ -40,7 +37,7 @@ impl DcLink {
         })
     }
 
-    /// Its parameters.
+    /// The parameters it was made with.
     pub fn params(&self) -> &Params {
         &self.p
     }

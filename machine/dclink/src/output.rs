@@ -1,11 +1,11 @@
-//! The state at the start, and the outputs.
+//! The start state of the DC link, and its outputs.
 
 use crate::circuit::Point;
 use crate::input::Input;
 use crate::link::DcLink;
 use crate::state::{Energies, Mode, Regime, State};
 
-/// What the link shows.
+/// Outputs of the link; see also the FMU's variable descriptions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Output {
     /// Voltage of the capacitor, V.
@@ -32,19 +32,19 @@ pub struct Output {
     pub v_pairs: [f64; 2],
     /// Whether precharge is over.
     pub ready: bool,
-    /// Whether it is not.
+    /// Whether precharge is still going on.
     pub precharging: bool,
     /// Whether the brake resistor is switched on.
     pub braking: bool,
-    /// Whether the pack gives or takes all that it may.
+    /// Whether the pack's current is at its limit.
     pub limited: bool,
     /// Whether precharge is over and the voltage is below `v_min`.
     pub undervoltage: bool,
 }
 
 impl DcLink {
-    /// The state at the start: a pack at rest, a capacitor at its voltage or, with precharge, at
-    /// `precharge.v_start`.
+    /// The start state: the pack at rest, and the capacitor at the pack's voltage or, with
+    /// precharge, at `precharge.v_start`.
     pub fn start(&self, u: &Input) -> State {
         let (b, precharge) = (&self.p.battery, &self.p.precharge);
         let open = self.pack.open_circuit(b.soc_start);
@@ -74,9 +74,9 @@ impl DcLink {
         }
     }
 
-    /// What the state shows; no input acts at once.
+    /// Outputs of a state; no input has direct feedthrough.
     pub fn output(&self, s: &State) -> Output {
-        let flow = self.flow(&Point::of(s), s.mode, &self.pack.line(s.soc));
+        let flow = self.flow(&Point::from_state(s), s.mode, &self.pack.line(s.soc));
         let stored = 0.5 * self.p.link.C * s.v_c * s.v_c + self.pack.pair_energy(s.v);
         Output {
             v_dc: s.v_c,

@@ -1,31 +1,32 @@
-//! The pack: open-circuit voltage, limits, RC pairs, heat. Divisors are stored as their inverses.
+//! The battery pack's equations: open-circuit voltage, current limits, RC pairs, temperature.
+//! Divisors are stored as their inverses.
 
 use crate::params::{Battery, POINTS};
 use serde::{Deserialize, Serialize};
 
-/// Resistance, Ω, up to which there is no RC pair: 1000 A would drop a microvolt in it, and its
-/// inverse must stay a number.
+/// Resistance, Ω, up to which an RC pair is left out: 1000 A would drop a microvolt across it, and
+/// its inverse must stay finite.
 const NO_PAIR: f64 = 1e-9;
 
-/// A pack, ready to be computed with.
+/// A pack with its constants computed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pack {
     b: Battery,
     /// Open-circuit voltage of the pack at the left ends of the table's pieces, V, and its rise
     /// over each of them, V.
     open: [[f64; 2]; POINTS - 1],
-    /// Charge that a current takes, 1/(A·s).
+    /// Change of the state of charge per charge taken, 1/(A·s).
     soc_per_charge: f64,
     /// 1/τ of the RC pairs, 1/s.
     rate: [f64; 2],
     /// 1/R of the RC pairs, S; 0 where there is none.
     conductance: [f64; 2],
-    /// 1/K: of the heat capacity, K/J, and of the heat resistance, W/K.
+    /// Inverse heat capacity, K/J, and inverse thermal resistance, W/K.
     heat: [f64; 2],
 }
 
 impl Pack {
-    /// Of parameters that have been checked.
+    /// From checked parameters.
     pub fn new(b: &Battery) -> Self {
         let cells = f64::from(b.cells);
         Self {
@@ -38,12 +39,12 @@ impl Pack {
         }
     }
 
-    /// Open-circuit voltage, V: straight lines between the points, and on beyond the ends.
+    /// Open-circuit voltage, V: linear between the points, extrapolated beyond the ends.
     pub fn open_circuit(&self, soc: f64) -> f64 {
         self.line(soc).at(soc)
     }
 
-    /// The straight line of the open-circuit voltage at this charge.
+    /// The linear piece of the open-circuit voltage at this charge.
     pub(crate) fn line(&self, soc: f64) -> Line {
         let pieces = (POINTS - 1) as f64;
         // Truncation takes negative numbers and NaN to 0.
@@ -56,7 +57,7 @@ impl Pack {
         }
     }
 
-    /// Largest currents that it gives and takes at this charge, A, both ≥ 0.
+    /// Largest discharge and charge current at this state of charge, A, both ≥ 0.
     pub fn limits(&self, soc: f64) -> (f64, f64) {
         let b = &self.b;
         let part = |left: f64, width: f64| {
@@ -94,10 +95,9 @@ impl Pack {
         energy(0) + energy(1)
     }
 
-    /// The temperature a time `h` after `T`, K, in which the heat `E`, J, is made inside, at a
-    /// constant rate: `T + (1 − e^−x)·(E/(G h) − (T − T_a))` with `x = G h/C`; exact but for the
-    /// shape of the heat in the time.
-    pub fn warmed(&self, T: f64, T_ambient: f64, E: f64, h: f64) -> f64 {
+    /// The temperature a time `h` after `T`, K, with the heat `E`, J, generated at a constant rate:
+    /// `T + (1 − e^−x)·(E/(G h) − (T − T_a))` with `x = G h/C`, the exact solution.
+    pub fn temperature_after(&self, T: f64, T_ambient: f64, E: f64, h: f64) -> f64 {
         let [per_capacity, G] = self.heat;
         let x = G * h * per_capacity;
         // (1 − e^−x)/x; the series' next term is x⁴/120.
@@ -109,14 +109,14 @@ impl Pack {
         T + share * per_capacity * (E - G * h * (T - T_ambient))
     }
 
-    /// Rate of the temperature `T` with the heat `P`, W, made inside, K/s: `(P − G·(T − T_a))/C`.
-    pub fn warming(&self, T: f64, T_ambient: f64, P: f64) -> f64 {
+    /// Rate of the temperature `T`, K/s, with the heat `P`, W, generated: `(P − G·(T − T_a))/C`.
+    pub fn temperature_rate(&self, T: f64, T_ambient: f64, P: f64) -> f64 {
         let [per_capacity, G] = self.heat;
         per_capacity * (P - G * (T - T_ambient))
     }
 }
 
-/// A piece of the open-circuit voltage.
+/// A linear piece of the open-circuit voltage.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Line {
     /// Voltage at the charge `from`, V.

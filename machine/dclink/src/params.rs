@@ -1,9 +1,9 @@
-//! Parameters of battery pack, link, brake chopper and precharge, with their ranges.
+//! Parameters of battery pack, link, brake chopper and precharge, with their checks.
 
-use model_rules::{ParamError, Range, check, check_fields, demand};
+use model_rules::{ParamError, Range, check, check_fields, require};
 use serde::{Deserialize, Serialize};
 
-/// Points of the open-circuit voltage, at equal steps of the state of charge from 0 to 1.
+/// Number of points of the open-circuit voltage, at equal steps of the state of charge from 0 to 1.
 pub const POINTS: usize = 21;
 
 /// All parameters.
@@ -15,11 +15,11 @@ pub struct Params {
     pub link: Link,
     /// The brake chopper.
     pub brake: Brake,
-    /// How the capacitor is charged at the start.
+    /// Precharge.
     pub precharge: Precharge,
     /// Voltage below which drives cannot work, V.
     pub v_min: f64,
-    /// Voltage that nothing on the link should see, V.
+    /// Voltage above which a warning is due, V.
     pub v_max: f64,
 }
 
@@ -30,21 +30,21 @@ pub struct Battery {
     pub cells: i32,
     /// Capacity, A·h.
     pub capacity: f64,
-    /// Open-circuit voltage of a cell at states of charge 0, 0.05, …, 1, V; straight lines between.
+    /// Open-circuit voltage of a cell at states of charge 0, 0.05, …, 1, V; linear in between.
     pub ocv: [f64; POINTS],
     /// Series resistance of the pack, Ω.
     pub R_0: f64,
-    /// Resistances of the RC pairs, Ω; 0: the pair is not there.
+    /// Resistances of the RC pairs, Ω; 0: the pair is left out.
     pub R: [f64; 2],
     /// Time constants of the RC pairs, s.
     pub tau: [f64; 2],
-    /// Largest current that it gives, A.
+    /// Largest discharge current, A.
     pub discharge_limit: f64,
-    /// Largest current that it takes, A.
+    /// Largest charge current, A.
     pub charge_limit: f64,
-    /// State of charge below which the current that it gives falls in proportion, to 0 at 0.
+    /// State of charge below which the discharge limit falls linearly, to 0 at 0.
     pub soc_low: f64,
-    /// State of charge above which the current that it takes falls in proportion, to 0 at 1.
+    /// State of charge above which the charge limit falls linearly, to 0 at 1.
     pub soc_high: f64,
     /// Heat capacity, J/K.
     pub heat_capacity: f64,
@@ -65,12 +65,12 @@ pub struct Link {
     pub R: f64,
 }
 
-/// A resistor that is switched across the link.
+/// The brake chopper: a resistor that is switched across the link.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Brake {
     /// Whether there is one.
     pub fitted: bool,
-    /// Its resistance, Ω.
+    /// Resistance, Ω.
     pub R: f64,
     /// Voltage at which it is switched on, V.
     pub v_on: f64,
@@ -81,20 +81,19 @@ pub struct Brake {
 /// How the capacitor is charged at the start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Precharge {
-    /// Whether it is charged in the run, through a resistor; else it has the pack's voltage at the
-    /// start.
+    /// Whether the capacitor is precharged; otherwise it starts at the pack's voltage.
     pub on: bool,
     /// The resistor, Ω.
     pub R: f64,
     /// Voltage of the capacitor at the start, V.
     pub v_start: f64,
-    /// Share of the pack's voltage at which the resistor is bridged.
+    /// Share of the pack's voltage at which the resistor is bypassed.
     pub share: f64,
 }
 
 impl Params {
-    /// A pack of 200 LFP cells (12.9 kWh) with a link and a chopper that fit three drives of 10 kW;
-    /// typical values, of no product.
+    /// A pack of 200 LFP cells (12.9 kWh), with link and chopper for three drives of 10 kW. Typical
+    /// values, not those of a product.
     pub const REFERENCE: Self = Self {
         battery: Battery {
             cells: 200,
@@ -158,18 +157,18 @@ impl Params {
         check(Range::NotNegative, not_negative)?;
         let rule = "finite, ≥ 0, and > 0 together with battery.R_0";
         let has_resistance = link.R >= 0.0 && link.R + b.R_0 > 0.0;
-        demand("link.R", link.R, rule, has_resistance)?;
+        require("link.R", link.R, rule, has_resistance)?;
         let (v_on, share) = (brake.v_on, precharge.share);
-        demand("brake.v_on", v_on, "above brake.v_off", v_on > brake.v_off)?;
+        require("brake.v_on", v_on, "above brake.v_off", v_on > brake.v_off)?;
         let rule = "above 0 and below 1";
-        demand("precharge.share", share, rule, share > 0.0 && share < 1.0)?;
-        demand("v_max", self.v_max, "above v_min", self.v_max > self.v_min)?;
+        require("precharge.share", share, rule, share > 0.0 && share < 1.0)?;
+        require("v_max", self.v_max, "above v_min", self.v_max > self.v_min)?;
         let rises = |pair: &[f64]| pair[0] > 0.0 && pair[1] >= pair[0] && pair[1].is_finite();
         match b.ocv.windows(2).find(|pair| !rises(pair)) {
             None => Ok(()),
             Some(pair) => {
                 let rule = "positive and nowhere falling";
-                demand("battery.ocv", pair[1], rule, false)
+                require("battery.ocv", pair[1], rule, false)
             }
         }
     }

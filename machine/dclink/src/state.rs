@@ -1,4 +1,4 @@
-//! State of the link: charge, voltages, temperature, mode of the circuit, energies.
+//! State of the DC link: charge, voltages, temperature, mode of the circuit, energies.
 
 use model_rules::{StepError, check_finite};
 use serde::{Deserialize, Serialize};
@@ -6,16 +6,16 @@ use serde::{Deserialize, Serialize};
 /// What sets the current of the pack.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Regime {
-    /// The circuit: voltage over resistance.
+    /// The circuit: voltage difference over resistance.
     #[default]
     Free,
-    /// The most that the pack gives.
+    /// The discharge limit.
     Discharging,
-    /// The most that the pack takes.
+    /// The charge limit.
     Charging,
 }
 
-/// How the circuit works until an event.
+/// The circuit's discrete state between two events.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Mode {
     /// What sets the current of the pack.
@@ -24,12 +24,12 @@ pub struct Mode {
     pub ready: bool,
     /// Whether the brake resistor is switched on.
     pub braking: bool,
-    /// Whether the capacitor is empty and the drives ask for more than comes: the diodes of their
-    /// inverters then carry the rest, at no voltage.
+    /// Whether the capacitor is empty while the drives draw more than the pack delivers: the diodes
+    /// of their inverters then carry the rest, at zero voltage.
     pub empty: bool,
 }
 
-/// What the link remembers.
+/// State of the link.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// State of charge.
@@ -40,7 +40,7 @@ pub struct State {
     pub v_c: f64,
     /// Temperature of the pack, K.
     pub T: f64,
-    /// How the circuit works.
+    /// Discrete state of the circuit.
     pub mode: Mode,
     /// Energies since the start.
     pub energy: Energies,
@@ -48,7 +48,7 @@ pub struct State {
     pub v_mean: f64,
 }
 
-/// Energies since the start, J: `battery = load + brake + loss + rise of what is stored`.
+/// Energies since the start, J: `battery = load + brake + loss + rise of the stored energy`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energies {
     /// From the source of the pack: open-circuit voltage times current.
@@ -62,7 +62,7 @@ pub struct Energies {
 }
 
 impl State {
-    /// That all of it is finite; `t` names the time in an error.
+    /// Checks that all values are finite; `t`, s, is the time in the error message.
     pub(crate) fn check_finite(&self, t: f64) -> Result<(), StepError> {
         let values = [
             ("soc", self.soc),

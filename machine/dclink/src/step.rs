@@ -1,9 +1,9 @@
 //! Integration over one communication step: J. C. Butcher's Runge–Kutta method of order 6 within a
 //! mode, and events where a mode ends.
 //!
-//! Each substep is tried in its mode. Where its guard is positive at the end, the mode ended
-//! inside: the instant is found by the Illinois variant of the secant rule on the length of the
-//! substep, to [`SHARP`] of it; the rest of the substep goes on in the new mode.
+//! Each substep is first integrated in its mode. If the guard is positive at its end, the mode
+//! ended inside: the Illinois variant of the secant rule finds the instant, to [`EVENT_TOLERANCE`]
+//! of the substep, and the rest is integrated in the new mode.
 
 use crate::circuit::Point;
 use crate::input::Input;
@@ -12,19 +12,13 @@ use crate::state::{Energies, Mode, State};
 use model_rules::{MAX_SUBSTEPS, StepError, check_step, substeps};
 
 /// Part of a substep to which an event is located.
-const SHARP: f64 = 1e-13;
-/// Most events in one substep that are located; what comes after is taken at the end of the
-/// substep.
+const EVENT_TOLERANCE: f64 = 1e-13;
+/// Largest number of events located in one substep; later ones act at the end of the substep.
 const MAX_EVENTS: u32 = 64;
-/// Most iterations for one event.
 const MAX_ITERATIONS: u32 = 60;
 
 impl DcLink {
-    /// The state a time `h` after `s`, both s, under the inputs `u`, which are held. `t` only names
-    /// the time in an error.
-    ///
-    /// # Errors
-    /// An unusable step, or a result that is not finite.
+    /// The state a time `h`, s, after `s`, with the inputs `u` held; `t`, s, is for error messages.
     pub fn step(&self, s: &State, u: &Input, t: f64, h: f64) -> Result<State, StepError> {
         check_step(t, h)?;
         let n = substeps(h, self.dt_max);
@@ -33,7 +27,7 @@ impl DcLink {
         }
         let dt = h / n;
         let i_load = u.load();
-        let mut x = Point::of(s);
+        let mut x = Point::from_state(s);
         let mut mode = self.mode(&mut x, s.mode, i_load); // the inputs may have jumped
         for _ in 0..n as u32 {
             self.substep(&mut x, &mut mode, i_load, dt);
@@ -42,7 +36,7 @@ impl DcLink {
             soc: x.soc,
             v: x.v,
             v_c: x.v_c,
-            T: self.pack.warmed(s.T, u.T_ambient, x.heat, h),
+            T: self.pack.temperature_after(s.T, u.T_ambient, x.heat, h),
             mode,
             energy: Energies {
                 battery: s.energy.battery + x.battery,
@@ -59,39 +53,38 @@ impl DcLink {
     fn substep(&self, x: &mut Point, mode: &mut Mode, i_load: f64, dt: f64) {
         let mut left = dt;
         for _ in 0..MAX_EVENTS {
-            let end = self.advanced(x, *mode, i_load, left);
+            let end = self.integrate(x, *mode, i_load, left);
             if self.guard(&end, *mode, i_load) <= 0.0 {
                 *x = end;
                 return;
             }
-            let (event, at) = self.located(x, *mode, i_load, left);
+            let (event, at) = self.locate_event(x, *mode, i_load, left);
             *x = at;
             *mode = self.mode(x, *mode, i_load);
             left -= event;
-            if left <= SHARP * dt {
+            if left <= EVENT_TOLERANCE * dt {
                 return;
             }
         }
-        *x = self.advanced(x, *mode, i_load, left);
+        *x = self.integrate(x, *mode, i_load, left);
         *mode = self.mode(x, *mode, i_load);
     }
 
-    /// Where the mode ends within `dt`, s after `x`, and the point there, just past the event.
-    fn located(&self, x: &Point, mode: Mode, i_load: f64, dt: f64) -> (f64, Point) {
+    /// Time from `x` to the end of the mode within `dt`, s, and the point just past it.
+    fn locate_event(&self, x: &Point, mode: Mode, i_load: f64, dt: f64) -> (f64, Point) {
         let guard = |h: f64| {
-            let at = self.advanced(x, mode, i_load, h);
+            let at = self.integrate(x, mode, i_load, h);
             (self.guard(&at, mode, i_load), at)
         };
         let (mut low, mut below) = (0.0, self.guard(x, mode, i_load));
         let (mut high, (mut above, mut point)) = (dt, guard(dt));
         let mut last = 0;
         for _ in 0..MAX_ITERATIONS {
-            if high - low <= SHARP * dt {
+            if high - low <= EVENT_TOLERANCE * dt {
                 break;
             }
-            // Never nearer to an end than half of what is asked for, so that the bracket closes
-            // from both sides.
-            let margin = 0.5 * SHARP * dt;
+            // Stay half a tolerance away from both ends, so the bracket closes from both sides.
+            let margin = 0.5 * EVENT_TOLERANCE * dt;
             let secant = high - above * (high - low) / (above - below);
             let h = secant.max(low + margin).min(high - margin);
             let (value, at) = guard(h);
@@ -108,13 +101,13 @@ impl DcLink {
         (high, point)
     }
 
-    /// One step of length `h`; a kink of the open-circuit voltage inside waits for its end, which
-    /// is microvolts.
+    /// One Runge–Kutta step of length `h`. A kink of the open-circuit voltage inside it takes
+    /// effect at its end, an error of microvolts.
     ///
     /// Source: J. C. Butcher, *On Runge–Kutta processes of high order*, J. Austral. Math. Soc. 4
     /// (1964), the sixth-order process of seven stages with abscissae 0, 1/3, 2/3, 1/3, 1/2, 1/2,
     /// 1.
-    fn advanced(&self, x: &Point, mode: Mode, i_load: f64, h: f64) -> Point {
+    fn integrate(&self, x: &Point, mode: Mode, i_load: f64, h: f64) -> Point {
         let line = &self.pack.line(x.soc);
         let rates = |x: &Point| self.rates(x, mode, i_load, line);
         let k_1 = &rates(x);

@@ -1,4 +1,4 @@
-//! One actuator: its configuration, immutable after [`Emla::new`].
+//! Configuration of an actuator: parameters, drive mode, and the surrogate network blended in.
 
 use crate::options::Electric;
 use crate::substep::longest_substep;
@@ -6,12 +6,12 @@ use crate::surrogate::{EfficiencyBound, Surrogate};
 use machine_file::Drive;
 use serde::{Deserialize, Serialize};
 
-/// A network without a bound on the error of its efficiency.
+/// Error: the network has no bound on the error of its efficiency.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "the network's file has no `efficiency_bound`, which the interval of the efficiency needs: calibrate it with `hdrm-fmu surrogate calibrate`"
 )]
-pub struct Unbounded;
+pub struct NoErrorBound;
 
 /// One actuator: parameters, drive mode, and the surrogate network with its blending factor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,26 +19,21 @@ pub struct Emla {
     pub(crate) p: machine_file::Emla,
     pub(crate) drive: Drive,
     pub(crate) electric: Electric,
-    /// Voltage of the DC link where the input gives none, V.
+    /// Voltage of the DC link if the input gives none, V.
     pub(crate) v_dc: f64,
     /// Longest substep for these parameters, s.
     pub(crate) dt_max: f64,
     pub(crate) surrogate: Option<Surrogate>,
     pub(crate) alpha: f64,
-    /// Steps by which `F` acts late.
+    /// Number of steps after which `F` acts.
     pub(crate) delay: u32,
-    /// The network's bound, where the efficiency's interval is asked for.
+    /// The network's bound, if the interval of the efficiency is an output.
     pub(crate) bound: Option<EfficiencyBound>,
 }
 
 impl Emla {
-    /// An actuator without a network: physics alone.
-    ///
-    /// `i_max` is not enforced here: it is a limit for the drive's controller. `v_max` is, and
-    /// `v_dc/√3`, because no inverter can give more.
-    ///
-    /// # Errors
-    /// A parameter outside its physical range.
+    /// An actuator without a network. Voltages are limited to `v_max` and `v_dc/√3`, which no
+    /// inverter can exceed; `i_max` is not enforced, it is a limit for the drive's controller.
     pub fn new(p: machine_file::Emla, drive: Drive) -> Result<Self, machine_file::MachineError> {
         p.check()?;
         Ok(Self {
@@ -54,8 +49,7 @@ impl Emla {
         })
     }
 
-    /// The same actuator with this network, whose residual is scaled by `alpha` (0…1). At α = 0 the
-    /// network only shows in the outputs.
+    /// Adds a network with its blending factor `alpha` (0…1); at 0 it only appears in outputs.
     #[must_use]
     pub fn with_surrogate(mut self, surrogate: Surrogate, alpha: f64) -> Self {
         self.surrogate = Some(surrogate);
@@ -63,35 +57,31 @@ impl Emla {
         self
     }
 
-    /// The same actuator for an importer in which its force acts `delay` steps after the outputs
-    /// are read. The force is therefore predicted: [`crate::Output::F`] is
-    /// `F + delay·h·K_b·(ẋ_n − ẋ)`, h the last step. An importer that reads all outputs before it
-    /// sets any input holds the force over the step that follows. Without the prediction this takes
-    /// the damping `K_b·h` away from the spring, and from `C_b = K_b·h/2` on (2 ms here) the
-    /// coupling is unstable.
+    /// Sets the number of steps after which the force acts, for an importer that reads all outputs
+    /// before it sets any input. The force is predicted over that time: [`crate::Output::F`] is
+    /// `F + delay·h·K_b·(ẋ_n − ẋ)`, h the last step. Without the prediction the delay takes the
+    /// damping `K_b·h` away from the spring, and from `C_b = K_b·h/2` on (2 ms here) the coupling
+    /// is unstable.
     #[must_use]
     pub fn with_delay(self, delay: u32) -> Self {
         Self { delay, ..self }
     }
 
-    /// The same actuator with these options of its electrical side.
+    /// Sets the options of the electrical side.
     #[must_use]
     pub fn with_electric(self, electric: Electric) -> Self {
         Self { electric, ..self }
     }
 
-    /// The same actuator that also gives the interval of its efficiency.
-    ///
-    /// # Errors
-    /// No network, or one without a bound.
-    pub fn with_interval(self) -> Result<Self, Unbounded> {
+    /// Makes the interval of the efficiency an output; needs a network with a calibrated bound.
+    pub fn with_interval(self) -> Result<Self, NoErrorBound> {
         let network = self.surrogate.as_ref();
         let bound = network.and_then(Surrogate::efficiency_bound);
-        let bound = Some(bound.ok_or(Unbounded)?);
+        let bound = Some(bound.ok_or(NoErrorBound)?);
         Ok(Self { bound, ..self })
     }
 
-    /// Sets the blending factor, kept inside 0…1.
+    /// Sets the blending factor α, limited to 0…1.
     pub fn set_alpha(&mut self, alpha: f64) {
         self.alpha = alpha.clamp(0.0, 1.0);
     }

@@ -1,31 +1,29 @@
-//! What stays as it is over a step: parameters at the present temperature, DC link, gates, brake.
+//! Constants of a step: parameters at the present temperature, DC-link voltage, gates, brake.
 
-use machine_file::{Drive, Holding};
+use machine_file::{BrakeState, Drive};
 
 /// Parameters and conditions that do not change during a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Conditions<'a> {
-    /// Parameters, resistance and flux as the temperatures make them.
+    /// Parameters, with resistance and flux at the present temperatures.
     pub p: &'a machine_file::Emla,
-    /// Who moves the rod.
     pub drive: Drive,
     /// Voltage of the DC link, V.
     pub v_dc: f64,
-    /// Largest phase voltage (peak) that can be made of it, V.
+    /// Largest phase voltage (peak) at that voltage, V.
     pub largest: f64,
-    /// What the network adds to the force, `α·dF`, N.
+    /// Residual force of the network, `α·dF`, N.
     pub residual: f64,
-    /// Whether the inverter's gates are on. While they are off no current flows: see
-    /// [`Emla::switched`].
+    /// Whether the inverter's gates are on; while they are off no current flows
+    /// ([`Emla::update_gates`]).
     pub gates: bool,
-    /// What the brake does, N·m.
-    pub brake: Holding,
+    pub brake: BrakeState,
 }
 
 impl Conditions<'_> {
-    /// Whether the inverter works and the shaft is free.
+    /// Whether the gates are on and the brake is released.
     #[inline(always)]
     pub(crate) fn is_plain(&self) -> bool {
-        self.gates && self.brake == Holding::Released
+        self.gates && self.brake == BrakeState::Released
     }
 }

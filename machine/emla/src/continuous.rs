@@ -1,45 +1,45 @@
-//! The equations for an integrator that is not ours: rates of the state, where something begins or
-//! ends, and what follows there.
+//! The equations for Model Exchange, where the importer integrates: derivatives of the state, event
+//! indicators, and the state after an event.
 //!
-//! What a step of ours holds for its length is of the present instant here: temperatures, and with
-//! them resistance and flux, and the network's residual in the rates. What the network says in the
-//! outputs, and all means, are those of [`Emla::observed`].
+//! Quantities that a step of Co-Simulation holds constant are evaluated at the present instant
+//! here: temperatures, resistance, flux, and the network's residual. The network's outputs and all
+//! means are updated by [`Emla::with_observations`].
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
 use crate::maps;
 use crate::state::{LossKinds, State, Thermal};
-use machine_file::{ActuatorInput as Input, Brake, Holding};
+use machine_file::{ActuatorInput as Input, Brake, BrakeState};
 
-/// Signs of speed, load and torque; undervoltage; the brake.
+/// Number of event indicators: signs of speed, load and torque; undervoltage; the brake.
 pub const INDICATORS: usize = 5;
 
-/// How far behind its threshold an indicator changes sign, V, N·m and rad/s: an integrator that stops
-/// where it is zero is then past the threshold. Above the rounding of 1 kV.
-const BEHIND: f64 = 1e-11;
+/// How far past its threshold an indicator changes sign, V, N·m and rad/s: an integrator that stops
+/// exactly at zero is then past the threshold. Above the rounding of 1 kV.
+const OVERSHOOT: f64 = 1e-11;
 
 impl Emla {
     fn brake(&self) -> Brake {
         self.p.brake.unwrap_or(Brake::TYPICAL)
     }
 
-    /// What holds at this instant; an applied brake slips the way `slip`, 1 or −1, or holds, 0.
-    pub(crate) fn present<'a>(
+    /// The conditions at this instant; an applied brake slips (`slip` = ±1) or holds (0).
+    pub(crate) fn instant_conditions<'a>(
         &self,
         p: &'a machine_file::Emla,
         s: &State,
         u: &Input,
         slip: f64,
     ) -> Conditions<'a> {
-        let mut held = self.held(p, s, u);
+        let mut held = self.conditions(p, s, u);
         if self.alpha > 0.0 {
             let tau_e = maps::torque(p, s.i_d, s.i_q);
             held.residual = self.alpha * self.residual(tau_e, s.w_m).dF;
         }
         held.brake = match (held.brake, slip) {
-            (Holding::Released, _) => Holding::Released,
-            (_, 0.0) => Holding::Holds,
-            _ => Holding::Slips(slip * self.brake().torque),
+            (BrakeState::Released, _) => BrakeState::Released,
+            (_, 0.0) => BrakeState::Holds,
+            _ => BrakeState::Slips(slip * self.brake().torque),
         };
         held
     }
@@ -48,10 +48,10 @@ impl Emla {
     #[must_use]
     pub fn derivative(&self, s: &State, u: &Input, slip: f64) -> State {
         let p = &*self.at_temperature(&s.thermal);
-        self.derivative_with(s, u, &self.present(p, s, u, slip))
+        self.derivative_with(s, u, &self.instant_conditions(p, s, u, slip))
     }
 
-    /// The same where it is known what holds.
+    /// As [`Emla::derivative`], with known conditions.
     pub(crate) fn derivative_with(&self, s: &State, u: &Input, held: &Conditions) -> State {
         let rates = self.rates(&s.point(), u, held);
         let is_counted = self.electric.heat || !held.is_plain(); // as in a step
@@ -73,7 +73,7 @@ impl Emla {
         }
     }
 
-    /// Rates of the temperatures and of the heat that is given away, with these losses, W.
+    /// Rates of the temperatures and the heat flow to the air, with these losses, W.
     pub(crate) fn thermal_rates(
         &self,
         s: &State,
@@ -85,37 +85,37 @@ impl Emla {
             return Thermal::default();
         }
         let other = lost - kinds.copper - kinds.inverter;
-        self.warming(&s.thermal, u.T_ambient, kinds.copper, other)
+        self.temperature_rates(&s.thermal, u.T_ambient, kinds.copper, other)
     }
 
-    /// Where something happens: at each number that changes sign. Motor speed (rad/s), torque on
-    /// the screw, at whose sign the gear factor jumps, and electromagnetic torque (N·m); the
-    /// voltage of the DC link above the one that trips (V); of an applied brake, what it has in
-    /// hand while it holds (N·m), or the speed at which it slips (rad/s).
+    /// Event indicators; an event is where one changes sign: motor speed (rad/s), torque on the
+    /// screw, whose sign makes the gear factor jump, and electromagnetic torque (N·m); DC-link
+    /// voltage above the undervoltage limit (V); of an applied brake, its torque reserve while it
+    /// holds (N·m), or the speed at which it slips (rad/s).
     #[must_use]
     pub fn indicators(&self, s: &State, u: &Input, slip: f64) -> [f64; INDICATORS] {
         let p = &*self.at_temperature(&s.thermal);
-        let held = self.present(p, s, u, slip);
+        let held = self.instant_conditions(p, s, u, slip);
         let now = self.instant(&s.point(), u, &held);
         let above = match self.electric.undervoltage {
             0.0 => 1.0,
             threshold => self.link_voltage(u) - threshold,
         };
-        let behind = if s.tripped { -BEHIND } else { BEHIND };
+        let behind = if s.tripped { -OVERSHOOT } else { OVERSHOOT };
         let brake = match held.brake {
-            Holding::Released => 1.0,
-            Holding::Holds => self.brake().torque - now.torque_left.abs() + BEHIND,
-            Holding::Slips(_) => slip * s.w_m + BEHIND,
+            BrakeState::Released => 1.0,
+            BrakeState::Holds => self.brake().torque - now.torque_left.abs() + OVERSHOOT,
+            BrakeState::Slips(_) => slip * s.w_m + OVERSHOOT,
         };
         [s.w_m, now.tau_load, now.tau_e, above + behind, brake]
     }
 
-    /// The state behind what happens now, and which way an applied brake slips: a drive that trips
-    /// or is disabled loses its currents; a brake that slipped until the shaft came to rest holds
-    /// it, if it can.
+    /// The state after an event, and the direction in which an applied brake slips: a drive that
+    /// trips or is disabled loses its currents; a brake holds a shaft that has come to rest, if it
+    /// can.
     #[must_use]
-    pub fn switched_to(&self, s: &State, u: &Input, slip: f64) -> (State, f64) {
-        let mut next = self.switched(s, u);
+    pub fn after_event(&self, s: &State, u: &Input, slip: f64) -> (State, f64) {
+        let mut next = self.update_gates(s, u);
         if !(u.brake || next.tripped) {
             return (next, 0.0);
         }
@@ -124,18 +124,18 @@ impl Emla {
             next.w_m = 0.0;
         }
         let p = &*self.at_temperature(&next.thermal);
-        let held = self.present(p, &next, u, 0.0);
+        let held = self.instant_conditions(p, &next, u, 0.0);
         let slip = match self.braking(&next.point(), u, &held) {
-            Holding::Slips(torque) => torque.signum(),
+            BrakeState::Slips(torque) => torque.signum(),
             _ => 0.0,
         };
         (next, slip)
     }
 
-    /// The state with what is observed from time to time: the network's answer at this torque and
-    /// speed, and as means over a step, which has no length, the present values.
+    /// The state with the network's outputs at its torque and speed, and with present values in
+    /// place of the means over a step.
     #[must_use]
-    pub fn observed(&self, s: &State, u: &Input) -> State {
+    pub fn with_observations(&self, s: &State, u: &Input) -> State {
         let p = &*self.at_temperature(&s.thermal);
         let mut next = *s;
         next.residual = self.residual(maps::torque(p, s.i_d, s.i_q), s.w_m);

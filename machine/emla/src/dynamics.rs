@@ -1,4 +1,4 @@
-//! Equations of motion: the rates of the state, and the powers and energies of one instant.
+//! Equations of motion: the state's time derivative, and powers and energies at one instant.
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
@@ -52,10 +52,10 @@ impl Emla {
     /// both m, between two steps in state `s`.
     ///
     /// An importer that prescribes the motion sets a velocity for a step and afterwards the
-    /// position that the rod has reached. The two differ by `½·a·h²`, and the rod jumps by that.
-    /// The energy that the spring gives or takes in the jump crosses the border between two steps;
-    /// it is the shift in `energy.in = energy.out + shift + energy.loss + Δenergy.stored`. Over a
-    /// motion from rest to rest it nearly cancels, unless a brake stops the shaft.
+    /// position that the rod has reached. The two differ by `½·a·h²`, by which the rod jumps. The
+    /// spring's energy in the jump is the shift in
+    /// `energy.in = energy.out + shift + energy.loss + Δenergy.stored`. Over a motion from rest to
+    /// rest it nearly cancels, unless a brake stops the shaft.
     pub fn work_of_shift(&self, s: &State, from: f64, to: f64) -> f64 {
         let nut = maps::travel_per_radian(&self.p) * s.theta_m;
         let elastic = |x: f64| 0.5 * maps::stiffness(&self.p, x) * (nut - x) * (nut - x);
@@ -84,8 +84,8 @@ pub(crate) fn power_in(now: &Instant, losses: &Losses) -> f64 {
     1.5 * now.v.dot(now.i) + losses.core + losses.inverter
 }
 
-/// Power given to the load, W: what crosses the actuator's mechanical border, which lies before
-/// the rod's mass in [`Drive::Motion`] and behind it in [`Drive::Force`].
+/// Power to the load, W: that of the force on the rod in [`Drive::Motion`], whose mass belongs to
+/// the load, and of the external force in [`Drive::Force`].
 pub(crate) fn power_out(drive: Drive, now: &Instant, u: &Input) -> f64 {
     match drive {
         Drive::Motion => now.F * now.x_dot,

@@ -1,6 +1,6 @@
-//! Efficiency on the quasi-static maps.
+//! Efficiency at an operating point, from the quasi-static maps, and its derivative.
 
-/// Efficiency of an operating point and, when all its quantities move, its derivative.
+/// Efficiency of an operating point.
 ///
 /// Source: `[paper]` Eq. (eq:dnn_prediction_efficiency), with P_mech counted once: `τ_e·w_m`
 /// already feeds the mechanical losses, so only the electrical ones (copper, core, inverter) are
@@ -9,8 +9,8 @@
 /// τ_e > 0, w_m > 0 (I):   η = P_out/(τ_e w_m + P_el)
 /// τ_e > 0, w_m < 0 (IV):  η = (|τ_e w_m| − P_el)/|P_out|
 /// ```
-/// `P_out` is the power of a quasi-static map, so energy moving in and out of the stores does not
-/// disturb the ratio. It is kept in [0, 1]: near standstill friction or the copper losses take all.
+/// `P_out` is the power of a quasi-static map, so changes of the stored energy do not affect η. It
+/// is limited to [0, 1]: near standstill friction or copper losses exceed the power.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Efficiency {
     numerator: f64,
@@ -45,8 +45,8 @@ pub(crate) fn is_defined(tau_e: f64, w_m: f64) -> bool {
 }
 
 impl Efficiency {
-    /// At the torque `tau_e` and the motor speed `w_m`, where it is defined.
-    pub(crate) fn of(powers: Powers, tau_e: f64, w_m: f64) -> Option<Self> {
+    /// The efficiency at torque `tau_e`, N·m, and motor speed `w_m`, rad/s; None where undefined.
+    pub(crate) fn new(powers: Powers, tau_e: f64, w_m: f64) -> Option<Self> {
         let generating = w_m < 0.0;
         let (numerator, denominator) = powers.fraction(generating);
         is_defined(tau_e, w_m).then_some(Self {
@@ -63,7 +63,7 @@ impl Efficiency {
         (self.numerator / self.denominator).min(1.0)
     }
 
-    /// Derivative when the powers change at `dot`; zero at the ends of [0, 1].
+    /// Derivative for the derivatives `dot` of the powers; zero at the ends of [0, 1].
     pub(crate) fn tangent(self, dot: Powers) -> f64 {
         let value = self.value();
         if value <= 0.0 || value >= 1.0 {
@@ -107,7 +107,7 @@ mod tests {
                 electrical: 0.5,
                 out: 3.0,
             };
-            let efficiency = Efficiency::of(powers, 1.0, w_m).expect("a torque");
+            let efficiency = Efficiency::new(powers, 1.0, w_m).expect("a torque");
             (efficiency.value(), efficiency.tangent(dot))
         };
         // Motoring: out/(shaft + electrical); its derivative is (3 − η·2.5)/(shaft + electrical).

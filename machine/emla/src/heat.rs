@@ -1,4 +1,4 @@
-//! Heat of winding and housing, and what their temperatures change.
+//! Temperatures of winding and housing, and their effect on resistance and magnets.
 //!
 //! Source: F. P. Incropera et al., *Fundamentals of Heat and Mass Transfer*, lumped capacitance.
 
@@ -7,10 +7,8 @@ use crate::state::{State, Thermal};
 use machine_file::{Heat, Temperature};
 use std::borrow::Cow;
 
-/// Largest part of the faster time constant that one Runge–Kutta step covers; it misses `e^z` by
-/// z⁵/120.
+/// Longest Runge–Kutta step over the faster time constant; the error of `e^z` is z⁵/120.
 const SHARE: f64 = 0.02;
-/// Most of these in a step.
 const MAX_STEPS: f64 = 1e6;
 
 impl Emla {
@@ -36,8 +34,8 @@ impl Emla {
         })
     }
 
-    /// Change of resistance and flux along a change of the temperatures.
-    pub(crate) fn warmed_tangent(&self, change: &Thermal) -> (f64, f64) {
+    /// Derivatives of resistance and flux for the derivatives `change` of the temperatures.
+    pub(crate) fn temperature_tangent(&self, change: &Thermal) -> (f64, f64) {
         if !self.electric.temperature {
             return (0.0, 0.0);
         }
@@ -51,7 +49,7 @@ impl Emla {
     /// C_w Ṫ_w = P_copper − (T_w − T_h)/R_wh
     /// C_h Ṫ_h = P_core + P_mech + (T_w − T_h)/R_wh − (T_h − T_a)/R_ha
     /// ```
-    pub(crate) fn warming(
+    pub(crate) fn temperature_rates(
         &self,
         now: &Thermal,
         T_ambient: f64,
@@ -68,7 +66,7 @@ impl Emla {
         }
     }
 
-    /// Heat to the air at these temperatures, W; none while heat is off.
+    /// Heat flow to the air at these temperatures, W; 0 if heat is not modelled.
     pub(crate) fn heat_flow(&self, now: &Thermal, T_ambient: f64) -> f64 {
         if self.electric.heat {
             (now.T_housing - T_ambient) / self.heat().R_ha
@@ -77,24 +75,22 @@ impl Emla {
         }
     }
 
-    /// Heat held in winding and housing, J, from the reference temperature on.
+    /// Heat stored in winding and housing above the reference temperature, J.
     pub(crate) fn heat_held(&self, now: &Thermal) -> f64 {
         let zero = self.temperature().reference;
         self.heat_rise(now.T_winding - zero, now.T_housing - zero)
     }
 
-    /// Heat that warms winding and housing by so many K, J.
+    /// Heat for these temperature rises of winding and housing, K, in J.
     pub(crate) fn heat_rise(&self, winding: f64, housing: f64) -> f64 {
         let h = self.heat();
         h.C_w * winding + h.C_h * housing
     }
 
-    /// The temperatures after a step of `h` s from `start` to `end` with its mean losses; None
-    /// where the step is too long for these time constants.
-    ///
-    /// The losses of a step depend on its temperatures by `R_s(T)` and `λ_m(T)`, which are held
-    /// over the step: an error of first order, h/2 late, of 1e-8 of the temperature rise at 1 ms.
-    pub(crate) fn warmed(
+    /// The temperatures after a step of `h` s from `start` to `end` with its mean losses; None if
+    /// the step is too long for the time constants. `R_s(T)` and `λ_m(T)` are held over the step, a
+    /// first-order error (h/2 late), 1e-8 of the temperature rise at 1 ms.
+    pub(crate) fn temperatures_after(
         &self,
         start: &State,
         end: &State,
@@ -111,7 +107,7 @@ impl Emla {
             return None;
         }
         let dt = h / n;
-        let rates = |now: &Thermal| self.warming(now, T_ambient, copper / h, other / h);
+        let rates = |now: &Thermal| self.temperature_rates(now, T_ambient, copper / h, other / h);
         let mut now = start.thermal;
         for _ in 0..n as u32 {
             let a = rates(&now);

@@ -1,15 +1,16 @@
-//! Everything that holds at one instant: spring, friction, transmission, motor.
+//! The algebraic part of the model: spring force, friction, transmission and motor torque at one
+//! instant, from which rates and outputs are computed.
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
 use crate::state::Point;
 use crate::{maps, motor};
-use machine_file::{ActuatorInput as Input, Dq, Drive, Holding};
+use machine_file::{ActuatorInput as Input, BrakeState, Dq, Drive};
 
-/// What follows from state and inputs at one instant.
+/// Quantities that follow from state and inputs at one instant.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Instant {
-    /// Voltage after the limit, V.
+    /// Voltage after limitation, V.
     pub v: Dq,
     /// Current, A.
     pub i: Dq,
@@ -43,15 +44,13 @@ pub(crate) struct Instant {
     pub tau_load: f64,
     /// Gear factor.
     pub k: f64,
-    /// What is left to accelerate, but for a brake that holds, N·m.
+    /// Accelerating torque, as if a holding brake were released, N·m.
     pub torque_left: f64,
     /// Motor acceleration, rad/s².
     pub w_m_dot: f64,
 }
 
 impl Emla {
-    /// Everything at one instant.
-    ///
     /// Source: `[paper]` Eq. (eq:backdrive_torque) for the spring; Eq. (eq:rotor_dynamics), Eq.
     /// (eq:gear_torque) and Eq. (eq:screw_dynamics) merged into one equation, because a rigid gear
     /// has one degree of freedom:
@@ -59,7 +58,7 @@ impl Emla {
     /// F_spring = C_b (ẋ_n − ẋ) + K_b(x)·(x_n − x),   F = F_spring − C_act ẋ,   F_nut = F_spring − α·dF
     /// (J_m + k J_s/N²) ẇ_m = τ_e − C_m w_m − τ_C tanh(w_m/w_C) − k (C_s w_m/N + lead·F_nut)/N
     /// ```
-    #[inline(always)] // so that what depends on parameters only moves out of the loops of a step
+    #[inline(always)] // so that parameter-only expressions move out of the substep loops
     pub(crate) fn instant(&self, s: &Point, u: &Input, held: &Conditions) -> Instant {
         let p = held.p;
         let (x, x_dot) = match held.drive {
@@ -83,7 +82,7 @@ impl Emla {
         if !held.is_plain() {
             torque_left -= held.brake.torque();
             w_m_dot = match held.brake {
-                Holding::Holds => 0.0,
+                BrakeState::Holds => 0.0,
                 _ => torque_left / maps::inertia(p, k),
             };
             if !held.gates {

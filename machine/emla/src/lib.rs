@@ -1,17 +1,17 @@
-//! Electromechanical linear actuator: a permanent-magnet synchronous motor drives a nut over a gear
-//! and a ball screw; the nut pushes a rod through a spring and a damper.
+//! The paper's model of the electromechanical linear actuator (EMLA): a permanent-magnet
+//! synchronous motor drives a nut through a gear and a ball screw; the nut pushes a rod through a
+//! spring and a damper. The FMU `Emla` wraps it, and the controller uses its [`maps`] with nominal
+//! parameters.
 //!
-//! Source: section "Integrated Dynamic Model of the EMLA" of the paper; its equation labels stand
-//! at the functions, and so does each departure from it. Quantities in dq coordinates are
-//! peak-valued and oriented to the rotor flux. The rod's position `x` and its force `F` are
-//! positive when the actuator extends. SI units throughout.
+//! Source: section "Integrated Dynamic Model of the EMLA" of the paper; each function names its
+//! equation and any departure from it. Quantities in dq coordinates are peak-valued and oriented to
+//! the rotor flux. The rod's position `x` and its force `F` are positive when the actuator extends.
+//! SI units throughout.
 //!
-//! [`Emla`] is the configuration, immutable after [`Emla::new`]; [`State`] is what changes and is
-//! passed by value, so a step that fails leaves everything as it was. Two drive modes:
-//! in [`Drive::Motion`] the mechanism prescribes the rod's motion and the actuator answers with its
-//! force; in [`Drive::Force`] the rod is a free mass with an external force on it.
-//!
-//! The maps in [`maps`] need only parameters; the controller calls them with its own nominal set.
+//! [`Emla`] is the configuration; [`State`] is passed by value, so a step that fails changes
+//! nothing. There are two drive modes: in [`Drive::Motion`] the mechanism prescribes the rod's
+//! motion and the actuator's force is the output; in [`Drive::Force`] the rod is a free mass under
+//! an external force.
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // the paper's symbols
 
@@ -37,13 +37,13 @@ mod switching;
 mod tangent;
 mod tanh;
 
-pub use actuator::{Emla, Unbounded};
+pub use actuator::{Emla, NoErrorBound};
 pub use continuous::INDICATORS;
 pub use machine_file::{ActuatorInput as Input, Dq, Drive};
 pub use model_rules::StepError;
 pub use options::Electric;
 pub use output::Output;
-pub use residual::Untrained;
+pub use residual::UntrainedPoint;
 pub use state::{Balance, LossKinds, Residual, State, Thermal};
 pub use surrogate::{
     EfficiencyBound, LayerFile, MinMax, Ranges, Split, Surrogate, SurrogateError, SurrogateFile,

@@ -1,4 +1,4 @@
-//! Where power goes.
+//! Losses of the actuator by kind: copper, iron, inverter, friction.
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
@@ -12,9 +12,8 @@ use std::f64::consts::FRAC_2_PI;
 pub(crate) struct Losses {
     /// Copper, `3/2·R_s·(i_d² + i_q²)`.
     pub copper: f64,
-    /// Iron, `(k_h·|w_e| + k_e·w_e²)·(λ_d² + λ_q²)`; a parallel loss, without a torque of its own.
-    /// The DC side supplies it, so there is none while the gates are off: the drag of the iron on a
-    /// turning rotor, 0.2 N·m here, is left out.
+    /// Iron, `(k_h·|w_e| + k_e·w_e²)·(λ_d² + λ_q²)`; a parallel loss without torque. The DC side
+    /// supplies it, so it is 0 while the gates are off (neglecting a drag of 0.2 N·m here).
     pub core: f64,
     /// Inverter, conduction `3·(2/π·v_0·i + r_0·i²/2)` and switching `6/π·f_sw·k_sw·v_dc·i` at the
     /// voltage of the DC link.
@@ -27,15 +26,14 @@ pub(crate) struct Losses {
     pub screw: f64,
     /// Damping between nut and rod, `C_b·(ẋ_n − ẋ)²`.
     pub nut: f64,
-    /// Holding brake while it slips, its torque times `w_m`.
+    /// Slipping holding brake, its torque times `w_m`.
     pub brake: f64,
     /// Viscous friction of the rod, `C_act·ẋ²`.
     pub rod: f64,
     /// Power of the network's residual force, `−α·dF·ẋ_n`; of either sign.
     pub residual: f64,
-    /// `−½·K_b'(x)·ẋ·(x_n − x)²`: the spring's stiffness varies with x, but the paper's force law
-    /// has no term for it, so a moving rod gains or loses this power (of either sign, some 5·10⁻⁵
-    /// of `F·ẋ`).
+    /// `−½·K_b'(x)·ẋ·(x_n − x)²`, of either sign, some 5·10⁻⁵ of `F·ẋ`: the stiffness varies with
+    /// x, for which the paper's force law has no term.
     pub stiffness: f64,
 }
 
@@ -64,7 +62,7 @@ impl Losses {
 }
 
 /// Iron loss per squared flux linkage at electrical speed `w_e`, W/Wb², and its derivative by
-/// `w_e`; at rest, where it has a kink, the mean of both sides.
+/// `w_e`; at rest, where it has a kink, the mean of the one-sided derivatives.
 pub(crate) fn core_loss(p: &machine_file::Emla, w_e: f64) -> (f64, f64) {
     let Some(machine_file::CoreLosses { k_h, k_e }) = p.core else {
         return (0.0, 0.0);
@@ -76,11 +74,9 @@ pub(crate) fn core_loss(p: &machine_file::Emla, w_e: f64) -> (f64, f64) {
     )
 }
 
-/// Inverter loss at current amplitude `i`, A, and DC-link voltage `v_dc`, V, in W, and its
-/// derivatives by `i`, V, and by `v_dc`, A.
-///
-/// Two-level inverter, sinusoidal current: always one device per leg conducts, and the mean of |i|
-/// over a period is `2i/π`.
+/// Inverter loss, W, at current amplitude `i`, A, and DC-link voltage `v_dc`, V, and its
+/// derivatives by `i`, V, and by `v_dc`, A. Two-level inverter, sinusoidal current: always one
+/// device per leg conducts, and the mean of |i| over a period is `2i/π`.
 pub(crate) fn inverter_loss(p: &machine_file::Emla, i: f64, v_dc: f64) -> (f64, f64, f64) {
     let Some(c) = p.inverter else {
         return (0.0, 0.0, 0.0);

@@ -1,9 +1,9 @@
-//! Maps that need parameters only: transmission, gear loss, stiffness, torque, and the quasi-static
-//! force of the whole actuator with its inverse. The controller calls them with its own nominal
-//! parameters, so a mismatch to the plant is one file away.
+//! Static maps of the actuator, functions of parameters and operating point alone: transmission,
+//! gear loss, stiffness, torque, and the quasi-static force of the whole actuator with its inverse.
+//! The controller calls them with its own nominal parameters.
 //!
-//! Quotients of parameters stand first in a product (`1/N·τ`, not `τ/N`): the compiler takes them
-//! out of the loop over the substeps, where a division costs as much as ten sums.
+//! Quotients of parameters come first in a product (`1/N·τ`, not `τ/N`): the compiler then moves
+//! them out of the loop over the substeps, where a division costs as much as ten sums.
 
 use crate::motor;
 use crate::tanh::tanh;
@@ -50,7 +50,7 @@ pub fn stiffness(p: &Emla, x: f64) -> f64 {
 /// [`stiffness`] and its derivative with respect to x, N/m²: `K_b' = −K_b²·(1/K_b)'`.
 #[inline(always)]
 pub fn stiffness_and_slope(p: &Emla, x: f64) -> (f64, f64) {
-    // Not `clamp`, which panics for a senseless L_s: a saved state that was damaged may hold one.
+    // Not `clamp`, which panics if L_s is negative, as it may be in a damaged saved state.
     let inside = x.max(0.0).min(p.L_s);
     let l_s = inside - 1.0 / p.L_s * (inside * inside);
     let fixed = 1.0 / (2.0 * p.K_br) + 1.0 / p.K_n + 1.0 / p.K_r;
@@ -129,11 +129,9 @@ pub fn screw_load(p: &Emla, F_nut: f64, w_m: f64) -> f64 {
     p.C_s / p.N_gear * w_m + lead(p) * F_nut
 }
 
-/// Inertia that the motor accelerates, kg·m²: `J_m + k J_s/N²`.
-///
-/// Rotor, gear and screw equations of the paper over-determine the rigid gear; this is their single
-/// inertia. It replaces the dimensionally wrong `J_m + M_act/(N + η_f)` of Eq.
-/// (eq:current_q_required).
+/// Inertia that the motor accelerates, kg·m²: `J_m + k J_s/N²`, the single inertia of the rigid
+/// gear, which the paper's rotor, gear and screw equations over-determine. It replaces the
+/// dimensionally wrong `J_m + M_act/(N + η_f)` of Eq. (eq:current_q_required).
 pub fn inertia(p: &Emla, k: f64) -> f64 {
     p.J_m + p.J_s / (p.N_gear * p.N_gear) * k
 }
@@ -143,7 +141,7 @@ pub fn inertia(p: &Emla, k: f64) -> f64 {
 /// ```text
 /// τ_e = (J_m + k J_s/N²) ẇ_m + C_m w_m + τ_C tanh(w_m/w_C) + k (C_s w_m/N + lead·F_nut)/N
 /// ```
-/// The rod's own mass is not included: coupled to a mechanism it belongs to that mechanism.
+/// The rod's mass is not included; it belongs to the mechanism that the rod is coupled to.
 pub fn required_torque(p: &Emla, F: f64, w_m: f64, w_m_dot: f64) -> f64 {
     let F_nut = F + p.C_act * travel_per_radian(p) * w_m;
     let tau_load = screw_load(p, F_nut, w_m);
@@ -153,9 +151,7 @@ pub fn required_torque(p: &Emla, F: f64, w_m: f64, w_m_dot: f64) -> f64 {
 
 /// Quasi-static force on the load at torque `tau_e` and constant motor speed `w_m`, N:
 /// `F_ext(θ̇_m, τ_e)` of Eq. (eq:residual_blending_hat), the inverse of [`required_torque`] at
-/// `ẇ_m = 0`.
-///
-/// k > 0, so the load's sign is that of the torque left over after the motor's friction.
+/// `ẇ_m = 0`. As k > 0, the load has the sign of the torque minus the motor's friction.
 pub fn quasi_static_force(p: &Emla, tau_e: f64, w_m: f64) -> f64 {
     let tau = tau_e - motor_friction(p, w_m);
     let tau_load = p.N_gear * tau / gear_factor(p, tau, w_m);

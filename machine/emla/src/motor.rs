@@ -1,4 +1,4 @@
-//! Permanent-magnet synchronous motor in rotor coordinates.
+//! Electrical equations of the permanent-magnet synchronous motor in dq coordinates.
 
 use machine_file::Dq;
 
@@ -25,8 +25,8 @@ pub(crate) fn di_dt(p: &machine_file::Emla, v: Dq, i: Dq, lambda: Dq, w_e: f64) 
     }
 }
 
-/// Derivative of [`Dq::limited`] at `v` along `dv` and `d_largest`: outside the circle the turn
-/// remains, and the circle's growth.
+/// Derivative of [`Dq::limited`] at `v` along `dv` and `d_largest`. Outside the circle only the
+/// rotation of `v` and the change of the radius r count:
 /// ```text
 /// d(v·r/|v|) = (r/|v|)·(dv − v (v·dv)/|v|²) + (v/|v|)·dr
 /// ```

@@ -1,14 +1,14 @@
-//! Options of the electrical side: undervoltage trip, heat, temperature.
+//! Options of the electrical side that go beyond the paper: undervoltage trip, heat, temperature.
 
 use serde::{Deserialize, Serialize};
 
-/// What of the electrical side is modelled beyond the paper; by default nothing.
+/// Options of the electrical side; by default all off, as in the paper.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Electric {
     /// Voltage of the DC link below which an enabled drive trips, V; 0: never.
     pub undervoltage: f64,
-    /// Whether the losses warm winding and housing; else these stay at their start.
+    /// Whether the losses heat winding and housing; otherwise their temperatures are constant.
     pub heat: bool,
-    /// Whether resistance and magnets follow their temperature.
+    /// Whether resistance and flux depend on the temperatures.
     pub temperature: bool,
 }

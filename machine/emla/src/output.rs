@@ -1,4 +1,4 @@
-//! Outputs at one instant.
+//! Outputs of the actuator at one instant: forces, motion, currents, powers, energies, efficiency.
 
 use crate::actuator::Emla;
 use crate::dynamics::{power_in, power_out};
@@ -8,7 +8,7 @@ use crate::state::State;
 use machine_file::{ActuatorInput as Input, link_current};
 use serde::{Deserialize, Serialize};
 
-/// Outputs, of the state and the current inputs.
+/// Outputs for a state and the present inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Output {
     /// Force on the load, N, positive when the actuator pushes; see [`Emla::with_delay`].
@@ -25,9 +25,9 @@ pub struct Output {
     pub x_rod: f64,
     /// Rod velocity, m/s.
     pub x_rod_dot: f64,
-    /// Position of the free rod, m; in [`crate::Drive::Motion`] that of the start.
+    /// Position of the free rod, m; in [`crate::Drive::Motion`] the start value.
     pub x_free: f64,
-    /// Velocity of the free rod, m/s; in [`crate::Drive::Motion`] that of the start.
+    /// Velocity of the free rod, m/s; in [`crate::Drive::Motion`] the start value.
     pub x_free_dot: f64,
     /// Rod velocity of the network, m/s; 0 without one.
     pub x_dot_net: f64,
@@ -47,7 +47,7 @@ pub struct Output {
     pub P_in: f64,
     /// Mean of `P_in` over the last step, W.
     pub P_in_mean: f64,
-    /// Current from the DC side, A: `v_dc·i_dc = P_in`; none from a link below 1 V.
+    /// Current from the DC side, A: `v_dc·i_dc = P_in`; 0 from a link below 1 V.
     pub i_dc: f64,
     /// Mean of `i_dc` over the last step, A.
     pub i_dc_mean: f64,
@@ -74,14 +74,13 @@ pub struct Output {
     pub E_loss: f64,
     /// Energy stored in field, rotating parts, spring and free rod, J.
     pub E_stored: f64,
-    /// Heat given to the air, W; 0 while heat is off.
+    /// Heat flow to the air, W; 0 if heat is not modelled.
     pub P_heat: f64,
-    /// Part of `E_loss` that was lost in the inverter, whose heat does not reach the motor, J;
-    /// counted while heat is on.
+    /// Part of `E_loss` in the inverter, which has its own cooling, J; 0 without heat.
     pub E_inverter: f64,
     /// Heat given to the air since the start, J.
     pub E_heat: f64,
-    /// Heat held in winding and housing from the reference temperature on, J.
+    /// Heat stored in winding and housing above the reference temperature, J.
     pub E_thermal: f64,
     /// Temperature of the winding, K.
     pub T_winding: f64,
@@ -97,10 +96,10 @@ pub struct Output {
     pub efficiency_net: f64,
     /// Whether the efficiency is defined: τ_e > 0 and w_m ≠ 0 (quadrants I and IV).
     pub efficiency_valid: bool,
-    /// Whether torque and speed lie where the network was trained.
+    /// Whether torque and speed are in the network's trained range.
     pub in_trained_range: bool,
-    /// Interval of the efficiency about the network's; [0, 1] where it is not asked for
-    /// ([`Emla::with_interval`]) and where the efficiency is not defined.
+    /// Interval of the efficiency around the network's; [0, 1] without [`Emla::with_interval`] and
+    /// where the efficiency is not defined.
     pub efficiency_interval: [f64; 2],
 }
 
@@ -109,7 +108,7 @@ impl Emla {
     #[must_use]
     pub fn output(&self, s: &State, u: &Input) -> Output {
         let p = self.at_temperature(&s.thermal);
-        let held = self.held(&p, s, u);
+        let held = self.conditions(&p, s, u);
         let now = self.instant(&s.point(), u, &held);
         let losses = self.losses(&now, &held);
         let F_phys = maps::quasi_static_force(&self.p, now.tau_e, now.w_m);
@@ -121,7 +120,7 @@ impl Emla {
                 electrical: losses.electrical(),
                 out,
             };
-            Efficiency::of(powers, now.tau_e, now.w_m).map_or(0.0, Efficiency::value)
+            Efficiency::new(powers, now.tau_e, now.w_m).map_or(0.0, Efficiency::value)
         };
         let net = &s.residual;
         let efficiency_phys = efficiency(F_phys * now.x_n_dot);
@@ -137,7 +136,7 @@ impl Emla {
             x_free: s.x,
             x_free_dot: s.x_dot,
             x_dot_net: net.x_dot_net,
-            x_dot_hyb: self.blended(now.x_n_dot, net.x_dot_net),
+            x_dot_hyb: self.blend(now.x_n_dot, net.x_dot_net),
             i_d: s.i_d,
             i_q: s.i_q,
             theta_m: s.theta_m,
@@ -165,15 +164,15 @@ impl Emla {
             T_winding: s.thermal.T_winding,
             T_housing: s.thermal.T_housing,
             tripped: s.tripped,
-            efficiency: self.blended(efficiency_phys, efficiency_net),
+            efficiency: self.blend(efficiency_phys, efficiency_net),
             efficiency_phys,
             efficiency_net,
             efficiency_valid: valid,
             in_trained_range: net.in_trained_range,
             efficiency_interval: match (&self.bound, &self.surrogate) {
                 (Some(bound), Some(network)) if valid => {
-                    let cut = self.held_back(network, now.tau_e, now.w_m) * now.x_n_dot;
-                    let half = bound.half((net.F_net * net.x_dot_net).abs(), cut.abs());
+                    let cut = self.force_held_back(network, now.tau_e, now.w_m) * now.x_n_dot;
+                    let half = bound.half_width((net.F_net * net.x_dot_net).abs(), cut.abs());
                     [-half, half].map(|side| (efficiency_net + side).clamp(0.0, 1.0))
                 }
                 _ => [0.0, 1.0],
@@ -181,9 +180,8 @@ impl Emla {
         }
     }
 
-    /// `physics + α·(network − physics)`, Eq. (eq:residual_blending_hat); α counts only with a
-    /// network.
-    pub(crate) fn blended(&self, physics: f64, network: f64) -> f64 {
+    /// `physics + α·(network − physics)`, Eq. (eq:residual_blending_hat); α = 0 without one.
+    pub(crate) fn blend(&self, physics: f64, network: f64) -> f64 {
         match self.surrogate {
             Some(_) => physics + self.alpha * (network - physics),
             None => physics,

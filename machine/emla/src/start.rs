@@ -1,4 +1,4 @@
-//! The state at the start: in equilibrium with a load.
+//! The start state: in equilibrium with a load, at rest or in steady motion.
 
 use crate::actuator::Emla;
 use crate::maps;
@@ -6,7 +6,7 @@ use crate::state::{Balance, LossKinds, Residual, State, Thermal};
 use machine_file::ActuatorInput as Input;
 use model_rules::StepError;
 
-/// Secant steps for the torque of the start; the residual is smooth, so a handful converges.
+/// Largest number of secant steps for the start torque; the residual is smooth, a few suffice.
 const STEADY_STEPS: u32 = 20;
 
 impl Emla {
@@ -16,9 +16,6 @@ impl Emla {
     /// w_m = 2πN/ρ·ẋ,   x_n = x + (F_hold + C_act ẋ)/K_b(x),   i_d = 0,   i_q = τ_e/(3/2·p·λ_m)
     /// ```
     /// with τ_e of [`maps::required_torque`]. At rest all friction is zero.
-    ///
-    /// # Errors
-    /// [`StepError::NotFinite`] for inputs that are not finite.
     pub fn start(&self, u: &Input) -> Result<State, StepError> {
         let reference = self.temperature().reference;
         self.start_at(u, [reference; 2])
@@ -26,9 +23,6 @@ impl Emla {
 
     /// [`Emla::start`] with these temperatures of winding and housing, K. A drive that starts
     /// disabled or below its undervoltage carries no current.
-    ///
-    /// # Errors
-    /// [`StepError::NotFinite`] for inputs that are not finite.
     pub fn start_at(
         &self,
         u: &Input,
@@ -59,7 +53,7 @@ impl Emla {
         state = State {
             energy: Balance::default(),
             kinds: LossKinds::default(),
-            ..self.switched(&state, u)
+            ..self.update_gates(&state, u)
         };
         let now = self.output(&state, u);
         (state.P_in_mean, state.i_dc_mean) = (now.P_in, now.i_dc);
@@ -67,8 +61,8 @@ impl Emla {
         Ok(state)
     }
 
-    /// Torque that delivers `F` steadily at `w_m`, and the residual there: secant steps on
-    /// `F_qs(τ) + α·dF(τ) = F`. Without a network the first of them is exact.
+    /// Torque for the steady force `F` at speed `w_m`, and the residual there: secant steps on
+    /// `F_qs(τ) + α·dF(τ) = F`. Without a network the first is exact.
     fn steady_torque(&self, F: f64, w_m: f64) -> (f64, Residual) {
         let p = &self.p;
         let at = |tau_e: f64| {

@@ -1,17 +1,17 @@
-//! Everything that changes while the actuator runs, and its rates.
+//! The actuator's state, the part of it that is integrated, and its time derivative.
 
 use machine_file::Dq;
 use model_rules::{StepError, check_finite};
 use serde::{Deserialize, Serialize};
 
-/// Everything that changes while the actuator runs.
+/// State of the actuator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Direct-axis current, A (peak).
     pub i_d: f64,
     /// Quadrature-axis current, A (peak).
     pub i_q: f64,
-    /// Motor angle, rad; the nut stands at `x_n = ρ/(2πN)·θ_m`.
+    /// Motor angle, rad; the nut position is `x_n = ρ/(2πN)·θ_m`.
     pub theta_m: f64,
     /// Motor speed, rad/s.
     pub w_m: f64,
@@ -21,24 +21,22 @@ pub struct State {
     /// Rod velocity in [`crate::Drive::Force`], m/s; stays at its start value in
     /// [`crate::Drive::Motion`].
     pub x_dot: f64,
-    /// What the network adds to the force; of the state's torque and speed, held over the next
-    /// step.
+    /// The network's residual at the state's torque and speed, held over the next step.
     pub residual: Residual,
-    /// Mean of the force on the load over the last step, N; at the start that force itself.
+    /// Mean force on the load over the last step, N; at the start the present force.
     pub F_mean: f64,
-    /// Mean of the power from the DC side over the last step, W; at the start that power itself.
+    /// Mean power from the DC side over the last step, W; at the start the present power.
     pub P_in_mean: f64,
-    /// Mean of the current from the DC side over the last step, A; at the start that current
-    /// itself.
+    /// Mean current from the DC side over the last step, A; at the start the present current.
     pub i_dc_mean: f64,
-    /// Time by which [`crate::Output::F`] is given ahead, s.
+    /// Time over which [`crate::Output::F`] is predicted, s.
     pub lead: f64,
     /// Energies since the start.
     pub energy: Balance,
     /// Work on the load by shifts of the rod between steps since the start, J: see
     /// [`crate::Emla::work_of_shift`].
     pub shift: f64,
-    /// Losses by where their heat goes.
+    /// Losses by where their heat goes; see [`LossKinds`].
     pub kinds: LossKinds,
     /// Temperatures.
     pub thermal: Thermal,
@@ -46,8 +44,7 @@ pub struct State {
     pub tripped: bool,
 }
 
-/// What crosses the borders of the actuator: energies since the start, J, or the powers that they
-/// change with, W.
+/// Energy balance of the actuator: energies since the start, J, or their rates, W.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Balance {
     /// Taken from the DC side, core and inverter losses included.
@@ -82,13 +79,11 @@ pub(crate) struct Point {
     pub energy: Balance,
 }
 
-/// What the network says, and what it adds to the physics, at one operating point.
+/// Outputs of the network, and its correction of the physics; all zero without a network.
 ///
 /// Source: `[paper]` Eq. (eq:residual_blending_hat), on the quasi-static maps. `α·dF` acts as a
 /// load on the nut, `F_nut = F_spring − α·dF`, so that in steady state the delivered force is
-/// `F_qs + α·dF = F_hyb`. Added on the rod side instead, it would act as a spring force without the
-/// motor's inertia behind it and peak far above the load. The default, all zero, is the actuator
-/// without a network.
+/// `F_qs + α·dF = F_hyb`. On the rod side it would lack the motor's inertia and peak.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Residual {
     /// `F_net − F_qs`, both inside the network's guards, N.
@@ -97,11 +92,11 @@ pub struct Residual {
     pub F_net: f64,
     /// Rod velocity of the network, m/s.
     pub x_dot_net: f64,
-    /// Whether the point lies where the network was trained.
+    /// Whether the point is in the trained range.
     pub in_trained_range: bool,
 }
 
-/// Temperatures and the heat that was given away.
+/// Temperatures and the heat given to the air.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Thermal {
     /// Temperature of the winding, K.
@@ -112,13 +107,12 @@ pub struct Thermal {
     pub given: f64,
 }
 
-/// Losses since the start by where their heat goes, J; counted while heat is on. The rest of the
-/// losses warms the housing.
+/// Losses since the start, J, whose heat does not go to the housing; computed if heat is modelled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LossKinds {
-    /// Copper losses: they warm the winding.
+    /// Copper losses, which heat the winding.
     pub copper: f64,
-    /// Inverter losses: the inverter has its own cooling.
+    /// Losses of the inverter, which has its own cooling.
     pub inverter: f64,
 }
 
@@ -136,11 +130,10 @@ pub(crate) struct Rates {
 }
 
 impl State {
-    /// How many numbers [`State::moving`] gives.
+    /// Number of continuous states.
     pub const MOVING: usize = 13;
 
-    /// What moves continuously: currents, motor, free rod, energies, heat.
-    fn places(&mut self) -> [&mut f64; Self::MOVING] {
+    fn moving_fields(&mut self) -> [&mut f64; Self::MOVING] {
         let (energy, thermal) = (&mut self.energy, &mut self.thermal);
         [
             &mut self.i_d,
@@ -159,16 +152,16 @@ impl State {
         ]
     }
 
-    /// The values of what moves continuously: currents, motor, free rod, energies, heat.
+    /// The continuous states: currents, motor, free rod, energies, heat.
     #[must_use]
     pub fn moving(&self) -> [f64; Self::MOVING] {
         let mut state = *self;
-        state.places().map(|place| *place)
+        state.moving_fields().map(|place| *place)
     }
 
     /// The inverse of [`State::moving`].
     pub fn set_moving(&mut self, moving: &[f64]) {
-        for (place, value) in self.places().into_iter().zip(moving) {
+        for (place, value) in self.moving_fields().into_iter().zip(moving) {
             *place = *value;
         }
     }
@@ -186,8 +179,7 @@ impl State {
         }
     }
 
-    /// That all of it is finite, and so are powers and losses, which are products of up to four of
-    /// its numbers.
+    /// Checks that the state, and products of up to four of its numbers (powers), are finite.
     pub(crate) fn check_finite(&self, t: f64) -> Result<(), StepError> {
         let values = [
             ("i_d", self.i_d),
@@ -218,7 +210,7 @@ impl State {
 }
 
 impl Point {
-    /// `self + dt·rates`; `rates.kinds` are not part of it.
+    /// `self + dt·rates`, without `rates.kinds`.
     #[inline(always)]
     pub(crate) fn advanced(&self, dt: f64, rates: &Rates) -> Self {
         Self {
@@ -245,8 +237,8 @@ impl Point {
 mod tests {
     use super::*;
 
-    /// Found by random calls: currents that ran away within a step were finite, and `P_in`, which is
-    /// ∞ − ∞ then, was not a number.
+    /// Found by random calls: currents that ran away within a step were finite, and `P_in`, which
+    /// is ∞ − ∞ then, was not a number.
     #[test]
     fn numbers_whose_powers_are_no_numbers_are_refused() {
         let run_away = State {

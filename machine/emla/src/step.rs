@@ -4,25 +4,20 @@ use crate::actuator::Emla;
 use crate::conditions::Conditions;
 use crate::maps;
 use crate::state::{LossKinds, Point, Rates, State};
-use machine_file::{ActuatorInput as Input, Drive, Holding, link_current};
+use machine_file::{ActuatorInput as Input, BrakeState, Drive, link_current};
 use model_rules::{MAX_SUBSTEPS, RATE_STEP, RK4_STAGES, StepError, check_step};
 
-/// The electrical mode turned faster than the substep of an attempt resolves, at this motor speed
-/// in rad/s (or not a number).
+/// The substep was too long for the electrical frequency at this motor speed, rad/s (or NaN).
 struct TooCoarse {
     w_m: f64,
 }
 
 impl Emla {
-    /// The state a time `h` after `s`, both times s. `input` gives the inputs a time after the
-    /// start of the step; `t` only names the time in an error.
+    /// The state a time `h`, s, after `s`. `input(s)` gives the inputs `s` seconds into the step;
+    /// `t`, s, is used in error messages only.
     ///
-    /// The substep shrinks (the whole step is taken again) when `p·|w_m|·dt` exceeds 1, beyond the
-    /// reference motor's rated speed: with any bounded voltage and motion the currents stay on the
-    /// stable side of RK4.
-    ///
-    /// # Errors
-    /// An unusable step, or a result that is not finite.
+    /// If `p·|w_m|·dt` exceeds 1 (beyond the reference motor's rated speed), the whole step is
+    /// repeated with shorter substeps, so that the currents stay in RK4's stability region.
     pub fn step(
         &self,
         s: &State,
@@ -36,7 +31,7 @@ impl Emla {
         let switched;
         let mut begun = s;
         if !u.enable || s.tripped || self.link_voltage(u) < self.electric.undervoltage {
-            switched = self.switched(s, u);
+            switched = self.update_gates(s, u);
             begun = &switched;
         }
         let mut n = self.substeps(h);
@@ -47,13 +42,13 @@ impl Emla {
                     next.P_in_mean = (next.energy.supplied - s.energy.supplied) / h;
                     next.i_dc_mean = link_current(next.P_in_mean, self.link_voltage(u));
                     if self.electric.heat {
-                        let warmed = self.warmed(s, &next, u.T_ambient, h);
+                        let warmed = self.temperatures_after(s, &next, u.T_ambient, h);
                         next.thermal = warmed.ok_or(bad_step)?;
                     }
                     next.check_finite(t)?;
                     return Ok(next);
                 }
-                // How much too coarse is not known: the currents may have run away already.
+                // By how much dt is too long is not known: the currents may have diverged already.
                 Err(TooCoarse { w_m }) => (n, last) = (4.0 * n, w_m),
             }
         }
@@ -67,13 +62,13 @@ impl Emla {
         })
     }
 
-    /// In how many substeps a step of `h`, s, is taken, unless the motor is too fast for them.
+    /// Number of substeps in a step of `h`, s, unless the motor is too fast for them.
     pub fn substeps(&self, h: f64) -> f64 {
         model_rules::substeps(h, self.dt_max)
     }
 
-    /// The step in `n` substeps; means of the electrical side and temperatures are those of the
-    /// start. What is rare is decided once: heat, gates that are off, a brake.
+    /// The step in `n` substeps, without updating electrical means and temperatures. Heat, gates
+    /// off and brake, which are rare, have a loop of their own.
     #[inline(always)]
     fn attempt(
         &self,
@@ -84,16 +79,16 @@ impl Emla {
         n: u32,
     ) -> Result<State, TooCoarse> {
         let p = &*self.at_temperature(&start.thermal);
-        let held = self.held(p, start, u);
+        let held = self.conditions(p, start, u);
         let dt = h / f64::from(n);
         let (point, mut kinds) = (start.point(), start.kinds);
         let substeps = (n, dt);
         let s = match self.drive {
             _ if !held.is_plain() || self.electric.heat => {
-                self.braked(point, input, (p, &held), substeps, &mut kinds)?
+                self.substeps_with_brake(point, input, (p, &held), substeps, &mut kinds)?
             }
-            Drive::Motion => self.plain::<true>(point, input, (p, &held), substeps)?,
-            Drive::Force => self.plain::<false>(point, input, (p, &held), substeps)?,
+            Drive::Motion => self.substeps_plain::<true>(point, input, (p, &held), substeps)?,
+            Drive::Force => self.substeps_plain::<false>(point, input, (p, &held), substeps)?,
         };
         Ok(State {
             i_d: s.i_d,
@@ -111,13 +106,11 @@ impl Emla {
         })
     }
 
-    /// `n` substeps of `dt` with the inverter at work, the shaft free, and the rod moved from
-    /// outside or not.
-    ///
-    /// It is not inlined, so that the compiler knows that its arguments do not change, and moves
-    /// everything that depends on parameters only, some 25 divisions, out of the loops.
+    /// `n` substeps of `dt` with gates on, brake released and heat not modelled. Not inlined, so
+    /// that the compiler knows that its arguments are constant and moves some 25 divisions of
+    /// parameters out of the loop.
     #[inline(never)]
-    fn plain<const MOTION: bool>(
+    fn substeps_plain<const MOTION: bool>(
         &self,
         mut s: Point,
         input: &impl Fn(f64) -> Input,
@@ -128,7 +121,7 @@ impl Emla {
             p,
             drive: if MOTION { Drive::Motion } else { Drive::Force },
             gates: true,
-            brake: Holding::Released,
+            brake: BrakeState::Released,
             ..*held
         };
         for j in 0..n {
@@ -138,12 +131,11 @@ impl Emla {
         Ok(s)
     }
 
-    /// The same with what is rare: heat, gates off, a brake. A brake that slips stops a shaft that
-    /// would turn back within the substep: what is left of its energy is lost there, and the next
-    /// substep finds it at rest.
+    /// `n` substeps of `dt` with heat, gates off or a brake. A slipping brake stops a shaft that
+    /// would reverse within the substep; the rest of its kinetic energy is lost there.
     #[cold]
     #[inline(never)]
-    fn braked(
+    fn substeps_with_brake(
         &self,
         mut s: Point,
         input: &impl Fn(f64) -> Input,
@@ -154,7 +146,7 @@ impl Emla {
         let mut held = Conditions { p, ..*held };
         for j in 0..n {
             let t = f64::from(j) * dt;
-            if held.brake != Holding::Released {
+            if held.brake != BrakeState::Released {
                 held.brake = self.braking(&s, &input(t), &held);
             }
             s = self.rk4(&s, input, &held, t, dt, |dt, rates| {
@@ -171,9 +163,8 @@ impl Emla {
     }
 
     /// One classical Runge–Kutta step of length `dt`, a time `t` after the start of the step;
-    /// `count` is given the losses by kind and for how long they count. A loop, because one place
-    /// where the rates are computed lets the compiler move everything that depends on parameters
-    /// only out of it.
+    /// `count` receives the losses by kind with their weights. A loop, because with a single call
+    /// of `rates` the compiler moves parameter-only expressions out of it.
     #[inline(always)]
     fn rk4(
         &self,
@@ -197,7 +188,7 @@ impl Emla {
 }
 
 impl Point {
-    /// That the substep of `dt` resolves the electrical angle.
+    /// Checks that the substep `dt` resolves the electrical angle.
     fn check_resolved(&self, p: &machine_file::Emla, dt: f64) -> Result<(), TooCoarse> {
         let is_resolved = f64::from(p.p) * self.w_m.abs() * dt <= RATE_STEP;
         is_resolved.then_some(()).ok_or(TooCoarse { w_m: self.w_m })

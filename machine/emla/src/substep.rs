@@ -1,11 +1,11 @@
-//! The longest substep for an actuator's parameters.
+//! The longest substep for an actuator, from its fastest mode and an error bound of the force.
 
 use crate::maps;
 use machine_file::Drive;
 use model_rules::RATE_STEP;
 
-/// Largest error of the force by the integration, N, while the load keeps its sign; see
-/// [`dt_of_error`].
+/// Largest integration error of the force, N, while the load keeps its sign; see
+/// [`dt_for_force_error`].
 const FORCE_ERROR: f64 = 0.05;
 /// Time in which the voltage changes by `v_max`, s, for which [`FORCE_ERROR`] holds: some 20 times
 /// as fast as the reference motions ask for.
@@ -24,39 +24,36 @@ fn fast_rate(m: f64, c: f64, k: f64) -> f64 {
     }
 }
 
-/// Substep with which RK4 misses the force by [`FORCE_ERROR`], s, when the rod's motion is
+/// Substep, s, for which RK4's error of the force is [`FORCE_ERROR`], when the rod's motion is
 /// prescribed and the voltage changes at the rate `v̇ = v_max/VOLTAGE_SWEEP`.
 ///
-/// RK4 misses `e^z` by `z⁵/120`. For a linear system `y' = A·y + B·v` whose voltage is held over
-/// each communication step but grows at the mean rate `v̇`, the errors of all substeps add up to
-/// `A²·B·v̇·dt⁴/120` in the steady state, whatever the communication step. For the force the
+/// RK4's error of `e^z` is `z⁵/120`. For a linear system `y' = A·y + B·v` whose voltage is held
+/// over each communication step but grows at the mean rate `v̇`, the errors of all substeps add up
+/// to `A²·B·v̇·dt⁴/120` in the steady state, whatever the communication step. For the force the
 /// leading term is
 /// ```text
 /// δF = ω₀²·(β₁/L)·v̇·dt⁴/120,   ω₀² = K_b·(ρ/(2πN))²/J
 /// ```
-/// `β₁/L·v̇` is how the voltage bends the force (N/s²), ω₀ the natural frequency of rotor and screw
-/// on the spring.
+/// `β₁/L·v̇` is the second derivative of the force, ω₀ the natural frequency of rotor and screw.
 ///
 /// Where the load changes sign, the gear factor k jumps by at most `1/η − η`, and the inertia
-/// `J_m + k·J_s/N²` with it. RK4 expects smooth rates: in the substep that holds the jump it misses
-/// up to a third of its effect, `δF = (1/η − η)·(J_s/N²)·ẇ_m·ω₀·(2πN/ρ)·dt/3`, some 0.2 N in usual
-/// motion, which decays with the spring's oscillation. No substep of reasonable length would bring
-/// this below [`FORCE_ERROR`].
-fn dt_of_error(p: &machine_file::Emla, K_b: f64) -> f64 {
+/// `J_m + k·J_s/N²` with it. In the substep with the jump the error is up to a third of its effect,
+/// `δF = (1/η − η)·(J_s/N²)·ẇ_m·ω₀·(2πN/ρ)·dt/3`, some 0.2 N in usual motion, which decays with the
+/// spring's oscillation. No reasonable substep brings this below [`FORCE_ERROR`].
+fn dt_for_force_error(p: &machine_file::Emla, K_b: f64) -> f64 {
     let travel = maps::travel_per_radian(p);
     let w_0_squared = K_b * travel * travel / maps::inertia(p, 1.0);
     let bend = maps::beta_1(p, 0.0) / p.L_d.min(p.L_q) * p.v_max / VOLTAGE_SWEEP;
     (120.0 * FORCE_ERROR / (w_0_squared * bend)).sqrt().sqrt()
 }
 
-/// Longest substep for these parameters, s: that of the error bound, or less where a mode is
-/// faster.
+/// Longest substep for these parameters, s: by the error bound or the fastest mode.
 pub(crate) fn longest_substep(p: &machine_file::Emla, drive: Drive) -> f64 {
     let travel = maps::travel_per_radian(p);
     let nut_mass = p.J_m / (travel * travel);
     let K_max = maps::stiffness(p, 0.0).max(maps::stiffness(p, p.L_s));
     let (accurate, mass) = match drive {
-        Drive::Motion => (dt_of_error(p, K_max), nut_mass),
+        Drive::Motion => (dt_for_force_error(p, K_max), nut_mass),
         Drive::Force => (DT_MAX_FORCE, 1.0 / (1.0 / nut_mass + 1.0 / p.M_act)),
     };
     let rate = fast_rate(mass, p.C_b + p.C_act, K_max)

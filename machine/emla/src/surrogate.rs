@@ -1,20 +1,16 @@
-//! The surrogate: a trained network `(tau_e, w_m) → (F, x_dot)` with guards around it.
+//! The surrogate: a trained network `(tau_e, w_m) → (F, x_dot)`, limited to its trained range.
 //!
-//! `[paper]` Eqs. (eq:dnn_prediction_efficiency), first line, and (eq:dnn_structure). The
-//! network 2-64-48-32-16-8-2 is trained on one direction of motion, in steady sliding, inside a
-//! box of torque and speed. Outside the box a network is wrong without notice, so the paper's
-//! map is kept inside by two guards that the paper does not have:
+//! `[paper]` Eqs. (eq:dnn_prediction_efficiency), first line, and (eq:dnn_structure). The network
+//! 2-64-48-32-16-8-2 is trained on one direction of motion, in steady sliding, in a box of torque
+//! and speed. As it is meaningless elsewhere, two guards are added to the paper's map:
 //!
 //! - torque and |speed| are clamped to the trained box;
 //! - the other direction follows by odd symmetry, blended through standstill:
 //!   `F = (1+s)/2·N(tau,|w|) − (1−s)/2·N(−tau,|w|)`, `s = tanh(w_m/2)`.
 //!
 //! A physical map that is compared with the network must pass through the same guards
-//! ([`Surrogate::guard`]); otherwise only one of the two would be clamped.
-//!
-//! Results do not depend on the processor or the target: see [`network`]. The network's tanh is off
-//! by less than 6e-15, which moves the trained force by less than 1e-8 N against the library's tanh
-//! (tested).
+//! ([`Surrogate::guard`]). Results are bit-identical on all processors: see [`network`]. The error
+//! of its tanh, below 6e-15, changes the trained force by less than 1e-8 N (tested).
 
 mod file;
 mod network;
@@ -34,7 +30,7 @@ use network::{Layer, Network};
 /// Motor speed over which the two directions are blended, rad/s.
 const FOLD_SPEED: f64 = 2.0;
 
-/// What the network says of one operating point.
+/// Outputs of the network at one operating point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[allow(non_snake_case)]
 pub struct SurrogateOutput {
@@ -42,7 +38,7 @@ pub struct SurrogateOutput {
     pub F: f64,
     /// Rod speed, m/s.
     pub x_dot: f64,
-    /// Did the point lie inside the trained box, so that no guard changed it?
+    /// Whether the point is in the trained box, so that no guard changed it.
     pub in_trained_range: bool,
 }
 
@@ -53,13 +49,13 @@ pub struct Surrogate(Source);
 
 #[derive(Clone, Debug)]
 enum Source {
-    /// The one compiled in; trained on a simulation (the virtual testbed), not on measurements.
+    /// The embedded network, trained on a simulation (the virtual testbed), not on measurements.
     Shipped,
-    Read(Arc<Read>),
+    Loaded(Arc<LoadedNetwork>),
 }
 
 #[derive(Debug)]
-struct Read {
+struct LoadedNetwork {
     network: Network,
     ranges: Ranges,
     training: TrainingRecord,
@@ -67,13 +63,12 @@ struct Read {
 }
 
 impl Surrogate {
-    /// The shipped network, `parameters/surrogate.json` as it was when this was compiled. Costs
-    /// nothing.
+    /// The shipped network, compiled from `parameters/surrogate.json`.
     pub fn reference() -> Self {
         Self(Source::Shipped)
     }
 
-    /// Read a network file.
+    /// Reads a network file.
     pub fn from_json(text: &str) -> Result<Self, SurrogateError> {
         let file: SurrogateFile =
             serde_json::from_str(text).map_err(|e| SurrogateError::Json(e.to_string()))?;
@@ -81,14 +76,11 @@ impl Surrogate {
     }
 
     /// A network file that [`from_json`](Self::from_json) reads back bit for bit.
-    ///
-    /// # Panics
-    /// Never: texts and finite numbers can be written as JSON.
     pub fn to_json(&self) -> String {
         serde_json::to_string(self).expect("texts and numbers")
     }
 
-    /// The only door: refuses wrong shapes, numbers that are not finite, empty ranges.
+    /// Checks shapes, finite numbers and ranges of a network file, and builds the network.
     pub fn new(file: SurrogateFile) -> Result<Self, SurrogateError> {
         file.check()?;
         let mut network = Network::ZERO;
@@ -104,7 +96,7 @@ impl Surrogate {
             efficiency_bound: bound,
             ..
         } = file;
-        Ok(Self(Source::Read(Arc::new(Read {
+        Ok(Self(Source::Loaded(Arc::new(LoadedNetwork {
             network,
             ranges,
             training,
@@ -112,7 +104,7 @@ impl Surrogate {
         }))))
     }
 
-    /// The file's contents.
+    /// The contents of a network file for this network.
     pub fn file(&self) -> SurrogateFile {
         let n = self.network();
         SurrogateFile {
@@ -130,11 +122,11 @@ impl Surrogate {
         }
     }
 
-    /// Bound on the error of its efficiency, where it was calibrated.
+    /// Bound on the error of its efficiency, if one was calibrated.
     pub fn efficiency_bound(&self) -> Option<EfficiencyBound> {
         match &self.0 {
             Source::Shipped => shipped::BOUND,
-            Source::Read(read) => read.bound,
+            Source::Loaded(read) => read.bound,
         }
     }
 
@@ -143,7 +135,7 @@ impl Surrogate {
     pub fn ranges(&self) -> &Ranges {
         match &self.0 {
             Source::Shipped => &shipped::RANGES,
-            Source::Read(read) => &read.ranges,
+            Source::Loaded(read) => &read.ranges,
         }
     }
 
@@ -151,7 +143,7 @@ impl Surrogate {
     pub fn training(&self) -> TrainingRecord {
         match &self.0 {
             Source::Shipped => shipped::training(),
-            Source::Read(read) => read.training.clone(),
+            Source::Loaded(read) => read.training.clone(),
         }
     }
 
@@ -159,15 +151,15 @@ impl Surrogate {
     fn network(&self) -> &Network {
         match &self.0 {
             Source::Shipped => &shipped::NETWORK,
-            Source::Read(read) => &read.network,
+            Source::Loaded(read) => &read.network,
         }
     }
 
     /// Force and rod speed at an air-gap torque `tau_e`, N·m, and a motor speed `w_m`, rad/s, of
     /// either sign. NaN gives NaN. Does not allocate.
     pub fn evaluate(&self, tau_e: f64, w_m: f64) -> SurrogateOutput {
-        let fold = Fold::of(w_m);
-        // Away from standstill the other direction has no weight at all: one evaluation is enough.
+        let fold = Fold::new(w_m);
+        // Away from standstill the other direction has no weight: one evaluation is enough.
         let [forward, reverse] = if fold.reverse == 0.0 {
             let [forward] = self.sliding([[tau_e, w_m]]);
             [forward, [0.0; 2]]
@@ -177,12 +169,12 @@ impl Surrogate {
         } else {
             self.sliding([[tau_e, w_m.abs()], [-tau_e, w_m.abs()]])
         };
-        self.folded(fold, [tau_e, w_m], [forward, reverse])
+        self.fold_directions(fold, [tau_e, w_m], [forward, reverse])
     }
 
-    /// The outputs of both directions together.
+    /// Blends the outputs of both directions.
     #[inline]
-    fn folded(
+    fn fold_directions(
         &self,
         fold: Fold,
         [tau_e, w_m]: [f64; 2],
@@ -195,10 +187,10 @@ impl Surrogate {
         }
     }
 
-    /// [`evaluate`](Self::evaluate) at three points `[tau_e, w_m]`, bit by bit the same. Up to
-    /// three directions of motion are evaluated together, for which the weights are loaded once.
+    /// [`evaluate`](Self::evaluate) at three points `[tau_e, w_m]`, with the same bits. Up to three
+    /// directions of motion are evaluated together and so load the weights once.
     pub fn evaluate_three(&self, points: [[f64; 2]; 3]) -> [SurrogateOutput; 3] {
-        let folds = points.map(|[_, w_m]| Fold::of(w_m));
+        let folds = points.map(|[_, w_m]| Fold::new(w_m));
         let (mut directions, mut n) = ([[0.0; 2]; 6], 0);
         for (fold, [tau_e, w_m]) in folds.iter().zip(points) {
             for (weight, tau) in [(fold.forward, tau_e), (fold.reverse, -tau_e)] {
@@ -224,7 +216,7 @@ impl Surrogate {
         std::array::from_fn(|i| {
             let fold = folds[i];
             let directions = [next(fold.forward), next(fold.reverse)];
-            self.folded(fold, points[i], directions)
+            self.fold_directions(fold, points[i], directions)
         })
     }
 
@@ -235,21 +227,21 @@ impl Surrogate {
         }
     }
 
-    /// Whether the other one is the same network in memory.
+    /// Whether both are the same network in memory.
     pub(crate) fn is_shared_with(&self, other: &Self) -> bool {
         match (&self.0, &other.0) {
             (Source::Shipped, Source::Shipped) => true,
-            (Source::Read(a), Source::Read(b)) => Arc::ptr_eq(a, b),
+            (Source::Loaded(a), Source::Loaded(b)) => Arc::ptr_eq(a, b),
             _ => false,
         }
     }
 
-    /// Pass a map of (tau_e, w_m) that holds for positive speed through the network's guards:
-    /// clamp to the trained box, fold by odd symmetry. `evaluate` is this for the network.
+    /// Applies the network's guards to a map of (tau_e, w_m) for positive speed: clamps to the
+    /// trained box and extends by odd symmetry.
     pub fn guard(&self, tau_e: f64, w_m: f64, map: impl Fn(f64, f64) -> f64) -> f64 {
         let ranges = self.ranges();
         let w = ranges.w_m.clamp(w_m.abs());
-        let fold = Fold::of(w_m);
+        let fold = Fold::new(w_m);
         let weighed = |weight, tau| match weight {
             0.0 => 0.0,
             _ => map(ranges.tau_e.clamp(tau), w),
@@ -257,7 +249,7 @@ impl Surrogate {
         fold.apply(weighed(fold.forward, tau_e), weighed(fold.reverse, -tau_e))
     }
 
-    /// Does the point, mirrored to positive speed, lie in the trained box?
+    /// Whether the point, mirrored to positive speed, is in the trained box.
     pub fn in_trained_range(&self, tau_e: f64, w_m: f64) -> bool {
         let ranges = self.ranges();
         let tau = if w_m < 0.0 { -tau_e } else { tau_e };
@@ -274,7 +266,7 @@ impl Surrogate {
     }
 }
 
-/// Shares of the two directions of motion: (1 ± s)/2, `s = tanh(w_m/2)`.
+/// Weights of the two directions of motion: (1 ± s)/2, `s = tanh(w_m/2)`.
 #[derive(Clone, Copy)]
 struct Fold {
     forward: f64,
@@ -282,7 +274,7 @@ struct Fold {
 }
 
 impl Fold {
-    fn of(w_m: f64) -> Self {
+    fn new(w_m: f64) -> Self {
         let s = tanh(w_m / FOLD_SPEED);
         Self {
             forward: (1.0 + s) / 2.0,
@@ -315,7 +307,7 @@ impl From<Surrogate> for SurrogateFile {
     }
 }
 
-/// Transpose a checked layer into its fixed shape.
+/// Transposes a checked layer of a file into its fixed shape.
 fn fill<const IN: usize, const OUT: usize>(layer: &mut Layer<IN, OUT>, file: &LayerFile) {
     for (j, row) in file.weights.iter().enumerate() {
         for (i, w) in row.iter().enumerate() {
@@ -325,7 +317,7 @@ fn fill<const IN: usize, const OUT: usize>(layer: &mut Layer<IN, OUT>, file: &La
     }
 }
 
-/// [`fill`] the other way round.
+/// The inverse of [`fill`].
 fn layer<const IN: usize, const OUT: usize>(layer: &Layer<IN, OUT>) -> LayerFile {
     let row = |j| layer.weights.iter().map(|weights| weights[j]).collect();
     LayerFile {

@@ -1,11 +1,10 @@
-//! The drive's states: which voltage its DC link has, whether its gates are on, whether it has
-//! tripped, and what its brake does.
+//! Discrete states of the drive: DC-link voltage, gates, undervoltage trip and holding brake.
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
 use crate::maps;
 use crate::state::{Point, State};
-use machine_file::{ActuatorInput as Input, DEAD_LINK, Holding};
+use machine_file::{ActuatorInput as Input, BrakeState, DEAD_LINK};
 
 impl Emla {
     /// Voltage of the DC link, V: the input's, or the machine's.
@@ -13,9 +12,8 @@ impl Emla {
         u.v_dc.unwrap_or(self.v_dc)
     }
 
-    /// What holds in state `s` under the inputs `u`; `p` are the parameters at the state's
-    /// temperatures.
-    pub(crate) fn held<'a>(
+    /// The conditions in state `s` under the inputs `u`; `p` are at the state's temperatures.
+    pub(crate) fn conditions<'a>(
         &self,
         p: &'a machine_file::Emla,
         s: &State,
@@ -29,7 +27,7 @@ impl Emla {
             largest: self.p.largest_voltage(v_dc),
             residual: self.alpha * s.residual.dF,
             gates: u.enable && !s.tripped,
-            brake: Holding::Released,
+            brake: BrakeState::Released,
         };
         if u.brake || s.tripped {
             held.brake = self.braking(&s.point(), u, &held);
@@ -37,26 +35,25 @@ impl Emla {
         held
     }
 
-    /// What an applied brake does at this point.
     #[cold]
-    pub(crate) fn braking(&self, s: &Point, u: &Input, held: &Conditions) -> Holding {
+    pub(crate) fn braking(&self, s: &Point, u: &Input, held: &Conditions) -> BrakeState {
         let free = Conditions {
-            brake: Holding::Released,
+            brake: BrakeState::Released,
             ..*held
         };
         let brake = self.p.brake.unwrap_or(machine_file::Brake::TYPICAL);
         brake.applied(s.w_m, || self.instant(s, u, &free).torque_left)
     }
 
-    /// The state as a step begins: whether the drive trips, or a trip is taken back, and without
-    /// current where the gates are off.
+    /// The state at the start of a step: updates the trip, and clears the currents if gates are
+    /// off.
     ///
-    /// When the gates go off, the diodes return the currents to the DC link against its voltage.
-    /// This takes `L·i/v_dc`, some 0.1 ms, and is taken to be over at once; the field's energy goes
-    /// back into the link (into the diodes where the link is dead). From then on the diodes block:
-    /// this holds as long as the back-EMF `√3·p·|w_m|·λ_m` stays below the link's voltage, 3400
-    /// rev/min of the reference motor at 450 V.
-    pub(crate) fn switched(&self, s: &State, u: &Input) -> State {
+    /// When the gates turn off, the diodes return the currents to the DC link within `L·i/v_dc`,
+    /// some 0.1 ms, which is modelled as instantaneous; the field's energy goes into the link (into
+    /// the diodes if the link is dead). Then the diodes block, which is valid as long as the
+    /// back-EMF `√3·p·|w_m|·λ_m` is below the link's voltage: 3400 rev/min of the reference motor
+    /// at 450 V.
+    pub(crate) fn update_gates(&self, s: &State, u: &Input) -> State {
         let mut next = *s;
         let v_dc = self.link_voltage(u);
         let low = v_dc < self.electric.undervoltage;

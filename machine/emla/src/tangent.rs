@@ -1,4 +1,5 @@
-//! Derivatives of outputs and rates: along time, and along a direction of state and inputs.
+//! Derivatives of outputs and rates with respect to time, state and inputs, for FMI's output
+//! derivatives and directional derivatives.
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
@@ -9,9 +10,9 @@ use crate::losses::{Losses, core_loss, inverter_loss};
 use crate::output::Output;
 use crate::state::{Balance, LossKinds, State};
 use crate::{maps, motor};
-use machine_file::{ActuatorInput as Input, Dq, Drive, Holding, link_current};
+use machine_file::{ActuatorInput as Input, BrakeState, Dq, Drive, link_current};
 
-/// Derivatives of the members of [`Instant`] that the outputs need.
+/// Derivatives of those members of [`Instant`] that the outputs need.
 struct InstantTangent {
     v: Dq,
     v_dc: f64,
@@ -32,9 +33,9 @@ struct InstantTangent {
 }
 
 impl Emla {
-    /// First time derivatives of the outputs. `u_dot` holds those of the inputs; the rod's position
-    /// always moves with its velocity. Means belong to the last step and are constant; the
-    /// network's residual is held over a step.
+    /// First time derivatives of the outputs. `u_dot` are those of the inputs, except the rod's
+    /// position, whose derivative is always its velocity. Means and the network's residual are
+    /// constant within a step.
     #[must_use]
     pub fn output_dot(&self, s: &State, u: &Input, u_dot: &Input) -> Output {
         let u_dot = Input {
@@ -42,7 +43,7 @@ impl Emla {
             ..*u_dot
         };
         let p = self.at_temperature(&s.thermal);
-        let held = self.held(&p, s, u);
+        let held = self.conditions(&p, s, u);
         self.output_tangent(s, u, &self.derivative_with(s, u, &held), &u_dot)
     }
 
@@ -53,7 +54,7 @@ impl Emla {
     }
 
     /// Derivative of [`Emla::derivative`] along the directions `ds` of the state and `du` of the
-    /// inputs; that of the network's residual from differences.
+    /// inputs; the network's residual by finite differences.
     #[must_use]
     pub fn derivative_along(
         &self,
@@ -63,7 +64,7 @@ impl Emla {
         (ds, du): (&State, &Input),
     ) -> State {
         let p = &*self.at_temperature(&s.thermal);
-        let held = &self.present(p, s, u, slip);
+        let held = &self.instant_conditions(p, s, u, slip);
         let now = self.instant(&s.point(), u, held);
         let by = self.residual_slopes(now.tau_e, now.w_m);
         let d = self.instant_tangent(s, u, (&now, held), ds, du, by);
@@ -125,7 +126,7 @@ impl Emla {
         if self.alpha == 0.0 {
             return [0.0; 2];
         }
-        // The network is smooth over some N·m and rad/s; half of ε's digits are left.
+        // The network is smooth over some N·m and rad/s; half of the digits remain.
         const H: f64 = 1e-4;
         let dF = |tau, w| self.alpha * self.residual(tau, w).dF;
         [
@@ -134,12 +135,11 @@ impl Emla {
         ]
     }
 
-    /// Derivatives of the outputs along `ds` and `du`. What an output shows of the residual is
-    /// held.
+    /// Derivatives of the outputs along `ds` and `du`, with the residual held.
     #[must_use]
     pub fn output_tangent(&self, s: &State, u: &Input, ds: &State, du: &Input) -> Output {
         let p = &*self.at_temperature(&s.thermal);
-        let held = self.held(p, s, u);
+        let held = self.conditions(p, s, u);
         let now = self.instant(&s.point(), u, &held);
         let losses = self.losses(&now, &held);
         let d = self.instant_tangent(s, u, (&now, &held), ds, du, [0.0; 2]);
@@ -165,7 +165,7 @@ impl Emla {
             x_rod_dot: d.x_dot,
             x_free: ds.x,
             x_free_dot: ds.x_dot,
-            x_dot_hyb: self.blended(maps::travel_per_radian(p) * d.w_m, 0.0),
+            x_dot_hyb: self.blend(maps::travel_per_radian(p) * d.w_m, 0.0),
             i_d: d.i.d,
             i_q: d.i.q,
             theta_m: ds.theta_m,
@@ -189,14 +189,14 @@ impl Emla {
             E_thermal: self.heat_rise(ds.thermal.T_winding, ds.thermal.T_housing),
             T_winding: ds.thermal.T_winding,
             T_housing: ds.thermal.T_housing,
-            efficiency: self.blended(efficiency_phys, efficiency_net),
+            efficiency: self.blend(efficiency_phys, efficiency_net),
             efficiency_phys,
             efficiency_net,
             efficiency_interval: match self.bound {
                 Some(_) => [efficiency_net; 2],
                 None => [0.0; 2],
             },
-            // Means and what was counted up to the last step do not move.
+            // Means and energies up to the last step are constant.
             ..Output::default()
         }
     }
@@ -211,7 +211,7 @@ impl Emla {
         residual_by: [f64; 2],
     ) -> InstantTangent {
         let p = held.p;
-        let (R_s, lambda_m) = self.warmed_tangent(&ds.thermal);
+        let (R_s, lambda_m) = self.temperature_tangent(&ds.thermal);
         let (x, x_dot) = match self.drive {
             Drive::Motion => (du.x, du.x_dot),
             Drive::Force => (ds.x, ds.x_dot),
@@ -268,7 +268,7 @@ impl Emla {
             tau_load,
             k,
             w_m_dot: match held.brake {
-                Holding::Holds => 0.0,
+                BrakeState::Holds => 0.0,
                 _ => (torque_left - now.w_m_dot * inertia) / maps::inertia(p, now.k),
             },
         }
@@ -288,7 +288,6 @@ impl Emla {
     }
 }
 
-/// Derivative of [`power_in`].
 fn power_in_tangent(now: &Instant, d: &InstantTangent, dl: &Losses) -> f64 {
     1.5 * (d.v.dot(now.i) + now.v.dot(d.i)) + dl.core + dl.inverter
 }
@@ -352,7 +351,7 @@ fn efficiency_tangent(
         electrical: electrical_dot,
         out: out_dot,
     };
-    Efficiency::of(powers, now.tau_e, now.w_m).map_or(0.0, |efficiency| efficiency.tangent(dot))
+    Efficiency::new(powers, now.tau_e, now.w_m).map_or(0.0, |efficiency| efficiency.tangent(dot))
 }
 
 /// Derivative of [`link_current`] when power and voltage change by `dP` and `dv_dc`.

@@ -1,5 +1,5 @@
-//! The hyperbolic tangent of network and friction: the same bits on every machine, and without a
-//! call that a loop would have to wait for.
+//! A hyperbolic tangent for network and friction that is bit-identical on every machine and can be
+//! inlined and vectorised.
 
 /// Beyond this argument tanh differs from ±1 by less than half a unit in the last place.
 const SATURATION: f64 = 19.1;

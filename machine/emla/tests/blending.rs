@@ -1,5 +1,5 @@
 //! Hybrid blending, with a network that says the same force everywhere.
-use emla::{Drive, EfficiencyBound, Emla, Input, State, Surrogate, Unbounded, maps};
+use emla::{Drive, EfficiencyBound, Emla, Input, NoErrorBound, State, Surrogate, maps};
 use machine_file::Machine;
 
 const H: f64 = 1e-3;
@@ -157,7 +157,7 @@ fn the_interval_widens_outside_the_trained_box() {
     let mut file = constant_network(30e3, 0.05).file();
     file.efficiency_bound = None;
     let unbounded = physics().with_surrogate(Surrogate::new(file.clone()).expect("valid"), 0.9);
-    assert_eq!(unbounded.clone().with_interval().err(), Some(Unbounded));
+    assert_eq!(unbounded.clone().with_interval().err(), Some(NoErrorBound));
     file.efficiency_bound = Some(EfficiencyBound {
         share: 0.9,
         factor: 0.1,

@@ -10,7 +10,7 @@ use std::hint::black_box;
 fn main() {
     let bench = measure::Bench::from_arguments();
     let machine = Machine::reference();
-    let hdrm = Hdrm::new(&machine, &Options::of(&machine)).expect("valid reference");
+    let hdrm = Hdrm::new(&machine, &Options::from_machine(&machine)).expect("valid reference");
     let state = State {
         zeta: machine.start.zeta,
         zeta_dot: [0.11, -0.07, 0.13, 0.31, -0.23, 0.17],

@@ -1,5 +1,4 @@
-//! Equations of motion: mass matrix and bias at a state, accelerations, forces for a motion,
-//! energies.
+//! Equations of motion: mass matrix and bias forces, forward and inverse dynamics, energies.
 
 pub(crate) mod base;
 pub(crate) mod boom_frame;
@@ -21,21 +20,21 @@ use crate::plant::{Dynamics, Hdrm};
 use nalgebra::{Matrix6, Vector6};
 
 impl Hdrm {
-    /// Loops, mass matrix and bias forces at a state, on a base at rest.
+    /// Mass matrix and bias forces at a state, on a base at rest.
     pub fn dynamics(&self, state: &State) -> Dynamics {
-        self.dynamics_under(state, self.gravity)
+        self.dynamics_with_gravity(state, self.gravity)
     }
 
-    /// The same on a base that moves as `input` says.
+    /// The same on a base that moves with the base inputs of `input`.
     pub fn dynamics_with(&self, state: &State, input: &Input) -> Dynamics {
-        let mut dynamics = self.dynamics_under(state, self.felt_gravity(input));
+        let mut dynamics = self.dynamics_with_gravity(state, self.felt_gravity(input));
         if let Some(turning) = self.turning_forces(state, input) {
             dynamics.h += turning;
         }
         dynamics
     }
 
-    fn dynamics_under(&self, state: &State, gravity: Gravity) -> Dynamics {
+    fn dynamics_with_gravity(&self, state: &State, gravity: Gravity) -> Dynamics {
         let State { zeta, zeta_dot, .. } = state;
         let solved = self.tree.solve(zeta);
         let frame = BoomFrame::new(&self.tree, &self.parts, &solved);
@@ -77,14 +76,14 @@ impl Hdrm {
         dynamics.factor.solve(&(Q - dynamics.h))
     }
 
-    /// Drives, end stops, friction, environment and contact on the coordinates, N·m.
+    /// Generalised forces of drives, end stops, friction, environment and contact, N·m.
     pub(crate) fn generalised_forces(&self, dynamics: &Dynamics, input: &Input) -> Vector6<f64> {
         let State { zeta, zeta_dot, .. } = &dynamics.state;
         let mut Q = dynamics.frame.tip_forces(&wrench(&input.wrench_env));
         if self.plane.is_some() {
             Q += dynamics
                 .frame
-                .tip_forces_of(&self.contact_force(dynamics).force);
+                .world_force_at_tip(&self.contact_force(dynamics).force);
         }
         for i in 0..DOF {
             let w = zeta_dot[i];
@@ -100,8 +99,8 @@ impl Hdrm {
         Q
     }
 
-    /// Torque that wrist drive i gives: the ideal source obeys up to its limit; of a drive as built
-    /// it is what its gear transmits.
+    /// Torque of wrist drive i: an ideal source follows the command up to its limit; a drive as
+    /// built transmits the torque of its gear.
     fn wrist_torque(&self, state: &State, i: usize, tau: f64) -> f64 {
         match self.wrist {
             None => saturate(tau, self.tau_wrist_max[i]),
@@ -109,16 +108,16 @@ impl Hdrm {
         }
     }
 
-    /// 1 while wrist drive i follows its command at once, 0 in saturation and as built.
+    /// Derivative of the wrist torque by its command: 1, or 0 in saturation and as built.
     pub(crate) fn wrist_gain(&self, i: usize, tau: f64) -> f64 {
         f64::from(u8::from(
             self.wrist.is_none() && tau.abs() <= self.tau_wrist_max[i],
         ))
     }
 
-    /// Drive forces and torques for which the machine moves with `zeta_ddot`, rad/s², in free
-    /// range (end stops left out) under the wrench `wrench_env` on its tip. Independent of the path
-    /// that [`Hdrm::forward_dynamics`] takes. Wrist torques are not limited.
+    /// Inverse dynamics: rod forces and wrist torques for the accelerations `zeta_ddot`, rad/s²,
+    /// under the wrench `wrench_env` on the tip, without end stops and torque limits. Independent
+    /// of the implementation of [`Hdrm::forward_dynamics`].
     pub fn inverse_dynamics(
         &self,
         state: &State,
@@ -143,19 +142,17 @@ impl Hdrm {
         (f, [Q[3], Q[4], Q[5]])
     }
 
-    /// Forces of the actuators, N, and torques of the wrist, N·m, that hold the machine still in
-    /// the pose `zeta` against gravity alone.
+    /// Rod forces, N, and wrist torques, N·m, that hold the pose `zeta` against gravity.
     pub fn holding(&self, zeta: &[f64; DOF]) -> ([f64; 3], [f64; 3]) {
         self.inverse_dynamics(&State::at_rest(*zeta), &[0.0; DOF], &[0.0; 6])
     }
 
-    /// Kinetic and potential energy, J; the latter is zero with all masses at the height of the
-    /// world's origin.
+    /// Kinetic and potential energy, J; the latter is relative to the world's origin.
     pub fn energies(&self, state: &State) -> (f64, f64) {
-        self.energies_of(&self.dynamics(state))
+        self.energies_at(&self.dynamics(state))
     }
 
-    pub(crate) fn energies_of(&self, dynamics: &Dynamics) -> (f64, f64) {
+    pub(crate) fn energies_at(&self, dynamics: &Dynamics) -> (f64, f64) {
         let w = Vector6::from(dynamics.state.zeta_dot);
         let kinetic = 0.5 * w.dot(&(dynamics.M * w));
         let along_y = dynamics.gravity.along_y * dynamics.frame.first_moment_y();

@@ -1,4 +1,4 @@
-//! Forces between the machine and what it touches, and in its joints and drives.
+//! Force laws: contact with a plane, end stops, joint friction and wrist drives.
 
 pub(crate) mod contact;
 pub(crate) mod contact_force;

@@ -1,4 +1,4 @@
-//! Geometry: bodies, the two closed loops, the tree of joints, the tip.
+//! Geometry and kinematics: bodies, the two closed loops, the tree of joints, the tip.
 
 pub(crate) mod body;
 pub(crate) mod lift;

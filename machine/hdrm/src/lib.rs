@@ -1,12 +1,13 @@
-//! The heavy-duty manipulator: geometry, closed loops, kinematics and dynamics.
+//! Model of the heavy-duty manipulator (HDRM): rigid-body kinematics and dynamics with both closed
+//! loops, end stops, friction, contact, load and a moving base. The FMU `Hdrm` wraps it; the
+//! controller uses its kinematics.
 //!
 //! Minimal coordinates are `zeta[0..6]`: slew about +y, lift about +z, tilt about +z relative to
 //! the lift boom, wrist about x, z, x. World frame: x forward, y up, z = x × y. Both closed loops
-//! (lift triangle, tilt four-bar) are solved analytically, so all 13 bodies form a tree whose
-//! joints turn as functions of one `zeta` each ([`Tree`]). Bodies are rigid, joints without play.
+//! (lift triangle, tilt four-bar) are solved analytically, so all 13 bodies form a tree in which
+//! each joint depends on one `zeta` ([`Tree`]). Bodies are rigid, joints have no backlash.
 //!
-//! Source: the paper's section on the manipulator; where a formula departs from the paper, its
-//! doc comment says so.
+//! Source: the paper's section on the manipulator; doc comments name departures from it.
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // frames and symbols as in the paper
 

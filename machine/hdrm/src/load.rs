@@ -1,8 +1,6 @@
-//! What the end-effector carries. How it comes and goes while the machine moves is in
-//! [`crate::load::reload`].
-//!
-//! The body `PL` is the sum of two parts: the payload of the machine file, whose mass and centre of
-//! mass may be changed, and a load that is picked up and set down, a point mass.
+//! What the end-effector carries: the body `PL` is the sum of the machine file's payload, whose
+//! mass and centre of mass may be changed, and a load, a point mass that is picked up and set down.
+//! Its change during motion is in [`crate::load::reload`].
 
 pub(crate) mod reload;
 
@@ -15,19 +13,19 @@ use spatial::Inertia;
 /// What the end-effector carries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Load {
-    /// Mass of the payload, kg, before `inertia_scale`; its inertia goes with it. Zero: no payload.
+    /// Mass of the payload, kg, before `inertia_scale`; its inertia is scaled with it. 0: none.
     pub payload_mass: f64,
     /// Centre of mass of the payload from D4's origin, in D4's axes, m.
     pub payload_com: [f64; 3],
-    /// Mass of the load, kg, a point; `inertia_scale` does not apply to it. Zero: no load.
+    /// Mass of the load, kg, a point mass to which `inertia_scale` does not apply. 0: none.
     pub mass: f64,
-    /// The load from the tip T4, in T4's axes, m.
+    /// Position of the load from the tip T4, in T4's axes, m.
     pub com: [f64; 3],
 }
 
 impl Load {
-    /// The payload as the machine's file has it, and no load.
-    pub fn of(machine: &Machine) -> Self {
+    /// The payload of the machine file, and no load.
+    pub fn from_machine(machine: &Machine) -> Self {
         Self {
             payload_mass: machine.bodies.PL.mass,
             payload_com: machine.bodies.PL.com,
@@ -53,14 +51,13 @@ pub(crate) struct Payload {
     mass: f64,
     /// About the centre of mass, kg·m².
     I_com: Matrix3<f64>,
-    /// Factor on the payload's inertia.
     inertia_scale: f64,
-    /// The tip in D4, m.
+    /// Position of the tip in D4, m.
     pub(crate) r_D4_T4: Vector3<f64>,
 }
 
 impl Payload {
-    pub(crate) fn of(machine: &Machine, inertia_scale: f64) -> Self {
+    pub(crate) fn new(machine: &Machine, inertia_scale: f64) -> Self {
         let PL = &machine.bodies.PL;
         Self {
             mass: PL.mass,

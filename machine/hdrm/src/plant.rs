@@ -1,4 +1,4 @@
-//! The plant: its parts, and everything that depends on its state alone.
+//! The plant: its configuration, and the quantities at one state that do not depend on the inputs.
 
 pub(crate) mod assembly;
 pub(crate) mod continuous;
@@ -25,8 +25,7 @@ use nalgebra::{Matrix6, Vector6};
 use serde::{Deserialize, Serialize};
 use spatial::Inertia;
 
-/// The plant; its parameters do not change after [`Hdrm::new`], but for the load
-/// ([`Hdrm::reloaded`]).
+/// The manipulator; its parameters are constant except the load ([`Hdrm::change_load`]).
 ///
 /// ```text
 /// M(zeta)·zeta_ddot + h(zeta, zeta_dot) + D·zeta_dot + friction(zeta_dot)
@@ -43,21 +42,21 @@ pub struct Hdrm {
     pub(crate) plane: Option<Plane>,
     pub(crate) gravity: Gravity,
     pub(crate) joint_viscous: [f64; DOF],
-    /// Whether substeps look at friction.
+    /// Whether the number of substeps may depend on friction.
     pub(crate) friction_is_stiff: bool,
     pub(crate) joint_dry: DryFriction,
     pub(crate) tau_wrist_max: [f64; 3],
-    /// None: ideal sources of torque.
+    /// None: ideal torque sources.
     pub(crate) wrist: Option<WristDrive>,
-    /// On the strokes of slew, lift, tilt, then on the wrist angles.
+    /// Of the strokes of slew, lift and tilt, then of the wrist angles.
     pub(crate) stops: [EndStop; DOF],
 }
 
-/// The plant at one state: everything that inputs do not change.
+/// The plant at one state, without what depends on the inputs.
 #[derive(Clone, Debug)]
 pub struct Dynamics {
     pub(crate) state: State,
-    /// As it is felt on the base.
+    /// Apparent gravity on the base.
     pub(crate) gravity: Gravity,
     pub(crate) frame: BoomFrame,
     pub(crate) strokes: [Stroke; 3],
@@ -67,7 +66,7 @@ pub struct Dynamics {
     pub(crate) h: Vector6<f64>,
     /// The machine's momentum along y for each coordinate's unit rate, kg·m.
     pub(crate) momentum_y: Vector6<f64>,
-    /// What holds the machine still against gravity.
+    /// Generalised forces that hold the machine against gravity.
     pub(crate) holding: Vector6<f64>,
 }
 
@@ -82,7 +81,7 @@ impl Hdrm {
         &self.bodies
     }
 
-    /// End stops on the strokes of slew, lift and tilt (m), then on the wrist angles (rad).
+    /// End stops of the strokes of slew, lift and tilt (m), then of the wrist angles (rad).
     pub fn end_stops(&self) -> &[EndStop; DOF] {
         &self.stops
     }

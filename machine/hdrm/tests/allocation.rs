@@ -9,7 +9,7 @@ use machine_file::Machine;
 #[test]
 fn outputs_and_steps_allocate_nothing() {
     let machine = Machine::reference();
-    let hdrm = Hdrm::new(&machine, &Options::of(&machine)).expect("works");
+    let hdrm = Hdrm::new(&machine, &Options::from_machine(&machine)).expect("works");
     let mut stopped = machine.start.zeta;
     stopped[4] = machine.limits.zeta()[4][1] + 1e-3;
     for zeta in [machine.start.zeta, stopped] {

@@ -59,7 +59,7 @@ impl Golden {
 
 fn plant(contact: Contact, joint_viscous: Option<[f64; DOF]>) -> Hdrm {
     let machine = Machine::reference();
-    let options = Options::of(&machine);
+    let options = Options::from_machine(&machine);
     let options = Options {
         contact,
         joint_viscous: joint_viscous.unwrap_or(options.joint_viscous),

@@ -8,7 +8,7 @@ use serde_json::json;
 #[test]
 fn negative_torque_limits_do_not_panic() {
     let machine = Machine::reference();
-    let sound = Hdrm::new(&machine, &Options::of(&machine)).expect("working machine");
+    let sound = Hdrm::new(&machine, &Options::from_machine(&machine)).expect("working machine");
     let mut saved = serde_json::to_value(&sound).expect("serializable");
     let limits = &mut saved["tau_wrist_max"];
     assert!(limits[0].as_f64().is_some_and(|l| l > 0.0), "{limits}");

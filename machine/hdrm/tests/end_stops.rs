@@ -6,7 +6,7 @@ use machine_file::Machine;
 
 fn plant() -> (Machine, Hdrm) {
     let machine = Machine::reference();
-    let hdrm = Hdrm::new(&machine, &Options::of(&machine)).expect("valid reference");
+    let hdrm = Hdrm::new(&machine, &Options::from_machine(&machine)).expect("valid reference");
     (machine, hdrm)
 }
 

@@ -18,7 +18,7 @@ fn moved(state: &State, zeta_ddot: &[f64; DOF], s: f64) -> State {
 /// energy, J, over `n` steps of `h`.
 fn unforced(zeta: [f64; DOF], zeta_dot: [f64; DOF], h: f64, n: usize) -> (f64, f64) {
     let machine = Machine::reference();
-    let hdrm = Hdrm::new(&machine, &Options::of(&machine)).expect("valid reference");
+    let hdrm = Hdrm::new(&machine, &Options::from_machine(&machine)).expect("valid reference");
     let state = |q: Vector6<f64>, w: Vector6<f64>| State {
         zeta: q.into(),
         zeta_dot: w.into(),
@@ -388,7 +388,7 @@ fn a_step_that_fails_says_why() {
 #[test]
 fn start_equilibrium() {
     let machine = Machine::reference();
-    let hdrm = Hdrm::new(&machine, &Options::of(&machine)).expect("valid reference");
+    let hdrm = Hdrm::new(&machine, &Options::from_machine(&machine)).expect("valid reference");
     let (f, tau) = hdrm.holding(&machine.start.zeta);
     for (value, expected, digit) in [
         (f[0], 0.0, 1e-9),
@@ -405,7 +405,7 @@ fn start_equilibrium() {
 #[test]
 fn bad_options_are_named() {
     let machine = Machine::reference();
-    let good = Options::of(&machine);
+    let good = Options::from_machine(&machine);
     let refused = |options: Options| {
         Hdrm::new(&machine, &options)
             .expect_err("must be refused")

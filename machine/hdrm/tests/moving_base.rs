@@ -40,9 +40,9 @@ fn plant(machine: &Machine, inertia_scale: f64, payload_mass: f64) -> Hdrm {
         inertia_scale,
         load: Load {
             payload_mass,
-            ..Load::of(machine)
+            ..Load::from_machine(machine)
         },
-        ..Options::of(machine)
+        ..Options::from_machine(machine)
     };
     Hdrm::new(machine, &options).expect("working machine")
 }

@@ -69,9 +69,9 @@ fn plants() -> Vec<(Hdrm, Vec<Case>)> {
             inertia_scale: plant.inertia_scale,
             load: Load {
                 payload_mass: plant.payload_mass,
-                ..Load::of(&plant.machine)
+                ..Load::from_machine(&plant.machine)
             },
-            ..Options::of(&plant.machine)
+            ..Options::from_machine(&plant.machine)
         };
         let hdrm = Hdrm::new(&plant.machine, &options).expect("working machine");
         (hdrm, plant.cases)

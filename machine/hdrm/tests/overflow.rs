@@ -11,7 +11,7 @@ const RK4_LIMIT: f64 = 2.785_293_563;
 
 fn plant(viscous: f64) -> (Hdrm, State, Input) {
     let machine = Machine::reference();
-    let mut options = Options::of(&machine);
+    let mut options = Options::from_machine(&machine);
     options.joint_viscous[STIFF] = viscous;
     let hdrm = Hdrm::new(&machine, &options).expect("working machine");
     let mut state = State {

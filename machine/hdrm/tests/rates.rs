@@ -10,7 +10,7 @@ use machine_file::Machine;
 #[test]
 fn a_short_step_follows_the_rates() {
     let machine = Machine::reference();
-    let mut options = Options::of(&machine);
+    let mut options = Options::from_machine(&machine);
     (options.wrist.on, options.wrist.play) = (true, 1e-4);
     let zeta = machine.start.zeta;
     let free = Hdrm::new(&machine, &options).expect("valid");
@@ -29,7 +29,7 @@ fn a_short_step_follows_the_rates() {
     };
     let plant = Hdrm::new(&machine, &options).expect("valid");
     let zeta_dot = [0.2, -0.1, 0.15, 0.3, -0.2, 0.4];
-    let mut start = plant.started(State {
+    let mut start = plant.start_state(State {
         zeta,
         zeta_dot,
         ..State::default()
@@ -38,7 +38,7 @@ fn a_short_step_follows_the_rates() {
         let [torque, angle, _] = drive.moving();
         drive.set_moving([torque, angle + 2e-4, zeta_dot[3 + i] + 0.1]);
     }
-    let start = plant.geared(start);
+    let start = plant.with_gear_torques(start);
     let input = Input {
         f: [1e3, 4e4, 3e4],
         tau_wrist: [500.0, -300.0, 100.0],

@@ -1,4 +1,5 @@
-//! Parameters of the electromechanical linear actuator.
+//! The sections `emla` and `ratings` of a machine file: parameters of an electromechanical linear
+//! actuator, and what it is rated for.
 
 use crate::check::{Findings, MachineError, examine};
 use serde::{Deserialize, Serialize};
@@ -189,10 +190,8 @@ pub struct Ratings {
 }
 
 impl Emla {
-    /// Voltage of the DC link where nothing else gives one, V: the inverter's `v_dc`; without one,
-    /// what [`largest_voltage`] needs for `v_max`.
-    ///
-    /// [`largest_voltage`]: Emla::largest_voltage
+    /// Default voltage of the DC link, V: the inverter's `v_dc`; without one, the voltage at which
+    /// [`largest_voltage`](Emla::largest_voltage) is `v_max`.
     pub fn link_voltage(&self) -> f64 {
         let given = self.inverter.map_or(0.0, |inverter| inverter.v_dc);
         if given > 0.0 {
@@ -202,18 +201,15 @@ impl Emla {
         }
     }
 
-    /// Largest phase voltage (peak) that the inverter can give with `v_dc` in its DC link, V:
-    /// `v_max`, and `v_dc/√3`, to which space-vector modulation reaches.
+    /// Largest phase voltage (peak) of the inverter with the DC-link voltage `v_dc`, V: `v_dc/√3`,
+    /// the limit of space-vector modulation, but at most `v_max`.
     pub fn largest_voltage(&self, v_dc: f64) -> f64 {
         (v_dc / 3.0_f64.sqrt()).min(self.v_max)
     }
 
-    /// Checks every value; for parameters that did not come through [`crate::Machine::from_json`].
-    ///
-    /// # Errors
-    /// Every value outside its range.
+    /// Checks every value; for parameters that were not read by [`crate::Machine::from_json`].
     pub fn check(&self) -> Result<(), MachineError> {
-        Findings::of(|found| self.examine(found))
+        Findings::collect(|found| self.examine(found))
     }
 
     pub(crate) fn examine(&self, found: &mut Findings) {

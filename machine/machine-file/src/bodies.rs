@@ -1,4 +1,5 @@
-//! Inertial parameters of the bodies, and the ranges of the joints.
+//! The sections `bodies`, `limits` and `start` of a machine file: inertial parameters of the
+//! bodies, ranges of strokes and joints, and the start pose.
 
 use crate::check::Findings;
 use serde::{Deserialize, Serialize};
@@ -37,8 +38,8 @@ impl InertiaTensor {
         [[i.xx, i.xy, i.xz], [i.xy, i.yy, i.yz], [i.xz, i.yz, i.zz]]
     }
 
-    /// A mass distribution exists for this tensor exactly when Σ = ½tr(I)·1 − I is positive
-    /// definite (the principal moments then obey the triangle inequality).
+    /// Whether a mass distribution with this tensor exists: exactly when Σ = ½tr(I)·1 − I is
+    /// positive definite (the principal moments then obey the triangle inequality).
     fn is_physical(&self) -> bool {
         let half_trace = 0.5 * (self.xx + self.yy + self.zz);
         let mut s = self.rows().map(|row| row.map(|v| -v));
@@ -100,7 +101,7 @@ impl Bodies {
         ]
     }
 
-    /// The same to be changed.
+    /// The bodies as mutable references, in the same order.
     pub fn in_order_mut(&mut self) -> [&mut Body; 13] {
         let b = self;
         [

@@ -1,23 +1,23 @@
-//! Everything that is wrong with a machine, reported at once.
+//! Collects all errors of a machine file, so that they are reported at once.
 
 use std::fmt::Display;
 use thiserror::Error;
 
-/// Why a machine was refused.
+/// Why a machine file was refused.
 #[derive(Debug, Error)]
 pub enum MachineError {
     /// Not JSON.
     #[error("machine JSON: {0}")]
     Json(#[from] serde_json::Error),
-    /// A file that cannot be read, or a key `extends` that names nothing.
+    /// A file that cannot be read, or an unknown machine in `extends`.
     #[error("{0}")]
     Source(String),
-    /// What is wrong with the machine that a file extends.
+    /// An error in the machine that the file extends.
     #[error("`extends` = \"{name}\": {error}")]
     Base {
-        /// What the key says.
+        /// Value of the key `extends`.
         name: String,
-        /// What is wrong there.
+        /// The error in that machine.
         error: Box<MachineError>,
     },
     /// Fields that are unknown, missing or of another type, and values outside their ranges.
@@ -25,7 +25,7 @@ pub enum MachineError {
     Findings(Vec<Finding>),
 }
 
-/// One thing that is wrong.
+/// One error in a machine file.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("`{name}` {problem}")]
 pub struct Finding {
@@ -47,15 +47,15 @@ impl MachineError {
             Self::Findings(findings) => findings.iter().map(Finding::to_string).collect(),
             Self::Base { name, error } => {
                 let lines = error.lines();
-                let of_base = |line| format!("`extends` = \"{name}\": {line}");
-                lines.into_iter().map(of_base).collect()
+                let in_base = |line| format!("`extends` = \"{name}\": {line}");
+                lines.into_iter().map(in_base).collect()
             }
             other => vec![other.to_string()],
         }
     }
 }
 
-/// Examines fields of a section, each by the check that it is listed under, with its own name.
+/// Checks fields of a section, each with the method of [`Findings`] that it is listed under.
 macro_rules! examine {
     ($found:ident, $section:literal of $of:expr; $($check:ident: $($field:ident)*;)*) => {
         let of = $of;
@@ -64,21 +64,21 @@ macro_rules! examine {
 }
 pub(crate) use examine;
 
-/// What has been found so far.
+/// The errors found so far.
 #[derive(Default)]
 pub(crate) struct Findings {
     pub(crate) list: Vec<Finding>,
 }
 
 impl Findings {
-    /// What `examine` finds.
-    pub(crate) fn of(examine: impl FnOnce(&mut Self)) -> Result<(), MachineError> {
+    /// Runs `examine`; the error has all findings.
+    pub(crate) fn collect(examine: impl FnOnce(&mut Self)) -> Result<(), MachineError> {
         let mut found = Self::default();
         examine(&mut found);
         found.result()
     }
 
-    /// An error where something was found.
+    /// An error if something was found.
     pub(crate) fn result(self) -> Result<(), MachineError> {
         if self.list.is_empty() {
             return Ok(());
@@ -86,10 +86,9 @@ impl Findings {
         Err(MachineError::Findings(self.list))
     }
 
-    /// Keeps the first `of_shape` findings, which are about missing and unusable fields, and drops
-    /// later ones that only follow from them: those about the same fields, in whose place the
-    /// reference machine's values stand, and those about the start, whose range depends on other
-    /// fields.
+    /// Drops findings that only follow from the first `of_shape` ones, which are about missing and
+    /// unusable fields: those about the same fields, which were replaced by the reference machine's
+    /// values, and those about the start pose, whose range depends on other fields.
     pub(crate) fn drop_consequences(&mut self, of_shape: usize) {
         let of_values = self.list.split_off(of_shape);
         let is_own = |finding: &Finding| {
@@ -109,7 +108,7 @@ impl Findings {
         });
     }
 
-    /// The value of `name` breaks the rule "must be `rule`".
+    /// Adds "`name` = `value` must be `rule`".
     pub(crate) fn refuse(&mut self, name: impl Display, value: impl Display, rule: impl Display) {
         self.add(name, format_args!("= {value} must be {rule}"));
     }

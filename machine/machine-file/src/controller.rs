@@ -1,4 +1,5 @@
-//! Controller gains and reference trajectories.
+//! The sections `controller` and `trajectories` of a machine file: gains, and the paper's reference
+//! paths.
 
 use crate::check::{Findings, MachineError, examine};
 use serde::{Deserialize, Serialize};
@@ -63,28 +64,25 @@ pub struct Controller {
     pub pd_wrist_damping: [f64; 3],
 }
 
-/// The paper gives λ_i no value and files made before the field existed lack it.
+/// Default of λ_i for older files, which lack it; the paper gives no value.
 fn lambda_i() -> f64 {
     50.0
 }
 
-/// Files made before the field existed lack it; as fast as the feedback on the tip's position.
+/// Default for older files, which lack it: the reference machine's `Lambda_position`.
 fn Lambda_rod() -> f64 {
     20.0
 }
 
-/// Files made before the field existed lack it.
+/// Default for older files, which lack it.
 fn omega_tip() -> f64 {
     5.0
 }
 
 impl Controller {
-    /// Checks every gain; also called when an FMU's importer tunes one.
-    ///
-    /// # Errors
-    /// Every gain outside its range.
+    /// Checks every gain; also called when an importer changes a tunable parameter.
     pub fn check(&self) -> Result<(), MachineError> {
-        Findings::of(|found| self.examine(found))
+        Findings::collect(|found| self.examine(found))
     }
 
     pub(crate) fn examine(&self, found: &mut Findings) {

@@ -1,4 +1,5 @@
-//! Pairs in rotor coordinates.
+//! Voltages, currents and flux linkages as pairs in dq (rotor-flux) coordinates, with their
+//! rotation and amplitude limit.
 
 use serde::{Deserialize, Serialize};
 use std::ops::{Add, Mul};
@@ -20,7 +21,7 @@ impl Dq {
         self.d * other.d + self.q * other.q
     }
 
-    /// The pair in coordinates that are turned back by the angle with this sine and cosine.
+    /// The pair rotated by the angle with this sine and cosine.
     #[inline]
     #[must_use]
     pub fn turned(self, (sin, cos): (f64, f64)) -> Self {
@@ -30,7 +31,7 @@ impl Dq {
         }
     }
 
-    /// The pair scaled back onto the circle of radius `largest` where it lies outside.
+    /// The pair with its amplitude limited to `largest`, direction kept.
     #[inline]
     #[must_use]
     pub fn limited(self, largest: f64) -> Self {

@@ -1,14 +1,14 @@
-//! The section `emla` with every optional field present, so that an importer can set each of them.
+//! The section `emla` with every optional field present, so that an FMU has a parameter for each.
 
 use crate::{Brake, CoreLosses, Emla, Heat, InverterLosses, Temperature};
 use serde::{Deserialize, Serialize};
 use std::num::TryFromIntError;
 
-/// The section `emla` as FMU parameters have it: losses that the file may leave out are zero, brake
-/// and heat typical, and the pole pairs are signed, because FMI integers are.
+/// The section `emla` in the form of FMU parameters: losses that the file leaves out are zero,
+/// brake and heat are typical ones, and the pole pairs are signed like FMI integers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EmlaFields {
-    /// All but what has the fields that follow.
+    /// The section; the other fields override its parts.
     pub emla: Emla,
     /// Pole pairs.
     pub pole_pairs: i32,
@@ -34,7 +34,7 @@ const NO_INVERTER: InverterLosses = InverterLosses {
 };
 
 impl EmlaFields {
-    /// The fields of a section.
+    /// From a section of a machine file.
     pub fn new(emla: Emla) -> Self {
         Self {
             pole_pairs: i32::try_from(emla.p).unwrap_or(i32::MAX),
@@ -47,10 +47,7 @@ impl EmlaFields {
         }
     }
 
-    /// The section of these fields.
-    ///
-    /// # Errors
-    /// Negative pole pairs.
+    /// Back to a section; an error if the pole pairs are negative.
     pub fn section(&self) -> Result<Emla, TryFromIntError> {
         Ok(Emla {
             p: u32::try_from(self.pole_pairs)?,

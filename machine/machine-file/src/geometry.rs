@@ -1,4 +1,4 @@
-//! Dimensions of the mechanism.
+//! The section `geometry` of a machine file: dimensions of the mechanism.
 
 use crate::check::{Findings, examine};
 use serde::{Deserialize, Serialize};

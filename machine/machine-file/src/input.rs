@@ -1,39 +1,37 @@
-//! What acts on an actuator, and who moves its rod: the same for all models of one.
+//! Inputs of an actuator and its drive mode, which both actuator models (`emla` and `rig`) share.
 
 use crate::Dq;
 use serde::{Deserialize, Serialize};
 
-/// Who moves the rod.
+/// What determines the rod's motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Drive {
-    /// The rod follows the inputs `x` and `x_dot`; the force on it is the answer.
+    /// The rod follows the inputs `x` and `x_dot`; the actuator's force is the output.
     Motion,
-    /// The rod is a mass of its own against the input `F_ext`.
+    /// The rod is a free mass under the actuator's force and the input `F_ext`.
     Force,
 }
 
-/// What acts on the actuator at one instant.
+/// Inputs of an actuator at one instant.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ActuatorInput {
     /// Direct-axis voltage v_d, V (peak).
     pub v_d: f64,
     /// Quadrature-axis voltage v_q, V (peak).
     pub v_q: f64,
-    /// Required quadrature-axis current, A (peak): read by drives with a current loop of their own
+    /// Required quadrature-axis current, A (peak): drives with their own current loop read it
     /// instead of the voltages.
     pub i_q_required: f64,
-    /// Voltage of the DC link, V; None: that of the parameters, [`crate::Emla::link_voltage`].
-    /// Over a step it stays what it is at its start.
+    /// Voltage of the DC link, V, held over a step; None: [`crate::Emla::link_voltage`].
     pub v_dc: Option<f64>,
-    /// Whether the inverter's gates are on, as they are by default. Read at the start of a step.
+    /// Whether the inverter's gates are on (the default). Read at the start of a step.
     pub enable: bool,
     /// Whether the holding brake is applied; a drive that has tripped applies it too. Read at the
     /// start of a step.
     pub brake: bool,
-    /// Temperature of the air around the actuator, K; read while heat is on.
+    /// Ambient temperature, K; read if heat is modelled.
     pub T_ambient: f64,
-    /// Rod position x, m, positive when extended. In [`Drive::Force`] read at the start
-    /// only.
+    /// Rod position x, m, positive when extended. In [`Drive::Force`] read at the start only.
     pub x: f64,
     /// Rod velocity, m/s. In [`Drive::Force`] read at the start only.
     pub x_dot: f64,
@@ -64,7 +62,7 @@ impl Default for ActuatorInput {
 }
 
 impl ActuatorInput {
-    /// Commanded voltages, V.
+    /// Commanded voltage in dq coordinates, V.
     #[inline]
     pub fn voltage(&self) -> Dq {
         Dq {
@@ -73,10 +71,9 @@ impl ActuatorInput {
         }
     }
 
-    /// These inputs a time `s` later, s: voltages and forces held, the rod moved on at constant
-    /// velocity.
+    /// These inputs `s` seconds later, with the rod moved at constant velocity.
     ///
-    /// Holding x while x_dot ≠ 0 would cost K_b·x_dot·h of force, some 20 kN at 1 ms.
+    /// BrakeState x while x_dot ≠ 0 would cost K_b·x_dot·h of force, some 20 kN at 1 ms.
     pub fn moved(&self, s: f64) -> Self {
         Self {
             x: self.x + s * self.x_dot,

@@ -1,12 +1,10 @@
-//! Reads JSON and refuses an object that has a key twice; `serde_json` alone would silently keep
-//! the last one.
+//! Reads JSON and refuses duplicate keys, of which `serde_json` alone silently keeps the last.
 
 use serde::Deserializer;
 use serde::de::{DeserializeSeed, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Value};
 use std::fmt;
 
-/// Reads a whole text.
 pub(crate) fn parse(text: &str) -> Result<Value, serde_json::Error> {
     let mut from = serde_json::Deserializer::from_str(text);
     let value = UniqueKeys.deserialize(&mut from)?;
@@ -24,8 +22,8 @@ impl<'de> DeserializeSeed<'de> for UniqueKeys {
     }
 }
 
-/// Methods of a visitor for what becomes a value as it is.
-macro_rules! taken_over {
+/// Visitor methods for scalars, which become a JSON value unchanged.
+macro_rules! pass_through {
     ($($visit:ident $type:ty;)*) => {$(
         fn $visit<E>(self, value: $type) -> Result<Value, E> {
             Ok(value.into())
@@ -44,7 +42,7 @@ impl<'de> Visitor<'de> for UniqueKeys {
         Ok(Value::Null)
     }
 
-    taken_over! { visit_bool bool; visit_i64 i64; visit_u64 u64; visit_f64 f64; visit_str &str; }
+    pass_through! { visit_bool bool; visit_i64 i64; visit_u64 u64; visit_f64 f64; visit_str &str; }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut from: A) -> Result<Value, A::Error> {
         let mut values = Vec::new();

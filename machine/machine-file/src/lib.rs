@@ -1,9 +1,10 @@
-//! Parameters of the machine: one JSON file, its checks, and the embedded reference machine.
+//! The machine file: reads, checks and writes the parameters of a machine as JSON. The shipped
+//! machines are embedded. Every model, FMU and tool gets its parameters from here.
 //!
-//! [`Machine`] is the only door through which parameters enter the models: what has passed
-//! [`Machine::from_json`] is finite, complete and inside its physical range. SI units throughout.
-//! Frames and symbols follow the paper; field names are the JSON keys, so an error message, the
-//! file and the equation show the same symbol.
+//! A [`Machine`] that [`Machine::from_json`] returns is finite, complete and within its physical
+//! ranges, so the models need not check again. SI units throughout. Frames and symbols follow the
+//! paper; field names are the JSON keys, so that error message, file and equation show the same
+//! symbol. Besides, the crate has the inputs and brake states that both actuator models share.
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // fields carry the paper's symbols and are the JSON keys
 
@@ -12,9 +13,9 @@ mod bodies;
 mod check;
 mod controller;
 mod dq;
+mod drive_state;
 mod fields;
 mod geometry;
-mod holding;
 mod input;
 mod json;
 mod machine;
@@ -28,32 +29,30 @@ pub use bodies::{Bodies, Body, InertiaTensor, Limits, Start};
 pub use check::{Finding, MachineError};
 pub use controller::{Controller, CubeAxes, CubicPath, Trajectories, TriangularPath};
 pub use dq::Dq;
+pub use drive_state::{BrakeState, DEAD_LINK, is_tripped, link_current, trip_message};
 pub use fields::EmlaFields;
 pub use geometry::Geometry;
-pub use holding::{DEAD_LINK, Holding, is_tripped, link_current, trip_message};
 pub use input::{ActuatorInput, Drive};
 pub use machine::Machine;
 pub use per_axis::{AXES, PerAxis};
 pub use shape::nearest;
-pub use source::{PRESETS, Source, extending, preset};
+pub use source::{PRESETS, Source, extension_of, preset};
 
 /// The reference machine's JSON, as shipped in `parameters/`.
 pub const REFERENCE_JSON: &str = include_str!("../../../parameters/reference_machine.json");
 
-/// The reference machine with an actuator for each axis, sized for what it does:
-/// `parameters/sized_machine.json`.
+/// The reference machine with an actuator sized for each axis: `parameters/sized_machine.json`.
 pub const SIZED_JSON: &str = include_str!("../../../parameters/sized_machine.json");
 
 /// A HIAB XS031 loader crane on a research platform, with electric actuators:
 /// `parameters/hiab_xs031.json`.
 pub const HIAB_XS031_JSON: &str = include_str!("../../../parameters/hiab_xs031.json");
 
-/// The JSON Schema of machine files, for editors, of the shape and the checks of [`Machine`]
-/// (tested): `parameters/machine.schema.json`.
+/// The JSON Schema of [`Machine`], for editors (tested): `parameters/machine.schema.json`.
 pub const SCHEMA_JSON: &str = include_str!("../../../parameters/machine.schema.json");
 
 impl Machine {
-    /// The reference machine, [`REFERENCE_JSON`] compiled in: nothing is parsed.
+    /// The reference machine, compiled from [`REFERENCE_JSON`] without parsing at run time.
     pub fn reference() -> Self {
         include!(concat!(env!("OUT_DIR"), "/reference.rs"))
     }
@@ -146,7 +145,7 @@ mod tests {
         json["emla"]["wrist"] = common;
         assert_eq!(
             refused(&json),
-            "`emla.wrist` stands beside `slew`, `lift` or `tilt`, and must stand in them"
+            "`emla.wrist` must be inside `slew`, `lift` or `tilt`, which this section has"
         );
     }
 

@@ -1,4 +1,4 @@
-//! A whole machine.
+//! The whole machine file as one struct, and the check of all its values.
 
 use crate::actuator::{Emla, Ratings};
 use crate::bodies::{Bodies, Limits, Start};
@@ -38,13 +38,9 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// Checks every value; called wherever a machine is read, and wherever values were changed
-    /// since.
-    ///
-    /// # Errors
-    /// Every value outside its range.
+    /// Checks every value; to be called after values of a machine were changed.
     pub fn check(&self) -> Result<(), MachineError> {
-        Findings::of(|found| self.examine(found))
+        Findings::collect(|found| self.examine(found))
     }
 
     pub(crate) fn examine(&self, found: &mut Findings) {

@@ -1,33 +1,33 @@
-//! One value for each actuator. A file writes one object for all, or
-//! `{"slew": …, "lift": …, "tilt": …}`. Saved states, whose bytes name nothing, hold all three.
+//! One value for each of the three actuators. A machine file has one object for all, or
+//! `{"slew": …, "lift": …, "tilt": …}`. Saved states hold all three.
 
 use crate::check::{Finding, Findings};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// The actuators, in the order of `x[1..3]`.
+/// Names of the actuators, in the order of `x[1..3]`.
 pub const AXES: [&str; 3] = ["slew", "lift", "tilt"];
 
 /// One value for each actuator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PerAxis<T> {
-    /// Of the slew actuator.
+    /// Value of the slew actuator.
     pub slew: T,
-    /// Of the lift actuator.
+    /// Value of the lift actuator.
     pub lift: T,
-    /// Of the tilt actuator.
+    /// Value of the tilt actuator.
     pub tilt: T,
 }
 
 impl<T> PerAxis<T> {
-    /// In the order of [`AXES`].
+    /// The values in the order of [`AXES`].
     pub fn in_order(&self) -> [&T; 3] {
         [&self.slew, &self.lift, &self.tilt]
     }
 }
 
 impl<T: Copy + PartialEq> PerAxis<T> {
-    /// The same for all.
+    /// The same value for all.
     pub fn all(value: T) -> Self {
         Self {
             slew: value,
@@ -36,13 +36,12 @@ impl<T: Copy + PartialEq> PerAxis<T> {
         }
     }
 
-    /// Whether all are the same.
+    /// Whether all values are equal.
     pub fn is_common(&self) -> bool {
         self.slew == self.lift && self.lift == self.tilt
     }
 
-    /// Examines each of them; where they differ, a finding's name says whose it is:
-    /// `emla.lift.R_s`.
+    /// Checks each value; if they differ, the findings name the axis: `emla.lift.R_s`.
     pub(crate) fn examine(&self, examine: impl Fn(&T, &mut Findings), found: &mut Findings) {
         if self.is_common() {
             return examine(&self.slew, found);
@@ -81,17 +80,17 @@ impl<'de, T: Deserialize<'de> + Copy + PartialEq> Deserialize<'de> for PerAxis<T
             let [slew, lift, tilt] = Deserialize::deserialize(from)?;
             return Ok(Self { slew, lift, tilt });
         }
-        Ok(match Written::deserialize(from)? {
-            Written::Each { slew, lift, tilt } => Self { slew, lift, tilt },
-            Written::All(all) => Self::all(all),
+        Ok(match FileForm::deserialize(from)? {
+            FileForm::Each { slew, lift, tilt } => Self { slew, lift, tilt },
+            FileForm::All(all) => Self::all(all),
         })
     }
 }
 
-/// The two forms of a section in a file.
+/// The two forms of such a section in a file.
 #[derive(Deserialize)]
 #[serde(untagged, deny_unknown_fields)]
-enum Written<T> {
+enum FileForm<T> {
     Each { slew: T, lift: T, tilt: T },
     All(T),
 }

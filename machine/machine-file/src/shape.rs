@@ -1,5 +1,5 @@
-//! Compares a machine file with a machine that has all fields, and reports every field that is
-//! unknown, missing or of another type.
+//! Compares the JSON of a machine file with a template that has all fields, and reports every field
+//! that is unknown, missing or of a wrong type.
 
 use crate::check::Findings;
 use crate::per_axis::{AXES, PerAxis};
@@ -7,11 +7,11 @@ use crate::sections::{SECTIONS_PER_AXIS, is_split};
 use crate::{EmlaFields, Machine};
 use serde_json::Value;
 
-/// Likeness from which on a name is proposed instead of another.
+/// Similarity (Jaro–Winkler) from which on a name is suggested in place of an unknown one.
 const LIKE: f64 = 0.7;
 
-/// Reports what no machine file has, and takes it out; of a machine that is to be complete also
-/// what is missing, in whose place it puts values of the reference machine.
+/// Reports and removes unknown fields. If the machine must be complete, also reports missing fields
+/// and fills them with the reference machine's values.
 pub(crate) fn check(value: &mut Value, found: &mut Findings, is_complete: bool) {
     let template = template();
     let root = FieldPath {
@@ -26,7 +26,7 @@ pub(crate) fn check(value: &mut Value, found: &mut Findings, is_complete: bool) 
     check.value(value, &root, found);
 }
 
-/// The name among `known` that `name` probably stands for.
+/// The name among `known` that is most similar to `name`, for "did you mean …?".
 pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let name = name.to_lowercase();
     let likeness = |other: &str| strsim::jaro_winkler(&name, &other.to_lowercase());
@@ -36,7 +36,7 @@ pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&
         .map(|(_, name)| name)
 }
 
-/// The reference machine with every section that a file may leave out.
+/// The reference machine with all optional sections.
 pub(crate) fn template() -> Value {
     let mut machine = Machine::reference();
     let with_all = EmlaFields::new(machine.emla.lift).section();
@@ -44,13 +44,12 @@ pub(crate) fn template() -> Value {
     serde_json::to_value(machine).expect("numbers and names")
 }
 
-/// A place in a machine file.
+/// A field of the machine file, where the comparison is.
 struct FieldPath<'a> {
-    /// What a machine has there.
     template: &'a Value,
     /// Keys that lead there in the template.
     keys: &'a [&'a str],
-    /// Path for people, which names the actuator too.
+    /// Path for messages, which also names the actuator.
     name: &'a str,
 }
 
@@ -73,13 +72,13 @@ impl ShapeCheck<'_> {
                 return self.elements(value, at, found);
             }
             (Value::Number(n), Value::Number(t)) => {
-                // A float of the template is one; a whole number of it must be one.
+                // Where the template has a whole number, the file must have one, too.
                 if t.is_f64() || n.as_u64().is_some_and(|n| u32::try_from(n).is_ok()) {
                     return;
                 }
                 "a whole number".into()
             }
-            (Value::Null, Value::Object(_)) if self.may_lack(at.keys) => return,
+            (Value::Null, Value::Object(_)) if self.is_optional(at.keys) => return,
             (_, Value::Object(_)) => "an object".into(),
             (_, Value::Array(t)) => format!("an array of {} elements", t.len()),
             _ => String::from("a number"),
@@ -93,7 +92,7 @@ impl ShapeCheck<'_> {
         fields.retain(|key, _| {
             let is_axis = AXES.contains(&key.as_str());
             if !is_axis {
-                let problem = "stands beside `slew`, `lift` or `tilt`, and must stand in them";
+                let problem = "must be inside `slew`, `lift` or `tilt`, which this section has";
                 found.add(format_args!("{}.{key}", at.name), problem);
             }
             is_axis
@@ -149,7 +148,7 @@ impl ShapeCheck<'_> {
             };
             match fields.get_mut(key) {
                 Some(value) => self.value(value, &field, found),
-                None if self.is_complete && !self.may_lack(keys) => {
+                None if self.is_complete && !self.is_optional(keys) => {
                     found.add(inner(key), "is missing");
                     fields.insert(key.clone(), template.clone());
                 }
@@ -179,8 +178,8 @@ impl ShapeCheck<'_> {
         }
     }
 
-    /// Whether a machine without the field at `place` can be read.
-    fn may_lack(&self, place: &[&str]) -> bool {
+    /// Whether a machine can be read without the field at `place`.
+    fn is_optional(&self, place: &[&str]) -> bool {
         let Some((field, parents)) = place.split_last() else {
             return false;
         };

@@ -1,5 +1,5 @@
-//! Where a machine comes from: a file, or a part of one with `"extends"` and what differs, or a
-//! shipped machine.
+//! Loads a machine: a shipped one by its name, a complete file, or a file that has `"extends"` with
+//! the name of another machine and only the fields that differ.
 
 use crate::check::{Findings, MachineError};
 use crate::sections::{SECTIONS_PER_AXIS, is_split, split};
@@ -8,39 +8,36 @@ use serde_json::{Map, Value};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The shipped machines: names for `extends` and `machine_file`, and their files.
+/// Names (for `extends` and `machine_file`) and JSON texts of the shipped machines.
 pub const PRESETS: [(&str, &str); 3] = [
     ("reference", crate::REFERENCE_JSON),
     ("sized", crate::SIZED_JSON),
     ("hiab_xs031", crate::HIAB_XS031_JSON),
 ];
 
-/// The file of the shipped machine `name`.
+/// The JSON text of the shipped machine `name`.
 pub fn preset(name: &str) -> Option<&'static str> {
     let found = PRESETS.iter().find(|(known, _)| *known == name);
     found.map(|(_, text)| *text)
 }
 
-/// A machine, and the texts that it was read from: of the file itself, then of what each extends.
+/// A machine with the texts that it was read from: the file itself, then each file it extends.
 #[derive(Debug)]
 pub struct Source {
-    /// What they say.
+    /// The machine.
     pub machine: Machine,
     /// The texts.
     pub texts: Vec<String>,
 }
 
 impl Source {
-    /// What `text` says; a relative path in `extends` starts from the folder of `file`, or from the
-    /// working directory.
-    ///
-    /// # Errors
-    /// Everything that is wrong with it.
+    /// Reads the machine of `text`. A relative path in `extends` is relative to the folder of
+    /// `file`, or to the working directory. The error has everything that is wrong.
     pub fn read(text: &str, file: Option<&Path>) -> Result<Self, MachineError> {
         let mut texts = Vec::new();
-        let mut open = Vec::from_iter(file.map(identity));
+        let mut open = Vec::from_iter(file.map(canonical));
         let mut found = Findings::default();
-        let mut value = merged(text, file, &mut open, &mut texts, &mut found)?;
+        let mut value = merge(text, file, &mut open, &mut texts, &mut found)?;
         shape::check(&mut value, &mut found, true);
         let machine: Machine = serde_json::from_value(value)?;
         let of_shape = found.list.len();
@@ -50,23 +47,19 @@ impl Source {
         Ok(Self { machine, texts })
     }
 
-    /// Name of the shipped machine that this one is, or that it extends, through other files too;
-    /// of several the nearest.
+    /// Name of the shipped machine that this one is, or extends directly or through other files.
     pub fn shipped(&self) -> Option<&'static str> {
         let name = |text: &String| PRESETS.iter().find(|(_, shipped)| shipped == text);
         self.texts.iter().find_map(name).map(|(name, _)| *name)
     }
 
-    /// The shipped machine `name`, else that of the file.
-    ///
-    /// # Errors
-    /// No such file, or everything that is wrong with it.
+    /// Reads the shipped machine `name`, or the file with this path.
     pub fn named(name: &str) -> Result<Self, MachineError> {
         match preset(name) {
             Some(text) => Self::read(text, None),
             None => {
                 let file = Path::new(name);
-                let text = fs::read_to_string(file).map_err(|e| unknown(name, file, &e))?;
+                let text = fs::read_to_string(file).map_err(|e| unknown_machine(name, file, &e))?;
                 Self::read(&text, Some(file))
             }
         }
@@ -74,25 +67,18 @@ impl Source {
 }
 
 impl Machine {
-    /// Reads and checks a machine whose text is of no file.
-    ///
-    /// # Errors
-    /// Malformed JSON (with line and column), or all fields that are unknown, missing, wrongly
-    /// typed, or outside their physical ranges (with path, value and rule).
+    /// Reads and checks a machine. The error has line and column of malformed JSON, or path, value
+    /// and rule of every field that is unknown, missing, of a wrong type or out of its range.
     pub fn from_json(json: &str) -> Result<Self, MachineError> {
         Ok(Source::read(json, None)?.machine)
     }
 
-    /// As [`Machine::from_json`], of the text of `file`, beside which relative paths of `extends`
-    /// are looked for.
-    ///
-    /// # Errors
-    /// As of [`Machine::from_json`].
-    pub fn of_file(text: &str, file: &Path) -> Result<Self, MachineError> {
+    /// As [`Machine::from_json`], with relative paths in `extends` from the folder of `file`.
+    pub fn from_text(text: &str, file: &Path) -> Result<Self, MachineError> {
         Ok(Source::read(text, Some(file))?.machine)
     }
 
-    /// The shipped machine of that name; without a name, the reference machine.
+    /// The shipped machine `name`; an empty name is the reference machine.
     pub fn preset(name: &str) -> Option<Self> {
         if ["", "reference"].contains(&name) {
             return Some(Self::reference());
@@ -101,12 +87,12 @@ impl Machine {
     }
 }
 
-/// A name under which a file is known again.
-fn identity(file: &Path) -> PathBuf {
+/// A path that is the same for the same file.
+fn canonical(file: &Path) -> PathBuf {
     fs::canonicalize(file).unwrap_or_else(|_| file.to_path_buf())
 }
 
-fn unknown(name: &str, file: &Path, error: &std::io::Error) -> MachineError {
+fn unknown_machine(name: &str, file: &Path, error: &std::io::Error) -> MachineError {
     let names: Vec<_> = PRESETS.iter().map(|(name, _)| *name).collect();
     let near = shape::nearest(name, names.iter().copied());
     let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
@@ -117,9 +103,9 @@ fn unknown(name: &str, file: &Path, error: &std::io::Error) -> MachineError {
     ))
 }
 
-/// The object of `text` on top of what it extends. `open` are the files that are being read,
-/// `texts` all that were.
-fn merged(
+/// The JSON object of `text`, merged onto the machine that it extends. `open` are the files being
+/// read (to find cycles), `texts` collects the text of every file.
+fn merge(
     text: &str,
     file: Option<&Path>,
     open: &mut Vec<PathBuf>,
@@ -145,17 +131,17 @@ fn merged(
             return Ok(own);
         }
     };
-    let of_base = |error| MachineError::Base {
+    let in_base = |error| MachineError::Base {
         name: base.clone(),
         error: Box::new(error),
     };
-    let mut value = base_of(&base, file, open, texts).map_err(of_base)?;
-    put(&mut value, own, true);
+    let mut value = read_base(&base, file, open, texts).map_err(in_base)?;
+    overlay(&mut value, own, true);
     Ok(value)
 }
 
-/// The object that `name` stands for in `extends` of `file`.
-fn base_of(
+/// The JSON object of the machine `name` that `file` extends.
+fn read_base(
     name: &str,
     file: Option<&Path>,
     open: &mut Vec<PathBuf>,
@@ -163,20 +149,20 @@ fn base_of(
 ) -> Result<Value, MachineError> {
     let mut found = Findings::default();
     let value = if let Some(text) = preset(name) {
-        merged(text, None, open, texts, &mut found)?
+        merge(text, None, open, texts, &mut found)?
     } else {
         let folder = file.and_then(Path::parent).unwrap_or(Path::new(""));
         let path = folder.join(name);
-        let text = fs::read_to_string(&path).map_err(|e| unknown(name, &path, &e))?;
-        let this = identity(&path);
+        let text = fs::read_to_string(&path).map_err(|e| unknown_machine(name, &path, &e))?;
+        let this = canonical(&path);
         if open.contains(&this) {
             let path = path.display();
             return Err(MachineError::Source(format!(
-                "{path} must not extend itself, not through other files either"
+                "{path} must not extend itself, directly or through other files"
             )));
         }
         open.push(this);
-        let value = merged(&text, Some(&path), open, texts, &mut found)?;
+        let value = merge(&text, Some(&path), open, texts, &mut found)?;
         open.pop();
         value
     };
@@ -184,9 +170,9 @@ fn base_of(
     Ok(value)
 }
 
-/// Puts `own` on top of `base`: objects field by field; all else, arrays too, as a whole. Where one
-/// of the two tells actuators apart, so does the result.
-fn put(base: &mut Value, own: Value, is_whole: bool) {
+/// Overwrites `base` with `own`: objects field by field, everything else (arrays, too) as a whole.
+/// If one of the two has an object for each actuator, so has the result.
+fn overlay(base: &mut Value, own: Value, is_whole: bool) {
     let (Value::Object(base), Value::Object(own)) = (&mut *base, &own) else {
         *base = own;
         return;
@@ -203,13 +189,13 @@ fn put(base: &mut Value, own: Value, is_whole: bool) {
             split(place);
             split(&mut value);
         }
-        put(place, value, false);
+        overlay(place, value, false);
     }
 }
 
-/// The object of a file that extends `name`, whose machine is `base`, and says only how `machine`
-/// differs.
-pub fn extending(name: &str, base: &Machine, machine: &Machine) -> Value {
+/// The JSON of a file that extends the machine `base`, called `name`, and has only the fields in
+/// which `machine` differs.
+pub fn extension_of(name: &str, base: &Machine, machine: &Machine) -> Value {
     let [mut base, mut machine] =
         [base, machine].map(|m| serde_json::to_value(m).expect("numbers and names"));
     for section in SECTIONS_PER_AXIS {
@@ -225,7 +211,7 @@ pub fn extending(name: &str, base: &Machine, machine: &Machine) -> Value {
     Value::Object(file)
 }
 
-/// What of `value` differs from `base`, as [`put`] puts it there.
+/// The part of `value` that differs from `base`: [`overlay`] puts it back.
 fn difference(base: &Value, value: &Value) -> Option<Value> {
     let (Value::Object(fields), Value::Object(known)) = (value, base) else {
         return (value != base).then(|| value.clone());
@@ -326,7 +312,7 @@ mod tests {
         write("lowest.json", &json!({"extends": "inner/base.json"}));
         let refused = Source::named(&name).expect_err("a circle").to_string();
         assert!(
-            refused.ends_with("must not extend itself, not through other files either"),
+            refused.ends_with("must not extend itself, directly or through other files"),
             "{refused}"
         );
         write("top.json", &json!({"extends": "./top.json"}));
@@ -409,7 +395,7 @@ mod tests {
             for (other, _) in PRESETS {
                 let [base, machine] =
                     [name, other].map(|name| Machine::preset(name).expect("shipped"));
-                let file = extending(name, &base, &machine);
+                let file = extension_of(name, &base, &machine);
                 assert_eq!(read(&file).expect("valid"), machine, "{other} on {name}");
             }
         }
@@ -417,7 +403,7 @@ mod tests {
         let mut machine = base.clone();
         machine.emla.tilt.core = None;
         machine.bodies.PL.mass = 12.0;
-        let file = extending("reference", &base, &machine);
+        let file = extension_of("reference", &base, &machine);
         assert_eq!(file["bodies"], json!({"PL": {"mass": 12.0}}));
         assert_eq!(file["emla"], json!({"tilt": {"core": null}}));
     }

@@ -1,4 +1,4 @@
-//! Ranges of parameters.
+//! Range checks of a model's parameters, and the error that names parameter, value and rule.
 
 use thiserror::Error;
 
@@ -6,7 +6,7 @@ use thiserror::Error;
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[error("`{name}` = {value} must be {rule}")]
 pub struct ParamError {
-    /// Its name.
+    /// Name of the parameter.
     pub name: &'static str,
     /// Its value.
     pub value: f64,
@@ -39,7 +39,7 @@ impl Range {
         }
     }
 
-    /// The rule in words.
+    /// The rule in words, after "must be".
     #[must_use]
     pub fn rule(self) -> &'static str {
         match self {
@@ -51,29 +51,23 @@ impl Range {
     }
 }
 
-/// Checks that all `values`, each with its name, lie in `range`.
-///
-/// # Errors
-/// The first that does not.
+/// Checks that all `values`, each with its name, lie in `range`; the error is the first outside.
 pub fn check<const N: usize>(
     range: Range,
     values: [(&'static str, f64); N],
 ) -> Result<(), ParamError> {
     let mut values = values.into_iter();
-    values.try_for_each(|(name, value)| demand(name, value, range.rule(), range.contains(value)))
+    values.try_for_each(|(name, value)| require(name, value, range.rule(), range.contains(value)))
 }
 
 /// Checks that all elements of the parameter `name` lie in `range`.
-///
-/// # Errors
-/// The first that does not.
 pub fn check_each(range: Range, name: &'static str, values: &[f64]) -> Result<(), ParamError> {
     let mut values = values.iter();
     values.try_for_each(|value| check(range, [(name, *value)]))
 }
 
-/// Checks fields of `$of`, each by the [`Range`] that it is listed under, with its path as its
-/// name; the result is that of [`check`].
+/// Checks fields of `$of`, each with the [`Range`] that it is listed under; a field's name in the
+/// error is its path. Same result as [`check`].
 #[macro_export]
 macro_rules! check_fields {
     ($of:expr; $($range:ident: $($first:ident $(. $more:ident)*),+;)+) => {{
@@ -84,11 +78,8 @@ macro_rules! check_fields {
     }};
 }
 
-/// Checks a parameter with a rule of its own: that it is finite and that the rule `holds`.
-///
-/// # Errors
-/// It is not, or the rule does not hold.
-pub fn demand(
+/// Checks a parameter with a special rule: it must be finite, and the rule must hold.
+pub fn require(
     name: &'static str,
     value: f64,
     rule: &'static str,
@@ -131,8 +122,8 @@ mod tests {
         let values = [("R", 2.0), ("L", -0.5), ("C", f64::NAN)];
         let error = check(Range::Positive, values).expect_err("L");
         assert_eq!(error.to_string(), "`L` = -0.5 must be finite and > 0");
-        assert!(demand("v_max", 3.0, "above v_min", true).is_ok());
-        let error = demand("v_max", f64::NAN, "above v_min", true).expect_err("NaN");
+        assert!(require("v_max", 3.0, "above v_min", true).is_ok());
+        let error = require("v_max", f64::NAN, "above v_min", true).expect_err("NaN");
         assert_eq!(error.to_string(), "`v_max` = NaN must be above v_min");
     }
 }

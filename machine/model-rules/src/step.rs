@@ -1,17 +1,17 @@
-//! Communication steps: their substeps, and why one could not be completed.
+//! Checks of a communication step, its division into substeps, and the errors of a failed one.
 
 use thiserror::Error;
 
-/// Most substeps in one step, half a second of computing. Normal operation takes 2 to 16 per
-/// millisecond.
+/// Largest number of substeps in one step, half a second of computing. Normal operation takes 2 to
+/// 16 per millisecond.
 pub const MAX_SUBSTEPS: f64 = 1e6;
 
-/// Largest `rate·dt` of a linear mode. The classical Runge–Kutta method is stable to 2.78 on the real
-/// and 2.83 on the imaginary axis; 1 keeps it accurate too.
+/// Largest `rate·dt` of a linear mode. The classical Runge–Kutta method is stable to 2.78 on the
+/// real and 2.83 on the imaginary axis; 1 keeps it accurate too.
 pub const RATE_STEP: f64 = 1.0;
 
-/// The stages of the classical Runge–Kutta method: share of the substep at which the rates are taken,
-/// and their weight.
+/// The stages of the classical Runge–Kutta method: share of the substep at which the rates are
+/// taken, and their weight.
 pub const RK4_STAGES: [(f64, f64); 4] = [
     (0.0, 1.0 / 6.0),
     (0.5, 1.0 / 3.0),
@@ -19,8 +19,8 @@ pub const RK4_STAGES: [(f64, f64); 4] = [
     (1.0, 1.0 / 6.0),
 ];
 
-/// Part of a step by which the substeps may be longer than the longest: an importer's clock may be
-/// off by so much, and a nanosecond more than a millisecond must not cost another substep.
+/// Share by which a substep may exceed the longest one: importers' clocks have rounding errors, and
+/// a nanosecond more than a millisecond must not cost another substep.
 const TIME_SLACK: f64 = 1e-3;
 
 /// Why a step could not be completed; the caller's state is untouched.
@@ -46,17 +46,14 @@ pub enum StepError {
     },
 }
 
-/// In how many substeps of at most `dt_max`, s, a step of `h`, s, is taken. They are of one length,
-/// so that the last ends where the step does.
+/// Number of substeps of at most `dt_max`, s, in a step of `h`, s. All have the same length, so the
+/// last one ends where the step does.
 #[inline]
 pub fn substeps(h: f64, dt_max: f64) -> f64 {
     (h * (1.0 - TIME_SLACK) / dt_max).ceil().max(1.0)
 }
 
-/// Checks that a step from `t` by `h`, both s, can be taken at all.
-///
-/// # Errors
-/// [`StepError::BadStep`] where `h` is not finite or not positive.
+/// Checks that the step size `h` is finite and positive; `t`, s, is the time in the error.
 #[inline]
 pub fn check_step(t: f64, h: f64) -> Result<(), StepError> {
     if h.is_finite() && h > 0.0 {
@@ -67,9 +64,6 @@ pub fn check_step(t: f64, h: f64) -> Result<(), StepError> {
 
 /// Checks that all `values`, each with its name, are finite at the end of the step that began at
 /// `t`, s.
-///
-/// # Errors
-/// [`StepError::NotFinite`] with the first that is not.
 #[inline]
 pub fn check_finite<const N: usize>(
     t: f64,

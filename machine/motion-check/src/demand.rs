@@ -1,5 +1,5 @@
-//! What a motion demands: forces, strokes and speeds of the rods, wrist torques, and what the
-//! motors need for them.
+//! Inverse dynamics of the machine: the rod forces, strokes and speeds, wrist torques, motor
+//! torques, currents and voltages that a joint motion requires.
 
 use crate::quantity::Quantity;
 use emla::maps;
@@ -10,16 +10,15 @@ use serde::{Deserialize, Serialize};
 /// A payload held rigidly at the end-effector.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Payload {
-    /// Mass, kg; its inertia about the centre of mass goes with it, as the machine file's payload
-    /// has it.
+    /// Mass, kg; the inertia of the machine file's payload is scaled with it.
     pub mass: f64,
     /// Centre of mass in D4's axes, m.
     pub com: [f64; 3],
 }
 
 impl Payload {
-    /// Of the machine file.
-    pub fn of(machine: &Machine) -> Self {
+    /// The payload of the machine file.
+    pub fn from_machine(machine: &Machine) -> Self {
         let body = &machine.bodies.PL;
         Self {
             mass: body.mass,
@@ -50,7 +49,7 @@ impl Motion {
     }
 }
 
-/// What a motion demands at one instant.
+/// What a motion requires at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Demand {
     /// Joint angles, rad.
@@ -89,30 +88,23 @@ impl Demand {
     }
 }
 
-/// A machine with a payload, and what its motions demand.
+/// Inverse dynamics of a machine with a payload.
 #[derive(Clone, Debug)]
-pub struct Capability {
+pub struct DemandModel {
     plant: Hdrm,
     /// Slew, lift, tilt.
     actuators: [Emla; 3],
 }
 
-impl Capability {
-    /// Of the nominal machine with a payload; mass 0: none.
-    ///
-    /// # Errors
-    /// A mechanism that does not work over its joint range, or a mass that is negative or not
-    /// finite.
+impl DemandModel {
+    /// The nominal machine with `payload`; mass 0: none.
     pub fn new(machine: &Machine, payload: &Payload) -> Result<Self, HdrmError> {
-        Self::carrying(machine, payload, 0.0, [0.0; 3])
+        Self::with_load(machine, payload, 0.0, [0.0; 3])
     }
 
-    /// As [`Capability::new`], and a load besides the payload: a point mass, kg, at `com` from the
-    /// tip T4 in T4's axes, m.
-    ///
-    /// # Errors
-    /// As [`Capability::new`].
-    pub fn carrying(
+    /// As [`DemandModel::new`], with a load besides the payload: a point mass `mass`, kg, at `com`,
+    /// m, from the tip T4 in T4's axes.
+    pub fn with_load(
         machine: &Machine,
         payload: &Payload,
         mass: f64,
@@ -126,7 +118,7 @@ impl Capability {
         };
         let options = Options {
             load,
-            ..Options::of(machine)
+            ..Options::from_machine(machine)
         };
         Ok(Self {
             plant: Hdrm::new(machine, &options)?,
@@ -139,7 +131,7 @@ impl Capability {
         &self.plant
     }
 
-    /// What `motion` demands in free range, without end stops and with nothing touching the tip.
+    /// What `motion` requires, without end stops and contact.
     ///
     /// The motors follow the rods rigidly: `w_m = ẋ/travel`, `ẇ_m = ẍ/travel` with `ẍ = x'·ζ̈ +
     /// x''·ζ̇²`.
@@ -176,8 +168,8 @@ impl Capability {
     }
 }
 
-/// Speed, torque, current and voltage of a motor with the force `F` on the load at the rod's speed
-/// and acceleration, m/s and m/s²; with `i_d = 0` and currents that change slowly
+/// Speed, torque, current and voltage of a motor whose actuator exerts the force `F`, N, at the rod
+/// speed `x_dot`, m/s, and acceleration `x_ddot`, m/s²; with `i_d = 0` and slowly changing currents
 /// ```text
 /// i_q = τ_e/(3/2·p·λ_m),   v_d = −p w_m L_q i_q,   v_q = R_s i_q + p w_m λ_m
 /// ```

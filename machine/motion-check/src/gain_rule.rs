@@ -1,34 +1,36 @@
-//! The rule that turns a machine into gains for actuators as built: soft, sampled, late.
+//! Computes controller gains for a machine whose actuators are not ideal: compliant, sampled and
+//! delayed. Used by `hdrm-fmu machine gains` and the studies.
 //!
-//! Each gain stands in a fixed ratio to what bounds it. The ratios are those of the gains that keep
-//! the reference machine in every plant of the tests; the reasoning is in `docs/machine/machines.md`.
+//! Each gain is a fixed ratio of the quantity that bounds it. The ratios are those with which the
+//! reference machine is stable in every plant of the tests; `docs/machines.md` has the reasoning.
 
 use emla::maps;
 use hdrm::{Hdrm, HdrmError, Options, State};
 use machine_file::Machine;
 use nalgebra::Matrix2;
 
-/// Stiffness of mounting and pins that is reckoned with, N/m: that of the actuators as built.
+/// Assumed stiffness of mounting and pins, N/m: that of the actuators as built.
 const MOUNTING: f64 = 6e7;
-/// Feedback on the tip, as a part of the lowest mode's frequency; its integral, as a part of it.
+/// Feedback on the tip over the lowest mode's frequency; rate of its integral over that feedback.
 const LAMBDA: f64 = 0.42;
 const INTEGRAL: f64 = 0.5;
-/// Frequency of the adaptation that acts as a spring, as a part of the lowest mode's.
+/// Frequency at which the adaptation acts as a spring, over the lowest mode's.
 const ADAPTATION: f64 = 0.3;
-/// Bandwidth of a motor's velocity, and of the disturbance observer beside it, 1/s: with readings of
-/// one step of 1 ms, a network and a current loop three steps more leave half a radian of phase.
+/// Bandwidth of a motor's velocity loop, and of the disturbance observer in parallel, 1/s: with
+/// readings one step of 1 ms old, and three more for network and current loop, half a radian of
+/// phase remains.
 const MOTOR: f64 = 65.0;
 const OBSERVER: f64 = 60.0;
-/// Damping of the wrist over its inertia, and feedback on the orientation, 1/s: a drive that lags
-/// by 5 ms and sticks leaves no more. As a rate it is the same for every machine, because
+/// Damping of the wrist over its inertia, and feedback on the orientation, 1/s: the most that a
+/// drive with 5 ms of lag and stiction allows. As a rate it is the same for every machine, because
 /// `K_A` = `kappa_KA` × inertia.
 const WRIST: f64 = 20.0;
 const TURN: f64 = 5.0;
 
-/// What bounds the gains of a machine, at its start pose.
+/// The quantities that bound the gains of a machine, at its start pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
-    /// Lowest mode of the booms on actuators as built whose motors stand, rad/s.
+    /// Lowest mode of the booms on compliant actuators with locked motors, rad/s.
     pub mode: f64,
     /// Root of the sum of the bodies' squared moments of gravity about the lift joint, N·m.
     pub moment: f64,
@@ -38,7 +40,7 @@ pub struct Bounds {
     pub motor: f64,
 }
 
-/// A gain of the controller by the rule.
+/// A gain of the controller as the rule gives it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RuledGain {
     /// Variable of the controller.
@@ -47,34 +49,25 @@ pub struct RuledGain {
     pub value: f64,
     /// Unit.
     pub unit: &'static str,
-    /// What it is made of.
+    /// How the value comes about, in words.
     pub why: String,
 }
 
 /// The gains of a machine.
-///
-/// # Errors
-/// A mechanism that does not work.
 pub fn gains(machine: &Machine) -> Result<Vec<RuledGain>, HdrmError> {
     Ok(within(machine, &bounds(machine)?))
 }
 
-/// The gain of the adaptation alone, J.
-///
-/// # Errors
-/// As of [`gains`].
+/// The adaptation gain alone, J.
 pub fn gamma(machine: &Machine) -> Result<f64, HdrmError> {
     let gains = gains(machine)?;
     let gamma = gains.iter().find(|gain| gain.name == "gamma");
     Ok(gamma.expect("a gain of the rule").value)
 }
 
-/// What bounds the gains of a machine.
-///
-/// # Errors
-/// A mechanism that does not work.
+/// The bounds of a machine's gains.
 pub fn bounds(machine: &Machine) -> Result<Bounds, HdrmError> {
-    let plant = Hdrm::new(machine, &Options::of(machine))?;
+    let plant = Hdrm::new(machine, &Options::from_machine(machine))?;
     let zeta = machine.start.zeta;
     let strokes = plant.tree().configuration(&zeta).strokes;
     let rest = State {
@@ -95,7 +88,7 @@ pub fn bounds(machine: &Machine) -> Result<Bounds, HdrmError> {
     for k in 0..machine.bodies.in_order().len() {
         let mut half = machine.clone();
         half.bodies.in_order_mut()[k].mass *= 0.5;
-        let without = Hdrm::new(&half, &Options::of(&half))?;
+        let without = Hdrm::new(&half, &Options::from_machine(&half))?;
         square += (2.0 * (lift(&plant) - lift(&without))).powi(2);
     }
     let motors = machine.emla.in_order().map(|p| {
@@ -111,7 +104,7 @@ pub fn bounds(machine: &Machine) -> Result<Bounds, HdrmError> {
     })
 }
 
-/// The gains of a machine with these bounds. The adaptation's gain is
+/// The gains of a machine with these bounds. The adaptation gain is
 /// ```text
 /// γ = Σ_k (m_k g x_k)² / (M ω_a²)
 /// ```
@@ -174,7 +167,7 @@ fn within(machine: &Machine, bounds: &Bounds) -> Vec<RuledGain> {
     ]
 }
 
-/// Rounded to two digits.
+/// `value` rounded to two digits.
 fn two_digits(value: f64) -> f64 {
     format!("{value:.1e}").parse().expect("a number")
 }
@@ -188,7 +181,8 @@ mod tests {
         found.expect("a gain").value
     }
 
-    /// By hand: 0.42·30 = 12.6, rounded 13, half of it 6.5; (2e4)²/(4000·(0.3·30)²) = 1235; 65/0.16 = 406.
+    /// By hand: 0.42·30 = 12.6, rounded 13, half of it 6.5; (2e4)²/(4000·(0.3·30)²) = 1235; 65/0.16
+    /// = 406.
     #[test]
     fn gains_are_in_proportion_to_what_bounds_them() {
         let bounds = Bounds {
@@ -224,7 +218,7 @@ mod tests {
             }
         }
         let bounds = bounds(&machine).expect("bounds");
-        let plant = Hdrm::new(&machine, &Options::of(&machine)).expect("a plant");
+        let plant = Hdrm::new(&machine, &Options::from_machine(&machine)).expect("a plant");
         let stroke = plant.tree().configuration(&machine.start.zeta).strokes[1];
         let screw = maps::stiffness(&machine.emla.lift, stroke.x);
         let spring = stroke.prime.powi(2) / (1.0 / screw + 1.0 / MOUNTING);

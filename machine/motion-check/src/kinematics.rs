@@ -1,4 +1,4 @@
-//! Joint motion of a tip motion.
+//! Inverse kinematics: from the pose and motion of the tip to the joint angles and their motion.
 
 use hdrm::{DOF, GeometryError, Tip, Tree};
 use machine_file::Machine;
@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 use crate::demand::Motion;
 use crate::rotation::rotation_vector;
 
-/// Most iterations; beside a solution two or three are needed.
+/// Largest number of iterations; near a solution two or three are needed.
 const ITERATIONS: u32 = 100;
 /// Error of a solution, m and rad: rounding of the pose of an arm of some metres leaves 1e-15.
 const TOLERANCE: f64 = 1e-11;
-/// Keeps the iteration's matrix regular at a singularity; small beside the square of any singular
-/// value elsewhere.
+/// Keeps the iteration's matrix regular at a singularity; small compared with the square of any
+/// singular value elsewhere.
 const DAMPING: f64 = 1e-10;
 
 /// Position and orientation of the tip T4 in the world.
@@ -28,7 +28,7 @@ pub struct Pose {
 /// Motion of the tip at one instant, world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TipMotion {
-    /// Pose.
+    /// Position and orientation.
     pub pose: Pose,
     /// Velocity and angular velocity, m/s and rad/s.
     pub velocity: Vector6<f64>,
@@ -36,14 +36,14 @@ pub struct TipMotion {
     pub acceleration: Vector6<f64>,
 }
 
-/// What comes nearest to a pose for which no joint angles were found.
+/// The closest joint angles to a pose for which no solution was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NearestPose {
-    /// Joint angles, as far as the search found, rad.
+    /// Joint angles at which the search ended, rad.
     pub zeta: [f64; DOF],
-    /// Their distance from the position, m.
+    /// Their error of the position, m.
     pub distance: f64,
-    /// Their angle from the orientation, rad.
+    /// Their error of the orientation, rad.
     pub angle: f64,
 }
 
@@ -54,10 +54,7 @@ pub struct Kinematics {
 }
 
 impl Kinematics {
-    /// Of a machine.
-    ///
-    /// # Errors
-    /// Geometry that is not a working machine.
+    /// The kinematics of a machine.
     pub fn new(machine: &Machine) -> Result<Self, GeometryError> {
         Ok(Self {
             tree: Tree::new(machine)?,
@@ -78,10 +75,7 @@ impl Kinematics {
 
     /// Joint angles of a pose, on the branch of the angles `near`, rad: Levenberg–Marquardt steps
     /// whose damping is the squared error (Sugihara, IEEE Trans. Robotics 27(5), 2011). Joint
-    /// limits are not looked at.
-    ///
-    /// # Errors
-    /// The arm does not reach the pose, or the search from `near` does not.
+    /// limits are not checked. An error if the pose cannot be reached, at least not from `near`.
     pub fn inverse(&self, pose: &Pose, near: &[f64; DOF]) -> Result<[f64; DOF], NearestPose> {
         let mut zeta = Vector6::from(*near);
         for _ in 0..ITERATIONS {
@@ -108,8 +102,8 @@ impl Kinematics {
         })
     }
 
-    /// Joint motion of a tip motion at the joint angles `zeta` of its pose, rad; None where the arm
-    /// is singular.
+    /// Joint motion of a tip motion at the joint angles `zeta`, rad, of its pose; None at a
+    /// singularity of the arm.
     /// ```text
     /// ζ̇ = J⁻¹ V,   ζ̈ = J⁻¹ (V̇ − J̇ ζ̇)
     /// ```
@@ -127,7 +121,7 @@ impl Kinematics {
     }
 }
 
-/// Wanted minus present pose: position, m, and rotation vector in world axes, rad.
+/// Desired minus actual pose: position, m, and rotation vector in world axes, rad.
 fn error(pose: &Pose, tip: &Tip, zeta: &[f64; DOF]) -> Vector6<f64> {
     let now = UnitQuaternion::new_unchecked(Tip::orientation(zeta));
     let position = pose.position - tip.position;

@@ -1,28 +1,29 @@
-//! Whether a machine can do a motion: what the motion demands of rods, wrist and motors, and the
-//! margin to what the machine file allows.
+//! Checks whether a machine can do a given motion, without simulating it: inverse kinematics and
+//! inverse dynamics give the forces, speeds, torques, currents and voltages that the motion
+//! requires, which are compared with the limits of the machine file. Used by `tip-path` before a
+//! path starts, by the controller and by the studies.
 //!
-//! Statics and dynamics are those of `hdrm` and `emla` with the machine file's nominal parameters;
-//! nothing is simulated. [`Kinematics`] finds the joint motion of a tip motion, [`Capability`] what
-//! it demands ([`Demand`]), [`Limits`] what is allowed, each limit with its [`Margin`]. Frames and
-//! symbols are those of `hdrm`. Nothing of these allocates. [`gain_rule`] makes the controller's
-//! gains of a machine.
+//! [`Kinematics`] turns a tip motion into a joint motion, [`DemandModel`] computes the [`Demand`]
+//! of that, and [`AllowedRanges`] the [`Margin`] of each quantity to its limits. The equations are
+//! those of `hdrm` and `emla` with the nominal parameters. None of them allocates. Apart from that,
+//! [`gain_rule`] computes gains of the controller for a machine.
 //!
-//! Left out: the elasticity between nut and rod, the direct-axis current (zero) and the voltage
+//! Neglected: the elasticity between nut and rod, the direct-axis current (zero) and the voltage
 //! `L_q·di_q/dt` (0.3 V at 100 A/s on the reference machine).
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // symbols of the paper
 
+mod allowed_ranges;
 mod demand;
 pub mod gain_rule;
 mod kinematics;
-mod limits;
 mod quantity;
 mod reach;
 mod rotation;
 
-pub use demand::{Capability, Demand, Motion, Payload};
+pub use allowed_ranges::{AllowedRanges, Margin};
+pub use demand::{Demand, DemandModel, Motion, Payload};
 pub use kinematics::{Kinematics, NearestPose, Pose, TipMotion};
-pub use limits::{Limits, Margin};
 pub use quantity::Quantity;
 pub use reach::Reach;
 pub use rotation::{rotation_vector, turn};

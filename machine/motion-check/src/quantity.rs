@@ -1,4 +1,4 @@
-//! Quantities that have a limit.
+//! The quantities of a motion that the machine file limits, with names and units for messages.
 
 use machine_file::AXES;
 use std::fmt;
@@ -24,7 +24,6 @@ pub enum Quantity {
     Voltage(usize),
 }
 
-/// The joints' names.
 const JOINTS: [&str; 6] = ["slew", "lift", "tilt", "wrist 1", "wrist 2", "wrist 3"];
 
 impl Quantity {
@@ -45,7 +44,7 @@ impl Quantity {
         })
     }
 
-    /// The unit for people, and how many of it make the SI unit.
+    /// Unit used in messages, and the factor from the SI unit to it.
     #[must_use]
     pub fn unit(self) -> (&'static str, f64) {
         match self {

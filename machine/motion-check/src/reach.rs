@@ -1,10 +1,10 @@
-//! How far the stretched arm reaches.
+//! How far the stretched arm reaches from its lift joint: a quick test whether a point is in reach.
 
 use machine_file::Geometry;
 use serde::{Deserialize, Serialize};
 
-/// Reach of the arm: lift joint in the plane of the boom, and the length of the stretched arm from
-/// there to the tip, m.
+/// Reach of the arm: position of the lift joint in the boom plane, and the length of the stretched
+/// arm from there to the tip, m.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reach {
     radius: f64,
@@ -13,8 +13,8 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// Of a machine's dimensions.
-    pub fn of(geometry: &Geometry) -> Self {
+    /// The reach of a machine with these dimensions.
+    pub fn new(geometry: &Geometry) -> Self {
         let size = |v: &[f64; 3]| libm::hypot(libm::hypot(v[0], v[1]), v[2]);
         let links = [
             &geometry.r_O_B,
@@ -37,7 +37,7 @@ impl Reach {
         self.length
     }
 
-    /// Least distance of a position from the lift joint, whatever the slew angle, m.
+    /// Smallest distance of a position from the lift joint over all slew angles, m.
     pub fn distance(&self, [x, y, z]: [f64; 3]) -> f64 {
         let (ahead, above) = ((x * x + z * z).sqrt() - self.radius, y - self.height);
         (ahead * ahead + above * above).sqrt()
@@ -52,7 +52,7 @@ mod tests {
     /// By hand: lift joint at (0.1, 1.5, 0), links 2 + 1.5 + 0.2 + 0.2 + 0.15 + 0.4 m.
     #[test]
     fn the_reference_arm_reaches_four_metres_and_a_half() {
-        let reach = Reach::of(&Machine::reference().geometry);
+        let reach = Reach::new(&Machine::reference().geometry);
         assert!((reach.length() - 4.45).abs() < 1e-12);
         assert!((reach.distance([0.0, 1.5, -4.1]) - 4.0).abs() < 1e-12);
         assert!((reach.distance([3.1, 5.5, 0.0]) - 5.0).abs() < 1e-12);

@@ -1,8 +1,8 @@
-//! Rotations by their vectors, with the same bits on every platform.
+//! Conversions between rotation vectors and quaternions, bit-identical on every platform.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-/// The turn about an axis by the length of the vector, rad.
+/// The rotation about a vector's direction by its length, rad.
 #[inline]
 pub fn turn(rotation: Vector3<f64>) -> UnitQuaternion<f64> {
     let angle = rotation.norm();
@@ -11,7 +11,7 @@ pub fn turn(rotation: Vector3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::new_unchecked(Quaternion::from_parts(cosine, rotation * per_angle))
 }
 
-/// Rotation vector of at most half a turn, rad.
+/// Rotation vector of `q`, at most half a turn, rad.
 #[inline]
 pub fn rotation_vector(q: &UnitQuaternion<f64>) -> Vector3<f64> {
     let sine = q.imag().norm();

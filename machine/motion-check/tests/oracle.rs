@@ -4,7 +4,9 @@
 
 use hdrm::{Hdrm, Input, Options, State};
 use machine_file::Machine;
-use motion_check::{Capability, Kinematics, Limits, Motion, Payload, Pose, Quantity, TipMotion};
+use motion_check::{
+    AllowedRanges, DemandModel, Kinematics, Motion, Payload, Pose, Quantity, TipMotion,
+};
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 
 /// Seeded numbers in [−1, 1).
@@ -45,7 +47,7 @@ fn forward_dynamics_under_the_demanded_forces_gives_the_acceleration_back() {
             zeta_dot: random.array(0.4),
             zeta_ddot: random.array(0.8),
         };
-        let capability = Capability::new(&machine, &payload).expect("valid");
+        let capability = DemandModel::new(&machine, &payload).expect("valid");
         let demand = capability.demand(&motion);
 
         let mut file = machine.clone();
@@ -60,7 +62,7 @@ fn forward_dynamics_under_the_demanded_forces_gives_the_acceleration_back() {
         (body.mass, body.com) = (payload.mass, payload.com);
         // Torques beyond the wrist's limits would saturate.
         file.limits.tau_wrist_max = [1e6; 3];
-        let plant = Hdrm::new(&file, &Options::of(&file)).expect("valid");
+        let plant = Hdrm::new(&file, &Options::from_machine(&file)).expect("valid");
         let input = Input {
             f: demand.f,
             tau_wrist: demand.tau_wrist,
@@ -89,7 +91,7 @@ fn forward_dynamics_under_the_demanded_forces_gives_the_acceleration_back() {
 #[test]
 fn a_load_demands_what_its_weight_and_its_inertia_do() {
     let machine = Machine::reference();
-    let payload = Payload::of(&machine);
+    let payload = Payload::from_machine(&machine);
     let kinematics = Kinematics::new(&machine).expect("works");
     let zeta = machine.start.zeta;
     let pose = kinematics.pose(&zeta);
@@ -101,8 +103,8 @@ fn a_load_demands_what_its_weight_and_its_inertia_do() {
     };
     let motion = kinematics.motion(&tip, &zeta).expect("regular");
     let (mass, com) = (170.0, [0.2, -0.3, 0.1]);
-    let loaded = Capability::carrying(&machine, &payload, mass, com).expect("valid");
-    let bare = Capability::new(&machine, &payload).expect("valid");
+    let loaded = DemandModel::with_load(&machine, &payload, mass, com).expect("valid");
+    let bare = DemandModel::new(&machine, &payload).expect("valid");
     // No turning: the load accelerates as the tip does.
     let a: Vector3<f64> = acceleration.fixed_rows::<3>(0).into();
     let force = pose.orientation.inverse() * ((a + Vector3::y() * machine.gravity) * -mass);
@@ -150,7 +152,7 @@ fn the_lift_force_of_two_weights_is_their_moment_over_the_lever_arm() {
     };
     let g = &machine.geometry;
     let zeta = [0.0; 6];
-    let capability = Capability::new(&machine, &payload).expect("valid");
+    let capability = DemandModel::new(&machine, &payload).expect("valid");
     let demand = capability.demand(&Motion::rest(zeta));
 
     // Weights: the boom's centre of mass in axes turned by −beta2, the payload 0.4 m beyond the
@@ -261,8 +263,8 @@ fn limits_are_those_of_the_machine_file() {
     machine.ratings.tilt.rod_speed_max = 0.061;
     machine.ratings.slew.motor_speed_rpm = 2900.0;
     machine.emla.tilt.i_max = 77.0;
-    let limits = Limits::of(&machine);
-    let capability = Capability::new(&machine, &Payload::of(&machine)).expect("valid");
+    let limits = AllowedRanges::from_machine(&machine);
+    let capability = DemandModel::new(&machine, &Payload::from_machine(&machine)).expect("valid");
     let demand = capability.demand(&Motion::rest(machine.start.zeta));
     let margins = limits.margins(&demand);
     let range = |quantity| {

@@ -1,13 +1,12 @@
-//! What stays as it is over a substep: gates and brake.
+//! The discrete conditions that are constant over a substep: gates and brake.
 
-use machine_file::Holding;
+use machine_file::BrakeState;
 
 /// Conditions that do not change during a substep.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Conditions {
-    /// Whether the inverter's gates are on. While they are off no current flows: see
-    /// [`Rig::switched`].
+    /// Whether the inverter's gates are on; while they are off no current flows
+    /// ([`Rig::update_gates`]).
     pub gates: bool,
-    /// What the brake does.
-    pub brake: Holding,
+    pub brake: BrakeState,
 }

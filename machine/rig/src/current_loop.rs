@@ -1,8 +1,7 @@
-//! Current loop inside the drive: a PI regulator at the switching frequency.
+//! Gains of the current loop inside the drive: a PI regulator at the switching frequency.
+//! Industrial drives close this loop themselves and receive a current reference over the network.
 //!
 //! Source: S.-K. Sul, *Control of Electric Machine Drive Systems*, chapter on current regulators.
-//! Industrial drives close this loop themselves and take a current from the network; a voltage
-//! that comes over the network closes it with the network's delay.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,9 +15,9 @@ pub struct CurrentLoop {
 }
 
 impl CurrentLoop {
-    /// Bandwidth `K_p/L` of 1600 rad/s with the reference motor's 2.6 mH: at 8 kHz, one and a half
-    /// periods late, its phase margin is 61° as drawn, and 43° where the inductance is 40 % less.
-    /// The integral's corner lies at a fifth of it.
+    /// Bandwidth `K_p/L` of 1600 rad/s with the reference motor's 2.6 mH: at 8 kHz, with a delay of
+    /// one and a half periods, the phase margin is 61°, and 43° with 40 % less inductance. The
+    /// integral's corner frequency is a fifth of it.
     pub const TYPICAL: Self = Self {
         K_p: 4.2,
         K_i: 1350.0,

@@ -1,15 +1,15 @@
-//! Everything that holds at one instant, and the rates of the state.
+//! Equations of motion: forces, powers and losses at one instant, and the state's time derivative.
 
 use crate::conditions::Conditions;
 use crate::friction::Shaft;
-use crate::heat::Warming;
+use crate::heat::ThermalRates;
 use crate::link::Link;
 use crate::motor::Magnetics;
 use crate::state::{Balance, Rates};
 use crate::{Drive, Input, Rig, State};
 use machine_file::Dq;
 
-/// What follows from state and inputs at one instant.
+/// Quantities that follow from state and inputs at one instant.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Instant {
     /// Voltage at the motor, V.
@@ -31,7 +31,7 @@ pub(crate) struct Instant {
     pub mechanical: f64,
     /// Power to the load, W.
     pub delivered: f64,
-    pub warming: Warming,
+    pub warming: ThermalRates,
 }
 
 impl Instant {
@@ -40,15 +40,13 @@ impl Instant {
         self.copper + self.core + self.inverter + self.mechanical
     }
 
-    /// Power from the DC side, W: `3/2·(v_d i_d + v_q i_q)` and the losses that have no part in the
-    /// motor's voltage.
+    /// Power from the DC side, W: `3/2·(v_d i_d + v_q i_q)` plus iron and inverter losses.
     pub(crate) fn supplied(&self, i: Dq) -> f64 {
         1.5 * self.v.dot(i) + self.core + self.inverter
     }
 }
 
 impl Rig {
-    /// Rod position and velocity.
     pub(crate) fn rod(&self, s: &State, u: &Input) -> (f64, f64) {
         match self.drive {
             Drive::Motion => (u.x, u.x_dot),
@@ -56,16 +54,14 @@ impl Rig {
         }
     }
 
-    /// Connection of nut and rod, and the velocity of the one against the other, m/s.
+    /// Connection of nut and rod, and the nut's velocity relative to the rod, m/s.
     #[inline(always)]
-    pub(crate) fn link_of(&self, s: &State, u: &Input) -> (Link, f64) {
+    pub(crate) fn link_at(&self, s: &State, u: &Input) -> (Link, f64) {
         let ((x, x_dot), travel) = (self.rod(s, u), self.travel());
         let s_dot = travel * s.w_m - x_dot;
         (self.link(travel * s.theta_m - x, s_dot, x, x_dot), s_dot)
     }
 
-    /// Everything at one instant.
-    ///
     /// ```text
     /// F = F_link − C_act ẋ,   P_out = F ẋ (rod moved from outside) or F_ext ẋ (free rod)
     /// P_iron = (k_h|ω_e| + k_e ω_e²)(λ_d² + λ_q²),   P_copper = 3/2·R|i|²
@@ -77,7 +73,7 @@ impl Rig {
         let (p, i) = (&self.p, s.current());
         let (x, x_dot) = self.rod(s, u);
         let magnetics = self.magnetics(i, s.theta_m, s.T[0], s.T[1]);
-        let (link, s_dot) = self.link_of(s, u);
+        let (link, s_dot) = self.link_at(s, u);
         let torque = magnetics.tau_e + magnetics.tau_cog;
         let shaft = self.shaft(torque, s.w_m, link.force, s.z, held.brake);
         let F = link.force - p.C_act * x_dot;
@@ -109,7 +105,7 @@ impl Rig {
                 Drive::Motion => F * x_dot,
                 Drive::Force => u.F_ext * x_dot,
             },
-            warming: self.warming(s.T, u.T_ambient, copper, core + mechanical),
+            warming: self.temperature_rates(s.T, u.T_ambient, copper, core + mechanical),
         }
     }
 
@@ -172,7 +168,7 @@ impl Rig {
     }
 
     /// Work on the load, J, when the rod of [`Drive::Motion`] is set from position `from` to `to`,
-    /// both m, between two steps in state `s`: what the springs give thereby.
+    /// both m, between two steps in state `s`: the energy that the springs release.
     pub fn work_of_shift(&self, s: &State, from: f64, to: f64) -> f64 {
         let nut = self.travel() * s.theta_m;
         let elastic = |x: f64| self.link(nut - x, 0.0, x, 0.0).energy;

@@ -1,9 +1,10 @@
-//! What the actuator as built knows beyond its idealised model: sizes and switches.
+//! Parameters of the effects that the idealised actuator neglects, in groups that can be switched
+//! on and off, with their checks.
 
-use model_rules::{ParamError, check_fields, demand};
+use model_rules::{ParamError, check_fields, require};
 use serde::{Deserialize, Serialize};
 
-/// All extras. Each group counts only while its switch `on` is true.
+/// The effects beyond the idealised actuator. A group acts only if its `on` is true.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Extras {
     /// Magnetic saturation of the quadrature axis.
@@ -26,7 +27,7 @@ pub struct Extras {
     pub damping: Damping,
     /// Core and inverter losses.
     pub losses: Losses,
-    /// Warming.
+    /// Temperatures of winding and housing.
     pub heat: Heat,
 }
 
@@ -77,16 +78,16 @@ pub struct Cogging {
 /// Inverter that samples at the switching frequency of the machine's section `inverter`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Switching {
-    /// Switch; off: an inverter that gives what is asked for at once, in rotor coordinates.
+    /// Switch; off: an inverter that applies the commanded dq voltages at once.
     pub on: bool,
-    /// Whether it turns the voltages ahead by what the rotor turns until they act.
+    /// Whether the voltages are rotated ahead to compensate the rotor's motion until they act.
     pub advance: bool,
-    /// Time between two devices of a leg conducting, s.
+    /// Dead time between the two devices of a leg, s.
     pub dead_time: f64,
     /// Current over which the dead time's effect changes sign, A.
     pub i_0: f64,
-    /// Error of the rotor's electrical angle in the drive, rad: it turns the voltages that are
-    /// commanded ahead, and the currents that the drive tells back.
+    /// Error of the rotor's electrical angle in the drive, rad: it rotates the commanded voltages
+    /// and the measured currents.
     pub offset: f64,
 }
 
@@ -102,23 +103,23 @@ pub struct Friction {
     pub v_stribeck: f64,
     /// Stiffness of the bristles at the nut, N/m.
     pub stiffness: f64,
-    /// Their damping at rest, N·s/m.
+    /// Damping of the bristles at rest, N·s/m.
     pub damping: f64,
     /// Coulomb friction of the preloaded screw and nut, N·m at the screw.
     pub screw_drag: f64,
-    /// Share of the nut's force that its rolling friction takes.
+    /// Rolling friction over the nut's force.
     pub screw_loss: f64,
-    /// Coulomb friction of the rod's seals, N; taken at the nut.
+    /// Coulomb friction of the rod's seals, N; acts on the nut.
     pub seal: f64,
     /// Coulomb friction of the gear without load, N·m at the motor.
     pub gear_drag: f64,
     /// Viscous drag of the gear, N·m·s/rad at the motor.
     pub gear_viscous: f64,
-    /// Share of the transmitted torque that the gear's mesh takes.
+    /// Friction of the gear's mesh over the transmitted torque.
     pub gear_loss: f64,
     /// Windage, N·m·s²/rad² at the motor.
     pub windage: f64,
-    /// Force over which friction that grows with the load sets in, N.
+    /// Force over which the load-dependent friction sets in, N.
     pub f_smooth: f64,
 }
 
@@ -129,7 +130,7 @@ pub struct Backlash {
     pub on: bool,
     /// Whole width, m.
     pub width: f64,
-    /// Approach over which the damping of the contact sets in, m.
+    /// Deflection over which the damping of the contact sets in, m.
     pub contact: f64,
 }
 
@@ -144,31 +145,31 @@ pub struct Compliance {
     pub torsion: f64,
 }
 
-/// Where the damping between nut and rod arises. Switched on, `C_b` spans screw, nut and bearings
-/// alone, and the mounting has a damper of its own; switched off, `C_b` spans all of them together.
+/// Damping between nut and rod. Switched on, `C_b` is the damping of screw, nut and bearings alone,
+/// and the mounting has its own damper; switched off, `C_b` is that of all together.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Damping {
     /// Switch.
     pub on: bool,
-    /// Damper beside the compliance of mounting, pins and torsion, N·s/m.
+    /// Damper in parallel with the compliance of mounting, pins and torsion, N·s/m.
     pub mount: f64,
 }
 
-/// Factors on the losses of the machine's sections `core` and `inverter`.
+/// Factors on the losses of the machine file's sections `core` and `inverter`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Losses {
     /// Switch.
     pub on: bool,
-    /// Core losses over the machine's.
+    /// Factor on the core losses.
     pub core: f64,
-    /// Inverter losses over the machine's.
+    /// Factor on the inverter losses.
     pub inverter: f64,
 }
 
 /// Winding and housing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Heat {
-    /// Switch; off: temperatures stay where they start.
+    /// Switch; off: temperatures are constant.
     pub on: bool,
     /// Heat capacity of the winding, J/K.
     pub C_w: f64,
@@ -181,13 +182,12 @@ pub struct Heat {
 }
 
 impl Extras {
-    /// Everything on but [`Damping`]: ordinary values for a servo motor of 11.6 kW with planetary gear and
-    /// preloaded ball screw; of no particular product.
-    ///
-    /// Saturation of 20 % at the peak current; copper and NdFeB magnets (handbook values); 1 % of
-    /// flux harmonics; 24 cogging periods as of a motor with 8 poles and 12 slots; 2 µs of dead
-    /// time as of IGBT modules; breakaway 1.3 times the Coulomb friction; 40 µm of play at nut and
-    /// pins; 60 N/µm of mounting and pins; 2 kJ/K of copper and teeth, 15 kJ/K of housing and gear.
+    /// All effects on except [`Damping`], with typical values for a servo motor of 11.6 kW with
+    /// planetary gear and preloaded ball screw: 20 % saturation at the peak current; copper and
+    /// NdFeB magnets (handbook values); 1 % flux harmonics; 24 cogging periods (8 poles, 12 slots);
+    /// 2 µs dead time (IGBT modules); breakaway 1.3 times the Coulomb friction; 40 µm play of nut
+    /// and pins; 60 N/µm for mounting and pins; 2 kJ/K for copper and teeth, 15 kJ/K for housing
+    /// and gear.
     pub const AS_BUILT: Self = Self {
         saturation: Saturation {
             on: true,
@@ -259,7 +259,7 @@ impl Extras {
         },
     };
 
-    /// The same with every switch off: the idealised actuator.
+    /// The same values with every switch off: the idealised actuator.
     #[must_use]
     pub const fn off(mut self) -> Self {
         self.saturation.on = false;
@@ -276,9 +276,9 @@ impl Extras {
         self
     }
 
-    /// The same with a machine's sizes of heat and temperature.
+    /// Takes the values of heat and temperature from a machine file.
     #[must_use]
-    pub fn of_machine(
+    pub fn with_machine(
         self,
         heat: &machine_file::Heat,
         temperature: &machine_file::Temperature,
@@ -301,7 +301,7 @@ impl Extras {
         }
     }
 
-    /// Checks every value, whether its group is on or not.
+    /// Checks every value, also of groups that are off.
     pub(crate) fn check(&self, p: &machine_file::Emla) -> Result<(), ParamError> {
         check_fields! { self;
             Positive: temperature.reference, cogging.per_turn, switching.i_0, friction.v_stribeck,
@@ -313,16 +313,16 @@ impl Extras {
                 damping.mount, backlash.width, losses.core, losses.inverter;
         }?;
         let share = self.saturation.share;
-        demand(
+        require(
             "saturation.share",
             share,
             "in [0, 1)",
             (0.0..1.0).contains(&share),
         )?;
         let (breakaway, rule) = (self.friction.breakaway, "finite and ≥ 1");
-        demand("friction.breakaway", breakaway, rule, breakaway >= 1.0)?;
+        require("friction.breakaway", breakaway, rule, breakaway >= 1.0)?;
         let offset = self.switching.offset;
-        demand(
+        require(
             "switching.offset",
             offset,
             "between -π/2 and π/2",
@@ -333,11 +333,11 @@ impl Extras {
             ("temperature.copper", t.copper),
             ("temperature.magnet", t.magnet),
         ] {
-            demand(name, value, "between -0.1 and 0.1", value.abs() <= 0.1)?;
+            require(name, value, "between -0.1 and 0.1", value.abs() <= 0.1)?;
         }
         let f_sw = p.inverter.map_or(0.0, |inverter| inverter.f_sw);
         let samples = !self.switching.on || f_sw >= 100.0;
         let rule = "at least 100 Hz while switching is on";
-        demand("inverter.f_sw", f_sw, rule, samples)
+        require("inverter.f_sw", f_sw, rule, samples)
     }
 }

@@ -1,25 +1,25 @@
-//! Friction of motor, gear, screw and nut, and what it leaves of the motor's torque.
+//! Friction of motor, gear, screw and nut (LuGre model), and the acceleration of the shaft.
 //!
 //! Source: C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, *A new model for control of
 //! systems with friction* (LuGre), IEEE TAC 40(3), 1995; H. Olsson's thesis for a damping that
-//! fades with speed, which keeps the model passive.
+//! decreases with speed, which keeps the model passive.
 
 use crate::Rig;
-use machine_file::Holding;
+use machine_file::BrakeState;
 
-/// Friction at an instant.
+/// Acceleration and losses of the shaft at an instant.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shaft {
     /// Motor acceleration, rad/s².
     pub w_m_dot: f64,
-    /// What is left to accelerate, but for a brake that holds, N·m.
+    /// Accelerating torque, as if a holding brake were released, N·m.
     pub torque_left: f64,
     /// Power lost between air gap and nut, W.
     pub loss: f64,
 }
 
-/// Bristles between nut and screw, which stand for all dry friction: the gear is rigid, so there is
-/// one coordinate.
+/// Bristles between nut and screw, which model all dry friction: as the gear is rigid, there is one
+/// coordinate.
 #[derive(Clone, Copy, Debug)]
 struct Bristle {
     /// Force against the nut's motion, N.
@@ -44,23 +44,23 @@ impl Rig {
         self.p.J_m + self.p.J_s / (self.p.N_gear * self.p.N_gear)
     }
 
-    /// Motor acceleration and friction losses at torque `tau`, N·m, speed `w`, load `F_nut`, N, and
-    /// bristle deflection `z`, m, with what the brake does.
+    /// Motor acceleration and friction losses at torque `tau`, N·m, speed `w`, rad/s, load `F_nut`,
+    /// N, and bristle deflection `z`, m.
     #[inline(always)]
-    pub(crate) fn shaft(&self, tau: f64, w: f64, F_nut: f64, z: f64, brake: Holding) -> Shaft {
+    pub(crate) fn shaft(&self, tau: f64, w: f64, F_nut: f64, z: f64, brake: BrakeState) -> Shaft {
         let mut shaft = if self.extra.friction.on {
             self.dry_shaft(tau - brake.torque(), w, F_nut, z)
         } else {
             self.ideal_shaft(tau - brake.torque(), w, F_nut)
         };
-        if brake == Holding::Holds {
+        if brake == BrakeState::Holds {
             shaft.w_m_dot = 0.0;
         }
         shaft.loss += brake.torque() * w;
         shaft
     }
 
-    /// All dry friction in the bristles, the rest viscous:
+    /// The shaft with dry friction in the bristles and viscous friction:
     /// ```text
     /// J ẇ = τ − (C_m + C_g + C_s/N²) w − c_w|w|w − (ρ/2πN)·(F_nut + F_b),   J = J_m + J_s/N²
     /// ```
@@ -76,7 +76,7 @@ impl Rig {
         }
     }
 
-    /// The idealised gear, whose ratio of torques k lies between η and 1/η:
+    /// The shaft with the idealised gear, whose torque ratio k is between η and 1/η:
     /// ```text
     /// (J_m + k J_s/N²) ẇ = τ − C_m w − τ_C tanh(w/w_C) − k τ_s/N,   τ_s = C_s w/N + (ρ/2π) F_nut
     /// k = (1/η + η)/2 + (1/η − η)/2·sign(τ_s)·tanh(w/w_η)
@@ -98,14 +98,14 @@ impl Rig {
         }
     }
 
-    /// Fades from 1 at rest to 0 beyond the Stribeck speed of the nut, v in m/s.
+    /// Falls from 1 at rest to 0 above the Stribeck speed; `v` is the nut's speed, m/s.
     fn slow(&self, v: f64) -> f64 {
         let ratio = v / self.extra.friction.v_stribeck;
         libm::exp(-ratio * ratio)
     }
 
-    /// Dry friction in steady sliding under the load `F_nut`, N: of bearings, gear, preloaded screw
-    /// and seals, and the shares of the load that screw and mesh take; at rest the breakaway force.
+    /// Dry friction g(v) in steady sliding under the load `F_nut`, N: of bearings, gear, preloaded
+    /// screw and seals, and the load-dependent part of screw and mesh; at rest the breakaway force.
     fn sliding(&self, F_nut: f64, slow: f64) -> f64 {
         let (p, f) = (&self.p, &self.extra.friction);
         let idle = (p.tau_C + f.gear_drag) / self.travel() + f.screw_drag / self.lead() + f.seal;
@@ -129,10 +129,10 @@ impl Rig {
         }
     }
 
-    /// Bristle deflection after `dt` s at the nut speed `v` and load `F_nut`, exact while these
-    /// stay: an exponential approach to `g(v)/σ_0` in the direction of motion, over a distance of
-    /// that length.
-    pub(crate) fn deflected(&self, z: f64, v: f64, F_nut: f64, dt: f64) -> f64 {
+    /// Bristle deflection after `dt` s at constant nut speed `v` and load `F_nut` (exact): an
+    /// exponential approach to `g(v)/σ_0` in the direction of motion, over a distance of that
+    /// length.
+    pub(crate) fn deflection_after(&self, z: f64, v: f64, F_nut: f64, dt: f64) -> f64 {
         if !self.extra.friction.on {
             return 0.0;
         }
@@ -179,7 +179,7 @@ mod tests {
         let rig = Rig::as_built();
         for v in [0.07, -0.07, -0.002, 0.0] {
             let (z, F, dt) = (6e-6, 31e3, 3e-4);
-            let once = rig.deflected(z, v, F, dt);
+            let once = rig.deflection_after(z, v, F, dt);
             let (mut parts, mut midpoint) = (z, z);
             let rate = |z: f64| {
                 let bristle = rig.bristle(v, F, z);
@@ -194,7 +194,7 @@ mod tests {
             };
             for _ in 0..1000 {
                 let h = dt / 1000.0;
-                parts = rig.deflected(parts, v, F, h);
+                parts = rig.deflection_after(parts, v, F, h);
                 midpoint += h * if v == 0.0 {
                     0.0
                 } else {

@@ -1,4 +1,4 @@
-//! Winding and housing as two bodies of one temperature each.
+//! Temperatures of winding and housing, two lumped thermal masses.
 //!
 //! Source: F. P. Incropera et al., *Fundamentals of Heat and Mass Transfer*, lumped capacitance.
 
@@ -6,39 +6,44 @@ use crate::Rig;
 
 /// Temperature rates and heat flow at an instant.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Warming {
-    /// Of the winding, K/s.
+pub(crate) struct ThermalRates {
+    /// Rate of the winding's temperature, K/s.
     pub T_winding: f64,
-    /// Of the housing, K/s.
+    /// Rate of the housing's temperature, K/s.
     pub T_housing: f64,
-    /// Heat to the air, W.
+    /// Heat flow to the air, W.
     pub given: f64,
 }
 
 impl Rig {
-    /// Copper losses warm the winding; iron and friction warm the housing, which gives heat to the
-    /// air. (The inverter has its own cooling.)
+    /// Copper losses heat the winding; iron losses and friction heat the housing, which is cooled
+    /// by the air. The inverter has its own cooling.
     /// ```text
     /// C_w Ṫ_w = P_copper − (T_w − T_h)/R_wh
     /// C_h Ṫ_h = P_iron + P_friction + (T_w − T_h)/R_wh − (T_h − T_a)/R_ha
     /// ```
-    pub(crate) fn warming(&self, T: [f64; 2], T_ambient: f64, copper: f64, other: f64) -> Warming {
+    pub(crate) fn temperature_rates(
+        &self,
+        T: [f64; 2],
+        T_ambient: f64,
+        copper: f64,
+        other: f64,
+    ) -> ThermalRates {
         let h = &self.extra.heat;
         if !h.on {
-            return Warming::default();
+            return ThermalRates::default();
         }
         let [T_w, T_h] = T;
         let inner = (T_w - T_h) / h.R_wh;
         let given = (T_h - T_ambient) / h.R_ha;
-        Warming {
+        ThermalRates {
             T_winding: (copper - inner) / h.C_w,
             T_housing: (other + inner - given) / h.C_h,
             given,
         }
     }
 
-    /// Heat held at these temperatures, J, counted from the reference temperature of the
-    /// parameters.
+    /// Heat stored at these temperatures above the reference temperature, J.
     pub(crate) fn heat_held(&self, T: [f64; 2]) -> f64 {
         let (h, zero) = (&self.extra.heat, self.extra.temperature.reference);
         h.C_w * (T[0] - zero) + h.C_h * (T[1] - zero)
@@ -56,10 +61,10 @@ mod tests {
         let rig = Rig::as_built();
         let air = 293.15;
         let settled = [air + 316.0 * 0.21, air + 316.0 * 0.15];
-        let now = rig.warming(settled, air, 316.0, 0.0);
+        let now = rig.temperature_rates(settled, air, 316.0, 0.0);
         assert!(now.T_winding.abs() < 1e-12 && now.T_housing.abs() < 1e-12);
         assert!((now.given - 316.0).abs() < 1e-9);
-        let cold = rig.warming([air; 2], air, 316.0, 100.0);
+        let cold = rig.temperature_rates([air; 2], air, 316.0, 100.0);
         assert!((cold.T_winding - 0.158).abs() < 1e-12);
         assert!((cold.T_housing - 100.0 / 15e3).abs() < 1e-12);
     }

@@ -1,4 +1,5 @@
-//! Three-phase inverter: limit, hold in stator coordinates, dead time.
+//! Three-phase inverter: voltage limit, sampling and hold in stator coordinates, dead time, and the
+//! drive's own current loop.
 //!
 //! Source: S.-K. Sul, *Control of Electric Machine Drive Systems*, chapters on space-vector
 //! modulation and on dead time.
@@ -7,53 +8,50 @@ use crate::{HeldVoltages, Input, Rig, State};
 use machine_file::Dq;
 
 impl Rig {
-    /// Whether the voltages are sampled and held; then the switching period, s.
+    /// The switching period, s, if the voltages are sampled and held.
     pub(crate) fn switching_period(&self) -> Option<f64> {
         let f_sw = self.p.inverter.map_or(0.0, |inverter| inverter.f_sw);
         self.extra.switching.on.then(|| 1.0 / f_sw)
     }
 
-    /// The commanded voltage within the limit, V: `v_max`, and `v_dc/√3` of space-vector
-    /// modulation; its direction is kept.
-    pub(crate) fn commanded(&self, u: &Input) -> Dq {
-        self.limited(u.voltage(), u)
+    /// The voltage of the inputs, limited, V.
+    pub(crate) fn commanded_voltage(&self, u: &Input) -> Dq {
+        self.limit_voltage(u.voltage(), u)
     }
 
-    /// The voltage `v` within the limit, V.
-    pub(crate) fn limited(&self, v: Dq, u: &Input) -> Dq {
+    /// `v`, V, limited to `v_max` and to `v_dc/√3` of space-vector modulation, direction kept.
+    pub(crate) fn limit_voltage(&self, v: Dq, u: &Input) -> Dq {
         v.limited(self.p.largest_voltage(self.link_voltage(u)))
     }
 
-    /// Voltages that the drive asks of its inverter for the next switching period of `T` s: those
-    /// of its inputs, or of its current loop.
+    /// Voltage for the next switching period of `T` s: that of the inputs, or of the current loop
     /// ```text
     /// e = (0, i_q,r) − i,   v = K_p e + ∫ K_i e dt
     /// ```
-    /// The currents are those that the drive measures. The integrals rest while the voltage is at its
-    /// limit.
-    pub(crate) fn asked(&self, s: &mut State, u: &Input, T: f64) -> Dq {
+    /// with the measured currents. The integrals are frozen while the voltage is limited.
+    pub(crate) fn requested_voltage(&self, s: &mut State, u: &Input, T: f64) -> Dq {
         let Some(gains) = self.current_loop else {
-            return self.commanded(u);
+            return self.commanded_voltage(u);
         };
         let i_max = self.p.i_max;
-        let i = self.told(s.current());
+        let i = self.measured_currents(s.current());
         let e = Dq {
             d: -i.d,
             q: u.i_q_required.max(-i_max).min(i_max) - i.q,
         };
         let [d, q] = s.regulator;
-        let asked = gains.K_p * e + Dq { d, q };
-        let given = self.limited(asked, u);
-        if given == asked {
+        let requested = gains.K_p * e + Dq { d, q };
+        let given = self.limit_voltage(requested, u);
+        if given == requested {
             s.regulator = [d + T * gains.K_i * e.d, q + T * gains.K_i * e.q];
         }
         given
     }
 
-    /// A new switching period of `T` s begins at motor angle `theta_m` and speed `w_m`: what was
-    /// computed in the last one acts from now on, and what is computed now, `v` in rotor
-    /// coordinates, acts in the next one. It is held there, so it comes 3/2·T late in the mean.
-    pub(crate) fn switch(
+    /// Begins a switching period of `T` s at motor angle `theta_m` and speed `w_m`: the voltage
+    /// computed in the last period acts now; `v` (dq) acts in the next one. As it is held over that
+    /// period, its mean delay is 3/2·T.
+    pub(crate) fn next_period(
         &self,
         hold: &HeldVoltages,
         v: Dq,
@@ -75,9 +73,9 @@ impl Rig {
         }
     }
 
-    /// Currents as the drive has them, A: in the coordinates of the angle that it takes for the
-    /// rotor's.
-    pub(crate) fn told(&self, i: Dq) -> Dq {
+    /// Currents as the drive measures them, A: in the dq coordinates of its rotor angle, which has
+    /// an error.
+    pub(crate) fn measured_currents(&self, i: Dq) -> Dq {
         let s = &self.extra.switching;
         if !s.on || s.offset == 0.0 {
             return i;
@@ -86,12 +84,12 @@ impl Rig {
         i.turned((-sin, cos))
     }
 
-    /// Voltage at the motor in rotor coordinates, V: the command itself, or what is held less what
-    /// the dead time takes.
+    /// Voltage at the motor in dq coordinates, V: the command itself, or the held voltage minus the
+    /// loss by the dead time.
     #[inline(always)]
     pub(crate) fn voltage(&self, hold: &HeldVoltages, u: &Input, i: Dq, theta_m: f64) -> Dq {
         if !self.extra.switching.on {
-            return self.commanded(u);
+            return self.commanded_voltage(u);
         }
         let (sin, cos) = libm::sincos(f64::from(self.p.p) * theta_m);
         let held = Dq {
@@ -102,13 +100,12 @@ impl Rig {
         (held + (-1.0) * lost).turned((-sin, cos))
     }
 
-    /// Voltage that the dead time takes, V, for the currents `i` in stator coordinates: in each
-    /// phase `v_dc·t_d·f_sw` against the current's sign. The part common to all phases drives no
-    /// current.
+    /// Voltage lost by the dead time, V, for the currents `i` in stator coordinates: in each phase
+    /// `v_dc·t_d·f_sw` against the current's sign. The common-mode part drives no current.
     /// ```text
     /// i_a = i_α,   i_b, i_c = −i_α/2 ± √3/2·i_β,   v_α = (2 v_a − v_b − v_c)/3,   v_β = (v_b − v_c)/√3
     /// ```
-    /// The sign is rounded to i/√(i² + i_0²): near zero the current charges the devices'
+    /// The sign is smoothed to i/√(i² + i_0²): near zero the current charges the devices'
     /// capacitances.
     fn dead_time_voltage(&self, i: Dq, v_dc: f64) -> Dq {
         let (s, root) = (&self.extra.switching, 3.0_f64.sqrt());
@@ -125,8 +122,8 @@ impl Rig {
             }
     }
 
-    /// What would hold the voltage `v`, V, at motor angle and speed, as at the start: in stator
-    /// coordinates, dead time made up for.
+    /// Held voltages that give the voltage `v`, V, in steady motion from the start: in stator
+    /// coordinates, dead time compensated.
     pub(crate) fn steady_hold(
         &self,
         v: Dq,
@@ -184,9 +181,9 @@ mod tests {
         let rig = rig(|e| e.switching.dead_time = 0.0);
         let (T, w, u) = (125e-6, 200.0, input(-20.0, 90.0));
         let empty = HeldVoltages::default();
-        let computed = rig.switch(&empty, rig.commanded(&u), 0.0, w, T);
+        let computed = rig.next_period(&empty, rig.commanded_voltage(&u), 0.0, w, T);
         assert_eq!(computed.acting, [0.0; 2]);
-        let acts = rig.switch(&computed, Dq::default(), w * T, w, T);
+        let acts = rig.next_period(&computed, Dq::default(), w * T, w, T);
         let middle = rig.voltage(&acts, &u, Dq::default(), 1.5 * w * T);
         assert!((middle.d + 20.0).abs() < 1e-11 && (middle.q - 90.0).abs() < 1e-11);
         let begin = rig.voltage(&acts, &u, Dq::default(), w * T);
@@ -204,7 +201,7 @@ mod tests {
             e.switching.advance = false;
         });
         let (T, w) = (125e-6, 200.0);
-        let computed = rig.switch(&HeldVoltages::default(), Dq { d: 0.0, q: 90.0 }, 0.0, w, T);
+        let computed = rig.next_period(&HeldVoltages::default(), Dq { d: 0.0, q: 90.0 }, 0.0, w, T);
         assert!((computed.next[0]).abs() < 1e-12 && (computed.next[1] - 90.0).abs() < 1e-12);
     }
 
@@ -236,13 +233,16 @@ mod tests {
     fn the_dc_link_limits_the_voltage() {
         let rig = rig(|_| ());
         let size = |v: Dq| v.dot(v).sqrt();
-        let v = rig.commanded(&input(-300.0, 400.0));
+        let v = rig.commanded_voltage(&input(-300.0, 400.0));
         assert!((size(v) - 375.0).abs() < 1e-9 && (v.d / v.q + 0.75).abs() < 1e-12);
         let low = Input {
             v_dc: Some(400.0),
             ..input(-300.0, 400.0)
         };
-        assert!((size(rig.commanded(&low)) - 400.0 / 3.0_f64.sqrt()).abs() < 1e-9);
-        assert_eq!(rig.commanded(&input(3.0, -4.0)), Dq { d: 3.0, q: -4.0 });
+        assert!((size(rig.commanded_voltage(&low)) - 400.0 / 3.0_f64.sqrt()).abs() < 1e-9);
+        assert_eq!(
+            rig.commanded_voltage(&input(3.0, -4.0)),
+            Dq { d: 3.0, q: -4.0 }
+        );
     }
 }

@@ -1,13 +1,12 @@
-//! The actuator as built: motor, drive, gear, screw and rod with what a controller's model of them
-//! leaves out.
+//! A detailed model of the electromechanical linear actuator ("as built"), to test controllers that
+//! only know the idealised model `emla`. The FMU `Rig` wraps it, with the same inputs and outputs.
 //!
-//! It stands in the place of the idealised actuator with the same inputs and outputs, and shares
-//! with it the undervoltage trip and the holding brake ([`machine_file::Holding`]); its equations are
-//! its own, written from the books named at the functions. [`Extras`] says what it knows beyond
-//! [`machine_file::Emla`]: saturation, temperature, ripple and cogging, an inverter that holds its
-//! voltages in stator coordinates and acts late, stiction with presliding, backlash, compliance of
-//! the mounting and torsion, larger losses, and heat. Each has a switch; with all of them off the
-//! equations are those of the idealised actuator.
+//! The effects beyond the idealised actuator are in [`Extras`]: saturation, temperature, ripple and
+//! cogging, an inverter that samples and delays its voltages, stiction with presliding, backlash,
+//! compliance of mounting and torsion, larger losses, and heat. Each has a switch; with all off the
+//! equations are those of the idealised actuator. They are implemented independently of `emla`,
+//! from the books named at the functions; only the undervoltage trip and the holding brake
+//! ([`machine_file::BrakeState`]) are shared.
 //!
 //! The rod's position `x` and the force `F` are positive when the actuator extends. dq quantities
 //! are peak-valued and oriented to the rotor flux. SI units throughout. [`Rig`] is the

@@ -1,14 +1,13 @@
-//! What connects nut and rod: screw, bearings, mounting and pins as springs in series, damping, and
-//! play.
+//! The connection of nut and rod: stiffness of screw, bearings, mounting and pins in series,
+//! damping and backlash.
 
 use crate::Rig;
 
-/// The connection at an instant.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Link {
     /// Force of the nut on the rod, N.
     pub force: f64,
-    /// Its derivative by the nut's lead over the rod, N/m; 0 within the play.
+    /// Its derivative by the nut's lead over the rod, N/m; 0 within the backlash.
     pub stiffness: f64,
     /// Energy in the springs, J.
     pub energy: f64,
@@ -20,12 +19,12 @@ impl Rig {
     /// Stiffness at the rod position `x`, N/m, and its derivative by x.
     ///
     /// Springs in series: the screw between bearing and nut (`x(L_s − x)/(L_s EA)`, both ends
-    /// held), two bearings, nut, rod, and the screw's torsion over the lead; as built also mounting
-    /// with pins, and gear with coupling over the lead:
+    /// held), two bearings, nut, rod, and the screw's torsion; with `compliance` also mounting with
+    /// pins, and the torsion of gear with coupling:
     /// ```text
     /// 1/K = x(L_s − x)/(L_s EA) + 1/(2K_br) + 1/K_n + 1/K_r + (ρ/2π)² x/GJ + 1/K_mount + (ρ/2π)²/K_torsion
     /// ```
-    /// Beyond the screw's ends the stiffness there holds.
+    /// Beyond the screw's ends it is constant.
     pub(crate) fn stiffness(&self, x: f64) -> (f64, f64) {
         let (p, lead) = (&self.p, self.lead());
         let inside = x.max(0.0).min(p.L_s);
@@ -54,9 +53,9 @@ impl Rig {
 
     /// Damping of the whole connection, N·s/m, whose stiffness is `K`, N/m.
     ///
-    /// Two parts in series, each a spring with a damper beside it, share the stretch as their
-    /// springs do as long as it changes slowly beside `K_part/C_part`; the mounting takes the share
-    /// σ = K/K_mounting. Their dampers then lose what one damper over both loses:
+    /// Two parts in series, each a spring with a parallel damper, share the stretch like their
+    /// springs as long as it changes slowly compared with `K_part/C_part`; the mounting's share is
+    /// σ = K/K_mounting. The dampers then dissipate as much as one damper over both:
     /// ```text
     /// C = C_b (1 − σ)² + C_mount σ²
     /// ```
@@ -74,19 +73,19 @@ impl Rig {
         C_b * (1.0 - share) * (1.0 - share) + d.mount * share * share
     }
 
-    /// Half the play, m.
+    /// Half the backlash, m.
     fn play(&self) -> f64 {
         let b = &self.extra.backlash;
         if b.on { 0.5 * b.width } else { 0.0 }
     }
 
-    /// Force for the nut's lead `s` over the rod, m, growing at `s_dot`, at rod position `x` moving
-    /// at `x_dot`.
+    /// Force for the nut's lead `s` over the rod, m, its rate `s_dot`, rod position `x` and rod
+    /// velocity `x_dot`.
     /// ```text
-    /// δ = s − b for s > b, s + b for s < −b, else 0;   F = K δ + C ṡ·min(1, |δ|/δ_0),   but never pulling: F δ ≥ 0
+    /// δ = s − b for s > b, s + b for s < −b, else 0;   F = K δ + C ṡ·min(1, |δ|/δ_0), 0 if F δ < 0
     /// ```
-    /// without play `F = K s + C ṡ`. The stiffness varies with x, but the force law has no term
-    /// for it: a moving rod gains or loses `½ K' ẋ δ²`, counted as a loss.
+    /// and `F = K s + C ṡ` without backlash. The stiffness varies with x, but the force law has no
+    /// term for it: a moving rod gains or loses `½ K' ẋ δ²`, counted as a loss.
     #[inline(always)]
     pub(crate) fn link(&self, s: f64, s_dot: f64, x: f64, x_dot: f64) -> Link {
         let (K, K_slope) = self.stiffness(x);
@@ -154,7 +153,8 @@ mod tests {
         assert!((rig.stiffness(0.3).1 / difference - 1.0).abs() < 1e-6);
     }
 
-    /// Two parts in series, each a spring with a damper beside it, yield to a force of frequency ω by
+    /// Two parts in series, each a spring with a parallel damper, yield to a force of frequency ω
+    /// by
     /// ```text
     /// Σ 1/(K + jωC) = Σ (K − jωC)/(K² + ω²C²)
     /// ```

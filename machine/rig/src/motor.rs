@@ -7,7 +7,7 @@
 use crate::Rig;
 use machine_file::Dq;
 
-/// What magnets and windings are at an instant.
+/// Flux linkage, resistance and torque of the motor at an instant.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Magnetics {
     /// Flux linkage, Wb.
@@ -24,7 +24,7 @@ pub(crate) struct Magnetics {
 
 impl Rig {
     /// `1/(1 + a·|i_q|)` with `a` such that the share is lost at `i_max`.
-    fn saturated(&self, i_q: f64) -> f64 {
+    fn saturation_factor(&self, i_q: f64) -> f64 {
         1.0 / (1.0 + self.saturation() * i_q.abs())
     }
 
@@ -68,9 +68,9 @@ impl Rig {
     /// λ_d = L_d i_d + λ_m,   λ_q = L_q i_q/(1 + a|i_q|),   dλ_q/di_q = L_q/(1 + a|i_q|)²
     /// τ_e = 3/2·p·(λ_d i_q − λ_q i_d),   τ_cog = A sin(n θ_m)
     /// ```
-    /// The harmonics of λ_m act in the torque and, as back-EMF, in the voltage of the quadrature
-    /// axis: so they make no power of their own. The voltage by the change of λ_m itself, in the
-    /// direct axis, is left out with its torque.
+    /// The harmonics of λ_m act in the torque and, as back-EMF, in the quadrature-axis voltage, so
+    /// power is conserved. The direct-axis voltage by the change of λ_m is neglected together with
+    /// its torque.
     #[inline(always)]
     pub(crate) fn magnetics(
         &self,
@@ -81,7 +81,7 @@ impl Rig {
     ) -> Magnetics {
         let p = &self.p;
         let pairs = f64::from(p.p);
-        let saturated = self.saturated(i.q);
+        let saturated = self.saturation_factor(i.q);
         let lambda = Dq {
             d: p.L_d * i.d + self.magnets(pairs * theta_m, T_housing),
             q: p.L_q * i.q * saturated,
@@ -108,7 +108,7 @@ impl Rig {
     /// Energy of the currents' field, J: `3/2·(½ L_d i_d² + ∫ i dλ_q)`.
     ///
     /// `∫ i dλ_q = L_q/a²·(ln(1 + a i) + 1/(1 + a i) − 1)` for i ≥ 0, which is ½ L_q i² for a → 0;
-    /// below `a·i` = 1e-3 its series is taken, whose next term is 1e-9 of it.
+    /// for `a·i` < 1e-3 by its series, whose next term is 1e-9 of it.
     pub(crate) fn field_energy(&self, i: Dq) -> f64 {
         let (p, a) = (&self.p, self.saturation());
         let (size, z) = (i.q.abs(), a * i.q.abs());

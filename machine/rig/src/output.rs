@@ -1,12 +1,12 @@
-//! Outputs at one instant.
+//! Outputs of the actuator at one instant: forces, motion, currents, powers, energies, efficiency.
 
 use crate::{Input, Rig, State};
 use serde::{Deserialize, Serialize};
 
-/// Outputs, of the state and the current inputs.
+/// Outputs for a state and the present inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Output {
-    /// Force on the load, N, positive when the actuator pushes; given ahead where it acts late.
+    /// Force on the load, N, positive when the actuator pushes; predicted with a `delay`.
     pub F: f64,
     /// Mean of `F` over the last step, N.
     pub F_mean: f64,
@@ -16,9 +16,9 @@ pub struct Output {
     pub x_rod_dot: f64,
     /// Nut position, m.
     pub x_nut: f64,
-    /// Direct-axis current as the drive has it, A.
+    /// Direct-axis current as the drive measures it, A.
     pub i_d: f64,
-    /// Quadrature-axis current as the drive has it, A.
+    /// Quadrature-axis current as the drive measures it, A.
     pub i_q: f64,
     /// Motor angle, rad.
     pub theta_m: f64,
@@ -26,9 +26,9 @@ pub struct Output {
     pub w_m: f64,
     /// Electromagnetic torque, N·m.
     pub tau_e: f64,
-    /// Voltage at the motor, V.
+    /// Direct-axis voltage at the motor, V.
     pub v_d_motor: f64,
-    /// Voltage at the motor, V.
+    /// Quadrature-axis voltage at the motor, V.
     pub v_q_motor: f64,
     /// Deflection of the friction's bristles, m.
     pub presliding: f64,
@@ -36,7 +36,7 @@ pub struct Output {
     pub P_in: f64,
     /// Its mean over the last step, W.
     pub P_in_mean: f64,
-    /// Current from the DC side, A: `v_dc·i_dc = P_in`; none from a link below 1 V.
+    /// Current from the DC side, A: `v_dc·i_dc = P_in`; 0 from a link below 1 V.
     pub i_dc: f64,
     /// Mean of `i_dc` over the last step, A.
     pub i_dc_mean: f64,
@@ -52,7 +52,7 @@ pub struct Output {
     pub P_inverter: f64,
     /// Mechanical losses, W.
     pub P_mech: f64,
-    /// Heat to the air, W.
+    /// Heat flow to the air, W.
     pub P_heat: f64,
     /// Energy taken from the DC side since the start, J.
     pub E_in: f64,
@@ -63,13 +63,13 @@ pub struct Output {
     pub E_shift: f64,
     /// Energy lost since the start, J.
     pub E_loss: f64,
-    /// Of that, lost in the inverter, J.
+    /// Part of `E_loss` in the inverter, J.
     pub E_inverter: f64,
     /// Energy in field, rotating parts, springs, bristles and free rod, J.
     pub E_stored: f64,
     /// Heat given to the air since the start, J.
     pub E_heat: f64,
-    /// Heat held in winding and housing, J, from the reference temperature on.
+    /// Heat stored in winding and housing above the reference temperature, J.
     pub E_thermal: f64,
     /// Temperature of the winding, K.
     pub T_winding: f64,
@@ -79,16 +79,16 @@ pub struct Output {
     pub tripped: bool,
     /// Efficiency over the last step; 0 where it is not defined.
     pub efficiency: f64,
-    /// Whether it is: τ_e > 0 and w_m ≠ 0 (quadrants I and IV).
+    /// Whether the efficiency is defined: τ_e > 0 and w_m ≠ 0 (quadrants I and IV).
     pub efficiency_valid: bool,
 }
 
 impl Rig {
     /// Outputs of state `s` under the inputs `u`.
     pub fn output(&self, s: &State, u: &Input) -> Output {
-        let now = self.instant(s, u, &self.held(s, u));
+        let now = self.instant(s, u, &self.conditions(s, u));
         let P_in = now.supplied(s.current());
-        let told = self.told(s.current());
+        let measured = self.measured_currents(s.current());
         let is_defined = now.magnetics.tau_e > 0.0 && s.w_m != 0.0;
         Output {
             F: now.F + s.lead * now.link.stiffness * now.s_dot,
@@ -96,8 +96,8 @@ impl Rig {
             x_rod: now.x,
             x_rod_dot: now.x_dot,
             x_nut: self.travel() * s.theta_m,
-            i_d: told.d,
-            i_q: told.q,
+            i_d: measured.d,
+            i_q: measured.q,
             theta_m: s.theta_m,
             w_m: s.w_m,
             tau_e: now.magnetics.tau_e,
@@ -136,9 +136,9 @@ impl Rig {
     }
 }
 
-/// Efficiency of the mean powers `delivered` to the load and `lost`, W, at the motor speed `w_m`.
-/// Losses rather than input and output make it, so that energy on its way into and out of the
-/// stores does not disturb it; it is kept in [0, 1].
+/// Efficiency from the mean powers `delivered` to the load and `lost`, W, at the motor speed `w_m`.
+/// Computed from the losses, so that changes of the stored energy do not affect it; limited to
+/// [0, 1].
 /// ```text
 /// quadrant I:   η = P_out/(P_out + P_loss)
 /// quadrant IV:  η = (|P_out| − P_loss)/|P_out|

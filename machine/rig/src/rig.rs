@@ -1,4 +1,4 @@
-//! One actuator as built: its configuration, immutable after [`Rig::new`].
+//! Configuration of an actuator as built: parameters, effects, drive mode and options.
 
 use crate::current_loop::CurrentLoop;
 use crate::extras::Extras;
@@ -14,19 +14,16 @@ pub struct Rig {
     pub(crate) drive: Drive,
     /// Longest substep for these parameters, s.
     pub(crate) dt_max: f64,
-    /// Communication steps by which the force acts late.
+    /// Number of communication steps after which the force acts.
     pub(crate) delay: u32,
     /// Voltage of the DC link below which an enabled drive trips, V; 0: never.
     pub(crate) undervoltage: f64,
-    /// The drive's own current loop; None: its inputs are voltages.
+    /// The drive's own current loop; None: the inputs are voltages.
     pub(crate) current_loop: Option<CurrentLoop>,
 }
 
 impl Rig {
-    /// An actuator with these parameters.
-    ///
-    /// # Errors
-    /// A parameter outside its physical range, by name, value and rule.
+    /// An actuator with these parameters, or the first value out of its range.
     pub fn new(p: machine_file::Emla, extra: Extras, drive: Drive) -> Result<Self, RigError> {
         p.check()?;
         extra.check(&p)?;
@@ -43,15 +40,14 @@ impl Rig {
         Ok(rig)
     }
 
-    /// The same actuator, whose force is given `delay` communication steps ahead, because it acts
-    /// so late.
+    /// Sets the number of communication steps after which the force acts, and over which it is
+    /// therefore predicted.
     #[must_use]
     pub fn with_delay(self, delay: u32) -> Self {
         Self { delay, ..self }
     }
 
-    /// The same actuator, whose drive trips when it is enabled and its DC link is below
-    /// `undervoltage`, V: gates off, brake applied.
+    /// Sets the DC-link voltage, V, below which an enabled drive trips: gates off, brake applied.
     #[must_use]
     pub fn with_undervoltage(self, undervoltage: f64) -> Self {
         Self {
@@ -60,9 +56,8 @@ impl Rig {
         }
     }
 
-    /// The same actuator, whose drive regulates its currents itself: it follows the input
-    /// `i_q_required` instead of the voltages. It acts while the inverter samples
-    /// ([`Extras::switching`](crate::Extras::switching)).
+    /// Sets the drive's own current loop, which follows the input `i_q_required` instead of the
+    /// voltages. It needs a sampling inverter ([`Extras::switching`](crate::Extras::switching)).
     #[must_use]
     pub fn with_current_loop(self, current_loop: Option<CurrentLoop>) -> Self {
         Self {
@@ -86,18 +81,18 @@ impl Rig {
         self.drive
     }
 
-    /// Parameters that it shares with its idealised model.
+    /// Parameters that it shares with the idealised model.
     pub fn params(&self) -> &machine_file::Emla {
         &self.p
     }
 
-    /// What it knows beyond them.
+    /// The effects beyond the idealised model.
     pub fn extras(&self) -> &Extras {
         &self.extra
     }
 }
 
-/// Why a rig was refused.
+/// Why a configuration was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum RigError {
     /// A parameter shared with the idealised actuator.

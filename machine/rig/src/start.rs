@@ -1,16 +1,13 @@
-//! The state at the start: in equilibrium with a load.
+//! The start state: in equilibrium with a load, at rest or in steady motion.
 
 use crate::{Balance, Input, Powers, Rig, State, StepError};
-use machine_file::{Dq, Holding};
+use machine_file::{BrakeState, Dq};
 
 impl Rig {
     /// The state that delivers `F_hold` at rod position `x`, in steady motion at `x_dot` (at rest
     /// all friction is zero), with these temperatures of winding and housing, K. The inverter
-    /// already holds the voltage that keeps the current; a drive that starts disabled or below its
-    /// undervoltage carries none.
-    ///
-    /// # Errors
-    /// [`StepError::NotFinite`] for inputs that are not finite.
+    /// already holds the steady-state voltage; a drive that starts disabled or below its
+    /// undervoltage carries no current.
     pub fn start(&self, u: &Input, T: [f64; 2]) -> Result<State, StepError> {
         let (p, travel) = (&self.p, self.travel());
         let w_m = u.x_dot / travel;
@@ -43,9 +40,9 @@ impl Rig {
         };
         state = State {
             energy: Balance::default(),
-            ..self.switched(&state, u)
+            ..self.update_gates(&state, u)
         };
-        let now = self.instant(&state, u, &self.held(&state, u));
+        let now = self.instant(&state, u, &self.conditions(&state, u));
         let supplied = now.supplied(state.current());
         state.i_dc_mean = machine_file::link_current(supplied, self.link_voltage(u));
         state.mean = Powers {
@@ -57,10 +54,12 @@ impl Rig {
         Ok(state)
     }
 
-    /// Torque at which the shaft does not accelerate, N·m. The acceleration is linear in the
-    /// torque, so two of its values tell.
+    /// Torque at which the shaft does not accelerate, N·m; the acceleration is linear in it.
     fn steady_torque(&self, w_m: f64, F_link: f64, z: f64) -> f64 {
-        let at = |tau: f64| self.shaft(tau, w_m, F_link, z, Holding::Released).w_m_dot;
+        let at = |tau: f64| {
+            self.shaft(tau, w_m, F_link, z, BrakeState::Released)
+                .w_m_dot
+        };
         let (idle, slope) = (at(0.0), at(1.0) - at(0.0));
         -idle / slope
     }

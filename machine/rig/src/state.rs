@@ -1,17 +1,17 @@
-//! Everything that changes while the actuator runs.
+//! The actuator's state, its energy balance, and its time derivative.
 
 use machine_file::Dq;
 use model_rules::{StepError, check_finite};
 use serde::{Deserialize, Serialize};
 
-/// Everything that changes while the actuator runs.
+/// State of the actuator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Direct-axis current, A.
     pub i_d: f64,
     /// Quadrature-axis current, A.
     pub i_q: f64,
-    /// Motor angle, rad; the nut stands at `ρ/(2πN)·θ_m`.
+    /// Motor angle, rad; the nut position is `ρ/(2πN)·θ_m`.
     pub theta_m: f64,
     /// Motor speed, rad/s.
     pub w_m: f64,
@@ -27,15 +27,15 @@ pub struct State {
     pub hold: HeldVoltages,
     /// Integral parts of the current loop's voltages, V.
     pub regulator: [f64; 2],
-    /// Mean force over the last step, N; at the start that force itself.
+    /// Mean force over the last step, N; at the start the present force.
     pub F_mean: f64,
-    /// Time by which the force is given ahead, s.
+    /// Time over which the force is predicted, s.
     pub lead: f64,
     /// Energies since the start.
     pub energy: Balance,
-    /// Mean powers over the last step; at the start those of the moment.
+    /// Mean powers over the last step; at the start the present ones.
     pub mean: Powers,
-    /// Mean current from the DC side over the last step, A; at the start that of the moment.
+    /// Mean current from the DC side over the last step, A; at the start the present one.
     pub i_dc_mean: f64,
     /// Work on the load by shifts of the rod between steps since the start, J: see
     /// [`crate::Rig::work_of_shift`].
@@ -47,16 +47,15 @@ pub struct State {
 /// Voltages of the inverter, V, in stator coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HeldVoltages {
-    /// What acts in this switching period.
+    /// Voltage of this switching period.
     pub acting: [f64; 2],
-    /// What will act in the next one.
+    /// Voltage of the next one.
     pub next: [f64; 2],
-    /// Time until it begins, s.
+    /// Time until the next one begins, s.
     pub left: f64,
 }
 
-/// What crosses the borders of the actuator: energies since the start, J, or the powers that they
-/// change with, W.
+/// Energy balance of the actuator: energies since the start, J, or their rates, W.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Balance {
     /// Taken from the DC side.
@@ -65,7 +64,7 @@ pub struct Balance {
     pub delivered: f64,
     /// Lost.
     pub lost: f64,
-    /// Of that, lost in the inverter, whose heat does not reach the motor.
+    /// Part of `lost` in the inverter, whose heat does not reach the motor.
     pub inverter: f64,
     /// Heat given to the air.
     pub heat: f64,
@@ -117,8 +116,7 @@ pub(crate) struct Rates {
 }
 
 impl State {
-    /// `self + dt·rates`, with `F_mean` holding an impulse in N·s; bristles and inverter as they
-    /// are.
+    /// `self + dt·rates`, where `F_mean` is an impulse in N·s; bristles and inverter are held.
     #[inline(always)]
     pub(crate) fn plus(&self, dt: f64, rates: &Rates) -> Self {
         Self {
@@ -142,7 +140,7 @@ impl State {
         }
     }
 
-    /// That all of it is finite; `t` names the time in an error.
+    /// Checks that all values are finite; `t`, s, is the time in the error message.
     pub(crate) fn check_finite(&self, t: f64) -> Result<(), StepError> {
         let hold = &self.hold;
         let values = [

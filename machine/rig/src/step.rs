@@ -17,10 +17,10 @@ use model_rules::{
 /// Longest substep, s: half a switching period of 8 kHz, which also resolves the electrical angle
 /// to 5° at rated speed.
 const DT_MAX: f64 = 62.5e-6;
-/// Part of a span by which it may be missed: clocks are off by rounding.
+/// Relative tolerance of time comparisons, for rounding.
 const SLACK: f64 = 1e-3;
 
-/// The electrical angle turned too far in a substep.
+/// The substep was too long for the electrical frequency.
 struct TooCoarse;
 
 impl Rig {
@@ -53,15 +53,12 @@ impl Rig {
         DT_MAX.min(RATE_STEP / fastest)
     }
 
-    /// The state a time `h` after `s`, both s, under the inputs `u`: held, but the rod of
-    /// [`Drive::Motion`] moves on with its velocity. `t` only names the time in an error.
-    ///
-    /// # Errors
-    /// An unusable step, or a result that is not finite.
+    /// The state a time `h`, s, after `s`, with the inputs `u` held, except that the rod of
+    /// [`Drive::Motion`] moves with its velocity. `t`, s, is used in error messages only.
     pub fn step(&self, s: &State, u: &Input, t: f64, h: f64) -> Result<State, StepError> {
         let bad_step = StepError::BadStep { t, h };
         check_step(t, h)?;
-        let begun = &self.switched(s, u);
+        let begun = &self.update_gates(s, u);
         let mut dt_max = self.dt_max;
         while h <= MAX_SUBSTEPS * dt_max {
             match self.attempt(begun, u, h, dt_max) {
@@ -70,7 +67,7 @@ impl Rig {
                     next.i_dc_mean =
                         machine_file::link_current(next.mean.supplied, self.link_voltage(u));
                     next.check_finite(t)?;
-                    // Powers are products: of finite states they may not be finite.
+                    // Powers are products and can overflow even if the states are finite.
                     let lost = self.output(&next, &u.moved(h)).P_loss;
                     check_finite(t, [("P_loss", lost)])?;
                     return Ok(next);
@@ -93,8 +90,8 @@ impl Rig {
             let mut span = h - done;
             if let Some(T) = self.switching_period().filter(|_| gates) {
                 if s.hold.left <= SLACK * dt_max.min(T) {
-                    let asked = self.asked(&mut s, u, T);
-                    s.hold = self.switch(&s.hold, asked, s.theta_m, s.w_m, T);
+                    let requested = self.requested_voltage(&mut s, u, T);
+                    s.hold = self.next_period(&s.hold, requested, s.theta_m, s.w_m, T);
                 }
                 span = span.min(s.hold.left);
                 s.hold.left -= span;
@@ -117,20 +114,20 @@ impl Rig {
 
     /// One substep of length `dt`, a time `t` after the start of the step.
     fn substep(&self, s: &State, u: &Input, t: f64, dt: f64) -> State {
-        let mut next = self.bent(s, &u.moved(t), 0.5 * dt);
-        let held = self.held(&next, &u.moved(t));
-        next = self.stopped(self.rk4(&next, u, &held, t, dt), &held);
-        self.bent(&next, &u.moved(t + dt), 0.5 * dt)
+        let mut next = self.advance_bristles(s, &u.moved(t), 0.5 * dt);
+        let held = self.conditions(&next, &u.moved(t));
+        next = self.stop_if_reversed(self.rk4(&next, u, &held, t, dt), &held);
+        self.advance_bristles(&next, &u.moved(t + dt), 0.5 * dt)
     }
 
-    /// The state with the bristles `dt` later.
-    fn bent(&self, s: &State, u: &Input, dt: f64) -> State {
+    /// The state with the bristles advanced by `dt`, s.
+    fn advance_bristles(&self, s: &State, u: &Input, dt: f64) -> State {
         if !self.extra.friction.on {
             return *s;
         }
-        let F_nut = self.link_of(s, u).0.force;
+        let F_nut = self.link_at(s, u).0.force;
         State {
-            z: self.deflected(s.z, self.travel() * s.w_m, F_nut, dt),
+            z: self.deflection_after(s.z, self.travel() * s.w_m, F_nut, dt),
             ..*s
         }
     }
@@ -156,8 +153,9 @@ mod tests {
 
     /// Oracle: a drag `V w²` so strong that a substep of h does not resolve it. Runge–Kutta then
     /// multiplies the speed by a polynomial of z = V h/J ≈ 1e12, whose last term z⁴/24 is all that
-    /// counts: the one before it is 4/z of that. In the stages the speed stays 6/z below, so that powers
-    /// and energies on the way are finite. The losses at the end are finite or not as V says.
+    /// counts: the one before it is 4/z of that. In the stages the speed stays 6/z below, so that
+    /// powers and energies on the way are finite. The losses at the end are finite or not as V
+    /// says.
     #[test]
     fn a_step_to_losses_beyond_all_numbers_is_refused() {
         let (t, h, w) = (0.5, 1e-100, 1e99);

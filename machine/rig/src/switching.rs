@@ -1,16 +1,16 @@
-//! The drive's states: whether its gates are on, whether it has tripped, and what its brake does.
+//! Discrete states of the drive: gates, undervoltage trip and holding brake.
 
 use crate::conditions::Conditions;
 use crate::rig::Rig;
 use crate::state::{HeldVoltages, State};
-use machine_file::{ActuatorInput as Input, DEAD_LINK, Holding, is_tripped};
+use machine_file::{ActuatorInput as Input, BrakeState, DEAD_LINK, is_tripped};
 
 impl Rig {
-    /// What holds in state `s` under the inputs `u`.
-    pub(crate) fn held(&self, s: &State, u: &Input) -> Conditions {
+    /// The conditions in state `s` under the inputs `u`.
+    pub(crate) fn conditions(&self, s: &State, u: &Input) -> Conditions {
         let mut held = Conditions {
             gates: u.enable && !s.tripped,
-            brake: Holding::Released,
+            brake: BrakeState::Released,
         };
         if u.brake || s.tripped {
             held.brake = self.braking(s, u, held.gates);
@@ -18,26 +18,24 @@ impl Rig {
         held
     }
 
-    /// What an applied brake does at this point.
     #[cold]
-    fn braking(&self, s: &State, u: &Input, gates: bool) -> Holding {
+    fn braking(&self, s: &State, u: &Input, gates: bool) -> BrakeState {
         let free = Conditions {
             gates,
-            brake: Holding::Released,
+            brake: BrakeState::Released,
         };
         let brake = self.p.brake.unwrap_or(machine_file::Brake::TYPICAL);
         brake.applied(s.w_m, || self.instant(s, u, &free).shaft.torque_left)
     }
 
-    /// The state as a step begins: whether the drive trips, or a trip is taken back, and without
-    /// current and held voltages where the gates are off.
+    /// The state at the start of a step: updates the undervoltage trip, and sets currents and held
+    /// voltages to 0 if the gates are off.
     ///
-    /// When the gates go off, the diodes return the currents to the DC link against its voltage.
-    /// This takes `L·i/v_dc`, less than a switching period, and is taken to be over at once: the
-    /// field's energy goes back into the link, or into the diodes where the link is dead. From then
-    /// on the diodes block, as long as the back-EMF `√3·p·|w_m|·λ_m` stays below the link's
-    /// voltage.
-    pub(crate) fn switched(&self, s: &State, u: &Input) -> State {
+    /// When the gates turn off, the diodes return the currents to the DC link within `L·i/v_dc`,
+    /// less than a switching period, which is modelled as instantaneous: the field's energy goes
+    /// into the link, or into the diodes if the link is dead. Then the diodes block, as long as the
+    /// back-EMF `√3·p·|w_m|·λ_m` is below the link's voltage.
+    pub(crate) fn update_gates(&self, s: &State, u: &Input) -> State {
         let mut next = *s;
         next.tripped = is_tripped(
             s.tripped,
@@ -60,9 +58,9 @@ impl Rig {
         next
     }
 
-    /// The state after a substep, in which a brake that slipped has turned the shaft back: it came
-    /// to rest inside. What is left of its energy is lost there, as heat of the housing.
-    pub(crate) fn stopped(&self, s: State, held: &Conditions) -> State {
+    /// The state after a substep; if a slipping brake has reversed the shaft, the shaft stops and
+    /// the rest of its kinetic energy heats the housing.
+    pub(crate) fn stop_if_reversed(&self, s: State, held: &Conditions) -> State {
         if !held.brake.has_stopped(s.w_m) {
             return s;
         }

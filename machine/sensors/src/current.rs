@@ -1,9 +1,11 @@
-//! Currents from sensors in two phases of a motor.
+//! Current measurement of a motor: sensors in two phases with gain, offset, noise and quantisation,
+//! transformed to dq coordinates with the measured angle.
 
 use crate::Current;
 use std::f64::consts::FRAC_PI_3;
 
-/// What errs in the two phases of one motor, in parts of the bounds and in standard deviations.
+/// Errors in the two phases of one motor: gain and offset relative to their bounds, noise in
+/// standard deviations.
 pub(crate) struct Errors {
     pub(crate) gain: [f64; 2],
     pub(crate) offset: [f64; 2],
@@ -11,16 +13,14 @@ pub(crate) struct Errors {
 }
 
 impl Current {
-    /// Readings `[i_d, i_q]` of a motor at angle `theta_m`, rad, whose encoder says
-    /// `theta_measured`.
-    ///
-    /// Phases a and b are measured and turned back with the measured angle; the third follows from
-    /// the sum, which is zero:
+    /// Readings `[i_d, i_q]` of a motor at angle `theta_m`, rad, whose encoder reads
+    /// `theta_measured`. Phases a and b are measured, and transformed with the measured angle; the
+    /// sum of all three is zero:
     /// ```text
     /// i_a = i_d cos θ_e − i_q sin θ_e,   i_b likewise at θ_e − 2π/3
     /// i_α = i_a,   i_β = (i_a + 2 i_b)/√3,   i_d = i_α cos θ_e + i_β sin θ_e,   i_q = i_β cos θ_e − i_α sin θ_e
     /// ```
-    /// An offset so becomes a ripple with the electrical frequency, a difference of gains one with
+    /// An offset becomes a ripple with the electrical frequency, a difference of the gains one with
     /// twice that frequency.
     pub(crate) fn read(
         &self,
@@ -44,7 +44,7 @@ impl Current {
         [i_a * cos + i_beta * sin, i_beta * cos - i_a * sin]
     }
 
-    /// What the converter makes of the current in a phase.
+    /// Reading of the current in a phase, quantised and saturated by the converter.
     fn convert(&self, i: f64, errors: &Errors, phase: usize) -> f64 {
         let i = (1.0 + self.gain * errors.gain[phase]) * i
             + self.offset * errors.offset[phase]

@@ -1,14 +1,14 @@
-//! Positions as encoders count them.
+//! Quantised position readings of encoders.
 
 use crate::Encoder;
 
 impl Encoder {
-    /// Position of one count where a whole turn (or a metre) is `whole`.
+    /// Size of one count, where `whole` is a turn (or a metre).
     pub(crate) fn count(&self, whole: f64) -> f64 {
         whole * libm::exp2(-f64::from(self.bits))
     }
 
-    /// Reading of a position, with `noise` in standard deviations: the nearest count.
+    /// Reading of a position: the nearest count, with `noise` in standard deviations.
     pub(crate) fn read(&self, position: f64, whole: f64, noise: f64) -> f64 {
         if !self.on {
             return position;

@@ -1,11 +1,12 @@
-//! Rod forces.
+//! Readings of rod forces: a load cell with lag, hysteresis, gain error, bias and noise, or an
+//! estimate from the motor current.
 
 use crate::{Force, ForceKind};
 use std::f64::consts::TAU;
 
 impl Force {
-    /// State of the lag after the force `F`, N, that comes `period` s after the last one, exact for
-    /// a force held since:
+    /// State of the first-order lag at the sample `F`, N, `period` s after the last one, exact for
+    /// a force held since then:
     /// ```text
     /// y ← y + (1 − e^(−2π f_c T))·(F − y)
     /// ```
@@ -18,13 +19,13 @@ impl Force {
         }
     }
 
-    /// What the cell's element shows of the force `F`, N, after it showed `before`: it follows
-    /// once the force has moved on by half the width of the loop, the play operator
+    /// Output of the cell's hysteresis for the force `F`, N, and its previous output `before`: it
+    /// follows once the force has changed by half the width w, the play operator
     /// ```text
     /// y ← min(max(y, F − w/2), F + w/2)
     /// ```
     /// (I. D. Mayergoyz, *Mathematical Models of Hysteresis*). Without a width it is `F`.
-    pub(crate) fn shown(&self, before: f64, F: f64, is_first: bool) -> f64 {
+    pub(crate) fn hysteresis(&self, before: f64, F: f64, is_first: bool) -> f64 {
         if self.kind != ForceKind::Sensor || self.hysteresis == 0.0 || is_first {
             return F;
         }
@@ -32,9 +33,9 @@ impl Force {
         before.max(F - half).min(F + half)
     }
 
-    /// Reading, N: of what the element shows and what errs (`gain` and `bias` a part of their
-    /// bounds, `noise` in standard deviations), or of the measured quadrature current `i_q`, A,
-    /// where there is no sensor.
+    /// Reading, N, from the hysteresis output `shown` and the errors (`gain` and `bias` relative to
+    /// their bounds, `noise` in standard deviations), or from the measured quadrature current
+    /// `i_q`, A, without a sensor.
     pub(crate) fn read(&self, shown: f64, [gain, bias]: [f64; 2], noise: f64, i_q: f64) -> f64 {
         match self.kind {
             ForceKind::Ideal => shown,
@@ -71,9 +72,9 @@ mod tests {
             let part = f64::from(k % 4000) / 1000.0;
             A * if part < 2.0 { part - 1.0 } else { 3.0 - part }
         };
-        let (mut y, mut area, mut widest) = (cell.shown(0.0, force(0), true), 0.0, 0.0_f64);
+        let (mut y, mut area, mut widest) = (cell.hysteresis(0.0, force(0), true), 0.0, 0.0_f64);
         for k in 1..=8000 {
-            let next = cell.shown(y, force(k), false);
+            let next = cell.hysteresis(y, force(k), false);
             if k > 4000 {
                 area += 0.5 * (next + y) * (force(k) - force(k - 1));
             }

@@ -1,13 +1,12 @@
-//! Sensors of the manipulator, between its plants and its controller: encoders of motors, joints
-//! and rods, speeds that are estimated rather than known, currents, forces, calibration errors, and
-//! the time that communication takes.
+//! Sensor models between the plants and the controller: encoders of motors, joints and rods, speed
+//! estimates from positions, currents, forces, calibration errors, and communication delay. The FMU
+//! `Sensors` wraps them.
 //!
-//! A sensor samples at communication points. Its reading follows the present inputs; what it
-//! remembers (the reading before, filters, noise of the coming sample) is in [`State`]. Errors that
-//! stay (zero of a joint, gain and offset of a current, bias of a force) are drawn once from the
-//! seed, noise anew for each sample from the generator that the state carries. With every effect
-//! off, which is [`Params::OFF`], values pass bit for bit. Each effect has its own place in the
-//! generator's sequence: switching one on or off changes no number of another.
+//! A sensor samples at communication points. Its reading depends on the present inputs and on
+//! [`State`]: the previous reading, filters, and the noise of the next sample. Constant errors
+//! (joint zeros, gains, offsets, biases) are drawn once from the seed; noise is drawn for each
+//! sample from the generator in the state. With every effect off ([`Params::OFF`]) values pass bit
+//! for bit. Switching an effect on or off does not change the random numbers of the others.
 //!
 //! SI units; currents in rotor coordinates, peak-valued; rod position and force positive when the
 //! actuator extends.

@@ -1,8 +1,8 @@
 //! The standard normal distribution by the ziggurat method, in the variant ZIGNOR: J. A. Doornik,
 //! *An improved ziggurat method to generate normal random samples* (2005).
 //!
-//! `rand_distr` draws the same way and from the same table, but takes `ln` and `exp` from the
-//! platform, whose last digits differ between platforms. These numbers are the same on all of them.
+//! `rand_distr` has the same method and table, but takes `ln` and `exp` from the platform, which
+//! differ in the last digits. These numbers are bit-identical on all platforms.
 
 use rand::distr::Open01;
 use rand::{Rng, RngExt};

@@ -1,20 +1,20 @@
-//! Parameters of the sensors.
+//! Parameters of the sensors, and typical values.
 
 use serde::{Deserialize, Serialize};
 
-/// Joints of the manipulator.
+/// Number of joints.
 pub const JOINTS: usize = 6;
-/// Actuators of the manipulator.
+/// Number of actuators.
 pub const ACTUATORS: usize = 3;
-/// Most communication steps that a reading may be late.
+/// Largest delay of a reading, communication steps.
 pub const DELAY_MAX: u32 = 4;
 
 /// All parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Params {
-    /// Seed of noise and of drawn errors.
+    /// Seed of noise and constant errors.
     pub seed: u64,
-    /// Communication steps from measurement to reading.
+    /// Delay from measurement to reading, communication steps.
     pub delay: u32,
     /// Encoders of the motors; counts per turn.
     pub motor_encoder: Encoder,
@@ -24,7 +24,7 @@ pub struct Params {
     pub rod_encoder: Encoder,
     /// Zero errors of the joints' encoders.
     pub joint_zero: JointZero,
-    /// Where speeds come from.
+    /// Source of the speeds.
     pub speed: Speed,
     /// Current sensors.
     pub current: Current,
@@ -35,7 +35,7 @@ pub struct Params {
 /// An encoder.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Encoder {
-    /// Whether it counts; else the position passes as it is.
+    /// Whether it quantises; otherwise the position passes unchanged.
     pub on: bool,
     /// Counts per turn are 2^bits, of a rod counts per metre.
     pub bits: i32,
@@ -46,30 +46,30 @@ pub struct Encoder {
 /// Zero errors of the joints' encoders.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointZero {
-    /// Whether there are any.
+    /// Whether there are zero errors.
     pub on: bool,
     /// They are drawn uniformly from −bound to bound, rad.
     pub bound: f64,
-    /// Added to the drawn ones, rad.
+    /// Constant errors, added to the drawn ones, rad.
     pub given: [f64; JOINTS],
 }
 
-/// Where speeds come from.
+/// Source of the speeds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Speed {
-    /// Which of the ways.
+    /// The method.
     pub kind: SpeedKind,
-    /// Time constant of the filter behind the difference, s; 0: none.
+    /// Time constant of the filter after the difference, s; 0: none.
     pub filter_time: f64,
     /// Bandwidth of the tracking observer, rad/s.
     pub bandwidth: f64,
-    /// The same at the motors, whose encoders are read for a faster loop, rad/s; 0: `bandwidth`.
+    /// Bandwidth at the motors, whose loop is faster, rad/s; 0: `bandwidth`.
     pub bandwidth_motor: f64,
 }
 
 impl Speed {
-    /// What makes the speeds of the motors.
-    pub(crate) fn of_motors(self) -> Self {
+    /// The same with the bandwidth of the motors.
+    pub(crate) fn for_motors(self) -> Self {
         match self.bandwidth_motor {
             0.0 => self,
             bandwidth => Self { bandwidth, ..self },
@@ -77,7 +77,7 @@ impl Speed {
     }
 }
 
-/// Where speeds come from.
+/// Method by which speeds are obtained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SpeedKind {
     /// The true speeds pass.
@@ -91,7 +91,7 @@ pub enum SpeedKind {
 /// Current sensors, in two phases of each motor.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Current {
-    /// Whether they err; else the currents pass as they are.
+    /// Whether they have errors; otherwise the currents pass unchanged.
     pub on: bool,
     /// Relative gain errors are drawn uniformly from −gain to gain.
     pub gain: f64,
@@ -110,7 +110,7 @@ pub struct Current {
 /// Force sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Force {
-    /// What gives the force.
+    /// Source of the force.
     pub kind: ForceKind,
     /// Biases are drawn uniformly from −bias to bias, N.
     pub bias: f64,
@@ -126,26 +126,25 @@ pub struct Force {
     pub per_current: f64,
 }
 
-/// What gives the force.
+/// Source of a rod force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ForceKind {
     /// The true force passes.
     Ideal,
     /// A sensor with bias, noise and bandwidth.
     Sensor,
-    /// No sensor: the reading is the quadrature current times `per_current`, the force of a motor
-    /// that neither accelerates nor rubs.
+    /// No sensor: the reading is the quadrature current times `per_current`, the force without
+    /// acceleration and friction.
     Absent,
 }
 
 impl Params {
-    /// Every effect off; their sizes are those of an industrial machine, so that a switch alone
-    /// turns an effect on.
+    /// Every effect off, but with typical values, so that a switch is enough to turn it on.
     ///
     /// Encoders of 17 bits (motor, one count of noise) and 19 bits (joint), as servo drives and
     /// absolute rotary encoders have; zero of a joint calibrated to 0.02°; closed-loop current
     /// transducers with 0.3 % of gain, 0.1 A of offset and 0.05 A of noise before a 12-bit
-    /// converter over ±150 A; load cell of 70 kN with 0.5 % of bias, 0.1 % of noise and 1 kHz of
+    /// converter over ±150 A; load cell of 70 kN with 0.5 % of bias, 0.1 % of noise and 1 kHz
     /// bandwidth.
     pub const OFF: Self = Self {
         seed: 0,
@@ -196,7 +195,6 @@ impl Params {
         },
     };
 
-    /// Whether a reading needs noise.
     pub(crate) fn is_noisy(&self) -> bool {
         let counts = |e: &Encoder| e.on && e.noise > 0.0;
         counts(&self.motor_encoder)

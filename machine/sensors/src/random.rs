@@ -1,13 +1,13 @@
-//! Random numbers: errors that do not change during a run, and the noise of each sample.
+//! Random numbers of the sensors: constant errors of a run, and the noise of each sample.
 
 use crate::{ACTUATORS, JOINTS, normal};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-/// Stream of the seed's generator that noise comes from.
+/// Stream of the seed's generator for noise.
 const NOISE: u64 = 0;
-/// Stream that the errors that stay come from.
+/// Stream for the constant errors.
 const ERRORS: u64 = 1;
 
 fn generator(seed: u64, stream: u64) -> ChaCha8Rng {
@@ -16,14 +16,14 @@ fn generator(seed: u64, stream: u64) -> ChaCha8Rng {
     generator
 }
 
-/// Errors that do not change during a run, in units of their bounds: uniform between −1 and 1.
+/// Constant errors of a run relative to their bounds: uniform between −1 and 1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FixedErrors {
     /// Zeros of the joints.
     pub zero: [f64; JOINTS],
     /// Gains of the current sensors in two phases of each motor.
     pub gain: [[f64; 2]; ACTUATORS],
-    /// Their offsets.
+    /// Offsets of the current sensors.
     pub offset: [[f64; 2]; ACTUATORS],
     /// Biases of the force sensors.
     pub bias: [f64; ACTUATORS],
@@ -32,7 +32,7 @@ pub struct FixedErrors {
 }
 
 impl FixedErrors {
-    pub(crate) fn of(seed: u64) -> Self {
+    pub(crate) fn from_seed(seed: u64) -> Self {
         let mut generator = generator(seed, ERRORS);
         let mut part = || generator.random_range(-1.0..=1.0);
         Self {
@@ -60,7 +60,6 @@ pub struct Noise {
     pub force: [f64; ACTUATORS],
 }
 
-/// Where noise comes from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Source(ChaCha8Rng);
 
@@ -69,7 +68,6 @@ impl Source {
         Self(generator(seed, NOISE))
     }
 
-    /// The noise of the next sample.
     pub(crate) fn next(&mut self) -> Noise {
         let mut normal = || normal::draw(&mut self.0);
         Noise {
@@ -115,14 +113,22 @@ mod tests {
 
     #[test]
     fn errors_lie_within_their_bounds_and_differ_by_seed() {
-        let (a, b) = (FixedErrors::of(1), FixedErrors::of(2));
-        assert_eq!(a, FixedErrors::of(1));
+        let (a, b) = (FixedErrors::from_seed(1), FixedErrors::from_seed(2));
+        assert_eq!(a, FixedErrors::from_seed(1));
         assert_ne!(a, b);
         let all = |d: &FixedErrors| {
             let phases = [d.gain, d.offset].concat().concat();
             [&d.zero[..], &d.bias[..], &d.force_gain[..], &phases[..]].concat()
         };
-        assert!((0..200).all(|seed| all(&FixedErrors::of(seed)).iter().all(|e| e.abs() <= 1.0)));
-        assert!((0..200).any(|seed| all(&FixedErrors::of(seed)).iter().any(|e| e.abs() > 0.99)));
+        assert!((0..200).all(|seed| {
+            all(&FixedErrors::from_seed(seed))
+                .iter()
+                .all(|e| e.abs() <= 1.0)
+        }));
+        assert!((0..200).any(|seed| {
+            all(&FixedErrors::from_seed(seed))
+                .iter()
+                .any(|e| e.abs() > 0.99)
+        }));
     }
 }

@@ -1,4 +1,4 @@
-//! One sample of all sensors, and the state that it leads to.
+//! Takes one sample of all sensors and advances their state.
 
 use crate::current::Errors;
 use crate::random::Source;
@@ -7,16 +7,16 @@ use crate::{ACTUATORS, DELAY_MAX, JOINTS, Noise, Sensors, SpeedKind};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Signals of the manipulator: the true ones, or those that the sensors read.
+/// Signals of the manipulator: the true values, or the readings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Signals {
     /// Joint angles, rad.
     pub zeta: [f64; JOINTS],
-    /// Joint rates, rad/s; the true ones are read where speeds are ideal.
+    /// Joint rates, rad/s; the true ones are used with ideal speeds only.
     pub zeta_dot: [f64; JOINTS],
     /// Motor angles, rad.
     pub theta_m: [f64; ACTUATORS],
-    /// Motor speeds, rad/s; the true ones are read where speeds are ideal.
+    /// Motor speeds, rad/s; the true ones are used with ideal speeds only.
     pub w_m: [f64; ACTUATORS],
     /// Direct-axis currents, A.
     pub i_d: [f64; ACTUATORS],
@@ -26,22 +26,22 @@ pub struct Signals {
     pub F: [f64; ACTUATORS],
     /// Rod positions, m.
     pub x: [f64; ACTUATORS],
-    /// Rod velocities, m/s; the true ones are read where speeds are ideal.
+    /// Rod velocities, m/s; the true ones are used with ideal speeds only.
     pub x_dot: [f64; ACTUATORS],
 }
 
-/// What filters and observers remember.
+/// States of filters, observers and hysteresis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Memory {
     joint: [Track; JOINTS],
     motor: [Track; ACTUATORS],
     rod: [Track; ACTUATORS],
     force: [f64; ACTUATORS],
-    /// What the load cells' elements show.
+    /// Outputs of the load cells' hysteresis, N.
     shown: [f64; ACTUATORS],
 }
 
-/// One sample: readings, and what filters and observers come to by it.
+/// One sample: readings, and the new states of filters and observers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     output: Signals,
@@ -52,9 +52,9 @@ pub struct Sample {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     memory: Memory,
-    /// Time from the last sample to the coming one, s; `None` before the first step.
+    /// Time from the last sample to the next one, s; `None` before the first step.
     period: Option<f64>,
-    /// Noise of the coming sample.
+    /// Noise of the next sample.
     noise: Noise,
     source: Source,
     /// Readings of the samples taken, the latest first.
@@ -62,8 +62,7 @@ pub struct State {
 }
 
 impl Sensors {
-    /// The state at the start: the readings of these inputs have always been there, and nothing
-    /// moves but what passes as it is.
+    /// The start state: all previous readings are those of these inputs, at rest.
     pub fn start(&self, u: &Signals) -> State {
         let mut source = Source::new(self.p.seed);
         let noise = self.noise(&mut source);
@@ -88,7 +87,7 @@ impl Sensors {
         }
     }
 
-    /// The sample that these inputs give.
+    /// The sample for these inputs.
     pub fn measure(&self, s: &State, u: &Signals) -> Sample {
         let mut now = Sample {
             output: Signals::default(),
@@ -121,7 +120,7 @@ impl Sensors {
         let (y, memory) = (&mut now.output, &mut now.memory);
 
         y.theta_m[k] = p.motor_encoder.read(u.theta_m[k], TAU, noise.motor[k]);
-        memory.motor[k] = (p.speed.of_motors()).follow(&s.memory.motor[k], y.theta_m[k], s.period);
+        memory.motor[k] = (p.speed.for_motors()).follow(&s.memory.motor[k], y.theta_m[k], s.period);
         y.w_m[k] = self.speed(&memory.motor[k], u.w_m[k]);
 
         y.x[k] = p.rod_encoder.read(u.x[k], 1.0, noise.rod[k]);
@@ -140,7 +139,9 @@ impl Sensors {
 
         memory.force[k] = p.force.lag(s.memory.force[k], u.F[k], s.period);
         let is_first = s.period.is_none();
-        memory.shown[k] = p.force.shown(s.memory.shown[k], memory.force[k], is_first);
+        memory.shown[k] = p
+            .force
+            .hysteresis(s.memory.shown[k], memory.force[k], is_first);
         let errors = [drawn.force_gain[k], drawn.bias[k]];
         y.F[k] = (p.force).read(memory.shown[k], errors, noise.force[k], y.i_q[k]);
     }
@@ -152,7 +153,7 @@ impl Sensors {
         }
     }
 
-    /// What is read at an instant whose sample is `now`.
+    /// The readings at an instant whose sample is `now`: with a delay, those of an earlier sample.
     pub fn read<'a>(&self, s: &'a State, now: &'a Sample) -> &'a Signals {
         match self.p.delay {
             0 => &now.output,
@@ -160,12 +161,12 @@ impl Sensors {
         }
     }
 
-    /// What is read after a step, before the inputs of the new instant are known: one sample older.
+    /// The readings after a step, before new inputs are set: one sample older.
     pub fn held<'a>(&self, s: &'a State) -> &'a Signals {
         &s.past[self.p.delay as usize]
     }
 
-    /// Takes the sample `now`; the next one comes `h` s later.
+    /// Stores the sample `now` and draws the noise of the next one, `h` s later.
     pub fn advance(&self, s: &mut State, now: &Sample, h: f64) {
         s.memory = now.memory;
         s.period = Some(h);
@@ -176,7 +177,7 @@ impl Sensors {
 }
 
 impl Sample {
-    /// Whether all readings and all that is remembered are finite.
+    /// Whether all readings and states are finite.
     pub fn is_finite(&self) -> bool {
         let Signals {
             zeta,

@@ -1,10 +1,10 @@
-//! The sensors of one machine: their configuration, and the errors that each of them keeps.
+//! Configuration of the sensors: parameters, and the constant errors drawn from the seed.
 
 use crate::params::{DELAY_MAX, Params};
 use crate::random::FixedErrors;
 use serde::{Deserialize, Serialize};
 
-/// The sensors: parameters, and the errors drawn from the seed.
+/// The sensors of one machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sensors {
     pub(crate) p: Params,
@@ -12,10 +12,10 @@ pub struct Sensors {
 }
 
 impl Sensors {
-    /// Sensors with these parameters; `delay` beyond [`DELAY_MAX`] counts as that.
+    /// Sensors with these parameters; `delay` is limited to [`DELAY_MAX`].
     pub fn new(p: Params) -> Self {
         Self {
-            drawn: FixedErrors::of(p.seed),
+            drawn: FixedErrors::from_seed(p.seed),
             p: Params {
                 delay: p.delay.min(DELAY_MAX),
                 ..p

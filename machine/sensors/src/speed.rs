@@ -1,30 +1,27 @@
-//! Speeds from position readings.
+//! Speed estimates from position readings: filtered difference, or tracking observer.
 
 use crate::{Speed, SpeedKind};
 use serde::{Deserialize, Serialize};
 
-/// What an estimate of speed remembers of the sample before.
+/// State of a speed estimate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Track {
-    /// Position: the reading, or what the observer holds it for.
+    /// The reading, or the observer's position.
     pub(crate) position: f64,
-    /// Speed.
     pub(crate) speed: f64,
-    /// Acceleration; of the observer.
+    /// Acceleration of the observer.
     pub(crate) acceleration: f64,
 }
 
-/// Shortest time between two samples that says something of a speed, s; less and the estimate stays
-/// as it is.
+/// Shortest time between two samples, s; below it the estimate is unchanged.
 const SHORTEST: f64 = 1e-9;
 
-/// Largest speed and acceleration of an estimate, far beyond any machine. Steps of very different
-/// lengths, milliseconds and days in turn, drive the observer apart; an estimate beyond this starts
-/// anew.
+/// Largest speed and acceleration of an estimate, far beyond any machine. Alternating steps of very
+/// different lengths make the observer diverge; beyond this value it is reset.
 const LARGEST: f64 = 1e18;
 
 impl Track {
-    /// At rest at a reading.
+    /// At rest at `reading`.
     fn at(reading: f64) -> Self {
         Self {
             position: reading,
@@ -32,7 +29,7 @@ impl Track {
         }
     }
 
-    /// Whether it says something: no number beyond all bounds, nor none.
+    /// Whether the estimate is finite and within [`LARGEST`].
     fn is_sound(&self) -> bool {
         self.position.is_finite()
             && self.speed.abs() <= LARGEST
@@ -41,8 +38,7 @@ impl Track {
 }
 
 impl Speed {
-    /// The estimate after a reading that comes `period` s after the last one; `None`: there was
-    /// none, and the speed is taken for 0.
+    /// The estimate after a reading, `period` s after the last one (`None`: the first, at rest).
     pub(crate) fn follow(&self, before: &Track, reading: f64, period: Option<f64>) -> Track {
         let Some(T) = period else {
             return Track::at(reading);
@@ -60,7 +56,7 @@ impl Speed {
         }
     }
 
-    /// Difference quotient behind a first-order lag of τ = `filter_time`, exact for a quotient held
+    /// Difference quotient with a first-order lag of τ = `filter_time`, exact for a quotient held
     /// over the sample:
     /// ```text
     /// ω ← ω + (1 − e^(−T/τ))·((θ_k − θ_(k−1))/T − ω)
@@ -127,11 +123,11 @@ mod tests {
             bandwidth_motor,
         };
         let ramp = |speed: &Speed, n| estimates(speed, |t| 2.0 * t, n);
-        assert_eq!(ramp(&speed(0.0).of_motors(), 40), ramp(&speed(1.0), 40));
-        assert_eq!(speed(1200.0).of_motors().bandwidth, 1200.0);
+        assert_eq!(ramp(&speed(0.0).for_motors(), 40), ramp(&speed(1.0), 40));
+        assert_eq!(speed(1200.0).for_motors().bandwidth, 1200.0);
         let left = |estimates: Vec<f64>| (estimates[estimates.len() - 1] - 2.0).abs();
         let slow = left(ramp(&speed(1200.0), 12));
-        let fast = left(ramp(&speed(1200.0).of_motors(), 12));
+        let fast = left(ramp(&speed(1200.0).for_motors(), 12));
         assert!(fast < 1e-2 * slow, "{fast} {slow}");
     }
 

@@ -1,4 +1,5 @@
-//! Spatial inertia of a rigid body.
+//! Spatial inertia of a rigid body: mass, first moment and rotational inertia in a frame, and how
+//! they change with the frame.
 
 use crate::{Twist, Wrench};
 use nalgebra::{Matrix3, Matrix6, Vector3};
@@ -12,7 +13,7 @@ pub struct Inertia {
     pub m: f64,
     /// First moment of mass, `m·r_com`, kg·m.
     pub h: Vector3<f64>,
-    /// Rotational inertia about the ORIGIN of the frame, kg·m².
+    /// Rotational inertia about the frame's origin, kg·m².
     pub I: Matrix3<f64>,
 }
 
@@ -28,7 +29,7 @@ impl Inertia {
         .shifted(&com)
     }
 
-    /// The same body in axes turned by `R` (to the new axes), same origin.
+    /// The same body in other axes with the same origin; `R` turns vectors to the new axes.
     pub fn rotated(&self, R: &Matrix3<f64>) -> Self {
         Self {
             m: self.m,

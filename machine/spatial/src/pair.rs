@@ -1,6 +1,6 @@
-//! What twists and wrenches have alike: a linear and an angular part, added and scaled together.
+//! Common implementation of twists and wrenches, pairs of a linear and an angular part.
 
-/// Makers, columns and sums of a pair of vectors.
+/// Implements constructors, conversions to and from a column, and sums for a pair of vectors.
 macro_rules! pair_of_vectors {
     ($pair:ident: $linear:ident $angular:ident, zero: $zero:literal) => {
         impl $pair {
@@ -20,7 +20,7 @@ macro_rules! pair_of_vectors {
                 Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
             }
 
-            /// From such a column.
+            /// The inverse of `to_vector`.
             pub fn from_vector(c: &Vector6<f64>) -> Self {
                 Self::new(c.fixed_rows::<3>(0).into(), c.fixed_rows::<3>(3).into())
             }

@@ -1,4 +1,4 @@
-//! Pose of one frame in another, and how it moves twists and wrenches.
+//! Pose of one frame in another, and the change of frame of twists, wrenches and inertias.
 
 use crate::{Inertia, Twist, Wrench};
 use nalgebra::{Matrix3, Vector3};

@@ -1,4 +1,5 @@
-//! Pseudo-inertia: the inertial parameters as a symmetric 4×4 matrix.
+//! Pseudo-inertia: the inertial parameters of a body as a symmetric 4×4 matrix, the form in which
+//! the controller adapts its estimates.
 
 use crate::Inertia;
 use nalgebra::{Matrix3, Matrix4};

@@ -1,4 +1,4 @@
-//! Twists: velocities, accelerations and joint axes of rigid bodies.
+//! Twists: spatial velocities, accelerations and joint axes, and their cross products.
 
 use crate::Wrench;
 use crate::pair::pair_of_vectors;

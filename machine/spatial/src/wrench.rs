@@ -1,4 +1,4 @@
-//! Wrenches: forces and moments on rigid bodies, and momenta.
+//! Wrenches: a force with a moment on a rigid body, or its spatial momentum.
 
 use crate::pair::pair_of_vectors;
 use nalgebra::{Vector3, Vector6};

@@ -1,31 +1,33 @@
-//! Whether a machine can do a path: all that it demands along the path, beside what the machine
-//! file allows.
+//! Checks before a path starts whether the machine can follow it: computes the required forces,
+//! speeds and currents along the path and compares them with the limits of the machine file.
 
 use crate::error::Place;
 use crate::file::{Load, PathFile, Points};
 use crate::path::TipPath;
 use hdrm::HdrmError;
 use machine_file::{AXES, Machine};
-use motion_check::{Capability, Kinematics, Limits, Margin, NearestPose, Payload, Quantity, Reach};
+use motion_check::{
+    AllowedRanges, DemandModel, Kinematics, Margin, NearestPose, Payload, Quantity, Reach,
+};
 use thiserror::Error;
 
-/// Time between two points that are looked at, s, on paths of up to some minutes.
+/// Time between two checked points, s.
 const STEP: f64 = 0.01;
-/// Most points that are looked at: on longer paths they lie further apart.
+/// Largest number of checked points; on paths of more than 500 s they are further apart.
 const POINTS: f64 = 50_000.0;
 
-/// What was found along a path.
+/// Result of the check of a path.
 #[derive(Clone, Debug)]
 pub struct PathCheck {
     /// Smallest margin of each quantity with its time, s, in the order of [`Quantity::all`].
     pub least: [(f64, Margin); Quantity::COUNT],
     /// Root mean square of the motor torques over the path, N·m.
     pub torque_rms: [f64; 3],
-    /// What the machine cannot do, in the order of time.
+    /// What the machine cannot do, in order of time.
     pub findings: Vec<Finding>,
 }
 
-/// What the machine cannot do.
+/// A reason why the machine cannot follow the path.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Finding {
     /// A waypoint or sample farther away than the stretched arm.
@@ -34,7 +36,7 @@ pub enum Finding {
         distance - reach
     )]
     Reach {
-        /// Waypoint or sample with its number.
+        /// "waypoint" or "sample" with its number.
         point: String,
         /// Distance from the lift joint, m.
         distance: f64,
@@ -44,32 +46,32 @@ pub enum Finding {
     /// A pose for which no joint angles were found, or where the arm is singular.
     #[error("{place}, t = {t:.2} s: {}", unreached(nearest))]
     Pose {
-        /// Where.
+        /// Where on the path.
         place: Place,
-        /// When, s.
+        /// Time, s.
         t: f64,
-        /// What comes nearest; None: the arm is singular there.
+        /// The nearest pose; None: the arm is singular there.
         nearest: Option<NearestPose>,
     },
-    /// A limit that is passed.
+    /// A limit that is exceeded.
     #[error("{place}, t = {t:.2} s: {worst}{}", later(*t, *t_worst))]
     Limit {
-        /// Where it is passed first.
+        /// Where it is first exceeded.
         place: Place,
-        /// When it is passed first, s.
+        /// Time at which it is first exceeded, s.
         t: f64,
-        /// Where it is passed most.
+        /// Value and limit where it is exceeded most.
         worst: Margin,
-        /// When it is passed most, s.
+        /// Time at which it is exceeded most, s.
         t_worst: f64,
     },
-    /// A motor that becomes too hot, if the path were gone again and again.
+    /// A motor that would overheat if the path were repeated.
     #[error(
         "motor torque of {}: root mean square {rms:.2} N.m over the path must be at most the rated {rated} N.m: {:.2} N.m beyond ({:.1} %)",
         AXES[*axis], rms - rated, 100.0 * (rms / rated - 1.0)
     )]
     Torque {
-        /// Slew, lift or tilt from 0.
+        /// 0 slew, 1 lift, 2 tilt.
         axis: usize,
         /// Root mean square over the path, N·m.
         rms: f64,
@@ -96,11 +98,8 @@ fn later(t: f64, t_worst: f64) -> String {
     }
 }
 
-/// Goes along `path`, made of `file`, with the nominal machine and its payload from the joint
-/// angles `zeta`, rad; `observe` is told time and margins of each point.
-///
-/// # Errors
-/// A mechanism that does not work over its joint range.
+/// Checks `path`, made from `file`, for the nominal machine with its payload, starting at the joint
+/// angles `zeta`, rad. Calls `observe` with time and margins of each checked point.
 pub fn check(
     file: &PathFile,
     path: &TipPath,
@@ -109,7 +108,7 @@ pub fn check(
     mut observe: impl FnMut(f64, &[Margin; Quantity::COUNT]),
 ) -> Result<PathCheck, HdrmError> {
     let kinematics = Kinematics::new(machine)?;
-    let limits = Limits::of(machine);
+    let limits = AllowedRanges::from_machine(machine);
     let start = kinematics.pose(zeta);
     let mut carried = None;
     let mut capability = loaded(machine, None)?;
@@ -148,9 +147,9 @@ pub fn check(
     Ok(log.finish(machine.ratings.in_order().map(|r| r.motor_torque)))
 }
 
-/// Waypoints or samples farther from the lift joint than the stretched arm.
+/// Findings for waypoints or samples farther from the lift joint than the stretched arm.
 fn out_of_reach(file: &PathFile, machine: &Machine, start: [f64; 3]) -> Vec<Finding> {
-    let reach = Reach::of(&machine.geometry);
+    let reach = Reach::new(&machine.geometry);
     let (what, positions): (_, Vec<_>) = match &file.points {
         Points::Waypoints(list) => ("waypoint", list.iter().map(|w| w.position).collect()),
         Points::Samples(list) => ("sample", list.iter().map(|s| s.position).collect()),
@@ -167,20 +166,20 @@ fn out_of_reach(file: &PathFile, machine: &Machine, start: [f64; 3]) -> Vec<Find
     each.collect()
 }
 
-/// The machine with its payload and the load, as one body.
-fn loaded(machine: &Machine, load: Option<Load>) -> Result<Capability, HdrmError> {
-    let own = Payload::of(machine);
+/// Inverse dynamics of the machine with its payload and `load`.
+fn loaded(machine: &Machine, load: Option<Load>) -> Result<DemandModel, HdrmError> {
+    let own = Payload::from_machine(machine);
     match load {
-        Some(load) if load.mass > 0.0 => Capability::carrying(machine, &own, load.mass, load.com),
-        _ => Capability::new(machine, &own),
+        Some(load) if load.mass > 0.0 => DemandModel::with_load(machine, &own, load.mass, load.com),
+        _ => DemandModel::new(machine, &own),
     }
 }
 
-/// What was seen so far.
+/// Results up to the present point.
 struct Log {
     reach: Vec<Finding>,
     least: [(f64, Margin); Quantity::COUNT],
-    /// Where and when each limit was passed first.
+    /// Where and when each limit was first exceeded.
     first: [Option<(Place, f64)>; Quantity::COUNT],
     stopped: Option<Finding>,
     squares: [f64; 3],
@@ -215,7 +214,7 @@ impl Log {
         tau_e: &[f64; 3],
     ) {
         for (k, margin) in margins.iter().enumerate() {
-            // A part that is no number is the smallest margin.
+            // NaN counts as the smallest margin.
             let (least, part) = (&mut self.least[k], margin.part());
             if self.count == 0.0 || part.is_nan() || part < least.1.part() {
                 *least = (t, *margin);
@@ -265,23 +264,23 @@ impl Log {
     }
 }
 
-/// Findings that a message tells of.
-const TOLD: usize = 5;
+/// Number of findings that a message lists.
+const LISTED: usize = 5;
 
 impl PathCheck {
-    /// Why the machine cannot do the path, for people; None if it can.
+    /// Message why the machine cannot follow the path; None if it can.
     pub fn refusal(&self) -> Option<String> {
         if self.findings.is_empty() {
             return None;
         }
-        let told = Vec::from_iter(self.findings.iter().take(TOLD).map(Finding::to_string));
-        let more = match self.findings.len().saturating_sub(TOLD) {
+        let listed = Vec::from_iter(self.findings.iter().take(LISTED).map(Finding::to_string));
+        let more = match self.findings.len().saturating_sub(LISTED) {
             0 => String::new(),
             more => format!("; and {more} more"),
         };
         Some(format!(
             "the machine cannot do this path: {}{more}",
-            told.join("; ")
+            listed.join("; ")
         ))
     }
 }

@@ -1,5 +1,5 @@
-//! Path files as CSV: a header with the columns' names, then a row for each point; lines that begin
-//! with `#` are remarks.
+//! Reads path files in CSV: a header with the names of the columns, then a row for each point;
+//! lines that begin with `#` are comments.
 
 use crate::error::{PathError, refused, unknown};
 use crate::file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint};
@@ -9,10 +9,10 @@ use csv::{ReaderBuilder, StringRecord, Trim};
 const POSITION: [&str; 3] = ["x", "y", "z"];
 const ORIENTATION: [&str; 4] = ["qw", "qx", "qy", "qz"];
 const COM: [&str; 3] = ["com_x", "com_y", "com_z"];
-/// The other columns of waypoints.
+/// Further columns of a path of waypoints.
 const AT_WAYPOINT: [&str; 6] = ["dwell", "speed", "time", "blend", "load_mass", "load_over"];
 
-/// Reads a path; its values are not checked yet. A column `t` makes it a sampled one.
+/// Reads a path without checking its values. With a column `t` the points are samples.
 pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
     let format = |e: csv::Error| PathError::Format(format!("path CSV: {e}"));
     let mut reader = ReaderBuilder::new()
@@ -38,7 +38,7 @@ pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
         }
         if header.iter().take(k).any(|other| other == name) {
             return Err(PathError::Format(format!(
-                "path CSV: the column `{name}` is there twice"
+                "path CSV: the column `{name}` appears twice"
             )));
         }
     }
@@ -80,7 +80,6 @@ fn each<'a, T>(
     numbered.map(row).map(|row| read(&row)).collect()
 }
 
-/// One point.
 struct Row<'a> {
     place: String,
     header: &'a StringRecord,
@@ -88,7 +87,7 @@ struct Row<'a> {
 }
 
 impl Row<'_> {
-    /// The number in a column; None where the column is missing or the cell empty.
+    /// The number in a column; None if the column is missing or the cell is empty.
     fn number(&self, name: &str) -> Result<Option<f64>, PathError> {
         let column = self.header.iter().position(|column| column == name);
         let cell = column
@@ -106,7 +105,7 @@ impl Row<'_> {
         number.ok_or_else(|| refused(&self.place, name, "left out", "given"))
     }
 
-    /// All of the columns, or None of them.
+    /// The numbers of several columns, which are given all or none.
     fn numbers<const N: usize>(&self, names: [&str; N]) -> Result<Option<[f64; N]>, PathError> {
         let mut numbers = [0.0; N];
         let mut given = 0;

@@ -1,22 +1,22 @@
-//! Why a path is refused.
+//! Errors of reading or planning a path, with the place in the file, and places on a path in words.
 
 use std::fmt;
 use thiserror::Error;
 
-/// A path that cannot be read or made.
+/// Why a path cannot be read or planned.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PathError {
-    /// Neither JSON nor CSV, or of another shape than a path.
+    /// Neither JSON nor CSV, or not the structure of a path.
     #[error("{0}")]
     Format(String),
-    /// A name that no path has.
+    /// An unknown field or column.
     #[error("{place}: `{name}` is unknown{}; it must be one of {}", near.as_ref().map_or(String::new(), |near| format!(", did you mean `{near}`?")), known.join(", "))]
     Unknown {
-        /// Where.
+        /// Where in the file.
         place: String,
-        /// The name.
+        /// The unknown name.
         name: String,
-        /// The known name that it is most like.
+        /// The most similar known name.
         near: Option<String>,
         /// Known names.
         known: Vec<String>,
@@ -33,10 +33,10 @@ pub enum PathError {
         /// What must hold.
         rule: String,
     },
-    /// A path of less than two waypoints or samples.
+    /// Fewer than two waypoints or samples.
     #[error("a path has {count} {what}, it must have at least two")]
     TooFew {
-        /// How many.
+        /// Their number.
         count: usize,
         /// Waypoints or samples.
         what: &'static str,
@@ -50,27 +50,27 @@ pub enum PathError {
         /// The first of them, from 1.
         first: usize,
     },
-    /// A waypoint that cannot be reached so early.
+    /// A waypoint whose time of arrival is too early.
     #[error(
         "waypoint {waypoint}: `time` = {time} s is too early: the tip leaves the waypoint before at {leaves:.3} s and needs {needs:.3} s within the path's limits of speed, \
          acceleration and jerk, so it must be at least {:.3} s", leaves + needs
     )]
     TooEarly {
-        /// From 1.
+        /// Counted from 1.
         waypoint: usize,
-        /// Wanted time of arrival, s.
+        /// Given time of arrival, s.
         time: f64,
-        /// Time at which the waypoint before is left, s.
+        /// Time at which the tip leaves the previous waypoint, s.
         leaves: f64,
-        /// Least time for the way, s.
+        /// Shortest time for the way, s.
         needs: f64,
     },
 }
 
-/// Where on a path a time lies; waypoints count from 1.
+/// Where on a path the tip is at some time; waypoints count from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// On the way from where the tip starts to the first waypoint.
+    /// On the way from the start to the first waypoint.
     Approach,
     /// At rest at a waypoint, or in its corner.
     At(usize),
@@ -91,7 +91,6 @@ impl fmt::Display for Place {
     }
 }
 
-/// The error for a value that does not keep to a rule.
 pub(crate) fn refused(
     place: &str,
     name: &str,
@@ -106,7 +105,6 @@ pub(crate) fn refused(
     }
 }
 
-/// The error for a name that is not `known`.
 pub(crate) fn unknown(place: &str, name: &str, known: Vec<String>) -> PathError {
     let near = machine_file::nearest(name, known.iter().map(String::as_str));
     PathError::Unknown {

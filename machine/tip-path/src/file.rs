@@ -1,53 +1,53 @@
-//! What a path file says.
+//! Contents of a path file after reading, whether it was JSON, CSV or a built-in path.
 
 use crate::iso9283::Iso9283;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// A path as its file gives it, checked.
+/// A path as its file gives it, with checked values.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PathFile {
     /// Its points.
     pub points: Points,
-    /// Whether positions count from where the tip starts, along the world's axes.
+    /// Whether positions are relative to the tip's start, along the world's axes.
     pub relative: bool,
-    /// How fast the tip may move.
+    /// Limits of speed, acceleration and jerk.
     pub limits: MotionLimits,
-    /// The test of ISO 9283 that it is.
+    /// The test of ISO 9283 that the path is, if any.
     pub test: Option<Iso9283>,
 }
 
 /// Points of a path.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Points {
-    /// Straight lines between them, with corners stopped or blended.
+    /// Straight lines between the points, with a stop or a blend at each corner.
     Waypoints(Vec<Waypoint>),
-    /// A smooth curve through them at given times.
+    /// A smooth curve through the points at given times.
     Samples(Vec<Sample>),
 }
 
-/// A point that the tip goes to in a straight line.
+/// A point that the tip moves to in a straight line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Waypoint {
     /// Position, m.
     pub position: Vector3<f64>,
-    /// Orientation; None: that of the waypoint before.
+    /// Orientation; None: that of the previous waypoint.
     pub orientation: Option<UnitQuaternion<f64>>,
-    /// Rest there, s.
+    /// Time of rest there, s.
     pub dwell: f64,
     /// Largest speed on the way there, m/s; None: that of the path.
     pub speed: Option<f64>,
-    /// Time of arrival, s from the path's beginning; None: as soon as the limits allow.
+    /// Time of arrival after the start of the path, s; None: as early as the limits allow.
     pub time: Option<f64>,
     /// Distance from the waypoint at which the tip begins to turn to the next, m; 0: it stops.
     pub blend: f64,
-    /// What the end-effector carries from the arrival on; None: what it carried.
+    /// Load after the arrival; None: unchanged.
     pub load: Option<Load>,
-    /// Time over which the load comes or goes from the arrival on, s; 0: at once.
+    /// Time over which the load changes after the arrival, s; 0: at once.
     pub over: f64,
 }
 
-/// A load that is carried besides the machine's own payload: picked up, or set down with mass 0.
+/// A load carried in addition to the machine's own payload; mass 0: none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Load {
     /// Mass, kg.
@@ -57,8 +57,8 @@ pub struct Load {
 }
 
 impl Load {
-    /// The part `s` of the way from `before` to this load: masses and first moments change alike,
-    /// and a load that comes or goes stays in its place.
+    /// Interpolates from `before` (s = 0) to this load (s = 1): mass and first moment are linear in
+    /// `s`; a load that appears or disappears stays in its place.
     pub(crate) fn after(&self, before: &Self, s: f64) -> Self {
         let mix = |from: f64, to: f64| from + (to - from) * s;
         let mass = mix(before.mass, self.mass);
@@ -71,14 +71,14 @@ impl Load {
     }
 }
 
-/// Where the tip is at a time.
+/// Pose of the tip at a given time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
     /// Time, s.
     pub t: f64,
     /// Position, m.
     pub position: Vector3<f64>,
-    /// Orientation, in all samples or in none.
+    /// Orientation; given in all samples or in none.
     pub orientation: Option<UnitQuaternion<f64>>,
 }
 
@@ -101,7 +101,7 @@ pub struct MotionLimits {
 }
 
 impl MotionLimits {
-    /// Where a file gives none: a crane's careful motion.
+    /// Defaults: careful motion of a crane.
     pub const DEFAULT: Self = Self {
         speed: 0.1,
         acceleration: 0.2,

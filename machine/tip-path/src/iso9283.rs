@@ -1,4 +1,4 @@
-//! Test paths after ISO 9283:1998, "Manipulating industrial robots – Performance criteria and
+//! Built-in test paths of ISO 9283:1998, "Manipulating industrial robots – Performance criteria and
 //! related test methods".
 //!
 //! The cube has edges of 400 mm, one of the standard's sizes, along the world's axes; its centre is
@@ -6,9 +6,8 @@
 //! lower far edge (both along z). P1 is the centre; P2 to P5 lie on the plane's diagonals, 10 % of
 //! their length from the corners.
 //!
-//! - `iso9283-cube`, the test of poses: P1 → P5 → P4 → P3 → P2, 30 cycles, a second of rest at
-//!   each.
-//! - `iso9283-rectangle`, the test of paths: P2 → P3 → P4 → P5 → P2 in straight lines, 10 cycles.
+//! - `iso9283-cube` tests poses: P1 → P5 → P4 → P3 → P2, 30 cycles, a second of rest at each.
+//! - `iso9283-rectangle` tests straight lines: P2 → P3 → P4 → P5 → P2, 10 cycles.
 
 use crate::error::{PathError, refused};
 use nalgebra::Vector3;
@@ -16,12 +15,12 @@ use serde::{Deserialize, Serialize};
 
 /// Edge of the cube, m.
 const EDGE: f64 = 0.4;
-/// Part of the plane's half diagonals at which P2 to P5 lie.
+/// Position of P2 to P5 on the plane's half diagonals.
 const PART: f64 = 0.8;
-/// Most cycles.
+/// Largest number of cycles.
 const CYCLES_MAX: usize = 1000;
 
-/// What is measured.
+/// What the test measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum TestKind {
     /// Poses at rest: accuracy AP and repeatability RP.
@@ -33,14 +32,14 @@ pub enum TestKind {
 /// A test path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Iso9283 {
-    /// What is measured.
+    /// What the test measures.
     pub kind: TestKind,
-    /// How often the same way is gone.
+    /// How often the same points are visited.
     pub cycles: usize,
 }
 
 impl Iso9283 {
-    /// Of a name as `iso9283-cube` or `iso9283-cube:3`.
+    /// The test with a name like `iso9283-cube` or `iso9283-cube:3` (3 cycles).
     pub(crate) fn named(name: &str) -> Option<Result<Self, PathError>> {
         let (base, cycles) = match name.split_once(':') {
             Some((base, cycles)) => (base, Some(cycles)),
@@ -63,7 +62,7 @@ impl Iso9283 {
         Some(cycles.map(|cycles| Self { kind, cycles }))
     }
 
-    /// Its points in the order of a cycle, relative to the start, m.
+    /// The points of a cycle in their order, relative to the start, m.
     pub fn points(&self) -> Vec<Vector3<f64>> {
         let along = Vector3::new(1.0, -1.0, 0.0) * (0.5 * PART * EDGE);
         let across = Vector3::z() * (0.5 * PART * EDGE);

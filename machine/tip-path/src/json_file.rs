@@ -1,4 +1,4 @@
-//! Path files as JSON.
+//! Reads path files in JSON; turns serde's errors into messages with waypoint, field and rule.
 
 use crate::error::{PathError, refused, unknown};
 use crate::file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint};
@@ -11,7 +11,6 @@ use serde_path_to_error::{Path, Segment};
 use std::fmt;
 use std::marker::PhantomData;
 
-/// A path as its file says it.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct FileRecord {
@@ -53,10 +52,9 @@ struct LoadRecord {
     over: f64,
 }
 
-/// A list of numbers.
 struct Numbers<const N: usize>([f64; N]);
 
-/// A record that is written as an object; by itself serde would take a list of its fields, too.
+/// A record that must be a JSON object; serde alone would accept a list of its fields, too.
 #[derive(Default)]
 struct Object<T>(T);
 
@@ -81,7 +79,7 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Fields<T> {
     }
 }
 
-/// What is left out is None, what is given must be a value: `null` is none.
+/// A field that may be left out, but if given must not be `null`.
 fn given<'de, T: Deserialize<'de>, D: Deserializer<'de>>(from: D) -> Result<Option<T>, D::Error> {
     T::deserialize(from).map(Some)
 }
@@ -98,7 +96,7 @@ fn numbers(list: &Value) -> Option<Vec<f64>> {
     list.as_array()?.iter().map(Value::as_f64).collect()
 }
 
-/// Reads a path; its values are not checked yet.
+/// Reads a path without checking its values.
 pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
     let value: Value =
         serde_json::from_str(text).map_err(|e| PathError::Format(format!("path JSON: {e}")))?;
@@ -166,7 +164,7 @@ fn sample(record: Value, place: &str) -> Result<Sample, PathError> {
     })
 }
 
-/// What is wrong in the file, for people, of what serde says (`message`) of the value at `path`.
+/// The error for a person, from serde's `message` about the value at `path`.
 fn refusal(file: &Value, path: &Path, message: &str) -> PathError {
     let (mut place, mut names, mut value) = ("the file".to_owned(), Vec::new(), Some(file));
     for segment in path {
@@ -183,7 +181,7 @@ fn refusal(file: &Value, path: &Path, message: &str) -> PathError {
             Segment::Enum { .. } | Segment::Unknown => (),
         }
     }
-    // "expected one of `a`, `b`" and "expected `a`" list what is known.
+    // "expected one of `a`, `b`" and "expected `a`" list the known names.
     let (said, expected) = message.rsplit_once("expected ").unwrap_or(("", message));
     if let Some(name) = said.strip_prefix("unknown field `") {
         let name = name.trim_end_matches("`, ");

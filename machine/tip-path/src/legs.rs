@@ -1,13 +1,12 @@
-//! Straight lines from waypoint to waypoint, each travelled from rest to rest, with corners where
-//! two of them overlap in time.
+//! Motion along waypoints: a leg is a straight line with a rotation, travelled from rest to rest;
+//! at a blended corner two legs overlap in time.
 //!
-//! Position and orientation are sums: `p = p_0 + Σ d_k·s_k(t)` and `q =
-//! exp(φ_n·s_n(t))·…·exp(φ_1·s_1(t))·q_0`, with the way `d_k`, the rotation vector `φ_k` in world
-//! axes and the profile `s_k` of leg k. Where the tip stops the legs follow each other; in a
-//! blended corner the next leg begins while the last `blend` metres of the one before are left, so
-//! the tip leaves the straight line there, and speed, acceleration and jerk stay within the path's
-//! limits: those of both legs are lowered by what their vectors can add up to. At most two legs
-//! move at a time, and the first of the two is in its second, the other in its first half.
+//! Position and orientation are sums: `p = p_0 + Σ d_k·s_k(t)` and
+//! `q = exp(φ_n·s_n(t))·…·exp(φ_1·s_1(t))·q_0`, with the displacement `d_k`, the rotation vector
+//! `φ_k` in world axes and the profile `s_k` of leg k. Where the tip stops, legs follow each other.
+//! At a blended corner the next leg begins during the last `blend` metres of the previous one. The
+//! acceleration and jerk of both are reduced so that their sum stays within the path's limits. At
+//! most two legs overlap, the first in its second half and the second in its first half.
 
 use crate::error::PathError;
 use crate::file::{MotionLimits, Waypoint};
@@ -16,10 +15,10 @@ use motion_check::{Pose, TipMotion, rotation_vector, turn};
 use nalgebra::{Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
-/// Ways shorter than this, m and rad, are none.
-const NONE: f64 = 1e-9;
+/// Shortest displacement or rotation, m and rad, that makes a leg.
+const SHORTEST: f64 = 1e-9;
 
-/// A way with its timing.
+/// A straight line with its timing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Leg {
     /// Time at which it begins, s.
@@ -28,11 +27,11 @@ struct Leg {
     way: Way,
 }
 
-/// A straight line with its turn.
+/// A straight line with a rotation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Way {
     from: Pose,
-    /// Way, m.
+    /// Displacement, m.
     step: Vector3<f64>,
     /// Rotation vector, rad.
     turn: Vector3<f64>,
@@ -41,15 +40,14 @@ struct Way {
 /// When the tip is at a waypoint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stop {
-    /// From 1.
+    /// Counted from 1.
     pub waypoint: usize,
-    /// Time of arrival, s; in a blended corner its middle.
+    /// Time of arrival, s; the middle of a blended corner.
     pub arrives: f64,
     /// End of the rest, s.
     pub leaves: f64,
 }
 
-/// All legs of a path.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Legs {
     start: Pose,
@@ -57,8 +55,7 @@ pub(crate) struct Legs {
 }
 
 impl Legs {
-    /// From the pose `start` along the waypoints, with the times at which they are reached and
-    /// left.
+    /// Plans the legs from the pose `start` along the waypoints, and their times of arrival.
     pub(crate) fn new(
         start: Pose,
         waypoints: &[Waypoint],
@@ -79,7 +76,7 @@ impl Legs {
                     }
                     _ => 0.0, // the tip stops
                 };
-                let (begins, profile) = timed(k, waypoint, leaves, fastest, longest)?;
+                let (begins, profile) = schedule(k, waypoint, leaves, fastest, longest)?;
                 if let (Some(stop), true) = (stops.last_mut(), longest > 0.0) {
                     // The middle of the corner.
                     stop.arrives = 0.5 * (stop.arrives + begins);
@@ -110,7 +107,7 @@ impl Legs {
         let Some(last) = next.checked_sub(1) else {
             return rest(self.start);
         };
-        // The leg before may still move in a corner.
+        // In a corner the previous leg may still move.
         let first = last.saturating_sub(1);
         let mut motion = rest(self.legs[first].way.from);
         for leg in &self.legs[first..=last] {
@@ -120,7 +117,6 @@ impl Legs {
     }
 }
 
-/// The pose without motion.
 pub(crate) fn rest(pose: Pose) -> TipMotion {
     TipMotion {
         pose,
@@ -140,14 +136,14 @@ impl Leg {
             step, turn: way, ..
         } = self.way;
         let R = turn(way * s);
-        let of = |vector: &Vector6<f64>| -> (Vector3<f64>, Vector3<f64>) {
+        let parts = |vector: &Vector6<f64>| -> (Vector3<f64>, Vector3<f64>) {
             (
                 vector.fixed_rows::<3>(0).into(),
                 vector.fixed_rows::<3>(3).into(),
             )
         };
-        let (velocity, w) = of(&motion.velocity);
-        let (acceleration, w_dot) = of(&motion.acceleration);
+        let (velocity, w) = parts(&motion.velocity);
+        let (acceleration, w_dot) = parts(&motion.acceleration);
         let (w, w_dot, own) = (R * w, R * w_dot, way * v);
         motion.pose.position += step * s;
         motion.pose.orientation = R * motion.pose.orientation;
@@ -157,8 +153,7 @@ impl Leg {
     }
 }
 
-/// From the start to each waypoint that is somewhere else than the one before, whose place in the
-/// list is given.
+/// The ways between waypoints that differ from the previous one, each with its waypoint's index.
 fn ways(start: Pose, waypoints: &[Waypoint]) -> Vec<(usize, Way)> {
     let mut from = start;
     let mut ways = Vec::with_capacity(waypoints.len());
@@ -169,7 +164,7 @@ fn ways(start: Pose, waypoints: &[Waypoint]) -> Vec<(usize, Way)> {
         };
         let step = to.position - from.position;
         let turn = rotation_vector(&(to.orientation * from.orientation.inverse()));
-        if step.norm() > NONE || turn.norm() > NONE {
+        if step.norm() > SHORTEST || turn.norm() > SHORTEST {
             ways.push((k, Way { from, step, turn }));
         }
         from = to;
@@ -177,14 +172,14 @@ fn ways(start: Pose, waypoints: &[Waypoint]) -> Vec<(usize, Way)> {
     ways
 }
 
-/// Factors on acceleration and jerk of a way that overlaps with its neighbours.
+/// Factors on acceleration and jerk of a way that overlaps with its neighbours in a corner.
 struct Lowering {
     acceleration: f64,
     jerk: f64,
 }
 
-/// In a corner the leg before brakes while the next accelerates, so at most `|e_next − e_before|`
-/// times the limit acts along both unit directions; jerks have either sign.
+/// In a corner the first leg brakes while the next accelerates, so the sum of accelerations along
+/// the unit directions e is at most `|e_next − e_first|` times the limit; jerks have either sign.
 fn lowering(ways: &[(usize, Way)], waypoints: &[Waypoint], place: usize) -> Lowering {
     let mut lowest = Lowering {
         acceleration: 1.0,
@@ -195,8 +190,8 @@ fn lowering(ways: &[(usize, Way)], waypoints: &[Waypoint], place: usize) -> Lowe
         if waypoints[ways[k].0].blend == 0.0 {
             continue;
         }
-        for of in [|way: &Way| way.step, |way: &Way| way.turn] {
-            let [a, b] = [&pair[0].1, &pair[1].1].map(|way| of(way).try_normalize(NONE));
+        for part in [|way: &Way| way.step, |way: &Way| way.turn] {
+            let [a, b] = [&pair[0].1, &pair[1].1].map(|way| part(way).try_normalize(SHORTEST));
             if let (Some(a), Some(b)) = (a, b) {
                 let (difference, sum) = ((b - a).norm(), (a + b).norm());
                 lowest.acceleration = lowest.acceleration.min(1.0 / difference.max(1.0));
@@ -221,16 +216,15 @@ impl Way {
     }
 }
 
-/// Longest time by which the next leg may reach into the one before, s: its last `blend` metres, but
-/// no more than its second half.
+/// Longest overlap of the next leg with `before`, s: its last `blend` metres or second half.
 fn longest_overlap(before: &Leg, blend: f64) -> f64 {
     let part = (blend / before.way.step.norm()).min(0.5);
     before.profile.time_to(part)
 }
 
-/// When the way to waypoint `k` (from 0) begins, and its profile; the waypoint before is left at
-/// `leaves`, s, and the two overlap by `longest`, s, at most.
-fn timed(
+/// Start time and profile of the leg to waypoint `k` (from 0); the tip leaves the previous waypoint
+/// at `leaves`, s, and the legs overlap by at most `longest`, s.
+fn schedule(
     k: usize,
     waypoint: &Waypoint,
     leaves: f64,
@@ -241,7 +235,7 @@ fn timed(
         let overlap = longest.min(0.5 * fastest.duration());
         return Ok((leaves - overlap, fastest));
     };
-    // With the overlap τ the leg has time − leaves + τ, of which τ is at most the half.
+    // With the overlap τ the leg has the time − leaves + τ, of which τ is at most half.
     let overlap = longest.min((time - leaves).max(0.0));
     let begins = leaves - overlap;
     let (duration, needs) = (time - begins, fastest.duration());

@@ -1,13 +1,13 @@
-//! Paths of the manipulator's tip, as an operator gives them.
+//! Reads path files for the manipulator's tip and plans the motion along them. The controller
+//! follows the result as its reference.
 //!
-//! A [`PathFile`] holds waypoints or samples, as JSON or CSV, or is one of the test paths of ISO
-//! 9283. With the pose in which the tip starts it becomes a [`TipPath`]: position, orientation,
-//! their rates and the load as functions of time, each twice continuously differentiable and at
-//! rest at both ends. [`check`] compares what the path demands with what a machine can do, before
-//! anything moves.
+//! A [`PathFile`] has waypoints or samples, read from JSON or CSV, or is a built-in test path. With
+//! the start pose of the tip it becomes a [`TipPath`]: position, orientation, their rates and the
+//! load as functions of time, twice continuously differentiable and at rest at both ends. [`check`]
+//! tests before the start whether a machine can follow it.
 //!
 //! World frame: x forward, y up, z = x × y; m, s, kg; quaternions w, x, y, z. Time counts from the
-//! path's beginning.
+//! start of the path.
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // rotation matrices
 

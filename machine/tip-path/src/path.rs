@@ -1,4 +1,4 @@
-//! A path as a function of time.
+//! The planned path: pose, velocity, acceleration and load of the tip as functions of time.
 
 use crate::error::{PathError, Place};
 use crate::file::{Load, PathFile, Points, Sample, Waypoint};
@@ -11,32 +11,28 @@ use serde::{Deserialize, Serialize};
 /// The motion of the tip from its start pose to the end of a path.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TipPath {
-    /// All of a path of waypoints; of a sampled one, the way to the first sample.
+    /// The whole path of waypoints, or the way to the first sample.
     legs: Legs,
-    /// From the time, s.
+    /// Start time, s, and curve of a sampled path.
     spline: Option<(f64, Spline)>,
     stops: Vec<Stop>,
-    /// In the order of time.
+    /// In order of time.
     loads: Vec<Change>,
     duration: f64,
 }
 
-/// A load that comes or goes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Change {
-    /// When it begins to, s.
+    /// Start, s.
     from: f64,
-    /// How long that takes, s.
+    /// Duration, s.
     over: f64,
     load: Load,
 }
 
 impl TipPath {
-    /// The path of a file for a tip that starts in the pose `start`, at rest. It goes to the first
-    /// point in a straight line.
-    ///
-    /// # Errors
-    /// A time of arrival that the path's limits of speed, acceleration and jerk do not allow.
+    /// Plans the path of a file for a tip that rests in the pose `start` and moves to the first
+    /// point in a straight line. An error if a time of arrival is too early for the path's limits.
     pub fn new(file: &PathFile, start: Pose) -> Result<Self, PathError> {
         let offset = if file.relative {
             start.position
@@ -114,8 +110,8 @@ impl TipPath {
         }
     }
 
-    /// What is carried at `t`, s, besides the machine's own payload; None until the first pick-up
-    /// or set-down. Over its time a load comes or goes smoothly, as 3 p² − 2 p³.
+    /// The load at `t`, s, in addition to the machine's own payload; None before its first change.
+    /// It changes smoothly, as 3 p² − 2 p³ of the elapsed part p.
     pub fn load(&self, t: f64) -> Option<Load> {
         let next = self.loads.partition_point(|change| change.from <= t);
         let last = next.checked_sub(1)?;
@@ -128,7 +124,7 @@ impl TipPath {
         Some(load.after(&before.unwrap_or_default(), p * p * (3.0 - 2.0 * p)))
     }
 
-    /// When the tip is at the waypoints, in their order; of a sampled path none.
+    /// When the tip is at each waypoint; empty for a sampled path.
     pub fn stops(&self) -> &[Stop] {
         &self.stops
     }

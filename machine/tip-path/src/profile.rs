@@ -1,4 +1,4 @@
-//! Timing of a straight way: from rest to rest with limited speed, acceleration and jerk.
+//! Time law of a leg: a double S-curve from rest to rest with limited speed, acceleration and jerk.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +19,7 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// The fastest with at most these rates, 1/s, 1/s² and 1/s³, all greater than 0.
+    /// The fastest profile with at most these rates, 1/s, 1/s² and 1/s³, all greater than 0.
     pub fn fastest(v: f64, a: f64, j: f64) -> Self {
         // Where the acceleration is not reached: t_a = 2 t_j.
         let to_speed = |v: f64| {
@@ -56,7 +56,7 @@ impl Profile {
         }
     }
 
-    /// The same in the longer time `duration`, s: all rates fall.
+    /// The same profile stretched to the longer `duration`, s.
     pub fn stretched(&self, duration: f64) -> Self {
         let k = duration / self.duration;
         Self {
@@ -67,13 +67,12 @@ impl Profile {
         }
     }
 
-    /// From rest to rest, s.
+    /// Duration from rest to rest, s.
     pub fn duration(&self) -> f64 {
         self.duration
     }
 
-    /// Part of the way and its first two derivatives at `t`, s; before the beginning and after the
-    /// end at rest.
+    /// Part of the way and its first two derivatives at `t`, s; at rest outside the duration.
     pub fn at(&self, t: f64) -> [f64; 3] {
         if t <= 0.0 {
             return [0.0; 3];

@@ -1,11 +1,11 @@
-//! Orientations in files.
+//! Check of the orientations in path files.
 
 use crate::error::{PathError, refused};
 use nalgebra::{Quaternion, UnitQuaternion};
 
-/// How far a quaternion's length may be from 1: files carry a few digits.
+/// Tolerance of a quaternion's length: files have only a few digits.
 const UNIT: f64 = 1e-3;
-/// A quaternion w, x, y, z of length 1.
+/// The unit quaternion of w, x, y, z, whose length must be 1.
 pub(crate) fn unit(place: &str, [w, x, y, z]: [f64; 4]) -> Result<UnitQuaternion<f64>, PathError> {
     let q = Quaternion::new(w, x, y, z);
     let length = q.norm();

@@ -1,5 +1,4 @@
-//! Reading a path: from the text of a file, or from the name of a built-in one, and the check of
-//! its values.
+//! Reads a path from the text of a file or by the name of a built-in one, and checks its values.
 
 use crate::error::{PathError, refused};
 use crate::file::{MotionLimits, PathFile, Points, Sample, Waypoint};
@@ -8,23 +7,19 @@ use crate::{csv_file, json_file};
 use model_rules::Range;
 use nalgebra::Vector3;
 
-/// Name of the built-in path that moves all six joints: up to 2 m/s², turning by more than 60°,
+/// Name of the built-in path that moves all six joints: up to 2 m/s², rotations of more than 60°,
 /// rods up to their rated speed.
 pub const SIX_JOINTS: &str = "six-joints";
 /// Names of the built-in paths.
 pub const BUILT_IN: [&str; 3] = ["iso9283-cube", "iso9283-rectangle", SIX_JOINTS];
 
-/// Waypoints nearer to each other than this, m and rad, are the same.
+/// Distance, m and rad, below which two waypoints count as the same.
 const SAME: f64 = 1e-9;
-/// Rest at a pose, s, in which the tip settles.
+/// Rest at a pose of a test, s, in which the tip settles.
 const REST: f64 = 1.0;
 
 impl PathFile {
-    /// Of a file's text: JSON where it begins with a brace, else CSV.
-    ///
-    /// # Errors
-    /// What is wrong where: syntax, an unknown name, a value out of its range, too few or equal
-    /// points.
+    /// Reads a file's text: JSON if it begins with a brace, otherwise CSV.
     pub fn parse(text: &str) -> Result<Self, PathError> {
         let text = text.trim_start_matches('\u{feff}');
         let file = if text.trim_start().starts_with(['{', '[']) {
@@ -36,11 +31,8 @@ impl PathFile {
         Ok(file)
     }
 
-    /// Of the name of a built-in path, as [`SIX_JOINTS`], `iso9283-cube`, or `iso9283-cube:3` with
-    /// another number of cycles; None for another text.
-    ///
-    /// # Errors
-    /// A number of cycles that is none.
+    /// The built-in path `name`: [`SIX_JOINTS`], `iso9283-cube`, or `iso9283-cube:3` with another
+    /// number of cycles; None for any other text.
     pub fn built_in(name: &str) -> Option<Result<Self, PathError>> {
         if name == SIX_JOINTS {
             return Some(Self::parse(include_str!("../paths/six_joints.json")));
@@ -59,7 +51,7 @@ impl PathFile {
     }
 }
 
-/// The path of a test; it ends where its first cycle began.
+/// The path of an ISO 9283 test; it ends where its first cycle began.
 fn test_path(test: Iso9283) -> PathFile {
     let points = test.points();
     let dwell = match test.kind {

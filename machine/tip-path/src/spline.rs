@@ -1,4 +1,4 @@
-//! A smooth curve through samples.
+//! A smooth curve through the samples of a path.
 
 use crate::file::Sample;
 use motion_check::{Pose, TipMotion};
@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 /// Position and quaternion w, x, y, z.
 type Channels = SVector<f64, 7>;
 
-/// Value and derivatives at a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Knot {
     t: f64,
@@ -27,8 +26,8 @@ pub(crate) struct Spline {
 }
 
 impl Spline {
-    /// Through at least two samples; without orientations, with that of `start`. The first sample
-    /// is at time `begins`, s.
+    /// The curve through at least two samples, the first at time `begins`, s. Samples without
+    /// orientation keep that of `start`.
     pub(crate) fn new(samples: &[Sample], start: &Pose, offset: Vector3<f64>, begins: f64) -> Self {
         let mut before = start.orientation.into_inner();
         let mut knots: Vec<Knot> = Vec::with_capacity(samples.len());
@@ -36,7 +35,7 @@ impl Spline {
             let q = sample
                 .orientation
                 .map_or(before, UnitQuaternion::into_inner);
-            // Of the two quaternions of an orientation the one nearer to the one before.
+            // q and −q are the same orientation: take the one nearer to the previous sample's.
             let q = if q.dot(&before) < 0.0 { -q } else { q };
             before = q;
             let p = sample.position + offset;
@@ -91,8 +90,7 @@ impl Spline {
         }
     }
 
-    /// Value, first and second derivative of all channels at `t`, s; at rest before the first and
-    /// after the last sample.
+    /// Value, first and second derivative of all channels at `t`, s, limited to the samples' times.
     fn channels(&self, t: f64) -> [Channels; 3] {
         let i = self.interval(t);
         let (a, b) = (&self.knots[i], &self.knots[i + 1]);
@@ -120,9 +118,9 @@ impl Spline {
         let q = |c: &Channels| Quaternion::new(c[3], c[4], c[5], c[6]);
         let (u, u_dot, u_ddot) = (q(&p), q(&v), q(&a));
         let square = u.norm_squared();
-        let of = |rate: Quaternion<f64>| (rate * u.conjugate()).imag() * (2.0 / square);
-        let w = of(u_dot);
-        let w_dot = of(u_ddot) - w * (2.0 * u.dot(&u_dot) / square);
+        let turn = |rate: Quaternion<f64>| (rate * u.conjugate()).imag() * (2.0 / square);
+        let w = turn(u_dot);
+        let w_dot = turn(u_ddot) - w * (2.0 * u.dot(&u_dot) / square);
         TipMotion {
             pose: Pose {
                 position: Vector3::new(p[0], p[1], p[2]),

@@ -38,7 +38,7 @@ fn main() {
         let settings = Settings {
             mode,
             alpha,
-            ..Settings::of(&machine.controller)
+            ..Settings::from_gains(&machine.controller)
         };
         let fresh = Controller::new(
             &machine,

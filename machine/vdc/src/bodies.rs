@@ -1,5 +1,5 @@
-//! The inertias of the machine's bodies: nominal ones, with the load that the controller was told
-//! of, and their estimates.
+//! Inertias of the machine's bodies as the controller knows them: nominal values including a known
+//! load, and the adapted estimates with their bounds.
 
 mod estimate;
 mod payload;
@@ -18,26 +18,21 @@ use tip_path::Load;
 /// Inertias of all bodies, in the order of [`BODIES`].
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Bodies {
-    /// Nominal ones about each body's frame origin.
+    /// Nominal inertias about each body's frame origin.
     pub(crate) nominal: [Inertia; Body::COUNT],
-    /// What the estimates stay within.
     pub(crate) bounds: [Bounds; Body::COUNT],
     pub(crate) estimates: [Estimate; Body::COUNT],
     /// Lower and upper bound of an inverse pseudo-inertia over its nominal value.
     inverse_bounds: [f64; 2],
-    /// What the controller is told that the end-effector carries beside the payload.
+    /// Known load of the end-effector in addition to the payload.
     load: Load,
-    /// The machine's own payload.
     payload: Inertia,
-    /// What is found of it.
+    /// Share of the payload that weighing has found.
     share: PayloadShare,
 }
 
 impl Bodies {
-    /// Those of `machine`, with estimates that equal them.
-    ///
-    /// # Errors
-    /// A body whose mass, centre and inertia are those of no physical body.
+    /// Inertias of `machine`; the estimates start at the nominal values.
     pub(crate) fn new(
         machine: &Machine,
         inverse_bounds: [f64; 2],
@@ -63,14 +58,13 @@ impl Bodies {
         })
     }
 
-    /// The machine's own payload.
     pub(crate) fn payload(&self) -> &Inertia {
         &self.payload
     }
 
-    /// Takes over what `h` s of `torque`, N·m, and `rate`, rad/s, of the second wrist joint say of
-    /// the payload, where the wrist's own bodies and the nominal payload have this inertia. Nominal
-    /// inertia, estimate and bounds of the payload take the share that is found.
+    /// Weighs the payload with `torque`, N·m, and `rate`, rad/s, of the second wrist joint over `h`
+    /// s; `inertia` is that of the wrist's own bodies and of the nominal payload. Scales nominal
+    /// inertia, estimate and bounds of the payload to the share found.
     pub(crate) fn weigh(&mut self, torque: f64, rate: f64, inertia: &WristInertia, h: f64) {
         const PL: usize = Body::PL as usize;
         let payload = self.payload * self.share.advance(torque, rate, inertia, h);
@@ -81,14 +75,13 @@ impl Bodies {
         }
     }
 
-    /// The load that the controller was told of.
     pub(crate) fn load(&self) -> &Load {
         &self.load
     }
 
-    /// From now on the end-effector carries `load`, whose place counts from `tip`, the tip in the
-    /// frame of the body `PL`. Nominal inertia, estimate and bounds of that body change by the
-    /// difference to the load before. A mass that is not finite and ≥ 0 changes nothing.
+    /// Sets the known load, whose position is relative to `tip`, the tip in the frame of the body
+    /// `PL`. Nominal inertia, estimate and bounds of that body change by the difference to the
+    /// previous load. A mass that is not finite and ≥ 0 is ignored.
     pub(crate) fn carry(&mut self, load: &Load, tip: &Vector3<f64>) {
         const PL: usize = Body::PL as usize;
         let point = |load: &Load| {

@@ -1,5 +1,5 @@
-//! Stability conditions of the low-level law ([eq:EMLA_stability_conditions]) and its accompanying
-//! function ([eq:v_EMLA]).
+//! Stability conditions of the voltage law ([eq:EMLA_stability_conditions]) and its accompanying
+//! function ([eq:v_EMLA]), evaluated for given gains.
 //!
 //! The paper bounds the cross term of ν̇_a by Young's inequality with weight 1, which adds N² to A²
 //! and cannot hold with these units: its first condition needs β₂ ≤ 2 N/A, passed at 0.05 A. With a
@@ -19,7 +19,7 @@ pub struct Conditions {
     pub beta_1: f64,
     /// |β₂| at `|i_q| = i_max`, N/A.
     pub beta_2: f64,
-    /// Left side over right side of the paper's first condition as printed (ε = 1): ≥ 1 would hold.
+    /// Left over right side of the paper's first condition as printed (ε = 1); holds if ≥ 1.
     pub printed_margin: f64,
     /// Largest weight ε for which the first condition holds, A/N.
     pub epsilon_max: f64,
@@ -49,9 +49,9 @@ impl Conditions {
         }
     }
 
-    /// Those with the least margin; what fails comes first.
+    /// The conditions with the smallest margin; failing ones come first.
     #[must_use]
-    pub fn weakest(of: [Self; 3]) -> Self {
+    pub fn weakest(all: [Self; 3]) -> Self {
         let margin = |c: &Self| {
             if c.hold() {
                 c.printed_margin
@@ -59,21 +59,22 @@ impl Conditions {
                 f64::NEG_INFINITY
             }
         };
-        let [first, rest @ ..] = of;
+        let [first, rest @ ..] = all;
         (rest.into_iter()).fold(first, |a, b| if margin(&b) < margin(&a) { b } else { a })
     }
 
-    /// Whether some weight satisfies the conditions: all three gains must be positive, and neither
-    /// so small nor so large that what follows from them overflows.
+    /// Whether some weight satisfies the conditions: all three quantities must be positive, and not
+    /// so small or large that results overflow.
     #[must_use]
     pub fn hold(&self) -> bool {
         let positive = |v: f64| (1e-100..1e100).contains(&v);
         positive(self.epsilon_max) && positive(self.K_1) && positive(self.K_2)
     }
 
-    /// What the bound on ν̇_a subtracts besides the virtual power flow ([eq:dv_EMLA3]), W, with the
-    /// weight ε = epsilon_max/2 that `K_2` belongs to: `K_1 (β₁ K_f/L_q − ε β₂ K_i/(2 L_d)) F² +
-    /// K_i/L_d (K_2 − K_1 β₂/(2 ε)) i²`; 0 where the conditions fail.
+    /// Dissipation in the bound on ν̇_a, besides the virtual power flow ([eq:dv_EMLA3]), W, with
+    /// the weight ε = epsilon_max/2 that `K_2` belongs to:
+    /// `K_1 (β₁ K_f/L_q − ε β₂ K_i/(2 L_d)) F² + K_i/L_d (K_2 − K_1 β₂/(2 ε)) i²`; 0 where the
+    /// conditions fail.
     pub(crate) fn dissipation(
         &self,
         p: &Emla,

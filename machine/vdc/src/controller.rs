@@ -1,7 +1,5 @@
-//! The controller: from measurements to commands, stage by stage; how its state advances is in its
-//! module `step`.
-//!
-//! These two files alone know all stages; each of them is told what it needs.
+//! The controller as a whole: evaluates the control law stage by stage, from measurements to
+//! commands. Its module `step` advances its state. Only these two files know all stages.
 
 mod step;
 
@@ -20,7 +18,7 @@ use crate::signals::Input;
 use crate::state::State;
 use crate::supervisor::{Stage, Supervisor};
 use crate::tracking::{Errors, RodMotion, rod_errors, track};
-use crate::trouble::{ReportedTroubles, Trouble, first_trouble};
+use crate::warnings::{ReportedWarnings, Warning, first_warning};
 use emla::Surrogate;
 use hdrm::{DOF, Tip, saturate};
 use machine_file::{Controller as Gains, Machine};
@@ -38,12 +36,9 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// A controller for `machine` whose actuators follow `surrogate` as far as `settings.alpha`
-    /// says, starting at time `t` with the machine as `input` measures it.
-    ///
-    /// # Errors
-    /// Parameters, geometry or inertias that do not make a machine; limits of commanded rates that
-    /// are not finite and positive; a path that cannot be made, or that the machine cannot do.
+    /// A controller for `machine` with the network `surrogate` in its actuator models (weight
+    /// `settings.alpha`), starting at time `t`, s, with the measurements `input`. An error for
+    /// invalid parameters or limits, or a path that the machine cannot follow.
     pub fn new(
         machine: &Machine,
         surrogate: &Surrogate,
@@ -64,7 +59,7 @@ impl Controller {
                 sampling: Sampling::default(),
                 motion: Motion::rest(&input.zeta),
                 integral: Vector6::zeros(),
-                memory: [0.0; DOF],
+                law_integral: [0.0; DOF],
                 bodies: Bodies::new(machine, settings.gains.inverse_bounds)?,
                 drives: [0, 1, 2].map(drive),
                 supervisor: Supervisor::new(
@@ -75,7 +70,7 @@ impl Controller {
             timing: Timing::default(),
             nominal,
         };
-        // The filters start at the present required currents, as if these had been constant.
+        // The filters start in steady state with the present required currents.
         let now = controller.evaluate(settings, input)?;
         for (drive, command) in controller.state.drives.iter_mut().zip(&now.commands) {
             *drive = drive.settled(command.i_qr);
@@ -83,43 +78,41 @@ impl Controller {
         Ok(controller)
     }
 
-    /// The same controller with this timing; before its first step.
+    /// Sets sample time and delay; to be called before the first step.
     #[must_use]
     pub fn with_timing(self, timing: Timing) -> Self {
         Self { timing, ..self }
     }
 
-    /// When it samples, and how late its commands act.
+    /// Sample time and delay.
     #[must_use]
     pub fn timing(&self) -> Timing {
         self.timing
     }
 
-    /// The stability conditions of the voltage law with these gains, at the actuator that meets
-    /// them with the least margin.
+    /// The voltage law's stability conditions, for the actuator with the smallest margin.
     #[must_use]
     pub fn conditions(&self, gains: &Gains) -> Conditions {
-        let of = |p| Conditions::new(p, gains);
-        Conditions::weakest(self.nominal.parameters().map(of))
+        let conditions = |p| Conditions::new(p, gains);
+        Conditions::weakest(self.nominal.parameters().map(conditions))
     }
 
-    /// Inverse kinematics, control law and voltage law for the present state, with the measurements
-    /// `input`; while measurements are held (`sample_time`, `delay`), with those. It holds until
-    /// the state, the settings or an input other than the forces `F` change.
-    ///
-    /// # Errors
-    /// A reference orientation of length zero, or a number that is not finite.
+    /// Evaluates inverse kinematics, control law and voltage law for the present state, with the
+    /// measurements `input`, or the held ones (with `sample_time` or `delay`). The result is valid
+    /// until the state, the settings or an input other than the forces `F` change.
     pub fn evaluate(
         &self,
         settings: &Settings,
         input: &Input,
     ) -> Result<Evaluation, ControllerError> {
         let Self { nominal, state, .. } = self;
-        let settings = &*state.supervisor.in_force(settings);
+        let settings = &*state.supervisor.effective_settings(settings);
         let held = state.sampling.held.as_ref();
-        let observed = state.joints.observed(input, settings.gains.omega_speed);
+        let observed = state
+            .joints
+            .with_observed_rates(input, settings.gains.omega_speed);
         let input = held.unwrap_or(&observed);
-        let mut now = Evaluation::of_held(held);
+        let mut now = Evaluation::with_held(held);
         now.current_loop = settings.current_loop;
         let wrist = match settings.level {
             Level::Machine => self.machine_level(&mut now, settings, input)?,
@@ -128,10 +121,10 @@ impl Controller {
         now.commands = self.voltages(&now.demands, settings, input);
         let limit = &nominal.tau_wrist_max;
         now.output.tau_wrist = std::array::from_fn(|j| saturate(wrist[j], limit[j]));
-        now.fill(input);
+        now.fill_outputs(input);
         let t = state.motion_time(settings.gains.settle_time);
         now.output.motion_end = self.motion_end(settings);
-        now.supervised(state.supervisor.stage());
+        now.set_gates_and_brakes(state.supervisor.stage());
         now.output.load = self.reference.load(t).unwrap_or_default();
         proof::fill(&mut now, nominal, state, settings, input);
         match now.output.not_finite() {
@@ -144,8 +137,8 @@ impl Controller {
         }
     }
 
-    /// The whole machine: from the reference of the tip, or of the joints, to the demands on the
-    /// rods and the wrist torques, N·m.
+    /// The law of the whole machine: from the reference of the tip, or of the joints, to the
+    /// demands on the rods and the wrist torques, N·m.
     fn machine_level(
         &self,
         now: &mut Evaluation,
@@ -162,7 +155,7 @@ impl Controller {
         let t = state.motion_time(gains.settle_time);
         let mut target = reference.target(nominal, &state.motion, input, t)?;
         if let Some(motion) = state.supervisor.motion() {
-            target = Target::of_joints(motion, nominal);
+            target = Target::from_joints(motion, nominal);
         }
         let configuration = nominal.tree.configuration(&input.zeta);
         let tip = Tip::new(&nominal.tree, &configuration);
@@ -174,7 +167,7 @@ impl Controller {
         let errors = law::velocity_errors(&motions, &state.bodies.nominal);
         let rods = std::array::from_fn(|i| {
             let stroke = &configuration.strokes[i];
-            RodMotion::of_joint(stroke, input.zeta_dot[i], required, i)
+            RodMotion::from_joint(stroke, input.zeta_dot[i], required, i)
         });
         let forces = settings.mode.law().forces(&Instant {
             nominal,
@@ -187,7 +180,7 @@ impl Controller {
             ground: &ground,
             motions: &motions,
             errors: &errors,
-            memory: &state.memory,
+            law_integral: &state.law_integral,
         });
         now.errors = tracking.errors;
         if let (Some(z), true) = (z, settings.force_limit > 0.0) {
@@ -197,7 +190,7 @@ impl Controller {
             now.push = std::array::from_fn(|i| configuration.strokes[i].prime * more[i]);
         }
         now.demands = std::array::from_fn(|i| {
-            RodDemand::within(self.largest_force(settings, i), forces.rods[i], rods[i])
+            RodDemand::limited(self.largest_force(settings, i), forces.rods[i], rods[i])
         });
         let weighs = state.t - state.t_start < settings.weighing_time;
         let bodies = &state.bodies;
@@ -217,7 +210,7 @@ impl Controller {
             zeta_ddot_r: required.zeta_ddot.into(),
             strokes: configuration.strokes,
             motions,
-            memory_rate: forces.memory_rate,
+            law_integral_rate: forces.law_integral_rate,
             energy: errors.energy,
         });
         let supervisor = &state.supervisor;
@@ -226,18 +219,18 @@ impl Controller {
         }
         Ok(std::array::from_fn(|j| {
             let own = law::own_inertia(&configuration, &bodies.nominal, 3 + j);
-            supervisor.holding(j, own, gains, input)
+            supervisor.wrist_holding_torque(j, own, gains, input)
         }))
     }
 
-    /// Each rod by itself: the demands by its own reference. The wrist rests.
+    /// The law of single actuators: demands from the rods' references, no wrist torques.
     fn actuator_level(&self, now: &mut Evaluation, settings: &Settings, input: &Input) -> [f64; 3] {
         let gains = &settings.gains;
         let z = settings.integral.then_some(&self.state.integral);
         now.errors = Errors::new(rod_errors(input, gains.reading_age), z, gains.omega_tip);
         let law = settings.mode.law();
         now.demands = std::array::from_fn(|i| {
-            let motion = RodMotion::alone(gains, input, &now.errors, i);
+            let motion = RodMotion::from_rod_reference(gains, input, &now.errors, i);
             let f_r = law.rod_force(&Rod {
                 gains,
                 M_act: self.nominal.actuators[i].params().M_act,
@@ -245,13 +238,13 @@ impl Controller {
                 x_dot: input.x_dot[i],
                 f_d: input.reference_rod_force[i],
             });
-            RodDemand::within(self.largest_force(settings, i), f_r, motion)
+            RodDemand::limited(self.largest_force(settings, i), f_r, motion)
         });
         now.push = std::array::from_fn(|i| gains.Lambda_rod * now.errors.z_dot[i]);
         [0.0; 3]
     }
 
-    /// Largest force that rod `i` is asked for, N, where there is a limit.
+    /// Limit of the required force of rod `i`, N; None: no limit.
     fn largest_force(&self, settings: &Settings, i: usize) -> Option<f64> {
         (settings.force_limit > 0.0).then(|| settings.force_limit * self.nominal.ratings[i][0])
     }
@@ -264,7 +257,7 @@ impl Controller {
         input: &Input,
     ) -> [Command; 3] {
         let (actuators, states) = (&self.nominal.actuators, &self.state.drives);
-        let readings = [0, 1, 2].map(|i| Reading::of(input, i));
+        let readings = [0, 1, 2].map(|i| Reading::from_input(input, i));
         let residual_forces = residual_forces(actuators, settings, readings.each_ref());
         std::array::from_fn(|i| {
             let law = VoltageLaw {
@@ -275,25 +268,24 @@ impl Controller {
         })
     }
 
-    /// Tells the controller that the end-effector carries `load` from now on; a mass that is not
-    /// finite and ≥ 0 changes nothing.
-    pub fn tell_load(&mut self, load: &Load) {
+    /// Sets the known load of the end-effector; a mass that is not finite and ≥ 0 is ignored.
+    pub fn set_load(&mut self, load: &Load) {
         self.state.bodies.carry(load, &self.nominal.tree.r_D4_T4);
     }
 
-    /// What begins to go wrong with the commands of `now` in a step from `t` by `h`, both s;
-    /// `reported` remembers what was reported already.
-    pub fn trouble(
+    /// The next warning about the commands of `now` in a step from `t` by `h`, both s; `reported`
+    /// are the conditions already reported.
+    pub fn next_warning(
         &self,
         now: &Evaluation,
         settings: &Settings,
-        reported: &mut ReportedTroubles,
+        reported: &mut ReportedWarnings,
         t: f64,
         h: f64,
-    ) -> Option<Trouble> {
+    ) -> Option<Warning> {
         let h = h.max(self.timing.sample_time);
         let rates = self.reference.rates().map(|r| (r, &self.state.motion));
-        first_trouble(
+        first_warning(
             now,
             &self.nominal,
             rates,
@@ -304,7 +296,7 @@ impl Controller {
         )
     }
 
-    /// Time at which the reference has come to its end, s; the start time for an external one.
+    /// Time at which the reference ends, s; the start time for an external one.
     fn motion_end(&self, settings: &Settings) -> f64 {
         let duration = match settings.level {
             Level::Machine => self.reference.duration(),

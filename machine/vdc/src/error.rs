@@ -1,14 +1,13 @@
-//! Why the controller refuses.
+//! Errors of the controller: invalid parameters or paths, unusable steps, infinite results.
 
 use hdrm::{Body, GeometryError};
 use machine_file::MachineError;
 use thiserror::Error;
 
-/// Longest step, s: measurements held for longer than that mean nothing, and filters with large
-/// gains would overflow.
+/// Longest step, s; beyond it held measurements are meaningless and filters may overflow.
 pub(crate) const STEP_MAX: f64 = 100.0;
 
-/// Why no controller could be made, or a step was refused.
+/// Why a controller could not be built, or a step failed.
 #[derive(Debug, Error)]
 pub enum ControllerError {
     /// A parameter outside its range.
@@ -25,7 +24,7 @@ pub enum ControllerError {
         /// The body.
         body: Body,
     },
-    /// A reference orientation without direction.
+    /// A reference orientation of length zero.
     #[error("`reference.orientation` has length {norm}: it must be a quaternion of length 1")]
     Orientation {
         /// Its length.
@@ -39,16 +38,16 @@ pub enum ControllerError {
         /// Its value.
         value: f64,
     },
-    /// A path that cannot be made.
+    /// A path that cannot be planned.
     #[error(transparent)]
     Path(#[from] tip_path::PathError),
-    /// The plant that a path is checked with.
+    /// An error of the machine model that checks a path.
     #[error(transparent)]
     Plant(#[from] hdrm::HdrmError),
-    /// A path that the nominal machine cannot do.
+    /// A path that the nominal machine cannot follow.
     #[error("{0}")]
     Refused(String),
-    /// The nominal actuator cannot be computed over the delay.
+    /// An error of the prediction over the delay.
     #[error("prediction over the delay: {0}")]
     Prediction(#[from] emla::StepError),
     /// Unusable step size.

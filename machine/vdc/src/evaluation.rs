@@ -1,5 +1,5 @@
-//! What one evaluation of the control law finds: all between the measurements and the commands at
-//! one instant.
+//! Result of one evaluation of the control law: all intermediate quantities from measurements to
+//! commands at one instant, from which the outputs and the state's advance are computed.
 
 use crate::bodies::WristInertia;
 use crate::drive::{Command, RodDemand};
@@ -12,8 +12,7 @@ use crate::tracking::Errors;
 use hdrm::{Body, DOF, Stroke};
 use nalgebra::Vector3;
 
-/// Everything between the measurements and the commands at one instant. The forces `F` count in the
-/// virtual power flows only.
+/// Result of one evaluation of the control law. The forces `F` enter the virtual power flows only.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Evaluation {
     /// None at [`crate::Level::Actuator`].
@@ -23,18 +22,18 @@ pub struct Evaluation {
     pub(crate) commands: [Command; 3],
     /// Required minus measured rod velocities, m/s.
     pub(crate) rate_error: [f64; 3],
-    /// Forces where measurements are held, N.
+    /// Held force measurements, N; None: measurements are not held.
     pub(crate) F: Option<[f64; 3]>,
     /// Whether the drives follow the required currents instead of the voltages.
     pub(crate) current_loop: bool,
-    /// What the growth of the integral adds to the required accelerations of the rods, m/s²; read
-    /// where a rod's force is limited.
+    /// Contribution of the growing integral to the required accelerations of the rods, m/s²; used
+    /// if a rod's force is limited.
     pub(crate) push: [f64; 3],
-    /// Without the virtual power flows.
+    /// Outputs without the virtual power flows.
     pub(crate) output: Output,
 }
 
-/// What only the level of the machine has.
+/// Quantities that exist at [`crate::Level::Machine`] only.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MachineLevel {
     pub(crate) desired: DesiredMotion,
@@ -48,14 +47,14 @@ pub(crate) struct MachineLevel {
     pub(crate) zeta_ddot_r: [f64; DOF],
     pub(crate) strokes: [Stroke; 3],
     pub(crate) motions: [BodyMotion; Body::COUNT],
-    /// Rate of what the law integrates.
-    pub(crate) memory_rate: [f64; DOF],
+    /// Rate of the control law's integral.
+    pub(crate) law_integral_rate: [f64; DOF],
     /// Σ ½ sᵀ M s with the nominal inertias, J.
     pub(crate) energy: f64,
 }
 
 impl Evaluation {
-    /// Outputs where the actuators deliver the forces `F`, N.
+    /// Outputs for the measured rod forces `F`, N.
     #[must_use]
     pub fn output(&self, F: &[f64; 3]) -> Output {
         let F = self.F.as_ref().unwrap_or(F);
@@ -66,17 +65,17 @@ impl Evaluation {
         }
     }
 
-    /// Nothing yet, with the measurements `held`, where these are not those of the moment.
-    pub(crate) fn of_held(held: Option<&Input>) -> Self {
+    /// An empty evaluation with the held measurements, if there are any.
+    pub(crate) fn with_held(held: Option<&Input>) -> Self {
         Self {
             F: held.map(|held| held.F),
             ..Self::default()
         }
     }
 
-    /// Fills the outputs of demands and commands, and those of the tip; at
-    /// [`crate::Level::Actuator`] these stay 0.
-    pub(crate) fn fill(&mut self, input: &Input) {
+    /// Sets the outputs that follow from demands and commands, and those of the tip, which are 0 at
+    /// [`crate::Level::Actuator`].
+    pub(crate) fn fill_outputs(&mut self, input: &Input) {
         let (demands, commands, output) = (&self.demands, &self.commands, &mut self.output);
         self.rate_error = std::array::from_fn(|i| demands[i].motion.x_r_dot - input.x_dot[i]);
         output.v_d = commands.map(|c| c.v_d);
@@ -95,8 +94,7 @@ impl Evaluation {
         output.orientation_error_norm = 2.0 * libm::asin(half_sine.min(1.0));
     }
 
-    /// Whether a command is at a limit: voltage or current of a drive, torque of a wrist joint,
-    /// N·m.
+    /// Whether voltage or current of a drive or torque of a wrist joint is at its limit.
     pub(crate) fn is_at_limit(&self, tau_wrist_max: &[f64; 3]) -> bool {
         let drive =
             |c: &Command| (!self.current_loop && c.voltage() >= c.v_max) || c.i_qr.abs() >= c.i_max;
@@ -104,20 +102,20 @@ impl Evaluation {
         self.commands.iter().any(drive) || wrist.any(|(tau, max)| tau.abs() >= *max)
     }
 
-    /// What the stage of the supervisor asks of gates and brakes.
-    pub(crate) fn supervised(&mut self, stage: Stage) {
+    /// Sets the outputs for gates and brakes according to the supervisor's stage.
+    pub(crate) fn set_gates_and_brakes(&mut self, stage: Stage) {
         self.output.supervisor_state = stage as i32 + 1;
         self.output.enable = [stage != Stage::Stopped; 3];
         self.output.brake = [stage >= Stage::Braking; 3];
     }
 
-    /// Errors of force, N, and velocity, m/s, of each rod, where the forces `F`, N, are measured.
+    /// Errors of force, N, and velocity, m/s, of each rod for the measured forces `F`, N.
     pub(crate) fn rod_errors(&self, F: &[f64; 3]) -> [[f64; 2]; 3] {
         let F = self.F.as_ref().unwrap_or(F);
         std::array::from_fn(|i| [self.demands[i].f_r - F[i], self.rate_error[i]])
     }
 
-    /// What acts with these commands.
+    /// Voltages and accelerations of these commands, for the prediction.
     pub(crate) fn plan(&self) -> Plan {
         let machine = self.machine.as_ref();
         Plan {
@@ -129,21 +127,20 @@ impl Evaluation {
         }
     }
 
-    /// Whether a rod has the largest force that it may be asked for.
+    /// Whether the force of a rod is at its limit.
     pub(crate) fn is_at_force_limit(&self) -> bool {
         self.commands.iter().any(|c| c.at_force_limit != 0.0)
     }
 
-    /// Whether a rod has the largest force that it may be asked for, and more than its rated one
-    /// is measured: `F`, N, where rods are rated `[N, m/s]`. Less is no load beyond the machine,
-    /// but a current that friction or the velocity feedback takes.
+    /// Whether the force of a rod is at its limit and the measured force `F`, N, exceeds its rating
+    /// `[N, m/s]`. Below the rating it is not overload, but friction or velocity feedback.
     pub(crate) fn is_overloaded(&self, F: &[f64; 3], ratings: &[[f64; 2]; 3]) -> bool {
         let F = self.F.as_ref().unwrap_or(F);
         (0..3).any(|i| self.commands[i].at_force_limit != 0.0 && F[i].abs() > ratings[i][0])
     }
 
-    /// Whether `more[i]` asks rod `i` for more force where it has the largest already.
-    pub(crate) fn leads_beyond(&self, i: usize, more: f64) -> bool {
+    /// Whether an increase in the direction `more` would exceed the force limit of rod `i`.
+    pub(crate) fn pushes_beyond_limit(&self, i: usize, more: f64) -> bool {
         self.commands[i].at_force_limit * more > 0.0
     }
 }

@@ -1,8 +1,8 @@
 //! Control laws: from the required motion to the forces of rods and wrist joints.
 //!
-//! A law is one file that implements [`ControlLaw`], a value of [`Mode`] and its rows in [`MODES`].
-//! What it learns lives in [`Bodies`](crate::bodies::Bodies); a law with another state adds a field
-//! to [`State`](crate::state::State); what it integrates at the joints is there already.
+//! A law is a file that implements [`ControlLaw`], a value of [`Mode`] and its rows in [`MODES`].
+//! It adapts the estimates in [`Bodies`](crate::bodies::Bodies); [`State`](crate::state::State) has
+//! an integral for each joint, and fields for further states.
 
 mod cascade;
 mod control_law;
@@ -25,7 +25,7 @@ use pd::Pd;
 use serde::{Deserialize, Serialize};
 use sliding::SuperTwisting;
 
-/// Which control law is at work.
+/// The control law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
     /// Model-based with natural adaptation (the paper's proposal).
@@ -45,7 +45,6 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// The law.
     pub(crate) fn law(self) -> &'static dyn ControlLaw {
         match self {
             Self::Adaptive => &ModelBased { adapts: true },
@@ -61,8 +60,8 @@ impl Mode {
     }
 }
 
-/// What users choose from, in the order of its numbers from 1: a law, whether the integral of the
-/// tip's error acts, a name and a description. New rows come at the end.
+/// The values of the parameter `mode`, numbered from 1: a law, whether the integral of the tip's
+/// error acts, name and description. New rows are appended.
 #[rustfmt::skip] // a law a line
 pub const MODES: [((Mode, bool), &str, &str); 11] = [
     ((Mode::Adaptive, false), "adaptive", "model-based, with natural adaptation of the inertias"),

@@ -1,10 +1,14 @@
-//! Adaptive modular controller of the manipulator: closed-loop inverse kinematics, virtual
-//! decomposition control with natural adaptation, and the low-level voltage law of each actuator.
+//! The paper's adaptive modular controller of the manipulator: closed-loop inverse kinematics,
+//! virtual decomposition control (VDC) with natural adaptation, and the voltage law of each
+//! actuator; also other control laws for comparison, operator commands, and a supervisor. The FMU
+//! `Controller` wraps it.
 //!
-//! Source: the paper's section "Control"; labels in brackets are those of its equations, departures
-//! are said where they are made. World frame: x forward, y up, z = x × y; SI throughout; dq
-//! quantities peak-valued. The controller owns its nominal parameters: plant mismatch is one file
-//! away.
+//! A [`Controller`] evaluates its law for measurements ([`Input`]) to an [`Evaluation`], from which
+//! come the commands ([`Output`]), and advances its state with it. It has its own nominal machine
+//! file, so that a mismatch to the plant can be studied.
+//!
+//! Source: the paper's section "Control"; labels in brackets are those of its equations, and
+//! departures are named. World frame: x forward, y up, z = x × y; SI; dq peak-valued.
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // the paper's symbols
 
@@ -24,7 +28,7 @@ mod signals;
 mod state;
 mod supervisor;
 mod tracking;
-mod trouble;
+mod warnings;
 
 pub use conditions::Conditions;
 pub use controller::Controller;
@@ -38,4 +42,4 @@ pub use settings::{Derating, Level, Settings};
 pub use signals::{Input, Output};
 pub use supervisor::Stage;
 pub use tip_path::Load;
-pub use trouble::{ReportedTroubles, Trouble};
+pub use warnings::{ReportedWarnings, Warning};

@@ -1,7 +1,5 @@
-//! What the controller believes about the machine and does not change: mechanism, friction,
-//! actuators, limits.
-//!
-//! The bodies' inertias, which loads and adaptation change, are in [`crate::bodies`].
+//! The controller's constant knowledge of the machine: mechanism, friction, actuators, limits. The
+//! inertias, which loads and adaptation change, are in [`crate::bodies`].
 
 mod singularities;
 mod tip;
@@ -18,7 +16,6 @@ use motion_check::Reach;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// The nominal machine without its inertias.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Nominal {
     pub(crate) tree: Tree,
@@ -44,7 +41,7 @@ impl Nominal {
         let physics = [slew?, lift?, tilt?];
         let tree = Tree::new(machine)?;
         Ok(Self {
-            singularities: Singularities::of(&tree),
+            singularities: Singularities::new(&tree),
             tree,
             joint_viscous: machine.joint_viscous,
             tau_wrist_max: machine.limits.tau_wrist_max,
@@ -54,16 +51,15 @@ impl Nominal {
                 .clone()
                 .map(|physics| physics.with_surrogate(surrogate.clone(), 0.0)),
             physics,
-            reach: Reach::of(&machine.geometry),
+            reach: Reach::new(&machine.geometry),
         })
     }
 
-    /// Parameters of the actuators.
     pub(crate) fn parameters(&self) -> [&machine_file::Emla; 3] {
         self.actuators.each_ref().map(Emla::params)
     }
 
-    /// Actuator `i` with the network's share `alpha`.
+    /// Actuator `i` with the network's weight `alpha`.
     pub(crate) fn actuator(&self, i: usize, alpha: f64) -> Cow<'_, Emla> {
         if alpha == 0.0 {
             return Cow::Borrowed(&self.physics[i]);

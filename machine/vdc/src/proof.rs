@@ -1,4 +1,5 @@
-//! The accompanying functions of the stability proof, in numbers.
+//! Computes the quantities of the paper's stability proof as outputs: accompanying functions,
+//! dissipation, stability conditions.
 
 use crate::conditions::Conditions;
 use crate::evaluation::Evaluation;
@@ -7,7 +8,6 @@ use crate::settings::Settings;
 use crate::signals::Input;
 use crate::state::State;
 
-/// Fills the outputs of the proof.
 pub(crate) fn fill(
     now: &mut Evaluation,
     nominal: &Nominal,
@@ -29,7 +29,7 @@ pub(crate) fn fill(
     let each = actuators.map(|p| Conditions::new(p, gains));
     let weakest = Conditions::weakest(each);
     if weakest.hold() {
-        output.conditions = weakest; // else they are not defined, and stay 0
+        output.conditions = weakest; // otherwise undefined, and 0
     }
     for i in 0..3 {
         let (p, conditions) = (actuators[i], &each[i]);

@@ -1,8 +1,8 @@
-//! What the tip is to do: the paper's trajectories, a path of a file, an operator's commanded
-//! rates, or what the inputs say.
+//! The reference motion of the tip T4 in the world frame: the paper's trajectories, a path file, an
+//! operator's commanded rates, or the inputs.
 //!
-//! Position, velocity and acceleration of T4 in the world frame. [`Reference`] is immutable; what
-//! moves of it, the joints of commanded rates, is a [`Motion`] of the controller's state.
+//! [`Reference`] is immutable; the joints that commanded rates move are a [`Motion`] in the
+//! controller's state.
 
 mod desired;
 mod edges;
@@ -13,7 +13,7 @@ mod rate_limits;
 mod rates;
 
 pub(crate) use desired::DesiredMotion;
-pub(crate) use external::turned;
+pub(crate) use external::turn_orientation;
 pub use motion::CommandHolds;
 pub(crate) use motion::Motion;
 pub use rate_limits::{RateCommand, RateLimits};
@@ -28,7 +28,7 @@ use machine_file::Machine;
 use serde::{Deserialize, Serialize};
 use tip_path::{Load, PathFile, TipPath};
 
-/// Which desired motion the controller follows.
+/// The reference that the controller follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Trajectory<'a> {
     /// Edges of a cube (the paper's three-dimensional benchmark).
@@ -37,13 +37,13 @@ pub enum Trajectory<'a> {
     Triangular,
     /// Given by the inputs `reference.*`.
     External,
-    /// Made of the commanded rates `rate.*`, within these limits.
+    /// The commanded rates `rate.*`, within these limits.
     Rates(RateLimits),
-    /// Given as a file.
+    /// A path file.
     Path {
-        /// The path, which begins where the tip is measured at the start.
+        /// The path, which begins at the measured start pose of the tip.
         file: &'a PathFile,
-        /// Whether a path is refused that the nominal machine cannot do.
+        /// Whether a path that the nominal machine cannot follow is refused.
         is_checked: bool,
     },
 }
@@ -57,15 +57,13 @@ pub(crate) enum Reference {
     External,
 }
 
-/// What is to be followed at one instant.
+/// The reference at one instant.
 pub(crate) struct Target<'a> {
-    /// Of the tip.
     pub(crate) tip: DesiredMotion,
-    /// Of the joints, where the feedback acts on their errors instead of the tip's.
+    /// Motion of the joints, if the feedback acts on their errors instead of the tip's.
     pub(crate) joints: Option<JointTarget<'a>>,
 }
 
-/// The joints' reference.
 pub(crate) struct JointTarget<'a> {
     pub(crate) motion: &'a Motion,
     /// Largest rates, rad/s, feedback included.
@@ -73,8 +71,8 @@ pub(crate) struct JointTarget<'a> {
 }
 
 impl<'a> Target<'a> {
-    /// The joints' reference `motion`, whatever rates it takes.
-    pub(crate) fn of_joints(motion: &'a Motion, nominal: &Nominal) -> Self {
+    /// The joints' reference `motion`, without rate limits.
+    pub(crate) fn from_joints(motion: &'a Motion, nominal: &Nominal) -> Self {
         Self {
             tip: motion.tip(&nominal.tree),
             joints: Some(JointTarget {
@@ -86,11 +84,7 @@ impl<'a> Target<'a> {
 }
 
 impl Reference {
-    /// The reference that `trajectory` names, from the joint angles `zeta`, rad.
-    ///
-    /// # Errors
-    /// A limit of rates that is not finite and positive; a path that cannot be made, or that the
-    /// machine cannot do.
+    /// The reference for `trajectory`, starting at the joint angles `zeta`, rad.
     pub(crate) fn new(
         trajectory: Trajectory,
         machine: &Machine,
@@ -110,16 +104,12 @@ impl Reference {
                 Self::Rates(Rates::new(machine, &nominal.tree, zeta, &limits)?)
             }
             Trajectory::Path { file, is_checked } => {
-                Self::File(file::path_of(file, is_checked, machine, zeta)?)
+                Self::File(file::checked_path(file, is_checked, machine, zeta)?)
             }
         })
     }
 
-    /// What is to be followed `t` s after the reference began to move, where the joints of
-    /// commanded rates are at `motion` and the inputs say `input`.
-    ///
-    /// # Errors
-    /// An external orientation without direction.
+    /// The reference `t` s after its start; `motion` is the state of commanded rates.
     pub(crate) fn target<'a>(
         &'a self,
         nominal: &Nominal,
@@ -140,7 +130,7 @@ impl Reference {
         Ok(Target { tip, joints })
     }
 
-    /// Time from the beginning of the motion to its end, s; None for one that the inputs give.
+    /// Duration of the motion, s; None if the inputs determine it.
     pub(crate) fn duration(&self) -> Option<f64> {
         match self {
             Self::Edges(edges) => Some(edges.duration()),
@@ -149,8 +139,7 @@ impl Reference {
         }
     }
 
-    /// What the end-effector carries `t` s after the beginning of the motion; None where the
-    /// reference says nothing of loads.
+    /// Load of the path `t` s after the start of the motion; None if the reference has none.
     #[inline]
     pub(crate) fn load(&self, t: f64) -> Option<Load> {
         match self {
@@ -159,7 +148,7 @@ impl Reference {
         }
     }
 
-    /// How commanded rates move the joints; None for another reference.
+    /// The reference by commanded rates; None for another reference.
     pub(crate) fn rates(&self) -> Option<&Rates> {
         match self {
             Self::Rates(rates) => Some(rates),

@@ -1,61 +1,58 @@
-//! What may be changed while the controller runs.
+//! Settings of the controller that may change while it runs: mode, gains, limits, options.
 
 use crate::law::Mode;
 use crate::reference::RateCommand;
 use machine_file::Controller as Gains;
 use serde::{Deserialize, Serialize};
 
-/// What the controller follows.
+/// The level at which the controller works.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Level {
-    /// The tip's reference, through inverse kinematics and decomposition, down to the voltages.
+    /// The whole machine: from the tip's reference to the voltages.
     Machine,
-    /// References of the rods alone: each actuator by itself, as on a one-axis testbed.
+    /// Single actuators: each rod follows its own reference, as on a one-axis testbed.
     Actuator,
 }
 
-/// What may be changed while the controller runs.
+/// Settings of the controller.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
-    /// Which control law is at work.
+    /// The control law.
     pub mode: Mode,
     /// Whether the integral of the tip's error acts (at [`Level::Actuator`] of the rods' errors),
     /// at the rate `gains.omega_tip`.
     pub integral: bool,
-    /// What is followed; not to be changed while the controller runs.
+    /// The level; constant while the controller runs.
     pub level: Level,
     /// Gains.
     pub gains: Gains,
     /// Whether the drives regulate their currents themselves and follow
     /// [`crate::Output::i_q_required`]; otherwise they follow the voltages.
     pub current_loop: bool,
-    /// Time after the start in which the payload is weighed at the wrist while nothing adapts, s; 0:
-    /// the nominal payload counts.
+    /// Time after the start in which the payload is weighed at the wrist instead of adaptation, s;
+    /// 0: the nominal payload is used.
     pub weighing_time: f64,
-    /// Blending factor α of the hybrid actuator that the low-level law reckons with, 0…1; 0: it
-    /// knows the physics only.
+    /// Blending factor α of the network in the nominal actuator model, 0…1; 0: physics only.
     pub alpha: f64,
     /// Inertia of the plant over nominal, for the Lyapunov outputs only.
     pub true_inertia_scale: f64,
-    /// Largest required force of a rod over its rated one, for short times; 0: it has no limit but
-    /// the currents'.
+    /// Largest required force of a rod over its rated one; 0: only currents are limited.
     pub force_limit: f64,
-    /// Whether a supervisor watches for swinging; not to be changed while the controller runs, and
+    /// Whether a supervisor watches for oscillations; constant while the controller runs, and
     /// without effect at [`Level::Actuator`].
     pub supervisor: bool,
-    /// Less current for hot windings; None: `i_max` at any temperature.
+    /// Reduction of the current for hot windings; None: `i_max` at any temperature.
     pub derating: Option<Derating>,
     /// Which rates are commanded, if the trajectory is [`crate::Trajectory::Rates`].
     pub rate_command: RateCommand,
-    /// Whether the controller is told of the loads that a path picks up and sets down.
-    pub load_told: bool,
+    /// Whether the controller knows the loads that a path picks up and sets down.
+    pub load_known: bool,
 }
 
 impl Settings {
-    /// The adaptive controller of the whole machine with these gains, which reckons with the
-    /// physics alone and is told of loads; no integral, no derating.
+    /// The paper's adaptive controller with these gains; loads known, other options off.
     #[must_use]
-    pub fn of(gains: &Gains) -> Self {
+    pub fn from_gains(gains: &Gains) -> Self {
         Self {
             mode: Mode::Adaptive,
             integral: false,
@@ -69,18 +66,18 @@ impl Settings {
             supervisor: false,
             derating: None,
             rate_command: RateCommand::Joint,
-            load_told: true,
+            load_known: true,
         }
     }
 }
 
-/// Currents fall with the winding's temperature: up to `start` the law asks for up to `i_max`, from
-/// `end` on for nothing, in between for a share that falls linearly.
+/// Reduction of the largest current with the winding's temperature: `i_max` up to `start`, 0 from
+/// `end` on, linear in between.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Derating {
-    /// Temperature from which on the current is reduced, K.
+    /// Temperature above which the current is reduced, K.
     pub start: f64,
-    /// Temperature from which on there is none, K.
+    /// Temperature above which the current is 0, K.
     pub end: f64,
 }
 

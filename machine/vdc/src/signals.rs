@@ -1,11 +1,11 @@
-//! What goes into the controller and what comes out.
+//! Inputs and outputs of the controller.
 
 use crate::conditions::Conditions;
 use hdrm::{Body, DOF};
 use serde::{Deserialize, Serialize};
 use tip_path::Load;
 
-/// Measurements and the external reference.
+/// Inputs: measurements, the external reference, and commands of an operator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Input {
     /// Joint angles, rad.
@@ -25,7 +25,7 @@ pub struct Input {
     /// Actuator forces, N; read by the virtual power flows and, in a step, by the disturbance
     /// observer.
     pub F: [f64; 3],
-    /// Voltage of the DC link, V; None: the nominal machine's.
+    /// Voltage of the DC link, V; None: that of the nominal machine.
     pub v_dc: Option<f64>,
     /// Temperatures of the windings, K; read by the derating.
     pub T_winding: [f64; 3],
@@ -47,13 +47,13 @@ pub struct Input {
     pub reference_rod_acceleration: [f64; 3],
     /// Rod references: forces on the load, N.
     pub reference_rod_force: [f64; 3],
-    /// What it is told of the base: its tilt, rad (roll about x, then pitch about its own z).
+    /// Measured tilt of the base, rad (roll about x, then pitch about its own z).
     pub base_tilt: [f64; 2],
-    /// Its acceleration in the machine's world axes, m/s².
+    /// Measured acceleration of the base in the machine's world axes, m/s².
     pub base_acceleration: [f64; 3],
-    /// Its angular velocity in those axes, rad/s.
+    /// Measured angular velocity of the base in those axes, rad/s.
     pub base_angular_velocity: [f64; 3],
-    /// The rate of that, rad/s².
+    /// Measured angular acceleration of the base in those axes, rad/s².
     pub base_angular_acceleration: [f64; 3],
     /// Commanded joint rates, rad/s.
     pub rate_joint: [f64; DOF],
@@ -61,7 +61,7 @@ pub struct Input {
     pub rate_tip: [f64; DOF],
 }
 
-/// Commands and what led to them.
+/// Outputs: commands, and quantities that led to them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Output {
     /// Direct-axis voltages, V.
@@ -76,7 +76,7 @@ pub struct Output {
     pub x_dot_required: [f64; 3],
     /// Required quadrature-axis currents, A.
     pub i_q_required: [f64; 3],
-    /// Time at which the reference has come to its end, s; the start time for an external one.
+    /// Time at which the reference ends, s; the start time for an external one.
     pub motion_end: f64,
     /// Desired tip position, m.
     pub desired_position: [f64; 3],
@@ -106,19 +106,18 @@ pub struct Output {
     pub conditions: Conditions,
     /// Virtual power flow (ẋ_r − ẋ)(f_r − F) into the manipulator at each rod, W.
     pub vpf: [f64; 3],
-    /// What the path has the end-effector carry.
+    /// Load of the path.
     pub load: Load,
-    /// What the supervisor does: the place of [`crate::Stage`] among its values, from 1.
+    /// Stage of the supervisor: number of the [`crate::Stage`], from 1.
     pub supervisor_state: i32,
-    /// Whether the drives' gates are to be on.
+    /// Command for the drives' gates: whether they are on.
     pub enable: [bool; 3],
-    /// Whether the holding brakes are to be applied.
+    /// Command for the holding brakes: whether they are applied.
     pub brake: [bool; 3],
 }
 
 impl Output {
-    /// Name and value of the first signal that is not finite: numbers of measurements and settings
-    /// far beyond any machine's overflow.
+    /// Name and value of the first signal that is not finite.
     pub(crate) fn not_finite(&self) -> Option<(&'static str, f64)> {
         let scalar = std::slice::from_ref;
         let signals: [(&'static str, &[f64]); 11] = [

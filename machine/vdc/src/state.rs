@@ -1,4 +1,4 @@
-//! All that moves in the controller, one field a stage.
+//! The controller's state, with one field for each stage.
 
 use crate::bodies::Bodies;
 use crate::drive::DriveState;
@@ -9,30 +9,28 @@ use hdrm::DOF;
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 
-/// The controller's state.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct State {
-    /// Time that the states belong to, and with them the next evaluation, s: the communication
-    /// point without `sample_time` and `delay`.
+    /// Time of the state and the next evaluation, s.
     pub(crate) t: f64,
     /// Time at which the controller started, s.
     pub(crate) t_start: f64,
     pub(crate) joints: JointObserver,
     pub(crate) sampling: Sampling,
-    /// The joints' reference under commanded rates; at the start pose without.
+    /// The joints' reference under commanded rates; otherwise the start pose.
     pub(crate) motion: Motion,
-    /// Integral part z of the tracking error, in the places of [`crate::tracking::Errors`].
+    /// Integral part z of the tracking error, in the order of [`crate::tracking::Errors`].
     pub(crate) integral: Vector6<f64>,
-    /// What the control law integrates, a joint each.
-    pub(crate) memory: [f64; DOF],
+    /// Integral of the control law for each joint.
+    pub(crate) law_integral: [f64; DOF],
     pub(crate) bodies: Bodies,
     pub(crate) drives: [DriveState; 3],
     pub(crate) supervisor: Supervisor,
 }
 
 impl State {
-    /// Time since the reference began to move, after a rest of `settle_time`, s; negative before.
-    /// It stands still once the supervisor stops the machine.
+    /// Time since the reference started to move, after a rest of `settle_time`, s; negative before.
+    /// It is constant once the supervisor stops the machine.
     pub(crate) fn motion_time(&self, settle_time: f64) -> f64 {
         let t = self
             .supervisor

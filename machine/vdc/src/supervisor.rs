@@ -1,15 +1,14 @@
-//! The supervisor: sees that the machine swings, and acts, least harm first.
+//! The supervisor: detects oscillations and overload of the machine and reacts in stages.
 //!
-//! Of each rod it watches how much power swings between law and rod: the root mean square of the
-//! force error `f_r − F` times that of the velocity error `ẋ_r − ẋ`, both in the band of the boom's
-//! elastic modes and of the loops around them. What follows the reference is in neither error, so a
-//! fast motion is not taken for swinging. Of two thresholds the upper one sets off, and an action is
-//! given time to bring the power below the lower one before the next follows: adaptation freezes,
-//! gains fall, the joints come to rest along a ramp and are held by the brakes. What was done stays
-//! done: what made the machine swing once would do it again.
+//! Oscillation is measured for each rod as a power: the root mean square of the force error
+//! `f_r − F` times that of the velocity error `ẋ_r − ẋ`, both band-passed around the boom's elastic
+//! modes. Motion that follows the reference is in neither error. If the power exceeds the upper of
+//! two thresholds, the adaptation is frozen; if it does not fall below the lower one in time, the
+//! gains are lowered, then the joints are stopped along a ramp and held by the brakes. A stage is
+//! never left backwards: the oscillation would return.
 //!
-//! It brakes at once where a rod has the largest force that it may be asked for and more than its
-//! rated one, and keeps it: the load is then more than the machine holds.
+//! If the force of a rod stays at its limit and above its rating, the load is too heavy, and the
+//! brakes are applied at once.
 
 use crate::reference::Motion;
 use crate::settings::Settings;
@@ -21,40 +20,40 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 
-/// Band in which swinging is looked for, Hz: the boom's mode lies between 3 and 9 Hz.
+/// Band in which oscillations are detected, Hz: the boom's mode is between 3 and 9 Hz.
 const BAND: [f64; 2] = [2.0, 20.0];
 /// Time constant of the mean squares, s: two periods of the slowest mode.
 const MEAN: f64 = 0.3;
-/// Power from which on a rod swings, over its rated force times its rated speed: 25 W on the
-/// reference machine. What keeps its reference has up to 13 W there, what swings 35 and more.
+/// Upper threshold of the oscillation power over rated force times rated speed: 25 W on the
+/// reference machine, where normal operation has up to 13 W and oscillation 35 W and more.
 const UPPER: f64 = 5e-3;
-/// Power below which it swings no longer.
+/// Lower threshold.
 const LOWER: f64 = 1.6e-3;
-/// Times that freezing and lowering are given, s; a quarter where the power is four times the upper
-/// threshold.
+/// Times to wait for the effect of freezing and lowering, s; a quarter of them if the power is four
+/// times the upper threshold.
 const PATIENCE: [f64; 2] = [1.0, 1.5];
-/// What lowered gains are over those of the parameters.
+/// Factor on the gains when lowered.
 const LOWERED: f64 = 0.5;
-/// Time in which the joints come to rest, s.
+/// Time in which the joints are stopped, s.
 const RAMP: f64 = 0.5;
-/// Time that a brake takes to close, for which the gates stay on, s.
+/// Closing time of a brake, during which the gates stay on, s.
 const CLOSING: f64 = 0.05;
-/// Time at the largest force after which the machine is stopped, s.
+/// Time of overload after which the machine is stopped, s.
 const OVERLOADED: f64 = 0.2;
 
-/// What the supervisor does.
+/// Stages of the supervisor, in their order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Serialize, Deserialize)]
 pub enum Stage {
-    /// Nothing.
+    /// No supervision.
     #[default]
     Off,
-    /// It watches.
+    /// Normal operation, supervised.
     Watching,
-    /// The estimates no longer adapt.
+    /// The adaptation is frozen.
     Frozen,
-    /// Gains are lowered besides.
+    /// The gains are lowered, too.
     Lowered,
-    /// The joints come to rest.
+    /// The joints are being stopped.
     Stopping,
     /// The brakes are applied, the gates still on.
     Braking,
@@ -63,7 +62,7 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// What gains are over those of the parameters.
+    /// Factor on the gains.
     fn gains(self) -> f64 {
         match self {
             Self::Off | Self::Watching | Self::Frozen => 1.0,
@@ -72,32 +71,30 @@ impl Stage {
     }
 }
 
-/// State of the supervisor.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Supervisor {
     stage: Stage,
-    /// When the stage began, s.
+    /// Start time of the stage, s.
     since: f64,
-    /// Whether a rod swings, by both thresholds.
+    /// Whether a rod oscillates, with the hysteresis of both thresholds.
     swings: bool,
-    /// Time for which a rod has had its largest force, s.
+    /// Duration of the present overload, s.
     overloaded: f64,
-    /// Errors of each rod: of the force, N, and of the velocity, m/s.
+    /// Oscillation of the force error, N, and velocity error, m/s, of each rod.
     errors: [[Swing; 2]; 3],
     /// Mean torques of the wrist joints, N·m; None before the first.
     wrist: Option<[f64; 3]>,
     /// The joints' reference from [`Stage::Stopping`] on.
     motion: Motion,
-    /// When that began, s.
+    /// Start time of the stop, s.
     stop: Option<f64>,
 }
 
-/// What swings of a signal.
+/// Mean square of a band-passed signal.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Swing {
-    /// Two low-passes below the band, one above it; None before the first value.
+    /// States of two high-passes and one low-pass; None before the first value.
     passes: Option<[f64; 3]>,
-    /// Mean square.
     square: f64,
 }
 
@@ -116,7 +113,7 @@ impl Swing {
 }
 
 impl Supervisor {
-    /// One that watches, or not.
+    /// A supervisor that watches, or is off.
     pub(crate) fn new(watches: bool) -> Self {
         Self {
             stage: if watches { Stage::Watching } else { Stage::Off },
@@ -128,18 +125,18 @@ impl Supervisor {
         self.stage
     }
 
-    /// When it began to stop the machine, s.
+    /// Start time of the stop, s.
     pub(crate) fn stop(&self) -> Option<f64> {
         self.stop
     }
 
-    /// The joints' reference, once it stops the machine.
+    /// The joints' reference during and after the stop.
     pub(crate) fn motion(&self) -> Option<&Motion> {
         self.stop.map(|_| &self.motion)
     }
 
-    /// The settings in force where `settings` are asked for.
-    pub(crate) fn in_force<'a>(&self, settings: &'a Settings) -> Cow<'a, Settings> {
+    /// `settings` with the gains of the present stage.
+    pub(crate) fn effective_settings<'a>(&self, settings: &'a Settings) -> Cow<'a, Settings> {
         let factor = self.stage.gains();
         if factor == 1.0 {
             return Cow::Borrowed(settings);
@@ -163,7 +160,7 @@ impl Supervisor {
         Cow::Owned(lowered)
     }
 
-    /// Power that swings at each rod over its rated one, where rods are rated `[N, m/s]`.
+    /// Oscillation power of each rod over its rating `[N, m/s]`.
     fn powers(&self, ratings: &[[f64; 2]; 3]) -> [f64; 3] {
         std::array::from_fn(|i| {
             let [force, rate] = self.errors[i].map(|error| error.square.sqrt());
@@ -171,18 +168,17 @@ impl Supervisor {
         })
     }
 
-    /// The rod that swings most, counted from 0, and its power, W.
+    /// The rod with the largest oscillation power, counted from 0, and that power, W.
     pub(crate) fn largest(&self, ratings: &[[f64; 2]; 3]) -> (usize, f64) {
         let powers = self.powers(ratings);
-        let of = |i: usize| (i, powers[i] * ratings[i][0] * ratings[i][1]);
+        let power = |i: usize| (i, powers[i] * ratings[i][0] * ratings[i][1]);
         (0..3)
-            .map(of)
+            .map(power)
             .fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
     }
 
-    /// Advances by `h` s from the time `t`, s, in which the rods have these errors of force, N, and
-    /// velocity, m/s, and `is_overloaded` says whether one has its largest force; where a new stage
-    /// begins, what the gains fall by.
+    /// Advances by `h` s from the time `t`, s, with these errors of force, N, and velocity, m/s, of
+    /// the rods. If a new stage begins, returns the ratio of the old to the new gains.
     pub(crate) fn advance(
         &mut self,
         errors: &[[f64; 2]; 3],
@@ -226,30 +222,34 @@ impl Supervisor {
         Some(fall)
     }
 
-    /// Takes in the torques of the wrist, N·m, over `h` s. Where the machine swings their mean is
-    /// what holds the payload, whatever it weighs.
-    pub(crate) fn feel(&mut self, torques: &[f64; 3], h: f64) {
+    /// Averages the wrist torques, N·m, over `h` s; the mean holds a payload of any mass.
+    pub(crate) fn average_wrist_torques(&mut self, torques: &[f64; 3], h: f64) {
         let mean = self.wrist.get_or_insert(*torques);
         for (mean, torque) in mean.iter_mut().zip(torques) {
             *mean -= libm::expm1(-h / MEAN) * (torque - *mean);
         }
     }
 
-    /// Torque that holds wrist joint `j`, counted from 0, after the stop, N·m, where its own bodies
-    /// have this inertia: by the smallest that it may meet, since the payload's is not known.
+    /// Torque that holds wrist joint `j`, counted from 0, after the stop, N·m. `inertia` I is that
+    /// of its own bodies, as the payload's is unknown:
     /// ```text
     /// τ = τ_mean + κ I (Λ (ζ_d − ζ) − ζ̇)
     /// ```
-    pub(crate) fn holding(&self, j: usize, inertia: f64, gains: &Gains, input: &Input) -> f64 {
+    pub(crate) fn wrist_holding_torque(
+        &self,
+        j: usize,
+        inertia: f64,
+        gains: &Gains,
+        input: &Input,
+    ) -> f64 {
         let error = self.motion.zeta[3 + j] - input.zeta[3 + j];
         let lacking = gains.Lambda_orientation * error - input.zeta_dot[3 + j];
         let mean = self.wrist.map_or(0.0, |mean| mean[j]);
         mean + gains.kappa_KA * inertia * lacking
     }
 
-    /// Begins to stop the joints, which have the angles `zeta`, rad, and the reference's rates
-    /// `zeta_dot`, rad/s.
-    pub(crate) fn stop_from(&mut self, zeta: Vector6<f64>, zeta_dot: Vector6<f64>) {
+    /// Begins to stop the joints from `zeta`, rad, and the reference's `zeta_dot`, rad/s.
+    pub(crate) fn begin_stop(&mut self, zeta: Vector6<f64>, zeta_dot: Vector6<f64>) {
         self.stop = Some(self.since);
         self.motion = Motion {
             zeta,
@@ -259,8 +259,7 @@ impl Supervisor {
         };
     }
 
-    /// Takes the angles `zeta`, rad, at which the rods are braked, for their reference: only the
-    /// wrist is still moved.
+    /// Sets the rods' reference to the angles `zeta`, rad, at which they are braked.
     pub(crate) fn brake_at(&mut self, zeta: &[f64; DOF]) {
         self.motion = Motion {
             zeta: Vector6::from_fn(|i, _| if i < 3 { zeta[i] } else { self.motion.zeta[i] }),
@@ -388,16 +387,19 @@ mod tests {
 
     #[test]
     fn gains_are_those_asked_for_until_they_are_lowered() {
-        let settings = Settings::of(&Machine::reference().controller);
+        let settings = Settings::from_gains(&Machine::reference().controller);
         let at = |stage| Supervisor {
             stage,
             ..Supervisor::default()
         };
         for stage in [Stage::Off, Stage::Watching, Stage::Frozen] {
-            assert!(matches!(at(stage).in_force(&settings), Cow::Borrowed(_)));
+            assert!(matches!(
+                at(stage).effective_settings(&settings),
+                Cow::Borrowed(_)
+            ));
         }
         let asked = &settings.gains;
-        let lowered = at(Stage::Lowered).in_force(&settings).gains;
+        let lowered = at(Stage::Lowered).effective_settings(&settings).gains;
         assert_eq!(lowered.Lambda_position, 0.5 * asked.Lambda_position);
         assert_eq!(lowered.kappa_KA, 0.5 * asked.kappa_KA);
         assert_eq!(lowered.K_v, 0.5 * asked.K_v);
@@ -412,7 +414,7 @@ mod tests {
             ..Supervisor::default()
         };
         let [zeta, rate] = [0.3, -0.2].map(Vector6::repeat);
-        watch.stop_from(zeta, rate);
+        watch.begin_stop(zeta, rate);
         run(&mut watch, 0.0, RAMP, 0.0);
         let Motion {
             zeta: end,
@@ -430,14 +432,14 @@ mod tests {
         let mut watch = Supervisor::default();
         for k in 0..3000 {
             let wave = 900.0 * (TAU * 7.0 * H * f64::from(k)).sin();
-            watch.feel(&[150.0 + wave, -90.0, 5.0], H);
+            watch.average_wrist_torques(&[150.0 + wave, -90.0, 5.0], H);
         }
         watch.motion.zeta[5] = 0.2;
         let mut gains = Machine::reference().controller;
         (gains.kappa_KA, gains.Lambda_orientation) = (8.0, 3.0);
         let mut input = Input::default();
         (input.zeta[5], input.zeta_dot[5]) = (0.15, -0.4);
-        let of = |j| watch.holding(j, 0.5, &gains, &input);
+        let of = |j| watch.wrist_holding_torque(j, 0.5, &gains, &input);
         // What is left of the wave: 1/(2π·7·0.3) of it.
         assert!((of(0) - 150.0).abs() < 900.0 / 13.0, "{}", of(0));
         assert!((of(1) + 90.0).abs() < 1e-9);

@@ -1,5 +1,4 @@
-//! From the target and the measurements to the motion that is required of the joints, or of the
-//! rods.
+//! Feedback on the tracking error: from reference and measurements to the required motion.
 
 mod clik;
 mod errors;
@@ -19,7 +18,7 @@ use hdrm::{DOF, Tip};
 use machine_file::Controller as Gains;
 use nalgebra::{Vector3, Vector6};
 
-/// What the feedback on the target's error asks of the joints.
+/// Tracking errors, and the required motion of the joints.
 pub(crate) struct Tracking {
     pub(crate) errors: Errors,
     /// From the present to the desired orientation of the tip, rad.
@@ -27,8 +26,8 @@ pub(crate) struct Tracking {
     pub(crate) required: RequiredMotion,
 }
 
-/// Required joint motion towards `target` for the tip at `tip`, with the errors' integral part `z`
-/// where there is one.
+/// Required joint motion to follow `target` with the tip at `tip`; `z` is the integral of the
+/// errors, if the mode has one.
 pub(crate) fn track(
     target: &Target,
     nominal: &Nominal,
@@ -68,8 +67,8 @@ pub(crate) fn track(
     }
 }
 
-/// The joints' reference rates, rad/s, where `target` is followed, and the integral of their errors,
-/// rad, that asks for the same rates as the integral `z` of the target's.
+/// Converts `target` to reference rates of the joints, rad/s, and its integral `z` to an integral
+/// of the joints' errors, rad, with the same effect.
 pub(crate) fn at_joints(
     target: &Target,
     nominal: &Nominal,

@@ -11,7 +11,7 @@ fn evaluations_and_steps_allocate_nothing() {
     let machine = Machine::reference();
     let settings = Settings {
         alpha: 0.2,
-        ..Settings::of(&machine.controller)
+        ..Settings::from_gains(&machine.controller)
     };
     let u = Input {
         zeta: machine.start.zeta,

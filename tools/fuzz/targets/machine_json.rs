@@ -8,7 +8,7 @@ fuzz_target!(|text: &str| {
     let Ok(machine) = Machine::from_json(text) else {
         return;
     };
-    let _ = hdrm::Hdrm::new(&machine, &hdrm::Options::of(&machine));
+    let _ = hdrm::Hdrm::new(&machine, &hdrm::Options::from_machine(&machine));
     for actuator in [machine.emla.slew, machine.emla.lift, machine.emla.tilt] {
         let _ = emla::Emla::new(actuator, machine_file::Drive::Motion);
     }

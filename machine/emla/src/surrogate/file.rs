@@ -1,4 +1,4 @@
-//! The trained network's JSON file.
+//! The JSON file of a trained network: weights, trained range, training record, and its checks.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -39,12 +39,12 @@ pub enum SurrogateError {
         min: f64,
         /// Upper end.
         max: f64,
-        /// What is required.
+        /// The rule that is broken.
         rule: &'static str,
     },
 }
 
-/// Smallest and largest value of a column in the training data; `mapminmax` takes it to [−1, 1].
+/// Smallest and largest value of a column in the training data, which is scaled to [−1, 1].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MinMax {
@@ -67,13 +67,13 @@ impl MinMax {
         (y + 1.0) * (self.max - self.min) / 2.0 + self.min
     }
 
-    /// Nearest value in the range; NaN stays NaN.
+    /// The nearest value in the range; NaN stays NaN.
     #[must_use]
     pub fn clamp(self, x: f64) -> f64 {
         x.clamp(self.min, self.max)
     }
 
-    /// Is `x` in the range, ends included?
+    /// Whether `x` is in the range, ends included.
     #[must_use]
     pub fn contains(self, x: f64) -> bool {
         (self.min..=self.max).contains(&x)
@@ -82,10 +82,10 @@ impl MinMax {
     fn check(self, field: &'static str) -> Result<(), SurrogateError> {
         finite(&format!("{field}.min"), self.min)?;
         finite(&format!("{field}.max"), self.max)?;
-        self.demand(field, self.min < self.max, "min must lie below max")
+        self.require(field, self.min < self.max, "min must lie below max")
     }
 
-    fn demand(
+    fn require(
         self,
         field: &'static str,
         holds: bool,
@@ -117,7 +117,7 @@ pub struct Ranges {
     pub x_dot: MinMax,
 }
 
-/// One affine layer as it stands in the file.
+/// One affine layer as in the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LayerFile {
@@ -127,7 +127,7 @@ pub struct LayerFile {
     pub bias: Vec<f64>,
 }
 
-/// A number for each part of the split data.
+/// One number for each part of the split data.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Split<T> {
@@ -135,7 +135,7 @@ pub struct Split<T> {
     pub training: T,
     /// Rows that stopped the training.
     pub validation: T,
-    /// Rows used for nothing but the quality.
+    /// Rows used only to assess the quality.
     pub test: T,
 }
 
@@ -143,7 +143,7 @@ pub struct Split<T> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrainingRecord {
-    /// What the data are, in words: a simulation or someone's measurements.
+    /// Origin of the data in words: a simulation or measurements.
     pub data: String,
     /// SHA-256 of the data file, hexadecimal.
     pub data_sha256: String,
@@ -169,36 +169,36 @@ pub struct TrainingRecord {
     pub curve: Vec<Split<f64>>,
 }
 
-/// How far the efficiency of the actuator as built lies from the network's: a conformal bound by
-/// profile, pointwise. Of a profile of the kind that it was calibrated on, a window that is drawn
-/// evenly among the profile's has its true efficiency inside with the probability `share`.
+/// Bound on the difference between the network's efficiency and that of the actuator as built: a
+/// pointwise conformal bound, calibrated by profiles. In a new profile of the same kind, a randomly
+/// drawn window has its true efficiency within the bound with the probability `share`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EfficiencyBound {
     /// Probability.
     pub share: f64,
-    /// Half the width where there is no power.
+    /// Half width at zero power.
     pub factor: f64,
-    /// Power at which it is half as wide, W: losses that do not grow with the power.
+    /// Power scale P_0 over which the width falls, W: losses that do not grow with the power.
     pub power: f64,
-    /// Part of `factor` that is left at large powers.
+    /// Part of `factor` that remains at large powers.
     pub floor: f64,
     /// Number of the profiles that it was calibrated on.
     pub profiles: u32,
 }
 
 impl EfficiencyBound {
-    /// Half the width at the power `out` that the network gives, W, where its guards hold back the
-    /// power `cut`, W: that power counts in full, so the bound widens outside the trained box.
+    /// Half width at the network's power `out`, W, if its guards cut off the power `cut`, W; `cut`
+    /// counts in full, so the bound widens outside the trained box:
     /// ```text
     /// (factor (P_0 + floor·P_out) + cut)/(P_0 + P_out)
     /// ```
-    pub fn half(&self, out: f64, cut: f64) -> f64 {
+    pub fn half_width(&self, out: f64, cut: f64) -> f64 {
         (self.factor * (self.power + self.floor * out) + cut) / (self.power + out)
     }
 
-    /// The smallest factor whose bound holds an error of the efficiency.
-    pub fn needed(&self, error: f64, out: f64, cut: f64) -> f64 {
+    /// The smallest `factor` whose bound includes the error `error` of the efficiency.
+    pub fn needed_factor(&self, error: f64, out: f64, cut: f64) -> f64 {
         let beyond = error.abs() * (self.power + out) - cut;
         beyond.max(0.0) / (self.power + self.floor * out)
     }
@@ -214,10 +214,8 @@ pub struct SurrogateFile {
     pub ranges: Ranges,
     /// The six layers, from the inputs on.
     pub layers: Vec<LayerFile>,
-    /// Bound on the error of its efficiency; left out: nobody has calibrated one.
-    ///
-    /// Always written: saved states hold the file in a form without names, in which nothing may be
-    /// left out.
+    /// Bound on the error of its efficiency, if calibrated. Always written, because the binary
+    /// format of saved states cannot leave out fields.
     #[serde(default)]
     pub efficiency_bound: Option<EfficiencyBound>,
 }
@@ -230,7 +228,7 @@ impl SurrogateFile {
         ranges.f_ext.check("ranges.F_ext")?;
         ranges.x_dot.check("ranges.x_dot")?;
         let rule = "the network is trained on one direction, speeds must not be negative";
-        (ranges.w_m).demand("ranges.w_m", ranges.w_m.min >= 0.0, rule)?;
+        (ranges.w_m).require("ranges.w_m", ranges.w_m.min >= 0.0, rule)?;
         length("layers", self.layers.len(), WIDTHS.len() - 1)?;
         for (k, (layer, widths)) in self.layers.iter().zip(WIDTHS.windows(2)).enumerate() {
             layer.check(k, widths[0], widths[1])?;

@@ -1,11 +1,10 @@
-//! The network itself: fixed shapes, no allocation, the same bits on every machine.
+//! Evaluation of the network: fixed shapes, no allocation, bit-identical on every machine.
 //!
 //! Source: `[paper]` Eq. (eq:dnn_structure), `y = W_6·σ(… σ(W_1·x + b_1) …) + b_6`, σ = tanh.
-//! Weights are stored with the outputs side by side, so that the inner loop runs over
-//! neighbouring memory and the compiler vectorises it. Every sum is taken over the inputs in
-//! their order, and product and sum are rounded apart, because a fused operation does not exist
-//! everywhere (x86 before 2013, WebAssembly). So the instructions that are chosen, when the code is
-//! compiled or on x86-64 at run time, change the speed, never a bit of the result.
+//! Weights of one input are contiguous, so that the compiler vectorises the inner loop over the
+//! outputs. Every sum is over the inputs in their order, and product and sum are rounded
+//! separately, because a fused operation does not exist everywhere (x86 before 2013, WebAssembly).
+//! So the instruction set, also chosen at run time on x86-64, changes only the speed.
 
 use crate::tanh;
 
@@ -24,8 +23,7 @@ impl<const IN: usize, const OUT: usize> Layer<IN, OUT> {
         bias: [0.0; OUT],
     };
 
-    /// `W·x + b` for `B` inputs at once (they share the loads of the weights), on registers of
-    /// `LANES` numbers.
+    /// `W·x + b` for `B` inputs, which share the loads of the weights; registers hold `LANES`.
     #[inline(always)]
     fn affine<const LANES: usize, const B: usize>(&self, x: &[[f64; IN]; B]) -> [[f64; OUT]; B] {
         const { assert!(IN.is_multiple_of(2) && OUT.is_multiple_of(2)) };
@@ -46,9 +44,8 @@ impl<const IN: usize, const OUT: usize> Layer<IN, OUT> {
         y
     }
 
-    /// Adds `W·x` to the outputs from `first` on, `N` at a time as long as so many are left, unless
-    /// `N` is more than the `widest` block. Even and odd inputs have a sum each, so that additions
-    /// do not wait for each other.
+    /// Adds `W·x` to the outputs from `first` on in blocks of `N` while as many are left, unless
+    /// `N` exceeds `widest`. Even and odd inputs have separate sums, for parallel additions.
     #[inline(always)]
     fn add_blocks<const N: usize, const B: usize>(
         &self,
@@ -111,7 +108,7 @@ impl Network {
         l6: Layer::ZERO,
     };
 
-    /// Scaled outputs of `B` scaled inputs, with the best instructions this processor has.
+    /// Scaled outputs of `B` scaled inputs, with the processor's best instruction set.
     pub(super) fn evaluate<const B: usize>(&self, x: [[f64; 2]; B]) -> [[f64; 2]; B] {
         #[cfg(target_arch = "x86_64")]
         return pulp::Arch::new().dispatch(Forward { network: self, x });
@@ -119,8 +116,8 @@ impl Network {
         self.forward::<2, B>(&x)
     }
 
-    /// Scaled outputs of `B` scaled inputs on registers of `LANES` numbers. Only the widest hold
-    /// the sums of several points; elsewhere one point after the other is faster.
+    /// Scaled outputs of `B` scaled inputs with registers of `LANES` numbers. Only the widest can
+    /// hold the sums of several points; otherwise one point at a time is faster.
     #[inline(always)]
     fn forward<const LANES: usize, const B: usize>(&self, x: &[[f64; 2]; B]) -> [[f64; 2]; B] {
         if LANES == 8 {
@@ -144,8 +141,8 @@ impl Network {
     }
 }
 
-/// [`Network::forward`] as a task for the run-time choice of instructions: it is compiled once for
-/// each kind of x86-64 processor, and the compiler vectorises it for that.
+/// [`Network::forward`] for the run-time choice of the instruction set: compiled and vectorised
+/// once for each generation of x86-64 processors.
 #[cfg(target_arch = "x86_64")]
 struct Forward<'a, const B: usize> {
     network: &'a Network,

@@ -1,9 +1,8 @@
-//! Gravity on the machine, also where it does not stand plumb or its base moves: what the base
-//! feels, and the forces that hold the machine.
+//! Effects of a tilted or accelerating base: apparent gravity, and the holding forces against it.
 //!
-//! The fast path of the dynamics ([`crate::dynamics::boom_frame`]) knows gravity along −y, in the boom plane
-//! wherever it is turned. What lies across comes from the general recursion, and costs only where
-//! there is some.
+//! The fast path of the dynamics ([`crate::dynamics::boom_frame`]) handles gravity along −y, which
+//! is in the boom plane at any slew angle. Components across y come from the general recursion,
+//! which runs only if there are any.
 
 use crate::DOF;
 use crate::dynamics::gravity::{Gravity, felt_gravity};
@@ -15,18 +14,17 @@ use crate::plant::{Dynamics, Hdrm};
 use nalgebra::{Vector3, Vector6};
 
 impl Hdrm {
-    /// What the machine feels as gravity on its base. What the base's turning adds is in
+    /// The apparent gravity on the base. The effects of its rotation are in
     /// [`crate::dynamics::turning`].
     pub(crate) fn felt_gravity(&self, input: &Input) -> Gravity {
         if (input.base_acceleration, input.base_tilt) == ([0.0; 3], [0.0; 2]) {
             return self.gravity;
         }
         let g = (-self.gravity.up()).into();
-        Gravity::of(felt_gravity(g, input.base_tilt, input.base_acceleration))
+        Gravity::from_vector(felt_gravity(g, input.base_tilt, input.base_acceleration))
     }
 
-    /// Rate of the felt gravity, m/s³, while the base moves with `input_dot`; None where it does
-    /// not.
+    /// Rate of the apparent gravity, m/s³, for the input rates `input_dot`; None if it is constant.
     pub(crate) fn felt_gravity_rate(
         &self,
         input: &Input,
@@ -45,15 +43,14 @@ impl Hdrm {
         Some(g.cross(&w) - Vector3::from(a_dot))
     }
 
-    /// Rate of the generalised forces that hold the machine, from the rate `g_dot` of gravity
-    /// alone.
+    /// Rate of the holding forces due to the rate `g_dot` of gravity.
     pub(crate) fn holding_rate(
         &self,
         at: &Dynamics,
         configuration: &Configuration,
         g_dot: Vector3<f64>,
     ) -> Vector6<f64> {
-        let rate = Gravity::of(g_dot.into());
+        let rate = Gravity::from_vector(g_dot.into());
         let mut holding = at.momentum_y * rate.along_y;
         if let Some(up) = rate.sideways() {
             let rest = [0.0; DOF];
@@ -62,13 +59,13 @@ impl Hdrm {
         holding
     }
 
-    /// Rate of the potential energy from the rate `g_dot` of gravity alone, W.
+    /// Rate of the potential energy due to the rate `g_dot` of gravity, W.
     pub(crate) fn potential_rate(&self, configuration: &Configuration, g_dot: Vector3<f64>) -> f64 {
         self.potential(configuration, -g_dot)
     }
 
-    /// Generalised forces that hold the machine in the pose `zeta` against the part of `gravity`
-    /// across the y axis, where there is one.
+    /// Generalised forces that hold the machine in the pose `zeta` against the components of
+    /// `gravity` across the y axis; None if these are zero.
     pub(crate) fn holding_sideways(
         &self,
         gravity: &Gravity,
@@ -80,7 +77,7 @@ impl Hdrm {
         Some(recursion::holding_forces(&configuration, &self.bodies, &rest, up, 1.0).value)
     }
 
-    /// Potential energy in the part of `gravity` across the y axis, J, zero at the world's origin.
+    /// Potential energy in the components of `gravity` across the y axis, J.
     pub(crate) fn potential_sideways(&self, gravity: &Gravity, zeta: &[f64; DOF]) -> f64 {
         match gravity.sideways() {
             Some(up) => self.potential(&self.tree.configuration(zeta), up),
@@ -88,7 +85,7 @@ impl Hdrm {
         }
     }
 
-    /// Potential energy against an acceleration of gravity of −`up`, m/s², J.
+    /// Potential energy for the gravity vector −`up`, m/s², in J.
     fn potential(&self, configuration: &Configuration, up: Vector3<f64>) -> f64 {
         let poses = configuration.world_poses();
         let energies = (0..Body::COUNT).map(|k| {
@@ -115,12 +112,12 @@ mod tests {
         let machine = Machine::reference();
         let options = Options {
             gravity,
-            ..Options::of(&machine)
+            ..Options::from_machine(&machine)
         };
         Hdrm::new(&machine, &options).expect("valid")
     }
 
-    /// Holding forces are the gradient of the potential energy, slew included. Central difference
+    /// BrakeState forces are the gradient of the potential energy, slew included. Central difference
     /// over 2e-5 rad: its error is a sixth of the square times the third derivative, below 1e-5
     /// N·m, and rounding of 3e4 J leaves 1e-6 of it.
     #[test]

@@ -1,9 +1,10 @@
-//! Mass matrix and bias forces of the whole machine, assembled in one frame.
+//! The fast path of the dynamics: mass matrix and bias forces of the whole machine, assembled in
+//! one frame P that rotates with the slew joint.
 //!
-//! Frame P has T1's axes and origin, so it turns with `zeta_1` about y. Lift and tilt move their
-//! eight bodies in the plane of P; only the wrist is spatial. With everything expressed in and
-//! about P, the twists of a chain simply add, composite inertias and wrenches are sums, and for a
-//! body of the plane most entries are zero (`planar_body`).
+//! P has T1's axes and origin, so it turns with `zeta_1` about y. Lift and tilt move their eight
+//! bodies in a plane of P; only the wrist moves in space. With everything expressed in and about P,
+//! twists of a chain and composite inertias and wrenches are sums, and most entries of a planar
+//! body are zero (`planar_body`).
 //!
 //! Equations of motion: `M(zeta)·zeta_ddot + h(zeta, zeta_dot) = Q`, with gravity in h.
 
@@ -11,14 +12,13 @@ use crate::geometry::planar::turned;
 use crate::geometry::planar_body::{
     PlanarInertia, PlanarJoint, PlanarMotion, PlanarTwist, PlanarWrench,
 };
-use crate::geometry::tree::Solved;
+use crate::geometry::tree::LoopSolution;
 use crate::{Body, DOF, Tree};
 use nalgebra::{Matrix6, Vector2, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 use spatial::{Inertia, Pose, Twist, Wrench};
 
-/// Inertias of all bodies that move on their own, each in its body's axes about its origin, in the
-/// order of [`Body`]: the payload is rigid in D4.
+/// Inertias of all bodies about their own frames, in the order of [`Body`]; D4 with the payload.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct MovingParts([Inertia; Body::PL as usize]);
 
@@ -30,26 +30,24 @@ impl MovingParts {
         Self(parts)
     }
 
-    fn of(&self, body: Body) -> &Inertia {
+    fn inertia(&self, body: Body) -> &Inertia {
         &self.0[body as usize]
     }
 }
 
-/// A body of the plane with its joint.
 #[derive(Clone, Debug)]
 struct PlanarBody {
     joint: PlanarJoint,
     inertia: PlanarInertia,
 }
 
-/// A wrist body with its joint axis.
 #[derive(Clone, Debug)]
 struct WristBody {
     S: Twist,
     inertia: Inertia,
 }
 
-/// The machine at one pose, everything in and about P.
+/// The machine at one pose, all quantities in and about P.
 #[derive(Clone, Debug)]
 pub(crate) struct BoomFrame {
     T1: PlanarInertia,
@@ -70,10 +68,10 @@ pub(crate) struct BoomFrame {
 }
 
 impl BoomFrame {
-    /// Places joints and inertias.
+    /// Transforms joints and inertias to P.
     #[rustfmt::skip] // one body a line
-    pub fn new(tree: &Tree, parts: &MovingParts, solved: &Solved) -> Self {
-        let Solved { e, e_A2, lift, tilt } = solved;
+    pub fn new(tree: &Tree, parts: &MovingParts, solved: &LoopSolution) -> Self {
+        let LoopSolution { e, e_A2, lift, tilt } = solved;
         let e_boom = e[1];
         let in_P = |p| turned(p, e_boom);
         let e_A3 = in_P(e[2]);
@@ -91,11 +89,11 @@ impl BoomFrame {
 
         let turn = |r: Vector3<f64>, d| PlanarJoint::new(PlanarTwist::turn(r.xy()), d);
         let slide = |e, d| PlanarJoint::new(PlanarTwist::slide(e), d);
-        let body = |joint, body, e, r| PlanarBody { joint, inertia: PlanarInertia::placed(parts.of(body), e, r) };
+        let body = |joint, body, e, r| PlanarBody { joint, inertia: PlanarInertia::placed(parts.inertia(body), e, r) };
         let [b1, b2, b3] = tilt.coupler_d;
         let (wrist, tip) = place_wrist(tree, parts, &Pose::turn_z(B, e_A3.x, e_A3.y), e);
         Self {
-            T1: PlanarInertia::from(parts.of(Body::T1)),
+            T1: PlanarInertia::from(parts.inertia(Body::T1)),
             A2: body(PlanarJoint::turn(O.xy()), Body::A2, *e_A2, O),
             C2: body(turn(foot, lift.angle_d), Body::C2, lift.e, foot),
             D2: body(slide(lift.e, lift.length_d), Body::D2, lift.e, rod_2),
@@ -111,8 +109,7 @@ impl BoomFrame {
     }
 
     /// Mass matrix `M_ij = Σ_k J_kiᵀ I_k J_kj`, J_ki the twist of body k for `zeta_i_dot = 1`, and
-    /// the machine's momentum along y for each such motion, kg·m: `g` times it holds the machine
-    /// against gravity.
+    /// the machine's momentum along y for each, kg·m; times `g` the holding forces.
     pub fn mass_matrix(&self) -> (Matrix6<f64>, Vector6<f64>) {
         let mut M = Matrix6::zeros();
         let mut momentum_y = Vector6::zeros();
@@ -171,8 +168,7 @@ impl BoomFrame {
         (M, momentum_y)
     }
 
-    /// Bias forces `h`: what must act on the coordinates for `zeta_ddot = 0`, with gravity `g`
-    /// (m/s², along −y).
+    /// Bias forces `h`, those for `zeta_ddot = 0`, with gravity `g`, m/s², along −y.
     pub fn bias(&self, zeta_dot: &[f64; DOF], g: f64) -> Vector6<f64> {
         let [w_1, w_2, w_3, ..] = *zeta_dot;
         let rest = PlanarMotion::default();
@@ -224,7 +220,7 @@ impl BoomFrame {
         F
     }
 
-    /// `J_T4ᵀ W`: what a wrench on the end-effector, at T4 in T4 axes, gives the coordinates.
+    /// `J_T4ᵀ W`: generalised forces of a wrench on the end-effector, at T4 in T4 axes.
     pub fn tip_forces(&self, W: &Wrench) -> Vector6<f64> {
         let F = self.tip.wrench_to_A(W);
         let plane = PlanarWrench::from(F);
@@ -235,17 +231,16 @@ impl BoomFrame {
     }
 
     /// `J_T4ᵀ f` of a force f at T4 in world axes.
-    pub fn tip_forces_of(&self, f: &Vector3<f64>) -> Vector6<f64> {
+    pub fn world_force_at_tip(&self, f: &Vector3<f64>) -> Vector6<f64> {
         self.tip_forces(&Wrench::new(self.world_to_tip(f), Vector3::zeros()))
     }
 
-    /// A vector in world axes in those of T4, and of D4.
+    /// Transforms a vector from world axes to those of T4 and D4.
     pub fn world_to_tip(&self, v: &Vector3<f64>) -> Vector3<f64> {
         self.tip.R.tr_mul(&self.slew.R.tr_mul(v))
     }
 
-    /// Position of T4 in the world, m, and its velocity with the angular velocity of T4, in world
-    /// axes.
+    /// Position of T4, m, and its velocity and angular velocity, all in world axes.
     pub fn tip_motion(&self, zeta_dot: &[f64; DOF]) -> (Vector3<f64>, Twist) {
         let plane = self.A2.joint.S * zeta_dot[1] + self.A3.joint.S * zeta_dot[2];
         let mut V = Twist::new(plane.v.push(0.0), Vector3::new(0.0, zeta_dot[0], plane.w));
@@ -257,7 +252,7 @@ impl BoomFrame {
         (R * r, velocity)
     }
 
-    /// First moment of the whole machine along y, kg·m: the potential energy is `g` times this.
+    /// First moment of mass along y, kg·m; `g` times it is the potential energy.
     pub fn first_moment_y(&self) -> f64 {
         let plane = [
             &self.A2, &self.C2, &self.D2, &self.A3, &self.C3, &self.D3, &self.RK, &self.CP,
@@ -281,7 +276,6 @@ fn momentum(bodies: &[(PlanarTwist, PlanarInertia)]) -> (PlanarWrench, f64) {
     (sum, energy)
 }
 
-/// Wrist bodies and tip in P.
 fn place_wrist(
     tree: &Tree,
     parts: &MovingParts,
@@ -293,7 +287,7 @@ fn place_wrist(
     let X_D4 = X_C4 * Pose::turn_x(tree.r_C4_D4, e[5].x, e[5].y);
     let placed = |X: &Pose, body: Body| WristBody {
         S: X.twist_to_A(&body.axis()),
-        inertia: X.inertia_to_A(parts.of(body)),
+        inertia: X.inertia_to_A(parts.inertia(body)),
     };
     let wrist = [
         placed(&X_A4, Body::A4),

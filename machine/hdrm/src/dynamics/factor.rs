@@ -1,10 +1,9 @@
-//! Factor of the 6×6 mass matrix.
+//! Factorisation of the 6×6 mass matrix, to solve for accelerations.
 
 use crate::DOF;
 use nalgebra::{Matrix6, Vector6};
 
-/// `M = L·D·Lᵀ`, L unit lower triangular, D diagonal: Cholesky without square roots, which take
-/// long and hold up all that follows.
+/// `M = L·D·Lᵀ`, L unit lower triangular, D diagonal: Cholesky without the slow square roots.
 #[derive(Clone, Debug)]
 pub(crate) struct Factor {
     L: Matrix6<f64>,
@@ -13,7 +12,7 @@ pub(crate) struct Factor {
 }
 
 impl Factor {
-    /// Reads the lower triangle. Numbers that are not finite stay so in the solution.
+    /// Reads the lower triangle. Values that are not finite propagate to the solution.
     pub fn new(M: &Matrix6<f64>) -> Self {
         let (mut L, mut reciprocals) = (*M, [0.0; DOF]);
         for j in 0..DOF {
@@ -30,7 +29,6 @@ impl Factor {
         Self { L, reciprocals }
     }
 
-    /// `M⁻¹ b`.
     pub fn solve(&self, b: &Vector6<f64>) -> Vector6<f64> {
         let Self { L, reciprocals } = self;
         let mut x = *b;

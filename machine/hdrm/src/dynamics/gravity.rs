@@ -1,11 +1,10 @@
-//! Gravity, also of a machine that does not stand plumb or whose base moves.
-//!
-//! What it does to the machine is in [`crate::dynamics::base`].
+//! The gravity vector in the machine's axes, also for a tilted or accelerating base. Its effect on
+//! the machine is in [`crate::dynamics::base`].
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-/// Acceleration of gravity.
+/// Acceleration of gravity in world axes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Gravity {
     /// Along −y, m/s².
@@ -15,33 +14,33 @@ pub(crate) struct Gravity {
 }
 
 impl Gravity {
-    /// Of a vector in world axes, m/s².
-    pub(crate) fn of([x, y, z]: [f64; 3]) -> Self {
+    /// From a vector in world axes, m/s².
+    pub(crate) fn from_vector([x, y, z]: [f64; 3]) -> Self {
         Self {
             along_y: -y,
             across: [x, z],
         }
     }
 
-    /// What holds against it, m/s² in world axes.
+    /// The negative gravity vector, m/s², in world axes.
     pub(crate) fn up(&self) -> Vector3<f64> {
         let [x, z] = self.across;
         Vector3::new(-x, self.along_y, -z)
     }
 
-    /// What holds against the part across the y axis, m/s² in world axes, where there is one.
+    /// The negative gravity vector without its y component, m/s²; None if that is zero.
     pub(crate) fn sideways(&self) -> Option<Vector3<f64>> {
         let [x, z] = self.across;
         (self.across != [0.0; 2]).then(|| Vector3::new(-x, 0.0, -z))
     }
 }
 
-/// What is felt as gravity, m/s², on a base that is tilted by (roll r about x, then pitch p about
-/// its own z), rad, and accelerates with a, m/s²:
+/// Apparent gravity, m/s², on a base with tilt (roll r about x, then pitch p about its own z), rad,
+/// and acceleration a, m/s²:
 /// ```text
 /// g_felt = Rz(p)ᵀ·Rx(r)ᵀ·g − a
 /// ```
-/// g is in the ground's axes; a and g_felt are in those of the machine's world, which stands on the
+/// g is in the ground's axes; a and g_felt are in the machine's world axes, which are fixed to the
 /// base.
 pub fn felt_gravity(g: [f64; 3], [roll, pitch]: [f64; 2], acceleration: [f64; 3]) -> [f64; 3] {
     let ([x, y, z], [a_x, a_y, a_z]) = (g, acceleration);

@@ -1,8 +1,8 @@
-//! Inverse dynamics by recursion over the tree, in body frames, with its time derivative.
+//! Inverse dynamics by recursion over the tree of bodies (Newton–Euler), with its time derivative.
 //!
-//! The general form of the equations: an outward pass for twists and accelerations, an inward
-//! pass for wrenches (see [`crate::Tree`]). The plant's forward dynamics take the specialised
-//! path of [`crate::dynamics::boom_frame`]; the two are independent and tested against each other.
+//! This is the general form of the equations: an outward pass for twists and accelerations, an
+//! inward pass for wrenches (see [`crate::Tree`]). Forward dynamics use the specialised equations
+//! of [`crate::dynamics::boom_frame`]; tests compare the two.
 
 use crate::dynamics::gravity::Gravity;
 use crate::{BODIES, Body, Configuration, DOF, Tree};
@@ -16,10 +16,9 @@ pub(crate) struct WithRate<T> {
     pub rate: T,
 }
 
-/// Motion of the ground, about the world's origin in its axes.
+/// Motion of the ground, in and about the world frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Ground {
-    /// Twist.
     pub V: Twist,
     /// Rate of V.
     pub A: Twist,
@@ -30,13 +29,12 @@ pub(crate) struct Ground {
 /// Motion of one body in its own axes.
 #[derive(Clone, Copy, Debug, Default)]
 struct BodyMotion {
-    /// Twist.
     V: Twist,
     /// Rate of V.
     A: Twist,
     /// Rate of A for `zeta_dddot = 0`.
     A_dot: Twist,
-    /// A direction of the world: its y axis, or another that gravity is opposite to.
+    /// Direction opposite to gravity.
     up: Vector3<f64>,
 }
 
@@ -77,8 +75,7 @@ pub(crate) fn inverse_dynamics(
     Q
 }
 
-/// The same without gravity, on a ground that moves; and what the ground exerts on the bodies,
-/// about the world's origin in its axes.
+/// The same without gravity on a moving ground, and the ground's wrench in the world frame.
 pub(crate) fn inertial_forces(
     configuration: &Configuration,
     bodies: &[Inertia; Body::COUNT],
@@ -98,25 +95,25 @@ pub(crate) fn inertial_forces(
     inward(configuration, zeta_dot, wrenches)
 }
 
-/// Generalised forces that hold the machine still against gravity in this pose, and their time
-/// derivative while the pose changes with `zeta_dot`.
+/// Generalised forces that hold the machine at rest against gravity, and their time derivative
+/// while the pose changes with `zeta_dot`.
 pub(crate) fn gravity_forces(
     configuration: &Configuration,
     bodies: &[Inertia; Body::COUNT],
     zeta_dot: &[f64; DOF],
     gravity: &Gravity,
 ) -> WithRate<Vector6<f64>> {
-    let of = |up, g| holding_forces(configuration, bodies, zeta_dot, up, g);
-    let mut Q = of(Vector3::y(), gravity.along_y);
+    let against = |up, g| holding_forces(configuration, bodies, zeta_dot, up, g);
+    let mut Q = against(Vector3::y(), gravity.along_y);
     if let Some(up) = gravity.sideways() {
-        let sideways = of(up, 1.0);
+        let sideways = against(up, 1.0);
         Q.value += sideways.value;
         Q.rate += sideways.rate;
     }
     Q
 }
 
-/// The same against an acceleration of `g`, m/s², opposite to the world's direction `up`.
+/// The same for a gravity vector −`g`·`up`, m/s².
 pub(crate) fn holding_forces(
     configuration: &Configuration,
     bodies: &[Inertia; Body::COUNT],
@@ -128,10 +125,10 @@ pub(crate) fn holding_forces(
     let motions = outward(configuration, zeta_dot, &[0.0; DOF], up, &rest);
     let wrenches = std::array::from_fn(|k| {
         let BodyMotion { V, up, .. } = motions[k];
-        let of = |up: Vector3<f64>| bodies[k].apply(&Twist::new(up * g, Vector3::zeros()));
+        let weight = |up: Vector3<f64>| bodies[k].apply(&Twist::new(up * g, Vector3::zeros()));
         WithRate {
-            value: of(up),
-            rate: of(up.cross(&V.w)),
+            value: weight(up),
+            rate: weight(up.cross(&V.w)),
         }
     });
     inward(configuration, zeta_dot, wrenches).0
@@ -194,8 +191,8 @@ fn outward(
 }
 
 /// Accumulates the wrenches towards the ground and projects them on the joints:
-/// `Q_i = Σ g_k s_kᵀ F_k`, `F_p += U F`, `d/dt (U F) = U (F_dot + crf(s q_dot) F)`. With them what
-/// goes through the joint to the ground.
+/// `Q_i = Σ g_k s_kᵀ F_k`, `F_p += U F`, `d/dt (U F) = U (F_dot + crf(s q_dot) F)`. Also returns
+/// the wrench on the ground.
 fn inward(
     configuration: &Configuration,
     zeta_dot: &[f64; DOF],

@@ -1,4 +1,5 @@
-//! Exact derivatives of the joint accelerations: along the motion, and by the inputs.
+//! Exact derivatives of the joint accelerations with respect to the inputs (directional
+//! derivatives) and to time (output derivatives).
 
 use crate::dynamics::recursion;
 use crate::plant::input::{Input, wrench};
@@ -8,10 +9,9 @@ use crate::{Configuration, DOF, Output, Stroke};
 use nalgebra::Vector6;
 
 impl Hdrm {
-    /// Change of the outputs for a change `seed` of the input, the state held: the accelerations
-    /// move, `δzeta_ddot = M⁻¹·(Jxᵀ·δf + δtau + J_T4ᵀ·δW − δQ_hold − δQ_turning)`, and with the
-    /// base the holding forces and the potential energy. A wrist drive in saturation does not
-    /// follow.
+    /// Directional derivative of the outputs for a change `seed` of the input at constant state:
+    /// `δzeta_ddot = M⁻¹·(Jxᵀ·δf + δtau + J_T4ᵀ·δW − δQ_hold − δQ_turning)`, and for base inputs
+    /// also holding forces and potential energy.
     pub fn directional_derivative(&self, state: &State, input: &Input, seed: &Input) -> Output {
         let dynamics = self.dynamics_with(state, input);
         let mut Q = self.drive_forces(&dynamics, input, seed);
@@ -33,7 +33,7 @@ impl Hdrm {
         }
     }
 
-    /// Generalised forces of a change `seed` of the input.
+    /// Generalised forces of a change `seed` of forces, torques and tip wrench.
     fn drive_forces(&self, dynamics: &Dynamics, input: &Input, seed: &Input) -> Vector6<f64> {
         let mut Q = dynamics.frame.tip_forces(&wrench(&seed.wrench_env));
         for i in 0..3 {
@@ -43,8 +43,8 @@ impl Hdrm {
         Q
     }
 
-    /// `zeta_dddot = M⁻¹·(Q_dot − M_dot·zeta_ddot − h_dot − D·zeta_ddot)`, rad/s³. The middle terms
-    /// come from the recursion, which also moves the tip wrench along.
+    /// `zeta_dddot = M⁻¹·(Q_dot − M_dot·zeta_ddot − h_dot − D·zeta_ddot)`, rad/s³; the middle terms
+    /// come from the recursion.
     pub(crate) fn acceleration_rate(
         &self,
         dynamics: &Dynamics,

@@ -1,10 +1,9 @@
-//! A base that turns: the Coriolis, centrifugal and Euler forces of all bodies in its axes.
+//! Effects of a rotating base: the Coriolis, centrifugal and Euler forces of all bodies.
 //!
-//! The machine's world stands on the base, so joint angles and rates are relative to it. With the
-//! angular velocity Ω and its rate Ω̇ of the base, the equations of motion keep their mass matrix;
-//! what the bias forces get besides is the difference of two recursions over the bodies, one whose
-//! ground moves with `V = [0; Ω]`, `V̇ = [0; Ω̇]` and one whose ground rests. It costs only while
-//! the base turns.
+//! The world frame is fixed to the base, so joint angles and rates are relative to it. With the
+//! base's angular velocity Ω and its rate Ω̇ the mass matrix is unchanged; the additional bias
+//! forces are the difference of two recursions over the bodies, one with the ground moving with
+//! `V = [0; Ω]`, `V̇ = [0; Ω̇]` and one with the ground at rest. Only computed if the base rotates.
 
 use crate::dynamics::recursion::{self, Ground, WithRate};
 use crate::plant::input::{Input, wrench};
@@ -14,19 +13,19 @@ use crate::{Configuration, DOF};
 use nalgebra::{Vector3, Vector6};
 use spatial::{Twist, Wrench};
 
-/// How the base turns, in its own axes.
+/// Rotation of the base, in its own axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Turning {
+struct BaseRotation {
     /// Ω, rad/s.
     w: Vector3<f64>,
     /// Ω̇, rad/s².
     w_dot: Vector3<f64>,
 }
 
-impl Turning {
-    /// None while the base does not turn.
+impl BaseRotation {
+    /// None while the base does not rotate.
     #[inline(always)]
-    fn of(input: &Input) -> Option<Self> {
+    fn from_input(input: &Input) -> Option<Self> {
         let (w, w_dot) = (input.base_angular_velocity, input.base_angular_acceleration);
         ((w, w_dot) != ([0.0; 3], [0.0; 3])).then(|| Self {
             w: w.into(),
@@ -34,7 +33,7 @@ impl Turning {
         })
     }
 
-    /// The ground that turns so, where Ω̇ changes with `w_ddot`, rad/s³.
+    /// The ground's motion; `w_ddot` is the rate of Ω̇, rad/s³.
     fn ground(&self, w_ddot: Vector3<f64>) -> Ground {
         let turn = |w| Twist::new(Vector3::zeros(), w);
         Ground {
@@ -46,12 +45,12 @@ impl Turning {
 }
 
 impl Hdrm {
-    /// Generalised forces that the turning of the base takes, N·m; None while it does not turn.
-    /// They do not depend on accelerations.
+    /// Generalised forces due to the base's rotation, N·m; None while it does not rotate. They do
+    /// not depend on the joint accelerations.
     #[inline(always)]
     pub(crate) fn turning_forces(&self, state: &State, input: &Input) -> Option<Vector6<f64>> {
-        let turning = Turning::of(input)?;
-        Some(self.taken_by(
+        let turning = BaseRotation::from_input(input)?;
+        Some(self.forces_of_turning(
             &turning,
             &self.tree.configuration(&state.zeta),
             &state.zeta_dot,
@@ -60,20 +59,19 @@ impl Hdrm {
 
     #[cold]
     #[inline(never)]
-    fn taken_by(
+    fn forces_of_turning(
         &self,
-        turning: &Turning,
+        turning: &BaseRotation,
         configuration: &Configuration,
         zeta_dot: &[f64; DOF],
     ) -> Vector6<f64> {
         let ground = turning.ground(Vector3::zeros());
-        self.with_and_without(&ground, configuration, zeta_dot, &[0.0; DOF])
+        self.moving_minus_resting(&ground, configuration, zeta_dot, &[0.0; DOF])
             .value
     }
 
-    /// Inertial forces on the ground that moves, less those on one that rests, and their rate for
-    /// `zeta_ddot`.
-    fn with_and_without(
+    /// Inertial forces on the moving ground minus those at rest, and their rate for `zeta_ddot`.
+    fn moving_minus_resting(
         &self,
         ground: &Ground,
         configuration: &Configuration,
@@ -89,28 +87,27 @@ impl Hdrm {
         }
     }
 
-    /// Change of [`Hdrm::turning_forces`] for a change `seed` of the input, the state held: they
-    /// are a quadratic function of Ω and Ω̇, of which a difference to both sides is exact.
+    /// Directional derivative of [`Hdrm::turning_forces`] along `seed` of the input at constant
+    /// state, by a central difference, which is exact as they are quadratic in Ω and Ω̇.
     pub(crate) fn turning_change(
         &self,
         state: &State,
         input: &Input,
         seed: &Input,
     ) -> Option<Vector6<f64>> {
-        let change = Turning::of(seed)?;
+        let change = BaseRotation::from_input(seed)?;
         let configuration = self.tree.configuration(&state.zeta);
         let aside = |sign: f64| {
-            let turning = Turning {
+            let turning = BaseRotation {
                 w: Vector3::from(input.base_angular_velocity) + change.w * sign,
                 w_dot: Vector3::from(input.base_angular_acceleration) + change.w_dot * sign,
             };
-            self.taken_by(&turning, &configuration, &state.zeta_dot)
+            self.forces_of_turning(&turning, &configuration, &state.zeta_dot)
         };
         Some((aside(1.0) - aside(-1.0)) * 0.5)
     }
 
-    /// Rate of [`Hdrm::turning_forces`] along the motion with `zeta_ddot`, while the input changes
-    /// with `input_dot`.
+    /// Rate of [`Hdrm::turning_forces`] with `zeta_ddot` and the input rates `input_dot`.
     pub(crate) fn turning_rate(
         &self,
         state: &State,
@@ -119,14 +116,14 @@ impl Hdrm {
         input: &Input,
         input_dot: &Input,
     ) -> Vector6<f64> {
-        let Some(turning) = Turning::of(input) else {
+        let Some(turning) = BaseRotation::from_input(input) else {
             let change = self.turning_change(state, input, input_dot);
             return change.unwrap_or_default();
         };
-        // As if Ω changed with Ω̇, and then what it changes otherwise.
+        // First as if the rate of Ω were Ω̇, then the deviation of the given rate from it.
         let ground = turning.ground(input_dot.base_angular_acceleration.into());
         let WithRate { rate, .. } =
-            self.with_and_without(&ground, configuration, &state.zeta_dot, zeta_ddot);
+            self.moving_minus_resting(&ground, configuration, &state.zeta_dot, zeta_ddot);
         let w_dot = Vector3::from(input_dot.base_angular_velocity);
         let seed = Input {
             base_angular_velocity: (w_dot - turning.w_dot).into(),
@@ -136,14 +133,13 @@ impl Hdrm {
         rate + otherwise.unwrap_or_default()
     }
 
-    /// Force (N) and moment (N·m) `[f; m]` that the base exerts on the machine, at the world's
-    /// origin in the world's axes, which stand on the base: what carries its weight, reacts on its
-    /// drives' motion and moves it along with the base.
+    /// Force (N) and moment (N·m) `[f; m]` of the base on the machine, in and about the world
+    /// frame, which is fixed to the base.
     pub fn base_wrench(&self, state: &State, input: &Input) -> [f64; 6] {
         let dynamics = self.dynamics_with(state, input);
         let zeta_ddot = self.acceleration(&dynamics, input).into();
         let configuration = self.tree.configuration(&state.zeta);
-        let ground = Turning::of(input)
+        let ground = BaseRotation::from_input(input)
             .map_or_else(Ground::default, |turning| turning.ground(Vector3::zeros()));
         let inertial = recursion::inertial_forces(
             &configuration,
@@ -167,7 +163,7 @@ impl Hdrm {
             .into()
     }
 
-    /// What environment and contact exert on the tip, about the world's origin in its axes.
+    /// Wrench of environment and contact on the tip, in and about the world frame.
     fn outer_wrench(&self, dynamics: &Dynamics, input: &Input) -> Wrench {
         let configuration = self.tree.configuration(&dynamics.state.zeta);
         let tip = configuration.world_poses()[crate::Body::D4 as usize]

@@ -1,35 +1,34 @@
-//! Contact of the tip with a plane: stiffness, dissipation, friction.
+//! Force law of the tip's contact with a plane: Hunt–Crossley normal force and smoothed Coulomb
+//! friction, with its time derivative.
 
 use crate::DOF;
 use crate::dynamics::boom_frame::BoomFrame;
 use crate::dynamics::factor::Factor;
-use model_rules::{ParamError, Range, check, demand};
+use model_rules::{ParamError, Range, check, require};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-/// A plane that the tip may touch. Without stiffness there is none.
+/// A plane that the tip may touch; stiffness 0: none.
 ///
-/// With the depth `d = offset − n·p` of the tip below the plane and its velocity v, the plane
-/// pushes with (Hunt–Crossley)
+/// With the depth `d = offset − n·p` of the tip below the plane and its velocity v, the force is
 /// ```text
 /// F_n = k·d·max(0, 1 + c·d_dot)        0 for d ≤ 0
 /// F_t = −mu·F_n·v_t/√(|v_t|² + v_s²)
 /// ```
-/// It never pulls, is continuous, and gives back at most what it took; friction is Coulomb's, made
-/// smooth below the slip velocity v_s, so a tip that should stick creeps with a part of it. Holds
-/// for a point without rolling or spinning friction.
+/// It never pulls, is continuous and passive. Coulomb friction is smoothed below the slip velocity
+/// v_s, so a sticking tip creeps. Valid for a point contact without rolling or spinning friction.
 ///
 /// Source: K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440–445, with the exponent 1
 /// that the end stops have.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Contact {
-    /// Direction out of the plane towards the machine, world axes; its length does not count.
+    /// Direction out of the plane towards the machine, world axes; its length is ignored.
     pub normal: [f64; 3],
     /// Distance of the plane from the world's origin along the normal, m.
     pub offset: f64,
     /// Stiffness k, N/m; 0: no plane.
     pub stiffness: f64,
-    /// Dissipation c, s/m: a tip that arrives at v leaves with less than 1/c.
+    /// Dissipation c, s/m: the tip rebounds with less than 1/c.
     pub damping: f64,
     /// Coefficient of friction mu.
     pub friction: f64,
@@ -38,7 +37,7 @@ pub struct Contact {
 }
 
 impl Default for Contact {
-    /// No plane; set the stiffness and the ground is at the world's origin.
+    /// No plane; with a stiffness it is horizontal through the world's origin.
     fn default() -> Self {
         Self {
             normal: [0.0, 1.0, 0.0],
@@ -52,7 +51,7 @@ impl Default for Contact {
 }
 
 impl Contact {
-    /// The plane, if there is one.
+    /// The plane, if there is one, from checked parameters.
     pub(crate) fn plane(&self) -> Result<Option<Plane>, ParamError> {
         check(
             Range::NotNegative,
@@ -69,7 +68,7 @@ impl Contact {
         )?;
         let length = Vector3::from(self.normal).norm();
         let rule = "a direction: its length finite and > 0";
-        demand("contact.normal", length, rule, length > 0.0)?;
+        require("contact.normal", length, rule, length > 0.0)?;
         Ok((self.stiffness > 0.0).then(|| Plane {
             n: Vector3::from(self.normal) / length,
             contact: *self,
@@ -77,14 +76,12 @@ impl Contact {
     }
 }
 
-/// A plane with its unit normal n.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Plane {
     n: Vector3<f64>,
     contact: Contact,
 }
 
-/// What the plane does at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ContactForce {
     /// Force on the tip in world axes, N.
@@ -93,12 +90,11 @@ pub(crate) struct ContactForce {
     pub depth: f64,
     /// Elastic energy `½·k·d²`, J.
     pub energy: f64,
-    /// Power turned into heat, W: what the force takes from the machine and the elastic energy does
-    /// not get.
+    /// Dissipated power, W.
     pub dissipation: f64,
 }
 
-/// Parts of the law that force and its rate share.
+/// Terms that the force and its rate share.
 pub(crate) struct Penetration {
     d: f64,
     pub d_dot: f64,
@@ -133,7 +129,7 @@ impl Plane {
         })
     }
 
-    /// For the tip at `p`, m, with the velocity `v`, m/s, in the world.
+    /// The contact force on the tip at `p`, m, with the velocity `v`, m/s, in world axes.
     pub(crate) fn contact_force(&self, p: &Vector3<f64>, v: &Vector3<f64>) -> ContactForce {
         let Some(at) = self.penetration(p, v) else {
             return ContactForce::default();
@@ -149,7 +145,7 @@ impl Plane {
         }
     }
 
-    /// Rate of the force while the tip accelerates with `a`, m/s².
+    /// Rate of the force for the tip's acceleration `a`, m/s².
     pub(crate) fn force_rate(
         &self,
         p: &Vector3<f64>,
@@ -170,9 +166,9 @@ impl Plane {
         self.n * F_n_dot - drag_rate * (self.contact.friction / slip)
     }
 
-    /// Fastest rate, 1/s, at which the plane can act within the time `dt`: `√(k·m_n) + k·m_n·c·d`
-    /// along the normal as for an end stop, and friction as a damper at half the present slip; m_n
-    /// and m_t are the tip's mobilities. 0: out of reach.
+    /// Fastest rate, 1/s, of the contact within the time `dt`, for the choice of substeps:
+    /// `√(k·m_n) + k·m_n·c·d` along the normal as for an end stop, and friction as a damper at half
+    /// the present slip; m_n and m_t are the tip's mobilities. 0 if the plane is out of reach.
     pub(crate) fn rate_ahead(
         &self,
         frame: &BoomFrame,
@@ -188,7 +184,7 @@ impl Plane {
             return 0.0;
         }
         let mobility = |direction: &Vector3<f64>| {
-            let Q = frame.tip_forces_of(direction);
+            let Q = frame.world_force_at_tip(direction);
             Q.dot(&factor.solve(&Q))
         };
         let m_n = mobility(&self.n);

@@ -1,5 +1,5 @@
-//! The contact of the plant's tip with its plane: force, its rate, and the rate that substeps must
-//! resolve.
+//! Applies the contact law to the manipulator: force on the tip, its rate, the resulting joint
+//! forces, and the rate that substeps must resolve.
 
 use crate::DOF;
 use crate::forces::contact::ContactForce;
@@ -9,7 +9,7 @@ use crate::plant::{Dynamics, Hdrm};
 use nalgebra::{Vector3, Vector6};
 
 impl Hdrm {
-    /// What the plane does to the tip; nothing where there is none.
+    /// Contact of the tip; zero without a plane.
     pub(crate) fn contact_force(&self, at: &Dynamics) -> ContactForce {
         let Some(plane) = &self.plane else {
             return ContactForce::default();
@@ -32,8 +32,7 @@ impl Hdrm {
         penetration.map_or(0.0, |penetration| penetration.d_dot)
     }
 
-    /// Rates of the plane's force on the tip, N/s, and of the forces that it gives the joints,
-    /// where it touches.
+    /// Rates of the contact force, N/s, and of its generalised forces; None without contact.
     pub(crate) fn contact_rate(
         &self,
         at: &Dynamics,
@@ -49,8 +48,8 @@ impl Hdrm {
         let a = J * Vector6::from(*zeta_ddot) + J_dot * Vector6::from(*zeta_dot);
         let rate = plane.force_rate(&p, &V.v, &a.fixed_rows::<3>(0).into());
         let force = plane.contact_force(&p, &V.v).force;
-        let of = |J: &nalgebra::Matrix6<f64>, f: &Vector3<f64>| J.fixed_rows::<3>(0).tr_mul(f);
-        Some((rate, of(&J, &rate) + of(&J_dot, &force)))
+        let joints = |J: &nalgebra::Matrix6<f64>, f: &Vector3<f64>| J.fixed_rows::<3>(0).tr_mul(f);
+        Some((rate, joints(&J, &rate) + joints(&J_dot, &force)))
     }
 }
 
@@ -84,12 +83,12 @@ mod tests {
         let at = |offset: f64, dt: f64| {
             let options = Options {
                 contact: Contact { offset, ..contact },
-                ..Options::of(&machine)
+                ..Options::from_machine(&machine)
             };
             let plant = Hdrm::new(&machine, &options).expect("valid");
             plant.plane_rate(&plant.dynamics(&state), dt)
         };
-        let plant = Hdrm::new(&machine, &Options::of(&machine)).expect("valid");
+        let plant = Hdrm::new(&machine, &Options::from_machine(&machine)).expect("valid");
         let tip = Tip::new(&plant.tree, &plant.tree.configuration(&state.zeta));
         let (M, _) = plant.equations_of_motion(&state);
         let J = tip.jacobian().fixed_rows::<3>(0).into_owned();

@@ -1,17 +1,17 @@
-//! Dry friction of the slew, lift and tilt joint.
+//! Dry friction of the slew, lift and tilt joint: Coulomb friction with Stribeck effect.
 //!
 //! Source: H. Olsson, K. J. Åström, C. Canudas de Wit, M. Gäfvert, P. Lischinsky, *Friction models
 //! and friction compensation*, European Journal of Control 4(3), 1998: Coulomb friction with
 //! Stribeck effect, its jump at rest rounded.
 
-use model_rules::{ParamError, Range, check_each, demand};
+use model_rules::{ParamError, Range, check_each, require};
 use serde::{Deserialize, Serialize};
 
-/// Joints that have it.
+/// Joints with dry friction.
 const JOINTS: usize = 3;
 /// Rate at which the friction has 76 % of its breakaway torque, rad/s. Below it the joint creeps.
 const W_ROUND: f64 = 5e-4;
-/// Stribeck rate, rad/s: far above it Coulomb friction is left of the breakaway torque.
+/// Stribeck rate, rad/s, above which the friction falls from breakaway to Coulomb torque.
 const W_STRIBECK: f64 = 1e-2;
 
 /// Dry friction of the slew, lift and tilt joint.
@@ -36,7 +36,7 @@ impl DryFriction {
     pub(crate) fn check(&self) -> Result<(), ParamError> {
         check_each(Range::NotNegative, "joint_dry.torque", &self.torque)?;
         let (breakaway, rule) = (self.breakaway, "finite and ≥ 1");
-        demand("joint_dry.breakaway", breakaway, rule, breakaway >= 1.0)
+        require("joint_dry.breakaway", breakaway, rule, breakaway >= 1.0)
     }
 
     /// Torque against the rate `w`, rad/s, of joint `i`, and its derivative by the rate:
@@ -56,7 +56,7 @@ impl DryFriction {
         (coulomb * (1.0 + more) * round, coulomb * by_w)
     }
 
-    /// Largest slope of joint `i`, N·m·s/rad: that at rest.
+    /// Largest slope of joint `i`, N·m·s/rad, at zero rate.
     pub(crate) fn steepest(&self, i: usize) -> f64 {
         self.torque.get(i).copied().unwrap_or(0.0) * self.breakaway / W_ROUND
     }

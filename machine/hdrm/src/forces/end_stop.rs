@@ -2,21 +2,21 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Eigenfrequency of the machine's effective mass on a stop, rad/s. It keeps the static
-/// penetration under full actuator force and weight below 1 mm (113 kN on 14 t: 0.8 mm).
+/// Natural frequency of the machine's effective mass on a stop, rad/s, chosen so that the static
+/// penetration under full actuator force and weight is below 1 mm (113 kN on 14 t: 0.8 mm).
 const STOP_FREQUENCY: f64 = 100.0;
 
-/// Hunt–Crossley dissipation of an actuator's stop, s/m. A body arriving at v enters
-/// `√(2v/(ω²c))` at most, 2 mm at 4 m/s, and leaves with less than 1/c = 5 mm/s.
+/// Hunt–Crossley dissipation of an actuator's stop, s/m. A body with the speed v penetrates by at
+/// most `√(2v/(ω²c))`, 2 mm at 4 m/s, and rebounds with less than 1/c = 5 mm/s.
 pub(crate) const STROKE_DISSIPATION: f64 = 200.0;
 
-/// The same for a wrist joint, s/rad: 1.3° at 10 rad/s...
+/// The same for a wrist joint, s/rad: at most 1.3° at 10 rad/s.
 pub(crate) const JOINT_DISSIPATION: f64 = 50.0;
 
 /// Stops at both ends of the range of one stroke (m, N) or joint angle (rad, N·m).
 ///
-/// Penetration d and its rate d_dot give the force `k·d·max(0, 1 + c·d_dot)` (Hunt–Crossley), zero
-/// for d ≤ 0: continuous, never pulling, and the energy it returns is at most what it took.
+/// The force is `k·d·max(0, 1 + c·d_dot)` for the penetration d and its rate d_dot (Hunt–Crossley),
+/// zero for d ≤ 0: continuous, never pulling, and passive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EndStop {
     /// Ends of the free range.
@@ -32,13 +32,13 @@ pub struct EndStop {
 struct Contact {
     /// Direction of the force: +1 at the lower end.
     sign: f64,
-    /// Penetration, negative: free distance.
+    /// Penetration; negative: distance.
     d: f64,
     d_dot: f64,
 }
 
 impl EndStop {
-    /// A stop dimensioned for an effective mass, kg or kg·m².
+    /// A stop for an effective mass, kg or kg·m².
     pub(crate) fn new(range: [f64; 2], mass: f64, dissipation: f64) -> Self {
         Self {
             range,
@@ -87,9 +87,9 @@ impl EndStop {
         sign * self.stiffness * (d_dot * pressure + d * self.dissipation * d_ddot)
     }
 
-    /// Fastest rate, 1/s, at which the contact can act within the time `dt` on a coordinate with
-    /// the given `mobility` (acceleration per force): `√(kμ) + kμ·c·d` at the deepest penetration
-    /// ahead. Zero when the stop is out of reach.
+    /// Fastest rate, 1/s, of the contact within the time `dt` on a coordinate with the mobility μ
+    /// (acceleration per force): `√(kμ) + kμ·c·d` at the largest expected penetration; 0: out of
+    /// reach.
     pub(crate) fn rate_ahead(&self, y: f64, y_dot: f64, mobility: f64, dt: f64) -> f64 {
         let Contact { d, d_dot, .. } = self.contact(y, y_dot);
         let ahead = d + d_dot.max(0.0) * dt;

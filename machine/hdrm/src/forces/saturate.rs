@@ -1,7 +1,7 @@
-//! Saturation of drives.
+//! Saturation of a command.
 
-/// `x` saturated to ±`limit`. Unlike [`f64::clamp`] it does not panic where the limit is senseless,
-/// as it may be in a saved state that was damaged. NaN stays NaN.
+/// `x` saturated to ±`limit`. Unlike [`f64::clamp`] it does not panic for an invalid limit, which a
+/// damaged saved state may have. NaN stays NaN.
 #[inline(always)]
 pub fn saturate(x: f64, limit: f64) -> f64 {
     if x.abs() > limit {

@@ -1,37 +1,35 @@
-//! The wrist's drives as built: a lag from command to torque, the limit, dry friction and inertia
-//! of the motor as the joint feels them, and a gear that yields and has play.
+//! Model of the wrist's drives as built: first-order lag from command to torque, saturation,
+//! inertia and dry friction of the motor reflected to the joint, and an elastic gear with backlash.
 //!
 //! Source: B. Siciliano, L. Sciavicco, L. Villani, G. Oriolo, *Robotics: Modelling, Planning and
-//! Control*, chapter on elastic joints; J. J. Moreau's time stepping for the dry friction, which
-//! sticks exactly.
+//! Control*, chapter on elastic joints; J. J. Moreau's time stepping for dry friction.
 
 use crate::forces::saturate::saturate;
 use model_rules::{ParamError, Range, check, check_each};
 use serde::{Deserialize, Serialize};
 
-/// Joints of the wrist.
 const JOINTS: usize = 3;
-/// Longest part of a substep, s: a twentieth of the fastest usual mode's period.
+/// Longest part of a substep, s: a twentieth of the period of the fastest usual mode.
 const PART: f64 = 5e-5;
-/// Rate up to which a motor that has just been let go does not count as brought to rest, rad/s.
+/// Rate, rad/s, up to which a motor that begins to slip does not count as stopped.
 const AT_REST: f64 = 1e-11;
-/// Damping ratio of motor against gear.
+/// Damping ratio of the motor on its gear.
 const DAMPING_RATIO: f64 = 0.1;
 
-/// Which way each motor slips, 1 or −1; 0 while its dry friction holds it. Time stepping
-/// ([`Hdrm::step`](crate::Hdrm::step)) finds it anew in each of its parts.
+/// Direction in which each motor slips, 1 or −1; 0 while dry friction holds it. For Model Exchange;
+/// [`Hdrm::step`](crate::Hdrm::step) does not need it.
 pub type Slips = [f64; JOINTS];
 
-/// The drives of the wrist, as the joints feel them.
+/// Parameters of the wrist's drives, reflected to the joints.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WristDrive {
-    /// Whether they are as built; else they are ideal sources of torque.
+    /// Whether they are modelled as built; otherwise they are ideal torque sources.
     pub on: bool,
     /// Time constant from command to torque, s; 0: none.
     pub lag: f64,
     /// Dry friction, N·m.
     pub friction: [f64; JOINTS],
-    /// Whole play of the gears, rad.
+    /// Whole backlash of the gears, rad.
     pub play: f64,
     /// Stiffness of the gears, N·m/rad.
     pub stiffness: [f64; JOINTS],
@@ -39,21 +37,21 @@ pub struct WristDrive {
     pub inertia: [f64; JOINTS],
 }
 
-/// One drive of the wrist.
+/// State of one drive of the wrist.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct WristState {
     /// Torque of the motor, N·m.
     pub(crate) motor: f64,
-    /// Angle of the motor as the joint feels it, rad.
+    /// Angle of the motor reflected to the joint, rad.
     pub(crate) angle: f64,
-    /// Its rate, rad/s.
+    /// Rate of the angle, rad/s.
     pub(crate) rate: f64,
     /// Mean torque on the joint over the last substep, N·m.
     pub(crate) transmitted: f64,
 }
 
 impl WristState {
-    /// What moves continuously: torque of the motor (N·m), its angle (rad) and rate (rad/s).
+    /// The continuous states: torque of the motor (N·m), its angle (rad) and rate (rad/s).
     #[must_use]
     pub fn moving(&self) -> [f64; 3] {
         [self.motor, self.angle, self.rate]
@@ -66,8 +64,8 @@ impl WristState {
 }
 
 impl WristDrive {
-    /// Ideal sources; the sizes are those of servo motors behind slewing drives of 2500 and 800
-    /// N·m, with a tenth of what they usually transmit as dry friction.
+    /// Ideal torque sources. The other values are those of servo motors on slewing drives of 2500
+    /// and 800 N·m, with a tenth of the usual torque as dry friction.
     pub const IDEAL: Self = Self {
         on: false,
         lag: 5e-3,
@@ -85,7 +83,7 @@ impl WristDrive {
         check_each(Range::Positive, "wrist.inertia", &self.inertia)
     }
 
-    /// Drive `i` at rest with the joint at `zeta`, rad, which it gives the torque `tau`, N·m.
+    /// Drive `i` at rest with the joint angle `zeta`, rad, transmitting the torque `tau`, N·m.
     pub(crate) fn at_rest(&self, i: usize, zeta: f64, tau: f64) -> WristState {
         let play = if tau == 0.0 {
             0.0
@@ -100,8 +98,8 @@ impl WristDrive {
         }
     }
 
-    /// Torque of gear `i` on the joint, N·m, at the lead `s` of the motor, rad, which grows at
-    /// `s_dot`: nothing within the play, and a contact that parts does not pull.
+    /// Torque of gear `i` on the joint, N·m, for the motor's lead `s`, rad, and its rate `s_dot`:
+    /// zero within the backlash, and never pulling.
     fn gear(&self, i: usize, s: f64, s_dot: f64) -> f64 {
         let half = 0.5 * self.play;
         let bent = s - s.max(-half).min(half);
@@ -121,14 +119,12 @@ impl WristDrive {
         self.gear(i, now.angle - joint[0], now.rate - joint[1])
     }
 
-    /// Torque of the motor under a command that is within its limit, N·m; without lag it follows
-    /// at once.
+    /// Torque of the motor, N·m; without lag it is the (saturated) command.
     fn torque(&self, now: &WristState, command: f64) -> f64 {
         if self.lag > 0.0 { now.motor } else { command }
     }
 
-    /// The rates of drive `i`, of whose differential equations [`WristDrive::after`] takes steps.
-    /// A motor that dry friction holds rests.
+    /// Time derivative of drive `i`, for Model Exchange.
     pub(crate) fn rates(&self, i: usize, now: &WristState, command: f64, slip: f64) -> WristState {
         let left = self.torque(now, command) - now.transmitted - slip * self.friction[i];
         let rests = slip == 0.0 && self.friction[i] > 0.0;
@@ -145,14 +141,20 @@ impl WristDrive {
         }
     }
 
-    /// How far the motor's lead is out of the play, rad; None where there is none.
+    /// How far the motor's lead exceeds the backlash, rad; None without backlash.
     pub(crate) fn beyond_play(&self, now: &WristState, joint: f64) -> Option<f64> {
         (self.play > 0.0).then(|| (now.angle - joint).abs() - 0.5 * self.play)
     }
 
-    /// What dry friction has in hand while it holds motor `i`, N·m, or how fast the motor slips its
-    /// way, rad/s; None without friction.
-    pub(crate) fn grip(&self, i: usize, now: &WristState, command: f64, slip: f64) -> Option<f64> {
+    /// Event indicator of dry friction: its torque reserve while it holds motor `i`, N·m, or the
+    /// speed at which the motor slips, rad/s; None without friction.
+    pub(crate) fn friction_reserve(
+        &self,
+        i: usize,
+        now: &WristState,
+        command: f64,
+        slip: f64,
+    ) -> Option<f64> {
         let net = self.torque(now, command) - now.transmitted;
         (self.friction[i] > 0.0).then(|| match slip {
             0.0 => self.friction[i] - net.abs(),
@@ -160,9 +162,9 @@ impl WristDrive {
         })
     }
 
-    /// Which way motor `i` slips from here on: as it did, until it comes to rest; from rest, where
-    /// more pulls at it than its dry friction holds.
-    pub(crate) fn grips(&self, i: usize, now: &mut WristState, command: f64, slip: f64) -> f64 {
+    /// Direction in which motor `i` slips after an event: unchanged while it moves; from rest, that
+    /// of the net torque if it exceeds the dry friction, otherwise 0.
+    pub(crate) fn next_slip(&self, i: usize, now: &mut WristState, command: f64, slip: f64) -> f64 {
         if self.friction[i] == 0.0 || slip * now.rate > 0.0 {
             return slip;
         }
@@ -175,13 +177,13 @@ impl WristDrive {
         }
     }
 
-    /// Drive `i` a time `dt`, s, after `from`, commanded `command`, N·m, which saturates at
-    /// `limit`, while its joint moves on from `zeta`, rad, with `zeta_dot`, rad/s:
+    /// Drive `i` a time `dt`, s, after `from`, with `command`, N·m, saturated to `limit`, while its
+    /// joint moves from `zeta`, rad, with constant `zeta_dot`, rad/s:
     /// ```text
     /// T τ̇ = sat(τ_command) − τ,   J φ̈ = τ − τ_gear − friction
     /// ```
-    /// The lag is exact; the motor takes its dry friction as an impulse that at most stops it.
-    pub(crate) fn after(
+    /// The lag is exact; dry friction is an impulse that at most stops the motor.
+    pub(crate) fn advance(
         &self,
         i: usize,
         from: &WristState,
@@ -232,11 +234,11 @@ mod tests {
         let drive = drive();
         let mut now = WristState::default();
         for k in 1..=40 {
-            now = drive.after(0, &now, [900.0, 2500.0], [0.0; 2], 1e-3);
+            now = drive.advance(0, &now, [900.0, 2500.0], [0.0; 2], 1e-3);
             let exact = 900.0 * -(-f64::from(k) * 1e-3 / 5e-3).exp_m1();
             assert!((now.motor - exact).abs() < 1e-9, "{k}: {}", now.motor);
         }
-        let held = drive.after(0, &now, [9e3, 2500.0], [0.0; 2], 1.0);
+        let held = drive.advance(0, &now, [9e3, 2500.0], [0.0; 2], 1.0);
         assert!((held.motor - 2500.0).abs() < 1e-9);
     }
 
@@ -248,7 +250,7 @@ mod tests {
         let drive = drive();
         let mut now = drive.at_rest(1, 0.3, 700.0);
         for _ in 0..3000 {
-            now = drive.after(1, &now, [900.0, 2500.0], [0.3, 0.0], 1e-3);
+            now = drive.advance(1, &now, [900.0, 2500.0], [0.3, 0.0], 1e-3);
         }
         assert_eq!(now.rate, 0.0);
         assert!((now.transmitted - 900.0).abs() <= 250.0 && now.transmitted > 650.0);
@@ -256,11 +258,11 @@ mod tests {
         assert!((lead - now.transmitted / 1e6).abs() < 1e-9, "{lead}");
         let mut idle = WristState::default();
         for _ in 0..1000 {
-            idle = drive.after(1, &idle, [249.0, 2500.0], [0.0; 2], 1e-3);
+            idle = drive.advance(1, &idle, [249.0, 2500.0], [0.0; 2], 1e-3);
         }
         assert_eq!((idle.angle, idle.transmitted), (0.0, 0.0));
         for _ in 0..3000 {
-            now = drive.after(1, &now, [-900.0, 2500.0], [0.3, 0.0], 1e-3);
+            now = drive.advance(1, &now, [-900.0, 2500.0], [0.3, 0.0], 1e-3);
         }
         let back = now.angle - 0.3 + 0.5 * drive.play;
         assert!(
@@ -284,7 +286,7 @@ mod tests {
         };
         let (mut crossings, mut last) = (Vec::new(), now.angle);
         for k in 1..=2000 {
-            now = drive.after(2, &now, [0.0, 800.0], [0.0; 2], 1e-4);
+            now = drive.advance(2, &now, [0.0, 800.0], [0.0; 2], 1e-4);
             if last > 0.0 && now.angle <= 0.0 {
                 crossings.push(1e-4 * (f64::from(k) - now.angle / (now.angle - last)));
             }

@@ -1,4 +1,4 @@
-//! The 13 bodies and how they hang on each other.
+//! The 13 bodies, their tree structure, and their joint axes.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};

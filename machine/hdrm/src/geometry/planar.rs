@@ -1,4 +1,5 @@
-//! Plane geometry of the two closed loops: a vector that depends on one joint angle, in polar form.
+//! Plane geometry for the two closed loops: a vector that depends on one joint angle, in polar
+//! form, with exact derivatives.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};

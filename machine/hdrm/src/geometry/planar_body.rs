@@ -1,17 +1,16 @@
-//! Bodies that move in a plane which itself turns about y: the part of spatial algebra that is
-//! not identically zero for them.
+//! Spatial algebra for bodies that move in a plane which rotates about y, without the entries that
+//! are always zero; `boom_frame` computes the dynamics with it.
 //!
-//! Frame P turns with the rate w_1 about y through its origin. A body of the plane moves relative
-//! to P with `(v_x, v_y, w_z)` at P's origin. Of its net wrench only `f_x, f_y, m_z` (motion in
-//! the plane) and `m_y` (slew) do work. All quantities are in and about P; mass distribution is
-//! general (centre of mass off the plane, any products of inertia).
+//! Frame P rotates with the rate w_1 about y through its origin. A planar body moves relative to P
+//! with `(v_x, v_y, w_z)` at P's origin. Of its net wrench only `f_x, f_y, m_z` (planar motion) and
+//! `m_y` (slew) do work. All quantities are in and about P; the mass distribution is general
+//! (centre of mass off the plane, any products of inertia).
 
 use crate::geometry::planar::perp;
 use nalgebra::{Vector2, Vector3};
 use spatial::{Inertia, Twist, Wrench};
 use std::ops::{Add, Mul};
 
-/// The sum of two of a type, field by field.
 macro_rules! sum_by_field {
     ($type:ident: $($field:ident)*) => {
         impl Add for $type {
@@ -72,7 +71,7 @@ impl Mul<f64> for PlanarTwist {
     }
 }
 
-/// The working components of a wrench (or momentum).
+/// The components of a wrench (or momentum) that do work.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PlanarWrench {
     pub f: Vector2<f64>,
@@ -112,7 +111,6 @@ impl PlanarMotion {
     }
 }
 
-/// One joint and what it does to the motion of its body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlanarJoint {
     /// Twist of the body against its parent for a unit rate of the coordinate, `s·g`.
@@ -145,7 +143,7 @@ impl PlanarJoint {
     }
 }
 
-/// Inertia in and about P, without the entry that never works (xx).
+/// Inertia in and about P, without xx, which is never needed.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PlanarInertia {
     pub m: f64,
@@ -173,9 +171,9 @@ impl From<&Inertia> for PlanarInertia {
 }
 
 impl PlanarInertia {
-    /// A body given in its own axes, which are turned about z by the angle of `e` and shifted by
+    /// A body given in its own axes, which are rotated about z by the angle of `e` and shifted by
     /// `r` in P: `R I Rᵀ`, then the shift of [`Inertia::shifted`].
-    // Inlined for each of the eight bodies, this and `net_wrench` outgrow the processor's cache of
+    // Inlined for each of the eight bodies, this and `net_wrench` exceed the processor's cache of
     // decoded instructions.
     #[inline(never)]
     pub fn placed(body: &Inertia, e: Vector2<f64>, r: Vector3<f64>) -> Self {
@@ -207,8 +205,7 @@ impl PlanarInertia {
         }
     }
 
-    /// Net wrench `M·A + crf(V)·M·V` ([`Inertia::net_wrench`]) of [`PlanarMotion::spatial`],
-    /// written out.
+    /// [`Inertia::net_wrench`] `M·A + crf(V)·M·V` of [`PlanarMotion::spatial`], expanded.
     #[inline(never)] // see `placed`
     pub fn net_wrench(&self, motion: &PlanarMotion, w_1: f64, g: f64) -> PlanarWrench {
         let Self { m, h, .. } = self;

@@ -1,4 +1,4 @@
-//! The tilt mechanism: the four-bar A–B–C–D and the actuator from E to D.
+//! Kinematics of the tilt mechanism: the four-bar linkage A–B–C–D and the actuator from E to D.
 
 use crate::geometry::planar::{Derivatives, Polar, perp, turned, turning, unit};
 use machine_file::Geometry;
@@ -23,8 +23,8 @@ pub struct Tilt {
     pub x0: f64,
     /// Length of the rod body behind its pin, m.
     pub lc: f64,
-    /// +1 when D lies clockwise of the line A → C, −1 when counter-clockwise: the side away from
-    /// B over the working range. Fixed, so that the branch never jumps.
+    /// Branch of the loop: +1 if D is clockwise of the line A → C, −1 if counter-clockwise; the
+    /// side away from B over the working range, constant so that the branch never jumps.
     pub side: f64,
 }
 
@@ -62,7 +62,7 @@ impl Tilt {
         }
     }
 
-    /// Whether rocker and coupler reach each other with C at a distance from A as at this angle.
+    /// Whether rocker and coupler can meet at this angle.
     pub(crate) fn closes(&self, zeta_3: f64) -> bool {
         let d3 = (turned(self.C, unit(zeta_3)) - self.A).norm();
         d3 < self.d4 + self.d5 && d3 > (self.d4 - self.d5).abs()

@@ -1,9 +1,9 @@
-//! Kinematics of the tip T4.
+//! Kinematics of the tip T4: position, orientation, Jacobian and its rate.
 
 use crate::{Body, Configuration, DOF, Tree};
 use nalgebra::{Matrix6, Quaternion, Vector3};
 
-/// The joints between ground and tip; each turns with its own coordinate (gear 1).
+/// Bodies between ground and tip; each joint rotates with its own coordinate (gear 1).
 const CHAIN: [Body; DOF] = [Body::T1, Body::A2, Body::A3, Body::A4, Body::C4, Body::D4];
 
 /// Joint axes, joint positions and the tip in the world frame.

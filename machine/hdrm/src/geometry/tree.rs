@@ -1,14 +1,14 @@
-//! The mechanism as a tree of 12 geared joints.
+//! The mechanism as a tree of 12 joints, each driven by one coordinate with a variable gear ratio.
 //!
-//! Each body k hangs on its parent by a joint that follows one coordinate `zeta_c(k)` with the
-//! gear `g_k(zeta) = dq_k/dzeta_c`; with `s_k` the joint's unit twist and `X` the change of frame
+//! Body k is attached to its parent by a joint q_k that depends on one coordinate `zeta_c(k)`, with
+//! the gear `g_k(zeta) = dq_k/dzeta_c`; with the joint's unit twist `s_k` and the change of frame
+//! `X`
 //! ```text
 //! V_k = X V_parent + s_k g_k zeta_c_dot
 //! A_k = X A_parent + s_k (g_k zeta_c_ddot + g_k′ zeta_c_dot²) + crm(V_k) s_k g_k zeta_c_dot
 //! Q_i = Σ_{k: c(k)=i} g_k s_kᵀ F_k,   F_k the wrench accumulated from the subtree of k
 //! ```
-//! The joint motions solve the closed loops exactly, so this is the whole machine, not a cut-open
-//! model with constraints.
+//! The joint motions solve the closed loops exactly, so no constraint equations are needed.
 
 use crate::geometry::lift::Lift;
 use crate::geometry::planar::{Polar, relative, turned, unit};
@@ -51,7 +51,7 @@ pub struct Tree {
     e_boom: Vector2<f64>,
 }
 
-/// One joint at one configuration.
+/// A body's joint at one configuration.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Link {
     /// Pose of the body in its parent.
@@ -84,16 +84,16 @@ pub struct Configuration {
     pub strokes: [Stroke; 3],
 }
 
-/// Geometry that is not a working machine.
+/// Error: the geometry is not a working machine.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum GeometryError {
-    /// Rocker and coupler cannot meet.
+    /// The four-bar cannot be closed.
     #[error(
         "the four-bar does not close at zeta_3 = {zeta_3} rad: \
          |AC| must lie between |d4 − d5| and d4 + d5 over the tilt range and {MARGIN} rad beyond"
     )]
     FourBarOpen {
-        /// Joint angle tried, rad.
+        /// Joint angle, rad.
         zeta_3: f64,
     },
     /// An actuator passes a dead point inside the joint range.
@@ -104,22 +104,19 @@ pub enum GeometryError {
     DeadPoint {
         /// 2 for lift, 3 for tilt.
         actuator: usize,
-        /// Joint angle tried, rad.
+        /// Joint angle, rad.
         zeta: f64,
-        /// Slope found there.
+        /// Slope there, m/rad.
         x_prime: f64,
     },
 }
 
-/// Angle beyond the joint limits over which the loops must still work, rad: end stops are
-/// compliant.
+/// Angle beyond the joint limits, rad, over which the loops must work: end stops are compliant.
 const MARGIN: f64 = 0.05;
 
 impl Tree {
-    /// Geometry of a machine.
-    ///
-    /// # Errors
-    /// When a loop does not close or an actuator has a dead point within the joint limits.
+    /// The tree of a machine; an error if a loop does not close or an actuator has a dead point
+    /// within the joint limits.
     pub fn new(machine: &Machine) -> Result<Self, GeometryError> {
         let g = &machine.geometry;
         let lift = Lift::new(g);
@@ -175,10 +172,10 @@ impl Tree {
     }
 
     /// Solves both loops at `zeta`, rad.
-    pub(crate) fn solve(&self, zeta: &[f64; DOF]) -> Solved {
+    pub(crate) fn solve(&self, zeta: &[f64; DOF]) -> LoopSolution {
         let e: [Vector2<f64>; DOF] = std::array::from_fn(|i| unit(zeta[i]));
         let e_A2 = relative(e[1], self.e_boom);
-        Solved {
+        LoopSolution {
             e,
             e_A2,
             lift: self.lift.actuator(e_A2),
@@ -195,8 +192,8 @@ impl Tree {
         }
     }
 
-    fn links(&self, solved: &Solved) -> [Link; Body::COUNT] {
-        let &Solved { e, e_A2, .. } = solved;
+    fn links(&self, solved: &LoopSolution) -> [Link; Body::COUNT] {
+        let &LoopSolution { e, e_A2, .. } = solved;
         let (lift, tilt) = (&solved.lift, &solved.tilt);
         let in_A2 = |e_in_boom: Vector2<f64>| turned(e_in_boom, self.e_boom);
         let turn_z = |r: Vector3<f64>, e: Vector2<f64>, d: [f64; 3]| Link {
@@ -241,8 +238,8 @@ impl Tree {
     }
 
     /// Strokes of slew (`x_1 = x1_mid + r_B·zeta_1`), lift and tilt.
-    pub(crate) fn strokes(&self, zeta_1: f64, solved: &Solved) -> [Stroke; 3] {
-        let of = |actuator: &Polar, x0: f64| Stroke {
+    pub(crate) fn strokes(&self, zeta_1: f64, solved: &LoopSolution) -> [Stroke; 3] {
+        let stroke = |actuator: &Polar, x0: f64| Stroke {
             x: actuator.length - x0,
             prime: actuator.length_d[0],
             second: actuator.length_d[1],
@@ -253,15 +250,15 @@ impl Tree {
                 prime: self.r_B,
                 second: 0.0,
             },
-            of(&solved.lift, self.lift.x0),
-            of(&solved.tilt.actuator, self.tilt.x0),
+            stroke(&solved.lift, self.lift.x0),
+            stroke(&solved.tilt.actuator, self.tilt.x0),
         ]
     }
 }
 
-/// Both loops solved at one pose.
+/// Solution of both loops at one pose.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Solved {
+pub(crate) struct LoopSolution {
     /// Unit vectors of the six joint angles.
     pub e: [Vector2<f64>; DOF],
     /// Unit vector of A2's x axis in T1's axes.
@@ -292,7 +289,7 @@ impl Configuration {
     }
 }
 
-/// A vector whose x, y are given in axes turned by the angle of `e`, in the unturned axes.
+/// `r` with x and y rotated by the angle of `e`.
 fn in_plane(e: Vector2<f64>, r: Vector3<f64>) -> Vector3<f64> {
     turned(r.xy(), e).push(r.z)
 }

@@ -1,8 +1,6 @@
-//! A change of the load while the machine moves.
-//!
-//! What is set down leaves with the velocity of the end-effector. What is picked up comes with it
-//! too, so that nothing jumps, or with a velocity of its own; then the momentum of arm and load is
-//! conserved (a plastic impact).
+//! Change of the load while the machine moves. A load that is set down leaves with the velocity of
+//! the end-effector. A load that is picked up has that velocity too, so that no velocity jumps, or
+//! its own velocity; then the momentum of arm and load is conserved (a plastic impact).
 
 use crate::dynamics::boom_frame::MovingParts;
 use crate::geometry::body::Body;
@@ -20,10 +18,7 @@ impl Hdrm {
         &self.load
     }
 
-    /// The same plant with another load.
-    ///
-    /// # Errors
-    /// A mass that is negative, or a number that is not finite.
+    /// The same plant with another load; an error if a value is out of range.
     pub fn with_load(&self, load: &Load) -> Result<Self, HdrmError> {
         load.check()?;
         let mut plant = self.clone();
@@ -33,16 +28,13 @@ impl Hdrm {
         Ok(plant)
     }
 
-    /// Plant and state after a change of the load at the instant of `now`. What is picked up, the
-    /// inertia ΔI by which the new body exceeds the old one where its mass is greater, comes with
-    /// the velocity `own` (m/s in the world, all of it alike), or with that of the end-effector.
-    /// Positions stay, and so does the momentum of arm and load:
+    /// Plant and state after a change of the load at the instant of `now`. If the mass increases,
+    /// the added inertia ΔI has the velocity `own` (m/s in the world, pure translation), or that of
+    /// the end-effector. Positions and the momentum of arm and load are unchanged:
     /// ```text
     /// M⁺·zeta_dot⁺ = M⁻·zeta_dot⁻ + Jᵀ·ΔI·V_own
     /// ```
-    /// # Errors
-    /// As [`Hdrm::with_load`].
-    pub fn reloaded(
+    pub fn change_load(
         &self,
         now: &Dynamics,
         load: &Load,
@@ -71,8 +63,8 @@ impl Hdrm {
         }
         plant.friction_is_stiff = plant.has_stiff_friction(&after);
         let [before, after] = [
-            self.energies_of(now),
-            plant.energies_of(&plant.dynamics_with(&state, input)),
+            self.energies_at(now),
+            plant.energies_at(&plant.dynamics_with(&state, input)),
         ];
         state.load_energy += (after.0 + after.1) - (before.0 + before.1);
         Ok((plant, state))
@@ -93,7 +85,7 @@ mod tests {
 
     fn plant() -> Hdrm {
         let machine = Machine::reference();
-        Hdrm::new(&machine, &Options::of(&machine)).expect("valid")
+        Hdrm::new(&machine, &Options::from_machine(&machine)).expect("valid")
     }
 
     fn moving() -> State {
@@ -149,10 +141,10 @@ mod tests {
         let load = heavier(&plant);
         let none = Input::default();
 
-        let (carrying, same) = plant.reloaded(&now, &load, None, &none).expect("valid");
+        let (carrying, same) = plant.change_load(&now, &load, None, &none).expect("valid");
         assert_eq!((same.zeta, same.zeta_dot), (ZETA, ZETA_DOT));
         let (_, pushed) = plant
-            .reloaded(&now, &load, Some(OWN), &none)
+            .change_load(&now, &load, Some(OWN), &none)
             .expect("valid");
 
         let configuration = plant.tree().configuration(&ZETA);
@@ -186,7 +178,7 @@ mod tests {
         let loaded = plant.with_load(&heavier(&plant)).expect("valid");
         let now = loaded.dynamics(&moving());
         let (empty, state) =
-            (loaded.reloaded(&now, plant.load(), Some(OWN), &Input::default())).expect("valid");
+            (loaded.change_load(&now, plant.load(), Some(OWN), &Input::default())).expect("valid");
         assert_eq!(state.zeta_dot, ZETA_DOT);
         assert_eq!(empty, plant);
     }
@@ -203,7 +195,8 @@ mod tests {
             com: [0.2, -0.3, 0.1],
             ..*plant.load()
         };
-        let (_, carrying) = (plant.reloaded(&now, &load, None, &Input::default())).expect("valid");
+        let (_, carrying) =
+            (plant.change_load(&now, &load, None, &Input::default())).expect("valid");
         let at = |s: f64| {
             let zeta = std::array::from_fn(|i| ZETA[i] + s * ZETA_DOT[i]);
             let D4 = plant.tree().configuration(&zeta).world_poses()[Body::D4 as usize];
@@ -243,12 +236,12 @@ mod tests {
                 ..*plant.load()
             },
         ] {
-            let again = plant.reloaded(&now, &load, Some(OWN), &Input::default());
+            let again = plant.change_load(&now, &load, Some(OWN), &Input::default());
             let (_, after) = again.expect("valid");
             assert_eq!(after.zeta_dot, state.zeta_dot);
         }
         let heavier = heavier(&plant);
-        let picked = plant.reloaded(&now, &heavier, Some(OWN), &Input::default());
+        let picked = plant.change_load(&now, &heavier, Some(OWN), &Input::default());
         assert_ne!(picked.expect("valid").1.zeta_dot, state.zeta_dot);
     }
 }

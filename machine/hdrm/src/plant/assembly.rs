@@ -1,4 +1,4 @@
-//! A plant made of a machine and options.
+//! Builds the plant from a machine file and options: tree, inertias, end stops.
 
 use crate::DOF;
 use crate::dynamics::boom_frame::MovingParts;
@@ -15,14 +15,12 @@ use machine_file::Machine;
 use spatial::Inertia;
 
 impl Hdrm {
-    /// Plant of a machine.
-    ///
-    /// # Errors
-    /// A mechanism that does not work over its joint range, or an option out of range.
+    /// The plant of a machine; an error if the mechanism does not work over its joint range, or an
+    /// option is out of range.
     pub fn new(machine: &Machine, options: &Options) -> Result<Self, HdrmError> {
         options.check()?;
         let tree = Tree::new(machine)?;
-        let payload = Payload::of(machine, options.inertia_scale);
+        let payload = Payload::new(machine, options.inertia_scale);
         let bodies = inertias(machine, options, &payload);
         let free = EndStop {
             range: [f64::NEG_INFINITY, f64::INFINITY],
@@ -36,7 +34,7 @@ impl Hdrm {
             plane: options.contact.plane()?,
             tree,
             bodies,
-            gravity: Gravity::of(options.gravity),
+            gravity: Gravity::from_vector(options.gravity),
             joint_viscous: options.joint_viscous,
             joint_dry: options.joint_dry,
             wrist: options.wrist.on.then_some(options.wrist),
@@ -50,8 +48,8 @@ impl Hdrm {
         Ok(plant)
     }
 
-    /// The state at the start, in which drives of the wrist as built hold the pose.
-    pub fn started(&self, state: State) -> State {
+    /// The start state: wrist drives as built hold the pose.
+    pub fn start_state(&self, state: State) -> State {
         let Some(drive) = &self.wrist else {
             return state;
         };
@@ -62,10 +60,10 @@ impl Hdrm {
         }
     }
 
-    /// Stops of slew, lift and tilt where the stroke ends or the joint range does, whichever comes
-    /// first (the tilt linkage has a dead point just below stroke zero, far beyond its joint
-    /// range); stops of the wrist at its joint limits. Dimensioned for the mass that each
-    /// coordinate feels at `start`.
+    /// End stops, with stiffnesses for each coordinate's effective mass at `start`. Those of slew,
+    /// lift and tilt are where the stroke or the joint range ends, whichever comes first (the tilt
+    /// linkage has a dead point just below stroke zero, far beyond its joint range); those of the
+    /// wrist at the joint limits.
     fn dimension_stops(&self, machine: &Machine, start: &Dynamics) -> [EndStop; DOF] {
         let limits = machine.limits.zeta();
         let strokes = machine.limits.strokes();

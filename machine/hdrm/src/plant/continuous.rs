@@ -1,5 +1,5 @@
-//! The equations for an integrator that is not ours: rates of the state, where something begins or
-//! ends, and the modes that follow.
+//! The equations for Model Exchange, where the importer integrates: derivatives of the state, event
+//! indicators, and the state after an event.
 
 use crate::DOF;
 use crate::forces::saturate::saturate;
@@ -8,15 +8,14 @@ use crate::plant::input::Input;
 use crate::plant::state::State;
 use crate::plant::{Dynamics, Hdrm};
 
-/// End stops, the plane, gears and dry friction of the wrist's drives.
+/// Number of event indicators: end stops, the plane, gears and dry friction of the wrist's drives.
 pub const INDICATORS: usize = DOF + 1 + 2 * 3;
 
-/// Of an event that cannot happen.
+/// Indicator of an event that cannot happen.
 const NEVER: f64 = 1.0;
 
 impl Hdrm {
-    /// The time derivative of the state, per s, under the input, where `slips` tells which motors
-    /// of the wrist slip. The energy of the load changes with loads only.
+    /// The time derivative of the state, per s; `slips` as in [`Hdrm::update_slips`].
     #[must_use]
     pub fn derivative(&self, now: &Dynamics, input: &Input, slips: &Slips) -> State {
         let mut rates = State {
@@ -38,10 +37,10 @@ impl Hdrm {
         rates
     }
 
-    /// Where something happens: at each number that changes sign. Distances of slew, lift and tilt
-    /// (m) and of the wrist (rad) from their nearer end stop, and of the tip from the plane (m),
-    /// all positive in free motion; of each gear of the wrist how far it is out of its play (rad);
-    /// and of each of its motors by how much torque it sticks (N·m), or how fast it slips (rad/s).
+    /// Event indicators; an event is where one changes sign: distances of slew, lift and tilt (m)
+    /// and of the wrist (rad) from their nearer end stop, and of the tip from the plane (m); for
+    /// each gear of the wrist, how far it exceeds its backlash (rad); for each of its motors, the
+    /// reserve of dry friction while it sticks (N·m), or the speed at which it slips (rad/s).
     #[must_use]
     pub fn indicators(&self, now: &Dynamics, input: &Input, slips: &Slips) -> [f64; INDICATORS] {
         let mut z = [NEVER; INDICATORS];
@@ -57,15 +56,17 @@ impl Hdrm {
                 let (state, joint) = (&wrist[i], zeta[3 + i]);
                 z[DOF + 1 + i] = drive.beyond_play(state, joint).unwrap_or(NEVER);
                 let command = self.wrist_command(input, i);
-                z[DOF + 4 + i] = drive.grip(i, state, command, slips[i]).unwrap_or(NEVER);
+                z[DOF + 4 + i] = drive
+                    .friction_reserve(i, state, command, slips[i])
+                    .unwrap_or(NEVER);
             }
         }
         z
     }
 
-    /// What the gears of the wrist transmit in this state.
+    /// The state with the torques that the wrist's gears transmit.
     #[must_use]
-    pub fn geared(&self, mut state: State) -> State {
+    pub fn with_gear_torques(&self, mut state: State) -> State {
         if let Some(drive) = &self.wrist {
             for i in 0..3 {
                 let joint = [state.zeta[3 + i], state.zeta_dot[3 + i]];
@@ -75,17 +76,17 @@ impl Hdrm {
         state
     }
 
-    /// Which motors of the wrist slip from here on, and the state, in which the others rest.
+    /// State and slip directions of the wrist's motors after an event; sticking motors are at rest.
     #[must_use]
-    pub fn gripped(&self, state: State, input: &Input, slips: &Slips) -> (State, Slips) {
-        let (mut state, mut slips) = (self.geared(state), *slips);
+    pub fn update_slips(&self, state: State, input: &Input, slips: &Slips) -> (State, Slips) {
+        let (mut state, mut slips) = (self.with_gear_torques(state), *slips);
         if let Some(drive) = &self.wrist {
             for (i, slip) in slips.iter_mut().enumerate() {
                 let command = self.wrist_command(input, i);
-                *slip = drive.grips(i, &mut state.wrist[i], command, *slip);
+                *slip = drive.next_slip(i, &mut state.wrist[i], command, *slip);
             }
         }
-        (self.geared(state), slips)
+        (self.with_gear_torques(state), slips)
     }
 
     fn wrist_command(&self, input: &Input, i: usize) -> f64 {

@@ -1,4 +1,4 @@
-//! Why a plant is refused.
+//! Why a plant could not be built from a machine file and options.
 
 use crate::geometry::tree::GeometryError;
 use model_rules::ParamError;

@@ -1,15 +1,15 @@
-//! Inputs: forces, torques, environment, motion of the base.
+//! Inputs of the manipulator: rod forces, wrist torques, external wrench, motion of the base.
 
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 use spatial::Wrench;
 
-/// What acts on the machine.
+/// Inputs of the manipulator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Input {
     /// Actuator forces of slew, lift and tilt, N, positive when extending.
     pub f: [f64; 3],
-    /// Wrist torques, N·m; beyond the machine's limits they saturate.
+    /// Wrist torques, N·m; saturated to the machine's limits.
     pub tau_wrist: [f64; 3],
     /// Wrench `[f; m]` of the environment on the end-effector at T4 in T4 axes, N and N·m.
     pub wrench_env: [f64; 6],
@@ -19,11 +19,10 @@ pub struct Input {
     pub base_tilt: [f64; 2],
     /// Angular velocity of the base in the machine's world axes, rad/s.
     pub base_angular_velocity: [f64; 3],
-    /// Its rate, rad/s².
+    /// Angular acceleration of the base in those axes, rad/s².
     pub base_angular_acceleration: [f64; 3],
 }
 
-/// `[f; m]` as a wrench.
 pub(crate) fn wrench(components: &[f64; 6]) -> Wrench {
     Wrench::from_vector(&Vector6::from(*components))
 }

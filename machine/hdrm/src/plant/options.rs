@@ -1,4 +1,4 @@
-//! Options: in what a plant may differ from its machine file.
+//! Options of the plant that the machine file does not have or that may differ from it.
 
 use crate::DOF;
 use crate::forces::contact::Contact;
@@ -9,17 +9,16 @@ use machine_file::Machine;
 use model_rules::{ParamError, Range, check, check_each};
 use serde::{Deserialize, Serialize};
 
-/// What may differ from the machine file.
+/// Options of the plant.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Options {
     /// Factor s on mass, first moment and inertia of every body, payload included.
     pub inertia_scale: f64,
-    /// What the end-effector carries at first.
+    /// What the end-effector carries at the start.
     pub load: Load,
     /// Viscous joint friction on `zeta_dot`, N·m·s/rad.
     pub joint_viscous: [f64; DOF],
-    /// Acceleration of gravity in world axes, m/s²: not along −y where the machine does not stand
-    /// plumb.
+    /// Acceleration of gravity in world axes, m/s²; not along −y if the machine is not level.
     pub gravity: [f64; 3],
     /// A plane that the tip may touch.
     pub contact: Contact,
@@ -30,11 +29,11 @@ pub struct Options {
 }
 
 impl Options {
-    /// The machine as its file has it.
-    pub fn of(machine: &Machine) -> Self {
+    /// The machine as in its file, without contact, dry friction and wrist drives as built.
+    pub fn from_machine(machine: &Machine) -> Self {
         Self {
             inertia_scale: 1.0,
-            load: Load::of(machine),
+            load: Load::from_machine(machine),
             joint_viscous: machine.joint_viscous,
             gravity: [0.0, -machine.gravity, 0.0],
             contact: Contact::default(),
@@ -43,7 +42,7 @@ impl Options {
         }
     }
 
-    /// Checks every value but those of the contact, whose plane is made of them.
+    /// Checks every value except those of the contact, which [`Contact::plane`] checks.
     pub(crate) fn check(&self) -> Result<(), ParamError> {
         check(Range::Positive, [("inertia_scale", self.inertia_scale)])?;
         self.load.check()?;

@@ -1,4 +1,4 @@
-//! Outputs as functions of state and input, and their first time derivative.
+//! Outputs of the manipulator as functions of state and input, and their first time derivative.
 
 use crate::dynamics::recursion;
 use crate::plant::input::Input;
@@ -8,7 +8,7 @@ use crate::{DOF, Stroke, Tip};
 use nalgebra::{Quaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
-/// Outputs of the plant; the same type carries their time derivatives and sensitivities.
+/// Outputs of the plant, or their time derivatives or directional derivatives.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Output {
     /// Strokes of slew, lift and tilt, m.
@@ -21,7 +21,7 @@ pub struct Output {
     pub zeta_dot: [f64; DOF],
     /// Joint accelerations, rad/s²; these alone depend on the input.
     pub zeta_ddot: [f64; DOF],
-    /// Actuator forces that hold the present pose against gravity, N.
+    /// Rod forces that hold the present pose against gravity, N.
     pub f_hold: [f64; 3],
     /// Wrist torques that hold the present pose against gravity, N·m.
     pub tau_hold: [f64; 3],
@@ -41,15 +41,15 @@ pub struct Output {
     pub contact_penetration: f64,
     /// Elastic energy of the contact, J.
     pub energy_contact: f64,
-    /// Energy that the contact has turned into heat, J.
+    /// Energy dissipated by the contact, J.
     pub energy_contact_loss: f64,
-    /// Energy that changes of the load have brought, J.
+    /// Energy added by changes of the load, J.
     pub energy_load: f64,
     /// Torques of the wrist's motors as built, N·m.
     pub wrist_torque: [f64; 3],
-    /// Their angles as the joints feel them, rad.
+    /// Angles of these motors reflected to the joints, rad.
     pub wrist_angle: [f64; 3],
-    /// Rates of these, rad/s.
+    /// Rates of these angles, rad/s.
     pub wrist_rate: [f64; 3],
 }
 
@@ -59,7 +59,7 @@ impl Hdrm {
         self.output_at(&self.dynamics_with(state, input), input)
     }
 
-    /// Outputs where the dynamics are known.
+    /// Outputs for known dynamics.
     pub fn output_at(&self, dynamics: &Dynamics, input: &Input) -> Output {
         let Dynamics {
             strokes, holding, ..
@@ -67,7 +67,7 @@ impl Hdrm {
         let State { zeta, zeta_dot, .. } = &dynamics.state;
         let touch = self.contact_force(dynamics);
         let (tip, V_tip) = dynamics.frame.tip_motion(zeta_dot);
-        let (energy_kinetic, energy_potential) = self.energies_of(dynamics);
+        let (energy_kinetic, energy_potential) = self.energies_at(dynamics);
         Output {
             x: strokes.map(|stroke| stroke.x),
             x_dot: std::array::from_fn(|i| strokes[i].prime * zeta_dot[i]),

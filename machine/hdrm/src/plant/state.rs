@@ -1,21 +1,21 @@
-//! State: joint angles and rates, and energies that follow from neither.
+//! State of the manipulator: joint angles and rates, energies, and the wrist's drives.
 
 use crate::DOF;
 use crate::forces::wrist_drive::WristState;
 use serde::{Deserialize, Serialize};
 
-/// Joint angles and rates, and the energies that the machine's own do not show.
+/// State of the manipulator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Joint angles, rad.
     pub zeta: [f64; DOF],
     /// Joint rates, rad/s.
     pub zeta_dot: [f64; DOF],
-    /// Energy that the contact has turned into heat, J.
+    /// Energy dissipated by the contact, J.
     pub contact_loss: f64,
-    /// Energy that changes of the load have brought, J.
+    /// Energy added by changes of the load, J.
     pub load_energy: f64,
-    /// The wrist's drives as built; at rest of ideal ones.
+    /// The wrist's drives as built; unused for ideal ones.
     pub wrist: [WristState; 3],
 }
 

@@ -1,4 +1,5 @@
-//! Integration of the plant over one communication step.
+//! Integration of the manipulator over one communication step: RK4 with substeps that are shorter
+//! near contacts and in fast motion.
 
 use crate::plant::input::Input;
 use crate::plant::state::State;
@@ -8,26 +9,24 @@ use model_rules::{RATE_STEP, substeps};
 use nalgebra::Vector6;
 use thiserror::Error;
 
-/// Largest substep in free motion, s: RK4 then drifts by some 3e-7 J in 10 s of swinging with 400
-/// J.
+/// Longest substep in free motion, s: RK4 loses some 3e-7 J of 400 J in 10 s of swinging.
 const H_MAX: f64 = 1e-3;
 
-/// Largest turn of a joint per substep, rad. RK4's relative energy error grows with its fourth
-/// power; normal operation (0.3 rad/s) stays far below, a wrist that whips around does not.
+/// Largest rotation of a joint per substep, rad, with whose fourth power RK4's relative energy
+/// error grows; normal operation (0.3 rad/s) is far below.
 const TURN_MAX: f64 = 4e-3;
 
 /// Longest communication step, s: 10⁴ substeps, more in fast motion and in contact.
 const STEP_MAX: f64 = 10.0;
 
-/// Most substeps that a free substep is divided into.
+/// Largest number of parts of a substep.
 const DIVISION_MAX: u32 = 200;
 
-/// Largest angle, rad, and rate, rad/s, of a joint. Only a computation that diverges goes beyond it
-/// (friction too stiff for the shortest substep, forces far beyond the machine's), and the squares
-/// in the outputs would soon overflow.
+/// Largest angle, rad, and rate, rad/s, of a joint, which only a diverging integration exceeds
+/// (friction too stiff for the shortest substep, absurd forces).
 const LARGEST: f64 = 1e9;
 
-/// Why a step could not be done; the state is left as before the step.
+/// Why a step failed; the caller's state is unchanged.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum StepError {
     /// Unusable step size.
@@ -51,11 +50,7 @@ pub enum StepError {
 }
 
 impl Hdrm {
-    /// The state after a step from `t` by `h`, both s, by RK4. `input(s)` is what acts at the time
-    /// `t + s`. Substeps divide `h`; near an end stop and in fast motion they are shorter.
-    ///
-    /// # Errors
-    /// A step that is not positive or too long, or a result that is not finite.
+    /// The state after a step from `t` by `h`, both s; `input(s)` are the inputs at `t + s`.
     pub fn step(
         &self,
         state: &State,
@@ -66,10 +61,7 @@ impl Hdrm {
         self.step_from(&self.dynamics_with(state, &input(0.0)), input, t, h)
     }
 
-    /// [`Hdrm::step`] from where the dynamics are known.
-    ///
-    /// # Errors
-    /// As [`Hdrm::step`].
+    /// [`Hdrm::step`] from known dynamics at its start.
     pub fn step_from(
         &self,
         start: &Dynamics,
@@ -83,12 +75,12 @@ impl Hdrm {
         let n = substeps(h, H_MAX);
         let dt = h / n;
         let mut now = self.substep(start, &input, 0.0, dt);
-        finite(&now, t)?;
+        check_finite(&now, t)?;
         let mut k = 1.0;
         while k < n {
             let start = self.dynamics_with(&now, &input(k * dt));
             now = self.substep(&start, &input, k * dt, dt);
-            finite(&now, t)?;
+            check_finite(&now, t)?;
             k += 1.0;
         }
         Ok(now)
@@ -101,16 +93,22 @@ impl Hdrm {
             .max(self.friction_substeps(start, dt))
             .max(turning_substeps(&start.state, dt));
         let dt = dt / f64::from(n);
-        let first = self.part(start, input, s, dt);
+        let first = self.substep_part(start, input, s, dt);
         (1..n).fold(first, |now, k| {
             let s = s + f64::from(k) * dt;
-            self.part(&self.dynamics_with(&now, &input(s)), input, s, dt)
+            self.substep_part(&self.dynamics_with(&now, &input(s)), input, s, dt)
         })
     }
 
-    /// One part: the drives of the wrist against the joints as they move now, then all else under
-    /// the mean torques that they transmit meanwhile, so that no momentum is lost between them.
-    fn part(&self, start: &Dynamics, input: &impl Fn(f64) -> Input, s: f64, dt: f64) -> State {
+    /// One part of a substep: first the wrist's drives with the joints moving at their present
+    /// rates, then the rest under their mean torques, which conserves momentum.
+    fn substep_part(
+        &self,
+        start: &Dynamics,
+        input: &impl Fn(f64) -> Input,
+        s: f64,
+        dt: f64,
+    ) -> State {
         let Some(drive) = &self.wrist else {
             return self.rk4(start, input, s, dt);
         };
@@ -119,12 +117,12 @@ impl Hdrm {
         driven.state.wrist = std::array::from_fn(|i| {
             let joint = [now.zeta[3 + i], now.zeta_dot[3 + i]];
             let command = [command[i], self.tau_wrist_max[i]];
-            drive.after(i, &now.wrist[i], command, joint, dt)
+            drive.advance(i, &now.wrist[i], command, joint, dt)
         });
         self.rk4(&driven, input, s, dt)
     }
 
-    /// How many parts of `dt` resolve the contacts that can be reached within it; 1 when free.
+    /// Number of parts of `dt` that resolve the contacts in reach; 1 without.
     fn contact_substeps(&self, start: &Dynamics, dt: f64) -> u32 {
         let State { zeta, zeta_dot, .. } = &start.state;
         let position = |i: usize| match start.strokes.get(i) {
@@ -146,7 +144,7 @@ impl Hdrm {
         parts(dt * (rate + self.plane_rate(start, dt)) / RATE_STEP)
     }
 
-    /// How many parts of `dt` resolve the decay by joint friction; 1 with any usual friction.
+    /// Number of parts of `dt` that resolve the decay by joint friction; 1 with usual friction.
     fn friction_substeps(&self, start: &Dynamics, dt: f64) -> u32 {
         if !self.friction_is_stiff {
             return 1;
@@ -161,8 +159,8 @@ impl Hdrm {
             .sum()
     }
 
-    /// Whether friction may count in the choice of substeps. The mobilities change with the pose,
-    /// by far less than the margin of 100.
+    /// Whether friction may require shorter substeps. The mobilities change with the pose by far
+    /// less than the margin of 100.
     pub(crate) fn has_stiff_friction(&self, start: &Dynamics) -> bool {
         H_MAX * self.friction_rate(start) > 0.01 * RATE_STEP
     }
@@ -171,7 +169,7 @@ impl Hdrm {
     fn rk4(&self, start: &Dynamics, input: &impl Fn(f64) -> Input, s: f64, dt: f64) -> State {
         let State { zeta, zeta_dot, .. } = start.state;
         let (q, w) = (Vector6::from(zeta), Vector6::from(zeta_dot));
-        // Acceleration, and the power that the contact turns into heat.
+        // Acceleration, and the power dissipated by the contact.
         let rates = |at: &Dynamics, u: &Input| {
             (self.acceleration(at, u), self.contact_force(at).dissipation)
         };
@@ -201,18 +199,18 @@ impl Hdrm {
     }
 }
 
-/// How many parts of `dt` keep each joint's turn per part below [`TURN_MAX`].
+/// Number of parts of `dt` that keep each joint's rotation per part below [`TURN_MAX`].
 fn turning_substeps(state: &State, dt: f64) -> u32 {
     let fastest = state.zeta_dot.iter().fold(0.0, |w: f64, z| w.max(z.abs()));
     parts(dt * fastest / TURN_MAX)
 }
 
-/// At least so many parts, as far as they are allowed.
+/// `number` rounded up, from 1 to [`DIVISION_MAX`].
 fn parts(number: f64) -> u32 {
     (number.ceil() as u32).clamp(1, DIVISION_MAX)
 }
 
-fn finite(state: &State, t: f64) -> Result<(), StepError> {
+fn check_finite(state: &State, t: f64) -> Result<(), StepError> {
     const ZETA: [&str; DOF] = [
         "zeta[1]", "zeta[2]", "zeta[3]", "zeta[4]", "zeta[5]", "zeta[6]",
     ];
@@ -260,8 +258,8 @@ mod tests {
     #[test]
     fn inputs_are_asked_for_at_the_times_of_the_parts() {
         let machine = machine_file::Machine::reference();
-        let plant =
-            Hdrm::new(&machine, &crate::Options::of(&machine)).expect("the reference machine");
+        let plant = Hdrm::new(&machine, &crate::Options::from_machine(&machine))
+            .expect("the reference machine");
         let mut state = State::at_rest(machine.start.zeta);
         state.zeta_dot[4] = 9.0;
         let asked = std::cell::RefCell::new(Vec::new());
@@ -286,7 +284,7 @@ mod tests {
     fn friction_counts_from_a_hundredth_of_the_largest_rate() {
         let machine = machine_file::Machine::reference();
         let with = |factor: f64| {
-            let options = crate::Options::of(&machine);
+            let options = crate::Options::from_machine(&machine);
             let options = crate::Options {
                 joint_viscous: options.joint_viscous.map(|d| d * factor),
                 ..options

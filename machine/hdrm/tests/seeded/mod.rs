@@ -47,9 +47,9 @@ pub fn plant() -> (Machine, Hdrm) {
         inertia_scale: 1.13,
         load: Load {
             payload_mass: 271.0,
-            ..Load::of(&machine)
+            ..Load::from_machine(&machine)
         },
-        ..Options::of(&machine)
+        ..Options::from_machine(&machine)
     };
     let hdrm = Hdrm::new(&machine, &options).expect("valid reference");
     (machine, hdrm)

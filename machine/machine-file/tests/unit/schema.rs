@@ -23,7 +23,7 @@ fn schema() -> Value {
     Bounds {
         template: template(),
     }
-    .put(&mut machine, &[]);
+    .overlay(&mut machine, &[]);
     let Value::Object(mut properties) = machine["properties"].take() else {
         panic!("a machine is an object");
     };
@@ -69,7 +69,7 @@ struct Bounds {
 impl Bounds {
     /// Puts bounds into the schema of what is at `place`. Every field may be left out of a file
     /// that extends another.
-    fn put(&self, schema: &mut Value, place: &[&str]) {
+    fn overlay(&self, schema: &mut Value, place: &[&str]) {
         let Value::Object(fields) = schema else {
             return;
         };
@@ -82,7 +82,7 @@ impl Bounds {
         }
         if let Some(Value::Object(properties)) = fields.get_mut("properties") {
             for (key, property) in properties {
-                self.put(property, &[place, &[key.as_str()]].concat());
+                self.overlay(property, &[place, &[key.as_str()]].concat());
             }
         } else if let Some(items) = fields.remove("items") {
             fields.insert("items".into(), self.items(&items, place));
@@ -102,7 +102,7 @@ impl Bounds {
         let indices = (0..elements.map_or(0, Vec::len)).map(|i| i.to_string());
         let mut each = indices.map(|i| {
             let mut items = items.clone();
-            self.put(&mut items, &[place, &[i.as_str()]].concat());
+            self.overlay(&mut items, &[place, &[i.as_str()]].concat());
             items
         });
         let first = each.next().unwrap_or_default();

@@ -1,7 +1,7 @@
 //! Each way in which a path can be wrong, and what a person is told.
 
 use machine_file::Machine;
-use motion_check::{Capability, Kinematics, Motion, Payload, Quantity};
+use motion_check::{DemandModel, Kinematics, Motion, Payload, Quantity};
 use tip_path::{PathFile, TipPath, check};
 
 /// What is said of a path, or None where all is well.
@@ -239,7 +239,7 @@ fn what_the_machine_cannot_do_is_refused() {
         (
             back,
             with(|machine| {
-                let capability = Capability::new(machine, &Payload::of(machine));
+                let capability = DemandModel::new(machine, &Payload::from_machine(machine));
                 let start = Motion::rest(machine.start.zeta);
                 let x = capability.expect("valid").demand(&start).x;
                 machine.limits.stroke_3 = [x[2] - 0.02, 0.47];

@@ -29,7 +29,7 @@ fn unpacked(A: &Symmetric) -> Matrix4<f64> {
     )
 }
 
-/// `tr(A·B)`: places off the diagonal count twice.
+/// `tr(A·B)`: elements off the diagonal count twice.
 fn trace_of_product(A: &Symmetric, B: &Symmetric) -> f64 {
     let AB = A.component_mul(B);
     let diagonal = AB[0] + AB[4] + AB[7] + AB[9];
@@ -57,10 +57,10 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    /// Bounds around a nominal inertia; None if it is no physical body.
+    /// Bounds around a nominal inertia; None if it is not physically consistent.
     pub(crate) fn around(nominal: &Inertia, [lower, upper]: [f64; 2]) -> Option<Self> {
         let L = packed(&PseudoInertia::from(nominal).0);
-        let minors = Minors::of(&L);
+        let minors = Minors::new(&L);
         minors.are_positive().then(|| Self {
             P0: minors.inverse(),
             lower,
@@ -72,30 +72,29 @@ impl Bounds {
     pub(crate) fn nominal(&self, inertia: Inertia) -> Estimate {
         Estimate {
             P: self.P0,
-            determinant: Minors::of(&self.P0).determinant(),
+            determinant: Minors::new(&self.P0).determinant(),
             inertia,
         }
     }
 
     fn contain(&self, P: &Symmetric) -> bool {
-        Minors::of(&(P - self.P0 * self.lower)).are_positive()
-            && Minors::of(&(self.P0 * self.upper - P)).are_positive()
+        Minors::new(&(P - self.P0 * self.lower)).are_positive()
+            && Minors::new(&(self.P0 * self.upper - P)).are_positive()
     }
 }
 
-/// A symmetric 4×4 matrix A and its 2×2 minors. Determinant and inverse follow by Laplace's
-/// expansion, with one division in all; whether A is positive definite, by the signs of its leading
-/// minors, without any.
+/// A symmetric 4×4 matrix A and its 2×2 minors: determinant and inverse by Laplace's expansion with
+/// a single division, positive definiteness by the signs of the leading minors.
 struct Minors<'a> {
     A: &'a Symmetric,
-    /// Of the rows 1, 2 and the columns 12, 13, 14, 23, 24, 34.
+    /// Minors of rows 1, 2 and columns 12, 13, 14, 23, 24, 34.
     s: [f64; 6],
-    /// Of the rows 3, 4 and the same columns.
+    /// Minors of rows 3, 4 and the same columns.
     c: [f64; 6],
 }
 
 impl<'a> Minors<'a> {
-    fn of(A: &'a Symmetric) -> Self {
+    fn new(A: &'a Symmetric) -> Self {
         let [a11, a21, a31, a41, a22, a32, a42, a33, a43, a44] = (*A).into();
         let of_rows = |x: [f64; 4], y: [f64; 4]| {
             [
@@ -114,7 +113,6 @@ impl<'a> Minors<'a> {
         }
     }
 
-    /// `|A|`.
     fn determinant(&self) -> f64 {
         let Self { s, c, .. } = self;
         s[0] * c[5] - s[1] * c[4] + s[2] * c[3] + s[3] * c[2] - s[4] * c[1] + s[5] * c[0]
@@ -126,7 +124,7 @@ impl<'a> Minors<'a> {
         a31 * self.s[3] - a32 * self.s[1] + a33 * self.s[0]
     }
 
-    /// Whether all leading minors are positive, which is to say that A is positive definite.
+    /// Whether all leading minors are positive, that is, A is positive definite.
     fn are_positive(&self) -> bool {
         self.A[0] > 0.0 && self.s[0] > 0.0 && self.third() > 0.0 && self.determinant() > 0.0
     }
@@ -157,9 +155,8 @@ impl Estimate {
         &self.inertia
     }
 
-    /// The estimate after the body's nominal inertia has changed from `before` to `after`, with
-    /// `bounds` around the new one: by the same difference, or where that is no body within the
-    /// bounds, the new nominal inertia.
+    /// The estimate after the nominal inertia has changed from `before` to `after`: changed by the
+    /// same difference, or `after` itself if the result is outside the new `bounds`.
     pub(crate) fn moved(&self, before: &Inertia, after: &Inertia, bounds: &Bounds) -> Self {
         let inertia = Inertia {
             m: self.inertia.m + after.m - before.m,
@@ -167,12 +164,12 @@ impl Estimate {
             I: self.inertia.I + after.I - before.I,
         };
         let L = packed(&PseudoInertia::from(&inertia).0);
-        let minors = Minors::of(&L);
+        let minors = Minors::new(&L);
         if minors.are_positive() {
             let P = minors.inverse();
             if bounds.contain(&P) {
                 return Self {
-                    determinant: Minors::of(&P).determinant(),
+                    determinant: Minors::new(&P).determinant(),
                     P,
                     inertia,
                 };
@@ -181,18 +178,16 @@ impl Estimate {
         bounds.nominal(*after)
     }
 
-    /// Advances by `h` s with S held. A step that would leave the bounds is refused as a whole: the
-    /// estimate stays. Inside the bounds P is positive definite, `P > lower·P0 > 0`.
+    /// Advances by `h` s with S held. A step that would leave the bounds is skipped as a whole.
+    /// Inside the bounds P is positive definite, `P > lower·P0 > 0`.
     ///
-    /// This is no projection for which the Lyapunov argument holds. The argument needs that what is
-    /// left out of a step never points towards the true parameters, `tr((L − L̂) ΔS) ≤ 0`; a refused
-    /// step leaves out all of S, which for ten parameters may point either way, and the true body
-    /// may itself lie outside of the bounds. While steps are refused the term of the adaptation is
-    /// `tr(f(θ~) S)`, of either sign.
+    /// This is not a projection that preserves the Lyapunov argument, which needs that the omitted
+    /// part of a step never points towards the true parameters, `tr((L − L̂) ΔS) ≤ 0`: a skipped
+    /// step omits all of S, which for ten parameters may point either way, and the true body may be
+    /// outside the bounds. Then the adaptation's term is `tr(f(θ~) S)`, of either sign.
     ///
-    /// `leakage` σ, 1/s, pulls towards the nominal inertia, `P' = −S/γ − σ (P − P0)`: not in the
-    /// paper (0 is its law), against drift under measurements that are never exact (σ-modification
-    /// of Ioannou and Kokotović).
+    /// `leakage` σ, 1/s, pulls towards the nominal inertia, `P' = −S/γ − σ (P − P0)`, against drift
+    /// with inexact measurements (σ-modification of Ioannou and Kokotović); 0 is the paper's law.
     pub(crate) fn advance(
         &mut self,
         S: &Symmetric,
@@ -206,7 +201,7 @@ impl Estimate {
             P += (self.P - bounds.P0) * libm::expm1(-h * leakage);
         }
         if bounds.contain(&P) {
-            let minors = Minors::of(&P);
+            let minors = Minors::new(&P);
             *self = Self {
                 P,
                 determinant: minors.determinant(),
@@ -216,11 +211,10 @@ impl Estimate {
     }
 
     /// Bregman divergence of the true inertia from the estimate ([Df]), ≥ 0, zero if equal:
-    /// `D(L‖L̂) = log(|L̂|/|L|) + tr(L̂⁻¹·L) − 4`; not a number if the true one is no physical
-    /// body.
+    /// `D(L‖L̂) = log(|L̂|/|L|) + tr(L̂⁻¹·L) − 4`; NaN if `truth` is inconsistent.
     pub(crate) fn divergence(&self, truth: &Inertia) -> f64 {
         let L = packed(&PseudoInertia::from(truth).0);
-        let log_of_quotient = -libm::log(self.determinant * Minors::of(&L).determinant());
+        let log_of_quotient = -libm::log(self.determinant * Minors::new(&L).determinant());
         log_of_quotient + trace_of_product(&self.P, &L) - 4.0
     }
 }
@@ -328,7 +322,7 @@ mod tests {
             let tolerance =
                 4.0 * f64::EPSILON * (eigenvalues.abs().max().powi(4) / determinant).abs();
             let packed = packed(&A);
-            let minors = Minors::of(&packed);
+            let minors = Minors::new(&packed);
             let of_inverse = (A * unpacked(&minors.inverse()) - Matrix4::identity()).norm();
             let of_determinant = (minors.determinant() / determinant - 1.0).abs();
             worst = worst.max(of_inverse.max(of_determinant) / tolerance);
@@ -485,8 +479,8 @@ mod tests {
         for k in 0..4 {
             let mut A = Matrix4::identity();
             A[(k, k)] = 0.0;
-            assert!(!Minors::of(&packed(&A)).are_positive(), "{A}");
+            assert!(!Minors::new(&packed(&A)).are_positive(), "{A}");
         }
-        assert!(Minors::of(&packed(&Matrix4::identity())).are_positive());
+        assert!(Minors::new(&packed(&Matrix4::identity())).are_positive());
     }
 }

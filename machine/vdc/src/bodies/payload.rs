@@ -1,52 +1,49 @@
-//! Whether the hook is empty, found while the machine rests after the start.
+//! Detects an empty hook while the machine rests after the start ("weighing"). Not in the paper,
+//! whose controller knows its payload.
 //!
-//! Not in the paper, whose controller knows its payload. A hook without a load has a twentieth of
-//! the inertia at the wrist: gains for the payload, sampled and late, make it swing, and gains for
-//! the hook let the payload sway. A wrist that begins to swing shows its inertia by torque and
-//! acceleration; where it is that of the wrist alone the nominal payload goes, and with it the
-//! gains that follow from its inertia. A wrist at rest shows nothing, and the payload stays. Weight
-//! is no measure: hanging, a payload has no moment.
+//! Without payload the inertia at the wrist is a twentieth: gains for the payload, sampled and
+//! delayed, then make the wrist oscillate, and gains for the empty hook let a payload sway. If the
+//! wrist begins to oscillate, torque and acceleration show its inertia; if that is the wrist's own,
+//! the nominal payload is removed, and with it the gains based on its inertia. At rest the payload
+//! is kept. Weight is no measure: a hanging payload has no moment.
 
 use serde::{Deserialize, Serialize};
 
-/// Time constants of the band that counts, s: the slower one takes weight and drift away, the other
-/// one noise. What lies above acts too, damped alike in torque and acceleration.
+/// Time constants of the band-pass, s: the slow one removes weight and drift, the fast one noise.
+/// Higher frequencies are damped equally in torque and acceleration.
 const BAND: [f64; 2] = [0.15, 0.03];
-/// Time over which the size of the motion is remembered, s.
+/// Forgetting time of the least squares, s.
 const MEMORY: f64 = 0.1;
-/// Moment of the payload by its acceleration that is more than noise, over the largest by its
-/// weight.
+/// Smallest inertial moment of the payload above noise, over the largest of its weight.
 const LEAST_MOMENT: f64 = 0.2;
-/// Share of the nominal payload below which the hook is taken for empty; with more the gains for
-/// the payload leave the wrist a phase margin, even three steps late.
+/// Share of the nominal payload below which the hook counts as empty; above it the gains for the
+/// payload have a phase margin, even with a delay of three steps.
 const EMPTY: f64 = 0.33;
-/// Share that stands for nothing: it does not matter beside the wrist's own inertia.
+/// Share of an empty hook: negligible compared with the wrist's own inertia.
 const NOTHING: f64 = 0.02;
 
-/// Inertias about the second wrist joint, kg·m², and the largest moment of the payload's weight,
-/// N·m.
+/// Inertias about the second wrist joint, kg·m², and largest moment of the payload, N·m.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct WristInertia {
-    /// Of the wrist's own bodies.
+    /// Inertia of the wrist's own bodies.
     pub(crate) own: f64,
-    /// Of the nominal payload.
+    /// Inertia of the nominal payload.
     pub(crate) payload: f64,
     /// `g √(m I)` of the nominal payload.
     pub(crate) weight: f64,
 }
 
-/// Recursive least squares for the payload's share of the nominal one.
+/// Recursive least squares for the share of the nominal payload.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PayloadShare {
-    /// What is found.
+    /// The estimate.
     share: f64,
     begun: bool,
-    /// Torque, N·m, and rate, rad/s, behind the faster lag, and these and the acceleration behind
-    /// the slower one.
+    /// Torque, N·m, and rate, rad/s, after the fast lag; `slow` after the slow one.
     torque: f64,
     rate: f64,
     slow: [f64; 2],
-    /// Remembered square of the moment that the nominal payload's acceleration takes, N²·m²·s.
+    /// Exponentially forgotten ∫ φ² dt, N²·m²·s.
     square: f64,
 }
 
@@ -64,13 +61,14 @@ impl Default for PayloadShare {
 }
 
 impl PayloadShare {
-    /// The share that counts, 1 or next to nothing, after `h` s in which the joint turned at `rate`, rad/s, under `torque`, N·m.
+    /// Advances by `h` s with `rate`, rad/s, and `torque`, N·m, of the joint, and returns the share
+    /// to use: 1, or that of an empty hook.
     /// ```text
     /// τ_b − I_0 a_b = share·φ,   φ = I a_b,   a = (ω − ω_f)/T
     /// share' = φ (τ_b − I_0 a_b − share·φ)/(ρ + ∫ φ² dt)
     /// ```
-    /// Torque and acceleration pass the same band (index b), so no rate is differentiated. A swing
-    /// that is too fast for the readings' delay takes the correlation down, and the share with it.
+    /// Torque and acceleration pass the same band-pass (index b), so no rate is differentiated. An
+    /// oscillation too fast for the readings' delay lowers the correlation, and the share with it.
     pub(crate) fn advance(
         &mut self,
         torque: f64,

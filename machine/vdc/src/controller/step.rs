@@ -1,12 +1,12 @@
-//! How the controller's state advances over a communication step: at once, from sample to sample, or
-//! with commands that act late.
+//! Advances the controller's state over a communication step: in one interval, from sample to
+//! sample, or with delayed commands.
 
 use super::Controller;
 use crate::drive::{Reading, VoltageLaw};
 use crate::error::{ControllerError, STEP_MAX};
 use crate::evaluation::Evaluation;
 use crate::law::WEIGHING_JOINT;
-use crate::measured::{DELAY_MAX, SAMPLES_MAX, SLACK, Timing, predicted};
+use crate::measured::{DELAY_MAX, SAMPLES_MAX, SLACK, Timing, predict};
 use crate::nominal::Nominal;
 use crate::reference::Reference;
 use crate::settings::{Level, Settings};
@@ -17,10 +17,7 @@ use crate::tracking::at_joints;
 
 impl Controller {
     /// Advances from the communication point `t` by `h`, both s, with the measurements held; `now`
-    /// is the evaluation of the present state and `input`. On error nothing has changed.
-    ///
-    /// # Errors
-    /// A step that is not positive or too long, and as [`Controller::evaluate`].
+    /// is the evaluation of the present state and `input`. On error the state is unchanged.
     pub fn step(
         &mut self,
         now: &Evaluation,
@@ -33,7 +30,7 @@ impl Controller {
             return Err(ControllerError::BadStep { t, h });
         }
         let omega = settings.gains.omega_speed;
-        let input = &self.state.joints.observed(input, omega);
+        let input = &self.state.joints.with_observed_rates(input, omega);
         match self.timing {
             Timing { delay: 1.., .. } => self.step_delayed(now, settings, input, t, h)?,
             Timing { sample_time, .. } if sample_time > 0.0 => {
@@ -53,22 +50,22 @@ impl Controller {
         Ok(())
     }
 
-    /// Takes over what the path says of the load, if the controller is told.
+    /// Sets the known load to that of the path, if the settings allow.
     #[inline]
     fn take_over_load(&mut self, settings: &Settings) {
-        if settings.load_told && settings.level == Level::Machine {
+        if settings.load_known && settings.level == Level::Machine {
             let t = self.state.motion_time(settings.gains.settle_time);
             let load = self.reference.load(t);
             if let Some(load) = load.filter(|load| load != self.state.bodies.load()) {
-                self.tell_load(&load);
+                self.set_load(&load);
             }
         }
     }
 
-    /// All states but the observer's and the samples over an interval of `h` s in which the
-    /// measurements and commands of `now` are held.
+    /// Advances all states except the joint observer's and the samples by `h` s, with the
+    /// measurements and commands of `now` held.
     fn advance(&mut self, now: &Evaluation, settings: &Settings, input: &Input, h: f64) {
-        let settings = &*self.state.supervisor.in_force(settings);
+        let settings = &*self.state.supervisor.effective_settings(settings);
         let Self {
             nominal,
             reference,
@@ -87,15 +84,16 @@ impl Controller {
         }
         let is_at_limit = now.is_at_limit(&nominal.tau_wrist_max);
         if let (Some(machine), false) = (&now.machine, is_at_limit) {
-            for (i, rate) in machine.memory_rate.into_iter().enumerate() {
+            for (i, rate) in machine.law_integral_rate.into_iter().enumerate() {
                 let prime = machine.strokes.get(i).map(|stroke| stroke.prime);
-                if !prime.is_some_and(|prime| now.leads_beyond(i, rate / prime)) {
-                    state.memory[i] += h * rate;
+                if !prime.is_some_and(|prime| now.pushes_beyond_limit(i, rate / prime)) {
+                    state.law_integral[i] += h * rate;
                 }
             }
         }
         let is_braked = state.supervisor.stage() >= Stage::Braking;
-        let rests = is_braked || is_at_limit || (0..3).any(|i| now.leads_beyond(i, now.push[i]));
+        let rests =
+            is_braked || is_at_limit || (0..3).any(|i| now.pushes_beyond_limit(i, now.push[i]));
         now.errors.advance(&mut state.integral, rests, h);
         if state.supervisor.stage() != Stage::Off {
             supervise(nominal, reference, state, settings, now, input, h);
@@ -109,12 +107,12 @@ impl Controller {
                 actuator: &nominal.actuators[i],
                 settings,
             };
-            law.advance(drive, &Reading::of(input, i), &now.commands[i], h);
+            law.advance(drive, &Reading::from_input(input, i), &now.commands[i], h);
         }
     }
 
-    /// A step without delay: measurements are held from one sample to the next, those of a sample
-    /// inside the step are `input`.
+    /// A step with a sample time and without delay: measurements are held from one sample to the
+    /// next; a sample inside the step takes `input`.
     fn step_sampled(
         &mut self,
         now: &Evaluation,
@@ -133,7 +131,9 @@ impl Controller {
         loop {
             let sampling = &mut self.state.sampling;
             let measured = *sampling.held.get_or_insert(*input);
-            let next = self.timing.sample(self.state.t_start, sampling.count + 1);
+            let next = self
+                .timing
+                .sample_instant(self.state.t_start, sampling.count + 1);
             if next > end + slack {
                 return Ok(());
             }
@@ -154,8 +154,8 @@ impl Controller {
         }
     }
 
-    /// A step after which the outputs belong to the time at which they act: measurements are
-    /// predicted over the delay, with the commands that act meanwhile.
+    /// A step with delay: the next outputs are computed for the time at which they will act, from
+    /// measurements predicted over the delay with the commands that act until then.
     fn step_delayed(
         &mut self,
         now: &Evaluation,
@@ -168,11 +168,13 @@ impl Controller {
         let delay = self.timing.delay.min(DELAY_MAX) as usize;
         let mut sampling = self.state.sampling;
         sampling.plan(delay, now.plan());
-        let due = self.timing.sample(self.state.t_start, sampling.count);
+        let due = self
+            .timing
+            .sample_instant(self.state.t_start, sampling.count);
         if T == 0.0 || t >= due - SLACK * T {
             let (mut ahead, mut lead) = sampling.first(input, h);
             for planned in sampling.planned(delay) {
-                ahead = predicted(&self.nominal, settings.alpha, &ahead, planned, lead, t, h)?;
+                ahead = predict(&self.nominal, settings.alpha, &ahead, planned, lead, t, h)?;
                 lead = 0.0;
             }
             let acts = t + delay as f64 * h;
@@ -187,7 +189,7 @@ impl Controller {
     }
 }
 
-/// Advances the supervisor by `h` s, and what its new stages ask of the rest of the state.
+/// Advances the supervisor by `h` s, and applies a new stage to the rest of the state.
 fn supervise(
     nominal: &Nominal,
     reference: &Reference,
@@ -201,12 +203,12 @@ fn supervise(
     let errors = now.rod_errors(&input.F);
     let is_overloaded = now.is_overloaded(&input.F, ratings);
     if supervisor.stage() < Stage::Braking {
-        supervisor.feel(&now.output.tau_wrist, h);
+        supervisor.average_wrist_torques(&now.output.tau_wrist, h);
     }
     let Some(fall) = supervisor.advance(&errors, is_overloaded, ratings, state.t, h) else {
         return;
     };
-    // What it asks for, Λ z, stays.
+    // Keeps Λ z, which the integral contributes to the required rates.
     state.integral *= fall;
     let stage = state.supervisor.stage();
     if stage >= Stage::Stopping && state.supervisor.stop().is_none() {
@@ -217,7 +219,7 @@ fn supervise(
             .map(|target| at_joints(&target, nominal, gains, &state.integral, &input.zeta))
             .unwrap_or_default();
         state.integral = integral;
-        state.supervisor.stop_from(input.zeta.into(), zeta_dot);
+        state.supervisor.begin_stop(input.zeta.into(), zeta_dot);
     }
     if stage >= Stage::Braking {
         state.supervisor.brake_at(&input.zeta);

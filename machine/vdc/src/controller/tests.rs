@@ -9,7 +9,7 @@ fn after(machine: &Machine, mode: Mode, integral: bool, seconds: f64) -> (Vector
     let settings = Settings {
         mode,
         integral,
-        ..Settings::of(&machine.controller)
+        ..Settings::from_gains(&machine.controller)
     };
     let start = Input {
         zeta: machine.start.zeta,
@@ -58,9 +58,9 @@ fn the_integral_rests_at_each_limit() {
     }
 }
 
-/// Integral, and what was learnt of the payload's mass, kg, after 50 ms beside the start pose by `off`, rad, in
-/// the lift joint, where the lift rod may have the share `limit` of the force that holds the
-/// machine there; the required force of that rod, N, and its limit.
+/// Integral, and what was learnt of the payload's mass, kg, after 50 ms beside the start pose by
+/// `off`, rad, in the lift joint, where the lift rod may have the share `limit` of the force that
+/// holds the machine there; the required force of that rod, N, and its limit.
 fn limited(off: f64, limit: f64) -> (Vector6<f64>, f64, [f64; 2], Errors) {
     let mut machine = Machine::reference();
     let start = Input {
@@ -75,7 +75,7 @@ fn limited(off: f64, limit: f64) -> (Vector6<f64>, f64, [f64; 2], Errors) {
     let settings = Settings {
         integral: true,
         force_limit: 1.25,
-        ..Settings::of(&machine.controller)
+        ..Settings::from_gains(&machine.controller)
     };
     let holding = new(&machine, &settings).evaluate(&settings, &start);
     machine.ratings.lift.force_max = limit * holding.expect("finite").output.f_required[1];
@@ -124,7 +124,7 @@ fn beside(mode: Mode, change: impl Fn(&mut Gains)) -> ([f64; 3], [f64; DOF]) {
     let machine = Machine::reference();
     let mut settings = Settings {
         mode,
-        ..Settings::of(&machine.controller)
+        ..Settings::from_gains(&machine.controller)
     };
     change(&mut settings.gains);
     let start = Input {
@@ -153,14 +153,14 @@ fn beside(mode: Mode, change: impl Fn(&mut Gains)) -> ([f64; 3], [f64; DOF]) {
             .step(&now, &settings, &beside, t, 1e-3)
             .expect("finite");
     }
-    (first.output.tau_wrist, controller.state.memory)
+    (first.output.tau_wrist, controller.state.law_integral)
 }
 
 /// Closed forms with the error standing still. Two gains of the modular law tell `M s`, since its
 /// torque is `model + κ M s`. Then the observer asks for `(κ + ω) M s` and integrates `ω κ M s`;
 /// super-twisting asks for `κ M s r` and integrates `ω κ M s r²` with `r² = s_0/|s|`. The cascade
-/// asks for `K s` and integrates `ω K s`. The laws before them integrate nothing. Tolerance: rounding of
-/// differences of torques of 1 kN·m, and of 20 sums.
+/// asks for `K s` and integrates `ω K s`. The laws before them integrate nothing. Tolerance:
+/// rounding of differences of torques of 1 kN·m, and of 20 sums.
 #[test]
 fn the_rivals_integrate_what_they_ask_for() {
     let (kappa, omega) = (30.0, 2.5);
@@ -247,7 +247,7 @@ fn required_accelerations_are_rates_of_the_required_velocities() {
     let machine = Machine::reference();
     let mut settings = Settings {
         mode: Mode::Modular,
-        ..Settings::of(&machine.controller)
+        ..Settings::from_gains(&machine.controller)
     };
     (
         settings.gains.Lambda_position,
@@ -286,7 +286,7 @@ fn required_accelerations_are_rates_of_the_required_velocities() {
 #[test]
 fn a_refused_step_leaves_commanded_rates_as_they_were() {
     let machine = Machine::reference();
-    let settings = Settings::of(&machine.controller);
+    let settings = Settings::from_gains(&machine.controller);
     let network = Surrogate::reference();
     let sane = Input {
         zeta: machine.start.zeta,

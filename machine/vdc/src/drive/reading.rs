@@ -1,4 +1,4 @@
-//! What a drive measures.
+//! The measurements of one drive, taken from the controller's inputs.
 
 use crate::signals::Input;
 
@@ -13,15 +13,14 @@ pub(crate) struct Reading {
     pub(crate) w_m: f64,
     /// Force on the load, N.
     pub(crate) F: f64,
-    /// Voltage of the DC link, V; None: the nominal machine's.
+    /// Voltage of the DC link, V; None: that of the nominal machine.
     pub(crate) v_dc: Option<f64>,
     /// Temperature of the winding, K.
     pub(crate) T_winding: f64,
 }
 
 impl Reading {
-    /// Of drive `i`.
-    pub(crate) fn of(input: &Input, i: usize) -> Self {
+    pub(crate) fn from_input(input: &Input, i: usize) -> Self {
         Self {
             i_d: input.i_d[i],
             i_q: input.i_q[i],

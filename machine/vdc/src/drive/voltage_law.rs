@@ -1,6 +1,6 @@
 //! The voltage law of one actuator ([eq:voltages_Control] to [eq:current_q_required]).
 //!
-//! From the required force and rod motion to the dq voltages, with the controller's own nominal
+//! It computes the dq voltages from the required force and rod motion with the controller's nominal
 //! actuator parameters. dq quantities are peak-valued.
 
 use crate::drive::reading::Reading;
@@ -9,47 +9,43 @@ use crate::tracking::RodMotion;
 use emla::{Emla, maps};
 use hdrm::saturate;
 
-/// What the law asks of one actuator.
+/// Required force and motion of one rod, the input of the voltage law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct RodDemand {
-    /// Required force on the load, N, within its limit.
+    /// Required force on the load, N, limited.
     pub(crate) f_r: f64,
-    /// Required motion.
     pub(crate) motion: RodMotion,
-    /// The force before it was limited, N.
-    pub(crate) asked: f64,
-    /// The limit, N; None: the current's alone.
+    /// The required force before its limitation, N.
+    pub(crate) f_unlimited: f64,
+    /// The limit, N; None: only the current is limited.
     pub(crate) f_max: Option<f64>,
 }
 
 impl RodDemand {
-    /// The force `asked`, N, as far as `f_max` allows.
-    pub(crate) fn within(f_max: Option<f64>, asked: f64, motion: RodMotion) -> Self {
+    /// The force `f_unlimited`, N, limited to ±`f_max`.
+    pub(crate) fn limited(f_max: Option<f64>, f_unlimited: f64, motion: RodMotion) -> Self {
         Self {
-            f_r: f_max.map_or(asked, |f_max| saturate(asked, f_max)),
+            f_r: f_max.map_or(f_unlimited, |f_max| saturate(f_unlimited, f_max)),
             motion,
-            asked,
+            f_unlimited,
             f_max,
         }
     }
 }
 
-/// States of the law.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct DriveState {
     /// Required direct-axis current, A.
     pub(crate) i_dr: f64,
-    /// Required quadrature-axis current behind the filter whose slope is d(i_qr)/dt, A.
+    /// Required quadrature-axis current after the filter whose slope is d(i_qr)/dt, A.
     pub(crate) i_qr_filtered: f64,
     /// Integral parts of the voltages, V.
     pub(crate) v_d_integral: f64,
-    /// As `v_d_integral`, quadrature axis.
     pub(crate) v_q_integral: f64,
     /// State of the disturbance observer, N·m·s.
     observer: f64,
 }
 
-/// What the law gives.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Command {
     /// Direct-axis voltage, V.
@@ -58,9 +54,9 @@ pub(crate) struct Command {
     pub(crate) v_q: f64,
     /// Required quadrature-axis current, A.
     pub(crate) i_qr: f64,
-    /// Largest voltage that the drive can give, V.
+    /// Largest voltage of the drive, V.
     pub(crate) v_max: f64,
-    /// Largest current that the law asks for, A.
+    /// Largest required current, A.
     pub(crate) i_max: f64,
     /// Feedback part of `v_d`, V.
     pub(crate) e_d: f64,
@@ -68,30 +64,27 @@ pub(crate) struct Command {
     pub(crate) e_q: f64,
     /// `F_hyb,r − F_hyb` by [eq:Error_Force_EMLA], N.
     pub(crate) force_error: f64,
-    /// Sign of the force whose limit is reached; 0 within it.
+    /// Sign of the force that is at its limit; 0: none.
     pub(crate) at_force_limit: f64,
-    /// What the network adds to the physics, `α·dF`, N.
+    /// The network's residual force, `α·dF`, N.
     residual_force: f64,
 }
 
 impl Command {
-    /// Its size, V.
+    /// Amplitude of the voltage, V.
     pub(crate) fn voltage(&self) -> f64 {
         (self.v_d * self.v_d + self.v_q * self.v_q).sqrt()
     }
 }
 
-/// The law with its constants.
+/// The voltage law with its parameters.
 pub(crate) struct VoltageLaw<'a> {
-    /// Nominal actuator.
     pub(crate) actuator: &'a Emla,
-    /// Mode, gains, blending factor.
     pub(crate) settings: &'a Settings,
 }
 
-/// What the network adds to the physics of each actuator at the present operating points, `α·dF`,
-/// N. The hybrid actuator holds the same value over the step to come, so it is cancelled, not fed
-/// back.
+/// The network's residual force of each actuator at the present operating points, `α·dF`, N. The
+/// hybrid actuator holds the same value over the next step, so it is cancelled, not fed back.
 pub(crate) fn residual_forces(
     actuators: &[Emla; 3],
     settings: &Settings,
@@ -113,32 +106,31 @@ impl VoltageLaw<'_> {
         self.actuator.params()
     }
 
-    /// Largest current (peak) that the law asks for, A, with the winding at `T_winding`, K.
+    /// Largest required current (peak), A, with the winding at `T_winding`, K.
     fn largest_current(&self, T_winding: f64) -> f64 {
         let derating = self.settings.derating.as_ref();
         derating.map_or(1.0, |d| d.share(T_winding)) * self.p().i_max
     }
 
-    /// Largest voltage (peak) that the drive can give, V, with `v_dc` in its DC link.
+    /// Largest voltage (peak) of the drive, V, with the DC-link voltage `v_dc`, V.
     fn largest_voltage(&self, v_dc: Option<f64>) -> f64 {
         let p = self.p();
         p.largest_voltage(v_dc.unwrap_or_else(|| p.link_voltage()))
     }
 
-    /// Torque that the nominal actuator model does not explain, N·m, low-pass filtered at ω_d: gear
-    /// losses, friction and torque constant other than nominal.
+    /// Disturbance torque that the nominal actuator model does not explain, N·m, low-pass filtered
+    /// at ω_d: deviations of gear losses, friction and torque constant.
     /// ```text
     /// d̂ = ω_d (z − J w_m),   z' = ω_d (J w_m + (τ_e − τ_load(F, w_m))/ω_d − z)
     /// ```
     /// Not in the paper (ω_d = 0 is its law). z depends on earlier measurements only, so the
-    /// measured force has no direct path to the voltages.
+    /// measured force has no direct feedthrough to the voltages.
     fn disturbance(&self, state: &DriveState, now: &Reading) -> f64 {
         let momentum = maps::inertia(self.p(), 1.0) * now.w_m;
         self.settings.gains.omega_d * (state.observer - momentum)
     }
 
-    /// Required quadrature-axis current, A, saturated at the drive's limit, which the derating
-    /// lowers.
+    /// Required quadrature-axis current, A, saturated at the drive's (derated) limit.
     ///
     /// Source: [eq:current_q_required] solved for `i_qr`, with the reflected inertia corrected,
     /// friction at the required rates, and the required instead of the measured acceleration: the
@@ -166,11 +158,11 @@ impl VoltageLaw<'_> {
         saturate(i_qr, self.largest_current(now.T_winding))
     }
 
-    /// How much of the current `more`, A, which the velocity feedback adds to `i_qr`, the limit of
-    /// the rod's force leaves, and the sign of the force whose limit is reached, or 0. Both currents
-    /// together are at most what it takes to hold the largest forces: friction and the rotor's
-    /// inertia are not added, since a load that drives the motor back has them on its side, and
-    /// friction that changed its sign with the measured speed would make the machine swing.
+    /// Limits the current `more`, A, which the velocity feedback adds to `i_qr`, so that both
+    /// together stay within the currents for the largest rod forces at rest. Also returns the sign
+    /// of the force that is at its limit, or 0. Friction and rotor inertia are not added to these
+    /// currents: they help a load that drives the motor back, and friction that changes its sign
+    /// with the measured speed would make the machine oscillate.
     fn within_force_limit(
         i_qr: f64,
         more: f64,
@@ -181,19 +173,18 @@ impl VoltageLaw<'_> {
             return (more, 0.0);
         };
         let at_rest = RodMotion::default();
-        let [least, most] = [-f_max, f_max].map(|f| current(&RodDemand::within(None, f, at_rest)));
+        let [least, most] = [-f_max, f_max].map(|f| current(&RodDemand::limited(None, f, at_rest)));
         match i_qr + more {
             i_q if i_q > most => (most - i_qr, 1.0),
             i_q if i_q < least => (least - i_qr, -1.0),
-            _ if demand.asked == demand.f_r => (more, 0.0),
-            _ => (more, demand.asked.signum()),
+            _ if demand.f_unlimited == demand.f_r => (more, 0.0),
+            _ => (more, demand.f_unlimited.signum()),
         }
     }
 
-    /// `di_dr/dt = −λ_i·i_d` ([eq:current_d_required] with `i_dd = 0`), A/s. A drive that regulates
-    /// its currents itself keeps i_d at 0 and knows no `i_dr`: without its voltage nothing would
-    /// answer the integral, which an offset of the measured i_d makes grow without end, and with it
-    /// `λ_q i_dr`, a positive feedback of the measured i_q to the required one.
+    /// `di_dr/dt = −λ_i·i_d` ([eq:current_d_required] with `i_dd = 0`), A/s. 0 for a drive with its
+    /// own current loop, which keeps i_d at 0: an offset of the measured i_d would make the
+    /// integral grow without bound, and with it `λ_q i_dr`, a positive feedback of i_q.
     fn i_dr_dot(&self, now: &Reading) -> f64 {
         match self.settings.current_loop {
             true => 0.0,
@@ -207,15 +198,15 @@ impl VoltageLaw<'_> {
     /// v_q = R_s i_q + L_q di_qr/dt + p w_m λ_d + e_q + ω_i ∫e_q dt
     /// e_d = K_i (i_dr − i_d),   e_q = K_f (F_r − F) + K_v (ẋ_r − ẋ_n)
     /// ```
-    /// The integrals are not in the paper (ω_i = 0 is its law): they take up what wrong motor
-    /// parameters leave over, above all the back-EMF of a wrong λ_m. They integrate the sum of both
-    /// errors, so in steady state the velocity feedback keeps its force. The velocity feedback acts
-    /// on the motor side, `ẋ_n = lead·w_m/N`: on the rod side, as printed, it is not collocated and
+    /// The integrals are not in the paper (ω_i = 0 is its law): they compensate wrong motor
+    /// parameters, above all the back-EMF of a wrong λ_m. They integrate the sum of both errors, so
+    /// in steady state the velocity feedback keeps its force. The velocity feedback acts on the
+    /// motor side, `ẋ_n = lead·w_m/N`: on the rod side, as printed, it is not collocated and
     /// unstable at these gains.
     ///
-    /// A drive that regulates its currents itself is told a current which the velocity feedback
-    /// joins, `i_q,cmd = i_qr + K_v/K_i (ẋ_r − ẋ_n)`, at the ratio in which the voltage law weighs
-    /// both errors: so the motor is as stiff against the force as under that law.
+    /// A drive with its own current loop receives a current that includes the velocity feedback,
+    /// `i_q,cmd = i_qr + K_v/K_i (ẋ_r − ẋ_n)`, with the ratio that the voltage law has between both
+    /// errors: so the motor is as stiff against the force as under that law.
     ///
     /// `residual_force` is that of [`residual_forces`].
     pub(crate) fn command(
@@ -231,19 +222,19 @@ impl VoltageLaw<'_> {
         let velocity_error = demand.motion.x_r_dot - maps::travel_per_radian(p) * w_m;
         let current = |d: &RodDemand| self.required_current(state, d, now, residual_force);
         let mut i_qr = current(demand);
-        // What an ampere of the required current weighs in the feedback, V.
+        // Feedback voltage per ampere of the required current, V/A.
         let ampere = match self.settings.current_loop {
             true => gains.K_i,
             false => gains.K_f * maps::beta_1(p, i_d),
         };
-        // Without such a feedback no current stands for the damping, and its voltage is as it is.
+        // Without that feedback the damping cannot be expressed as a current and is not limited.
         let ratio = Some(gains.K_v / ampere).filter(|ratio| ratio.is_finite());
-        let asked = ratio.map_or(0.0, |ratio| ratio * velocity_error);
-        let (given, at_force_limit) = Self::within_force_limit(i_qr, asked, demand, current);
+        let wanted = ratio.map_or(0.0, |ratio| ratio * velocity_error);
+        let (given, at_force_limit) = Self::within_force_limit(i_qr, wanted, demand, current);
         let mut damping = gains.K_v * velocity_error;
         if self.settings.current_loop {
             i_qr = saturate(i_qr + given, self.largest_current(now.T_winding));
-        } else if given != asked && ampere > 0.0 {
+        } else if given != wanted && ampere > 0.0 {
             damping = ampere * given;
         }
         let di_qr = (i_qr - state.i_qr_filtered) / gains.di_qr_filter_time;
@@ -272,8 +263,7 @@ impl VoltageLaw<'_> {
     }
 
     /// Advances the law's state by `h` s with measurements and command held; the filters are exact
-    /// for that. While the command is beyond what the inverter makes of its DC link the integrals
-    /// rest, or they would wind up.
+    /// for that. The integrals are frozen while the voltage exceeds the drive's (anti-windup).
     pub(crate) fn advance(&self, state: &mut DriveState, now: &Reading, command: &Command, h: f64) {
         let (p, gains) = (self.p(), &self.settings.gains);
         let reached = |rate: f64| -libm::expm1(-h * rate);
@@ -285,8 +275,7 @@ impl VoltageLaw<'_> {
             let unexplained =
                 maps::torque(p, now.i_d, now.i_q) - maps::required_torque(p, F, now.w_m, 0.0);
             let momentum = maps::inertia(p, 1.0) * now.w_m;
-            // The share over ω_d is at most h, the quotient of the torque alone would overflow for
-            // the smallest ω_d.
+            // `share / omega_d` is at most h; the torque over ω_d alone could overflow.
             let share = reached(gains.omega_d);
             state.observer +=
                 share * (momentum - state.observer) + share / gains.omega_d * unexplained;
@@ -299,7 +288,7 @@ impl VoltageLaw<'_> {
 }
 
 impl DriveState {
-    /// Nothing unexplained at motor speed `w_m`.
+    /// The start state: no disturbance at motor speed `w_m`.
     pub(crate) fn undisturbed(p: &machine_file::Emla, w_m: f64) -> Self {
         Self {
             observer: maps::inertia(p, 1.0) * w_m,
@@ -307,8 +296,7 @@ impl DriveState {
         }
     }
 
-    /// Starts the filter at the required current `i_qr`, A, as if it had been constant: no slope at
-    /// the start.
+    /// Sets the filter to the steady state with the required current `i_qr`, A.
     pub(crate) fn settled(self, i_qr: f64) -> Self {
         Self {
             i_qr_filtered: i_qr,
@@ -331,7 +319,7 @@ mod tests {
         Settings {
             mode: Mode::Modular,
             alpha,
-            ..Settings::of(&machine.controller)
+            ..Settings::from_gains(&machine.controller)
         }
     }
 
@@ -354,7 +342,7 @@ mod tests {
             x_r_dot: 0.02,
             x_r_ddot: 0.0,
         };
-        let demand = RodDemand::within(None, 21e3, motion);
+        let demand = RodDemand::limited(None, 21e3, motion);
         let measured = Reading {
             i_d: s.i_d,
             i_q: s.i_q,
@@ -530,7 +518,7 @@ mod tests {
                 x_r_dot,
                 x_r_ddot: 0.0,
             };
-            RodDemand::within(f_max, asked, motion)
+            RodDemand::limited(f_max, asked, motion)
         };
         let speed = start.motion.x_r_dot;
         for x_dot in [speed, -speed] {
@@ -582,7 +570,7 @@ mod tests {
                 x_r_dot: maps::travel_per_radian(p) * steady.w_m,
                 x_r_ddot: 0.0,
             };
-            let demand = RodDemand::within(Some(50e3), start.f_r, motion);
+            let demand = RodDemand::limited(Some(50e3), start.f_r, motion);
             let state = DriveState::undisturbed(p, steady.w_m);
             law.command(&state, &demand, &steady, 0.0).v_q
         };

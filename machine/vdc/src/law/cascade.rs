@@ -1,17 +1,15 @@
-//! The cascade that drives ship with, to compare with: position P, velocity PI, and what holds the
-//! nominal machine fed forward, with the nominal friction of joints and actuators.
+//! Cascade control as in industrial drives, for comparison: position P, velocity PI, with
+//! feedforward of nominal gravity and friction.
 //!
 //! Source: R. Krishnan, *Permanent Magnet Synchronous and Brushless DC Motor Drives*, chapter on
-//! speed control. The position loop is that of the tip (`Lambda_position`,
-//! `Lambda_orientation`), whose rates the joints' velocity loops follow; their proportional gains
-//! are the `pd_…` dampings, their integral rate is `omega_tip`. The voltage law stands for the
-//! current loop.
+//! speed control. The position loop is that of the tip (`Lambda_position`, `Lambda_orientation`);
+//! its rates are the references of the joints' velocity loops, whose proportional gains are the
+//! `pd_…` dampings and whose integral rate is `omega_tip`. The voltage law is the current loop.
 
 use crate::law::control_law::{ControlLaw, Forces, Instant, Rod};
 use crate::law::decomposition;
 use crate::law::pd::Pd;
 
-/// Position P, velocity PI.
 pub(crate) struct Cascade;
 
 impl ControlLaw for Cascade {
@@ -30,11 +28,11 @@ impl ControlLaw for Cascade {
         });
         let torque = |i: usize| {
             let friction = now.nominal.joint_viscous[i] * now.required.zeta_dot[i];
-            hold[i] + friction + proportional[i] + now.memory[i]
+            hold[i] + friction + proportional[i] + now.law_integral[i]
         };
         Forces {
-            memory_rate: proportional.map(|p| gains.omega_tip * p),
-            ..now.of_joints(std::array::from_fn(torque))
+            law_integral_rate: proportional.map(|p| gains.omega_tip * p),
+            ..now.forces_from_joints(std::array::from_fn(torque))
         }
     }
 

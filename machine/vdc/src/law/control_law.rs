@@ -1,4 +1,4 @@
-//! What every control law computes, and from what.
+//! The interface of a control law: its inputs at an instant, and the forces it returns.
 
 use crate::bodies::Bodies;
 use crate::law::decomposition::{self, BodyMotion, VelocityErrors};
@@ -7,12 +7,12 @@ use crate::tracking::{RequiredMotion, RodMotion};
 use hdrm::{Body, Configuration, DOF};
 use machine_file::Controller as Gains;
 
-/// From required motion to forces.
+/// Computes forces from the required motion.
 pub(crate) trait ControlLaw: Sync {
-    /// What rods and wrist joints of the whole machine are to give.
+    /// Required forces of rods and wrist joints of the whole machine.
     fn forces(&self, now: &Instant) -> Forces;
 
-    /// What one rod by itself is to give to its load, N; by the model
+    /// Required force of a single rod on its load, N; by the model
     /// `f_r = f_d + M_act ẍ_r + K_A (ẋ_r − ẋ)`, `K_A = kappa_KA·M_act`: [Eq:Required_Force] with
     /// the rod as the body.
     fn rod_force(&self, rod: &Rod) -> f64 {
@@ -20,13 +20,13 @@ pub(crate) trait ControlLaw: Sync {
         rod.f_d + rod.M_act * (rod.required.x_r_ddot + rod.gains.kappa_KA * lacking)
     }
 
-    /// Whether the drives compute their currents by the model of the actuator, with its inertia,
-    /// friction and what the disturbance observer finds; otherwise by the lossless transmission.
+    /// Whether the required currents include the actuator's inertia, friction and the disturbance
+    /// observer; otherwise they follow from the lossless transmission.
     fn knows_actuators(&self) -> bool {
         true
     }
 
-    /// Advances what the law learns of the bodies by `h` s with these motions held.
+    /// Adapts the estimates of the bodies by `h` s with these motions held.
     fn learn(
         &self,
         _bodies: &mut Bodies,
@@ -37,7 +37,7 @@ pub(crate) trait ControlLaw: Sync {
     }
 }
 
-/// The whole machine at one instant.
+/// The whole machine at one instant, the input of a control law.
 pub(crate) struct Instant<'a> {
     pub(crate) nominal: &'a Nominal,
     pub(crate) bodies: &'a Bodies,
@@ -46,18 +46,16 @@ pub(crate) struct Instant<'a> {
     /// Measured joint rates, rad/s.
     pub(crate) zeta_dot: &'a [f64; DOF],
     pub(crate) required: &'a RequiredMotion,
-    /// Required motion of the rods.
     pub(crate) rods: &'a [RodMotion; 3],
-    /// Motion of what the machine stands on.
     pub(crate) ground: &'a BodyMotion,
     pub(crate) motions: &'a [BodyMotion; Body::COUNT],
     pub(crate) errors: &'a VelocityErrors,
-    /// What the law has integrated, a joint each: see [`Forces::memory_rate`].
-    pub(crate) memory: &'a [f64; DOF],
+    /// The law's integral for each joint: see [`Forces::law_integral_rate`].
+    pub(crate) law_integral: &'a [f64; DOF],
 }
 
 impl Instant<'_> {
-    /// Generalised forces of the nominal bodies' required motion, and of the joints' friction, N·m.
+    /// Generalised forces of the nominal model for the required motion, with friction, N·m.
     pub(crate) fn model(&self) -> [f64; DOF] {
         let mut Q = self.bodies_forces(0.0);
         for (i, Q) in Q.iter_mut().enumerate() {
@@ -83,17 +81,17 @@ impl Instant<'_> {
         )
     }
 
-    /// What these generalised forces, N·m, ask of rods and wrist.
-    pub(crate) fn of_joints(&self, Q: [f64; DOF]) -> Forces {
+    /// Rod forces and wrist torques for these generalised forces, N·m.
+    pub(crate) fn forces_from_joints(&self, Q: [f64; DOF]) -> Forces {
         Forces {
             rods: std::array::from_fn(|i| Q[i] / self.configuration.strokes[i].prime),
             wrist: [Q[3], Q[4], Q[5]],
-            memory_rate: [0.0; DOF],
+            law_integral_rate: [0.0; DOF],
         }
     }
 }
 
-/// One rod by itself at one instant.
+/// A single rod at one instant, without the machine.
 pub(crate) struct Rod<'a> {
     pub(crate) gains: &'a Gains,
     /// Nominal mass that the actuator moves, kg.
@@ -105,14 +103,13 @@ pub(crate) struct Rod<'a> {
     pub(crate) f_d: f64,
 }
 
-/// What a law asks for.
+/// Result of a control law.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Forces {
-    /// Of the rods, N.
+    /// Forces of the rods, N.
     pub(crate) rods: [f64; 3],
-    /// Torques of the wrist joints, N·m, not yet held to their limits.
+    /// Torques of the wrist joints before saturation, N·m.
     pub(crate) wrist: [f64; 3],
-    /// Rate of what the law integrates, N·m/s; it rests while a drive or a wrist joint is at its
-    /// limit.
-    pub(crate) memory_rate: [f64; DOF],
+    /// Rate of the law's integral, N·m/s; frozen while a drive or wrist joint is at its limit.
+    pub(crate) law_integral_rate: [f64; DOF],
 }

@@ -1,5 +1,5 @@
-//! Required twists and wrenches of the decomposed machine
-//! ([Eq:Base_Required_Kinematics] to [Eq:Actuator_Base_Required_Dynamics2]).
+//! Virtual decomposition: required twists and wrenches of all bodies, and the joint forces that
+//! follow from them ([Eq:Base_Required_Kinematics] to [Eq:Actuator_Base_Required_Dynamics2]).
 //!
 //! The bodies form a tree of geared joints (`hdrm`), so the paper's equations per object become
 //! one recursion up the tree for the twists and one down for the wrenches. Projected on the joints
@@ -15,11 +15,9 @@ use spatial::{Inertia, Twist, Wrench};
 /// Motion of one body, in and about its own frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct BodyMotion {
-    /// Twist V.
     pub(crate) V: Twist,
-    /// Required twist V_r.
     pub(crate) V_r: Twist,
-    /// `w = V_r' + V × V_r − a_g`, what the inertia resists.
+    /// `w = V_r' + V × V_r − a_g`, the twist that the inertia multiplies.
     pub(crate) w: Twist,
 }
 
@@ -30,8 +28,8 @@ impl BodyMotion {
     }
 }
 
-/// Motion of the ground that the machine stands on, as far as `input` tells of it: a base at rest
-/// in gravity along −y, m/s², or one that tilts, accelerates and turns.
+/// Motion of the ground according to `input`: at rest with `gravity` along −y, m/s², or tilted,
+/// accelerating and rotating.
 pub(crate) fn ground(gravity: f64, input: &Input) -> BodyMotion {
     let turn = |w: [f64; 3]| Twist::new(Vector3::zeros(), w.into());
     let V = turn(input.base_angular_velocity);
@@ -79,8 +77,7 @@ pub(crate) fn motions(
     motions
 }
 
-/// Generalised forces on the six joints, N·m, that hold bodies with these estimates at rest on such
-/// a ground.
+/// Generalised forces on the six joints, N·m, that hold bodies with these estimates at rest.
 pub(crate) fn holding_forces(
     configuration: &Configuration,
     estimates: &[Estimate; Body::COUNT],
@@ -166,11 +163,11 @@ pub(crate) fn own_inertia(
     })
 }
 
-/// Inertia about a joint of the bodies that `of` names.
+/// Inertia about a joint of the bodies for which `inertia` gives one.
 fn inertia_about<'a>(
     configuration: &Configuration,
     joint: usize,
-    of: impl Fn(Body) -> Option<&'a Inertia>,
+    inertia: impl Fn(Body) -> Option<&'a Inertia>,
 ) -> f64 {
     let mut required = RequiredMotion {
         zeta_dot: Vector6::zeros(),
@@ -179,17 +176,17 @@ fn inertia_about<'a>(
     required.zeta_ddot[joint] = 1.0;
     let ground = BodyMotion::default();
     let turning = motions(configuration, &[0.0; DOF], &required, &ground);
-    projected(configuration, |body, passed_on| match of(body) {
+    projected(configuration, |body, passed_on| match inertia(body) {
         Some(inertia) => passed_on + inertia.apply(&turning[body as usize].w),
         None => passed_on,
     })[joint]
 }
 
-/// Second wrist joint: on it the payload has its longest arm.
+/// The second wrist joint, about which the payload has its largest inertia.
 pub(crate) const WEIGHING_JOINT: usize = 4;
 
-/// Generalised forces on the six joints, N·m, where `net` gives the wrench of a body from what the
-/// bodies beyond it pass on.
+/// Generalised forces on the six joints, N·m; `net` gives the total wrench of a body, including
+/// that of the bodies beyond it.
 #[inline(always)]
 fn projected(configuration: &Configuration, net: impl Fn(Body, Wrench) -> Wrench) -> [f64; DOF] {
     let mut wrenches = [Wrench::zero(); Body::COUNT];

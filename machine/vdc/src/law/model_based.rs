@@ -1,5 +1,5 @@
-//! The paper's laws: forces by the bodies' model, with their nominal inertias (modular) or with
-//! estimates that adapt (adaptive).
+//! The paper's control laws: forces from the rigid-body model, with nominal inertias (modular) or
+//! with adapted estimates (adaptive).
 
 use crate::bodies::{Bodies, adaptation_direction};
 use crate::law::control_law::{ControlLaw, Forces, Instant};
@@ -9,8 +9,7 @@ use machine_file::Controller as Gains;
 
 /// Virtual decomposition control.
 pub(crate) struct ModelBased {
-    /// Whether the estimates of the inertias adapt ([L adapt]); otherwise they stay as they are,
-    /// nominal from the start.
+    /// Whether the estimates of the inertias adapt ([L adapt]); otherwise they stay nominal.
     pub(crate) adapts: bool,
 }
 
@@ -24,7 +23,7 @@ impl ControlLaw for ModelBased {
         for (i, Q) in Q.iter_mut().enumerate() {
             *Q += now.nominal.joint_viscous[i] * now.required.zeta_dot[i];
         }
-        now.of_joints(Q)
+        now.forces_from_joints(Q)
     }
 
     fn learn(

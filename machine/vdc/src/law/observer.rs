@@ -1,4 +1,4 @@
-//! Computed torque with a disturbance observer at the joints, to compare with.
+//! Control law for comparison: computed torque with a disturbance observer at the joints.
 //!
 //! Source: W.-H. Chen, D. J. Ballance, P. J. Gawthrop, J. O'Reilly, *A nonlinear disturbance
 //! observer for robotic manipulators*, IEEE Transactions on Industrial Electronics 47(4), 2000.
@@ -13,17 +13,16 @@
 
 use crate::law::control_law::{ControlLaw, Forces, Instant};
 
-/// The nominal model; what it lacks is observed.
 pub(crate) struct DisturbanceObserver;
 
 impl ControlLaw for DisturbanceObserver {
     fn forces(&self, now: &Instant) -> Forces {
         let (kappa, omega) = (now.gains.kappa_KA, now.gains.omega_tip);
         let (model, momentum) = (now.model(), now.momentum());
-        let torque = |i: usize| model[i] + (kappa + omega) * momentum[i] + now.memory[i];
+        let torque = |i: usize| model[i] + (kappa + omega) * momentum[i] + now.law_integral[i];
         Forces {
-            memory_rate: momentum.map(|p| omega * kappa * p),
-            ..now.of_joints(std::array::from_fn(torque))
+            law_integral_rate: momentum.map(|p| omega * kappa * p),
+            ..now.forces_from_joints(std::array::from_fn(torque))
         }
     }
 }

@@ -1,18 +1,16 @@
-//! Laws without a model of the dynamics, to compare with: inverse kinematics, damping and
-//! decoupling, with or without the forces that hold the nominal machine against gravity.
+//! Control laws for comparison, without a model of the dynamics: damping of the rate errors behind
+//! the inverse kinematics, with or without gravity compensation.
 
 use crate::law::control_law::{ControlLaw, Forces, Instant, Rod};
 use crate::law::decomposition;
 use hdrm::DOF;
 
-/// Damping of the rates' errors.
 pub(crate) struct Pd {
-    /// Whether the bodies' weight is held.
+    /// Whether the nominal weight is compensated.
     pub(crate) holds_weight: bool,
 }
 
 impl ControlLaw for Pd {
-    /// Damping of rods and wrist joints, and what holds the bodies.
     fn forces(&self, now: &Instant) -> Forces {
         let Q = if self.holds_weight {
             decomposition::holding_forces(now.configuration, &now.bodies.estimates, now.ground)

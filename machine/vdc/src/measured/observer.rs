@@ -1,8 +1,7 @@
-//! Joint rates from joint angles: a tracking observer instead of the measured rates.
+//! Tracking observer: estimates the joint rates from the joint angles.
 //!
-//! Not in the paper, which measures rates. A rate that a drive computes from an encoder's angles by
-//! differences is coarse, or a filter makes it late. The observer knows which acceleration the
-//! controller asks for; it lags only behind motion that the controller did not ask for.
+//! Not in the paper, which measures rates. Differences of encoder angles are coarse, and a filter
+//! delays them. The observer uses the required acceleration, so it lags only behind other motion.
 //! ```text
 //! predicted   ζ⁻ = ζ̂ + h v̂ + h² ζ̈_r/2,   v⁻ = v̂ + h ζ̈_r
 //! corrected   ζ̂ = ζ⁻ + (1 − a²)(ζ − ζ⁻),  v̂ = v⁻ + (1 − a)² (ζ − ζ⁻)/h,   a = e^(−ω h)
@@ -15,26 +14,24 @@ use hdrm::DOF;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// Prediction of the joints for the present communication point.
+/// State of the observer: the joints predicted for the present communication point.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct JointObserver {
     /// ζ⁻, rad.
     angle: [f64; DOF],
     /// v⁻, rad/s.
     rate: [f64; DOF],
-    /// Step that led here, s; 0 before the first, when the measured rates count.
+    /// The last step, s; 0 before the first, when the measured rates are used.
     h: f64,
 }
 
 /// Largest predicted angle, rad, and rate, rad/s, far beyond any machine's. With absurd gains and
-/// steps of very different lengths the predictions diverge; beyond this value the observer starts
-/// anew from the measured rates.
+/// steps the predictions may diverge; beyond this value the observer is reset.
 const LARGEST: f64 = 1e9;
 
 impl JointObserver {
-    /// The measurements with the joint rates of the observer, whose bandwidth is `omega`, rad/s;
-    /// unchanged where `omega` is 0. Applied twice it gives the same as once.
-    pub(crate) fn observed<'a>(&self, input: &'a Input, omega: f64) -> Cow<'a, Input> {
+    /// The measurements with the observer's joint rates (bandwidth `omega`, rad/s; 0: none).
+    pub(crate) fn with_observed_rates<'a>(&self, input: &'a Input, omega: f64) -> Cow<'a, Input> {
         if omega == 0.0 {
             return Cow::Borrowed(input);
         }
@@ -45,15 +42,14 @@ impl JointObserver {
         })
     }
 
-    /// Rates v̂ with the angles `zeta` measured now, rad/s; before the first step none.
+    /// Rates v̂, rad/s, for the measured angles `zeta`; None before the first step.
     fn corrected(&self, zeta: &[f64; DOF], omega: f64) -> Option<[f64; DOF]> {
         let gain = libm::expm1(-self.h * omega).powi(2) / self.h;
         let rate = |j: usize| self.rate[j] + gain * (zeta[j] - self.angle[j]);
         (self.h > 0.0).then(|| std::array::from_fn(rate))
     }
 
-    /// After `h` s with the accelerations `zeta_ddot`, from the angles measured now and their rates
-    /// v̂.
+    /// The state after `h` s with the accelerations `zeta_ddot`, from angles and rates v̂.
     pub(crate) fn advanced(
         &self,
         zeta: &[f64; DOF],
@@ -62,7 +58,7 @@ impl JointObserver {
         omega: f64,
         h: f64,
     ) -> Self {
-        // The share of the angle's error that stays.
+        // The share of the angle's error that remains.
         let rest = if self.h > 0.0 {
             libm::exp(-2.0 * self.h * omega)
         } else {

@@ -1,38 +1,37 @@
-//! What the controller will measure one communication step later.
+//! Predicts the measurements one communication step ahead, to compensate a delay of the commands.
 
 use crate::drive::Reading;
 use crate::error::ControllerError;
 use crate::nominal::Nominal;
-use crate::reference::turned;
+use crate::reference::turn_orientation;
 use crate::signals::Input;
 use emla::{Emla, maps};
 use hdrm::DOF;
 use serde::{Deserialize, Serialize};
 
-/// Voltages and accelerations that act over one communication step.
+/// Planned voltages and accelerations of one communication step.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Plan {
     /// Voltages of the drives, V.
     pub(crate) v_d: [f64; 3],
     pub(crate) v_q: [f64; 3],
-    /// Required joint accelerations, rad/s²: what the machine is taken to do.
+    /// Required joint accelerations, rad/s², which the machine is assumed to follow.
     pub(crate) zeta_ddot: [f64; DOF],
     /// Required rod accelerations, m/s².
     pub(crate) x_ddot: [f64; 3],
-    /// Positions of the strokes, m, and their slopes by the joint angles, m/rad; None where each
-    /// rod moves by itself.
+    /// Strokes, m, and their derivatives by the joint angles, m/rad; None for single rods.
     pub(crate) strokes: Option<[[f64; 2]; 3]>,
 }
 
-/// The measurements and the external reference after a step of `h` s in which `planned` acts, by
-/// the nominal actuators with the network's share `alpha`.
+/// The measurements and the external reference after a step of `h` s in which `planned` acts, with
+/// the nominal actuators and the network's weight `alpha`.
 ///
-/// Joints and rods move with the required accelerations, which they follow within the tracking
-/// error: differentiating the measured rates instead would double their noise. Currents, motor
-/// speeds and forces follow from the nominal actuator under the planned voltages; it begins with
-/// the force, so `F` must be connected. `lead` is the time by which that force is given ahead, s
+/// Joints and rods are assumed to follow the required accelerations: differentiating the measured
+/// rates would double their noise. Currents, motor speeds and forces are computed with the nominal
+/// actuator under the planned voltages; it starts from the measured force, so `F` must be
+/// connected. `lead` is the time, s, over which that force is already predicted
 /// ([`Emla::with_delay`]).
-pub(crate) fn predicted(
+pub(crate) fn predict(
     nominal: &Nominal,
     alpha: f64,
     input: &Input,
@@ -62,7 +61,7 @@ pub(crate) fn predicted(
             v_dc: input.v_dc,
             ..rod.at(s, planned.v_d[i], planned.v_q[i])
         };
-        let start = rod.drive_state(&drive, &Reading::of(input, i), lead);
+        let start = rod.drive_state(&drive, &Reading::from_input(input, i), lead);
         let end = drive.step(&start, acting, t, h)?;
         let y = drive.output(&end, &acting(h));
         (next.i_d[i], next.i_q[i]) = (end.i_d, end.i_q);
@@ -82,7 +81,7 @@ pub(crate) fn predicted(
             input.reference_acceleration[i],
         );
     }
-    next.reference_orientation = turned(input, h);
+    next.reference_orientation = turn_orientation(input, h);
     Ok(next)
 }
 
@@ -105,8 +104,7 @@ impl Rod {
         }
     }
 
-    /// The actuator's state with the rod moving so, where the force `now.F` is given a time `lead`
-    /// ahead, s.
+    /// The actuator's state for this rod motion and the force `now.F`, predicted by `lead`, s.
     fn drive_state(&self, drive: &Emla, now: &Reading, lead: f64) -> emla::State {
         let p = drive.params();
         let travel = maps::travel_per_radian(p);
@@ -205,7 +203,7 @@ mod tests {
                 input.F[i] = y.F;
             }
             let nominal = Nominal::new(&machine, &network).expect("works");
-            let next = predicted(&nominal, alpha, &input, &planned, 0.0, 0.0, H).expect("finite");
+            let next = predict(&nominal, alpha, &input, &planned, 0.0, 0.0, H).expect("finite");
             for i in 0..3 {
                 let end = actuators[i]
                     .step(&starts[i], acting, 0.0, H)

@@ -1,29 +1,27 @@
-//! Where the arm cannot move in all directions, and the tip's inverse kinematics there: damped near
-//! the singularities of wrist and elbow.
+//! Singular poses of wrist and elbow, and the inverse of the tip's Jacobian, damped near them.
 
 use hdrm::{DOF, Tree};
 use nalgebra::{Matrix6, Vector6};
 use serde::{Deserialize, Serialize};
 
-/// |sin zeta_5| below which the inverse is damped: there the first and third wrist axes align.
+/// |sin zeta_5| below which the inverse is damped; at 0 the first and third wrist axes align.
 const NEAR_SINGULAR: f64 = 0.05;
-/// Damping at the singularity itself, in the Jacobian's mixed units (m and rad).
+/// Damping at the wrist's singularity, in the Jacobian's mixed units (m and rad).
 const DAMPING: f64 = 0.03;
-/// The same sine of the elbow's angle to the stretched arm, where the tip cannot move along the
-/// arm.
+/// Sine of the elbow's angle from the stretched arm below which the inverse is damped; at 0 the tip
+/// cannot move along the arm.
 const NEAR_STRETCHED: f64 = 0.1;
 /// Damping with the arm stretched.
 const STRETCHED_DAMPING: f64 = 0.1;
 
-/// Where the arm cannot move in all directions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Singularities {
-    /// `zeta_3` of the arm stretched: lift joint, tilt joint and wrist centre C4 in line, rad.
+    /// `zeta_3` of the stretched arm, rad: lift joint, tilt joint and wrist centre C4 in line.
     stretched: f64,
 }
 
 impl Singularities {
-    pub(crate) fn of(tree: &Tree) -> Self {
+    pub(crate) fn new(tree: &Tree) -> Self {
         // B from O in A2's axes, which are the boom's turned by −beta2; C4 from B in A3's.
         let to_B = tree.r_A2_B;
         let to_C4 = tree.r_A3_A4 + tree.r_A4_C4;
@@ -33,20 +31,19 @@ impl Singularities {
         }
     }
 
-    /// Whether the wrist's inverse is damped.
+    /// Whether the inverse is damped because of the wrist.
     pub(crate) fn is_near_wrist(&self, zeta_5: f64) -> bool {
         libm::sin(zeta_5).abs() < NEAR_SINGULAR
     }
 
-    /// Angle by which `zeta_3`, turning in this direction (its sign), may turn until the arm is
-    /// stretched, or folded.
+    /// Angle from `zeta_3` in this direction (±1) until the arm is stretched or folded, rad.
     pub(crate) fn stretch_ahead(&self, zeta_3: f64, direction: f64) -> f64 {
         use std::f64::consts::PI;
         let beyond = (zeta_3 - self.stretched).rem_euclid(PI);
         if direction > 0.0 { PI - beyond } else { beyond }
     }
 
-    /// μ² of the damped inverse; 0 where none is needed.
+    /// μ² of the damped inverse; 0 away from singularities.
     fn damping(&self, zeta: &[f64; DOF]) -> f64 {
         let near = |sine: f64, range: f64| (1.0 - (sine / range).powi(2)).max(0.0);
         let wrist = near(libm::sin(zeta[4]), NEAR_SINGULAR);
@@ -58,12 +55,12 @@ impl Singularities {
 /// `J⁻¹`, or `Jᵀ(J·Jᵀ + μ²)⁻¹` near a singularity; μ grows smoothly from zero.
 pub(crate) struct Inverse {
     lu: nalgebra::LU<f64, nalgebra::U6, nalgebra::U6>,
-    /// Jᵀ where the inverse is damped.
+    /// Jᵀ if the inverse is damped.
     transposed: Option<Matrix6<f64>>,
 }
 
 impl Inverse {
-    pub(crate) fn of(J: Matrix6<f64>, singularities: &Singularities, zeta: &[f64; DOF]) -> Self {
+    pub(crate) fn new(J: Matrix6<f64>, singularities: &Singularities, zeta: &[f64; DOF]) -> Self {
         let mu2 = singularities.damping(zeta);
         if mu2 == 0.0 {
             return Self {
@@ -79,7 +76,8 @@ impl Inverse {
     }
 
     pub(crate) fn apply(&self, b: Vector6<f64>) -> Vector6<f64> {
-        // A wrist centre on the slew axis is outside the joint limits; nothing moves there.
+        // Only singular with the wrist centre on the slew axis, outside the joint limits: no
+        // motion.
         let x = self.lu.solve(&b).unwrap_or_else(Vector6::zeros);
         match &self.transposed {
             None => x,
@@ -111,7 +109,7 @@ mod tests {
     fn inverse(zeta: &[f64; DOF]) -> (Matrix6<f64>, Inverse) {
         let tree = tree();
         let J = jacobian(&tree, zeta);
-        (J, Inverse::of(J, &Singularities::of(&tree), zeta))
+        (J, Inverse::new(J, &Singularities::new(&tree), zeta))
     }
 
     const B: Vector6<f64> = Vector6::new(0.3, -0.2, 0.1, 0.5, -0.7, 0.4);
@@ -164,10 +162,10 @@ mod tests {
             );
         }
         let J = jacobian(&tree(), &pose(at_edge));
-        let singularities = Singularities::of(&tree());
+        let singularities = Singularities::new(&tree());
         let [inside, outside] = [1.0 - 1e-9, 1.0 + 1e-9].map(|part| {
             let zeta = pose((part * NEAR_SINGULAR).asin());
-            Inverse::of(J, &singularities, &zeta).apply(B)
+            Inverse::new(J, &singularities, &zeta).apply(B)
         });
         assert!((inside - outside).norm() < 1e-5 * outside.norm());
     }
@@ -176,7 +174,7 @@ mod tests {
     #[test]
     fn the_way_to_the_stretched_arm_is_the_angle_to_it() {
         use std::f64::consts::PI;
-        let ahead = |zeta_3, rate| Singularities::of(&tree()).stretch_ahead(zeta_3, rate);
+        let ahead = |zeta_3, rate| Singularities::new(&tree()).stretch_ahead(zeta_3, rate);
         for (zeta_3, rate, expected) in [
             (-0.7, 0.1, 0.7),
             (-0.7, -0.1, PI - 0.7),

@@ -1,13 +1,10 @@
-//! Where joint angles have the tip.
+//! Forward kinematics: pose of the tip at given joint angles.
 
 use hdrm::{GeometryError, Tip, Tree};
 use machine_file::Machine;
 use nalgebra::UnitQuaternion;
 
 /// Tip position (m) and orientation (quaternion w, x, y, z) at the joint angles `zeta`, rad.
-///
-/// # Errors
-/// Geometry that is not a working machine.
 pub fn tip_pose(machine: &Machine, zeta: &[f64; 6]) -> Result<([f64; 3], [f64; 4]), GeometryError> {
     let tree = Tree::new(machine)?;
     let tip = Tip::new(&tree, &tree.configuration(zeta));

@@ -20,8 +20,7 @@ pub struct DesiredMotion {
 }
 
 impl DesiredMotion {
-    /// What was desired a short time `age` ago, s: extrapolated with the present acceleration, the
-    /// orientation with its angular velocity.
+    /// The desired motion a short time `age`, s, ago, extrapolated from the present one.
     pub(crate) fn earlier(&self, age: f64) -> Self {
         let back = turn(self.angular_velocity * -age);
         Self {
@@ -32,7 +31,6 @@ impl DesiredMotion {
         }
     }
 
-    /// Rest at a pose.
     pub(crate) fn rest(position: Vector3<f64>, orientation: UnitQuaternion<f64>) -> Self {
         Self {
             position,

@@ -1,7 +1,5 @@
-//! The paper's cubic and triangular trajectories.
-//!
-//! An edge is a straight line travelled rest to rest with a quintic time law; at every vertex the
-//! tip dwells. The orientation stays that of the start pose.
+//! The paper's cubic and triangular trajectories: straight edges from rest to rest with a quintic
+//! time law and a dwell at every vertex. The orientation is constant.
 
 use crate::reference::desired::DesiredMotion;
 use machine_file::{CubicPath, TriangularPath};
@@ -17,7 +15,7 @@ pub(crate) struct Edges {
     vertices: Vec<Vector3<f64>>,
     /// Time for one edge, s.
     edge_time: f64,
-    /// Rest at the end of an edge, s.
+    /// Dwell at the end of an edge, s.
     dwell: f64,
 }
 
@@ -41,7 +39,7 @@ impl Edges {
         }
     }
 
-    /// Time from the first edge to the end of the last rest, s.
+    /// Duration including the last dwell, s.
     pub(crate) fn duration(&self) -> f64 {
         (self.vertices.len() - 1) as f64 * (self.edge_time + self.dwell)
     }
@@ -73,7 +71,7 @@ impl Edges {
 }
 
 /// Rest-to-rest quintic from 0 to 1 in time `T`, with its derivatives:
-/// `s = 10 u³ − 15 u⁴ + 6 u⁵`, `u = t/T` held to [0, 1].
+/// `s = 10 u³ − 15 u⁴ + 6 u⁵`, `u = t/T` clamped to [0, 1].
 fn quintic(t: f64, T: f64) -> [f64; 3] {
     let u = (t / T).clamp(0.0, 1.0);
     [

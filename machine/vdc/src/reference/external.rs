@@ -1,4 +1,4 @@
-//! The reference that the inputs give.
+//! The external reference: the tip's motion from the inputs `reference.*`.
 
 use crate::error::ControllerError;
 use crate::reference::desired::DesiredMotion;
@@ -6,10 +6,7 @@ use crate::signals::Input;
 use motion_check::turn;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-/// The tip's motion by the inputs `reference.*`.
-///
-/// # Errors
-/// A quaternion without direction.
+/// The tip's motion from the inputs `reference.*`; an error for a quaternion of length zero.
 pub(crate) fn desired(input: &Input) -> Result<DesiredMotion, ControllerError> {
     let [w, x, y, z] = input.reference_orientation;
     let q = Quaternion::new(w, x, y, z);
@@ -24,9 +21,8 @@ pub(crate) fn desired(input: &Input) -> Result<DesiredMotion, ControllerError> {
     })
 }
 
-/// The inputs' orientation after `h` s at their angular velocity; unchanged where it has no
-/// direction.
-pub(crate) fn turned(input: &Input, h: f64) -> [f64; 4] {
+/// The inputs' orientation after `h` s at their angular velocity.
+pub(crate) fn turn_orientation(input: &Input, h: f64) -> [f64; 4] {
     let [w, x, y, z] = input.reference_orientation;
     let turn = turn(Vector3::from(input.reference_angular_velocity) * h);
     let q = turn.into_inner() * Quaternion::new(w, x, y, z);

@@ -1,4 +1,4 @@
-//! A path of a file as the reference.
+//! A path file as the reference: plans the path, checks it, and evaluates it.
 
 use crate::error::ControllerError;
 use crate::reference::desired::DesiredMotion;
@@ -7,13 +7,9 @@ use motion_check::Kinematics;
 use nalgebra::Vector6;
 use tip_path::{PathFile, TipPath, check};
 
-/// The path of `file` from where the joint angles `zeta`, rad, have the tip. With `is_checked` the
-/// path is refused where the nominal machine cannot do it.
-///
-/// # Errors
-/// Times of arrival that the path's own limits do not allow; what the machine cannot do, where and
-/// by how much.
-pub(crate) fn path_of(
+/// Plans the path of `file` from the tip's pose at the joint angles `zeta`, rad. With `is_checked`
+/// an error if the nominal machine cannot follow it.
+pub(crate) fn checked_path(
     file: &PathFile,
     is_checked: bool,
     machine: &Machine,

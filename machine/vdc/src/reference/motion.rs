@@ -1,4 +1,4 @@
-//! The joints' reference under commanded rates.
+//! The joints' reference motion under commanded rates or while the supervisor stops the machine.
 
 use crate::nominal::orientation;
 use crate::reference::desired::DesiredMotion;
@@ -6,16 +6,16 @@ use hdrm::{DOF, Tip, Tree};
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 
-/// Where commands are held back.
+/// Why commanded rates are limited at present.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CommandHolds {
-    /// By the end of a joint's range.
+    /// A joint is at the end of its range.
     pub joint: [bool; DOF],
-    /// Before the arm is stretched.
+    /// The arm is nearly stretched.
     pub elbow: bool,
-    /// The wrist is near its singularity, where the tip follows in part.
+    /// The wrist is near its singularity, where the tip follows only partly.
     pub wrist: bool,
-    /// By the rate of a joint, counted from 0, of which the tip's command asks so much, rad/s.
+    /// A joint (counted from 0) would exceed its rate; the rate for the whole command, rad/s.
     pub rate: Option<(usize, f64)>,
 }
 
@@ -30,7 +30,6 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// At rest in the pose `zeta`, rad.
     pub(crate) fn rest(zeta: &[f64; DOF]) -> Self {
         Self {
             zeta: Vector6::from(*zeta),
@@ -38,9 +37,9 @@ impl Motion {
         }
     }
 
-    /// The motion `h` s later, where it comes to rest in `left` s, at the latest at that.
+    /// Advances by `h` s, but never past the stop in `left` s.
     pub(crate) fn advance_to_rest(&mut self, left: f64, h: f64) {
-        // Also where rounding leaves a remainder.
+        // With a tolerance for rounding.
         let is_last = left <= h * (1.0 + 1e-9);
         let h = h.min(left);
         self.zeta += (self.zeta_dot + self.zeta_ddot * (0.5 * h)) * h;
@@ -50,7 +49,7 @@ impl Motion {
         }
     }
 
-    /// The tip where the joints' reference has it.
+    /// Motion of the tip for this motion of the joints.
     pub(crate) fn tip(&self, tree: &Tree) -> DesiredMotion {
         let Self {
             zeta,

@@ -1,10 +1,10 @@
-//! An operator's commands: rates of the joints or of the tip, and their limits.
+//! Limits of an operator's commanded rates, of the joints or of the tip.
 
 use crate::error::ControllerError;
 use hdrm::DOF;
 use serde::{Deserialize, Serialize};
 
-/// Which rates the operator commands: of the joints or of the tip.
+/// Which rates the operator commands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum RateCommand {
     /// The six joints, by the inputs `rate.joint`.
@@ -14,7 +14,7 @@ pub enum RateCommand {
     Tip,
 }
 
-/// Limits of the commands. Those of the tip are of the lengths of velocity and angular velocity.
+/// Limits of commanded rates; those of the tip limit magnitudes of vectors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RateLimits {
     /// Joint rates, rad/s, under commands of the tip too.
@@ -30,9 +30,8 @@ pub struct RateLimits {
 }
 
 impl Default for RateLimits {
-    /// Some 70 mm/s of the reference machine's rods, reached within a second. Smoothed less, the
-    /// drives lag behind changes of the commands so far that joints of the wrist exceed their rates
-    /// by a tenth.
+    /// Some 70 mm/s of the reference machine's rods, reached within a second. With less smoothing
+    /// the drives lag so much that wrist joints exceed their rates by a tenth.
     fn default() -> Self {
         Self {
             joint: [0.15, 0.1, 0.1, 0.5, 0.5, 0.5],
@@ -62,9 +61,9 @@ impl RateLimits {
         Ok(())
     }
 
-    /// Greatest speed from which the way `ahead` suffices to stop with the deceleration `a`:
-    /// `√((a·T)² + 2·a·ahead) − a·T`. Close to the end it is `ahead/T`; T = 4τ is the least for
-    /// which the smoothed rate does not swing there (roots −1, −0.38, −2.6 by 1/τ).
+    /// Largest speed from which a joint can stop within `ahead` with the deceleration `a`:
+    /// `√((a·T)² + 2·a·ahead) − a·T`. Close to the end it is `ahead/T`; T = 4τ is the smallest for
+    /// which the smoothed rate does not oscillate there (roots −1, −0.38, −2.6 times 1/τ).
     pub(crate) fn speed_before(&self, ahead: f64, a: f64) -> f64 {
         let lag = 4.0 * self.smoothing * a;
         let ahead = ahead.max(0.0);

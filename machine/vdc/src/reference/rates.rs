@@ -1,14 +1,13 @@
-//! An operator's commanded rates as the reference, of the joints or of the tip, instead of a path.
+//! An operator's commanded rates, of the joints or of the tip, as the reference. Not in the paper.
 //!
-//! Both become a motion of the joints: there rates and accelerations are limited and smoothed, so
-//! that the reference ζ_d, ζ̇_d, ζ̈_d is one that the control law can follow. A command that leads
-//! to the end of a joint's range, or of a stroke, is slowed down in time and held there; commands
-//! of the tip are held as well before the arm is stretched, where the elbow is singular. Near the
-//! wrist's singularity, and about the elbow's if joint commands have led there, the inverse
-//! kinematics are damped ([`Inverse`]): the tip follows in part.
+//! Commands are converted to a motion ζ_d, ζ̇_d, ζ̈_d of the joints with limited and smoothed rates
+//! and accelerations, which the control law can follow. Before the end of a joint's range or a
+//! stroke a command is slowed down and stopped; commands of the tip also before the arm is
+//! stretched, where the elbow is singular. Near a singularity of the wrist (or of the elbow, after
+//! joint commands) the inverse kinematics are damped ([`Inverse`]), and the tip follows partly.
 //!
-//! A command of the tip is slowed as a whole, so that the tip keeps its direction, and no joint
-//! exceeds what it may do. Not in the paper.
+//! A command of the tip is scaled as a whole, so that the tip keeps its direction while no joint
+//! exceeds its limits.
 
 use crate::error::ControllerError;
 use crate::nominal::{Inverse, Singularities};
@@ -20,7 +19,7 @@ use machine_file::Machine;
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 
-/// What holds a command of the tip.
+/// What limits a command.
 #[derive(Clone, Copy, PartialEq)]
 enum Hold {
     /// The end of a joint's range.
@@ -30,14 +29,14 @@ enum Hold {
     Rate,
 }
 
-/// Rates between which a joint may go, rad/s, and what holds it to each.
+/// Smallest and largest allowed rate of a joint, rad/s, each with what limits it.
 #[derive(Clone, Copy)]
 struct AllowedRates {
     low: (f64, Hold),
     high: (f64, Hold),
 }
 
-/// How commands become a motion of the joints.
+/// Limits for the conversion of commands to a motion of the joints.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Rates {
     limits: RateLimits,
@@ -46,32 +45,27 @@ pub(crate) struct Rates {
     singularities: Singularities,
 }
 
-/// Distance from the end of a joint's range at which commands are held, rad: the control law's
-/// error must not reach the end stop.
+/// Distance from the end of a joint's range at which commands stop, rad, so that tracking errors do
+/// not reach the end stop.
 const MARGIN: f64 = 0.01;
-/// Distance of the elbow from its singularity at which commands of the tip are held, rad: beyond
-/// the damped inverse's range.
+/// Distance of the elbow from its singularity at which commands of the tip stop, rad: outside the
+/// range of the damped inverse.
 const ELBOW_MARGIN: f64 = 0.12;
-/// Share of a joint's largest rate that its reference takes; the rest is for the feedback on its
-/// error, and for the drives' lag.
+/// Share of a joint's largest rate for its reference; the rest is for feedback and the drives' lag.
 const REFERENCE_SHARE: f64 = 0.98;
-/// Share of an acceleration limit with which commands are slowed down before a limit; the rest is
-/// for commands that change meanwhile.
+/// Share of an acceleration limit for braking before a limit; the rest is for changing commands.
 const BRAKE_SHARE: f64 = 0.4;
-/// Share of a command below which it counts as held.
+/// Allowed share of a command below which a warning is due.
 const HELD_SHARE: f64 = 0.5;
-/// Share of a joint's rate below which a command of the tip is not held for that joint's sake.
+/// Share of a joint's largest rate below which the joint does not limit a command of the tip.
 const NEGLIGIBLE: f64 = 1e-6;
-/// Longest part of a step, by the time constant: the smoothing is integrated in parts.
+/// Longest integration step over the smoothing's time constant.
 const PART: f64 = 0.1;
-/// Most parts of a step.
+/// Largest number of integration steps.
 const PARTS_MAX: f64 = 1000.0;
 
 impl Rates {
-    /// For a machine whose joints start at the angles `start`, rad.
-    ///
-    /// # Errors
-    /// A limit that is not finite and positive.
+    /// For a machine whose joints start at the angles `start`, rad; an error for invalid limits.
     pub(crate) fn new(
         machine: &Machine,
         tree: &Tree,
@@ -87,11 +81,11 @@ impl Rates {
         Ok(Self {
             limits: *limits,
             range: std::array::from_fn(within),
-            singularities: Singularities::of(tree),
+            singularities: Singularities::new(tree),
         })
     }
 
-    /// Moves the joints on by `h` s with the commands of `input` held.
+    /// Advances the joints by `h` s with the commands of `input` held.
     pub(crate) fn advance(
         &self,
         motion: &mut Motion,
@@ -108,17 +102,20 @@ impl Rates {
         for _ in 0..parts as u32 {
             let allowed = std::array::from_fn(|i| self.allowed(i, motion.zeta[i], command));
             let (wanted, held) = match command {
-                RateCommand::Joint => self.of_joints(motion, &input.rate_joint, &allowed, tau),
-                RateCommand::Tip => self.of_tip(motion, tree, &input.rate_tip, &allowed, tau),
+                RateCommand::Joint => {
+                    self.joint_accelerations(motion, &input.rate_joint, &allowed, tau)
+                }
+                RateCommand::Tip => {
+                    self.tip_accelerations(motion, tree, &input.rate_tip, &allowed, tau)
+                }
             };
             motion.held = held;
             self.accelerate(motion, &wanted, &allowed, tau, h);
         }
     }
 
-    /// Between which rates joint `i` may go from the angle `zeta`, rad: within its limit, and so
-    /// that it stops before the end of its range with a share of its largest acceleration; under
-    /// commands of the tip before the arm is stretched, too.
+    /// Allowed rates of joint `i` at the angle `zeta`, rad: within its limit, and so that it can
+    /// stop before the end of its range; for the tip also before the arm is stretched.
     fn allowed(&self, i: usize, zeta: f64, command: RateCommand) -> AllowedRates {
         let limits = &self.limits;
         let largest = self.largest_rate(i);
@@ -142,9 +139,8 @@ impl Rates {
         }
     }
 
-    /// Accelerations with which the joints go to the commanded rates, each for itself; and what
-    /// holds them.
-    fn of_joints(
+    /// Joint accelerations towards the commanded joint rates, and what limits these.
+    fn joint_accelerations(
         &self,
         motion: &Motion,
         commands: &[f64; DOF],
@@ -162,13 +158,13 @@ impl Rates {
         (acceleration, held)
     }
 
-    /// Accelerations with which the tip goes straight to the commanded rates u, as far as the
-    /// joints allow, by one share σ of the command and one share s of the acceleration towards it:
+    /// Joint accelerations towards the commanded rates u of the tip, and what limits these. One
+    /// factor σ on the command and one factor s on the acceleration keep the tip's direction:
     /// ```text
     /// ζ̈ = s·(σ·J⁻¹·u − ζ̇)/τ − J⁻¹·J̇·ζ̇
     /// ```
-    /// The last term is the joints' acceleration of a tip that keeps its velocity.
-    fn of_tip(
+    /// The last term is the joints' acceleration at constant velocity of the tip.
+    fn tip_accelerations(
         &self,
         motion: &Motion,
         tree: &Tree,
@@ -180,7 +176,7 @@ impl Rates {
         let [angles, rates] = [zeta, zeta_dot].map(<[f64; DOF]>::from);
         let tip = Tip::new(tree, &tree.configuration(&angles));
         let J = tip.jacobian();
-        let inverse = Inverse::of(J, &self.singularities, &angles);
+        let inverse = Inverse::new(J, &self.singularities, &angles);
         let onwards = -inverse.apply(tip.jacobian_dot(&rates) * zeta_dot);
         let u = Vector6::from(*command);
         let u = u * share_within(&u, self.limits.tip);
@@ -198,8 +194,8 @@ impl Rates {
         (drive * s + onwards, held)
     }
 
-    /// Share of a command of the tip that the joints may follow, where it asks for the rates
-    /// `joints` and for `onwards` besides, to stay straight; and what holds it.
+    /// Factor σ on a command of the tip that needs the joint rates `joints`, and `onwards` in
+    /// addition to keep its velocity; and what limits it.
     fn share(
         &self,
         motion: &Motion,
@@ -217,9 +213,9 @@ impl Rates {
             }
             let AllowedRates { low, high } = allowed[i];
             let (bound, hold) = if w > 0.0 { high } else { low };
-            let room = ((bound - onwards[i]) / w).max(0.0);
-            if room < share {
-                (share, end) = (room, Some((hold, i)));
+            let allowed_share = ((bound - onwards[i]) / w).max(0.0);
+            if allowed_share < share {
+                (share, end) = (allowed_share, Some((hold, i)));
             }
         }
         let is_moving = joints.iter().any(|w| *w != 0.0);
@@ -233,9 +229,8 @@ impl Rates {
         (share, held)
     }
 
-    /// Moves on by `h` s with the accelerations `wanted`, within the joints' limits and so that
-    /// their rates stay within, or return to, what is `allowed`; smoothed with τ/4, with which a
-    /// joint comes to its rate critically damped.
+    /// Advances by `h` s with the accelerations `wanted`, limited so that the joints' rates stay
+    /// within or return to `allowed`, and smoothed with τ/4, which is critically damped.
     fn accelerate(
         &self,
         motion: &mut Motion,
@@ -260,8 +255,7 @@ impl Rates {
             motion.zeta[i] = zeta + moved;
             motion.zeta_dot[i] = rate + (before + after) * (0.5 * h);
             motion.zeta_ddot[i] = after;
-            // Braking ends within the range; limits that make it too short, as a smoothing of
-            // seconds does, end here.
+            // Braking normally ends within the range; a smoothing of seconds may make it too late.
             if !(low..=high).contains(&motion.zeta[i]) {
                 motion.zeta[i] = motion.zeta[i].clamp(low, high);
                 (motion.zeta_dot[i], motion.zeta_ddot[i]) = (0.0, 0.0);
@@ -279,7 +273,7 @@ impl Rates {
         REFERENCE_SHARE * self.limits.joint[i]
     }
 
-    /// The end of joint `i`'s range that is nearest to the angle `zeta`, rad.
+    /// The end of joint `i`'s range nearest to the angle `zeta`, rad.
     pub(crate) fn nearest_limit(&self, i: usize, zeta: f64) -> f64 {
         let [low, high] = self.range[i];
         let is_low = 2.0 * zeta < low + high;
@@ -287,8 +281,7 @@ impl Rates {
     }
 }
 
-/// Share of the vector for which neither its first nor its last three components are longer than
-/// their limit; at most 1.
+/// Factor ≤ 1 on the vector that keeps its first and its last three components within their limits.
 fn share_within(v: &Vector6<f64>, limits: [f64; 2]) -> f64 {
     let part = |k: usize| v.fixed_rows::<3>(k).norm();
     (part(0) / limits[0])
@@ -297,8 +290,7 @@ fn share_within(v: &Vector6<f64>, limits: [f64; 2]) -> f64 {
         .recip()
 }
 
-/// Ranges of the joints, rad: those of the machine file, and of the three actuators no farther than
-/// the strokes reach.
+/// Ranges of the joints, rad: those of the machine file, limited by the strokes of the actuators.
 fn ranges(machine: &Machine, tree: &Tree) -> [[f64; 2]; DOF] {
     let (mut ranges, strokes) = (machine.limits.zeta(), machine.limits.strokes());
     for i in 0..3 {

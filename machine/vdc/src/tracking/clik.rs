@@ -25,8 +25,8 @@ pub(crate) fn pose_error(now: &TipState, desired: &DesiredMotion) -> Vector6<f64
     )
 }
 
-/// Required joint motion towards `desired`, where the measurements belong to the reference `seen`,
-/// from the tip's error `e = Π_d − Π`, its integral part z and its rate z'.
+/// Required joint motion to follow `desired`, from the tip's error `e = Π_d − Π`, its integral z
+/// and its rate z'; `seen` is the reference at the time of the measurements.
 /// ```text
 /// ζ̇_r = J⁻¹ (Π̇_d + Λ (e + z))
 /// ζ̈_r = J⁻¹ (Π̈_d + Λ (Π̇_d − Π̇ + z') − J̇ ζ̇_r)
@@ -49,7 +49,7 @@ pub(crate) fn required(
     let Pi_dot_d = stacked(desired.velocity, desired.angular_velocity);
     let e_dot = stacked(seen.velocity, seen.angular_velocity) - Pi_dot;
 
-    let inverse = Inverse::of(J, now.singularities, now.zeta);
+    let inverse = Inverse::new(J, now.singularities, now.zeta);
     let zeta_dot = inverse.apply(Pi_dot_d + Lambda.component_mul(&(e + z)));
     let Pi_ddot_r =
         stacked(desired.acceleration, Vector3::zeros()) + Lambda.component_mul(&(e_dot + z_dot));
@@ -73,7 +73,7 @@ pub(crate) fn joint_rates(
     zeta: &[f64; DOF],
     twist: Vector6<f64>,
 ) -> Vector6<f64> {
-    Inverse::of(tip.jacobian(), singularities, zeta).apply(twist)
+    Inverse::new(tip.jacobian(), singularities, zeta).apply(twist)
 }
 
 /// World-frame rotation from the present to the desired orientation, rad for small errors:

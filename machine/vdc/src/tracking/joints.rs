@@ -1,5 +1,4 @@
-//! Required joint motion from the joints' own errors, where the reference is one of the joints
-//! (commanded rates).
+//! Required joint motion from the joints' own errors, under commanded rates or in a stop.
 
 use crate::reference::JointTarget;
 use crate::tracking::errors::Errors;
@@ -7,14 +6,14 @@ use crate::tracking::required::RequiredMotion;
 use hdrm::DOF;
 use nalgebra::Vector6;
 
-/// Reference of a time `age` ago minus the measured joints, rad.
+/// Error of the joints, rad: the reference a time `age`, s, ago minus the measured angles.
 pub(crate) fn error(target: &JointTarget, zeta: &[f64; DOF], age: f64) -> Vector6<f64> {
     let motion = target.motion;
     motion.zeta - motion.zeta_dot * age - Vector6::from(*zeta)
 }
 
-/// Required joint motion, by the feedback Λ on the joints' error with its integral part as for the
-/// tip; feedback included, no joint is asked for more than its largest rate.
+/// Required joint motion by the feedback Λ on the joints' errors and their integral, limited to the
+/// largest rate of each joint.
 pub(crate) fn required(
     target: &JointTarget,
     errors: &Errors,

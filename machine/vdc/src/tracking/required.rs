@@ -1,4 +1,4 @@
-//! The motion that is required of joints and rods.
+//! The required motion of joints and rods, the input of the control laws.
 
 use nalgebra::Vector6;
 

@@ -1,5 +1,5 @@
-//! Required motion of rods that follow references of their own, as on a one-axis testbed, and of
-//! those that the joints move.
+//! Required motion of the rods, from their own references (as on a one-axis testbed) or from the
+//! required motion of the joints.
 
 use crate::signals::Input;
 use crate::tracking::errors::Errors;
@@ -8,8 +8,7 @@ use hdrm::Stroke;
 use machine_file::Controller as Gains;
 use nalgebra::Vector6;
 
-/// Desired minus measured rod positions, m, where the measurements are `age` old, s; in the first
-/// three places.
+/// Desired minus measured rod positions, m (first three elements); `age`, s, old.
 pub(crate) fn rod_errors(input: &Input, age: f64) -> Vector6<f64> {
     let error = |i: usize| {
         input.reference_rod_position[i] - age * input.reference_rod_velocity[i] - input.x[i]
@@ -18,13 +17,13 @@ pub(crate) fn rod_errors(input: &Input, age: f64) -> Vector6<f64> {
 }
 
 impl RodMotion {
-    /// Of rod `i` by itself, towards its own reference.
+    /// Required motion of rod `i` to follow its own reference:
     /// ```text
     /// ẋ_r = ẋ_d + λ (x_d − x),   ẍ_r = ẍ_d + λ (ẋ_d − ẋ)
     /// ```
     /// Source: [Eq:Required_Joint_Velocity] for a prismatic joint. The integral z of the error and
     /// its rate z' are added to the errors of position and velocity, as for the tip.
-    pub(crate) fn alone(
+    pub(crate) fn from_rod_reference(
         gains: &Gains,
         input: &Input,
         Errors { e, z, z_dot }: &Errors,
@@ -39,9 +38,9 @@ impl RodMotion {
         }
     }
 
-    /// Of the rod of joint `i`, whose stroke is `stroke`: `ẋ_r = x'·ζ̇_r`, `ẍ_r = x'·ζ̈_r +
-    /// x''·ζ̇·ζ̇_r`.
-    pub(crate) fn of_joint(
+    /// Required motion of the rod of joint `i` with its `stroke`: `ẋ_r = x'·ζ̇_r`,
+    /// `ẍ_r = x'·ζ̈_r + x''·ζ̇·ζ̇_r`.
+    pub(crate) fn from_joint(
         stroke: &Stroke,
         zeta_dot: f64,
         required: &RequiredMotion,
@@ -77,7 +76,8 @@ mod tests {
             z: one(-0.03125),
             z_dot: one(1.5),
         };
-        let RodMotion { x_r_dot, x_r_ddot } = RodMotion::alone(&gains, &input, &errors, 1);
+        let RodMotion { x_r_dot, x_r_ddot } =
+            RodMotion::from_rod_reference(&gains, &input, &errors, 1);
         assert_eq!(x_r_dot, 0.5 + 10.0 * 0.03125);
         assert_eq!(x_r_ddot, 8.0 + 10.0 * (0.25 + 1.5));
     }

@@ -32,7 +32,7 @@ fn run(mode: Mode, surprise: f64) -> (f64, f64) {
     let settings = Settings {
         mode,
         level: Level::Actuator,
-        ..Settings::of(&machine.controller)
+        ..Settings::from_gains(&machine.controller)
     };
     let mut controller: Option<Controller> = None;
     let (mut worst, mut force) = (0.0_f64, 0.0);

@@ -108,7 +108,7 @@ impl Loop {
         machine.emla = case.nominal;
         let options = Options {
             inertia_scale: case.inertia_scale,
-            ..Options::of(&machine)
+            ..Options::from_machine(&machine)
         };
         let plant = Hdrm::new(&machine, &options).expect("valid machine");
         let state = State {
@@ -137,7 +137,7 @@ impl Loop {
             integral: case.integral,
             alpha: case.alpha[1],
             true_inertia_scale: case.inertia_scale,
-            ..Settings::of(&machine.controller)
+            ..Settings::from_gains(&machine.controller)
         };
         let set = measure(&plant, &state, &actuators, &drives);
         let controller =

@@ -24,8 +24,8 @@ fn run(is_told: bool, level: Level) -> [Output; 2] {
     let settings = Settings {
         mode: Mode::Modular,
         level,
-        load_told: is_told,
-        ..Settings::of(&machine.controller)
+        load_known: is_told,
+        ..Settings::from_gains(&machine.controller)
     };
     let u = Input {
         zeta: machine.start.zeta,
@@ -63,7 +63,7 @@ fn a_controller_that_is_told_takes_the_load_into_its_model() {
     // At the end of the path the machine stands where it should: what is asked of the rods holds
     // the plant with this load.
     let machine = Machine::reference();
-    let plant = Hdrm::new(&machine, &Options::of(&machine)).expect("valid");
+    let plant = Hdrm::new(&machine, &Options::from_machine(&machine)).expect("valid");
     let load = Load {
         mass: MASS,
         com: [0.1, 0.0, 0.0],

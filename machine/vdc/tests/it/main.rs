@@ -12,4 +12,4 @@ mod outputs;
 mod rates;
 mod sampling;
 mod smallest_gains;
-mod trouble;
+mod warnings;

@@ -31,7 +31,10 @@ fn controller(machine: &Machine, settings: &Settings, u: &Input) -> Controller {
 #[test]
 fn virtual_power_flows_are_made_of_outputs_and_inputs() {
     let machine = Machine::reference();
-    let (settings, u) = (Settings::of(&machine.controller), measured(&machine));
+    let (settings, u) = (
+        Settings::from_gains(&machine.controller),
+        measured(&machine),
+    );
     let controller = controller(&machine, &settings, &u);
     let y = controller.evaluate(&settings, &u).expect("finite");
     let y = y.output(&u.F);
@@ -50,7 +53,10 @@ fn virtual_power_flows_are_made_of_outputs_and_inputs() {
 #[test]
 fn voltages_are_those_of_the_law() {
     let machine = Machine::reference();
-    let (settings, u) = (Settings::of(&machine.controller), measured(&machine));
+    let (settings, u) = (
+        Settings::from_gains(&machine.controller),
+        measured(&machine),
+    );
     let controller = controller(&machine, &settings, &u);
     let y = controller.evaluate(&settings, &u).expect("finite");
     let y = y.output(&u.F);
@@ -80,7 +86,7 @@ fn voltages_are_those_of_the_law() {
 #[test]
 fn the_observer_replaces_the_measured_joint_rates() {
     let machine = Machine::reference();
-    let mut settings = Settings::of(&machine.controller);
+    let mut settings = Settings::from_gains(&machine.controller);
     settings.gains.omega_speed = 80.0;
     let u = measured(&machine);
     let other = Input {
@@ -110,7 +116,10 @@ fn the_observer_replaces_the_measured_joint_rates() {
 #[test]
 fn the_end_of_the_motion_is_told() {
     let machine = Machine::reference();
-    let (settings, u) = (Settings::of(&machine.controller), measured(&machine));
+    let (settings, u) = (
+        Settings::from_gains(&machine.controller),
+        measured(&machine),
+    );
     let network = Surrogate::reference();
     let end = |trajectory, settings: &Settings| {
         let start = 40.0;
@@ -138,7 +147,10 @@ fn the_end_of_the_motion_is_told() {
 #[test]
 fn the_orientation_error_is_an_angle() {
     let machine = Machine::reference();
-    let (settings, u) = (Settings::of(&machine.controller), measured(&machine));
+    let (settings, u) = (
+        Settings::from_gains(&machine.controller),
+        measured(&machine),
+    );
     let controller = controller(&machine, &settings, &u);
     for angle in [1e-3, 0.3, -1.2] {
         let mut turned = u;
@@ -157,7 +169,10 @@ fn the_orientation_error_is_an_angle() {
 #[test]
 fn the_disturbance_observer_begins_with_nothing() {
     let machine = Machine::reference();
-    let (settings, u) = (Settings::of(&machine.controller), measured(&machine));
+    let (settings, u) = (
+        Settings::from_gains(&machine.controller),
+        measured(&machine),
+    );
     let mut without = settings;
     without.gains.omega_d = 0.0;
     assert!(settings.gains.omega_d > 0.0);
@@ -175,7 +190,10 @@ fn the_disturbance_observer_begins_with_nothing() {
 fn the_reference_is_the_path_of_the_file() {
     let mut machine = Machine::reference();
     machine.controller.settle_time = 1.0;
-    let (settings, u) = (Settings::of(&machine.controller), measured(&machine));
+    let (settings, u) = (
+        Settings::from_gains(&machine.controller),
+        measured(&machine),
+    );
     let text = r#"{"relative": true, "limits": {"speed": 0.1, "acceleration": 0.2, "jerk": 1.0},
         "waypoints": [{"position": [0, 0, 0]}, {"position": [0.05, 0.1, -0.1], "dwell": 0.5}]}"#;
     let file = PathFile::parse(text).expect("valid");

@@ -4,7 +4,7 @@
 use crate::coupled::{Case, Loop, Schedule, machine};
 use hdrm::Load;
 use machine_file::Machine;
-use vdc::{Mode, Output, RateCommand, RateLimits, ReportedTroubles, Trajectory, Trouble};
+use vdc::{Mode, Output, RateCommand, RateLimits, ReportedWarnings, Trajectory, Warning};
 
 const H: f64 = 1e-3;
 
@@ -21,8 +21,8 @@ fn case(machine: Machine, mode: Mode) -> Case {
 struct Run {
     machine: Loop,
     k: u32,
-    told: ReportedTroubles,
-    troubles: Vec<Trouble>,
+    told: ReportedWarnings,
+    warnings: Vec<Warning>,
 }
 
 impl Run {
@@ -30,8 +30,8 @@ impl Run {
         Self {
             machine: Loop::new(case),
             k: 0,
-            told: ReportedTroubles::default(),
-            troubles: Vec::new(),
+            told: ReportedWarnings::default(),
+            warnings: Vec::new(),
         }
     }
 
@@ -67,8 +67,8 @@ impl Run {
                 ..
             } = &self.machine;
             let now = controller.evaluate(settings, &set.0).expect("finite");
-            self.troubles
-                .extend(controller.trouble(&now, settings, &mut self.told, t, H));
+            self.warnings
+                .extend(controller.next_warning(&now, settings, &mut self.told, t, H));
             self.k += 1;
             let last = self.machine.last;
             see(self, error, &last);
@@ -117,7 +117,7 @@ fn half_a_minute_of_joystick_is_followed() {
     println!(
         "largest error {:.3} mm, fastest joints {fastest:.4?} rad/s, largest accelerations {hardest:.3?} rad/s², {:?}",
         1e3 * worst,
-        run.troubles
+        run.warnings
     );
     // A command that turns right before the end of a range is cut off there.
     assert!(worst < 2e-3, "{worst} m");
@@ -130,9 +130,9 @@ fn half_a_minute_of_joystick_is_followed() {
         );
     }
     assert!(travel > 0.5, "{travel} rad");
-    let held = |t: &&Trouble| matches!(t, Trouble::JointHeld { .. });
+    let held = |t: &&Warning| matches!(t, Warning::JointHeld { .. });
     assert!(
-        run.troubles.iter().filter(held).count() > 1,
+        run.warnings.iter().filter(held).count() > 1,
         "ends are reached"
     );
 }
@@ -170,7 +170,7 @@ fn joints_are_held_at_the_ends_of_their_ranges() {
         );
         assert!(farthest - held < 1e-4, "{farthest} {held}");
         assert!(run.machine.state.zeta_dot[joint].abs() < 1e-3);
-        let text: Vec<String> = run.troubles.iter().map(ToString::to_string).collect();
+        let text: Vec<String> = run.warnings.iter().map(ToString::to_string).collect();
         assert_eq!(text.len(), 1, "{text:?}");
         assert!(
             text[0].contains(&format!("joint {}", joint + 1)),
@@ -216,9 +216,9 @@ fn the_tip_goes_straight_until_a_joint_ends() {
         |_, error, _| assert!(error < 1e-3, "{error}"),
     );
     assert!(run.machine.state.zeta_dot.iter().all(|w| w.abs() < 1e-3));
-    let text: Vec<String> = run.troubles.iter().map(ToString::to_string).collect();
+    let text: Vec<String> = run.warnings.iter().map(ToString::to_string).collect();
     assert!(
-        text.len() == 1 && text[0].contains("held there"),
+        text.len() == 1 && text[0].contains("where it stops"),
         "{text:?}"
     );
 }
@@ -268,17 +268,17 @@ fn the_elbow_is_stretched_and_comes_back() {
     println!(
         "held {:.3} rad before the stretched arm, {:?}",
         stretched - held,
-        run.troubles
+        run.warnings
     );
     assert!(
         (0.1..0.2).contains(&(stretched - held)),
         "{held} {stretched}"
     );
     assert!(run.machine.state.zeta_dot.iter().all(|w| w.abs() < 5e-3));
-    let [first @ .., Trouble::ElbowHeld { .. }] = &run.troubles[..] else {
-        panic!("{:?}", run.troubles);
+    let [first @ .., Warning::ElbowHeld { .. }] = &run.warnings[..] else {
+        panic!("{:?}", run.warnings);
     };
-    let is_slowed = |t: &Trouble| matches!(t, Trouble::JointRate { joint: 3, .. });
+    let is_slowed = |t: &Warning| matches!(t, Warning::JointRate { joint: 3, .. });
     assert!(first.iter().all(is_slowed), "{first:?}");
 
     let rates = [0.0, 0.0, 0.1, 0.0, 0.0, 0.0];
@@ -338,10 +338,10 @@ fn a_controller_that_is_told_of_a_load_is_better() {
                 com: load.com,
                 ..*plant.load()
             };
-            let next = plant.reloaded(&now, &picked, None, &hdrm::Input::default());
+            let next = plant.change_load(&now, &picked, None, &hdrm::Input::default());
             (run.machine.plant, run.machine.state) = next.expect("valid");
             if is_told {
-                run.machine.controller.tell_load(&load);
+                run.machine.controller.set_load(&load);
             }
             let mut sum = (0.0, 0.0);
             run.hold(

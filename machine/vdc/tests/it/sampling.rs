@@ -28,7 +28,7 @@ fn measured(machine: &Machine, t: f64) -> Input {
 fn run(h: f64, timing: Timing) -> Vec<Output> {
     let mut machine = Machine::reference();
     machine.controller.settle_time = 0.0;
-    let settings = Settings::of(&machine.controller);
+    let settings = Settings::from_gains(&machine.controller);
     let surrogate = Surrogate::reference();
     let mut u = measured(&machine, 0.0);
     let mut controller =

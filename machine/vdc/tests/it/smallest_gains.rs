@@ -15,7 +15,7 @@ fn the_smallest_gains_keep_outputs_finite() {
         ..Input::default()
     };
     for (omega_d, K_v) in [(f64::MIN_POSITIVE, 900.0), (5e-324, 900.0), (300.0, 1e-307)] {
-        let mut settings = Settings::of(&machine.controller);
+        let mut settings = Settings::from_gains(&machine.controller);
         (settings.gains.omega_d, settings.gains.K_v) = (omega_d, K_v);
         let surrogate = Surrogate::reference();
         let path = Trajectory::Cubic;

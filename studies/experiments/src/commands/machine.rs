@@ -15,9 +15,9 @@ use anyhow::{Context, Result, bail, ensure};
 use clap::{Args, Subcommand};
 use cosim::cli::print;
 use hdrm::HdrmError;
-use machine_file::{AXES, Machine, Source, extending, preset};
+use machine_file::{AXES, Machine, Source, extension_of, preset};
 use motion_check::gain_rule::{gains, gamma};
-use motion_check::{Capability, Limits, Motion, Payload};
+use motion_check::{AllowedRanges, DemandModel, Motion, Payload};
 
 use super::pictures::{DrawArgs, SceneArgs};
 
@@ -150,13 +150,13 @@ fn check(args: &CheckArgs) -> Result<()> {
 /// What is wrong with a machine whose values are each for themselves in range, loops that do not
 /// close, a start that it cannot hold; and which motors cannot hold the start for ever.
 fn at_start(machine: &Machine) -> [Vec<String>; 2] {
-    let capability = match Capability::new(machine, &Payload::of(machine)) {
+    let capability = match DemandModel::new(machine, &Payload::from_machine(machine)) {
         Err(HdrmError::Geometry(error)) => return [vec![format!("`geometry`: {error}")], vec![]],
         Err(error) => return [vec![error.to_string()], vec![]],
         Ok(capability) => capability,
     };
     let demand = capability.demand(&Motion::rest(machine.start.zeta));
-    let margins = Limits::of(machine).margins(&demand);
+    let margins = AllowedRanges::from_machine(machine).margins(&demand);
     let beyond = margins.iter().filter(|margin| !margin.holds());
     let beyond = beyond.map(|margin| format!("at the start pose, `start.zeta`, at rest: {margin}"));
     let motors = AXES.into_iter().zip(demand.tau_e);
@@ -207,7 +207,7 @@ fn scale(args: &ScaleArgs) -> Result<()> {
     scaled.check().context("the machine of that size")?;
     let [found, _] = at_start(&scaled);
     let extended = name_beside(&args.machine, &args.output)?;
-    let file = extending(&extended, &nominal, &scaled);
+    let file = extension_of(&extended, &nominal, &scaled);
     write_json(Some(&args.output), &file)?;
     let name = args.output.display();
     print(format_args!(

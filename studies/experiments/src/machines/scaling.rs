@@ -96,7 +96,7 @@ mod tests {
         let large = booms(&light, s);
         large.check().expect("valid");
         let [plant, scaled] =
-            [&light, &large].map(|m| Hdrm::new(m, &Options::of(m)).expect("closed"));
+            [&light, &large].map(|m| Hdrm::new(m, &Options::from_machine(m)).expect("closed"));
         for (lift, tilt) in [(-0.05, -2.1), (0.3, -0.4), (0.7, -1.4), (1.1, -2.0)] {
             let zeta = [0.2, lift, tilt, 0.0, -0.9, 0.0];
             let strokes = [&plant, &scaled].map(|p| p.tree().configuration(&zeta).strokes);

@@ -4,7 +4,7 @@
 use anyhow::{Context, Result, ensure};
 use hdrm::{Body, DOF};
 use machine_file::{AXES, Machine};
-use motion_check::{Capability, Demand, Limits, Margin, Motion, Payload, Quantity};
+use motion_check::{AllowedRanges, Demand, DemandModel, Margin, Motion, Payload, Quantity};
 use nalgebra::Vector3;
 use std::io::{self, Write};
 
@@ -48,9 +48,9 @@ pub struct LoadChart {
 
 /// A machine with nothing at its tip, and with a payload of [`UNIT`].
 struct Loads {
-    empty: Capability,
-    loaded: Capability,
-    limits: Limits,
+    empty: DemandModel,
+    loaded: DemandModel,
+    limits: AllowedRanges,
     lasting: [ContinuousTorque; 3],
     factor: f64,
     tip: Vector3<f64>,
@@ -122,12 +122,12 @@ fn along([min, max]: [f64; 2], k: usize) -> f64 {
 
 impl Loads {
     fn new(machine: &Machine, factor: f64) -> Result<Self> {
-        let com = Payload::of(machine).com;
-        let with = |mass| Capability::new(machine, &Payload { mass, com });
+        let com = Payload::from_machine(machine).com;
+        let with = |mass| DemandModel::new(machine, &Payload { mass, com });
         Ok(Self {
             empty: with(0.0).context("the mechanism")?,
             loaded: with(UNIT).context("the mechanism")?,
-            limits: Limits::of(machine),
+            limits: AllowedRanges::from_machine(machine),
             lasting: ContinuousTorque::of(machine),
             factor,
             tip: Vector3::from(machine.geometry.r_D4_T4),
@@ -209,10 +209,10 @@ mod tests {
     use super::*;
 
     fn holds(machine: &Machine, place: &LoadPoint, mass: f64) -> Vec<Quantity> {
-        let com = Payload::of(machine).com;
-        let capability = Capability::new(machine, &Payload { mass, com }).expect("closed");
+        let com = Payload::from_machine(machine).com;
+        let capability = DemandModel::new(machine, &Payload { mass, com }).expect("closed");
         let demand = capability.demand(&Motion::rest(place.zeta));
-        let margins = Limits::of(machine).margins(&demand);
+        let margins = AllowedRanges::from_machine(machine).margins(&demand);
         let beyond = margins.iter().filter(|margin| !margin.holds());
         beyond.map(|margin| margin.quantity).collect()
     }
@@ -250,7 +250,7 @@ mod tests {
         let mut machine = Machine::reference();
         machine.ratings.lift.motor_torque = 22.0;
         machine.ratings.tilt.motor_torque = 25.0;
-        let com = Payload::of(&machine).com;
+        let com = Payload::from_machine(&machine).com;
         let most = ContinuousTorque::of(&machine);
         let chart = LoadChart::new(&machine, 1.0).expect("chart");
         let mut seen = [0; 4];
@@ -262,7 +262,7 @@ mod tests {
                 continue;
             };
             seen[k] += 1;
-            let capability = Capability::new(&machine, &Payload { mass, com }).expect("closed");
+            let capability = DemandModel::new(&machine, &Payload { mass, com }).expect("closed");
             let torques = capability.demand(&Motion::rest(place.zeta)).tau_e;
             assert!((torques[k].abs() / most[k].torque - 1.0).abs() < 1e-9);
             let within = |i: usize| torques[i].abs() <= most[i].torque * (1.0 + 1e-9);

@@ -161,8 +161,8 @@ pub fn coverage(p: &Emla, networks: &[(&str, &Surrogate)], count: u32) -> Result
              half the width {:.1} % on average, {:.1} % at 100 W, {:.1} % at 3 kW",
             coverage.profiles,
             1e2 * coverage.half,
-            1e2 * bound.half(100.0, 0.0),
-            1e2 * bound.half(3e3, 0.0),
+            1e2 * bound.half_width(100.0, 0.0),
+            1e2 * bound.half_width(3e3, 0.0),
         )?;
     }
     Ok(text)

@@ -30,7 +30,7 @@ pub struct Point {
 
 impl Point {
     fn needed(&self, bound: &EfficiencyBound) -> f64 {
-        bound.needed(self.error, self.out, self.cut)
+        bound.needed_factor(self.error, self.out, self.cut)
     }
 }
 
@@ -73,7 +73,7 @@ pub fn points(
         Some(Point {
             error: truth - y.efficiency_net,
             out: (y.F_net * y.x_dot_net).abs(),
-            cut: (emla.held_back(network, tau_e, w.row.w_m) * travel * w.row.w_m).abs(),
+            cut: (emla.force_held_back(network, tau_e, w.row.w_m) * travel * w.row.w_m).abs(),
         })
     };
     let profiles = driven.iter();
@@ -111,7 +111,7 @@ pub fn calibrate(profiles: &[Vec<Point>]) -> EfficiencyBound {
         .flat_map(|&power| FLOORS.iter().map(move |&floor| (power, floor)));
     let width = |&(power, floor): &(f64, f64)| {
         let bound = with_factor(power, floor, &shaping);
-        mean(&shaping, |point| bound.half(point.out, point.cut))
+        mean(&shaping, |point| bound.half_width(point.out, point.cut))
     };
     let (power, floor) = shapes
         .min_by(|a, b| width(a).total_cmp(&width(b)))
@@ -177,7 +177,7 @@ impl Coverage {
                 mean(&profiles, |point| f64::from(u8::from(holds(point)))),
                 whole.count() as f64 / profiles.len() as f64,
             ],
-            half: mean(&profiles, |point| bound.half(point.out, point.cut)),
+            half: mean(&profiles, |point| bound.half_width(point.out, point.cut)),
         }
     }
 

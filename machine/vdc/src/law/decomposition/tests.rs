@@ -37,7 +37,7 @@ fn noise(k: usize, j: usize) -> f64 {
 
 fn instant(k: usize) -> Instant {
     let machine = Machine::reference();
-    let plant = Hdrm::new(&machine, &Options::of(&machine)).expect("valid machine");
+    let plant = Hdrm::new(&machine, &Options::from_machine(&machine)).expect("valid machine");
     let near = |j: usize, scale: f64| -> [f64; DOF] {
         std::array::from_fn(|i| scale * noise(k, 10 * j + i))
     };
@@ -186,7 +186,7 @@ fn the_bodies_take_what_the_rods_and_the_wrist_give() {
 #[test]
 fn the_energy_of_the_errors_is_that_of_the_mass_matrix() {
     let machine = Machine::reference();
-    let plant = Hdrm::new(&machine, &Options::of(&machine)).expect("valid machine");
+    let plant = Hdrm::new(&machine, &Options::from_machine(&machine)).expect("valid machine");
     for k in 0..20 {
         let now = instant(k);
         let start = machine.start.zeta;

@@ -281,7 +281,7 @@ fn commands_are_held_where_less_than_half_is_allowed() {
         for (share, is_held) in [(1.9, false), (2.1, true), (-1.9, false), (-2.1, true)] {
             let mut commands = [0.0; DOF];
             commands[joint] = share * bound;
-            let (wanted, held) = rates.of_joints(&motion, &commands, &allowed, 0.5);
+            let (wanted, held) = rates.joint_accelerations(&motion, &commands, &allowed, 0.5);
             let mut expected = CommandHolds::default();
             expected.joint[joint] = is_held;
             assert_eq!(held, expected);

@@ -231,13 +231,13 @@ mod tests {
     use super::*;
     use crate::analyses::identification::excitation::{DURATION, Excitation};
     use crate::worlds::perturbation::{Bounds, draw};
-    use motion_check::{Capability, Payload};
+    use motion_check::{DemandModel, Payload};
 
     const SPACING: f64 = 0.05;
 
     /// Forces of a drawn machine on a motion, by its own inverse dynamics.
     fn samples(machine: &Machine, motion: &Excitation) -> Vec<Sample> {
-        let plant = Capability::new(machine, &Payload::of(machine)).expect("a machine");
+        let plant = DemandModel::new(machine, &Payload::from_machine(machine)).expect("a machine");
         let count = (DURATION / SPACING) as u32;
         let times = (0..count).map(|k| SPACING * f64::from(k));
         let sample = |t| {

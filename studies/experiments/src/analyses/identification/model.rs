@@ -66,7 +66,7 @@ impl Model {
     /// # Errors
     /// A mechanism that does not work, or a body that cannot exist.
     pub fn new(machine: &Machine) -> Result<Self> {
-        let options = Options::of(machine);
+        let options = Options::from_machine(machine);
         let root = |body: &machine_file::Body| -> Result<Matrix4<f64>> {
             let cholesky = pseudo_inertia(body).0.cholesky();
             Ok(cholesky.context("a body that cannot exist")?.l())
@@ -80,7 +80,7 @@ impl Model {
                 let mut other = machine.clone();
                 let L = A * (Matrix4::identity() + basis * STEP) * A.transpose();
                 *other.bodies.in_order_mut()[k] = body(&PseudoInertia(L));
-                bodies.push(Hdrm::new(&other, &Options::of(&other))?);
+                bodies.push(Hdrm::new(&other, &Options::from_machine(&other))?);
             }
         }
         let [_, g, _] = options.gravity;
@@ -297,7 +297,7 @@ mod tests {
             zeta_dot: motion.zeta_dot,
             ..State::default()
         };
-        let plant = Hdrm::new(&drawn, &Options::of(&drawn)).expect("a plant");
+        let plant = Hdrm::new(&drawn, &Options::from_machine(&drawn)).expect("a plant");
         let (f, tau) = plant.inverse_dynamics(&state, &motion.zeta_ddot, &[0.0; DOF]);
         for (k, force) in f.into_iter().chain(tau).enumerate() {
             assert!((told[k] - force).abs() < 1e-8 * force.abs().max(1e3), "{k}");

@@ -1,5 +1,6 @@
-//! Where trouble begins: causes that later show as voltages beyond all bounds or a machine out of
-//! control.
+//! Warnings to the operator about conditions that lead to loss of control: a step too long, a
+//! reference out of reach, saturated forces or voltages, commands that are limited, and actions of
+//! the supervisor. Each is reported once, when it begins.
 
 use crate::evaluation::Evaluation;
 use crate::nominal::Nominal;
@@ -9,12 +10,12 @@ use crate::supervisor::{Stage, Supervisor};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// A cause, where it begins.
+/// A condition that begins at time `t`.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
-pub enum Trouble {
+pub enum Warning {
     /// The voltage law samples too slowly for its current feedback.
     #[error(
-        "t = {t} s: step h = {h} s is too long for the voltage law: its current feedback K_i needs h ≤ L/K_i = {longest} s"
+        "t = {t} s: step h = {h} s is too long for the voltage law: its current feedback K_i needs h ≤ L/K_i = {longest:.6} s"
     )]
     StepTooLong {
         /// Time, s.
@@ -26,7 +27,7 @@ pub enum Trouble {
     },
     /// The reference lies where the stretched arm does not reach.
     #[error(
-        "t = {t} s: the reference position is {distance} m from the lift joint, out of reach: it must be within {reach} m"
+        "t = {t} s: the reference position is {distance:.3} m from the lift joint, out of reach: it must be within {reach:.3} m"
     )]
     OutOfReach {
         /// Time, s.
@@ -38,7 +39,7 @@ pub enum Trouble {
     },
     /// Commanded rates lead a joint to the end of its range.
     #[error(
-        "t = {t} s: the commanded rates lead joint {joint} to the end of its range at {limit} rad: it is held there, its reference is {zeta} rad"
+        "t = {t} s: the commanded rates lead joint {joint} to the end of its range at {limit:.4} rad, where it stops; its reference is {zeta:.4} rad"
     )]
     JointHeld {
         /// Time, s.
@@ -52,7 +53,7 @@ pub enum Trouble {
     },
     /// Commanded rates of the tip stretch the arm.
     #[error(
-        "t = {t} s: the commanded rates of the tip stretch the arm, which is held before its elbow becomes singular: zeta[3] = {zeta} rad; joint rates lead beyond"
+        "t = {t} s: the commanded rates of the tip stretch the arm, which stops before its elbow becomes singular: zeta[3] = {zeta:.4} rad; rate.command = joint leads beyond"
     )]
     ElbowHeld {
         /// Time, s.
@@ -63,7 +64,7 @@ pub enum Trouble {
     /// Commanded rates of the tip ask for more than twice what a joint may do, as near a
     /// singularity.
     #[error(
-        "t = {t} s: the commanded rates of the tip ask joint {joint} for {asked} rad/s, its reference must be within {limit} rad/s: the tip is slowed as a whole"
+        "t = {t} s: the commanded rates of the tip ask joint {joint} for {required:.3} rad/s, its reference must be within {limit:.3} rad/s: the tip is slowed as a whole"
     )]
     JointRate {
         /// Time, s.
@@ -71,13 +72,13 @@ pub enum Trouble {
         /// Joint, counted from 1.
         joint: usize,
         /// Rate of the joint for the whole command, rad/s.
-        asked: f64,
+        required: f64,
         /// Largest rate of its reference, rad/s.
         limit: f64,
     },
     /// Commanded rates of the tip near the wrist's singularity.
     #[error(
-        "t = {t} s: the wrist is near its singularity, zeta[5] = {zeta} rad: the tip follows the commanded rates in part"
+        "t = {t} s: the wrist is near its singularity, zeta[5] = {zeta:.4} rad: the tip follows the commanded rates only partly"
     )]
     WristSingular {
         /// Time, s.
@@ -85,9 +86,9 @@ pub enum Trouble {
         /// Reference of the joint, rad.
         zeta: f64,
     },
-    /// A rod may not be given the force that the law asks for.
+    /// The required force of a rod exceeds its limit.
     #[error(
-        "t = {t} s: the law asks for {asked} N of actuator {actuator}, whose force is limited to {f_max} N (force_limit times force_max of the machine \
+        "t = {t} s: the law requires {required:.0} N of actuator {actuator}, whose force is limited to {f_max:.0} N (force_limit times force_max of the machine \
          file): the load is too large, the reference too fast, or control has become unstable; meanwhile nothing adapts"
     )]
     Force {
@@ -95,29 +96,29 @@ pub enum Trouble {
         t: f64,
         /// Actuator, counted from 1.
         actuator: usize,
-        /// Force asked for, N.
-        asked: f64,
-        /// Most that the rod is given, N.
+        /// Required force, N.
+        required: f64,
+        /// Limit of the force, N.
         f_max: f64,
     },
     /// The supervisor acts.
     #[error(
-        "t = {t} s: supervisor: {} (power that swings: up to {power} W at actuator {actuator})",
+        "t = {t} s: supervisor: {} (oscillation power: up to {power:.1} W at actuator {actuator})",
         .stage.does()
     )]
     Supervisor {
         /// Time, s.
         t: f64,
-        /// What it does from now on.
+        /// The new stage.
         stage: Stage,
         /// Actuator, counted from 1.
         actuator: usize,
-        /// Root mean square of its force error times that of its velocity error, W.
+        /// Oscillation power: root mean square of force error times that of velocity error, W.
         power: f64,
     },
-    /// A drive cannot give what the law asks for.
+    /// The required voltage exceeds that of the drive.
     #[error(
-        "t = {t} s: the voltage law asks for {asked} V at actuator {actuator}, whose drive gives at most {v_max} V (v_max and v_dc/sqrt(3)): the reference \
+        "t = {t} s: the voltage law requires {required:.0} V at actuator {actuator}, whose drive gives at most {v_max:.0} V (v_max and v_dc/sqrt(3)): the reference \
          is too fast, the load too large, or control has become unstable"
     )]
     Voltage {
@@ -125,15 +126,15 @@ pub enum Trouble {
         t: f64,
         /// Actuator, counted from 1.
         actuator: usize,
-        /// Voltage asked for, V.
-        asked: f64,
-        /// Most that the drive gives, V.
+        /// Required voltage, V.
+        required: f64,
+        /// Largest voltage of the drive, V.
         v_max: f64,
     },
 }
 
 impl Stage {
-    /// What it does, in words.
+    /// The stage in words, for the warning.
     fn does(self) -> &'static str {
         match self {
             Self::Off | Self::Watching => "it watches",
@@ -148,9 +149,9 @@ impl Stage {
     }
 }
 
-/// Which troubles last, so that each is reported once, where it begins.
+/// Conditions that were reported and still last, so that each is reported only once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct ReportedTroubles {
+pub struct ReportedWarnings {
     step: bool,
     reach: bool,
     voltage: [bool; 3],
@@ -162,54 +163,53 @@ pub struct ReportedTroubles {
     supervisor: Option<Stage>,
 }
 
-/// What begins to go wrong with the commands of `now` at `t`, s, where samples are `h` apart, s;
-/// `reported` remembers what was reported already. `rates` are those of an operator, with the
-/// joints' reference that they lead to.
-pub(crate) fn first_trouble(
+/// The first warning not yet `reported` about the commands of `now` at `t`, s; samples are `h`, s,
+/// apart. `rates` are an operator's commanded rates with the joints' motion.
+pub(crate) fn first_warning(
     now: &Evaluation,
     nominal: &Nominal,
     rates: Option<(&Rates, &Motion)>,
     supervisor: &Supervisor,
     settings: &Settings,
-    reported: &mut ReportedTroubles,
+    reported: &mut ReportedWarnings,
     [t, h]: [f64; 2],
-) -> Option<Trouble> {
+) -> Option<Warning> {
     let mut first = None;
     let stage = supervisor.stage();
     if stage >= Stage::Frozen && reported.supervisor != Some(stage) {
         reported.supervisor = Some(stage);
         let (rod, power) = supervisor.largest(&nominal.ratings);
-        first = Some(Trouble::Supervisor {
+        first = Some(Warning::Supervisor {
             t,
             stage,
             actuator: rod + 1,
             power,
         });
     }
-    let mut begins = |reported: &mut bool, lasts: bool, trouble: Trouble| {
-        // One at a time: what begins at the same time is reported a step later.
+    let mut begins = |reported: &mut bool, lasts: bool, warning: Warning| {
+        // One at a time: another condition that begins now is reported at the next step.
         if lasts && !*reported && first.is_some() {
             return;
         }
         if lasts && !*reported {
-            first = Some(trouble);
+            first = Some(warning);
         }
         *reported = lasts;
     };
     let least = nominal.parameters().map(|p| p.L_d.min(p.L_q));
     let longest = least.into_iter().fold(f64::INFINITY, f64::min) / settings.gains.K_i;
-    let too_long = Trouble::StepTooLong { t, h, longest };
+    let too_long = Warning::StepTooLong { t, h, longest };
     begins(&mut reported.step, h > longest, too_long);
     if settings.level == Level::Machine {
         let reach = nominal.reach.length();
         let distance = nominal.reach.distance(now.output.desired_position);
-        let out_of_reach = Trouble::OutOfReach { t, distance, reach };
+        let out_of_reach = Warning::OutOfReach { t, distance, reach };
         begins(&mut reported.reach, distance > reach, out_of_reach);
     }
     if let Some((rates, motion)) = rates {
         let (zeta, held) = (motion.zeta, &motion.held);
         for (i, reported) in reported.joint.iter_mut().enumerate() {
-            let at_end = Trouble::JointHeld {
+            let at_end = Warning::JointHeld {
                 t,
                 joint: i + 1,
                 zeta: zeta[i],
@@ -217,38 +217,38 @@ pub(crate) fn first_trouble(
             };
             begins(reported, held.joint[i], at_end);
         }
-        let stretched = Trouble::ElbowHeld { t, zeta: zeta[2] };
+        let stretched = Warning::ElbowHeld { t, zeta: zeta[2] };
         begins(&mut reported.elbow, held.elbow, stretched);
-        let singular = Trouble::WristSingular { t, zeta: zeta[4] };
+        let singular = Warning::WristSingular { t, zeta: zeta[4] };
         begins(&mut reported.wrist, held.wrist, singular);
-        let (joint, asked) = held.rate.unwrap_or_default();
-        let slowed = Trouble::JointRate {
+        let (joint, required) = held.rate.unwrap_or_default();
+        let slowed = Warning::JointRate {
             t,
             joint: joint + 1,
-            asked,
+            required,
             limit: rates.largest_rate(joint),
         };
         begins(&mut reported.rate, held.rate.is_some(), slowed);
     }
     for (i, reported) in reported.force.iter_mut().enumerate() {
         let demand = &now.demands[i];
-        let force = Trouble::Force {
+        let force = Warning::Force {
             t,
             actuator: i + 1,
-            asked: demand.asked,
+            required: demand.f_unlimited,
             f_max: demand.f_max.unwrap_or(f64::INFINITY),
         };
-        begins(reported, demand.asked != demand.f_r, force);
+        begins(reported, demand.f_unlimited != demand.f_r, force);
     }
     for (i, reported) in reported.voltage.iter_mut().enumerate() {
-        let (asked, v_max) = (now.commands[i].voltage(), now.commands[i].v_max);
-        let voltage = Trouble::Voltage {
+        let (required, v_max) = (now.commands[i].voltage(), now.commands[i].v_max);
+        let voltage = Warning::Voltage {
             t,
             actuator: i + 1,
-            asked,
+            required,
             v_max,
         };
-        begins(reported, asked > v_max, voltage);
+        begins(reported, required > v_max, voltage);
     }
     first
 }

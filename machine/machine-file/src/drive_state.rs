@@ -1,18 +1,18 @@
-//! The DC link and the holding brake of an actuator, as all models of actuators have them.
+//! Undervoltage trip, DC-link current and holding brake of an actuator: the discrete behaviour that
+//! both actuator models (`emla` and `rig`) share.
 
 use crate::Brake;
 
-/// Voltage below which the DC link is taken for dead, V.
+/// Voltage below which the DC link counts as dead, V.
 pub const DEAD_LINK: f64 = 1.0;
 
-/// Current that carries the power `P`, W, from a DC link of `v_dc`, V, in A: `P/v_dc`; none from a
-/// dead link.
+/// Current, A, for the power `P`, W, from a DC link: `P/v_dc` (V); 0 from a dead link.
 pub fn link_current(P: f64, v_dc: f64) -> f64 {
     if v_dc >= DEAD_LINK { P / v_dc } else { 0.0 }
 }
 
-/// Whether a drive is tripped as a step begins. Undervoltage trips an enabled drive; the trip stays
-/// until the drive is disabled with the voltage back. A disabled drive does not trip.
+/// Whether a drive is tripped at the start of a step. Undervoltage trips an enabled drive; the trip
+/// is reset when the drive is disabled and the voltage is back. A disabled drive does not trip.
 pub fn is_tripped(before: bool, is_enabled: bool, is_low: bool) -> bool {
     if is_enabled {
         before || is_low
@@ -21,7 +21,7 @@ pub fn is_tripped(before: bool, is_enabled: bool, is_low: bool) -> bool {
     }
 }
 
-/// What to tell when a drive trips at time `t`, s, with `v_dc`, V, below its `undervoltage`, V.
+/// Warning for a drive that trips at time `t`, s, because `v_dc`, V, is below `undervoltage`, V.
 pub fn trip_message(t: f64, v_dc: f64, undervoltage: f64) -> String {
     format!(
         "t = {t} s: `v_dc` = {v_dc} V is below `undervoltage` = {undervoltage} V: the drive has tripped, its gates are off and its brake is \
@@ -29,10 +29,10 @@ pub fn trip_message(t: f64, v_dc: f64, undervoltage: f64) -> String {
     )
 }
 
-/// What the holding brake does in a substep.
+/// State of the holding brake in a substep.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Holding {
-    /// It is released.
+pub enum BrakeState {
+    /// The brake is released.
     Released,
     /// It holds the shaft.
     Holds,
@@ -41,24 +41,24 @@ pub enum Holding {
 }
 
 impl Brake {
-    /// What the applied brake does to a shaft at speed `w_m`, rad/s: it holds one at rest as long
-    /// as all other torques, N·m, stay within its own, and slips against the motion, or against the
-    /// torque that tears it off.
-    pub fn applied(&self, w_m: f64, others: impl FnOnce() -> f64) -> Holding {
+    /// State of the applied brake on a shaft with speed `w_m`, rad/s: it holds a shaft at rest as
+    /// long as the sum of all other torques, N·m, is within its own, and otherwise slips, against
+    /// the motion or against the torque that breaks it loose.
+    pub fn applied(&self, w_m: f64, others: impl FnOnce() -> f64) -> BrakeState {
         if w_m != 0.0 {
-            return Holding::Slips(self.torque.copysign(w_m));
+            return BrakeState::Slips(self.torque.copysign(w_m));
         }
         let others = others();
         if others.abs() <= self.torque {
-            Holding::Holds
+            BrakeState::Holds
         } else {
-            Holding::Slips(self.torque.copysign(others))
+            BrakeState::Slips(self.torque.copysign(others))
         }
     }
 }
 
-impl Holding {
-    /// Its torque while it slips, N·m.
+impl BrakeState {
+    /// Its torque while it slips, N·m; otherwise 0.
     #[must_use]
     pub fn torque(self) -> f64 {
         match self {
@@ -67,8 +67,8 @@ impl Holding {
         }
     }
 
-    /// Whether a brake that slipped in a substep has turned the shaft back to the speed `w_m` at
-    /// its end: then the shaft came to rest inside.
+    /// Whether the brake, slipping in a substep, has reversed the shaft to the speed `w_m` at its
+    /// end: then the shaft came to rest within the substep.
     #[must_use]
     pub fn has_stopped(self, w_m: f64) -> bool {
         self.torque() * w_m < 0.0
@@ -96,11 +96,13 @@ mod tests {
     #[test]
     fn a_brake_holds_a_shaft_at_rest_and_slips_against_what_moves_it() {
         let brake = Brake { torque: 40.0 };
-        assert_eq!(brake.applied(0.0, || -39.0), Holding::Holds);
-        assert_eq!(brake.applied(0.0, || -41.0), Holding::Slips(-40.0));
-        assert_eq!(brake.applied(-1e-9, || 7.0), Holding::Slips(-40.0));
-        assert!(Holding::Slips(-40.0).has_stopped(0.1) && !Holding::Slips(40.0).has_stopped(0.1));
-        assert!(!Holding::Holds.has_stopped(0.1) && !Holding::Released.has_stopped(-0.1));
+        assert_eq!(brake.applied(0.0, || -39.0), BrakeState::Holds);
+        assert_eq!(brake.applied(0.0, || -41.0), BrakeState::Slips(-40.0));
+        assert_eq!(brake.applied(-1e-9, || 7.0), BrakeState::Slips(-40.0));
+        assert!(
+            BrakeState::Slips(-40.0).has_stopped(0.1) && !BrakeState::Slips(40.0).has_stopped(0.1)
+        );
+        assert!(!BrakeState::Holds.has_stopped(0.1) && !BrakeState::Released.has_stopped(-0.1));
     }
 
     #[test]

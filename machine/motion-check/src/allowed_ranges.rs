@@ -1,4 +1,4 @@
-//! What the machine file allows, and the margin to it.
+//! The ranges that the machine file allows, and the margin of a motion's demand to them.
 
 use crate::demand::Demand;
 use crate::quantity::Quantity;
@@ -6,30 +6,29 @@ use machine_file::Machine;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Allowed range of every quantity.
-///
-/// Rod forces, rod speeds and motor speeds: `ratings`; joints, strokes and wrist torques: `limits`;
-/// currents: `emla.i_max`; voltages: what the inverter makes of its DC link, at most `emla.v_max`.
+/// Allowed range of every quantity, from these sections of the machine file: rod forces, rod speeds
+/// and motor speeds from `ratings`; joints, strokes and wrist torques from `limits`; currents from
+/// `emla.i_max`; voltages as the inverter can give from its DC link, at most `emla.v_max`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Limits {
+pub struct AllowedRanges {
     /// Least and largest value, in the order of [`Quantity::all`], SI units.
     ranges: [[f64; 2]; Quantity::COUNT],
 }
 
-/// A quantity's value beside its limit.
+/// A quantity's value together with its allowed range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margin {
-    /// Quantity.
+    /// The quantity.
     pub quantity: Quantity,
     /// Its value, SI unit.
     pub value: f64,
-    /// Least and largest value that is allowed, SI unit.
+    /// Smallest and largest allowed value, SI unit.
     pub range: [f64; 2],
 }
 
-impl Limits {
-    /// Of a machine.
-    pub fn of(machine: &Machine) -> Self {
+impl AllowedRanges {
+    /// The allowed ranges of a machine.
+    pub fn from_machine(machine: &Machine) -> Self {
         let (zeta, strokes) = (machine.limits.zeta(), machine.limits.strokes());
         let (ratings, emla) = (machine.ratings.in_order(), machine.emla.in_order());
         let both = |largest: f64| [-largest, largest];
@@ -50,7 +49,7 @@ impl Limits {
         }
     }
 
-    /// All that a motion demands beside its limits, in the order of [`Quantity::all`].
+    /// Margins of all quantities, in the order of [`Quantity::all`].
     pub fn margins(&self, demand: &Demand) -> [Margin; Quantity::COUNT] {
         let all = Quantity::all();
         std::array::from_fn(|k| Margin {
@@ -62,8 +61,8 @@ impl Limits {
 }
 
 impl Margin {
-    /// Distance to the nearer end of the range as a part of half the range: 1 in its middle (at no
-    /// force), 0 at the limit, negative beyond it. NaN for a value that is not a number.
+    /// Distance to the nearer end of the range over half the range: 1 in the middle (zero force), 0
+    /// at the limit, negative beyond it. NaN if the value is NaN.
     pub fn part(&self) -> f64 {
         let [min, max] = self.range;
         let nearer = (self.value - min).min(max - self.value);
@@ -71,14 +70,14 @@ impl Margin {
         nearer / (0.5 * (max - min)) + 0.0 * self.value
     }
 
-    /// Whether the value is allowed; one that is no number is not.
+    /// Whether the value is within its range; NaN is not.
     pub fn holds(&self) -> bool {
         let [min, max] = self.range;
         min <= self.value && self.value <= max
     }
 }
 
-/// Value, limit, and where the limit is passed by how much.
+/// Writes value, limit, and by how much the limit is exceeded.
 impl fmt::Display for Margin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (unit, per_si) = self.quantity.unit();
@@ -102,7 +101,7 @@ impl fmt::Display for Margin {
     }
 }
 
-/// Without the last bits that a change of unit leaves.
+/// Removes the rounding errors of a unit conversion.
 fn rounded(value: f64) -> f64 {
     (1e6 * value).round() / 1e6
 }

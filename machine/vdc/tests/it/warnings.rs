@@ -2,7 +2,7 @@
 
 use emla::Surrogate;
 use machine_file::Machine;
-use vdc::{Controller, Input, ReportedTroubles, Settings, Trajectory, Trouble};
+use vdc::{Controller, Input, ReportedWarnings, Settings, Trajectory, Warning};
 
 const H: f64 = 1e-3;
 
@@ -10,13 +10,13 @@ struct Case {
     controller: Controller,
     settings: Settings,
     u: Input,
-    told: ReportedTroubles,
+    told: ReportedWarnings,
 }
 
 impl Case {
     fn new() -> Self {
         let machine = Machine::reference();
-        let settings = Settings::of(&machine.controller);
+        let settings = Settings::from_gains(&machine.controller);
         let (position, orientation) = vdc::tip_pose(&machine, &machine.start.zeta).expect("works");
         let u = Input {
             zeta: machine.start.zeta,
@@ -30,14 +30,14 @@ impl Case {
             controller: controller.expect("works"),
             settings,
             u,
-            told: ReportedTroubles::default(),
+            told: ReportedWarnings::default(),
         }
     }
 
-    fn trouble(&mut self, t: f64, h: f64) -> Option<Trouble> {
+    fn next_warning(&mut self, t: f64, h: f64) -> Option<Warning> {
         let now = self.controller.evaluate(&self.settings, &self.u);
         let now = now.expect("finite");
-        (self.controller).trouble(&now, &self.settings, &mut self.told, t, h)
+        (self.controller).next_warning(&now, &self.settings, &mut self.told, t, h)
     }
 }
 
@@ -45,10 +45,10 @@ impl Case {
 fn an_unreachable_reference_is_named_where_it_begins_and_once() {
     let mut case = Case::new();
     let at_hand = case.u.reference_position;
-    assert_eq!(case.trouble(1.0, H), None);
+    assert_eq!(case.next_warning(1.0, H), None);
     case.u.reference_position[0] += 20.0;
-    let Some(Trouble::OutOfReach { t, distance, reach }) = case.trouble(2.0, H) else {
-        panic!("{:?}", case.trouble(2.0, H));
+    let Some(Warning::OutOfReach { t, distance, reach }) = case.next_warning(2.0, H) else {
+        panic!("{:?}", case.next_warning(2.0, H));
     };
     assert!(
         t == 2.0 && distance > 20.0 && (3.0..8.0).contains(&reach),
@@ -57,18 +57,18 @@ fn an_unreachable_reference_is_named_where_it_begins_and_once() {
     // The jump asks for voltages that no drive gives; after both are told there is silence.
     let mut rest = Vec::new();
     for _ in 0..3 {
-        rest.extend(case.trouble(2.0, H));
+        rest.extend(case.next_warning(2.0, H));
     }
     assert!(
-        rest.iter().all(|t| matches!(t, Trouble::Voltage { .. })),
+        rest.iter().all(|t| matches!(t, Warning::Voltage { .. })),
         "{rest:?}"
     );
     case.u.reference_position = at_hand;
-    assert_eq!(case.trouble(3.0, H), None);
+    assert_eq!(case.next_warning(3.0, H), None);
     case.u.reference_position[1] -= 30.0;
     assert!(matches!(
-        case.trouble(4.0, H),
-        Some(Trouble::OutOfReach { .. })
+        case.next_warning(4.0, H),
+        Some(Warning::OutOfReach { .. })
     ));
 }
 
@@ -77,14 +77,14 @@ fn a_step_too_long_for_the_current_feedback_is_named() {
     let mut case = Case::new();
     let emla = Machine::reference().emla.lift;
     let longest = emla.L_q / case.settings.gains.K_i;
-    assert_eq!(case.trouble(0.0, 0.99 * longest), None);
+    assert_eq!(case.next_warning(0.0, 0.99 * longest), None);
     let h = 1.01 * longest;
     assert_eq!(
-        case.trouble(0.0, h),
-        Some(Trouble::StepTooLong { t: 0.0, h, longest })
+        case.next_warning(0.0, h),
+        Some(Warning::StepTooLong { t: 0.0, h, longest })
     );
-    assert_eq!(case.trouble(0.0, h), None, "told once");
-    let text = Trouble::StepTooLong { t: 0.0, h, longest }.to_string();
+    assert_eq!(case.next_warning(0.0, h), None, "told once");
+    let text = Warning::StepTooLong { t: 0.0, h, longest }.to_string();
     assert!(text.contains("L/K_i"), "{text}");
 }
 
@@ -92,18 +92,18 @@ fn a_step_too_long_for_the_current_feedback_is_named() {
 fn a_voltage_that_no_drive_gives_is_named_by_actuator() {
     let mut case = Case::new();
     case.u.i_d[1] = 1000.0; // K_i asks for -900 V, L_d·lambda_i for -130 V, R_s for 200 V
-    let Some(Trouble::Voltage {
+    let Some(Warning::Voltage {
         actuator,
-        asked,
+        required,
         v_max,
         ..
-    }) = case.trouble(0.0, H)
+    }) = case.next_warning(0.0, H)
     else {
-        panic!("no trouble");
+        panic!("no warning");
     };
     assert!(
-        actuator == 2 && asked > v_max && v_max == 375.0,
-        "{actuator}, {asked}"
+        actuator == 2 && required > v_max && v_max == 375.0,
+        "{actuator}, {required}"
     );
 }
 
@@ -111,21 +111,21 @@ fn a_voltage_that_no_drive_gives_is_named_by_actuator() {
 fn a_force_beyond_the_limit_is_named_by_actuator() {
     let mut case = Case::new();
     let rated = Machine::reference().ratings.lift.force_max;
-    assert_eq!(case.trouble(0.0, H), None);
+    assert_eq!(case.next_warning(0.0, H), None);
     case.settings.force_limit = 0.5;
-    let Some(Trouble::Force {
+    let Some(Warning::Force {
         actuator,
-        asked,
+        required,
         f_max,
         ..
-    }) = case.trouble(1.0, H)
+    }) = case.next_warning(1.0, H)
     else {
         panic!("41 kN are more than 35");
     };
-    assert!((asked - 41_143.0).abs() < 1.0, "{asked} N");
+    assert!((required - 41_143.0).abs() < 1.0, "{required} N");
     assert_eq!((actuator, f_max), (2, 0.5 * rated));
     assert_eq!(
-        case.trouble(2.0, H),
+        case.next_warning(2.0, H),
         None,
         "told once; the tilt rod has 32 kN"
     );
@@ -136,11 +136,11 @@ fn a_force_beyond_the_limit_is_named_by_actuator() {
 fn a_link_too_low_for_the_command_is_named() {
     let mut case = Case::new();
     case.u.i_q = [0.0, 15.34, 12.0];
-    assert_eq!(case.trouble(1.0, H), None);
+    assert_eq!(case.next_warning(1.0, H), None);
     case.u.v_dc = Some(3.0);
-    let Some(Trouble::Voltage {
+    let Some(Warning::Voltage {
         actuator, v_max, ..
-    }) = case.trouble(2.0, H)
+    }) = case.next_warning(2.0, H)
     else {
         panic!("3 V do not carry 15 A through 0.2 ohm");
     };
