@@ -9,7 +9,6 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use fmi_description::{Description, Entries, Version};
 
-use crate::Fmu;
 use crate::calls::Exports as _;
 use crate::library::Library;
 
@@ -35,12 +34,12 @@ struct ReceivedFiles {
     reason: Option<String>,
 }
 
-/// Opens a library that hands out its own files, as an FMU of FMI 2.0.
-pub fn open(library: &Path) -> Result<Fmu> {
+/// The model description of FMI 2.0 that a library hands out.
+pub fn description(library: &Path) -> Result<Description> {
     let files = files(library, Version::Fmi2)?;
     let text = files.get("modelDescription.xml");
     let text = text.context("the library carries no modelDescription.xml")?;
-    Fmu::bare(library, Description::read(text)?)
+    Ok(Description::read(text)?)
 }
 
 /// All files of the FMU of a version of FMI but for its binaries. The library must be one that this

@@ -35,7 +35,7 @@ impl Fmu {
     #[cfg(feature = "native")]
     pub fn open(path: &Path) -> Result<Self> {
         if path.extension().is_none_or(|e| e != "fmu") {
-            return crate::exported::open(path);
+            return Self::bare(path, crate::exported::description(path)?);
         }
         let open = || {
             let unpacked = Unpacked::new(&mut Archive::open(fs::read(path)?)?, String::new())?;

@@ -71,7 +71,7 @@ fn remedy(error: &str) -> &'static str {
     match error.contains("undefined symbol: Py") || error.contains("undefined symbol: _Py") {
         true => {
             "; it runs in Python, whose library must be in this program: start it with \
-             LD_PRELOAD=…/libpython3.X.so (docs/cosim.md, FMUs of pythonfmu)"
+             LD_PRELOAD=…/libpython3.X.so (docs/master/cosim-tutorial.md, FMUs of pythonfmu)"
         }
         false => "",
     }

@@ -44,7 +44,7 @@ impl ParameterSet {
                 return Err(p.error(format!("parameter `{name}` has no value")));
             };
             Ok(Parameter {
-                name: name,
+                name,
                 data_type,
                 value: value.required("value")?,
                 unit: value.get("unit").map(|name| Unit::among(&units, name)),

@@ -155,7 +155,7 @@ fn it_runs_our_fmu_of_fmi_3_where_that_says_no_units() {
     let fmu = packed("fmi3/Emla.fmu");
     let refused = open::<Fmi3Import>(fmu.clone()).err();
     let refused =
-        refused.expect("it reads units now: this test, and docs/interoperability.md, can say so");
+        refused.expect("it reads units now: this test, and docs/fmus/interoperability.md, can say so");
     let refused = format!("{refused:?}");
     assert!(refused.to_lowercase().contains("unit"), "{refused}");
     let settings = [("v_q", 12.5)];
