@@ -64,8 +64,8 @@ pub fn draws(args: &DrawsArgs) -> Result<Verdict> {
         draws::run(of, law, &cases.list, &args.trajectory, &store, done)
     })?;
     let counts = Counts::of(runs.iter().map(|draw| &draw.run));
-    let force = Spread::of(runs.iter().map(|draw| draw.run.force));
-    let error = Spread::of(runs.iter().filter_map(|draw| draw.run.rmse));
+    let force = Spread::from_values(runs.iter().map(|draw| draw.run.force));
+    let error = Spread::from_values(runs.iter().filter_map(|draw| draw.run.rmse));
     print(format!(
         "{} machines, {} x the bounds of the {} world, {}, {}: {} kept, {} stopped, {} lost\nrods with more than {FORCE} x the largest \
          force asked for: on {} machines; largest force over that one: median {:.2}, worst {:.2}\nknown error of those kept: median {:.3} mm, worst {:.3} mm\n",

@@ -8,9 +8,9 @@ use crate::machines::scaling::booms;
 use crate::print::gains::parameter_set;
 use crate::print::output::{write, write_json};
 use crate::setup::machine_choice::read;
-use crate::setup::run_setup::too_fast;
+use crate::setup::run_setup::adaptation_warning;
 use crate::worlds::perturbation::{Bounds, draw};
-use crate::worlds::{PARAMETERS, parameters_of};
+use crate::worlds::{PARAMETERS, parameter_set_of};
 use anyhow::{Context, Result, bail, ensure};
 use clap::{Args, Subcommand};
 use cosim::cli::print;
@@ -160,7 +160,7 @@ fn at_start(machine: &Machine) -> [Vec<String>; 2] {
     let beyond = margins.iter().filter(|margin| !margin.holds());
     let beyond = beyond.map(|margin| format!("at the start pose, `start.zeta`, at rest: {margin}"));
     let motors = AXES.into_iter().zip(demand.tau_e);
-    let warm = motors.zip(ContinuousTorque::of(machine));
+    let warm = motors.zip(ContinuousTorque::from_machine(machine));
     let warm = warm.filter(|((_, torque), lasting)| torque.abs() > lasting.torque);
     let warm = warm.map(|((axis, torque), ContinuousTorque { torque: most, by })| {
         format!(
@@ -172,10 +172,10 @@ fn at_start(machine: &Machine) -> [Vec<String>; 2] {
 
 /// Whether the parameter set that `--world real` takes for a machine fits it.
 fn of_gains(machine: &Machine, shipped: Option<&str>) -> Result<Option<String>> {
-    let set = parameters_of(shipped);
+    let set = parameter_set_of(shipped);
     let of = shipped.filter(|_| set != PARAMETERS);
     let made_for = read(of.unwrap_or("reference"))?;
-    let wrong = too_fast(machine, gamma(&made_for)?)?;
+    let wrong = adaptation_warning(machine, gamma(&made_for)?)?;
     Ok(wrong.map(|text| format!("with {set} in the real world: {text}")))
 }
 

@@ -13,7 +13,7 @@ use crate::analyses::margins::{self, CHANGES, Limit, Margin, PAYLOADS, PLACES};
 use crate::print::output::{conditions, finish, with_progress, write};
 use crate::runs::run_store::RunStore;
 use crate::setup::run_setup::MachineArgs;
-use crate::setup::start_values::{MODES, of_modes};
+use crate::setup::start_values::{MODES, laws_of_modes};
 use crate::worlds::World;
 
 #[derive(Args)]
@@ -60,7 +60,7 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
         [] => usual.into(),
         laws => laws.iter().map(String::as_str).collect(),
     };
-    let laws = of_modes(&modes);
+    let laws = laws_of_modes(&modes);
     let mut places = PLACES.to_vec();
     places.retain(|(name, _)| args.places.is_empty() || args.places.iter().any(|p| p == name));
     let payloads = match &args.payloads[..] {

@@ -54,7 +54,7 @@ pub fn run(command: &PathCommand) -> Result<()> {
 
 impl PathArgs {
     fn margins(&self) -> Result<PathMargins> {
-        PathMargins::of(&self.path, &read(&self.machine)?)
+        PathMargins::new(&self.path, &read(&self.machine)?)
     }
 }
 

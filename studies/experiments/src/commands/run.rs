@@ -6,7 +6,7 @@ use cosim::cli::{CsvArgs, bar, print};
 use cosim::{Experiment, System, Verdict};
 
 use crate::measures::iso9283::{Measures, Meter};
-use crate::measures::run::{FailedRun, Outcome, run as run_once, useful};
+use crate::measures::run::{FailedRun, Outcome, default_signals, run as run_once};
 use crate::print::output::verdict_text;
 use crate::setup::run_setup::MachineArgs;
 use crate::setup::start_values::{MODES, vary};
@@ -69,8 +69,8 @@ pub(super) fn logged_run(
     csv: &CsvArgs,
     quiet: bool,
 ) -> Result<(Outcome, Option<Measures>)> {
-    let mut meter = Meter::of(system, experiment)?;
-    let mut log = csv.log(system, experiment, || useful(system))?;
+    let mut meter = Meter::from_experiment(system, experiment)?;
+    let mut log = csv.log(system, experiment, || default_signals(system))?;
     let bar = bar(0, "steps", quiet);
     let progress = |k, steps| {
         bar.set_length(steps);
@@ -81,7 +81,7 @@ pub(super) fn logged_run(
         log.iter_mut().try_for_each(|log| log.add(master))
     });
     bar.finish_and_clear();
-    let outcome = outcome.map_err(FailedRun::explained)?;
+    let outcome = outcome.map_err(FailedRun::explain)?;
     log.map_or(Ok(()), |log| log.finish())?;
     Ok((outcome, meter.and_then(|meter| meter.measures())))
 }

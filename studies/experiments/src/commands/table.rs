@@ -11,12 +11,14 @@ use serde_json::Value;
 use crate::analyses::robustness::{self, Study};
 use crate::analyses::surrogate_loop::{self, RigNetwork};
 use crate::analyses::{comparison, inertia};
-use crate::print::output::{conditions, finish, with_progress, write};
+use crate::print::output::{
+    conditions, print_counted, put_verdict, with_progress, write, write_json,
+};
 use crate::print::{comparison as compared, surrogate_loop as loop_print, tip_errors};
-use crate::runs::grid::{self, Case, Cell, failed};
+use crate::runs::grid::{self, Case, Cell, count_failed};
 use crate::setup::laws;
 use crate::setup::run_setup::{MachineArgs, RunSetup};
-use crate::setup::start_values::{Law, MODES, SHIPPED, of_modes};
+use crate::setup::start_values::{Law, MODES, SHIPPED, laws_of_modes};
 use crate::worlds::{PARAMETERS, World, cases, value_name};
 
 #[derive(Args)]
@@ -145,6 +147,11 @@ pub fn table(args: &TableArgs) -> Result<Verdict> {
     };
     let comparisons = wanted.iter().filter(|study| study.compares_laws());
     let comparisons: Vec<_> = comparisons.collect();
+    let wants = |study| wanted.contains(&study) || wanted.contains(&StudyArg::All);
+    // The tables of tip errors mark the runs whose verdict is bad, so they need no hint.
+    let has_unmarked = !comparisons.is_empty()
+        || wanted.contains(&StudyArg::Surrogate)
+        || tables.setup.verdict.is_bad();
     if !comparisons.is_empty() {
         let count = args.seeds.unwrap_or(args.world.usual_seeds());
         let seeds = args.seed..args.seed + count;
@@ -153,7 +160,6 @@ pub fn table(args: &TableArgs) -> Result<Verdict> {
             tables.compare(*study, &cases.list)?;
         }
     }
-    let wants = |study| wanted.contains(&study) || wanted.contains(&StudyArg::All);
     if wanted.contains(&StudyArg::Surrogate) {
         tables.surrogate()?;
     }
@@ -165,15 +171,13 @@ pub fn table(args: &TableArgs) -> Result<Verdict> {
             tables.robustness(study)?;
         }
     }
-    let Tables {
-        setup,
-        found,
-        failed,
-        ..
-    } = tables;
-    let json = args.json.as_deref();
-    let verdict = finish(found, setup.verdict, json, args.machine.check())?;
-    ensure!(failed == 0, "{failed} cells failed");
+    let (mut found, verdict) = (tables.found, tables.setup.verdict);
+    put_verdict(&mut found, &verdict);
+    write_json(args.json.as_deref(), &found)?;
+    if has_unmarked || args.machine.check() {
+        print_counted(&verdict, args.machine.check())?;
+    }
+    ensure!(tables.failed == 0, "{} cells failed", tables.failed);
     Ok(verdict)
 }
 
@@ -227,13 +231,13 @@ impl Tables<'_> {
             .transpose()?;
         let laws = match (study, &network) {
             (StudyArg::Ablation, _) => laws::ablation(),
-            (StudyArg::IntegralRate, _) => laws::rates(),
+            (StudyArg::IntegralRate, _) => laws::integral_rates(),
             (StudyArg::Changes, _) => {
-                laws::changes(system, PARAMETERS, self.args.machine.parameters()?, SHIPPED)?
+                laws::without_changes(system, PARAMETERS, self.args.machine.parameters()?, SHIPPED)?
             }
-            (_, Some(network)) => laws::tried(SHIPPED, &network.path),
-            (StudyArg::Sensors, _) => laws::sensors(SHIPPED),
-            _ => of_modes(&MODES),
+            (_, Some(network)) => laws::unused_options(SHIPPED, &network.path),
+            (StudyArg::Sensors, _) => laws::sensor_variants(SHIPPED),
+            _ => laws_of_modes(&MODES),
         };
         let laws = self.args.chosen(laws)?;
         let trajectories = world.trajectories();
@@ -262,7 +266,7 @@ impl Tables<'_> {
         } else {
             cells.len() - 1
         };
-        let failed = failed(&cells);
+        let failed = count_failed(&cells);
         ensure!(failed <= allowed, "{failed} of {} runs failed", cells.len());
         self.found[study.name()] = compared::json(world, &cells);
         Ok(())
@@ -316,7 +320,7 @@ impl Tables<'_> {
     }
 
     fn count<T>(&mut self, cells: &[Cell<T>]) {
-        self.failed += failed(cells);
+        self.failed += count_failed(cells);
         self.setup.verdict.extend(grid::verdict(cells));
     }
 }

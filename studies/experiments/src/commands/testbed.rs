@@ -44,7 +44,7 @@ pub fn testbed(args: &TestbedArgs) -> Result<Verdict> {
     let machine = args.machine.setup().build()?;
     let mut verdict = machine.verdict.clone();
     let packed = |path: &Option<PathBuf>, name: &str| {
-        let path = path.clone().unwrap_or_else(|| machine.beside(name));
+        let path = path.clone().unwrap_or_else(|| machine.sibling_path(name));
         args.machine.setup().packed(&path).system()
     };
     let (system, base) = (&machine.system, &machine.base);

@@ -118,7 +118,7 @@ fn identification(commissioning: &Commissioning, identified: &Identified) -> Str
     let found: Vec<_> = identified.values().flatten().collect();
     let median = |k: usize, which: usize| {
         let forces = found.iter().map(|found| found.forces[which][k]);
-        Spread::of(forces).median
+        Spread::from_values(forces).median
     };
     let pair = |k: usize| format!("{:.0} -> {:.0}", median(k, 0), median(k, 1));
     let mut text = format!(

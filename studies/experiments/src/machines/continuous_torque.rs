@@ -107,7 +107,7 @@ mod tests {
         let mut machine = Machine::reference();
         machine.ratings.lift.motor_torque = 1e3;
         machine.ratings.tilt.motor_torque = 1.0;
-        let [_, lift, tilt] = ContinuousTorque::of(&machine);
+        let [_, lift, tilt] = ContinuousTorque::from_machine(&machine);
         assert_eq!(lift.by, TorqueLimit::Winding);
         assert_eq!((tilt.by, tilt.torque), (TorqueLimit::Rating, 1.0));
     }

@@ -6,7 +6,7 @@ use anyhow::{Result, ensure};
 use cosim::{Experiment, Port, System, Verdict};
 use serde::Serialize;
 
-use super::power_integral::{SHIFT, both_ways, integral, rise, while_working};
+use super::power_integral::{SHIFT, integral, rise, rise_while_working, rises_and_falls};
 use super::run::RecordedRun;
 use super::supply::{self, Supply};
 use crate::runs::grid::TRAJECTORIES;
@@ -139,7 +139,7 @@ pub fn actuators(system: &System) -> Vec<usize> {
 
 /// Run the experiment.
 pub fn run(system: &System, experiment: &Experiment) -> Result<Energies> {
-    let recorded = RecordedRun::of(system, experiment, &ports(system)?)?;
+    let recorded = RecordedRun::record(system, experiment, &ports(system)?)?;
     evaluate(system, &recorded)
 }
 
@@ -181,7 +181,7 @@ pub fn evaluate(system: &System, recorded: &RecordedRun) -> Result<Energies> {
         balances.push(balance(system, recorded, outputs)?);
     }
     balances.push(Balance::sum(&balances));
-    let supply = Supply::of(system, recorded, &ports, OUTPUTS.len())?;
+    let supply = Supply::from_run(system, recorded, &ports, OUTPUTS.len())?;
     Ok(Energies {
         balances,
         supply,
@@ -201,8 +201,8 @@ fn balance(system: &System, recorded: &RecordedRun, outputs: &[Port]) -> Result<
         Ok(port) => rise(recorded.motion(port)?),
         Err(_) => 0.0,
     };
-    let (electrical, regenerated) = both_ways(columns[0]);
-    let (work, returned) = both_ways(columns[1]);
+    let (electrical, regenerated) = rises_and_falls(columns[0]);
+    let (work, returned) = rises_and_falls(columns[1]);
     Ok(Balance {
         actuator: system.component_of(outputs[0]).into(),
         electrical,
@@ -216,7 +216,7 @@ fn balance(system: &System, recorded: &RecordedRun, outputs: &[Port]) -> Result<
         mechanical: loss(7),
         lost: rise(columns[2]),
         stored: rise(columns[3]),
-        working: while_working(columns[0], columns[1]),
+        working: rise_while_working(columns[0], columns[1]),
     })
 }
 

@@ -116,7 +116,7 @@ impl Meter {
         let cycles: Vec<_> = self.deviations.chunks_exact(self.per_cycle).collect();
         let point = |i: usize| {
             let of_cycles: Vec<_> = cycles.iter().map(|cycle| cycle[i]).collect();
-            Accuracy::of(&of_cycles)
+            Accuracy::from_deviations(&of_cycles)
         };
         (!cycles.is_empty()).then(|| Measures {
             test: self.test,
@@ -240,16 +240,18 @@ mod tests {
     #[test]
     fn accuracy_and_repeatability_are_those_of_the_standard() {
         let d = [1.0, 3.0].map(|x| Vector3::new(x, 0.0, 0.0));
-        let found = Accuracy::of(&d);
+        let found = Accuracy::from_deviations(&d);
         assert_eq!((found.accuracy, found.repeatability), (2.0, Some(1.0)));
         // Distances 1, 1, 2 from the mean 0: their mean is 4/3, their spread 1/√3.
         let d = [[1.0, 0.0], [1.0, 0.0], [-2.0, 0.0]].map(|[x, y]| Vector3::new(x, y, 0.0));
-        let found = Accuracy::of(&d).repeatability.expect("three cycles");
+        let found = Accuracy::from_deviations(&d)
+            .repeatability
+            .expect("three cycles");
         assert!(
             (found - (4.0 / 3.0 + 3.0_f64.sqrt())).abs() < 1e-12,
             "{found}"
         );
-        assert_eq!(Accuracy::of(&d[..1]).repeatability, None);
+        assert_eq!(Accuracy::from_deviations(&d[..1]).repeatability, None);
     }
 
     #[test]

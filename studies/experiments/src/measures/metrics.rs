@@ -16,8 +16,11 @@ pub type Metrics = BTreeMap<String, f64>;
 /// Names of all metrics of a system with these actuators (`all` is their sum), each with what a run
 /// must be asked for beside the tip error to have it: `tracking`, `energy`, or nothing.
 pub fn names(actuators: &[String]) -> BTreeMap<String, &'static str> {
-    let (mut always, mut tracking, mut energy) =
-        (of_tip(&TipError::new(0.0)), Metrics::new(), Metrics::new());
+    let (mut always, mut tracking, mut energy) = (
+        tip_metrics(&TipError::new(0.0)),
+        Metrics::new(),
+        Metrics::new(),
+    );
     add_residuals(&mut always, &[]);
     let all = Tracking {
         sag: Some(Sag::default()),
@@ -37,7 +40,7 @@ pub fn names(actuators: &[String]) -> BTreeMap<String, &'static str> {
 }
 
 /// Of the tip error.
-pub fn of_tip(tip: &TipError) -> Metrics {
+pub fn tip_metrics(tip: &TipError) -> Metrics {
     let named = [
         ("tip_rmse", tip.motion.rms()),
         ("tip_max", tip.motion.max),

@@ -10,14 +10,14 @@ pub fn rise(column: &[f64]) -> f64 {
 }
 
 /// Rise of `taken` over the steps in which `work` rises.
-pub fn while_working(taken: &[f64], work: &[f64]) -> f64 {
+pub fn rise_while_working(taken: &[f64], work: &[f64]) -> f64 {
     let steps = taken.windows(2).zip(work.windows(2));
     let working = steps.filter(|(_, work)| work[1] > work[0]);
     working.map(|(taken, _)| taken[1] - taken[0]).sum()
 }
 
 /// Sums of the rises and of the falls of an integrated power.
-pub fn both_ways(energy: &[f64]) -> (f64, f64) {
+pub fn rises_and_falls(energy: &[f64]) -> (f64, f64) {
     let mut ways = (0.0, 0.0);
     for pair in energy.windows(2) {
         let rise = pair[1] - pair[0];
@@ -44,10 +44,10 @@ mod tests {
 
     #[test]
     fn rises_and_falls_are_kept_apart() {
-        assert_eq!(both_ways(&[1.0, 4.0, 2.0, 2.0, 7.0]), (8.0, 2.0));
+        assert_eq!(rises_and_falls(&[1.0, 4.0, 2.0, 2.0, 7.0]), (8.0, 2.0));
         assert_eq!(integral(&[0.0, 1.0, 3.0], &[2.0, 4.0, 6.0]), 13.0);
         assert_eq!(
-            while_working(&[0.0, 5.0, 4.0, 9.0], &[0.0, 1.0, 1.0, 2.0]),
+            rise_while_working(&[0.0, 5.0, 4.0, 9.0], &[0.0, 1.0, 1.0, 2.0]),
             10.0
         );
     }

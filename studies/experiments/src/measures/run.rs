@@ -177,7 +177,7 @@ pub fn run(
     progress: &dyn Fn(u64, u64),
     mut observe: impl FnMut(&Master) -> Result<()>,
 ) -> Result<Outcome> {
-    let file = MachineFile::of_plant(system, &experiment.settings)?;
+    let file = MachineFile::from_plant(system, &experiment.settings)?;
     let master = experiment.start(system).map_err(refused_path)?;
     let parameter = |port| master.number(port);
     let tip_error = tip_error_port(system)?;
@@ -258,13 +258,13 @@ impl Outcome {
 
 impl FailedRun {
     /// What was beyond its limits before a run failed with `error`.
-    pub fn limits_of(error: &Error) -> Verdict {
+    pub fn limits_before(error: &Error) -> Verdict {
         let failed = error.downcast_ref::<Self>();
         failed.map(|f| f.limits.clone()).unwrap_or_default()
     }
 
     /// `error` with what was beyond its limits before, in the text.
-    pub fn explained(error: Error) -> Error {
+    pub fn explain(error: Error) -> Error {
         match error.downcast_ref::<Self>() {
             Some(failed) => anyhow!("{error:#}\n{}", failed.limits),
             None => error,
@@ -298,7 +298,7 @@ const USEFUL: [&str; 13] = [
 ];
 
 /// The signals that are recorded where none are named, as far as the system has them.
-pub fn useful(system: &System) -> Result<Vec<Port>> {
+pub fn default_signals(system: &System) -> Result<Vec<Port>> {
     let ports = |pattern: &str| matching(system, &[pattern.into()]).unwrap_or_default();
     Ok(USEFUL.into_iter().flat_map(ports).collect())
 }

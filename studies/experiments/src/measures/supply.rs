@@ -105,7 +105,7 @@ fn feeding(system: &System) -> Result<Option<(usize, Vec<String>)>> {
     Ok(found)
 }
 
-/// What must be recorded for [`Supply::of`] besides the actuators' energies.
+/// What must be recorded for [`Supply::from_run`] besides the actuators' energies.
 pub fn ports(system: &System) -> Result<Vec<Port>> {
     let mut ports = trouble(system);
     if let Some((k, _)) = feeding(system)? {

@@ -90,7 +90,7 @@ impl Tracking {
     ) -> Result<(Self, RecordedRun)> {
         let evaluation = Evaluation::new(system, experiment)?;
         let ports = [&evaluation.ports(), more].concat();
-        let recorded = RecordedRun::of(system, experiment, &ports)?;
+        let recorded = RecordedRun::record(system, experiment, &ports)?;
         let start = recorded.outcome.tip.motion_start;
         let tracking = evaluation.evaluate(&recorded.recording, start)?;
         Ok((tracking, recorded))
@@ -134,7 +134,7 @@ impl Evaluation {
             measured.push(wiring.links[link].from);
         }
         let file = system.port_of(controller, "machine_file")?;
-        let believed = MachineFile::at(system, &experiment.settings, file)?;
+        let believed = MachineFile::from_parameter(system, &experiment.settings, file)?;
         let delay = system.port_of(controller, "delay")?;
         let delay = start_value(system, &experiment.settings, delay)?;
         let desired = [("desired.position", 3), ("desired.orientation", 4)];

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::output::put_verdict;
 use crate::analyses::comparison::{Summary, TrackingCell, summaries};
-use crate::runs::grid::{ALL_TRAJECTORIES, Spread, failures};
+use crate::runs::grid::{ALL_TRAJECTORIES, Spread, failure_lines};
 use crate::worlds::World;
 
 /// Columns: title, number where there is one, its scale to what is printed, digits.
@@ -55,7 +55,7 @@ pub fn text(cells: &[TrackingCell]) -> String {
         text += "; against the tip that the plant's joints say, less its mean; largest distance of the tip from there";
     }
     text += "\n";
-    text + &failures(cells, |c| {
+    text + &failure_lines(cells, |c| {
         format!("{}, {}, {}", c.trajectory, c.law, c.case)
     })
 }

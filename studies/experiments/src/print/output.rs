@@ -72,7 +72,9 @@ pub fn print_counted(verdict: &Verdict, check: bool) -> Result<()> {
         return print(verdict_text(verdict));
     }
     if verdict.is_bad() {
-        eprintln!("the verdict is BAD: --check says why, and ends with exit code 2");
+        eprintln!(
+            "some runs break a limit of the machine; --check names them and ends with exit code 2"
+        );
     }
     Ok(())
 }

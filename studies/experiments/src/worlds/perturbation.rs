@@ -180,8 +180,8 @@ impl Cases {
     /// joint encoders and errors of the other sensors are drawn. The actuators are those of the
     /// system, `Rig`, of whose friction, play, compliance, heat and drive the controller knows
     /// nothing.
-    pub fn of_machines(system: &System, seeds: Range<u64>, bounds: &Bounds) -> Result<Self> {
-        let nominal = MachineFile::of(system, &[])?.machine;
+    pub fn draw_machines(system: &System, seeds: Range<u64>, bounds: &Bounds) -> Result<Self> {
+        let nominal = MachineFile::from_manipulator(system, &[])?.machine;
         let folder = TempDir::new().context("no folder for the machine files")?;
         let mut list = Vec::new();
         for seed in seeds {
@@ -196,7 +196,7 @@ impl Cases {
             for (axis, value) in (1..).zip(gravity) {
                 settings.push(system.setting(&format!("hdrm.gravity[{axis}]"), value)?);
             }
-            list.push(Case::of_seed(seed, settings));
+            list.push(Case::from_seed(seed, settings));
         }
         let _folder = Some(folder);
         Ok(Self { list, _folder })

@@ -44,7 +44,7 @@ const FRICTION: [(&str, f64); 6] = [
 /// A system that lacks one of the variables.
 pub(super) fn harden(system: &System, cases: &mut [Case], bends: bool) -> Result<()> {
     let file = system.port("emla_1.machine_file")?;
-    let machine = MachineFile::at(system, &[], file)?.machine;
+    let machine = MachineFile::from_parameter(system, &[], file)?.machine;
     let even = Uniform::new_inclusive(-1.0, 1.0).expect("finite bounds");
     for case in cases {
         let seed = case.seed.unwrap_or(0);

@@ -16,7 +16,7 @@ pub const SYSTEM: &str = "Real.ssp";
 /// Its parameter set: what is changed in the controller, and in where the delay is, for this world.
 pub const PARAMETERS: &str = "resources/real.ssv";
 /// The same for shipped machines whose own differ.
-const PARAMETERS_OF: [(&str, &str); 1] = [("hiab_xs031", "resources/real_hiab_xs031.ssv")];
+const OWN_PARAMETER_SETS: [(&str, &str); 1] = [("hiab_xs031", "resources/real_hiab_xs031.ssv")];
 /// Machines that are drawn where no number is asked for.
 const SEEDS: u64 = 20;
 
@@ -99,7 +99,7 @@ pub fn cases(world: World, system: &System, seeds: Range<u64>, factor: f64) -> R
     let mut cases = match world {
         World::Ideal => by_scale(system)?.into(),
         World::Real | World::StrictRigid => {
-            Cases::of_machines(system, seeds, &Bounds::REAL.times(factor))?
+            Cases::draw_machines(system, seeds, &Bounds::REAL.times(factor))?
         }
         World::Bending | World::Strict => by_seed_of_plant(system, seeds)?.into(),
     };
@@ -123,15 +123,15 @@ fn by_scale(system: &System) -> Result<Vec<Case>> {
 fn by_seed_of_plant(system: &System, seeds: Range<u64>) -> Result<Vec<Case>> {
     let case = |seed| {
         let setting = system.setting("hdrm.seed", seed)?;
-        Ok(Case::of_seed(seed, vec![setting]))
+        Ok(Case::from_seed(seed, vec![setting]))
     };
     seeds.map(case).collect()
 }
 
 /// The parameter set of the machine `name`, or of one that extends it; of any other machine that of
 /// the reference machine.
-pub fn parameters_of(name: Option<&str>) -> &'static str {
-    let own = PARAMETERS_OF.iter().find(|(of, _)| name == Some(*of));
+pub fn parameter_set_of(name: Option<&str>) -> &'static str {
+    let own = OWN_PARAMETER_SETS.iter().find(|(of, _)| name == Some(*of));
     own.map_or(PARAMETERS, |(_, file)| file)
 }
 
@@ -143,13 +143,13 @@ mod tests {
     #[test]
     fn a_parameter_set_of_a_machine_exists_and_is_found_by_its_name() {
         let system = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../system");
-        for (name, file) in PARAMETERS_OF {
+        for (name, file) in OWN_PARAMETER_SETS {
             assert!(machine_file::preset(name).is_some(), "{name}");
             assert!(system.join(file).is_file(), "{file}");
-            assert_eq!(parameters_of(Some(name)), file);
+            assert_eq!(parameter_set_of(Some(name)), file);
         }
         for name in [None, Some("reference"), Some("sized")] {
-            assert_eq!(parameters_of(name), PARAMETERS);
+            assert_eq!(parameter_set_of(name), PARAMETERS);
         }
     }
 }

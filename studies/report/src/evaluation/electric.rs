@@ -45,7 +45,7 @@ fn one(system: &System, case: &str, experiment: &Experiment) -> Result<Value> {
         of(k, &OF_ACTUATOR);
     }
     let all = [&ports[..], &energy::ports(system)?, &sizing::ports(system)?].concat();
-    let recorded = RecordedRun::of(system, experiment, &all)?;
+    let recorded = RecordedRun::record(system, experiment, &all)?;
     let times = &recorded.recording.times;
     let start = times.first().copied().unwrap_or(0.0);
     let step = experiment.stepping.step;
