@@ -28,7 +28,7 @@ pub struct EnergyArgs {
 pub fn energy(args: &EnergyArgs) -> Result<Verdict> {
     let (system, base, mut verdict) = args.machine.setup().build()?.into_parts();
     let mut done = Vec::new();
-    for (case, experiment) in energy::cases(&system, &base)? {
+    for (case, experiment) in energy::trajectory_cases(&system, &base)? {
         let energies = energy::run(&system, &experiment)?;
         print(text(&format!("{case} trajectory"), &energies.balances) + "\n")?;
         verdict.extend(energies.verdict.clone().of(&case));

@@ -36,7 +36,7 @@ pub struct SizingArgs {
 pub fn sizing(args: &SizingArgs) -> Result<(Verdict, Vec<(String, Sizing)>)> {
     let (system, base, mut verdict) = args.machine.setup().build()?.into_parts();
     let mut done = Vec::new();
-    for (case, experiment) in energy::cases(&system, &base)? {
+    for (case, experiment) in energy::trajectory_cases(&system, &base)? {
         let found = sizing::run(&system, &experiment, args.payload_step)?;
         print(text(&found, &format!("{case} trajectory")) + "\n")?;
         verdict.extend(found.verdict().of(&case));

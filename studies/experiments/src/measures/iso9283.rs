@@ -1,13 +1,13 @@
-//! Measures of accuracy after ISO 9283:1998 over a test path: of poses at rest AP and RP, of
-//! straight lines AT and RT.
+//! Accuracy and repeatability after ISO 9283:1998 while a run follows one of its test paths: of poses
+//! at rest (AP and RP) or of straight lines (AT and RT).
 //!
-//! The attained position is the plant's tip, the command is the controller's reference at the same
-//! communication point. Of lines, deviations along the line are left out: the standard measures in
-//! planes normal to it. With the deviations `d_j` of n cycles at one point
+//! The attained position is the plant's tip, the commanded one the controller's reference at the
+//! same communication point. On lines only the deviation normal to the line counts, as in the
+//! standard. With the deviations `d_j` of n cycles at one point
 //! ```text
 //! accuracy = |d̄|,   repeatability = l̄ + 3·S_l,   l_j = |d_j − d̄|
 //! ```
-//! and of lines both are the largest over all points.
+//! and for lines both are the largest over all points.
 
 use std::fmt;
 
@@ -17,24 +17,24 @@ use motion_check::Pose;
 use nalgebra::{UnitQuaternion, Vector3};
 use tip_path::{Iso9283, PathFile, TestKind, TipPath};
 
-/// Points that are measured on a straight line.
+/// Measured points on each straight line.
 const PER_LINE: usize = 10;
 
-/// A point of a cycle at which the tip is looked at.
+/// A point of a cycle at which the tip is measured.
 struct Sample {
-    /// From the beginning of the path, s.
+    /// Time from the start of the path, s.
     t: f64,
-    /// Direction of the line that the tip is on.
+    /// Direction of the line, if the tip is on one.
     along: Option<Vector3<f64>>,
 }
 
-/// Measures while a test path runs.
+/// Takes the measurements while a test path runs.
 pub struct Meter {
     test: Iso9283,
-    /// Of all cycles, in the order of time.
+    /// All cycles, in the order of time.
     samples: Vec<Sample>,
     per_cycle: usize,
-    /// Time at which the path begins, s, once it is known.
+    /// Time at which the path starts, s, once it is known.
     begins: Option<f64>,
     settle_time: Port,
     /// Desired, then attained position.
@@ -43,27 +43,27 @@ pub struct Meter {
     deviations: Vec<Vector3<f64>>,
 }
 
-/// What was measured at one point of the cycle, m.
+/// Accuracy at one point of the cycle, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accuracy {
     /// Distance from the commanded point to the mean of the attained ones.
     pub accuracy: f64,
-    /// None of a single cycle.
+    /// `None` after a single cycle.
     pub repeatability: Option<f64>,
 }
 
-/// Measures of a whole test.
+/// Result of a whole test.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measures {
     /// The test.
     pub test: Iso9283,
-    /// At each point of the cycle.
+    /// Accuracy at each point of the cycle.
     pub points: Vec<Accuracy>,
 }
 
 impl Meter {
-    /// For the test path that `experiment` sets, if it sets one.
-    pub fn of(system: &System, experiment: &Experiment) -> Result<Option<Self>> {
+    /// A meter for the test path that `experiment` sets, if it sets one.
+    pub fn from_experiment(system: &System, experiment: &Experiment) -> Result<Option<Self>> {
         let Ok(port) = system.port("path_file") else {
             return Ok(None);
         };
@@ -89,7 +89,7 @@ impl Meter {
         }))
     }
 
-    /// Add the present communication point.
+    /// Adds the present communication point.
     pub fn add(&mut self, master: &Master) -> Result<()> {
         let begins = match self.begins {
             Some(begins) => begins,
@@ -111,7 +111,7 @@ impl Meter {
         Ok(())
     }
 
-    /// What the cycles that were finished show; None before the first.
+    /// The result of the cycles finished so far; `None` before the first.
     pub fn measures(&self) -> Option<Measures> {
         let cycles: Vec<_> = self.deviations.chunks_exact(self.per_cycle).collect();
         let point = |i: usize| {
@@ -125,7 +125,7 @@ impl Meter {
     }
 }
 
-/// When the tip is looked at. Lines and rests of the test do not depend on where the tip starts.
+/// The points at which the tip is measured. They do not depend on where the tip starts.
 fn samples(test: &Iso9283, file: &PathFile) -> Result<Vec<Sample>> {
     let start = Pose {
         position: Vector3::zeros(),
@@ -174,8 +174,8 @@ fn samples(test: &Iso9283, file: &PathFile) -> Result<Vec<Sample>> {
 }
 
 impl Accuracy {
-    /// Of the deviations of all cycles at one point.
-    fn of(deviations: &[Vector3<f64>]) -> Self {
+    /// Accuracy from the deviations of all cycles at one point.
+    fn from_deviations(deviations: &[Vector3<f64>]) -> Self {
         let n = deviations.len() as f64;
         let mean = deviations.iter().sum::<Vector3<f64>>() / n;
         let lengths: Vec<_> = deviations.iter().map(|d| (d - mean).norm()).collect();

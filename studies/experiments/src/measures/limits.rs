@@ -1,6 +1,6 @@
-//! What a run of the machine says of itself: what saturated and for what share of the time, which
-//! ratings were exceeded, whether the tip error stayed below a bound, and whether there was a
-//! reference at all.
+//! Watches the limits and ratings of a machine during a run and gives a verdict: which signals
+//! saturated and for what share of the time, which ratings were exceeded, what the controller's
+//! supervisor did, and whether there was a reference at all. Every run of the machine uses it.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -13,47 +13,47 @@ use machine_file::AXES;
 use self::Meaning::{RatedMean, Rating, Saturation, Supervision};
 use crate::setup::machine_choice::MachineFile;
 
-/// Share of the time from which on saturation spoils a run.
+/// Share of the time above which saturation makes the verdict bad.
 const SATURATED: f64 = 0.01;
 
-/// What a supervisor has done at the stages from the third on, and from which on that spoils a run.
+/// What the supervisor does at its stages from [`ACTS`] on.
 const SUPERVISED: [&str; 3] = [
     "froze the adaptation",
     "froze the adaptation and lowered the gains",
     "stopped the machine",
 ];
+/// First stage at which the supervisor acts, and the stage from which the verdict is bad.
 const ACTS: f64 = 3.0;
 const STOPS: f64 = 5.0;
 
 /// What reaching a limit means.
 #[derive(Clone, Copy, PartialEq)]
 enum Meaning {
-    /// The machine gives no more than this.
+    /// The machine cannot exceed it.
     Saturation,
-    /// It can give more, but is not built for it at any time.
+    /// The machine can exceed it but must not at any time.
     Rating,
-    /// It can give more, but is not built for it on average: the root mean square counts.
+    /// The machine can exceed it but must not on average: the root mean square counts.
     RatedMean,
-    /// The stage of the controller's supervisor: from the limit on it acts.
+    /// Stage of the controller's supervisor from which it acts.
     Supervision,
 }
 
 /// A limit and how close the run came to it.
 struct Limit {
-    /// For people, with the unit of the limit.
     name: String,
     unit: &'static str,
-    /// The signals whose vector's length counts, by their places among all that are read.
+    /// Indices of the watched signals; of two the length of their vector counts.
     signals: Range<usize>,
-    /// Of one signal: the middle of its range, from which its distance counts.
+    /// Middle of the range of a single signal: the distance from it counts.
     middle: f64,
     meaning: Meaning,
-    /// Largest value that is not yet beyond.
+    /// Value from which on the limit is reached.
     limit: f64,
     worst: f64,
     beyond: u64,
     squares: f64,
-    /// Time of the first sample beyond, s.
+    /// Time of the first sample at or beyond the limit, s.
     since: f64,
 }
 
@@ -67,8 +67,8 @@ pub struct LimitWatch {
 }
 
 impl LimitWatch {
-    /// Of a system whose parameters have the values that `parameter` gives; the machine's limits
-    /// come from the file that the manipulator runs with. Without one nothing is watched, and the
+    /// A watch for a system whose parameters have the values that `parameter` returns. The limits
+    /// come from the machine file of the manipulator; without one nothing is watched, and the
     /// verdict says so.
     pub fn new(
         system: &System,
@@ -92,7 +92,7 @@ impl LimitWatch {
                 continue;
             };
             let [v_max, i_max] = [parameter(v_max)?, parameter(i_max)?];
-            // An actuator of another maker has no axis: in the order of the system.
+            // Actuators of other makers have no axis: they count in the order of the system.
             let axis = match system.port_of(k, "axis") {
                 Ok(axis) => parameter(axis)? as usize,
                 Err(_) => drives + 1,
@@ -151,12 +151,12 @@ impl LimitWatch {
         self.limits.push(Limit { signals, ..limit });
     }
 
-    /// The variables that it watches.
+    /// The watched variables.
     pub fn ports(&self) -> &[Port] {
         &self.ports
     }
 
-    /// Add their values, in the order of the ports, at the time `t`, s.
+    /// Adds their values, in the order of the ports, at the time `t`, s.
     pub fn add(&mut self, t: f64, values: &[f64]) {
         self.samples += 1;
         for limit in &mut self.limits {
@@ -164,7 +164,7 @@ impl LimitWatch {
         }
     }
 
-    /// What was found so far.
+    /// The findings so far.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
         if self.is_without_machine {
@@ -203,7 +203,6 @@ impl Limit {
         }
     }
 
-    /// Add the sample at time `t`, s.
     fn add(&mut self, t: f64, values: &[f64]) {
         let value = self.magnitude(values);
         self.worst = self.worst.max(value);
@@ -264,9 +263,11 @@ impl Limit {
     }
 }
 
-/// Whether the controller has a reference to follow where parameters have the values that
-/// `parameter` gives.
-pub fn reference(system: &System, parameter: &dyn Fn(Port) -> Result<f64>) -> Result<Verdict> {
+/// Checks that the controller has a reference to follow; `parameter` returns values of parameters.
+pub fn check_reference(
+    system: &System,
+    parameter: &dyn Fn(Port) -> Result<f64>,
+) -> Result<Verdict> {
     let mut verdict = Verdict::default();
     let port = system.port("trajectory")?;
     let Kind::Enumeration(items) = &system.variable(port).kind else {

@@ -25,7 +25,7 @@ pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<Value> {
     let Some(system) = request.electric else {
         return Vec::new();
     };
-    let cases = energy::cases(system, &request.elsewhere());
+    let cases = energy::trajectory_cases(system, &request.elsewhere());
     let cases = kept_as("electric", cases, failures).unwrap_or_default();
     let of = |(case, experiment): (String, Experiment)| {
         one(system, &case, &experiment).with_context(|| format!("electric, {case}"))
