@@ -1,6 +1,6 @@
-//! Subcommand `compare`.
+//! Subcommand `compare`: one trajectory with the three controllers of the paper's table.
 
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
 use std::path::PathBuf;
 
 use anyhow::Result;
@@ -28,17 +28,16 @@ pub struct CompareArgs {
     /// Write signals of each run to TRAJECTORY_CONTROLLER.csv in this directory
     #[arg(long, value_name = "DIR")]
     csv_dir: Option<PathBuf>,
-    /// Time from row to row, s, a multiple of the communication step [default: the communication
-    /// step]
+    /// Time between rows, s, a multiple of the communication step [default: the communication step]
     #[arg(long, value_name = "SECONDS", requires = "csv_dir")]
     interval: Option<f64>,
 }
 
-/// The three controllers on one trajectory.
+/// Runs the three controllers on one trajectory.
 pub fn compare(args: &CompareArgs) -> Result<Verdict> {
     let (system, base, mut verdict) = args.machine.setup().build()?.into_parts();
     let scale = args.inertia_scale;
-    // A path was set already, and has a name that may hold folders.
+    // The setup has set the path already; its name may contain folders.
     let (title, stem, trajectory) = match args.machine.waypoints() {
         Some(path) => (format!("path {path}"), "path", None),
         None => {
@@ -49,14 +48,9 @@ pub fn compare(args: &CompareArgs) -> Result<Verdict> {
     let mut rows = Vec::new();
     for mode in MODES {
         eprintln!("{title}, controller {mode}, inertia x {scale}");
-        let mut experiment = vary(
-            &system,
-            &base,
-            &[("mode", &mode), ("inertia_scale", &scale)],
-        )?;
-        if let Some(trajectory) = trajectory {
-            experiment = vary(&system, &experiment, &[("trajectory", trajectory)])?;
-        }
+        let mut values: Vec<(_, &dyn Display)> = vec![("mode", &mode), ("inertia_scale", &scale)];
+        values.extend(trajectory.map(|trajectory| ("trajectory", trajectory as _)));
+        let experiment = vary(&system, &base, &values)?;
         let name = format!("{stem}_{mode}.csv");
         let csv = CsvArgs {
             csv: args.csv_dir.as_ref().map(|dir| dir.join(name)),

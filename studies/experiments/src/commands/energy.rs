@@ -1,4 +1,4 @@
-//! Subcommand `energy`.
+//! Subcommand `energy`: energy balances of the actuators and of the component that feeds them.
 
 use std::path::PathBuf;
 
@@ -24,7 +24,7 @@ pub struct EnergyArgs {
     json: Option<PathBuf>,
 }
 
-/// Energy balances on both trajectories, or on the one that is set.
+/// Prints the energy balances on both trajectories, or on the one that is set.
 pub fn energy(args: &EnergyArgs) -> Result<Verdict> {
     let (system, base, mut verdict) = args.machine.setup().build()?.into_parts();
     let mut done = Vec::new();

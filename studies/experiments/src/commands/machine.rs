@@ -1,4 +1,4 @@
-//! Subcommand `machine`: what is done to machine files.
+//! Subcommand `machine`: checks machine files and writes new ones.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -26,21 +26,21 @@ pub enum MachineCommand {
     /// Write a machine whose masses, centres of mass, inertias and lengths are off by errors drawn
     /// by seed
     Perturb(PerturbArgs),
-    /// Tell everything that is wrong with a machine file, each with its place in the file; exit
-    /// code 1 where there is anything
+    /// List everything that is wrong with a machine file, with its place in the file; the exit code
+    /// is 1 if there is anything
     Check(CheckArgs),
     /// Print the JSON Schema of machine files, for editors
     Schema,
     /// Write a machine with longer or shorter booms of the same shape and material, as a file that
-    /// extends the one it is made of
+    /// extends the original
     Scale(ScaleArgs),
-    /// Print the gains that the rule makes of a machine for actuators as built, and of what, or write
-    /// them as a parameter set of Real.ssp
+    /// Print the gains that the rule gives for a machine with actuators as built, with the reasons, or
+    /// write them as a parameter set of Real.ssp
     Gains(GainsArgs),
-    /// Draw a machine: side view with named points and dimensions, workspace, greatest payload over
+    /// Draw a machine: side view with named points and dimensions, workspace, largest payload over
     /// reach and height
     Draw(DrawArgs),
-    /// Write a machine's bodies and loops as JSON, from which a page draws it in motion
+    /// Write a machine's bodies and loops as JSON, for a page that animates it
     Scene(SceneArgs),
 }
 
@@ -77,26 +77,25 @@ pub struct ScaleArgs {
 
 #[derive(Args)]
 pub struct PerturbArgs {
-    /// Seed of the errors; the same as that of `table --world real`
+    /// Seed of the errors; draws the same machine as that seed in `table --world real`
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Machine file, or name of a shipped machine, to start from
     #[arg(long, value_name = "FILE|NAME", default_value = "reference")]
     machine: String,
-    /// Bound on the error of each body's mass, with its inertia, and of joint friction, as a part
+    /// Bound on the relative error of each body's mass, with its inertia, and of joint friction
     #[arg(long, default_value_t = Bounds::REAL.mass, value_name = "PART")]
     mass: f64,
     /// Bound on the error of each centre of mass along each axis, m
     #[arg(long, default_value_t = Bounds::REAL.com, value_name = "METRES")]
     com: f64,
-    /// Bound on the error of each second moment of mass along each axis, as a part, besides that of
-    /// the mass
+    /// Bound on the relative error of each second moment of mass along each axis, besides the mass's
     #[arg(long, default_value_t = Bounds::REAL.second_moment, value_name = "PART")]
     second_moment: f64,
     /// Bound on the error of each length, m
     #[arg(long, default_value_t = Bounds::REAL.length, value_name = "METRES")]
     length: f64,
-    /// Bound on gravity's angle out of plumb about each horizontal axis, degrees
+    /// Bound on gravity's angle from the vertical about each horizontal axis, degrees
     #[arg(long, default_value_t = Bounds::REAL.plumb.to_degrees(), value_name = "DEGREES")]
     plumb: f64,
     /// Machine file to write
@@ -104,7 +103,7 @@ pub struct PerturbArgs {
     out: PathBuf,
 }
 
-/// Do it.
+/// Runs a subcommand of `machine`.
 pub fn run(command: &MachineCommand) -> Result<()> {
     match command {
         MachineCommand::Perturb(args) => perturb(args),
@@ -126,7 +125,7 @@ fn check(args: &CheckArgs) -> Result<()> {
             let machine = &source.machine;
             let [found, mut notes] = at_start(machine);
             if found.is_empty() {
-                notes.extend(of_gains(machine, source.shipped())?);
+                notes.extend(gains_warning(machine, source.shipped())?);
             }
             (found, notes)
         }
@@ -147,8 +146,8 @@ fn check(args: &CheckArgs) -> Result<()> {
     bail!("{name}: {} found{hint}", found.len())
 }
 
-/// What is wrong with a machine whose values are each for themselves in range, loops that do not
-/// close, a start that it cannot hold; and which motors cannot hold the start for ever.
+/// Errors of a machine whose single values are in range: loops that do not close, a start pose that
+/// it cannot hold. Second, notes on motors that cannot hold the start pose continuously.
 fn at_start(machine: &Machine) -> [Vec<String>; 2] {
     let capability = match Capability::new(machine, &Payload::of(machine)) {
         Err(HdrmError::Geometry(error)) => return [vec![format!("`geometry`: {error}")], vec![]],
@@ -161,7 +160,7 @@ fn at_start(machine: &Machine) -> [Vec<String>; 2] {
     let beyond = beyond.map(|margin| format!("at the start pose, `start.zeta`, at rest: {margin}"));
     let motors = AXES.into_iter().zip(demand.tau_e);
     let warm = motors.zip(ContinuousTorque::from_machine(machine));
-    let warm = warm.filter(|((_, torque), lasting)| torque.abs() > lasting.torque);
+    let warm = warm.filter(|((_, torque), most)| torque.abs() > most.torque);
     let warm = warm.map(|((axis, torque), ContinuousTorque { torque: most, by })| {
         format!(
             "the start pose cannot be held for ever: motor torque of {axis} = {torque:.1} N·m, of which {most:.1} N·m may last ({by})"
@@ -170,11 +169,11 @@ fn at_start(machine: &Machine) -> [Vec<String>; 2] {
     [beyond.collect(), warm.collect()]
 }
 
-/// Whether the parameter set that `--world real` takes for a machine fits it.
-fn of_gains(machine: &Machine, shipped: Option<&str>) -> Result<Option<String>> {
+/// A warning if the parameter set that `--world real` uses for a machine does not fit it.
+fn gains_warning(machine: &Machine, shipped: Option<&str>) -> Result<Option<String>> {
     let set = parameter_set_of(shipped);
-    let of = shipped.filter(|_| set != PARAMETERS);
-    let made_for = read(of.unwrap_or("reference"))?;
+    let own = shipped.filter(|_| set != PARAMETERS);
+    let made_for = read(own.unwrap_or("reference"))?;
     let wrong = adaptation_warning(machine, gamma(&made_for)?)?;
     Ok(wrong.map(|text| format!("with {set} in the real world: {text}")))
 }
@@ -206,7 +205,7 @@ fn scale(args: &ScaleArgs) -> Result<()> {
     let scaled = booms(&nominal, s);
     scaled.check().context("the machine of that size")?;
     let [found, _] = at_start(&scaled);
-    let extended = name_beside(&args.machine, &args.output)?;
+    let extended = extended_name(&args.machine, &args.output)?;
     let file = extending(&extended, &nominal, &scaled);
     write_json(Some(&args.output), &file)?;
     let name = args.output.display();
@@ -219,9 +218,9 @@ fn scale(args: &ScaleArgs) -> Result<()> {
     Ok(())
 }
 
-/// What a file at `output` calls the machine `name`: a shipped one by its name, a file in the same
-/// folder by its own, any other by its path.
-fn name_beside(name: &str, output: &Path) -> Result<String> {
+/// How a file at `output` refers to the machine `name`: a shipped machine by its name, a file in the
+/// same folder by its file name, any other file by its path.
+fn extended_name(name: &str, output: &Path) -> Result<String> {
     if preset(name).is_some() {
         return Ok(name.to_owned());
     }

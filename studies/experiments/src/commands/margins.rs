@@ -1,4 +1,5 @@
-//! Subcommand `margins`: how far each law is from instability.
+//! Subcommand `margins`: how far each control law is from instability in delay, gain and other
+//! changes.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -30,7 +31,7 @@ pub struct MarginsArgs {
     /// Payloads, kg, repeatable [default: 1, 300]
     #[arg(long = "payload", value_name = "KG")]
     payloads: Vec<f64>,
-    /// Keep each run in this folder, and take those that are there: an interrupted command goes on
+    /// Keep each run in this folder and reuse the runs that are there: an interrupted command continues
     #[arg(long, value_name = "DIR")]
     store: Option<PathBuf>,
     /// Also write all margins to this CSV file
@@ -41,13 +42,13 @@ pub struct MarginsArgs {
     json: Option<PathBuf>,
 }
 
-/// How far each law is from instability.
+/// Prints the smallest margin of each law and change.
 pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
     let setup = args.machine.setup().world(World::Real).build()?;
     let (system, base, mut verdict) = setup.into_parts();
     ensure!(
         base.stop.is_none(),
-        "--stop-time: how long a run takes is part of the study"
+        "--stop-time cannot be used here: the study sets the length of each run"
     );
     let mut found = conditions(&system, &base);
     let usual = [
@@ -68,8 +69,8 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
         payloads => payloads,
     };
     let store = RunStore::new(args.store.as_deref(), &system)?;
-    let of_adaptive = laws.iter().filter(|law| law.name.starts_with("adaptive"));
-    let count = (CHANGES.len() - 1) * laws.len() + of_adaptive.count();
+    let adaptive = laws.iter().filter(|law| law.name.starts_with("adaptive"));
+    let count = (CHANGES.len() - 1) * laws.len() + adaptive.count();
     let count = (count * places.len() * payloads.len()) as u64;
     let margins = with_progress(count, "margins", |done| {
         margins::run((&system, &base), &laws, &places, payloads, &store, done)
@@ -99,8 +100,8 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
     finish(found, verdict, args.json.as_deref(), args.machine.check())
 }
 
-/// The least margin of each law and change, with the place and the payload that have it; one that a
-/// rod's force ends earlier stands below it.
+/// The smallest margin of each law and change, with its place and payload; below it the smallest one
+/// at which a rod's force exceeds its limit, if that is smaller.
 fn text<'a>(laws: &[&str], margins: &'a [Margin]) -> String {
     let [stability, force] =
         [Limit::Stability, Limit::Force].map(|limit| margins::least(margins, limit));
@@ -110,15 +111,15 @@ fn text<'a>(laws: &[&str], margins: &'a [Margin]) -> String {
     }
     text += "\n";
     for (change, what) in CHANGES {
-        let of = |least: &[&'a Margin], law: &str| {
+        let find = |least: &[&'a Margin], law: &str| {
             let mut least = least.iter().copied();
             least.find(|m| m.law == law && m.change == change)
         };
         let _ = write!(text, "{what:<22}");
         let mut of_force = String::new();
         for law in laws {
-            let loops = of(&stability, law);
-            let rods = of(&force, law).filter(|rods| {
+            let loops = find(&stability, law);
+            let rods = find(&force, law).filter(|rods| {
                 rods.beyond.is_some() && loops.is_none_or(|loops| rods.stable < loops.stable)
             });
             let cell = |m: &Margin, more: &str| {

@@ -1,4 +1,6 @@
-//! Subcommand `run`.
+//! Subcommand `run`: one run with tip error, power residuals, speed and verdict.
+
+use std::fmt::Display;
 
 use anyhow::Result;
 use clap::Args;
@@ -27,7 +29,7 @@ pub struct RunArgs {
     inertia_scale: Option<f64>,
     #[command(flatten)]
     csv: CsvArgs,
-    /// Largest tip error over the motion with which the verdict is good, m
+    /// Largest tip error over the motion for a good verdict, m
     #[arg(long, value_name = "METRES")]
     max_error: Option<f64>,
     /// No progress bar
@@ -35,18 +37,22 @@ pub struct RunArgs {
     quiet: bool,
 }
 
-/// One experiment.
+/// Runs one experiment and prints its results.
 pub fn run(args: &RunArgs) -> Result<Verdict> {
-    let (system, mut experiment, mut verdict) = args.machine.setup().build()?.into_parts();
-    if let Some(trajectory) = &args.trajectory {
-        experiment = vary(&system, &experiment, &[("trajectory", trajectory)])?;
-    }
-    if let Some(mode) = &args.mode {
-        experiment = vary(&system, &experiment, &[("mode", mode)])?;
-    }
-    if let Some(scale) = &args.inertia_scale {
-        experiment = vary(&system, &experiment, &[("inertia_scale", scale)])?;
-    }
+    let (system, base, mut verdict) = args.machine.setup().build()?.into_parts();
+    let mut values: Vec<(_, &dyn Display)> = Vec::new();
+    values.extend(
+        args.trajectory
+            .iter()
+            .map(|value| ("trajectory", value as _)),
+    );
+    values.extend(args.mode.iter().map(|value| ("mode", value as _)));
+    values.extend(
+        args.inertia_scale
+            .iter()
+            .map(|value| ("inertia_scale", value as _)),
+    );
+    let experiment = vary(&system, &base, &values)?;
     let (outcome, accuracy) = logged_run(&system, &experiment, &args.csv, args.quiet)?;
     verdict.extend(outcome.verdict());
     verdict.extend(outcome.tip.verdict(args.max_error));
@@ -62,7 +68,7 @@ pub fn run(args: &RunArgs) -> Result<Verdict> {
     Ok(verdict)
 }
 
-/// Run with a progress bar, the accuracy on a test path measured, and, where asked for, a CSV file.
+/// Runs with a progress bar, the accuracy on an ISO 9283 path and, if asked for, a CSV file.
 pub(super) fn logged_run(
     system: &System,
     experiment: &Experiment,

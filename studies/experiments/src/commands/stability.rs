@@ -1,4 +1,5 @@
-//! Subcommand `stability`: accompanying functions, bound and gain conditions.
+//! Subcommand `stability`: the stability proof in numbers (accompanying functions, bound and gain
+//! conditions).
 
 use std::path::PathBuf;
 
@@ -18,7 +19,7 @@ use crate::worlds::World;
 pub struct StabilityArgs {
     #[command(flatten)]
     pub machine: MachineArgs,
-    /// Plant and sensors; real: by which cause the bound is exceeded
+    /// Plant and sensors; real: how much each cause contributes to exceeding the bound
     #[arg(long, value_enum, default_value_t = World::Ideal)]
     world: World,
     /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal
@@ -30,7 +31,7 @@ pub struct StabilityArgs {
     json: Option<PathBuf>,
 }
 
-/// The proof in numbers in the ideal world; in the real one, by which cause its bound is exceeded.
+/// Prints the proof in numbers in the ideal world; in the real world, which causes exceed its bound.
 pub fn stability(args: &StabilityArgs) -> Result<Verdict> {
     anyhow::ensure!(
         matches!(args.world, World::Ideal | World::Real),
@@ -41,16 +42,16 @@ pub fn stability(args: &StabilityArgs) -> Result<Verdict> {
     let (system, base, mut verdict) = setup.into_parts();
     let mut found = conditions(&system, &base);
     if args.world == World::Real {
-        let (rungs, spoilt) = causes(&system, &base, args.inertia_scale)?;
-        verdict.extend(spoilt);
+        let (rungs, found_in_runs) = causes(&system, &base, args.inertia_scale)?;
+        verdict.extend(found_in_runs);
         print(causes_text(&rungs))?;
         found["causes"] = serde_json::to_value(&rungs)?;
     } else {
-        let (runs, spoilt) = with_progress(stability::RUNS, "runs", |done| {
+        let (runs, found_in_runs) = with_progress(stability::RUNS, "runs", |done| {
             stability::run(&system, &base, args.inertia_scale, done)
         })?;
         let runs = runs.into_iter().collect::<Result<Vec<_>>>()?;
-        verdict.extend(spoilt);
+        verdict.extend(found_in_runs);
         stability::judge(&runs, &mut verdict);
         let scale = format!("inertia x {}\n", args.inertia_scale);
         print(scale + &text(&runs))?;

@@ -1,4 +1,5 @@
-//! Subcommand `testbed`: the one-axis experiment.
+//! Subcommand `testbed`: the one-axis experiment, in which the lift and the tilt actuator work against
+//! load emulators that replay the forces of the machine.
 
 use std::path::{Path, PathBuf};
 
@@ -35,7 +36,7 @@ pub struct TestbedArgs {
     json: Option<PathBuf>,
 }
 
-/// The one-axis experiment.
+/// Runs the machine, then the testbeds, and prints their tables.
 pub fn testbed(args: &TestbedArgs) -> Result<Verdict> {
     anyhow::ensure!(
         args.lag.is_finite() && args.lag >= 0.0,

@@ -103,7 +103,7 @@ mod tests {
     /// left of the way there.
     #[test]
     fn a_constant_loss_ends_at_the_equilibrium() {
-        let n = Network::TYPICAL;
+        let n = HeatNetwork::TYPICAL;
         let (P, iron) = (280.0, 35.0);
         let cycle = Cycle {
             step: 0.5,
@@ -111,7 +111,7 @@ mod tests {
             winding: &[],
             iron: &[iron, iron],
         };
-        let found = n.after(&cycle, 90_000.0);
+        let found = n.temperatures_after(&cycle, 90_000.0);
         let (outside, both) = (n.heat.R_ha, n.heat.R_wh + n.heat.R_ha);
         let excess = (both * P + outside * iron) / (1.0 - both * P * COPPER);
         let copper = P * (1.0 + COPPER * excess);
@@ -132,9 +132,9 @@ mod tests {
             R_wh: 1e-3,
             ..Heat::TYPICAL
         };
-        let closed = Network {
+        let closed = HeatNetwork {
             heat,
-            ..Network::TYPICAL
+            ..HeatNetwork::TYPICAL
         };
         let cycle = Cycle {
             step: 1e-3,
@@ -142,7 +142,7 @@ mod tests {
             winding: &[REFERENCE; 2],
             iron: &[0.0, 0.0],
         };
-        let found = closed.after(&cycle, 20.0);
+        let found = closed.temperatures_after(&cycle, 20.0);
         let stored = 2e3 * (found.winding - REFERENCE) + 15e3 * (found.housing - REFERENCE);
         // 100 W on average, and a few thousandths more as the copper warms by 0.1 K.
         assert!((stored / 2000.0 - 1.0).abs() < 1e-3, "{stored} J");

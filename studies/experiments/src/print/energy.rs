@@ -1,4 +1,4 @@
-//! Energies of the actuators and of what feeds them, as text, CSV and JSON.
+//! Energy balances of the actuators and of the component that feeds them, as text, CSV and JSON.
 
 use std::io;
 
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use crate::measures::energy::{Balance, Energies};
 use crate::measures::supply::{Range, Supply};
 
-/// The balances as a table for people.
+/// The balances of the actuators as a table, one column each.
 pub fn text(title: &str, balances: &[Balance]) -> String {
     let mut text = format!("{title}\n{:<34}", "energy over the motion, J");
     for b in balances {
@@ -28,7 +28,7 @@ pub fn text(title: &str, balances: &[Balance]) -> String {
 }
 
 type Quantity = (&'static str, fn(&Balance) -> Option<f64>);
-/// What is told of an actuator.
+/// Rows of the table and columns of the CSV file.
 const ROWS: [Quantity; 13] = [
     ("electrical, taken", |b| Some(b.electrical)),
     ("electrical, given back", |b| Some(b.regenerated)),
@@ -47,7 +47,7 @@ const ROWS: [Quantity; 13] = [
     ("throughput (out / in), %", |b| Some(100.0 * b.throughput())),
 ];
 
-/// A row of each actuator of each case, energies in J.
+/// A row for each actuator of each case, energies in J.
 pub fn write_csv(cases: &[(String, Energies)], to: &mut impl io::Write) -> io::Result<()> {
     let quote = |name: &str| format!("\"{name}\"");
     let heads: Vec<_> = ROWS.iter().map(|(name, _)| quote(name)).collect();
@@ -62,7 +62,7 @@ pub fn write_csv(cases: &[(String, Energies)], to: &mut impl io::Write) -> io::R
     Ok(())
 }
 
-/// What feeds the drives, for people.
+/// The balance of the component that feeds the drives, as text.
 pub fn supply_text(supply: &Supply) -> String {
     let mut text = format!("energy over the whole run, J: {}\n", supply.component);
     let mut line = |name: &str, value: f64| {
@@ -99,7 +99,7 @@ pub fn supply_text(supply: &Supply) -> String {
     text
 }
 
-/// A balance for programs.
+/// A balance with its derived values, for programs.
 pub fn balance_json(balance: &Balance) -> Value {
     let mut value = json!(balance);
     value["efficiency"] = balance.efficiency().into();
