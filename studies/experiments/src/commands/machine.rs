@@ -3,6 +3,15 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use anyhow::{Context, Result, bail, ensure};
+use clap::{Args, Subcommand};
+use cosim::cli::print;
+use hdrm::HdrmError;
+use machine_file::{AXES, Machine, Source, extending, preset};
+use motion_check::gain_rule::{self, RuledGain};
+use motion_check::{Capability, Limits, Motion, Payload};
+
+use super::pictures::{DrawArgs, SceneArgs};
 use crate::machines::continuous_torque::ContinuousTorque;
 use crate::machines::scaling::booms;
 use crate::print::gains::parameter_set;
@@ -11,15 +20,6 @@ use crate::setup::machine_choice::read;
 use crate::setup::run_setup::adaptation_warning;
 use crate::worlds::perturbation::{Bounds, draw};
 use crate::worlds::{PARAMETERS, parameter_set_of};
-use anyhow::{Context, Result, bail, ensure};
-use clap::{Args, Subcommand};
-use cosim::cli::print;
-use hdrm::HdrmError;
-use machine_file::{AXES, Machine, Source, extending, preset};
-use motion_check::gain_rule::{gains, gamma};
-use motion_check::{Capability, Limits, Motion, Payload};
-
-use super::pictures::{DrawArgs, SceneArgs};
 
 #[derive(Subcommand)]
 pub enum MachineCommand {
@@ -28,7 +28,11 @@ pub enum MachineCommand {
     Perturb(PerturbArgs),
     /// List everything that is wrong with a machine file, with its place in the file; the exit code
     /// is 1 if there is anything
-    Check(CheckArgs),
+    Check {
+        /// Machine file, or name of a shipped machine
+        #[arg(value_name = "FILE|NAME")]
+        machine: String,
+    },
     /// Print the JSON Schema of machine files, for editors
     Schema,
     /// Write a machine with longer or shorter booms of the same shape and material, as a file that
@@ -36,29 +40,19 @@ pub enum MachineCommand {
     Scale(ScaleArgs),
     /// Print the gains that the rule gives for a machine with actuators as built, with the reasons, or
     /// write them as a parameter set of Real.ssp
-    Gains(GainsArgs),
+    Gains {
+        /// Machine file, or name of a shipped machine
+        #[arg(value_name = "FILE|NAME")]
+        machine: String,
+        /// Parameter set to write, for `--parameters`
+        #[arg(long, value_name = "FILE")]
+        output: Option<PathBuf>,
+    },
     /// Draw a machine: side view with named points and dimensions, workspace, largest payload over
     /// reach and height
     Draw(DrawArgs),
     /// Write a machine's bodies and loops as JSON, for a page that animates it
     Scene(SceneArgs),
-}
-
-#[derive(Args)]
-pub struct CheckArgs {
-    /// Machine file, or name of a shipped machine
-    #[arg(value_name = "FILE|NAME")]
-    machine: String,
-}
-
-#[derive(Args)]
-pub struct GainsArgs {
-    /// Machine file, or name of a shipped machine
-    #[arg(value_name = "FILE|NAME")]
-    machine: String,
-    /// Parameter set to write, for `--parameters`
-    #[arg(long, value_name = "FILE")]
-    output: Option<PathBuf>,
 }
 
 #[derive(Args)]
@@ -107,18 +101,17 @@ pub struct PerturbArgs {
 pub fn run(command: &MachineCommand) -> Result<()> {
     match command {
         MachineCommand::Perturb(args) => perturb(args),
-        MachineCommand::Check(args) => check(args),
+        MachineCommand::Check { machine } => check(machine),
         MachineCommand::Schema => print(machine_file::SCHEMA_JSON),
         MachineCommand::Scale(args) => scale(args),
-        MachineCommand::Gains(args) => print_gains(args),
+        MachineCommand::Gains { machine, output } => gains(machine, output.as_deref()),
         MachineCommand::Draw(_) | MachineCommand::Scene(_) => {
             unreachable!("done by another program")
         }
     }
 }
 
-fn check(args: &CheckArgs) -> Result<()> {
-    let name = &args.machine;
+fn check(name: &str) -> Result<()> {
     let (found, notes) = match Source::named(name) {
         Err(error) => (error.lines(), Vec::new()),
         Ok(source) => {
@@ -130,9 +123,7 @@ fn check(args: &CheckArgs) -> Result<()> {
             (found, notes)
         }
     };
-    for note in &notes {
-        print(format_args!("note: {note}\n"))?;
-    }
+    print_notes(&notes)?;
     if found.is_empty() {
         return print(format_args!("{name}: a machine with which all FMUs run\n"));
     }
@@ -174,25 +165,19 @@ fn gains_warning(machine: &Machine, shipped: Option<&str>) -> Result<Option<Stri
     let set = parameter_set_of(shipped);
     let own = shipped.filter(|_| set != PARAMETERS);
     let made_for = read(own.unwrap_or("reference"))?;
-    let wrong = adaptation_warning(machine, gamma(&made_for)?)?;
+    let wrong = adaptation_warning(machine, gain_rule::gamma(&made_for)?)?;
     Ok(wrong.map(|text| format!("with {set} in the real world: {text}")))
 }
 
-fn print_gains(args: &GainsArgs) -> Result<()> {
-    let gains = gains(&read(&args.machine)?)?;
-    if let Some(output) = &args.output {
+fn gains(machine: &str, output: Option<&Path>) -> Result<()> {
+    let gains = gain_rule::gains(&read(machine)?)?;
+    if let Some(output) = output {
         let name = output.file_stem().unwrap_or_default().to_string_lossy();
-        let set = parameter_set(&name, &args.machine, &gains);
+        let set = parameter_set(&name, machine, &gains);
         return write(Some(output), |file| file.write_all(set.as_bytes()));
     }
-    for g in gains {
-        let (name, unit) = (g.name, g.unit);
-        print(format_args!(
-            "{name:<20}{:>8} {unit:<8}{}\n",
-            g.value, g.why
-        ))?;
-    }
-    Ok(())
+    let line = |g: &RuledGain| format!("{:<20}{:>8} {:<8}{}\n", g.name, g.value, g.unit, g.why);
+    print(gains.iter().map(line).collect::<String>())
 }
 
 fn scale(args: &ScaleArgs) -> Result<()> {
@@ -212,10 +197,13 @@ fn scale(args: &ScaleArgs) -> Result<()> {
     print(format_args!(
         "{name}: `{extended}` with booms {s} times as large\n"
     ))?;
-    for line in found {
-        print(format_args!("note: {line}\n"))?;
-    }
-    Ok(())
+    print_notes(&found)
+}
+
+fn print_notes(notes: &[String]) -> Result<()> {
+    notes
+        .iter()
+        .try_for_each(|note| print(format_args!("note: {note}\n")))
 }
 
 /// How a file at `output` refers to the machine `name`: a shipped machine by its name, a file in the

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use crate::machines::path_margins::PathMargins;
 use anyhow::{Result, bail};
 use clap::{Args, Subcommand};
 use cosim::cli::print;
 
+use crate::machines::path_margins::PathMargins;
 use crate::print::output::write_json;
 use crate::setup::machine_choice::read;
 

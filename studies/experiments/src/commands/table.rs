@@ -114,10 +114,6 @@ impl StudyArg {
             World::Bending | World::Strict => self.compares_laws() && !self.is_of_real_world(),
         }
     }
-
-    fn name(self) -> String {
-        value_name(self)
-    }
 }
 
 /// The studies of one call: setup and results so far.
@@ -187,7 +183,7 @@ impl TableArgs {
             ensure!(
                 study.fits(self.world),
                 "--study {} does not exist in the {} world",
-                study.name(),
+                value_name(*study),
                 self.world.name()
             );
         }
@@ -257,7 +253,7 @@ impl Tables<'_> {
         let (failed, all) = (count_failed(&cells), cells.len());
         let is_result = failed == 0 || world != World::Ideal && failed < all;
         ensure!(is_result, "{failed} of {all} runs failed");
-        self.found[study.name()] = compared::json(world, &cells);
+        self.found[value_name(study)] = compared::json(world, &cells);
         Ok(())
     }
 

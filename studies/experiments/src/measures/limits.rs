@@ -220,45 +220,41 @@ impl Limit {
             name, unit, worst, ..
         } = self;
         let limit = (1e4 * self.limit).round() / 1e4;
-        if self.meaning == Meaning::RatedMean {
-            let rms = (self.squares / samples.max(1) as f64).sqrt();
-            if rms > self.limit {
-                verdict.object(format!(
-                    "{name}: root mean square {rms:.4} {unit}, more than the rated {limit} {unit}"
-                ));
-            }
-            return;
-        }
-        if self.beyond == 0 {
-            return;
-        }
-        if self.meaning == Supervision {
-            let done = ((worst - ACTS) as usize).min(SUPERVISED.len() - 1);
-            let text = format!(
-                "{name}: it {}, first at t = {:.3} s",
-                SUPERVISED[done], self.since
-            );
-            if *worst < STOPS {
-                verdict.note(text);
-            } else {
-                verdict.object(text);
-            }
-            return;
-        }
-        let share = self.beyond as f64 / samples as f64;
-        let when = format!(
-            "for {:.2} % of the time, first at t = {:.3} s",
-            100.0 * share,
-            self.since
+        let samples = samples.max(1) as f64;
+        let (rms, share) = (
+            (self.squares / samples).sqrt(),
+            self.beyond as f64 / samples,
         );
-        if self.meaning == Meaning::Rating {
-            verdict.object(format!(
-                "{name}: up to {worst:.4} {unit}, more than the rated {limit} {unit} {when}"
-            ));
-        } else if share > SATURATED {
-            verdict.object(format!("{name}: at its limit of {limit} {unit} {when}"));
-        } else {
-            verdict.note(format!("{name}: at its limit of {limit} {unit} {when}"));
+        let first = format!("first at t = {:.3} s", self.since);
+        let when = format!("for {:.2} % of the time, {first}", 100.0 * share);
+        let (is_bad, text) = match self.meaning {
+            RatedMean if rms > self.limit => (
+                true,
+                format!(
+                    "{name}: root mean square {rms:.4} {unit}, more than the rated {limit} {unit}"
+                ),
+            ),
+            RatedMean => return,
+            _ if self.beyond == 0 => return,
+            Supervision => {
+                let done = ((worst - ACTS) as usize).min(SUPERVISED.len() - 1);
+                let text = format!("{name}: it {}, {first}", SUPERVISED[done]);
+                (*worst >= STOPS, text)
+            }
+            Rating => (
+                true,
+                format!(
+                    "{name}: up to {worst:.4} {unit}, more than the rated {limit} {unit} {when}"
+                ),
+            ),
+            Saturation => (
+                share > SATURATED,
+                format!("{name}: at its limit of {limit} {unit} {when}"),
+            ),
+        };
+        match is_bad {
+            true => verdict.object(text),
+            false => verdict.note(text),
         }
     }
 }
