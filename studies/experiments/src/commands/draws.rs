@@ -70,20 +70,17 @@ pub fn draws(args: &DrawsArgs) -> Result<Verdict> {
         )
     })?;
     let counts = Counts::of(runs.iter().map(|draw| &draw.run));
+    let (kept, stopped, lost, forced) = (counts.kept, counts.stopped, counts.lost, counts.forced);
     let force = Spread::from_values(runs.iter().map(|draw| draw.run.force));
     let error = Spread::from_values(runs.iter().filter_map(|draw| draw.run.rmse));
     print(format!(
-        "{} machines, {} x the bounds of the {} world, {}, {}: {} kept, {} stopped, {} lost\nrods with more than {FORCE} x the largest \
-         force asked for: on {} machines; largest force over that one: median {:.2}, worst {:.2}\nknown error of those kept: median {:.3} mm, worst {:.3} mm\n",
+        "{} machines, {} x the bounds of the {} world, {}, {}: {kept} kept, {stopped} stopped, {lost} lost\nrods with more than {FORCE} x the largest \
+         force asked for: on {forced} machines; largest force over that one: median {:.2}, worst {:.2}\nknown error of those kept: median {:.3} mm, worst {:.3} mm\n",
         args.seeds,
         args.bounds,
         args.world.name(),
         args.mode,
         args.trajectory,
-        counts.kept,
-        counts.stopped,
-        counts.lost,
-        counts.forced,
         force.median,
         force.worst,
         1e3 * error.median,

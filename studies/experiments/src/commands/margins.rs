@@ -14,8 +14,16 @@ use crate::analyses::margins::{self, CHANGES, Limit, Margin, PAYLOADS, PLACES};
 use crate::print::output::{conditions, finish, with_progress, write};
 use crate::runs::run_store::RunStore;
 use crate::setup::run_setup::MachineArgs;
-use crate::setup::start_values::{MODES, laws_of_modes};
+use crate::setup::start_values::{MODES, SHIPPED, laws_of_modes};
 use crate::worlds::World;
+
+/// Laws that are compared by default.
+const DEFAULT_LAWS: [&str; 4] = [
+    SHIPPED,
+    "adaptive",
+    "modular_integral",
+    "pd_gravity_integral",
+];
 
 #[derive(Args)]
 pub struct MarginsArgs {
@@ -51,14 +59,8 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
         "--stop-time cannot be used here: the study sets the length of each run"
     );
     let mut found = conditions(&system, &base);
-    let usual = [
-        "adaptive_integral",
-        "adaptive",
-        "modular_integral",
-        "pd_gravity_integral",
-    ];
     let modes: Vec<&str> = match &args.laws[..] {
-        [] => usual.into(),
+        [] => DEFAULT_LAWS.into(),
         laws => laws.iter().map(String::as_str).collect(),
     };
     let laws = laws_of_modes(&modes);
@@ -83,16 +85,10 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
             let what = m.change.name().replace(',', "");
             let beyond = m.beyond.map(|(beyond, _)| beyond.to_string());
             let limit = serde_json::to_value(m.beyond.map(|(_, limit)| limit))?;
-            writeln!(
-                file,
-                "{},{},{},{what},{},{},{}",
-                m.law,
-                m.place,
-                m.payload,
-                m.stable,
-                beyond.unwrap_or_default(),
-                limit.as_str().unwrap_or_default()
-            )?;
+            let ends = [beyond.as_deref(), limit.as_str()].map(Option::unwrap_or_default);
+            let (law, place, payload, stable) = (&m.law, &m.place, m.payload, m.stable);
+            let ends = ends.join(",");
+            writeln!(file, "{law},{place},{payload},{what},{stable},{ends}")?;
         }
         Ok(())
     })?;

@@ -35,7 +35,7 @@ pub struct StabilityArgs {
 pub fn stability(args: &StabilityArgs) -> Result<Verdict> {
     anyhow::ensure!(
         matches!(args.world, World::Ideal | World::Real),
-        "--world {}: the accompanying functions need the plant's inertias, which only the ideal and the real world tell",
+        "--world {}: the accompanying functions need the plant's inertias, which only the ideal and the real world provide",
         args.world.name()
     );
     let setup = args.machine.setup().world(args.world).build()?;

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
 use machine_file::Machine;
-use motion_check::{Kinematics, Margin, Quantity};
+use motion_check::{Kinematics, Quantity};
 use serde_json::{Value, json};
 use tip_path::{PathCheck, PathFile, Points, TipPath, check};
 
@@ -108,18 +108,13 @@ impl PathMargins {
         let mut text = "quantity                       value                 allowed   left, %      t, s  where\n"
             .to_owned();
         for (t, margin) in &self.checked.least {
-            let Margin {
-                quantity,
-                value,
-                range,
-            } = margin;
-            let (unit, per_si) = quantity.unit();
-            let [min, max] = range.map(|end| end * per_si);
+            let (unit, per_si) = margin.quantity.unit();
+            let [min, max] = margin.range.map(|end| end * per_si);
             let _ = writeln!(
                 text,
                 "{:<24}{:>12.2}{:>24}{:>10.1}{t:>10.2}  {}",
-                quantity.to_string(),
-                value * per_si,
+                margin.quantity.to_string(),
+                margin.value * per_si,
                 format!("{min:.1} to {max:.1} {unit}"),
                 100.0 * margin.part(),
                 self.path.place(*t)

@@ -64,14 +64,7 @@ pub struct Measures {
 impl Meter {
     /// A meter for the test path that `experiment` sets, if it sets one.
     pub fn from_experiment(system: &System, experiment: &Experiment) -> Result<Option<Self>> {
-        let Ok(port) = system.port("path_file") else {
-            return Ok(None);
-        };
-        let set = experiment.settings.iter().rev().find(|s| s.port == port);
-        let Some(Ok(file)) = set.and_then(|set| PathFile::built_in(&set.value)) else {
-            return Ok(None);
-        };
-        let Some(test) = file.test else {
+        let Some((port, file, test)) = test_path(system, experiment) else {
             return Ok(None);
         };
         let plant = system.port("tip.position[1]")?.component;
@@ -125,6 +118,15 @@ impl Meter {
     }
 }
 
+/// The parameter `path_file`, the test path that `experiment` sets there, and its test.
+fn test_path(system: &System, experiment: &Experiment) -> Option<(Port, PathFile, Iso9283)> {
+    let port = system.port("path_file").ok()?;
+    let set = experiment.settings.iter().rev().find(|s| s.port == port)?;
+    let file = PathFile::built_in(&set.value)?.ok()?;
+    let test = file.test?;
+    Some((port, file, test))
+}
+
 /// The points at which the tip is measured. They do not depend on where the tip starts.
 fn samples(test: &Iso9283, file: &PathFile) -> Result<Vec<Sample>> {
     let start = Pose {
@@ -136,23 +138,18 @@ fn samples(test: &Iso9283, file: &PathFile) -> Result<Vec<Sample>> {
     Ok(match test.kind {
         // The end of each rest; the last pose belongs to the next cycle.
         TestKind::Poses => {
-            let rests = stops[..stops.len() - 1].iter();
-            let end = |stop: &tip_path::Stop| Sample {
-                t: stop.leaves,
-                along: None,
-            };
-            rests.map(end).collect()
+            let ends = stops[..stops.len() - 1].iter().map(|stop| stop.leaves);
+            ends.map(|t| Sample { t, along: None }).collect()
         }
         TestKind::Lines => {
             let lines = stops.windows(2).flat_map(|pair| {
                 let (from, to) = (pair[0].leaves, pair[1].arrives);
-                let way = path.at(to).pose.position - path.at(from).pose.position;
+                let (path, start) = (&path, path.at(from).pose.position);
+                let way = path.at(to).pose.position - start;
                 let along = way.normalize();
-                let from_start = path.at(from).pose.position;
-                let path = &path;
                 (0..PER_LINE).map(move |k| {
                     let part = (k as f64 + 0.5) / PER_LINE as f64;
-                    let gone = |t: f64| along.dot(&(path.at(t).pose.position - from_start));
+                    let gone = |t: f64| along.dot(&(path.at(t).pose.position - start));
                     let (mut early, mut late) = (from, to);
                     for _ in 0..50 {
                         let t = 0.5 * (early + late);

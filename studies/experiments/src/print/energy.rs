@@ -5,7 +5,7 @@ use std::io;
 use serde_json::{Value, json};
 
 use crate::measures::energy::{Balance, Energies};
-use crate::measures::supply::{Range, Supply};
+use crate::measures::supply::Supply;
 
 /// The balances of the actuators as a table, one column each.
 pub fn text(title: &str, balances: &[Balance]) -> String {
@@ -85,16 +85,10 @@ pub fn supply_text(supply: &Supply) -> String {
         "went through the bonds in either direction",
         supply.throughput,
     );
-    for Range {
-        name,
-        unit,
-        least,
-        greatest,
-        last,
-    } in &supply.ranges
-    {
-        let name = format!("{name}, {unit}: least, greatest, last");
-        text += &format!("{name:<46}{least:>14.4}{greatest:>14.4}{last:>14.4}\n");
+    for range in &supply.ranges {
+        let name = format!("{}, {}: least, greatest, last", range.name, range.unit);
+        let values = [range.least, range.greatest, range.last].map(|v| format!("{v:>14.4}"));
+        text += &format!("{name:<46}{}\n", values.concat());
     }
     text
 }

@@ -101,19 +101,13 @@ pub fn write_inertia_csv(cells: &[TipCell], out: &mut impl io::Write) -> io::Res
         "trajectory,inertia_scale,mode,rmse [m],max [m],rmse whole run [m],paper adaptive rmse [m]"
     )?;
     for c in cells {
-        let values = c.result.as_ref().map_or([f64::NAN; 3], |tip| {
-            [tip.motion.rms(), tip.motion.max, tip.whole.rms()]
-        });
+        let errors = |tip: &TipError| [tip.motion.rms(), tip.motion.max, tip.whole.rms()];
+        let [rmse, max, whole] = c.result.as_ref().map_or([f64::NAN; 3], errors);
+        let paper = paper(c.trajectory, scale_of(c)).unwrap_or(f64::NAN);
+        let (trajectory, scale, law) = (c.trajectory, &c.case, &c.law);
         writeln!(
             out,
-            "{},{},{},{},{},{},{}",
-            c.trajectory,
-            c.case,
-            c.law,
-            values[0],
-            values[1],
-            values[2],
-            paper(c.trajectory, scale_of(c)).unwrap_or(f64::NAN)
+            "{trajectory},{scale},{law},{rmse},{max},{whole},{paper}"
         )?;
     }
     Ok(())

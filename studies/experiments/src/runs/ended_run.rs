@@ -6,7 +6,8 @@
 use anyhow::Result;
 use cosim::run::observer::{Observer, Observers};
 use cosim::run::simulate::{Plan, planned};
-use cosim::{Experiment, Master, Port, Recording, Signals, System, start_value};
+use cosim::{Experiment, Master, Recording, Signals, System, start_value};
+use machine_file::Ratings;
 use serde::{Deserialize, Serialize};
 
 use crate::measures::run::{end_time, motion_start, tip_error_port};
@@ -30,7 +31,7 @@ const STANDS: f64 = 3.0;
 const STILL: f64 = 0.05;
 
 /// What became of a run.
-#[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, Eq, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Fate {
     /// The tip followed to the end.
@@ -38,11 +39,12 @@ pub enum Fate {
     /// The controller stopped the machine by its brakes, and it came to rest.
     Stopped,
     /// The machine oscillated, the tip was far off, or the run failed.
+    #[default]
     Lost,
 }
 
 /// A run and what became of it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EndedRun {
     /// What became of it.
     pub fate: Fate,
@@ -72,13 +74,8 @@ impl EndedRun {
     #[must_use]
     pub fn lost(why: String) -> Self {
         Self {
-            fate: Fate::Lost,
             why,
-            rmse: None,
-            force: 0.0,
-            load: 0.0,
-            swing: 0.0,
-            time: 0.0,
+            ..Self::default()
         }
     }
 
@@ -167,27 +164,22 @@ impl Watch {
         let file = MachineFile::from_manipulator(system, &experiment.settings)?;
         let tip = tip_error_port(system)?;
         let force = |k| system.port(&format!("emla_{k}.F"));
-        let mut ports: Vec<Port> = [Ok(tip), force(1), force(2), force(3)]
-            .into_iter()
-            .collect::<Result<_>>()?;
+        let mut ports = vec![tip, force(1)?, force(2)?, force(3)?];
         let rated = file.machine.ratings.in_order();
         let limit = match system.port_of(tip.component, "force_limit") {
             Ok(port) => start_value(system, &experiment.settings, port)?.max(1.0),
             Err(_) => 1.0,
         };
-        ports.extend((1..=3).filter_map(|k| {
-            let brake = system.port_of(tip.component, &format!("brake[{k}]"));
-            brake.ok()
-        }));
+        let brake = |k| system.port_of(tip.component, &format!("brake[{k}]"));
+        ports.extend((1..=3).flat_map(brake));
+        let rod = |ratings: &&Ratings| Rod {
+            rated: ratings.force_max,
+            limit,
+            ..Rod::default()
+        };
         Ok(Self {
             signals: Signals::new(system, &ports)?,
-            rods: (rated.iter())
-                .map(|ratings| Rod {
-                    rated: ratings.force_max,
-                    limit,
-                    ..Rod::default()
-                })
-                .collect(),
+            rods: rated.iter().map(rod).collect(),
             time: experiment.stepping.start,
             force: 0.0,
             load: 0.0,

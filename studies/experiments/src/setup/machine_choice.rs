@@ -77,7 +77,7 @@ impl MachineFile {
         let name = &system.variable(file).name;
         let bound = component.parameters.iter().rev().find(|p| p.name == *name);
         let set = settings.iter().rev().find(|s| s.port == file);
-        let set = (set.map(|s| &s.value)).or(bound.map(|p| &p.value));
+        let set = set.map(|s| &s.value).or(bound.map(|p| &p.value));
         let set = set.filter(|name| !name.is_empty());
         let resources = system.fmus[file.component]
             .resources

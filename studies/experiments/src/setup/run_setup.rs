@@ -139,24 +139,18 @@ impl SetupBuilder<'_> {
 
     /// The system with its machine file and, if the path has loads, the connections for them.
     pub fn system(&self) -> Result<System> {
-        let MachineArgs {
-            system,
-            file,
-            waypoints,
-            ..
-        } = self.args;
-        let mut arguments = system.clone();
+        let mut arguments = self.args.system.clone();
         if let Some(path) = &self.packed {
             arguments.system = Some(path.clone());
             arguments.variant = None;
             arguments.parameters.clear();
         }
         let mut system = arguments.load(|| find(self.world_system()))?;
-        if let Some(machine) = file {
+        if let Some(machine) = &self.args.file {
             machine_choice::bind(&mut system, machine)
                 .with_context(|| format!("--machine {machine}"))?;
         }
-        if let (Some(path), None) = (waypoints, &self.packed)
+        if let (Some(path), None) = (&self.args.waypoints, &self.packed)
             && loads::has_loads(&path_margins::read(path)?)
         {
             loads::connect(&mut system)?;
@@ -282,10 +276,10 @@ pub fn set_delays(system: &System, base: &mut Experiment) -> Result<()> {
 /// shipped systems leave unconnected on purpose, as long as all components of a model agree.
 /// With `--strict`, anything reported is an error.
 pub fn check_mentions(run: &RunArgs, system: &System, experiment: &Experiment) -> Result<Verdict> {
-    let mut forgotten = system.forgotten(&experiment.settings)?;
-    let all = forgotten.unmentioned.clone();
+    let mut omitted = system.forgotten(&experiment.settings)?;
+    let all = omitted.unmentioned.clone();
     let components = || system.structure.components.iter().zip(&system.fmus);
-    forgotten.unmentioned.retain(|name| {
+    omitted.unmentioned.retain(|name| {
         let Some((component, input)) = name.split_once('.') else {
             return true;
         };
@@ -298,7 +292,7 @@ pub fn check_mentions(run: &RunArgs, system: &System, experiment: &Experiment) -
         let mut names = alike.map(|(c, _)| format!("{}.{input}", c.name));
         !(is_optional && names.all(|name| all.contains(&name)))
     });
-    forgotten.judge(system, experiment.stepping.schedule, run.strict)
+    omitted.judge(system, experiment.stepping.schedule, run.strict)
 }
 
 #[cfg(test)]
