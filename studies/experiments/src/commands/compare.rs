@@ -38,7 +38,7 @@ pub fn compare(args: &CompareArgs) -> Result<Verdict> {
     let (system, base, mut verdict) = args.machine.setup().build()?.into_parts();
     let scale = args.inertia_scale;
     // The setup has set the path already; its name may contain folders.
-    let (title, stem, trajectory) = match args.machine.waypoints() {
+    let (title, stem, trajectory) = match &args.machine.waypoints {
         Some(path) => (format!("path {path}"), "path", None),
         None => {
             let title = format!("{} trajectory", args.trajectory);
@@ -51,9 +51,9 @@ pub fn compare(args: &CompareArgs) -> Result<Verdict> {
         let mut values: Vec<(_, &dyn Display)> = vec![("mode", &mode), ("inertia_scale", &scale)];
         values.extend(trajectory.map(|trajectory| ("trajectory", trajectory as _)));
         let experiment = vary(&system, &base, &values)?;
-        let name = format!("{stem}_{mode}.csv");
+        let file = |dir: &PathBuf| dir.join(format!("{stem}_{mode}.csv"));
         let csv = CsvArgs {
-            csv: args.csv_dir.as_ref().map(|dir| dir.join(name)),
+            csv: args.csv_dir.as_ref().map(file),
             signals: Vec::new(),
             interval: args.interval,
         };

@@ -69,10 +69,8 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     let chosen = |name: &str| args.laws.is_empty() || args.laws.iter().any(|law| law == name);
     let laws: Vec<_> = CONTESTANTS.iter().filter(|c| chosen(c.name)).collect();
     let tries = laws.len() as u64 * args.budget;
-    let paths = ALL_TRAJECTORIES.into_iter();
-    let paths: Vec<_> = paths
-        .filter(|path| args.paths.is_empty() || args.paths.iter().any(|p| p == path))
-        .collect();
+    let mut paths = ALL_TRAJECTORIES.to_vec();
+    paths.retain(|path| args.paths.is_empty() || args.paths.iter().any(|p| p == path));
     let runs = (laws.len() * reporting.list.len() * paths.len()) as u64;
     let begun = Instant::now();
     let simulated = arena.first(laws[0], &tuning.list[0])?;

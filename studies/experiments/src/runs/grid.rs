@@ -266,15 +266,12 @@ impl Spread {
     pub fn from_values(values: impl IntoIterator<Item = f64>) -> Self {
         let mut values: Vec<f64> = values.into_iter().collect();
         values.sort_by(f64::total_cmp);
-        let Some(worst) = values.last().copied() else {
-            return Self {
-                median: f64::NAN,
-                worst: f64::NAN,
-            };
-        };
         let n = values.len();
-        let median = 0.5 * (values[(n - 1) / 2] + values[n / 2]);
-        Self { median, worst }
+        let value = |k: usize| values.get(k).copied().unwrap_or(f64::NAN);
+        Self {
+            median: 0.5 * (value(n.saturating_sub(1) / 2) + value(n / 2)),
+            worst: value(n.saturating_sub(1)),
+        }
     }
 }
 

@@ -54,7 +54,7 @@ pub struct MachineArgs {
     /// Path that the tip follows: a JSON or CSV file of waypoints or samples, or iso9283-cube,
     /// iso9283-rectangle, six-joints; without a stop time the run ends with the path
     #[arg(long, value_name = "FILE")]
-    waypoints: Option<String>,
+    pub waypoints: Option<String>,
 }
 
 /// A system that is ready to run.
@@ -95,11 +95,6 @@ impl MachineArgs {
         let settings = path_settings(&setup.system, path)?;
         let experiment = add_settings(&setup.system, &setup.base, settings)?;
         Ok(Some((path.clone(), experiment)))
-    }
-
-    /// The path that the tip follows, if one is given.
-    pub fn waypoints(&self) -> Option<&str> {
-        self.waypoints.as_deref()
     }
 
     /// The real world's parameter set for the machine.
