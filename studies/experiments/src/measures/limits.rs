@@ -16,6 +16,8 @@ use crate::setup::machine_choice::MachineFile;
 /// Share of the time above which saturation makes the verdict bad.
 const SATURATED: f64 = 0.01;
 
+/// The controller's output for the stage of its supervisor.
+const STAGE: &str = "supervisor.state";
 /// What the supervisor does at its stages from [`ACTS`] on.
 const SUPERVISED: [&str; 3] = [
     "froze the adaptation",
@@ -63,7 +65,6 @@ pub struct LimitWatch {
     ports: Vec<Port>,
     limits: Vec<Limit>,
     samples: u64,
-    is_without_machine: bool,
 }
 
 impl LimitWatch {
@@ -77,15 +78,14 @@ impl LimitWatch {
     ) -> Result<Self> {
         let mut watch = Self::default();
         let Some(MachineFile { machine, .. }) = file else {
-            watch.is_without_machine = true;
             return Ok(watch);
         };
         let mut drives = 0;
         for k in 0..system.fmus.len() {
             let name = &system.structure.components[k].name;
-            if let Ok(stage) = system.port_of(k, "supervisor.state") {
-                let name = format!("supervisor of {name}");
-                watch.add_limit(vec![stage], Limit::new(name, "", Supervision, ACTS));
+            if system.port_of(k, STAGE).is_ok() {
+                let limit = Limit::new(format!("supervisor of {name}"), "", Supervision, ACTS);
+                watch.add_limit(system, k, &[STAGE], limit)?;
             }
             let limits = ["v_max", "i_max"].map(|limit| system.port_of(k, limit));
             let [Ok(v_max), Ok(i_max)] = limits else {
@@ -102,24 +102,18 @@ impl LimitWatch {
             let ratings = ratings.get(axis.wrapping_sub(1));
             let ratings =
                 ratings.with_context(|| format!("`axis` of {name} = {axis} must be 1, 2 or 3"))?;
-            let rpm = ratings.motor_speed_rpm * TAU / 60.0;
+            let speed = ratings.motor_speed_rpm * TAU / 60.0;
+            let torque = ratings.motor_torque;
             let rows: [(_, _, &[&str], _, _); 5] = [
                 ("voltage", "V", &["v_d", "v_q"], Saturation, v_max),
                 ("current", "A", &["i_d", "i_q"], Saturation, i_max),
                 ("force", "N", &["F"], Rating, ratings.force_max),
-                ("motor speed", "rad/s", &["w_m"], Rating, rpm),
-                (
-                    "motor torque",
-                    "N.m",
-                    &["tau_e"],
-                    RatedMean,
-                    ratings.motor_torque,
-                ),
+                ("motor speed", "rad/s", &["w_m"], Rating, speed),
+                ("motor torque", "N.m", &["tau_e"], RatedMean, torque),
             ];
             for (what, unit, variables, meaning, limit) in rows {
                 let limit = Limit::new(format!("{what} of {name}"), unit, meaning, limit);
-                let ports = variables.iter().map(|name| system.port_of(k, name));
-                watch.add_limit(ports.collect::<Result<_>>()?, limit);
+                watch.add_limit(system, k, variables, limit)?;
             }
         }
         let arm = system.port("f_hold[1]")?.component;
@@ -131,24 +125,33 @@ impl LimitWatch {
                 middle: 0.5 * (min + max),
                 ..Limit::new(name, "m", Saturation, 0.5 * (max - min))
             };
-            watch.add_limit(vec![system.port_of(arm, &format!("x[{i}]"))?], stroke);
+            watch.add_limit(system, arm, &[&format!("x[{i}]")], stroke)?;
             let name = format!("rod speed of {rod}");
             let speed = Limit::new(name, "m/s", Rating, ratings.rod_speed_max);
-            watch.add_limit(vec![system.port_of(arm, &format!("x_dot[{i}]"))?], speed);
+            watch.add_limit(system, arm, &[&format!("x_dot[{i}]")], speed)?;
         }
         for (i, max) in (1..).zip(limits.tau_wrist_max) {
             let torque = Limit::new(format!("wrist torque {i}"), "N.m", Saturation, max);
-            let port = system.port_of(arm, &format!("tau_wrist[{i}]"))?;
-            watch.add_limit(vec![port], torque);
+            watch.add_limit(system, arm, &[&format!("tau_wrist[{i}]")], torque)?;
         }
         Ok(watch)
     }
 
-    fn add_limit(&mut self, ports: Vec<Port>, limit: Limit) {
+    /// Adds a limit on `variables` of a component.
+    fn add_limit(
+        &mut self,
+        system: &System,
+        component: usize,
+        variables: &[&str],
+        limit: Limit,
+    ) -> Result<()> {
         let first = self.ports.len();
-        self.ports.extend(ports);
+        for name in variables {
+            self.ports.push(system.port_of(component, name)?);
+        }
         let signals = first..self.ports.len();
         self.limits.push(Limit { signals, ..limit });
+        Ok(())
     }
 
     /// The watched variables.
@@ -167,7 +170,7 @@ impl LimitWatch {
     /// The findings so far.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
-        if self.is_without_machine {
+        if self.limits.is_empty() {
             verdict.note(
                 "limits and ratings are not watched: the manipulator has no `machine_file`".into(),
             );
