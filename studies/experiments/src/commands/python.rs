@@ -99,12 +99,9 @@ impl Python {
         let machine = find(MACHINE)?;
         let folder = machine.parent().context("a file lies in a folder")?;
         let Some(script) = above_the_program("examples/build.py") else {
-            return find(BENDING_SYSTEM).map(drop).with_context(|| {
-                let folder = folder.display();
-                format!(
-                    "make it with `python examples/build.py {folder}` in this project's sources"
-                )
-            });
+            let command = format!("python examples/build.py {}", folder.display());
+            let hint = format!("make it with `{command}` in this project's sources");
+            return find(BENDING_SYSTEM).map(drop).context(hint);
         };
         let mut build = Command::new(&self.program);
         build.arg(script).arg(folder).arg("bending.py");
@@ -123,17 +120,15 @@ fn candidates() -> Vec<PathBuf> {
     if let Some(named) = env::var_os(PYTHON) {
         return vec![named.into()];
     }
-    let within = if cfg!(windows) {
-        "Scripts/python.exe"
-    } else {
-        "bin/python"
+    let (within, system) = match cfg!(windows) {
+        true => ("Scripts/python.exe", "python"),
+        false => ("bin/python", "python3"),
     };
     let active = env::var_os("VIRTUAL_ENV").map(|folder| Path::new(&folder).join(within));
     let local = Path::new(".venv").join(within);
     let local = local.is_file().then_some(local);
     let above = above_the_program(&format!(".venv/{within}"));
-    let system = PathBuf::from(if cfg!(windows) { "python" } else { "python3" });
-    let all = [active, local, above, Some(system)];
+    let all = [active, local, above, Some(system.into())];
     all.into_iter().flatten().collect()
 }
 

@@ -202,10 +202,8 @@ impl fmt::Display for Measures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let cycles = self.test.cycles;
         let mm = |point: &Accuracy| {
-            let repeatability = match point.repeatability {
-                Some(repeatability) => format!("{:.4}", 1e3 * repeatability),
-                None => "-".into(),
-            };
+            let repeatability = point.repeatability.map(|r| format!("{:.4}", 1e3 * r));
+            let repeatability = repeatability.unwrap_or("-".into());
             format!("{:>12.4}{repeatability:>16}", 1e3 * point.accuracy)
         };
         writeln!(

@@ -71,12 +71,8 @@ impl Distance {
 
 impl fmt::Display for Distance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "RMSE {:.4} mm, max {:.4} mm",
-            1e3 * self.rms(),
-            1e3 * self.max
-        )
+        let (rms, max) = (1e3 * self.rms(), 1e3 * self.max);
+        write!(f, "RMSE {rms:.4} mm, max {max:.4} mm")
     }
 }
 

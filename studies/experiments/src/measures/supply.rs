@@ -206,19 +206,17 @@ impl Supply {
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
         let share = |energy: f64| energy.abs() / self.throughput.max(f64::MIN_POSITIVE);
-        if share(self.open()) > OPEN {
+        let (component, open) = (&self.component, self.open());
+        if share(open) > OPEN {
             verdict.object(format!(
-                "{}: {:.3e} J of the energy are unaccounted for, {:.1e} of what went through its bonds; it must be at most {OPEN:e}",
-                self.component,
-                self.open(),
-                share(self.open())
+                "{component}: {open:.3e} J of the energy are unaccounted for, {:.1e} of what went through its bonds; it must be at most {OPEN:e}",
+                share(open)
             ));
         }
         for (energy, place) in [(self.residual, "at its bonds"), (self.shift, "at the rods")] {
             if share(energy) > RESIDUAL {
                 verdict.object(format!(
-                    "{}: the coupling made or lost {energy:.3e} J {place}, {:.1e} of what went through its bonds; it must be at most {RESIDUAL:e}",
-                    self.component,
+                    "{component}: the coupling made or lost {energy:.3e} J {place}, {:.1e} of what went through its bonds; it must be at most {RESIDUAL:e}",
                     share(energy)
                 ));
             }

@@ -17,10 +17,8 @@ pub fn text(title: &str, balances: &[Balance]) -> String {
     for (name, get) in ROWS {
         text += &format!("{name:<34}");
         for b in balances {
-            text += &match get(b) {
-                Some(value) => format!("{value:>12.2}"),
-                None => format!("{:>12}", "-"),
-            };
+            let value = get(b).map_or("-".into(), |value| format!("{value:.2}"));
+            text += &format!("{value:>12}");
         }
         text += "\n";
     }

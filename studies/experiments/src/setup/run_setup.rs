@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result, ensure};
+use anyhow::{Context as _, Result, bail};
 use clap::Args;
 use cosim::cli::{RunArgs, SystemArgs, find};
 use cosim::master::Schedule;
@@ -32,12 +32,10 @@ const OPTIONAL: [(&str, &[&str]); 5] = [
     ("Emla", ACTUATOR),
     ("Rig", ACTUATOR),
     ("Hdrm", &["wrench_env", "base", "load"]),
-    (
-        "Controller",
-        &["x", "v_dc", "T_winding", "reference", "base", "rate"],
-    ),
+    ("Controller", CONTROLLER),
     ("DcLink", &["T_ambient"]),
 ];
+const CONTROLLER: &[&str] = &["x", "v_dc", "T_winding", "reference", "base", "rate"];
 const ACTUATOR: &[&str] = &["v_dc", "enable", "brake", "T_ambient", "F_ext"];
 
 /// Arguments that choose the machine and how it is run.
@@ -178,11 +176,11 @@ impl SetupBuilder<'_> {
             let twice = (base.settings.iter())
                 .map(|s| system.name(s.port))
                 .find(|name| name.ends_with(".machine_file"));
-            ensure!(
-                twice.is_none(),
-                "`{}` is set (--set), but --machine {machine} binds it too: give one of both",
-                twice.unwrap_or_default()
-            );
+            if let Some(name) = twice {
+                bail!(
+                    "`{name}` is set (--set), but --machine {machine} binds it too: give one of both"
+                );
+            }
         }
         let mut verdict = check_mentions(run, &system, &base)?;
         if let Some(text) = controller_warning(&system, &base)? {
@@ -257,10 +255,10 @@ pub fn set_delays(system: &System, base: &mut Experiment) -> Result<()> {
     }
     for (component, element) in system.structure.components.iter().enumerate() {
         let is_bound = element.parameters.iter().any(|p| p.name == DELAY);
-        let Ok(delay) = system.port_of(component, DELAY) else {
-            continue;
-        };
-        if !is_bound && !base.settings.iter().any(|s| s.port == delay) {
+        if let Ok(delay) = system.port_of(component, DELAY)
+            && !is_bound
+            && !base.settings.iter().any(|s| s.port == delay)
+        {
             base.settings.push(system.setting(&system.name(delay), 1)?);
         }
     }

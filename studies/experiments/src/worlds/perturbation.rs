@@ -148,13 +148,10 @@ fn stretched(body: &Body, factors: [f64; 3]) -> InertiaTensor {
 
 /// Adds an error to every length that is not zero by construction.
 fn lengthen(value: &mut Value, error: &mut impl FnMut() -> f64) {
-    match value {
-        Value::Array(values) => values.iter_mut().for_each(|v| lengthen(v, error)),
-        Value::Number(length) => match length.as_f64() {
-            Some(length) if length != 0.0 => *value = (length + error()).into(),
-            _ => {}
-        },
-        _ => {}
+    if let Value::Array(values) = value {
+        values.iter_mut().for_each(|v| lengthen(v, error));
+    } else if let Some(length) = value.as_f64().filter(|length| *length != 0.0) {
+        *value = (length + error()).into();
     }
 }
 
