@@ -1,5 +1,5 @@
-//! The subcommands of `hdrm-fmu`: each reads its arguments, runs an analysis, prints the results and
-//! returns the verdict. Only the programs use them.
+//! The subcommands of `hdrm-fmu`: each reads its arguments, runs an analysis, prints the results
+//! and returns the verdict. Only the programs use them.
 
 pub mod compare;
 pub mod draws;

@@ -1,5 +1,4 @@
-//! Program `hdrm-fmu`: runs the manipulator's experiments, or passes the command to the program that
-//! does it.
+//! Program `hdrm-fmu`: runs the manipulator's experiments, by itself or by a sibling program.
 #![forbid(unsafe_code)]
 
 use std::env;

@@ -21,8 +21,7 @@ pub struct CompareArgs {
     /// Reference trajectory
     #[arg(long, value_parser = ["cubic", "triangular"], default_value = "cubic", conflicts_with = "waypoints")]
     trajectory: String,
-    /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal
-    /// ones)
+    /// Factor on mass and inertia of all bodies of the manipulator (not of the controller's model)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     inertia_scale: f64,
     /// Write signals of each run to TRAJECTORY_CONTROLLER.csv in this directory

@@ -37,7 +37,7 @@ pub struct DrawsArgs {
     /// Trajectory of the tip
     #[arg(long, value_parser = ALL_TRAJECTORIES, default_value = "triangular")]
     trajectory: String,
-    /// Keep each run in this folder and reuse the runs that are there: an interrupted command continues
+    /// Keep runs in this folder and reuse those that are there, to continue an interrupted command
     #[arg(long, value_name = "DIR")]
     store: Option<PathBuf>,
     /// Also write all runs to this JSON file

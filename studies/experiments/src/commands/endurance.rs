@@ -26,8 +26,7 @@ pub struct EnduranceArgs {
     /// Controller
     #[arg(long, value_parser = MODES, default_value = "adaptive")]
     mode: String,
-    /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal
-    /// ones)
+    /// Factor on mass and inertia of all bodies of the manipulator (not of the controller's model)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.2)]
     inertia_scale: f64,
 }

@@ -35,11 +35,10 @@ pub enum MachineCommand {
     },
     /// Print the JSON Schema of machine files, for editors
     Schema,
-    /// Write a machine with longer or shorter booms of the same shape and material, as a file that
-    /// extends the original
+    /// Write a machine with longer or shorter booms, as a file that extends the original
     Scale(ScaleArgs),
-    /// Print the gains that the rule gives for a machine with actuators as built, with the reasons, or
-    /// write them as a parameter set of Real.ssp
+    /// Print the gains that the rule gives for a machine with actuators as built, with the reasons,
+    /// or write them as a parameter set of Real.ssp
     Gains {
         /// Machine file, or name of a shipped machine
         #[arg(value_name = "FILE|NAME")]
@@ -83,7 +82,7 @@ pub struct PerturbArgs {
     /// Bound on the error of each centre of mass along each axis, m
     #[arg(long, default_value_t = Bounds::REAL.com, value_name = "METRES")]
     com: f64,
-    /// Bound on the relative error of each second moment of mass along each axis, besides the mass's
+    /// Bound on the relative error of each second moment of mass per axis, besides that of the mass
     #[arg(long, default_value_t = Bounds::REAL.second_moment, value_name = "PART")]
     second_moment: f64,
     /// Bound on the error of each length, m
@@ -206,8 +205,8 @@ fn print_notes(notes: &[String]) -> Result<()> {
         .try_for_each(|note| print(format_args!("note: {note}\n")))
 }
 
-/// How a file at `output` refers to the machine `name`: a shipped machine by its name, a file in the
-/// same folder by its file name, any other file by its path.
+/// How a file at `output` refers to the machine `name`: a shipped machine by its name, a file in
+/// the same folder by its file name, any other file by its path.
 fn extended_name(name: &str, output: &Path) -> Result<String> {
     if preset(name).is_some() {
         return Ok(name.to_owned());

@@ -1,5 +1,4 @@
-//! Subcommand `margins`: how far each control law is from instability in delay, gain and other
-//! changes.
+//! Subcommand `margins`: how far each control law is from instability, in delay, gain and more.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -39,7 +38,7 @@ pub struct MarginsArgs {
     /// Payloads, kg, repeatable [default: 1, 300]
     #[arg(long = "payload", value_name = "KG")]
     payloads: Vec<f64>,
-    /// Keep each run in this folder and reuse the runs that are there: an interrupted command continues
+    /// Keep runs in this folder and reuse those that are there, to continue an interrupted command
     #[arg(long, value_name = "DIR")]
     store: Option<PathBuf>,
     /// Also write all margins to this CSV file
@@ -96,8 +95,8 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
     finish(found, verdict, args.json.as_deref(), args.machine.check())
 }
 
-/// The smallest margin of each law and change, with its place and payload; below it the smallest one
-/// at which a rod's force exceeds its limit, if that is smaller.
+/// The smallest margin of each law and change, with its place and payload; below it the smallest
+/// one at which a rod's force exceeds its limit, if that is smaller.
 fn text<'a>(laws: &[&str], margins: &'a [Margin]) -> String {
     let [stability, force] =
         [Limit::Stability, Limit::Force].map(|limit| margins::least(margins, limit));

@@ -12,8 +12,8 @@ use crate::setup::machine_choice::read;
 
 #[derive(Subcommand)]
 pub enum PathCommand {
-    /// Check whether a machine can follow a path: smallest margins of reach, joints, strokes, speeds,
-    /// forces, wrist and motors; fails if it cannot
+    /// Check whether a machine can follow a path: smallest margins of reach, joints, strokes,
+    /// speeds, forces, wrist and motors; fails if it cannot
     Check(CheckArgs),
     /// Show duration and length of a path, and the times at its waypoints
     Show(PathArgs),

@@ -1,5 +1,5 @@
-//! Arguments of the subcommands that draw: `report`, `plot`, `machine draw` and `machine scene`. The
-//! program `hdrm-fmu-report` executes them.
+//! Arguments of the subcommands that draw: `report`, `plot`, `machine draw` and `machine scene`.
+//! The program `hdrm-fmu-report` executes them.
 
 use std::path::PathBuf;
 

@@ -1,7 +1,7 @@
 //! The command line of `hdrm-fmu`, and how a program gets from a command to its exit code.
 //!
-//! Two other programs in the same folder execute some of the commands, so that `hdrm-fmu` builds in a
-//! third of the time: `hdrm-fmu-report` draws, `hdrm-fmu-surrogate` trains networks. They get the
+//! Two other programs in the same folder execute some of the commands, so that `hdrm-fmu` builds in
+//! a third of the time: `hdrm-fmu-report` draws, `hdrm-fmu-surrogate` trains networks. They get the
 //! same arguments; the report shares this command line.
 
 use std::env::{self, consts::EXE_SUFFIX};
@@ -33,8 +33,8 @@ pub enum Command {
     Run(run_command::RunArgs),
     /// Run one trajectory with the three controllers and print their tip RMSE and the paper's
     Compare(compare::CompareArgs),
-    /// Tables of the tip RMSE for parameter errors, noise and loads x trajectories x controllers; for
-    /// inertia errors with the paper's values
+    /// Tables of the tip RMSE for parameter errors, noise and loads x trajectories x controllers;
+    /// for inertia errors with the paper's values
     Table(table::TableArgs),
     /// Write the evaluation as one HTML file with tables, plots and a 3-D animation
     Report(pictures::ReportArgs),
@@ -43,14 +43,13 @@ pub enum Command {
     Testbed(testbed::TestbedArgs),
     /// Stability proof in numbers: accompanying functions, bound and excess, gain conditions
     Stability(stability::StabilityArgs),
-    /// Energy of each actuator: electrical, losses by kind, work, regeneration, efficiency; of their
-    /// supply, back to its source
+    /// Energy of each actuator: electrical, losses by kind, work, regeneration, efficiency; of
+    /// their supply, back to its source
     Energy(energy::EnergyArgs),
     /// Loads of motors and actuators compared with their ratings: RMS and peaks, envelopes,
     /// temperatures over an hour, sensitivity to the payload
     Sizing(sizing::SizingArgs),
-    /// Long run with a reference that never ends: checks memory, time, tracking and estimates; fails
-    /// if one of them degrades
+    /// Long run with a reference that never ends; fails if memory, time, tracking or estimates degrade
     Endurance(endurance::EnduranceArgs),
     /// Tune each control law by the same method on some drawn machines and compare them on others
     Tournament(tournament::TournamentArgs),
@@ -58,8 +57,7 @@ pub enum Command {
     Margins(margins::MarginsArgs),
     /// Many machines drawn at random under one law: kept, stopped, lost, and the rods' forces
     Draws(draws::DrawsArgs),
-    /// Tip error, tracking, orientation and verdict of a run that another importer made and wrote
-    /// as CSV
+    /// Tip error, tracking, orientation and verdict of a run that another importer wrote as CSV
     Evaluate(evaluate::EvaluateArgs),
     /// Draw the signals of a CSV file over time, as PNG and SVG
     Plot(pictures::PlotArgs),
@@ -69,7 +67,7 @@ pub enum Command {
     /// Describe paths of the tip and check whether a machine can follow them
     #[command(subcommand)]
     Path(path::PathCommand),
-    /// Train the actuator's surrogate network on a CSV file; Ctrl-C keeps the state, --resume continues
+    /// Train the actuator's surrogate network on a CSV file; Ctrl-C keeps the state for --resume
     #[command(disable_help_flag = true)]
     Train(OtherArguments),
     /// Tools for the training: virtual testbed, efficiency map, plots and comparison of the network
@@ -128,7 +126,7 @@ pub struct OtherArguments {
     _arguments: Vec<OsString>,
 }
 
-/// Runs the program of `package`, in the folder of this one, with `arguments`; returns its exit code.
+/// Runs the program of `package`, in the folder of this one; returns its exit code.
 pub fn run_sibling(package: &str, arguments: &[OsString]) -> Result<ExitCode> {
     let name = format!("hdrm-fmu-{package}");
     let own = env::current_exe().context("path of this program")?;

@@ -17,8 +17,7 @@ const STARTED: &str = "HDRM_FMU_WITH_PYTHON";
 const PYTHON: &str = "HDRM_FMU_PYTHON";
 /// Packages that the bending plant imports.
 const PACKAGES: &str = "pythonfmu mujoco numpy";
-/// Prints the shared library of the Python that runs it, then its package folders; fails if a
-/// package is missing.
+/// Prints the shared library and the package folders of the Python that runs it.
 const PROBE: &str = "
 import os, sys, sysconfig
 import pythonfmu, mujoco, numpy

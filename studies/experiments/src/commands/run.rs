@@ -23,8 +23,7 @@ pub struct RunArgs {
     /// Controller
     #[arg(long, value_parser = MODES)]
     mode: Option<String>,
-    /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal
-    /// ones)
+    /// Factor on mass and inertia of all bodies of the manipulator (not of the controller's model)
     #[arg(long, value_name = "FACTOR")]
     inertia_scale: Option<f64>,
     #[command(flatten)]

@@ -1,5 +1,4 @@
-//! Subcommand `stability`: the stability proof in numbers (accompanying functions, bound and gain
-//! conditions).
+//! Subcommand `stability`: the stability proof in numbers, or what exceeds its bound.
 
 use std::path::PathBuf;
 
@@ -22,8 +21,7 @@ pub struct StabilityArgs {
     /// Plant and sensors; real: how much each cause contributes to exceeding the bound
     #[arg(long, value_enum, default_value_t = World::Ideal)]
     world: World,
-    /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal
-    /// ones)
+    /// Factor on mass and inertia of all bodies of the manipulator (not of the controller's model)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.4)]
     inertia_scale: f64,
     /// Also write the numbers to this JSON file
@@ -31,7 +29,7 @@ pub struct StabilityArgs {
     json: Option<PathBuf>,
 }
 
-/// Prints the proof in numbers in the ideal world; in the real world, which causes exceed its bound.
+/// Prints the proof in numbers, or in the real world the causes that exceed its bound.
 pub fn stability(args: &StabilityArgs) -> Result<Verdict> {
     anyhow::ensure!(
         matches!(args.world, World::Ideal | World::Real),

@@ -1,5 +1,4 @@
-//! Subcommand `table`: the paper's table and other robustness studies, and comparisons of control
-//! laws in a world.
+//! Subcommand `table`: robustness studies, first of all the paper's, and control laws compared.
 
 use std::path::PathBuf;
 
@@ -64,7 +63,7 @@ pub enum StudyArg {
     TipLoad,
     /// All of the above
     All,
-    /// All controller modes, with and without integral: known error, the plant's tip, orientation, rho
+    /// All controller modes: known error, error of the plant's tip, orientation, rho
     Rivals,
     /// Adaptation x disturbance observer x integral of the voltage law x integral of the tip error
     Ablation,

@@ -1,5 +1,5 @@
-//! Subcommand `testbed`: the one-axis experiment, in which the lift and the tilt actuator work against
-//! load emulators that replay the forces of the machine.
+//! Subcommand `testbed`: the one-axis experiment, in which the lift and the tilt actuator work
+//! against load emulators that replay the forces of the machine.
 
 use std::path::{Path, PathBuf};
 

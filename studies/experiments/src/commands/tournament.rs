@@ -1,5 +1,5 @@
-//! Subcommand `tournament`: tunes all control laws by the same method, then compares them on machines
-//! that they were not tuned on.
+//! Subcommand `tournament`: tunes all control laws by the same method, then compares them on
+//! machines that they were not tuned on.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -43,7 +43,7 @@ pub struct TournamentArgs {
     /// Path of the report, repeatable [default: all]
     #[arg(long = "path", value_name = "PATH", value_parser = ALL_TRAJECTORIES)]
     paths: Vec<String>,
-    /// Keep each run in this folder and reuse the runs that are there: an interrupted command continues
+    /// Keep runs in this folder and reuse those that are there, to continue an interrupted command
     #[arg(long, value_name = "DIR", default_value = "tournament")]
     store: PathBuf,
     /// Also write gains and runs to this JSON file

@@ -36,8 +36,7 @@ pub fn read(name: &str) -> Result<PathFile> {
 }
 
 impl PathMargins {
-    /// Follows the path called `name` with a machine, from its start pose. A margin that is exceeded is
-    /// no error.
+    /// Follows the path called `name` from the machine's start pose; margins may be exceeded.
     pub fn new(name: &str, machine: &Machine) -> Result<Self> {
         let file = read(name)?;
         let zeta = &machine.start.zeta;

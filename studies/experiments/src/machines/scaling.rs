@@ -11,8 +11,8 @@ use machine_file::{Body, Machine};
 /// inertias                             ∝ s⁵
 /// edges of the trajectories, and the time for them ∝ s, so the tip's speed stays
 /// ```
-/// This scales both booms with their cylinders, rods, rocker and coupler, the length of the screws of
-/// lift and tilt, and the mass that moves with them. Column and slew, wrist and tool, payload,
+/// Scaled are both booms with their cylinders, rods, rocker and coupler, the length of the screws
+/// of lift and tilt, and the mass that moves with them. Column and slew, wrist and tool, payload,
 /// joint ranges, motors, ratings, friction and gains stay.
 pub fn booms(nominal: &Machine, s: f64) -> Machine {
     let mut machine = nominal.clone();

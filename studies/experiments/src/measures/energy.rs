@@ -37,8 +37,8 @@ pub struct Balance {
     pub work: f64,
     /// Work that the load did on the actuator.
     pub returned: f64,
-    /// Energy that the coupling at the rod creates or loses: work on the load where the exchange sets
-    /// the rod to another position than its velocity had taken it to.
+    /// Energy that the coupling at the rod creates or loses: work on the load where the exchange
+    /// sets the rod to another position than its velocity had taken it to.
     pub shift: f64,
     /// Lost in the windings.
     pub copper: f64,
@@ -57,8 +57,8 @@ pub struct Balance {
 }
 
 impl Balance {
-    /// Work on the load divided by the electrical energy taken meanwhile. `None` if no work is done,
-    /// or more than was taken: it then came from stored energy, as when a brake is released.
+    /// Work on the load divided by the electrical energy taken meanwhile. `None` if no work is
+    /// done, or more than was taken: it then came from stored energy, as when a brake is released.
     pub fn efficiency(&self) -> Option<f64> {
         (self.work > 0.0 && self.work <= self.working).then(|| self.work / self.working)
     }

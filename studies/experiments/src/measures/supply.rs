@@ -1,9 +1,9 @@
-//! Energy balance of the component that feeds the drives: the one at the far end of power bonds with
-//! `power="drawn"`, our `DcLink` or any other battery. Part of `hdrm-fmu energy`.
+//! Energy balance of the component that feeds the drives: the one at the far end of power bonds
+//! with `power="drawn"`, our `DcLink` or any other battery. Part of `hdrm-fmu energy`.
 //!
-//! The energy that it gives comes from the bonds, so it needs no outputs for that. If it has outputs
-//! `energy.battery`, `energy.brake`, `energy.loss` and `energy.stored` with the meaning of those of
-//! `DcLink`, the balance goes back to its source.
+//! The energy that it gives comes from the bonds, so it needs no outputs for that. If it has
+//! outputs `energy.battery`, `energy.brake`, `energy.loss` and `energy.stored` with the meaning of
+//! those of `DcLink`, the balance goes back to its source.
 
 use anyhow::Result;
 use cosim::structure::Power;
@@ -126,8 +126,8 @@ fn fault_ports(system: &System) -> Vec<Port> {
 }
 
 impl Supply {
-    /// The balance of a run; `actuators` are the recorded outputs of all actuators, `count` each, of
-    /// which the first are the energies in, out, lost and stored.
+    /// The balance of a run; `actuators` are the recorded outputs of all actuators, `count` each,
+    /// of which the first are the energies in, out, lost and stored.
     pub fn from_run(
         system: &System,
         recorded: &RecordedRun,
@@ -193,8 +193,8 @@ impl Supply {
         }))
     }
 
-    /// Energy that is unaccounted for, J: from the source (else given by the component) minus losses,
-    /// work, rise of stored energy, and what the bonds and the coupling at the rods lost.
+    /// Energy that is unaccounted for, J: from the source (else given by the component) minus
+    /// losses, work, rise of stored energy, and what the bonds and the coupling at the rods lost.
     pub fn open(&self) -> f64 {
         let from = self
             .source

@@ -46,8 +46,7 @@ pub struct Tracking {
     pub joints: PositionError,
     /// Error of the plant's tip.
     pub plant: PositionError,
-    /// Root mean square and maximum of the angle between the desired orientation and that of the
-    /// plant's tip, rad.
+    /// Root mean square and maximum of the angle between desired and true orientation, rad.
     pub orientation: [f64; 2],
     /// Largest speed of the plant's tip, m/s.
     pub speed: f64,
@@ -140,8 +139,7 @@ impl Evaluation {
             tip: arrays(plant, &tip)?,
             rigid: (system.elements(plant, "tip.rigid_position", 3)).unwrap_or_default(),
             tree: Tree::new(&nominal.machine)?,
-            // With a delay of one step the outputs, predicted over it, belong to the point at which
-            // they are read.
+            // A delay of one step is predicted over: those outputs belong to the point of reading.
             late: (delay - 1.0).max(0.0) as usize,
         })
     }

@@ -11,8 +11,7 @@ use cosim::{Experiment, Setting, System, Verdict};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-/// Calls `run` with a progress bar over `count` items, named `what`; `run` gets the function to call
-/// after each item.
+/// Calls `run` with a progress bar over `count` items; `run` calls its argument after each.
 pub fn with_progress<T>(
     count: u64,
     what: &'static str,
@@ -46,7 +45,7 @@ pub fn write_json(path: Option<&Path>, value: &impl Serialize) -> Result<()> {
     })
 }
 
-/// Version, step, schedule and start values of the runs, as a JSON object that results are added to.
+/// Version, step, schedule and start values as a JSON object, to which results are added.
 pub fn conditions(system: &System, base: &Experiment) -> Value {
     let setting = |s: &Setting| format!("{}={}", system.name(s.port), s.value);
     json!({
@@ -65,7 +64,7 @@ pub fn verdict_text(verdict: &Verdict) -> String {
     verdict.to_string()
 }
 
-/// Prints the verdict on many runs with `--check`; without it, a hint on stderr if the verdict is bad.
+/// Prints the verdict with `--check`; without it, a hint on stderr if the verdict is bad.
 pub fn print_counted(verdict: &Verdict, check: bool) -> Result<()> {
     if check {
         return print(verdict_text(verdict));

@@ -77,8 +77,8 @@ fn gains(gains: &Gains) -> String {
     )
 }
 
-/// The gain conditions if the weights are energies of the machine instead of fitted; `compliance` is
-/// the elastic compliance of the actuator, m/N.
+/// The gain conditions if the weights are energies of the machine instead of fitted; `compliance`
+/// is the elastic compliance of the actuator, m/N.
 pub fn unfitted_text(gains: &Gains, compliance: f64, L_d: f64) -> String {
     let [second, third] = gains.unfitted(compliance, L_d);
     format!(

@@ -78,8 +78,7 @@ fn table(head: [String; 2], cells: &[TipCell], row: impl Fn(&TipCell) -> [String
     text
 }
 
-/// What `!` means, and the limit that the marked run with the largest RMSE breaks; nothing if no
-/// cell is marked.
+/// What `!` means, and the limit that the worst marked run breaks; empty without marks.
 fn mark_legend(cells: &[TipCell], name: impl Fn(&TipCell) -> String) -> String {
     let marked = cells.iter().filter(|c| c.verdict.is_bad());
     let marked = marked.filter_map(|c| Some((c, c.result.as_ref().ok()?.motion.rms())));

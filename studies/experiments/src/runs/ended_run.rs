@@ -1,7 +1,7 @@
-//! A run on a machine that the controller may fail to hold: whether the tip stayed on its reference,
-//! the controller stopped the machine, or control was lost; with the tip error and the rods'
-//! forces. Used by `draws`, `margins` and `tournament`. The run ends as soon as control is lost, or
-//! after the stopped machine has had time to come to rest.
+//! A run on a machine that the controller may fail to hold: whether the tip stayed on its
+//! reference, the controller stopped the machine, or control was lost; with the tip error and the
+//! rods' forces. Used by `draws`, `margins` and `tournament`. The run ends as soon as control is
+//! lost, or after the stopped machine has had time to come to rest.
 
 use anyhow::Result;
 use cosim::run::observer::{Observer, Observers};
@@ -21,8 +21,7 @@ const HUGE: f64 = 4.0;
 /// A rod oscillates if its force without the moving mean has this root mean square, as a share of
 /// the rated force; the paths' own accelerations stay below a third of it.
 const SWINGS: f64 = 0.15;
-/// Time constants of that mean and of the mean square, s: they keep lasting oscillations faster than
-/// 0.6 Hz.
+/// Time constants of mean and mean square, s: lasting oscillations above 0.6 Hz remain.
 const MEAN: f64 = 0.25;
 const LASTING: f64 = 1.0;
 /// Time after braking at which the machine must be at rest, s.
@@ -52,10 +51,9 @@ pub struct EndedRun {
     pub why: String,
     /// Root mean square of the known tip error over the motion, m, if the run was kept.
     pub rmse: Option<f64>,
-    /// Largest rod force divided by the rated force, or by the controller's limit if that is larger.
+    /// Largest rod force divided by the rated force, or by a larger limit of the controller.
     pub force: f64,
-    /// Largest moving mean of a rod's force divided by the rated force, until braking: the load
-    /// without oscillations.
+    /// Largest moving mean of a rod's force until braking, divided by the rated force.
     pub load: f64,
     /// Root mean square of the oscillating force at the end, divided by the rated force.
     pub swing: f64,
@@ -79,8 +77,7 @@ impl EndedRun {
         }
     }
 
-    /// Runs `experiment`. A run that fails is lost; it is an error only if the system lacks the
-    /// signals.
+    /// Runs `experiment`. A run that fails is lost, not an error.
     pub fn run(system: &System, experiment: &Experiment) -> Result<Self> {
         let evaluation = Evaluation::new(system, experiment)?;
         let mut watch = Watch::new(system, experiment)?;

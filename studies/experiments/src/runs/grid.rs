@@ -219,8 +219,7 @@ pub fn failure_lines<T>(cells: &[Cell<T>], name: impl Fn(&Cell<T>) -> String) ->
         .collect()
 }
 
-/// The bad findings of all cells: each kind once, with the number of cells that have it and the
-/// first of them.
+/// The bad findings of all cells: each kind once, with their number and the first cell.
 pub fn verdict<T>(cells: &[Cell<T>]) -> Verdict {
     // Findings that differ in their numbers only are of one kind.
     let same = |a: &str, b: &str| {

@@ -1,5 +1,5 @@
-//! The lists of control laws that `hdrm-fmu table --study` compares. A law is a controller mode with
-//! other start values of the controller, or of the sensors around it.
+//! The lists of control laws that `hdrm-fmu table --study` compares. A law is a controller mode
+//! with other start values of the controller, or of the sensors around it.
 
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! Connects the loads that a path picks up, outputs of the controller, to the manipulator.
 //!
-//! The packed systems do not connect them, so that a plant of another maker without inputs for loads
-//! can take the place of `Hdrm` unchanged. Every command that runs a path with loads calls
+//! The packed systems do not connect them, so that a plant of another maker without inputs for
+//! loads can take the place of `Hdrm` unchanged. Every command that runs a path with loads calls
 //! [`connect`].
 
 use anyhow::{Result, bail};
@@ -9,8 +9,7 @@ use cosim::System;
 use fmi_description::Causality;
 use tip_path::{PathFile, Points};
 
-/// The carried load: mass, kg, and centre of mass in frame T4, m; outputs of the controller, inputs
-/// of the manipulator.
+/// Carried load: mass, kg, and centre of mass in T4, m; outputs of controller, inputs of plant.
 const LOAD: [&str; 4] = ["load.mass", "load.com[1]", "load.com[2]", "load.com[3]"];
 
 /// Whether anything is picked up or set down on the path.

@@ -232,8 +232,7 @@ fn controller_warning(system: &System, base: &Experiment) -> Result<Option<Strin
     adaptation_warning(&file.machine, gamma)
 }
 
-/// A warning if the adaptation gain `gamma`, J, is too small for a machine. Fails if the mechanism
-/// cannot be closed.
+/// A warning if the adaptation gain `gamma`, J, is too small for a machine.
 pub fn adaptation_warning(machine: &Machine, gamma: f64) -> Result<Option<String>> {
     let ruled = gain_rule::gamma(machine)?;
     if gamma * MARGIN > ruled {
@@ -246,9 +245,9 @@ pub fn adaptation_warning(machine: &Machine, gamma: f64) -> Result<Option<String
     )))
 }
 
-/// Sets `delay` to one step in all components that have it if the schedule is `standard`, under which
-/// their outputs act one step late. It must be all of them: a controller that predicts over the
-/// step needs actuators that do too. A delay that the structure or a set gives is kept.
+/// Sets `delay` to one step in all components that have it if the schedule is `standard`, under
+/// which their outputs act one step late. It must be all of them: a controller that predicts over
+/// the step needs actuators that do too. A delay that the structure or a set gives is kept.
 pub fn set_delays(system: &System, base: &mut Experiment) -> Result<()> {
     if base.stepping.schedule != Schedule::Standard {
         return Ok(());

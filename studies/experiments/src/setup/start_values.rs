@@ -22,8 +22,7 @@ pub const MODES: [&str; 8] = [
 /// Controller mode that is shipped for the real world; its analyses start from it.
 pub const SHIPPED: &str = "adaptive_integral";
 
-/// `base` with the start values that an analysis varies. Fails if one of them is set in `base` or
-/// bound by the system.
+/// `base` with start values that an analysis varies; fails if `base` or the system sets one.
 pub fn vary(
     system: &System,
     base: &Experiment,
@@ -49,8 +48,7 @@ pub(crate) fn refuse_bound(system: &System, settings: &[Setting]) -> Result<()> 
     Ok(())
 }
 
-/// `base` with more start values, which may replace what the system binds. Fails if one of them is
-/// set in `base`.
+/// `base` with start values that may replace what the system binds; fails if `base` sets one.
 pub fn add_settings(
     system: &System,
     base: &Experiment,

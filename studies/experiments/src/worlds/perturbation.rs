@@ -78,8 +78,8 @@ impl Bounds {
     }
 }
 
-/// Draws a machine by errors of `nominal`, and its gravity in the world frame, m/s². Fails for bounds
-/// that are too large, or if the drawn geometry cannot be closed.
+/// Draws a machine by errors of `nominal`, and its gravity in the world frame, m/s². Fails for
+/// bounds that are too large, or if the drawn geometry cannot be closed.
 pub fn draw(nominal: &Machine, seed: u64, bounds: &Bounds) -> Result<(Machine, [f64; 3])> {
     bounds.check()?;
     let even = Uniform::new_inclusive(-1.0, 1.0).expect("finite bounds");
@@ -125,8 +125,8 @@ pub fn draw(nominal: &Machine, seed: u64, bounds: &Bounds) -> Result<(Machine, [
     Ok((machine, [g * along.sin(), down, g * across.sin()]))
 }
 
-/// Inertia of a body after its second moments of mass `Σ = ½ tr(I)·1 − I` are stretched by `factors`
-/// along its axes: `D Σ D` with `D = diag(√factors)`, then back to `I = tr(Σ)·1 − Σ`.
+/// Inertia of a body after its second moments of mass `Σ = ½ tr(I)·1 − I` are stretched by
+/// `factors` along its axes: `D Σ D` with `D = diag(√factors)`, then back to `I = tr(Σ)·1 − Σ`.
 fn stretched(body: &Body, factors: [f64; 3]) -> InertiaTensor {
     let I = &body.inertia_com;
     let [x, y, z] = factors.map(f64::sqrt);
@@ -170,9 +170,9 @@ impl From<Vec<Case>> for Cases {
 }
 
 impl Cases {
-    /// One case for each seed: a machine drawn within bounds, and the same seed for the sensors, which
-    /// draw their own errors. The actuators stay those of the system, `Rig`; the controller knows
-    /// nothing of their friction, backlash, compliance, heat and drives.
+    /// One case for each seed: a machine drawn within bounds, and the same seed for the sensors,
+    /// which draw their own errors. The actuators stay those of the system, `Rig`; the controller
+    /// knows nothing of their friction, backlash, compliance, heat and drives.
     pub fn draw_machines(system: &System, seeds: Range<u64>, bounds: &Bounds) -> Result<Self> {
         let nominal = MachineFile::from_manipulator(system, &[])?.machine;
         let folder = TempDir::new().context("no temporary folder for the machine files")?;

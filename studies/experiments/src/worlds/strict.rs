@@ -26,8 +26,8 @@ pub const SYSTEM: &str = "StrictBending.ssd";
 const STREAM: u64 = 2;
 /// Width of a load cell's hysteresis loop, N: 0.3 % of 70 kN.
 const HYSTERESIS: f64 = 210.0;
-/// Friction parameters of an actuator as built, with their nominal values; the motor's friction comes
-/// from the machine file.
+/// Friction parameters of an actuator as built, with their nominal values; the motor's friction
+/// comes from the machine file.
 const FRICTION: [(&str, f64); 6] = [
     ("friction.screw_drag", 0.5),
     ("friction.screw_loss", 0.026),

@@ -1,5 +1,5 @@
-//! The choice `--world`: the packed system of each world, its parameter sets, and the cases (rows of
-//! the tables) on which control laws are compared.
+//! The choice `--world`: the packed system of each world, its parameter sets, and the cases (rows
+//! of the tables) on which control laws are compared.
 
 use std::ops::Range;
 
@@ -27,7 +27,7 @@ pub const BENDING_SYSTEM: &str = "Bending.ssd";
 /// Largest communication step of the bending world, s: with 1 ms the exchange between an actuator
 /// and the light end of a bending boom is unstable.
 pub const BENDING_STEP: f64 = 5e-4;
-/// Default number of drawn machines of the bending world, where a run takes about ten times as long.
+/// Default number of drawn machines that bend: their runs take about ten times as long.
 const BENDING_SEEDS: u64 = 5;
 /// Bound of the tip error by the controller's own rigid kinematics in the bending world, m.
 pub const BENDING_TARGET: f64 = 2e-3;
@@ -38,16 +38,14 @@ pub const BENDING_TARGET: f64 = 2e-3;
 pub enum World {
     /// The controller's own model with all inertias scaled by one factor: a check of the code
     Ideal,
-    /// Actuators as built, sensors, a step of delay, and machine errors drawn by seed, all unknown to
-    /// the controller
+    /// Actuators as built, sensors, a step of delay, machine errors by seed, all unknown to control
     Real,
     /// A structure that bends, in MuJoCo, with errors drawn by seed; steps of at most 0.5 ms
     Bending,
     /// The real world with errors of motors, screws, friction, mounting, joints, wrist drives, load
     /// cells and clock drawn by seed
     StrictRigid,
-    /// The structure that bends, with actuators as built and sensors, their parameters drawn by
-    /// seed
+    /// The structure that bends, with actuators as built and sensors, parameters drawn by seed
     Strict,
 }
 
