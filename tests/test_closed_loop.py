@@ -16,10 +16,16 @@ SIGNALS = ["controller.tip_error_norm", "hdrm.tip.position[1]", "emla_2.F", "eml
 GOLDEN = Path(__file__).parent.joinpath("golden/ideal_table.txt").read_text()
 
 
+def unmarked(table):
+    """A printed table without the marks of runs that break a limit, which take the place of a blank, and without the line on them."""
+    lines = [line for line in table.splitlines(keepends=True) if not line.startswith("!")]
+    return "".join(lines).replace("!", " ")
+
+
 def cells(table):
     """{(trajectory, inertia scale, mode): "RMSE (maximum)"} of a printed table, in mm, and the paper's RMSE as mode `paper`."""
     found = {}
-    for line in table.splitlines()[1:-2]:
+    for line in unmarked(table).splitlines()[1:-2]:
         trajectory, percent, *values = line.replace(" (", "(").split()
         scale = 1 + float(percent.rstrip("%")) / 100
         found |= {(trajectory, scale, mode): value.replace("(", " (") for mode, value in zip((*MODES, "paper"), values)}
@@ -45,7 +51,7 @@ def test_the_native_table_is_the_golden_one(fmu_dir):
     """In every digit that it prints."""
     done = call("hdrm-fmu", "table", "--system", fmu_dir / "Manipulator.ssp")
     assert done.returncode == 0, done.stderr
-    assert done.stdout == GOLDEN
+    assert unmarked(done.stdout) == GOLDEN
 
 
 def test_the_table_under_the_standard_schedule(fmu_dir):

@@ -42,11 +42,15 @@ def test_a_table_of_good_runs_is_good(machine, tmp_path):
     assert found["verdict"] == "good" and {cell["verdict"] for cell in found["rivals"]["runs"]} == {"good"}
 
 
-def test_what_spoils_a_table_is_hinted_at_beside_it(machine):
-    """The table itself stays as it is: PD with the heaviest machine goes a little beyond the rated force as it settles."""
+def test_runs_that_break_a_limit_are_marked_in_the_table(machine):
+    """PD with the heaviest machine goes a little beyond the rated force as it settles; nothing else is said beside the table."""
     table = ["table", *machine, "--stop-time", "0.2"]
     plain, bad = call("hdrm-fmu", *table), call("hdrm-fmu", *table, "--check")
-    assert plain.returncode == 0 and "verdict" not in plain.stdout and "verdict is BAD: --check says why" in plain.stderr
+    assert plain.returncode == 0 and "verdict" not in plain.stdout + plain.stderr and "--check" not in plain.stderr
+    rows = plain.stdout.splitlines()
+    assert [line.split()[:2] for line in rows if "!" in line[1:]] == [["cubic", "40%"], ["triangular", "40%"]], plain.stdout
+    (legend,) = [line for line in rows if line.startswith("! the run breaks a limit")]
+    assert f"{FORCE}: up to 70922" in legend and "more than the rated 70000 N" in legend
     assert bad.returncode == 2 and bad.stdout.startswith(plain.stdout)
     (finding,) = [line for line in bad.stdout.splitlines() if line.startswith("  ! ")]
     assert f"{FORCE} in 2 of 30 runs, first in cubic, pd, 1.4: up to 70922" in finding

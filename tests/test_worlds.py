@@ -59,7 +59,7 @@ def test_the_json_holds_every_run_and_every_law(real):
 def test_a_study_of_another_world_is_refused(fmu_dir, world, study):
     system = fmu_dir / {"ideal": "Manipulator.ssp", "real": "Real.ssp"}[world]
     done = call("hdrm-fmu", "table", "--world", world, "--study", study, "--system", system)
-    assert done.returncode == 1 and f"--study {study} is not of the {world} world" in done.stderr
+    assert done.returncode == 1 and f"--study {study} does not exist in the {world} world" in done.stderr
 
 
 @pytest.fixture(scope="module")

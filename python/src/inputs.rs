@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use experiments::setup::loads;
-use experiments::worlds::parameters_of;
+use experiments::worlds::parameter_set_of;
 use machine_file::Source;
 use motion_check::gain_rule::gains;
 use pyo3::prelude::*;
@@ -19,7 +19,7 @@ use crate::errors::raised;
 pub fn whole_machine(text: &str, file: Option<PathBuf>) -> PyResult<(String, &'static str)> {
     let source = Source::read(text, file.as_deref()).map_err(|error| raised(error.into()))?;
     let whole = serde_json::to_string(&source.machine).map_err(|error| raised(error.into()))?;
-    Ok((whole, parameters_of(source.shipped())))
+    Ok((whole, parameter_set_of(source.shipped())))
 }
 
 /// The gains that the rule makes of a machine, whose checked text this is, for actuators as built.
@@ -48,5 +48,5 @@ pub fn is_built_in_path(name: &str) -> PyResult<bool> {
 #[pyfunction]
 pub fn path_has_loads(text: &str) -> PyResult<bool> {
     let path = PathFile::parse(text).map_err(|error| raised(error.into()))?;
-    Ok(loads::are_on(&path))
+    Ok(loads::has_loads(&path))
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use anyhow::Result;
 use cosim::{Experiment, Port, Recording, System};
 use experiments::measures::energy;
-use experiments::measures::metrics::{Metrics, add_energy, add_tracking, of_tip};
+use experiments::measures::metrics::{Metrics, add_energy, add_tracking, tip_metrics};
 use experiments::measures::run::{Outcome, RecordedRun, TipError};
 use experiments::measures::tracking::Evaluation;
 use pyo3::prelude::*;
@@ -79,5 +79,5 @@ pub fn tip_error(times: Vec<f64>, errors: Vec<f64>, motion_start: f64) -> Metric
     for (t, error) in times.into_iter().zip(errors) {
         tip.add(t, error);
     }
-    of_tip(&tip)
+    tip_metrics(&tip)
 }

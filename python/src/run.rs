@@ -4,7 +4,7 @@ use anyhow::Result;
 use cosim::io::csv::stride;
 use cosim::run::simulate;
 use cosim::{Experiment, Master, Port, Recording, System, Verdict};
-use experiments::measures::metrics::{Metrics, add_residuals, of_tip};
+use experiments::measures::metrics::{Metrics, add_residuals, tip_metrics};
 use experiments::measures::run::{FailedRun, run as run_machine};
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyDict};
@@ -77,10 +77,10 @@ pub fn run(
     };
     let (outcome, metrics, verdict) = if is_machine {
         let outcome = run_machine(system, experiment, &progress, observe);
-        let outcome = outcome.map_err(FailedRun::explained)?;
+        let outcome = outcome.map_err(FailedRun::explain)?;
         let mut verdict = outcome.limits.clone();
         verdict.extend(outcome.tip.verdict(request.max_error));
-        let mut metrics = of_tip(&outcome.tip);
+        let mut metrics = tip_metrics(&outcome.tip);
         add_residuals(&mut metrics, &outcome.run.residuals);
         if let Some(extra) = extra {
             extra.finish(system, &outcome, &mut metrics)?;

@@ -13,8 +13,8 @@ use cosim::run::signals::connected;
 use cosim::structure::package::FmuPlace;
 use cosim::structure::system::{Setting, System as Loaded};
 use cosim::{Experiment, Verdict, matching};
-use experiments::measures::run::useful;
-use experiments::setup::run_setup::{forgotten, tell_delay};
+use experiments::measures::run::default_signals;
+use experiments::setup::run_setup::{check_mentions, set_delays};
 use experiments::setup::{loads, machine_choice};
 use experiments::worlds::{Bounds, Cases};
 use fmi_description::{Kind, Variable};
@@ -177,7 +177,7 @@ impl System {
             false => args.prefer(&self.system),
         };
         let mut experiment = args.experiment(&self.system)?;
-        let mut forgotten = forgotten(&args, &self.system, &experiment)?;
+        let mut forgotten = check_mentions(&args, &self.system, &experiment)?;
         forgotten.extend(preferred);
         let column = |(name, unit, values)| Column { name, unit, values };
         let table = |(times, columns): Inputs| Table {
@@ -192,7 +192,7 @@ impl System {
             ..InputArgs::default()
         };
         forgotten.extend(inputs.add_to(&mut experiment, &self.system)?);
-        tell_delay(&self.system, &mut experiment)?;
+        set_delays(&self.system, &mut experiment)?;
         Ok((experiment, forgotten))
     }
 
@@ -217,9 +217,9 @@ impl System {
         let seeds = seed..seed + 1;
         let machines = match machine {
             Some(machine) => {
-                Cases::of_machines(&self.with_machine(machine)?, seeds, &Bounds::REAL)?
+                Cases::draw_machines(&self.with_machine(machine)?, seeds, &Bounds::REAL)?
             }
-            None => Cases::of_machines(&self.system, seeds, &Bounds::REAL)?,
+            None => Cases::draw_machines(&self.system, seeds, &Bounds::REAL)?,
         };
         let case = machines.list.first().context("one seed is one machine")?;
         let setting = |s: &Setting| (self.system.name(s.port), s.value.clone());
@@ -308,7 +308,7 @@ impl System {
     fn signals(&self, patterns: Option<Vec<String>>) -> PyResult<Vec<String>> {
         let ports = match patterns {
             Some(patterns) => matching(&self.system, &patterns),
-            None => match useful(&self.system) {
+            None => match default_signals(&self.system) {
                 Ok(ports) if ports.is_empty() => connected(&self.system),
                 ports => ports,
             },

@@ -1,5 +1,5 @@
-//! Subcommands: from arguments to an analysis, its print and the verdict. Nothing imports them but
-//! the programs.
+//! The subcommands of `hdrm-fmu`: each reads its arguments, runs an analysis, prints the results
+//! and returns the verdict. Only the programs use them.
 
 pub mod compare;
 pub mod draws;

@@ -1,22 +1,23 @@
-//! Experiments on the coupled manipulator, made with the co-simulation master `cosim`.
+//! Experiments on the coupled manipulator, run with the co-simulation master `cosim`: the library
+//! behind the program `hdrm-fmu`, used by the report and the Python package too.
 //!
-//! A command ([`commands`]) sets a run up ([`setup`]: system, world, machine file, path, start
-//! values); an analysis ([`analyses`]: the paper's table, other errors, laws compared, testbed,
-//! stability proof, motors, a long run) makes many such runs ([`runs`]) on the machines of a world
-//! ([`worlds`]) and takes measures of each ([`measures`]: tip, tracking, accuracy, energy, limits);
-//! [`mod@print`] makes text, CSV and JSON of what came out. [`machines`] is what can be told of a
-//! machine without a run: other sizes, lasting torques, margins along a path.
+//! A command ([`commands`]) sets up a run ([`setup`]: system, world, machine file, path, start
+//! values). An analysis ([`analyses`]: the paper's table, other errors, comparison of laws,
+//! testbed, stability proof, motors, a long run) executes many such runs ([`runs`]) on the machines
+//! of a world ([`worlds`]) and measures each ([`measures`]: tip, tracking, accuracy, energy,
+//! limits). [`mod@print`] turns the results into text, CSV and JSON. [`machines`] computes from a
+//! machine file without a run: other sizes, continuous torques, margins along a path.
 //!
-//! Everything is computed by the FMUs; names such as `tip_error_norm`, `settle_time` or
-//! `inertia_scale` are variables of theirs. The crate `machine-file` serves the machine's limits
-//! and ratings, `hdrm` the check of machine files, `surrogate` and `emla` what a network predicts,
-//! `rig` the control of a rig that loads another. What is drawn of all this is crate `report`.
+//! All models run as FMUs; names such as `tip_error_norm`, `settle_time` or `inertia_scale` are
+//! their variables. The crate `machine-file` gives the machine's limits and ratings, `hdrm` checks
+//! machine files, `surrogate` and `emla` give the network's predictions, and `rig` controls a rig
+//! that loads another one. Crate `report` draws the results.
 #![forbid(unsafe_code)]
 
 pub mod analyses;
 #[allow(
     missing_docs,
-    reason = "what arguments are for is said to who calls the program"
+    reason = "the help texts of the arguments are their documentation"
 )]
 pub mod commands;
 pub mod machines;

@@ -1,5 +1,5 @@
-//! What is told of machine files without a run: other sizes, torques that motors may give for ever,
-//! margins along a path.
+//! Computes from a machine file without a run: machines of other sizes, torques that motors can
+//! give continuously, margins along a path.
 
 pub mod continuous_torque;
 pub mod path_margins;

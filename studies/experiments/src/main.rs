@@ -1,4 +1,4 @@
-//! Program `hdrm-fmu`: the manipulator's experiments.
+//! Program `hdrm-fmu`: runs the manipulator's experiments, by itself or by a sibling program.
 #![forbid(unsafe_code)]
 
 use std::env;
@@ -19,14 +19,14 @@ fn main() -> ExitCode {
     let arguments = arguments();
     let command = Cli::parse_from(&arguments).command;
     if let Some(package) = command.sibling() {
-        return program::hand_over(package, &arguments[1..])
+        return program::run_sibling(package, &arguments[1..])
             .unwrap_or_else(|error| exit(Err(error), false));
     }
     program::run(command.needs_python(), || run(&command))
 }
 
-/// The arguments, `help` in front of them as `--help` after them: so another program's command is
-/// explained by that program.
+/// The arguments, with `help COMMAND` rewritten to `COMMAND --help`, so that the program that does
+/// the command explains it.
 fn arguments() -> Vec<OsString> {
     let mut arguments: Vec<_> = env::args_os().collect();
     if arguments.get(1).is_some_and(|word| word == "help") {

@@ -1,4 +1,4 @@
-//! What is measured of a run.
+//! Measurements of a run: tip error, tracking, accuracy after ISO 9283, energy, limits.
 
 pub mod energy;
 pub mod heat;

@@ -1,4 +1,4 @@
-//! Results as text, CSV and JSON; gains as a parameter set.
+//! Results of the analyses as text for people, CSV and JSON; gains as a parameter set.
 
 pub mod comparison;
 pub mod energy;

@@ -1,5 +1,6 @@
-//! Many runs: laws × cases × trajectories on all cores, runs that may be lost, and runs that are
-//! kept on disk so that an interrupted analysis goes on where it was.
+//! Many runs: laws × cases × trajectories on all cores ([`grid`]), runs that may fail to keep the
+//! tip on its reference ([`ended_run`]), and runs kept on disk, so that an interrupted analysis can
+//! continue ([`run_store`]).
 
 pub mod ended_run;
 pub mod grid;

@@ -1,5 +1,5 @@
-//! What a run is set up from: system and world, machine file, control laws and other start values,
-//! loads of a path. What is given twice is refused.
+//! Sets a run up: system and world, machine file, control laws and other start values, loads of a
+//! path. Values that are given twice are refused.
 
 pub mod laws;
 pub mod loads;

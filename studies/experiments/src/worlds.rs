@@ -1,12 +1,13 @@
-//! The worlds in which control laws are compared, and the machines that are drawn for them.
+//! The worlds in which control laws are compared (option `--world`), and the machines drawn for
+//! them. A world is a plant with its sensors and the errors that the controller does not know:
 //!
-//! - `ideal`: the plant is the controller's own model, all inertias scaled by one factor; a check
-//!   of the code.
-//! - `real`: actuators as built, sensors, one step of delay, and errors of the machine drawn by
-//!   seed (module [`perturbation`]);
-//! - `bending`: a structure that bends, in MuJoCo, with errors that the plant draws itself by seed;
-//! - `strict-rigid` and `strict`: the real world, and the structure that bends under its actuators
-//!   and sensors, with more that is drawn (module `strict`).
+//! - `ideal`: the plant is the controller's own model with all inertias scaled by one factor; this
+//!   checks the code;
+//! - `real`: actuators as built, sensors, one step of delay, and machine errors drawn by seed
+//!   (module [`perturbation`]);
+//! - `bending`: a structure that bends, simulated in MuJoCo, which draws its own errors by seed;
+//! - `strict-rigid` and `strict`: the real world, and the bending structure with the actuators and
+//!   sensors of the real world, both with more errors (module `strict`).
 
 pub mod perturbation;
 mod strict;
@@ -17,5 +18,5 @@ pub use strict::SYSTEM as STRICT_SYSTEM;
 pub(crate) use world::value_name;
 pub use world::{
     BENDING_STEP, BENDING_SYSTEM, BENDING_TARGET, PARAMETERS, SCALES, SYSTEM, World, cases,
-    parameters_of,
+    parameter_set_of,
 };

@@ -81,7 +81,7 @@ impl Report {
     /// No run of the table succeeds, or the machine file cannot be used.
     pub fn new(request: &Request<'_>, progress: impl Fn(u64, u64) + Sync) -> Result<Self> {
         let (system, base) = (request.system, request.base);
-        let machine = MachineFile::of(system, &base.settings)?;
+        let machine = MachineFile::from_manipulator(system, &base.settings)?;
         let scene = Scene::new(&machine.machine)?;
         let plan = errors::plan(request)?;
         let of_errors: u64 = plan.iter().map(|(_, cases)| robustness::count(cases)).sum();

@@ -33,12 +33,12 @@ pub fn run(
     done: impl Fn() + Sync,
 ) -> Result<Vec<TrackingCell>> {
     let measure = |plan: &Plan| {
-        let (tracking, recorded) = Tracking::recorded(system, &plan.experiment, &[])?;
+        let (tracking, recorded) = Tracking::record(system, &plan.experiment, &[])?;
         Ok((tracking, recorded.outcome.verdict()))
     };
     let grid = Grid::new(system, base, laws, cases)
-        .only_on(trajectories)
-        .varying_bound();
+        .with_trajectories(trajectories)
+        .replacing_bound();
     let mut cells = grid.run(measure, done)?;
     cells.sort_by_key(|cell| laws.iter().position(|law| law.name == cell.law));
     Ok(cells)
@@ -80,7 +80,7 @@ impl Summary {
     fn of<'a>(law: &str, cells: impl Iterator<Item = &'a TrackingCell> + Clone) -> Self {
         let spread = |of: &dyn Fn(&Tracking) -> f64| {
             let value = |c: &TrackingCell| c.result.as_ref().map_or(f64::INFINITY, of);
-            Spread::of(cells.clone().map(value))
+            Spread::from_values(cells.clone().map(value))
         };
         let bends = cells
             .clone()
@@ -101,7 +101,7 @@ impl Summary {
             rigid_max: bent(&|b| b.rigid.max),
             rigid_varying: bent(&|b| b.rigid.varying),
             runs: cells.clone().count(),
-            failed: grid::failed(cells),
+            failed: grid::count_failed(cells),
         }
     }
 }

@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::runs::ended_run::{EndedRun, Fate};
 use crate::runs::grid::Case;
 use crate::runs::run_store::RunStore;
-use crate::setup::start_values::{Law, following};
+use crate::setup::start_values::{Law, trajectory_settings};
 
 /// What rods may have at most, over their rated force or the controller's limit of it.
 pub const FORCE: f64 = 1.2;
@@ -65,9 +65,13 @@ pub fn run(
     store: &RunStore,
     done: impl Fn() + Sync,
 ) -> Result<Vec<Draw>> {
-    let common = [law.settings(system)?, following(system, trajectory)?].concat();
+    let common = [
+        law.settings(system)?,
+        trajectory_settings(system, trajectory)?,
+    ]
+    .concat();
     let one = |case: &Case| {
-        let experiment = case.over((system, base), &common)?;
+        let experiment = case.apply((system, base), &common)?;
         let name = format!("{} {trajectory} {}", law.name, case.label);
         let run = store.run(&name, system, &experiment)?;
         done();

@@ -154,7 +154,7 @@ impl Instruments {
         let masses = format!("{}.mass_hat.*", system.component_of(tip));
         let adaptation = system.port_of(tip.component, "lyapunov.nu_adaptation")?;
         let masses = matching(system, &[masses])?;
-        let file = MachineFile::of_plant(system, &experiment.settings)?;
+        let file = MachineFile::from_plant(system, &experiment.settings)?;
         let limits = LimitWatch::new(system, &|port| master.number(port), file.as_ref())?;
         let ports = [&[tip, adaptation], &masses[..], limits.ports()].concat();
         let mut signals = Signals::new(system, &ports)?;

@@ -9,7 +9,7 @@ use cosim::{Experiment, Port, Recording, System, Verdict, start_value};
 use surrogate::measurement::signal_file::SignalFile;
 
 use crate::measures::limits::{self, LimitWatch};
-use crate::measures::metrics::{Metrics, add_tracking, of_tip};
+use crate::measures::metrics::{Metrics, add_tracking, tip_metrics};
 use crate::measures::run::{TipError, motion_start, tip_error_port};
 use crate::measures::tracking::{Evaluation, Tracking};
 use crate::setup::machine_choice::MachineFile;
@@ -44,14 +44,14 @@ impl<'a> Evaluator<'a> {
     pub fn new(system: &'a System, experiment: &Experiment) -> Result<Self> {
         let settings = &experiment.settings;
         let parameter = |port| start_value(system, settings, port);
-        let file = MachineFile::of(system, settings)?;
+        let file = MachineFile::from_manipulator(system, settings)?;
         Ok(Self {
             system,
             motion_start: motion_start(system, experiment)?,
             tip_error: tip_error_port(system)?,
             tracking: Evaluation::new(system, experiment)?,
             limits: LimitWatch::new(system, &parameter, Some(&file))?,
-            reference: limits::reference(system, &parameter)?,
+            reference: limits::check_reference(system, &parameter)?,
         })
     }
 
@@ -123,7 +123,7 @@ impl<'a> Evaluator<'a> {
 impl ImportedRun {
     /// In numbers with names.
     pub fn metrics(&self) -> Metrics {
-        let mut metrics = of_tip(&self.tip);
+        let mut metrics = tip_metrics(&self.tip);
         if let Some(tracking) = &self.tracking {
             add_tracking(&mut metrics, tracking);
         }

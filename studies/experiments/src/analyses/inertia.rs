@@ -6,7 +6,7 @@ use cosim::{Experiment, System, Verdict};
 
 use crate::measures::run::{TipError, run as run_once};
 use crate::runs::grid::{Case, Cell, Grid, Plan, TRAJECTORIES};
-use crate::setup::start_values::of_modes;
+use crate::setup::start_values::laws_of_modes;
 pub use crate::worlds::SCALES;
 
 /// Controllers, in the order of the columns.
@@ -63,5 +63,5 @@ pub fn measured<T: Send>(
         Ok(Case::new(scale.to_string(), vec![setting]))
     };
     let cases = SCALES.into_iter().map(case).collect::<Result<Vec<_>>>()?;
-    Grid::new(system, base, &of_modes(&MODES), &cases).run(measure, done)
+    Grid::new(system, base, &laws_of_modes(&MODES), &cases).run(measure, done)
 }

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::measures::run::motion_end;
 use crate::runs::ended_run::Fate;
 use crate::runs::run_store::RunStore;
-use crate::setup::start_values::{Law, following, over};
+use crate::setup::start_values::{Law, add_settings, trajectory_settings};
 
 /// Length of a run in a pose, s, and when the push begins: what a push leaves in the measure, 5 % of
 /// the rated force, falls with its time constant of 2 s, to a fifth of [`UNSTABLE`] at the end.
@@ -252,9 +252,9 @@ pub fn run(
             }
             set("controller.settle_time", 10.0 * END)?;
         } else {
-            settings.extend(following(system, place.0)?);
+            settings.extend(trajectory_settings(system, place.0)?);
         }
-        let mut nominal = over(system, base, settings)?;
+        let mut nominal = add_settings(system, base, settings)?;
         nominal.stop = Some(match place.1 {
             Some(_) => END,
             None => {

@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::inertia::MODES;
 use crate::measures::run::{RecordedRun, TipError};
 use crate::runs::grid::{Case, Cell, Grid, Plan, TRAJECTORIES};
-use crate::setup::start_values::of_modes;
+use crate::setup::start_values::laws_of_modes;
 
 /// What is varied.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
@@ -221,7 +221,7 @@ pub fn run(
     cases: &[Case],
     done: impl Fn() + Sync,
 ) -> Result<Vec<Cell<TipError>>> {
-    let laws = of_modes(&MODES);
+    let laws = laws_of_modes(&MODES);
     let measure = |plan: &Plan| tip_error(system, &plan.experiment);
     Grid::new(system, base, &laws, cases).run(measure, done)
 }
@@ -237,7 +237,7 @@ fn tip_error(system: &System, experiment: &Experiment) -> Result<(TipError, Verd
         system.elements(first.component, array, 3)
     };
     let (desired, actual) = (point("desired.position")?, point("tip.position")?);
-    let recorded = RecordedRun::of(system, experiment, &[&desired[..], &actual[..]].concat())?;
+    let recorded = RecordedRun::record(system, experiment, &[&desired[..], &actual[..]].concat())?;
     let mut columns = Vec::new();
     for (desired, actual) in desired.into_iter().zip(actual) {
         let column = |port| recorded.recording.column(port);

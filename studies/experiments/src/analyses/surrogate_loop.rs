@@ -61,7 +61,7 @@ pub fn runs(machines: usize) -> usize {
 
 /// The first `count` machines of this analysis; their files exist as long as these.
 pub fn machines(system: &System, count: u64) -> Result<Cases> {
-    Cases::of_machines(system, FIRST_SEED..FIRST_SEED + count, &Bounds::REAL)
+    Cases::draw_machines(system, FIRST_SEED..FIRST_SEED + count, &Bounds::REAL)
 }
 
 /// The network that was trained on the rig, and the machine with the actuators that were refitted
@@ -173,7 +173,7 @@ pub fn run(
             laws.push(law);
         }
     }
-    let grid = Grid::new(system, base, &laws, machines).varying_bound();
+    let grid = Grid::new(system, base, &laws, machines).replacing_bound();
     let measure = |plan: &Plan| {
         let name = || format!("{}, {}, {}", plan.trajectory, plan.law, plan.case);
         measure(system, plan, network).with_context(name)
@@ -259,7 +259,7 @@ fn measure(system: &System, plan: &Plan, network: &RigNetwork) -> Result<(Surrog
         .iter()
         .map(|name| system.port(name))
         .collect();
-    let (tracking, recorded) = Tracking::recorded(system, &plan.experiment, &ports?)?;
+    let (tracking, recorded) = Tracking::record(system, &plan.experiment, &ports?)?;
     let recording = &recorded.recording;
     let column = |name: &str| {
         let column = recording.column(system.port(name)?);

@@ -22,7 +22,7 @@ use crate::analyses::identification::run::Identified;
 use crate::runs::ended_run::{EndedRun, Fate};
 use crate::runs::grid::{Case, Spread};
 use crate::runs::run_store::RunStore;
-use crate::setup::start_values::{Law, following};
+use crate::setup::start_values::{Law, trajectory_settings};
 
 /// Paths on which gains are tuned.
 pub const TUNING_PATHS: [&str; 2] = ["triangular", SIX_JOINTS];
@@ -161,8 +161,8 @@ impl Arena<'_> {
                 Err(why) => return Ok(EndedRun::lost(format!("not identified: {why}"))),
             }
         }
-        law.extend(following(self.system, path)?);
-        let experiment = case.over((self.system, self.base), &law)?;
+        law.extend(trajectory_settings(self.system, path)?);
+        let experiment = case.apply((self.system, self.base), &law)?;
         let name = format!("{name} {} {path}", case.label);
         self.store.run(&name, self.system, &experiment)
     }
@@ -170,9 +170,9 @@ impl Arena<'_> {
     /// Runs `contestant` as it is shipped on `case` and tells how long, s: for an estimate.
     pub fn first(&self, contestant: &Contestant, case: &Case) -> Result<f64> {
         let (_, mut law) = self.gains(contestant, &[])?;
-        law.extend(following(self.system, TUNING_PATHS[0])?);
-        let experiment = case.over((self.system, self.base), &law)?;
-        Ok(EndedRun::of(self.system, &experiment)?.time)
+        law.extend(trajectory_settings(self.system, TUNING_PATHS[0])?);
+        let experiment = case.apply((self.system, self.base), &law)?;
+        Ok(EndedRun::run(self.system, &experiment)?.time)
     }
 
     /// The law `contestant` with these factors on the logarithm of its gains.
@@ -308,7 +308,7 @@ impl Arena<'_> {
 
 /// Median plus worst of errors, m.
 fn cost(errors: &[f64]) -> f64 {
-    let Spread { median, worst } = Spread::of(errors.iter().copied());
+    let Spread { median, worst } = Spread::from_values(errors.iter().copied());
     median + worst
 }
 
@@ -377,7 +377,7 @@ pub fn rows(results: &[(Tuned, Vec<EndedRun>)], reference: &str) -> Result<Vec<R
         Row {
             law: tuned.law.clone(),
             counts: Counts::of(ended),
-            error: Spread::of(ended.iter().filter_map(|run| run.rmse)),
+            error: Spread::from_values(ended.iter().filter_map(|run| run.rmse)),
             ratio: (!is_first && !logs.is_empty()).then(|| mean_with_interval(&logs).map(f64::exp)),
         }
     };

@@ -1,6 +1,6 @@
-//! Subcommand `compare`.
+//! Subcommand `compare`: one trajectory with the three controllers of the paper's table.
 
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
 use std::path::PathBuf;
 
 use anyhow::Result;
@@ -21,25 +21,23 @@ pub struct CompareArgs {
     /// Reference trajectory
     #[arg(long, value_parser = ["cubic", "triangular"], default_value = "cubic", conflicts_with = "waypoints")]
     trajectory: String,
-    /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal
-    /// ones)
+    /// Factor on mass and inertia of all bodies of the manipulator (not of the controller's model)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     inertia_scale: f64,
     /// Write signals of each run to TRAJECTORY_CONTROLLER.csv in this directory
     #[arg(long, value_name = "DIR")]
     csv_dir: Option<PathBuf>,
-    /// Time from row to row, s, a multiple of the communication step [default: the communication
-    /// step]
+    /// Time between rows, s, a multiple of the communication step [default: the communication step]
     #[arg(long, value_name = "SECONDS", requires = "csv_dir")]
     interval: Option<f64>,
 }
 
-/// The three controllers on one trajectory.
+/// Runs the three controllers on one trajectory.
 pub fn compare(args: &CompareArgs) -> Result<Verdict> {
     let (system, base, mut verdict) = args.machine.setup().build()?.into_parts();
     let scale = args.inertia_scale;
-    // A path was set already, and has a name that may hold folders.
-    let (title, stem, trajectory) = match args.machine.waypoints() {
+    // The setup has set the path already; its name may contain folders.
+    let (title, stem, trajectory) = match &args.machine.waypoints {
         Some(path) => (format!("path {path}"), "path", None),
         None => {
             let title = format!("{} trajectory", args.trajectory);
@@ -49,17 +47,12 @@ pub fn compare(args: &CompareArgs) -> Result<Verdict> {
     let mut rows = Vec::new();
     for mode in MODES {
         eprintln!("{title}, controller {mode}, inertia x {scale}");
-        let mut experiment = vary(
-            &system,
-            &base,
-            &[("mode", &mode), ("inertia_scale", &scale)],
-        )?;
-        if let Some(trajectory) = trajectory {
-            experiment = vary(&system, &experiment, &[("trajectory", trajectory)])?;
-        }
-        let name = format!("{stem}_{mode}.csv");
+        let mut values: Vec<(_, &dyn Display)> = vec![("mode", &mode), ("inertia_scale", &scale)];
+        values.extend(trajectory.map(|trajectory| ("trajectory", trajectory as _)));
+        let experiment = vary(&system, &base, &values)?;
+        let file = |dir: &PathBuf| dir.join(format!("{stem}_{mode}.csv"));
         let csv = CsvArgs {
-            csv: args.csv_dir.as_ref().map(|dir| dir.join(name)),
+            csv: args.csv_dir.as_ref().map(file),
             signals: Vec::new(),
             interval: args.interval,
         };
@@ -76,12 +69,14 @@ pub fn compare(args: &CompareArgs) -> Result<Verdict> {
         let paper = trajectory.filter(|_| *mode == "adaptive");
         let paper = paper.and_then(|trajectory| inertia::paper(trajectory, scale));
         let paper = paper.map_or("-".into(), |m| format!("{:.1}", 1e3 * m));
-        writeln!(
-            text,
-            "{mode:<12}{:>10.4}{:>10.4}{paper:>14}{:>16.0}",
+        let (rms, max, factor) = (
             1e3 * tip.rms(),
             1e3 * tip.max,
-            outcome.run.real_time_factor()
+            outcome.run.real_time_factor(),
+        );
+        writeln!(
+            text,
+            "{mode:<12}{rms:>10.4}{max:>10.4}{paper:>14}{factor:>16.0}"
         )?;
     }
     for (mode, _, accuracy, _) in &rows {

@@ -1,4 +1,4 @@
-//! Subcommand `draws`: many machines drawn at random under one law.
+//! Subcommand `draws`: one control law on many randomly drawn machines.
 
 use std::path::PathBuf;
 
@@ -19,25 +19,25 @@ use crate::worlds::{World, cases};
 pub struct DrawsArgs {
     #[command(flatten)]
     pub machine: MachineArgs,
-    /// World that machines are drawn in: real or strict-rigid
+    /// World in which machines are drawn: real or strict-rigid
     #[arg(long, value_enum, default_value_t = World::Real)]
     world: World,
-    /// Bounds of the machine's errors over those of the world
+    /// Factor on the world's bounds of the machine's errors
     #[arg(long, default_value_t = 2.0, value_name = "FACTOR")]
     bounds: f64,
     /// First seed
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Machines
+    /// Number of machines
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
     seeds: u64,
     /// Controller
     #[arg(long, value_parser = MODES, default_value = "adaptive_integral")]
     mode: String,
-    /// What the tip follows
+    /// Trajectory of the tip
     #[arg(long, value_parser = ALL_TRAJECTORIES, default_value = "triangular")]
     trajectory: String,
-    /// Keep each run in this folder, and take those that are there: an interrupted command goes on
+    /// Keep runs in this folder and reuse those that are there, to continue an interrupted command
     #[arg(long, value_name = "DIR")]
     store: Option<PathBuf>,
     /// Also write all runs to this JSON file
@@ -45,11 +45,11 @@ pub struct DrawsArgs {
     json: Option<PathBuf>,
 }
 
-/// How many drawn machines are kept, stopped and lost.
+/// Counts the drawn machines that are kept, stopped and lost.
 pub fn draws(args: &DrawsArgs) -> Result<Verdict> {
     ensure!(
         args.world.is_as_built(),
-        "--world {}: machines are drawn within bounds in the worlds real and strict-rigid",
+        "--world {}: machines are drawn within bounds only in the worlds real and strict-rigid",
         args.world.name()
     );
     let setup = args.machine.setup().world(args.world).build()?;
@@ -59,25 +59,28 @@ pub fn draws(args: &DrawsArgs) -> Result<Verdict> {
     let cases = cases(args.world, &system, seeds, args.bounds)?;
     let law = &Law::new(&*args.mode, &args.mode);
     let store = RunStore::new(args.store.as_deref(), &system)?;
-    let of = (&system, &base);
     let runs = with_progress(args.seeds, "machines", |done| {
-        draws::run(of, law, &cases.list, &args.trajectory, &store, done)
+        draws::run(
+            (&system, &base),
+            law,
+            &cases.list,
+            &args.trajectory,
+            &store,
+            done,
+        )
     })?;
     let counts = Counts::of(runs.iter().map(|draw| &draw.run));
-    let force = Spread::of(runs.iter().map(|draw| draw.run.force));
-    let error = Spread::of(runs.iter().filter_map(|draw| draw.run.rmse));
+    let (kept, stopped, lost, forced) = (counts.kept, counts.stopped, counts.lost, counts.forced);
+    let force = Spread::from_values(runs.iter().map(|draw| draw.run.force));
+    let error = Spread::from_values(runs.iter().filter_map(|draw| draw.run.rmse));
     print(format!(
-        "{} machines, {} x the bounds of the {} world, {}, {}: {} kept, {} stopped, {} lost\nrods with more than {FORCE} x the largest \
-         force asked for: on {} machines; largest force over that one: median {:.2}, worst {:.2}\nknown error of those kept: median {:.3} mm, worst {:.3} mm\n",
+        "{} machines, {} x the bounds of the {} world, {}, {}: {kept} kept, {stopped} stopped, {lost} lost\nrods with more than {FORCE} x the largest \
+         force asked for: on {forced} machines; largest force over that one: median {:.2}, worst {:.2}\nknown error of those kept: median {:.3} mm, worst {:.3} mm\n",
         args.seeds,
         args.bounds,
         args.world.name(),
         args.mode,
         args.trajectory,
-        counts.kept,
-        counts.stopped,
-        counts.lost,
-        counts.forced,
         force.median,
         force.worst,
         1e3 * error.median,

@@ -1,4 +1,4 @@
-//! Subcommand `endurance`: a long coupled run.
+//! Subcommand `endurance`: a long coupled run that checks memory, time, tracking and estimates.
 
 use anyhow::Result;
 use clap::Args;
@@ -17,7 +17,7 @@ pub struct EnduranceArgs {
     /// Communication steps; 10000000 of 1 ms are 2.8 h of simulated time
     #[arg(long, default_value_t = 1_000_000)]
     steps: u64,
-    /// Edges of the box that the tip moves through, from its start on, m, world frame
+    /// Edges of the box that the tip moves through, from its start position, m, world frame
     #[arg(long, default_values_t = [-0.2, 0.2, 0.2], num_args = 3, value_names = ["X", "Y", "Z"], allow_negative_numbers = true)]
     edges: Vec<f64>,
     /// Period of the motion along X, s; those along Y and Z are sqrt(2) and 1.618 times as long
@@ -26,18 +26,17 @@ pub struct EnduranceArgs {
     /// Controller
     #[arg(long, value_parser = MODES, default_value = "adaptive")]
     mode: String,
-    /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal
-    /// ones)
+    /// Factor on mass and inertia of all bodies of the manipulator (not of the controller's model)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.2)]
     inertia_scale: f64,
 }
 
-/// A long coupled run.
+/// Runs the machine for a long time and prints a row for each part of the run.
 pub fn endurance(args: &EnduranceArgs) -> Result<Verdict> {
     let (system, base, mut verdict) = args.machine.setup().build()?.into_parts();
     anyhow::ensure!(
         base.stop.is_none(),
-        "--stop-time: the length of the run is given by --steps"
+        "--stop-time cannot be used here: --steps gives the length of the run"
     );
     let experiment = vary(
         &system,

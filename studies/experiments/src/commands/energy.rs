@@ -1,4 +1,4 @@
-//! Subcommand `energy`.
+//! Subcommand `energy`: energy balances of the actuators and of the component that feeds them.
 
 use std::path::PathBuf;
 
@@ -24,11 +24,11 @@ pub struct EnergyArgs {
     json: Option<PathBuf>,
 }
 
-/// Energy balances on both trajectories, or on the one that is set.
+/// Prints the energy balances on both trajectories, or on the one that is set.
 pub fn energy(args: &EnergyArgs) -> Result<Verdict> {
     let (system, base, mut verdict) = args.machine.setup().build()?.into_parts();
     let mut done = Vec::new();
-    for (case, experiment) in energy::cases(&system, &base)? {
+    for (case, experiment) in energy::trajectory_cases(&system, &base)? {
         let energies = energy::run(&system, &experiment)?;
         print(text(&format!("{case} trajectory"), &energies.balances) + "\n")?;
         verdict.extend(energies.verdict.clone().of(&case));

@@ -1,4 +1,4 @@
-//! Subcommand `evaluate`.
+//! Subcommand `evaluate`: metrics and verdict of a run that another importer recorded as CSV.
 
 use std::path::PathBuf;
 
@@ -21,19 +21,18 @@ pub struct EvaluateArgs {
     csv: Option<PathBuf>,
     #[command(flatten)]
     pub machine: MachineArgs,
-    /// Largest tip error over the motion with which the verdict is good, m
+    /// Largest tip error over the motion for a good verdict, m
     #[arg(long, value_name = "METRES")]
     max_error: Option<f64>,
     /// Also write metrics and verdict to this JSON file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Only print the names of the signals that are evaluated, for the importer that is to record
-    /// them
+    /// Only print the names of the signals that the importer must record
     #[arg(long)]
     signals: bool,
 }
 
-/// Evaluate a run that another importer made.
+/// Evaluates a run of another importer.
 pub fn evaluate(args: &EvaluateArgs) -> Result<Verdict> {
     let RunSetup { system, base, .. } = args.machine.setup().build()?;
     let evaluator = Evaluator::new(&system, &base)?;

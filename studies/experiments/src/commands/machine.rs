@@ -1,64 +1,57 @@
-//! Subcommand `machine`: what is done to machine files.
+//! Subcommand `machine`: checks machine files and writes new ones.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use crate::machines::continuous_torque::ContinuousTorque;
-use crate::machines::scaling::booms;
-use crate::print::gains::parameter_set;
-use crate::print::output::{write, write_json};
-use crate::setup::machine_choice::read;
-use crate::setup::run_setup::too_fast;
-use crate::worlds::perturbation::{Bounds, draw};
-use crate::worlds::{PARAMETERS, parameters_of};
 use anyhow::{Context, Result, bail, ensure};
 use clap::{Args, Subcommand};
 use cosim::cli::print;
 use hdrm::HdrmError;
 use machine_file::{AXES, Machine, Source, extension_of, preset};
-use motion_check::gain_rule::{gains, gamma};
+use motion_check::gain_rule::{self, RuledGain};
 use motion_check::{AllowedRanges, DemandModel, Motion, Payload};
 
 use super::pictures::{DrawArgs, SceneArgs};
+use crate::machines::continuous_torque::ContinuousTorque;
+use crate::machines::scaling::booms;
+use crate::print::gains::parameter_set;
+use crate::print::output::{write, write_json};
+use crate::setup::machine_choice::read;
+use crate::setup::run_setup::adaptation_warning;
+use crate::worlds::perturbation::{Bounds, draw};
+use crate::worlds::{PARAMETERS, parameter_set_of};
 
 #[derive(Subcommand)]
 pub enum MachineCommand {
     /// Write a machine whose masses, centres of mass, inertias and lengths are off by errors drawn
     /// by seed
     Perturb(PerturbArgs),
-    /// Tell everything that is wrong with a machine file, each with its place in the file; exit
-    /// code 1 where there is anything
-    Check(CheckArgs),
+    /// List everything that is wrong with a machine file, with its place in the file; the exit code
+    /// is 1 if there is anything
+    Check {
+        /// Machine file, or name of a shipped machine
+        #[arg(value_name = "FILE|NAME")]
+        machine: String,
+    },
     /// Print the JSON Schema of machine files, for editors
     Schema,
-    /// Write a machine with longer or shorter booms of the same shape and material, as a file that
-    /// extends the one it is made of
+    /// Write a machine with longer or shorter booms, as a file that extends the original
     Scale(ScaleArgs),
-    /// Print the gains that the rule makes of a machine for actuators as built, and of what, or write
-    /// them as a parameter set of Real.ssp
-    Gains(GainsArgs),
-    /// Draw a machine: side view with named points and dimensions, workspace, greatest payload over
+    /// Print the gains that the rule gives for a machine with actuators as built, with the reasons,
+    /// or write them as a parameter set of Real.ssp
+    Gains {
+        /// Machine file, or name of a shipped machine
+        #[arg(value_name = "FILE|NAME")]
+        machine: String,
+        /// Parameter set to write, for `--parameters`
+        #[arg(long, value_name = "FILE")]
+        output: Option<PathBuf>,
+    },
+    /// Draw a machine: side view with named points and dimensions, workspace, largest payload over
     /// reach and height
     Draw(DrawArgs),
-    /// Write a machine's bodies and loops as JSON, from which a page draws it in motion
+    /// Write a machine's bodies and loops as JSON, for a page that animates it
     Scene(SceneArgs),
-}
-
-#[derive(Args)]
-pub struct CheckArgs {
-    /// Machine file, or name of a shipped machine
-    #[arg(value_name = "FILE|NAME")]
-    machine: String,
-}
-
-#[derive(Args)]
-pub struct GainsArgs {
-    /// Machine file, or name of a shipped machine
-    #[arg(value_name = "FILE|NAME")]
-    machine: String,
-    /// Parameter set to write, for `--parameters`
-    #[arg(long, value_name = "FILE")]
-    output: Option<PathBuf>,
 }
 
 #[derive(Args)]
@@ -77,26 +70,25 @@ pub struct ScaleArgs {
 
 #[derive(Args)]
 pub struct PerturbArgs {
-    /// Seed of the errors; the same as that of `table --world real`
+    /// Seed of the errors; draws the same machine as that seed in `table --world real`
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Machine file, or name of a shipped machine, to start from
     #[arg(long, value_name = "FILE|NAME", default_value = "reference")]
     machine: String,
-    /// Bound on the error of each body's mass, with its inertia, and of joint friction, as a part
+    /// Bound on the relative error of each body's mass, with its inertia, and of joint friction
     #[arg(long, default_value_t = Bounds::REAL.mass, value_name = "PART")]
     mass: f64,
     /// Bound on the error of each centre of mass along each axis, m
     #[arg(long, default_value_t = Bounds::REAL.com, value_name = "METRES")]
     com: f64,
-    /// Bound on the error of each second moment of mass along each axis, as a part, besides that of
-    /// the mass
+    /// Bound on the relative error of each second moment of mass per axis, besides that of the mass
     #[arg(long, default_value_t = Bounds::REAL.second_moment, value_name = "PART")]
     second_moment: f64,
     /// Bound on the error of each length, m
     #[arg(long, default_value_t = Bounds::REAL.length, value_name = "METRES")]
     length: f64,
-    /// Bound on gravity's angle out of plumb about each horizontal axis, degrees
+    /// Bound on gravity's angle from the vertical about each horizontal axis, degrees
     #[arg(long, default_value_t = Bounds::REAL.plumb.to_degrees(), value_name = "DEGREES")]
     plumb: f64,
     /// Machine file to write
@@ -104,36 +96,33 @@ pub struct PerturbArgs {
     out: PathBuf,
 }
 
-/// Do it.
+/// Runs a subcommand of `machine`.
 pub fn run(command: &MachineCommand) -> Result<()> {
     match command {
         MachineCommand::Perturb(args) => perturb(args),
-        MachineCommand::Check(args) => check(args),
+        MachineCommand::Check { machine } => check(machine),
         MachineCommand::Schema => print(machine_file::SCHEMA_JSON),
         MachineCommand::Scale(args) => scale(args),
-        MachineCommand::Gains(args) => print_gains(args),
+        MachineCommand::Gains { machine, output } => gains(machine, output.as_deref()),
         MachineCommand::Draw(_) | MachineCommand::Scene(_) => {
             unreachable!("done by another program")
         }
     }
 }
 
-fn check(args: &CheckArgs) -> Result<()> {
-    let name = &args.machine;
+fn check(name: &str) -> Result<()> {
     let (found, notes) = match Source::named(name) {
         Err(error) => (error.lines(), Vec::new()),
         Ok(source) => {
             let machine = &source.machine;
             let [found, mut notes] = at_start(machine);
             if found.is_empty() {
-                notes.extend(of_gains(machine, source.shipped())?);
+                notes.extend(gains_warning(machine, source.shipped())?);
             }
             (found, notes)
         }
     };
-    for note in &notes {
-        print(format_args!("note: {note}\n"))?;
-    }
+    print_notes(&notes)?;
     if found.is_empty() {
         return print(format_args!("{name}: a machine with which all FMUs run\n"));
     }
@@ -147,8 +136,8 @@ fn check(args: &CheckArgs) -> Result<()> {
     bail!("{name}: {} found{hint}", found.len())
 }
 
-/// What is wrong with a machine whose values are each for themselves in range, loops that do not
-/// close, a start that it cannot hold; and which motors cannot hold the start for ever.
+/// Errors of a machine whose single values are in range: loops that do not close, a start pose that
+/// it cannot hold. Second, notes on motors that cannot hold the start pose continuously.
 fn at_start(machine: &Machine) -> [Vec<String>; 2] {
     let capability = match DemandModel::new(machine, &Payload::from_machine(machine)) {
         Err(HdrmError::Geometry(error)) => return [vec![format!("`geometry`: {error}")], vec![]],
@@ -160,8 +149,8 @@ fn at_start(machine: &Machine) -> [Vec<String>; 2] {
     let beyond = margins.iter().filter(|margin| !margin.holds());
     let beyond = beyond.map(|margin| format!("at the start pose, `start.zeta`, at rest: {margin}"));
     let motors = AXES.into_iter().zip(demand.tau_e);
-    let warm = motors.zip(ContinuousTorque::of(machine));
-    let warm = warm.filter(|((_, torque), lasting)| torque.abs() > lasting.torque);
+    let warm = motors.zip(ContinuousTorque::from_machine(machine));
+    let warm = warm.filter(|((_, torque), most)| torque.abs() > most.torque);
     let warm = warm.map(|((axis, torque), ContinuousTorque { torque: most, by })| {
         format!(
             "the start pose cannot be held for ever: motor torque of {axis} = {torque:.1} N·m, of which {most:.1} N·m may last ({by})"
@@ -170,30 +159,24 @@ fn at_start(machine: &Machine) -> [Vec<String>; 2] {
     [beyond.collect(), warm.collect()]
 }
 
-/// Whether the parameter set that `--world real` takes for a machine fits it.
-fn of_gains(machine: &Machine, shipped: Option<&str>) -> Result<Option<String>> {
-    let set = parameters_of(shipped);
-    let of = shipped.filter(|_| set != PARAMETERS);
-    let made_for = read(of.unwrap_or("reference"))?;
-    let wrong = too_fast(machine, gamma(&made_for)?)?;
+/// A warning if the parameter set that `--world real` uses for a machine does not fit it.
+fn gains_warning(machine: &Machine, shipped: Option<&str>) -> Result<Option<String>> {
+    let set = parameter_set_of(shipped);
+    let own = shipped.filter(|_| set != PARAMETERS);
+    let made_for = read(own.unwrap_or("reference"))?;
+    let wrong = adaptation_warning(machine, gain_rule::gamma(&made_for)?)?;
     Ok(wrong.map(|text| format!("with {set} in the real world: {text}")))
 }
 
-fn print_gains(args: &GainsArgs) -> Result<()> {
-    let gains = gains(&read(&args.machine)?)?;
-    if let Some(output) = &args.output {
+fn gains(machine: &str, output: Option<&Path>) -> Result<()> {
+    let gains = gain_rule::gains(&read(machine)?)?;
+    if let Some(output) = output {
         let name = output.file_stem().unwrap_or_default().to_string_lossy();
-        let set = parameter_set(&name, &args.machine, &gains);
+        let set = parameter_set(&name, machine, &gains);
         return write(Some(output), |file| file.write_all(set.as_bytes()));
     }
-    for g in gains {
-        let (name, unit) = (g.name, g.unit);
-        print(format_args!(
-            "{name:<20}{:>8} {unit:<8}{}\n",
-            g.value, g.why
-        ))?;
-    }
-    Ok(())
+    let line = |g: &RuledGain| format!("{:<20}{:>8} {:<8}{}\n", g.name, g.value, g.unit, g.why);
+    print(gains.iter().map(line).collect::<String>())
 }
 
 fn scale(args: &ScaleArgs) -> Result<()> {
@@ -206,22 +189,25 @@ fn scale(args: &ScaleArgs) -> Result<()> {
     let scaled = booms(&nominal, s);
     scaled.check().context("the machine of that size")?;
     let [found, _] = at_start(&scaled);
-    let extended = name_beside(&args.machine, &args.output)?;
+    let extended = extended_name(&args.machine, &args.output)?;
     let file = extension_of(&extended, &nominal, &scaled);
     write_json(Some(&args.output), &file)?;
     let name = args.output.display();
     print(format_args!(
         "{name}: `{extended}` with booms {s} times as large\n"
     ))?;
-    for line in found {
-        print(format_args!("note: {line}\n"))?;
-    }
-    Ok(())
+    print_notes(&found)
 }
 
-/// What a file at `output` calls the machine `name`: a shipped one by its name, a file in the same
-/// folder by its own, any other by its path.
-fn name_beside(name: &str, output: &Path) -> Result<String> {
+fn print_notes(notes: &[String]) -> Result<()> {
+    notes
+        .iter()
+        .try_for_each(|note| print(format_args!("note: {note}\n")))
+}
+
+/// How a file at `output` refers to the machine `name`: a shipped machine by its name, a file in
+/// the same folder by its file name, any other file by its path.
+fn extended_name(name: &str, output: &Path) -> Result<String> {
     if preset(name).is_some() {
         return Ok(name.to_owned());
     }

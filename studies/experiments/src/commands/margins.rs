@@ -1,4 +1,4 @@
-//! Subcommand `margins`: how far each law is from instability.
+//! Subcommand `margins`: how far each control law is from instability, in delay, gain and more.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -13,8 +13,16 @@ use crate::analyses::margins::{self, CHANGES, Limit, Margin, PAYLOADS, PLACES};
 use crate::print::output::{conditions, finish, with_progress, write};
 use crate::runs::run_store::RunStore;
 use crate::setup::run_setup::MachineArgs;
-use crate::setup::start_values::{MODES, of_modes};
+use crate::setup::start_values::{MODES, SHIPPED, laws_of_modes};
 use crate::worlds::World;
+
+/// Laws that are compared by default.
+const DEFAULT_LAWS: [&str; 4] = [
+    SHIPPED,
+    "adaptive",
+    "modular_integral",
+    "pd_gravity_integral",
+];
 
 #[derive(Args)]
 pub struct MarginsArgs {
@@ -30,7 +38,7 @@ pub struct MarginsArgs {
     /// Payloads, kg, repeatable [default: 1, 300]
     #[arg(long = "payload", value_name = "KG")]
     payloads: Vec<f64>,
-    /// Keep each run in this folder, and take those that are there: an interrupted command goes on
+    /// Keep runs in this folder and reuse those that are there, to continue an interrupted command
     #[arg(long, value_name = "DIR")]
     store: Option<PathBuf>,
     /// Also write all margins to this CSV file
@@ -41,26 +49,20 @@ pub struct MarginsArgs {
     json: Option<PathBuf>,
 }
 
-/// How far each law is from instability.
+/// Prints the smallest margin of each law and change.
 pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
     let setup = args.machine.setup().world(World::Real).build()?;
     let (system, base, mut verdict) = setup.into_parts();
     ensure!(
         base.stop.is_none(),
-        "--stop-time: how long a run takes is part of the study"
+        "--stop-time cannot be used here: the study sets the length of each run"
     );
     let mut found = conditions(&system, &base);
-    let usual = [
-        "adaptive_integral",
-        "adaptive",
-        "modular_integral",
-        "pd_gravity_integral",
-    ];
     let modes: Vec<&str> = match &args.laws[..] {
-        [] => usual.into(),
+        [] => DEFAULT_LAWS.into(),
         laws => laws.iter().map(String::as_str).collect(),
     };
-    let laws = of_modes(&modes);
+    let laws = laws_of_modes(&modes);
     let mut places = PLACES.to_vec();
     places.retain(|(name, _)| args.places.is_empty() || args.places.iter().any(|p| p == name));
     let payloads = match &args.payloads[..] {
@@ -68,8 +70,8 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
         payloads => payloads,
     };
     let store = RunStore::new(args.store.as_deref(), &system)?;
-    let of_adaptive = laws.iter().filter(|law| law.name.starts_with("adaptive"));
-    let count = (CHANGES.len() - 1) * laws.len() + of_adaptive.count();
+    let adaptive = laws.iter().filter(|law| law.name.starts_with("adaptive"));
+    let count = (CHANGES.len() - 1) * laws.len() + adaptive.count();
     let count = (count * places.len() * payloads.len()) as u64;
     let margins = with_progress(count, "margins", |done| {
         margins::run((&system, &base), &laws, &places, payloads, &store, done)
@@ -82,16 +84,10 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
             let what = m.change.name().replace(',', "");
             let beyond = m.beyond.map(|(beyond, _)| beyond.to_string());
             let limit = serde_json::to_value(m.beyond.map(|(_, limit)| limit))?;
-            writeln!(
-                file,
-                "{},{},{},{what},{},{},{}",
-                m.law,
-                m.place,
-                m.payload,
-                m.stable,
-                beyond.unwrap_or_default(),
-                limit.as_str().unwrap_or_default()
-            )?;
+            let ends = [beyond.as_deref(), limit.as_str()].map(Option::unwrap_or_default);
+            let (law, place, payload, stable) = (&m.law, &m.place, m.payload, m.stable);
+            let ends = ends.join(",");
+            writeln!(file, "{law},{place},{payload},{what},{stable},{ends}")?;
         }
         Ok(())
     })?;
@@ -99,8 +95,8 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
     finish(found, verdict, args.json.as_deref(), args.machine.check())
 }
 
-/// The least margin of each law and change, with the place and the payload that have it; one that a
-/// rod's force ends earlier stands below it.
+/// The smallest margin of each law and change, with its place and payload; below it the smallest
+/// one at which a rod's force exceeds its limit, if that is smaller.
 fn text<'a>(laws: &[&str], margins: &'a [Margin]) -> String {
     let [stability, force] =
         [Limit::Stability, Limit::Force].map(|limit| margins::least(margins, limit));
@@ -110,15 +106,15 @@ fn text<'a>(laws: &[&str], margins: &'a [Margin]) -> String {
     }
     text += "\n";
     for (change, what) in CHANGES {
-        let of = |least: &[&'a Margin], law: &str| {
+        let find = |least: &[&'a Margin], law: &str| {
             let mut least = least.iter().copied();
             least.find(|m| m.law == law && m.change == change)
         };
         let _ = write!(text, "{what:<22}");
         let mut of_force = String::new();
         for law in laws {
-            let loops = of(&stability, law);
-            let rods = of(&force, law).filter(|rods| {
+            let loops = find(&stability, law);
+            let rods = find(&force, law).filter(|rods| {
                 rods.beyond.is_some() && loops.is_none_or(|loops| rods.stable < loops.stable)
             });
             let cell = |m: &Margin, more: &str| {

@@ -1,21 +1,21 @@
-//! Subcommand `path`: what is asked of path files before anything runs.
+//! Subcommand `path`: describes a path file and checks whether a machine can follow it.
 
 use std::path::PathBuf;
 
-use crate::machines::path_margins::PathMargins;
 use anyhow::{Result, bail};
 use clap::{Args, Subcommand};
 use cosim::cli::print;
 
+use crate::machines::path_margins::PathMargins;
 use crate::print::output::write_json;
 use crate::setup::machine_choice::read;
 
 #[derive(Subcommand)]
 pub enum PathCommand {
-    /// Whether the machine can do a path: least margins of reach, joints, strokes, speeds, forces,
-    /// wrist and motors; fails where it cannot
+    /// Check whether a machine can follow a path: smallest margins of reach, joints, strokes,
+    /// speeds, forces, wrist and motors; fails if it cannot
     Check(CheckArgs),
-    /// Duration and length of a path, and when the tip is at which waypoint
+    /// Show duration and length of a path, and the times at its waypoints
     Show(PathArgs),
 }
 
@@ -41,7 +41,7 @@ pub struct CheckArgs {
     json: Option<PathBuf>,
 }
 
-/// Do it.
+/// Runs a subcommand of `path`.
 pub fn run(command: &PathCommand) -> Result<()> {
     match command {
         PathCommand::Check(args) => verdict(&check(args)?),
@@ -54,11 +54,11 @@ pub fn run(command: &PathCommand) -> Result<()> {
 
 impl PathArgs {
     fn margins(&self) -> Result<PathMargins> {
-        PathMargins::of(&self.path, &read(&self.machine)?)
+        PathMargins::new(&self.path, &read(&self.machine)?)
     }
 }
 
-/// Print the margins, which may be drawn, and write them.
+/// Prints the margins and writes them as JSON; returns them for figures.
 pub fn check(args: &CheckArgs) -> Result<PathMargins> {
     let margins = args.path.margins()?;
     print(margins.description() + &margins.table())?;
@@ -66,7 +66,7 @@ pub fn check(args: &CheckArgs) -> Result<PathMargins> {
     Ok(margins)
 }
 
-/// Say whether the machine can do the path; an error where it cannot.
+/// Prints that the machine can follow the path; an error if it cannot.
 pub fn verdict(margins: &PathMargins) -> Result<()> {
     match margins.checked.refusal() {
         Some(refusal) => bail!("path `{}`: {refusal}", margins.name),

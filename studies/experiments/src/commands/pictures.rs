@@ -1,5 +1,5 @@
-//! Arguments of the subcommands that draw, which the program `hdrm-fmu-report` does: `report`, `plot`,
-//! `machine draw` and `machine scene`.
+//! Arguments of the subcommands that draw: `report`, `plot`, `machine draw` and `machine scene`.
+//! The program `hdrm-fmu-report` executes them.
 
 use std::path::PathBuf;
 
@@ -17,18 +17,16 @@ pub struct ReportArgs {
     /// Also write the figures as PNG and SVG into this directory
     #[arg(long, value_name = "DIR")]
     pub figures: Option<PathBuf>,
-    /// One-axis experiment: a packed .ssp [default: Testbed.ssp beside the system, where there is
-    /// one]
+    /// One-axis experiment: a packed .ssp [default: Testbed.ssp beside the system, if it exists]
     #[arg(long, value_name = "FILE")]
     pub testbed: Option<PathBuf>,
-    /// Also run the world in which the structure bends: needs a Python with MuJoCo, and some
-    /// minutes more
+    /// Also run the world in which the structure bends: needs a Python with MuJoCo and some minutes
     #[arg(long)]
     pub bending: bool,
-    /// Show the laws tuned alike: the JSON file of `tournament`
+    /// JSON file of `tournament`, to show its comparison
     #[arg(long, value_name = "FILE")]
     pub tournament: Option<PathBuf>,
-    /// Show the laws' margins: the JSON file of `margins`
+    /// JSON file of `margins`, to show the margins of the laws
     #[arg(long, value_name = "FILE")]
     pub margins: Option<PathBuf>,
 }
@@ -53,7 +51,7 @@ pub struct DrawArgs {
     /// Picture to write: .svg or .png
     #[arg(long, value_name = "FILE", default_value = "machine.svg")]
     pub output: PathBuf,
-    /// Factor on all weights, for what is not at rest
+    /// Factor on all weights, to allow for dynamic loads
     #[arg(
         long,
         value_name = "FACTOR",

@@ -1,8 +1,8 @@
-//! Command line of the manipulator's experiments, and a program from its command to its exit code.
+//! The command line of `hdrm-fmu`, and how a program gets from a command to its exit code.
 //!
-//! Programs beside `hdrm-fmu` do what it leaves to them, so that it is built in a third of the time:
-//! `hdrm-fmu-report` draws, `hdrm-fmu-surrogate` trains networks. They share the command line and
-//! take its arguments over.
+//! Two other programs in the same folder execute some of the commands, so that `hdrm-fmu` builds in
+//! a third of the time: `hdrm-fmu-report` draws, `hdrm-fmu-surrogate` trains networks. They get the
+//! same arguments; the report shares this command line.
 
 use std::env::{self, consts::EXE_SUFFIX};
 use std::ffi::OsString;
@@ -31,10 +31,10 @@ pub struct Cli {
 pub enum Command {
     /// Run one experiment and print tip error, power residuals and speed
     Run(run_command::RunArgs),
-    /// Run one trajectory with the three controllers and print their tip RMSE beside the paper's
+    /// Run one trajectory with the three controllers and print their tip RMSE and the paper's
     Compare(compare::CompareArgs),
-    /// Tip RMSE for parameter errors, noise and loads x trajectories x controllers, for inertia
-    /// errors beside the paper's
+    /// Tables of the tip RMSE for parameter errors, noise and loads x trajectories x controllers;
+    /// for inertia errors with the paper's values
     Table(table::TableArgs),
     /// Write the evaluation as one HTML file with tables, plots and a 3-D animation
     Report(pictures::ReportArgs),
@@ -43,44 +43,40 @@ pub enum Command {
     Testbed(testbed::TestbedArgs),
     /// Stability proof in numbers: accompanying functions, bound and excess, gain conditions
     Stability(stability::StabilityArgs),
-    /// Energy of each actuator: electrical, losses by kind, work, regeneration, efficiency; of what
-    /// feeds them, back to its source
+    /// Energy of each actuator: electrical, losses by kind, work, regeneration, efficiency; of
+    /// their supply, back to its source
     Energy(energy::EnergyArgs),
-    /// Motors and actuators beside what they do: RMS and peaks, envelopes, temperatures over an
-    /// hour, sensitivity to the payload
+    /// Loads of motors and actuators compared with their ratings: RMS and peaks, envelopes,
+    /// temperatures over an hour, sensitivity to the payload
     Sizing(sizing::SizingArgs),
-    /// Long run with a reference that never ends: memory, time, tracking and estimates; fails where
-    /// one of them does not endure
+    /// Long run with a reference that never ends; fails if memory, time, tracking or estimates degrade
     Endurance(endurance::EnduranceArgs),
-    /// Laws tuned alike, by one tuner on some drawn machines, and compared on others
+    /// Tune each control law by the same method on some drawn machines and compare them on others
     Tournament(tournament::TournamentArgs),
     /// How far each law is from instability: in delay, loop gain, mounting, inertia, adaptation
     Margins(margins::MarginsArgs),
     /// Many machines drawn at random under one law: kept, stopped, lost, and the rods' forces
     Draws(draws::DrawsArgs),
-    /// Tip error, tracking, orientation and verdict of a run that another importer made and wrote
-    /// as CSV
+    /// Tip error, tracking, orientation and verdict of a run that another importer wrote as CSV
     Evaluate(evaluate::EvaluateArgs),
     /// Draw the signals of a CSV file over time, as PNG and SVG
     Plot(pictures::PlotArgs),
-    /// What is done to machine files
+    /// Check, draw, scale and write machine files
     #[command(subcommand)]
     Machine(machine::MachineCommand),
-    /// Paths of the tip: what they are, and whether a machine can do them
+    /// Describe paths of the tip and check whether a machine can follow them
     #[command(subcommand)]
     Path(path::PathCommand),
-    /// Train the actuator's surrogate network on a CSV file; Ctrl-C keeps the state, --resume goes
-    /// on
+    /// Train the actuator's surrogate network on a CSV file; Ctrl-C keeps the state for --resume
     #[command(disable_help_flag = true)]
     Train(OtherArguments),
-    /// What belongs to the training: virtual testbed, efficiency map, plots and comparison of the
-    /// network
+    /// Tools for the training: virtual testbed, efficiency map, plots and comparison of the network
     #[command(disable_help_flag = true)]
     Surrogate(OtherArguments),
 }
 
 impl Command {
-    /// The package of the program that does it, where that is not `hdrm-fmu`.
+    /// The package of the program that executes the command, if that is not `hdrm-fmu`.
     pub fn sibling(&self) -> Option<&'static str> {
         use machine::MachineCommand::{Draw, Scene};
         let is_drawn = match self {
@@ -93,7 +89,7 @@ impl Command {
         is_drawn.then_some("report")
     }
 
-    /// Whether it runs the plant that bends, which is written in Python.
+    /// Whether the command runs the bending plant, which is written in Python.
     pub fn needs_python(&self) -> bool {
         match self {
             Self::Table(args) => args.world.bends(),
@@ -103,19 +99,15 @@ impl Command {
     }
 }
 
-/// Whether a bad verdict ends the program with a code of its own, and the verdict.
+/// Whether a bad verdict ends the program with exit code 2, and the verdict.
 pub type Ending = (bool, Result<Verdict>);
 
-/// Run a command, with Python inside where it needs that.
+/// Runs a command, in a process with Python's library if it needs Python.
 pub fn run(needs_python: bool, command: impl FnOnce() -> Ending) -> ExitCode {
     if needs_python {
         match python::with_python() {
             Ok(None) => {}
-            // Code 1 too where a signal ended it.
-            Ok(Some(ended)) => {
-                let code = ended.code().and_then(|code| u8::try_from(code).ok());
-                return ExitCode::from(code.unwrap_or(1));
-            }
+            Ok(Some(status)) => return exit_code(status),
             Err(error) => return exit(Err(error), false),
         }
     }
@@ -123,7 +115,7 @@ pub fn run(needs_python: bool, command: impl FnOnce() -> Ending) -> ExitCode {
     exit(verdict, check)
 }
 
-/// Arguments that another program reads; it is asked for its options by `--help`, too.
+/// Arguments that another program reads, `--help` included.
 #[derive(Args)]
 pub struct OtherArguments {
     #[arg(
@@ -134,14 +126,10 @@ pub struct OtherArguments {
     _arguments: Vec<OsString>,
 }
 
-/// Let the program of `package`, which lies beside this one, do what this one was asked to do by
-/// `arguments`; how it ended.
-///
-/// # Errors
-/// It does not lie there, or cannot be started.
-pub fn hand_over(package: &str, arguments: &[OsString]) -> Result<ExitCode> {
+/// Runs the program of `package`, in the folder of this one; returns its exit code.
+pub fn run_sibling(package: &str, arguments: &[OsString]) -> Result<ExitCode> {
     let name = format!("hdrm-fmu-{package}");
-    let own = env::current_exe().context("where this program lies")?;
+    let own = env::current_exe().context("path of this program")?;
     let program = own.with_file_name(format!("{name}{EXE_SUFFIX}"));
     ensure!(
         program.is_file(),
@@ -158,22 +146,25 @@ pub fn hand_over(package: &str, arguments: &[OsString]) -> Result<ExitCode> {
     start(&mut command).with_context(|| program.display().to_string())
 }
 
-/// On Unix it becomes this process, so that signals reach it.
+/// On Unix the program replaces this process, so that signals reach it.
 #[cfg(unix)]
 fn start(command: &mut process::Command) -> Result<ExitCode> {
     use std::os::unix::process::CommandExt as _;
     Err(command.exec().into())
 }
 
-/// Elsewhere it is waited for; Ctrl-C reaches both, and only it acts on that.
+/// Elsewhere this process waits for it; Ctrl-C reaches both, but only the program acts on it.
 #[cfg(not(unix))]
 fn start(command: &mut process::Command) -> Result<ExitCode> {
     use signal_hook::consts::SIGINT;
     signal_hook::flag::register(SIGINT, std::sync::Arc::default())?;
-    let code = command.status()?.code();
-    let code = code.and_then(|code| u8::try_from(code).ok());
-    // Code 1 too where it has none that fits.
-    Ok(ExitCode::from(code.unwrap_or(1)))
+    Ok(exit_code(command.status()?))
+}
+
+/// The exit code of a program that ended; 1 if a signal ended it or the code does not fit.
+fn exit_code(status: process::ExitStatus) -> ExitCode {
+    let code = status.code().and_then(|code| u8::try_from(code).ok());
+    ExitCode::from(code.unwrap_or(1))
 }
 
 #[cfg(test)]

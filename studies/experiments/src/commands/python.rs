@@ -1,24 +1,23 @@
-//! The Python that an FMU of pythonfmu runs in: a program that is not Python itself must be started
-//! with Python's library and packages.
+//! Finds a Python for the bending plant, an FMU made by pythonfmu with MuJoCo, and restarts this
+//! program with Python's library and packages loaded, which such FMUs need.
 
 use std::env;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus};
 
-use crate::worlds::BENDING_SYSTEM;
 use anyhow::{Context, Result, bail};
 use cosim::cli::find;
 
 use crate::setup::run_setup::MACHINE;
+use crate::worlds::BENDING_SYSTEM;
 
-/// Set for the program that was started with Python inside.
+/// Environment variable that is set in the program restarted with Python.
 const STARTED: &str = "HDRM_FMU_WITH_PYTHON";
-/// The Python to use, where it is not to be looked for.
+/// Environment variable that names the Python to use.
 const PYTHON: &str = "HDRM_FMU_PYTHON";
-/// What the bending plant imports.
+/// Packages that the bending plant imports.
 const PACKAGES: &str = "pythonfmu mujoco numpy";
-/// Prints the library of the Python that runs it, then the folders in which it finds packages;
-/// fails where one is missing.
+/// Prints the shared library and the package folders of the Python that runs it.
 const PROBE: &str = "
 import os, sys, sysconfig
 import pythonfmu, mujoco, numpy
@@ -32,16 +31,14 @@ struct Python {
     program: PathBuf,
     /// Its shared library.
     library: PathBuf,
-    /// Where it finds packages.
+    /// Its package folders, as `PYTHONPATH`.
     packages: String,
 }
 
-/// Make this program one in which FMUs of pythonfmu run: where it is not, it is started once more
-/// with Python's library and packages, and how that ended is returned. Bending.fmu and its system
-/// are made before, where their scripts are at hand.
-///
-/// # Errors
-/// No Python with the packages, or no bending system; the message says how to get them.
+/// Restarts this program with Python's library and packages, and returns the exit status of that
+/// process; `None` in the restarted program itself. Builds Bending.fmu and its system before, if
+/// their scripts are there. Fails without a Python with the packages, or without the system; the
+/// message says how to get them.
 pub fn with_python() -> Result<Option<ExitStatus>> {
     if env::var_os(STARTED).is_some() {
         return Ok(None);
@@ -59,8 +56,8 @@ pub fn with_python() -> Result<Option<ExitStatus>> {
 }
 
 impl Python {
-    /// The first of: what the environment names, the active environment, `.venv` here or above the
-    /// program, the system's.
+    /// The first that works of: the Python named by the environment variable, the active virtual
+    /// environment, `.venv` here or in a folder above the program, the system's Python.
     fn find() -> Result<Self> {
         let mut tried = Vec::new();
         for program in candidates() {
@@ -96,17 +93,14 @@ impl Python {
         })
     }
 
-    /// Make Bending.fmu and its system beside the packed machine, where the scripts are at hand.
+    /// Builds Bending.fmu and its system beside the packed machine, if the scripts are there.
     fn build(&self) -> Result<()> {
         let machine = find(MACHINE)?;
         let folder = machine.parent().context("a file lies in a folder")?;
         let Some(script) = above_the_program("examples/build.py") else {
-            return find(BENDING_SYSTEM).map(drop).with_context(|| {
-                let folder = folder.display();
-                format!(
-                    "make it with `python examples/build.py {folder}` in this project's sources"
-                )
-            });
+            let command = format!("python examples/build.py {}", folder.display());
+            let hint = format!("make it with `{command}` in this project's sources");
+            return find(BENDING_SYSTEM).map(drop).context(hint);
         };
         let mut build = Command::new(&self.program);
         build.arg(script).arg(folder).arg("bending.py");
@@ -125,21 +119,19 @@ fn candidates() -> Vec<PathBuf> {
     if let Some(named) = env::var_os(PYTHON) {
         return vec![named.into()];
     }
-    let within = if cfg!(windows) {
-        "Scripts/python.exe"
-    } else {
-        "bin/python"
+    let (within, system) = match cfg!(windows) {
+        true => ("Scripts/python.exe", "python"),
+        false => ("bin/python", "python3"),
     };
     let active = env::var_os("VIRTUAL_ENV").map(|folder| Path::new(&folder).join(within));
     let local = Path::new(".venv").join(within);
     let local = local.is_file().then_some(local);
     let above = above_the_program(&format!(".venv/{within}"));
-    let system = PathBuf::from(if cfg!(windows) { "python" } else { "python3" });
-    let all = [active, local, above, Some(system)];
+    let all = [active, local, above, Some(system.into())];
     all.into_iter().flatten().collect()
 }
 
-/// A file of this path in one of the folders above the program.
+/// The file at this relative path in one of the folders above the program.
 fn above_the_program(path: &str) -> Option<PathBuf> {
     let program = env::current_exe().ok()?;
     let mut files = program.ancestors().skip(1).map(|folder| folder.join(path));

@@ -1,4 +1,6 @@
-//! Subcommand `run`.
+//! Subcommand `run`: one run with tip error, power residuals, speed and verdict.
+
+use std::fmt::Display;
 
 use anyhow::Result;
 use clap::Args;
@@ -6,7 +8,7 @@ use cosim::cli::{CsvArgs, bar, print};
 use cosim::{Experiment, System, Verdict};
 
 use crate::measures::iso9283::{Measures, Meter};
-use crate::measures::run::{FailedRun, Outcome, run as run_once, useful};
+use crate::measures::run::{FailedRun, Outcome, default_signals, run as run_once};
 use crate::print::output::verdict_text;
 use crate::setup::run_setup::MachineArgs;
 use crate::setup::start_values::{MODES, vary};
@@ -21,13 +23,12 @@ pub struct RunArgs {
     /// Controller
     #[arg(long, value_parser = MODES)]
     mode: Option<String>,
-    /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal
-    /// ones)
+    /// Factor on mass and inertia of all bodies of the manipulator (not of the controller's model)
     #[arg(long, value_name = "FACTOR")]
     inertia_scale: Option<f64>,
     #[command(flatten)]
     csv: CsvArgs,
-    /// Largest tip error over the motion with which the verdict is good, m
+    /// Largest tip error over the motion for a good verdict, m
     #[arg(long, value_name = "METRES")]
     max_error: Option<f64>,
     /// No progress bar
@@ -35,18 +36,22 @@ pub struct RunArgs {
     quiet: bool,
 }
 
-/// One experiment.
+/// Runs one experiment and prints its results.
 pub fn run(args: &RunArgs) -> Result<Verdict> {
-    let (system, mut experiment, mut verdict) = args.machine.setup().build()?.into_parts();
-    if let Some(trajectory) = &args.trajectory {
-        experiment = vary(&system, &experiment, &[("trajectory", trajectory)])?;
-    }
-    if let Some(mode) = &args.mode {
-        experiment = vary(&system, &experiment, &[("mode", mode)])?;
-    }
-    if let Some(scale) = &args.inertia_scale {
-        experiment = vary(&system, &experiment, &[("inertia_scale", scale)])?;
-    }
+    let (system, base, mut verdict) = args.machine.setup().build()?.into_parts();
+    let mut values: Vec<(_, &dyn Display)> = Vec::new();
+    values.extend(
+        args.trajectory
+            .iter()
+            .map(|value| ("trajectory", value as _)),
+    );
+    values.extend(args.mode.iter().map(|value| ("mode", value as _)));
+    values.extend(
+        args.inertia_scale
+            .iter()
+            .map(|value| ("inertia_scale", value as _)),
+    );
+    let experiment = vary(&system, &base, &values)?;
     let (outcome, accuracy) = logged_run(&system, &experiment, &args.csv, args.quiet)?;
     verdict.extend(outcome.verdict());
     verdict.extend(outcome.tip.verdict(args.max_error));
@@ -62,15 +67,15 @@ pub fn run(args: &RunArgs) -> Result<Verdict> {
     Ok(verdict)
 }
 
-/// Run with a progress bar, the accuracy on a test path measured, and, where asked for, a CSV file.
+/// Runs with a progress bar, the accuracy on an ISO 9283 path and, if asked for, a CSV file.
 pub(super) fn logged_run(
     system: &System,
     experiment: &Experiment,
     csv: &CsvArgs,
     quiet: bool,
 ) -> Result<(Outcome, Option<Measures>)> {
-    let mut meter = Meter::of(system, experiment)?;
-    let mut log = csv.log(system, experiment, || useful(system))?;
+    let mut meter = Meter::from_experiment(system, experiment)?;
+    let mut log = csv.log(system, experiment, || default_signals(system))?;
     let bar = bar(0, "steps", quiet);
     let progress = |k, steps| {
         bar.set_length(steps);
@@ -81,7 +86,7 @@ pub(super) fn logged_run(
         log.iter_mut().try_for_each(|log| log.add(master))
     });
     bar.finish_and_clear();
-    let outcome = outcome.map_err(FailedRun::explained)?;
+    let outcome = outcome.map_err(FailedRun::explain)?;
     log.map_or(Ok(()), |log| log.finish())?;
     Ok((outcome, meter.and_then(|meter| meter.measures())))
 }

@@ -1,4 +1,4 @@
-//! Subcommand `sizing`.
+//! Subcommand `sizing`: loads of motors and actuators compared with their ratings.
 
 use std::path::PathBuf;
 
@@ -17,7 +17,7 @@ use crate::setup::run_setup::MachineArgs;
 pub struct SizingArgs {
     #[command(flatten)]
     pub machine: MachineArgs,
-    /// Change of the payload by which the sensitivity is found, kg; 0: it is not
+    /// Change of the payload from which the sensitivity is computed, kg; 0: no sensitivity
     #[arg(long, default_value_t = 10.0, value_name = "KG")]
     payload_step: f64,
     /// Draw torque over motor speed under both envelopes, as PNG and SVG into this directory
@@ -31,12 +31,11 @@ pub struct SizingArgs {
     json: Option<PathBuf>,
 }
 
-/// Motors and actuators beside what they do; also returns what was found for each case, to be
-/// drawn.
+/// Prints the loads of motors and actuators; also returns them for each case, for figures.
 pub fn sizing(args: &SizingArgs) -> Result<(Verdict, Vec<(String, Sizing)>)> {
     let (system, base, mut verdict) = args.machine.setup().build()?.into_parts();
     let mut done = Vec::new();
-    for (case, experiment) in energy::cases(&system, &base)? {
+    for (case, experiment) in energy::trajectory_cases(&system, &base)? {
         let found = sizing::run(&system, &experiment, args.payload_step)?;
         print(text(&found, &format!("{case} trajectory")) + "\n")?;
         verdict.extend(found.verdict().of(&case));

@@ -1,4 +1,4 @@
-//! Subcommand `stability`: accompanying functions, bound and gain conditions.
+//! Subcommand `stability`: the stability proof in numbers, or what exceeds its bound.
 
 use std::path::PathBuf;
 
@@ -18,11 +18,10 @@ use crate::worlds::World;
 pub struct StabilityArgs {
     #[command(flatten)]
     pub machine: MachineArgs,
-    /// Plant and sensors; real: by which cause the bound is exceeded
+    /// Plant and sensors; real: how much each cause contributes to exceeding the bound
     #[arg(long, value_enum, default_value_t = World::Ideal)]
     world: World,
-    /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal
-    /// ones)
+    /// Factor on mass and inertia of all bodies of the manipulator (not of the controller's model)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.4)]
     inertia_scale: f64,
     /// Also write the numbers to this JSON file
@@ -30,31 +29,34 @@ pub struct StabilityArgs {
     json: Option<PathBuf>,
 }
 
-/// The proof in numbers in the ideal world; in the real one, by which cause its bound is exceeded.
+/// Prints the proof in numbers, or in the real world the causes that exceed its bound.
 pub fn stability(args: &StabilityArgs) -> Result<Verdict> {
     anyhow::ensure!(
         matches!(args.world, World::Ideal | World::Real),
-        "--world {}: the accompanying functions need the plant's inertias, which only the ideal and the real world tell",
+        "--world {}: the accompanying functions need the plant's inertias, which only the ideal and the real world provide",
         args.world.name()
     );
     let setup = args.machine.setup().world(args.world).build()?;
     let (system, base, mut verdict) = setup.into_parts();
     let mut found = conditions(&system, &base);
     if args.world == World::Real {
-        let (rungs, spoilt) = causes(&system, &base, args.inertia_scale)?;
-        verdict.extend(spoilt);
+        let (rungs, found_in_runs) = causes(&system, &base, args.inertia_scale)?;
+        verdict.extend(found_in_runs);
         print(causes_text(&rungs))?;
         found["causes"] = serde_json::to_value(&rungs)?;
     } else {
-        let (runs, spoilt) = with_progress(stability::RUNS, "runs", |done| {
+        let (runs, found_in_runs) = with_progress(stability::RUNS, "runs", |done| {
             stability::run(&system, &base, args.inertia_scale, done)
         })?;
         let runs = runs.into_iter().collect::<Result<Vec<_>>>()?;
-        verdict.extend(spoilt);
+        verdict.extend(found_in_runs);
         stability::judge(&runs, &mut verdict);
         let scale = format!("inertia x {}\n", args.inertia_scale);
         print(scale + &text(&runs))?;
-        let emla = MachineFile::of(&system, &base.settings)?.machine.emla.lift;
+        let emla = MachineFile::from_manipulator(&system, &base.settings)?
+            .machine
+            .emla
+            .lift;
         let compliance = compliance(&system, &base, &emla)?;
         print(unfitted_text(&runs[0].gains, compliance, emla.L_d))?;
         found["inertia_scale"] = args.inertia_scale.into();

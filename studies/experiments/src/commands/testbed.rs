@@ -1,4 +1,5 @@
-//! Subcommand `testbed`: the one-axis experiment.
+//! Subcommand `testbed`: the one-axis experiment, in which the lift and the tilt actuator work
+//! against load emulators that replay the forces of the machine.
 
 use std::path::{Path, PathBuf};
 
@@ -35,7 +36,7 @@ pub struct TestbedArgs {
     json: Option<PathBuf>,
 }
 
-/// The one-axis experiment.
+/// Runs the machine, then the testbeds, and prints their tables.
 pub fn testbed(args: &TestbedArgs) -> Result<Verdict> {
     anyhow::ensure!(
         args.lag.is_finite() && args.lag >= 0.0,
@@ -44,7 +45,7 @@ pub fn testbed(args: &TestbedArgs) -> Result<Verdict> {
     let machine = args.machine.setup().build()?;
     let mut verdict = machine.verdict.clone();
     let packed = |path: &Option<PathBuf>, name: &str| {
-        let path = path.clone().unwrap_or_else(|| machine.beside(name));
+        let path = path.clone().unwrap_or_else(|| machine.sibling_path(name));
         args.machine.setup().packed(&path).system()
     };
     let (system, base) = (&machine.system, &machine.base);

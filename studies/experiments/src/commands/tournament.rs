@@ -1,4 +1,5 @@
-//! Subcommand `tournament`: laws tuned alike and compared on machines that they were not tuned on.
+//! Subcommand `tournament`: tunes all control laws by the same method, then compares them on
+//! machines that they were not tuned on.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -18,31 +19,31 @@ use crate::runs::run_store::RunStore;
 use crate::setup::run_setup::MachineArgs;
 use crate::worlds::{World, cases};
 
-/// Law to which the errors of the others are compared.
+/// Law with which the errors of the others are compared.
 const REFERENCE: &str = "adaptive_integral";
-/// Mean length of a run that is kept, s.
+/// Mean simulated time of a run that is kept, s, to estimate the duration of the command.
 const RUN: f64 = 18.0;
 
 #[derive(Args)]
 pub struct TournamentArgs {
     #[command(flatten)]
     pub machine: MachineArgs,
-    /// Laws, repeatable [default: all]
+    /// Law, repeatable [default: all]
     #[arg(long = "law", value_name = "MODE", value_parser = CONTESTANTS.map(|c| c.name))]
     laws: Vec<String>,
-    /// Candidates for the gains of each law
+    /// Number of candidates for the gains of each law
     #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u64).range(1..))]
     budget: u64,
-    /// Machines to tune on, from seed 101 on
+    /// Number of machines for tuning, from seed 101 on
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
     tuning_seeds: u64,
-    /// Machines to report on, from seed 1 on
+    /// Number of machines for the report, from seed 1 on
     #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..=100))]
     seeds: u64,
-    /// Paths to report on, repeatable [default: all]
+    /// Path of the report, repeatable [default: all]
     #[arg(long = "path", value_name = "PATH", value_parser = ALL_TRAJECTORIES)]
     paths: Vec<String>,
-    /// Keep each run in this folder, and take those that are there: an interrupted command goes on
+    /// Keep runs in this folder and reuse those that are there, to continue an interrupted command
     #[arg(long, value_name = "DIR", default_value = "tournament")]
     store: PathBuf,
     /// Also write gains and runs to this JSON file
@@ -50,7 +51,7 @@ pub struct TournamentArgs {
     json: Option<PathBuf>,
 }
 
-/// Tune every law, then report.
+/// Tunes every law, then runs the report and prints it.
 pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     let world = World::StrictRigid;
     let setup = args.machine.setup().world(world).build()?;
@@ -68,10 +69,8 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     let chosen = |name: &str| args.laws.is_empty() || args.laws.iter().any(|law| law == name);
     let laws: Vec<_> = CONTESTANTS.iter().filter(|c| chosen(c.name)).collect();
     let tries = laws.len() as u64 * args.budget;
-    let paths = ALL_TRAJECTORIES.into_iter();
-    let paths: Vec<_> = paths
-        .filter(|path| args.paths.is_empty() || args.paths.iter().any(|p| p == path))
-        .collect();
+    let mut paths = ALL_TRAJECTORIES.to_vec();
+    paths.retain(|path| args.paths.is_empty() || args.paths.iter().any(|p| p == path));
     let runs = (laws.len() * reporting.list.len() * paths.len()) as u64;
     let begun = Instant::now();
     let simulated = arena.first(laws[0], &tuning.list[0])?;
@@ -112,15 +111,17 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     Ok(verdict)
 }
 
-/// What the excitation told.
+/// Text on the identified models.
 fn identification(commissioning: &Commissioning, identified: &Identified) -> String {
     let Condition { base, number } = commissioning.condition();
     let found: Vec<_> = identified.values().flatten().collect();
-    let median = |k: usize, which: usize| {
-        let forces = found.iter().map(|found| found.forces[which][k]);
-        Spread::of(forces).median
+    let pair = |k: usize| {
+        let [nominal, identified] = [0, 1].map(|model| {
+            let forces = found.iter().map(|found| found.forces[model][k]);
+            Spread::from_values(forces).median
+        });
+        format!("{nominal:.0} -> {identified:.0}")
     };
-    let pair = |k: usize| format!("{:.0} -> {:.0}", median(k, 0), median(k, 1));
     let mut text = format!(
         "{} of {} machines identified; base regressor: {base} columns, condition {number:.0}; forces left by the nominal -> by the identified \
          model, RMS, median: rods {} N, wrist {} N.m",
@@ -137,7 +138,7 @@ fn identification(commissioning: &Commissioning, identified: &Identified) -> Str
     text
 }
 
-/// Failures first.
+/// The table of the report.
 fn text(rows: &[Row]) -> String {
     let mut text = format!(
         "{:<28}{:>7}{:>9}{:>7}{:>12}{:>11}{:>11}  error / that of {REFERENCE} (95 %)\n",
@@ -166,7 +167,7 @@ fn text(rows: &[Row]) -> String {
     text + "known error over the runs that were kept; force: runs in which a rod had more than 1.2 x its rated force\n"
 }
 
-/// What tuning came to.
+/// A line on the tuned gains of each law.
 fn gains<'a>(tuned: impl Iterator<Item = &'a Tuned>) -> String {
     let mut text = String::new();
     for t in tuned {

@@ -1,4 +1,5 @@
-//! The torque that a motor may give for ever at standstill.
+//! The torque that each motor of a machine can give continuously at standstill; `machine check` and
+//! the load chart of `machine draw` compare it with the torque that holds the machine.
 #![allow(non_snake_case)] // symbols of the machine file
 
 use std::fmt;
@@ -11,7 +12,7 @@ use crate::analyses::sizing::WINDING_LIMIT;
 /// Air around the motors, K: the 40 °C for which IEC 60034-1 rates machines.
 const AIR: f64 = 313.15;
 
-/// Torque that may last at standstill.
+/// Continuous torque at standstill and its cause.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContinuousTorque {
     /// Torque, N·m.
@@ -20,7 +21,7 @@ pub struct ContinuousTorque {
     pub by: TorqueLimit,
 }
 
-/// What limits a torque that lasts.
+/// What limits a continuous torque.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TorqueLimit {
     /// The rated torque.
@@ -39,14 +40,14 @@ impl fmt::Display for TorqueLimit {
 }
 
 impl ContinuousTorque {
-    /// Of slew, lift and tilt.
-    pub fn of(machine: &Machine) -> [Self; 3] {
+    /// The torques of slew, lift and tilt.
+    pub fn from_machine(machine: &Machine) -> [Self; 3] {
         let (emla, ratings) = (machine.emla.in_order(), machine.ratings.in_order());
-        std::array::from_fn(|i| Self::of_motor(emla[i], ratings[i]))
+        std::array::from_fn(|i| Self::new(emla[i], ratings[i]))
     }
 
     /// The lower of the rated torque and the one at which the winding settles at its limit.
-    fn of_motor(emla: &Emla, ratings: &Ratings) -> Self {
+    fn new(emla: &Emla, ratings: &Ratings) -> Self {
         let (warm, rated) = (warm_torque(emla), ratings.motor_torque);
         let (torque, by) = if warm < rated {
             (warm, TorqueLimit::Winding)
@@ -74,8 +75,8 @@ mod tests {
     use super::*;
     use machine_file::EmlaFields;
 
-    /// Oracle: the heat balance stepped to rest at the torque that was found, two nodes and a warm
-    /// motor, ends at the winding's limit.
+    /// Oracle: the heat balance of two nodes and a warm motor, stepped to its steady state at the
+    /// torque that was found, ends at the winding's limit.
     #[test]
     fn at_the_warm_torque_the_winding_settles_at_its_limit() {
         let emla = Emla {
@@ -107,7 +108,7 @@ mod tests {
         let mut machine = Machine::reference();
         machine.ratings.lift.motor_torque = 1e3;
         machine.ratings.tilt.motor_torque = 1.0;
-        let [_, lift, tilt] = ContinuousTorque::of(&machine);
+        let [_, lift, tilt] = ContinuousTorque::from_machine(&machine);
         assert_eq!(lift.by, TorqueLimit::Winding);
         assert_eq!((tilt.by, tilt.torque), (TorqueLimit::Rating, 1.0));
     }

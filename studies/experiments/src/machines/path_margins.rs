@@ -1,32 +1,29 @@
-//! A path beside what a machine can do: its least margins as a table, and all of them along the
-//! path.
+//! Checks a path against the limits of a machine, for `hdrm-fmu path`: the smallest margin of each
+//! quantity as a table, and all margins along the path for figures.
 
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
 use machine_file::Machine;
-use motion_check::{Kinematics, Margin, Quantity};
+use motion_check::{Kinematics, Quantity};
 use serde_json::{Value, json};
 use tip_path::{PathCheck, PathFile, Points, TipPath, check};
 
-/// A path that was checked.
+/// A path and its margins on a machine.
 pub struct PathMargins {
     /// Name of the path.
     pub name: String,
     file: PathFile,
     path: TipPath,
-    /// What was found.
+    /// Result of the check.
     pub checked: PathCheck,
     /// Times at which it was checked, s.
     pub times: Vec<f64>,
-    /// Part of the range that is left, in the order of [`Quantity::all`], for each time.
+    /// Share of the range that is left, in the order of [`Quantity::all`], for each time.
     pub parts: Vec<[f64; Quantity::COUNT]>,
 }
 
-/// A path file, or a built-in path by its name.
-///
-/// # Errors
-/// The file cannot be read, or is no path.
+/// Reads a path file, or a built-in path by its name.
 pub fn read(name: &str) -> Result<PathFile> {
     if let Some(file) = PathFile::built_in(name) {
         return file.with_context(|| format!("path `{name}`"));
@@ -39,11 +36,8 @@ pub fn read(name: &str) -> Result<PathFile> {
 }
 
 impl PathMargins {
-    /// Go along the path called `name` with a machine, from its start pose.
-    ///
-    /// # Errors
-    /// A path that cannot be read or made, or a mechanism that does not work.
-    pub fn of(name: &str, machine: &Machine) -> Result<Self> {
+    /// Follows the path called `name` from the machine's start pose; margins may be exceeded.
+    pub fn new(name: &str, machine: &Machine) -> Result<Self> {
         let file = read(name)?;
         let zeta = &machine.start.zeta;
         let start = Kinematics::new(machine)?.pose(zeta);
@@ -63,28 +57,24 @@ impl PathMargins {
         })
     }
 
-    /// What the path is, and when the tip is where.
+    /// One line: number of points, duration, length and largest speed.
     pub fn description(&self) -> String {
         let (count, what) = match &self.file.points {
             Points::Waypoints(list) => (list.len(), "waypoints"),
             Points::Samples(list) => (list.len(), "samples"),
         };
-        let step = 1e-3_f64.max(self.path.duration() / 1e5);
-        let steps = (self.path.duration() / step).ceil().max(1.0) as u32;
-        let at = |k: u32| {
-            self.path
-                .at(self.path.duration() * f64::from(k) / f64::from(steps))
-        };
-        let mut length = 0.0;
-        let mut speed: f64 = 0.0;
+        let duration = self.path.duration();
+        let step = 1e-3_f64.max(duration / 1e5);
+        let steps = (duration / step).ceil().max(1.0) as u32;
+        let at = |k: u32| self.path.at(duration * f64::from(k) / f64::from(steps));
+        let (mut length, mut speed) = (0.0, 0.0_f64);
         for k in 0..steps {
             length += (at(k + 1).pose.position - at(k).pose.position).norm();
             speed = speed.max(at(k).velocity.fixed_rows::<3>(0).norm());
         }
         format!(
-            "path {}: {count} {what}, {:.3} s, {length:.3} m, up to {speed:.3} m/s\n",
-            self.name,
-            self.path.duration()
+            "path {}: {count} {what}, {duration:.3} s, {length:.3} m, up to {speed:.3} m/s\n",
+            self.name
         )
     }
 
@@ -112,23 +102,18 @@ impl PathMargins {
         text
     }
 
-    /// Least margin of each quantity with its value, limit, time and place.
+    /// Smallest margin of each quantity with its value, limits, time and place.
     pub fn table(&self) -> String {
         let mut text = "quantity                       value                 allowed   left, %      t, s  where\n"
             .to_owned();
         for (t, margin) in &self.checked.least {
-            let Margin {
-                quantity,
-                value,
-                range,
-            } = margin;
-            let (unit, per_si) = quantity.unit();
-            let [min, max] = range.map(|end| end * per_si);
+            let (unit, per_si) = margin.quantity.unit();
+            let [min, max] = margin.range.map(|end| end * per_si);
             let _ = writeln!(
                 text,
                 "{:<24}{:>12.2}{:>24}{:>10.1}{t:>10.2}  {}",
-                quantity.to_string(),
-                value * per_si,
+                margin.quantity.to_string(),
+                margin.value * per_si,
                 format!("{min:.1} to {max:.1} {unit}"),
                 100.0 * margin.part(),
                 self.path.place(*t)
@@ -142,7 +127,7 @@ impl PathMargins {
         text
     }
 
-    /// The same numbers for programs.
+    /// The numbers of [`Self::table`] for programs.
     pub fn json(&self) -> Value {
         let least = self.checked.least.iter().map(|(t, margin)| {
             json!({

@@ -1,9 +1,9 @@
-//! A machine with longer or shorter booms of the same shape and material.
+//! Scales a machine's booms, keeping shape and material (`hdrm-fmu machine scale`).
 #![allow(non_snake_case)] // symbols of the machine file
 
 use machine_file::{Body, Machine};
 
-/// `nominal` with all that belongs to its booms `s` times as large.
+/// `nominal` with everything that belongs to its booms `s` times as large.
 ///
 /// ```text
 /// lengths, centres of mass, strokes    ∝ s        closed chains stay similar, so they stay closed
@@ -11,9 +11,9 @@ use machine_file::{Body, Machine};
 /// inertias                             ∝ s⁵
 /// edges of the trajectories, and the time for them ∝ s, so the tip's speed stays
 /// ```
-/// Booms are both booms with their cylinders, rods, rocker and coupler; also the length of the
-/// screws of lift and tilt, and the mass that moves with them. What stays: column and slew, wrist
-/// and tool, payload, joint ranges, motors, ratings, friction and gains.
+/// Scaled are both booms with their cylinders, rods, rocker and coupler, the length of the screws
+/// of lift and tilt, and the mass that moves with them. Column and slew, wrist and tool, payload,
+/// joint ranges, motors, ratings, friction and gains stay.
 pub fn booms(nominal: &Machine, s: f64) -> Machine {
     let mut machine = nominal.clone();
     let g = &mut machine.geometry;

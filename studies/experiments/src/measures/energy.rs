@@ -1,18 +1,18 @@
-//! Where the energy goes over a run: for each actuator electrical energy, losses by kind,
-//! mechanical work, regeneration, efficiency; where a component feeds the drives through power
-//! bonds, what it gave and where that went ([`super::supply`]).
+//! Energy balances of a run, for `hdrm-fmu energy` and the report: for each actuator electrical
+//! energy, losses by kind, mechanical work, regeneration and efficiency; for a component that feeds
+//! the drives, what it gave and where that went ([`super::supply`]).
 
 use anyhow::{Result, ensure};
 use cosim::{Experiment, Port, System, Verdict};
 use serde::Serialize;
 
-use super::power_integral::{SHIFT, both_ways, integral, rise, while_working};
+use super::power_integral::{SHIFT, integral, rise, rise_while_working, rises_and_falls};
 use super::run::RecordedRun;
 use super::supply::{self, Supply};
 use crate::runs::grid::TRAJECTORIES;
 use crate::setup::start_values::vary;
 
-/// Outputs of an actuator that are recorded; a component that has the first is one.
+/// Outputs of an actuator that are recorded; a component that has them all is an actuator.
 const OUTPUTS: [&str; 8] = [
     "energy.in",
     "energy.out",
@@ -37,8 +37,8 @@ pub struct Balance {
     pub work: f64,
     /// Work that the load did on the actuator.
     pub returned: f64,
-    /// Work on the load where the exchange set the rod elsewhere than its velocity had taken it:
-    /// what the coupling at the rod makes or loses.
+    /// Energy that the coupling at the rod creates or loses: work on the load where the exchange
+    /// sets the rod to another position than its velocity had taken it to.
     pub shift: f64,
     /// Lost in the windings.
     pub copper: f64,
@@ -46,43 +46,39 @@ pub struct Balance {
     pub core: f64,
     /// Lost in the inverter.
     pub inverter: f64,
-    /// Lost in friction, and to the residual of the network.
+    /// Lost in friction and to the residual of the network.
     pub mechanical: f64,
     /// All losses, as the actuator integrates them.
     pub lost: f64,
     /// Rise of the stored energy.
     pub stored: f64,
-    /// Electrical energy taken, less given back, while work is done on the load.
+    /// Electrical energy taken minus given back while work is done on the load.
     pub working: f64,
 }
 
 impl Balance {
-    /// Work on the load over the electrical energy that it took, both while work is done; nothing
-    /// where none is done, or where more is done than was taken: it then came from what was stored,
-    /// as when a brake lets go.
+    /// Work on the load divided by the electrical energy taken meanwhile. `None` if no work is
+    /// done, or more than was taken: it then came from stored energy, as when a brake is released.
     pub fn efficiency(&self) -> Option<f64> {
         (self.work > 0.0 && self.work <= self.working).then(|| self.work / self.working)
     }
 
-    /// Energy that left through a border over energy that came in through one: what goes up and
-    /// down again passes twice, so this is no efficiency.
+    /// Energy that left the actuator divided by energy that entered it. It is no efficiency: a load
+    /// that is raised and lowered again counts twice.
     pub fn throughput(&self) -> f64 {
-        let came = self.electrical + self.returned;
-        if came > 0.0 {
-            (self.work + self.regenerated) / came
-        } else {
-            0.0
+        match self.electrical + self.returned {
+            entered if entered > 0.0 => (self.work + self.regenerated) / entered,
+            _ => 0.0,
         }
     }
 
-    /// What the actuator's own integrals leave open: in − out − shift − lost − stored.
+    /// Error of the balance of the actuator's own integrals: in − out − shift − lost − stored.
     pub fn residual(&self) -> f64 {
         let taken = self.electrical - self.regenerated;
         taken - self.work + self.returned - self.shift - self.lost - self.stored
     }
 
-    /// Balance of several actuators on one DC side: what one gives back another can use, so far as
-    /// it is stored meanwhile.
+    /// Balance of all actuators on one DC side.
     fn sum(balances: &[Self]) -> Self {
         let total = |get: fn(&Self) -> f64| balances.iter().map(get).sum();
         Self {
@@ -103,21 +99,21 @@ impl Balance {
     }
 }
 
-/// What came out of a run.
+/// The energy balances of a run.
 #[derive(Clone, Debug, Serialize)]
 pub struct Energies {
     /// Balances of the actuators over the motion, and their sum.
     pub balances: Vec<Balance>,
-    /// What feeds the drives, over the whole run; nothing where no component does.
+    /// The component that feeds the drives, over the whole run, if there is one.
     pub supply: Option<Supply>,
-    /// What was found in the run.
+    /// Verdict on the run.
     #[serde(skip)]
     pub verdict: Verdict,
 }
 
-/// Names of the cases that an analysis runs, and their conditions: both trajectories, or the one
-/// that `base` or the system sets itself (an external one, say).
-pub fn cases(system: &System, base: &Experiment) -> Result<Vec<(String, Experiment)>> {
+/// Names and experiments of the cases that an analysis runs: both trajectories, or the one that
+/// `base` or the system sets.
+pub fn trajectory_cases(system: &System, base: &Experiment) -> Result<Vec<(String, Experiment)>> {
     let port = system.port("trajectory")?;
     let component = &system.structure.components[port.component];
     let bound = (component.parameters.iter()).any(|p| p.name == system.variable(port).name);
@@ -137,24 +133,26 @@ pub fn actuators(system: &System) -> Vec<usize> {
     (0..system.fmus.len()).filter(is_actuator).collect()
 }
 
-/// Run the experiment.
+/// Runs the experiment and evaluates its energies.
 pub fn run(system: &System, experiment: &Experiment) -> Result<Energies> {
-    let recorded = RecordedRun::of(system, experiment, &ports(system)?)?;
+    let recorded = RecordedRun::record(system, experiment, &ports(system)?)?;
     evaluate(system, &recorded)
 }
 
-/// What must be recorded at every communication point.
-///
-/// # Errors
-/// No component is an actuator.
+/// The variables that must be recorded at every communication point. Fails without an actuator.
 pub fn ports(system: &System) -> Result<Vec<Port>> {
     let shifts = actuators(system).into_iter();
     let shifts = shifts.filter_map(|k| system.port_of(k, SHIFT).ok());
-    Ok([drives(system)?, shifts.collect(), supply::ports(system)?].concat())
+    Ok([
+        actuator_ports(system)?,
+        shifts.collect(),
+        supply::ports(system)?,
+    ]
+    .concat())
 }
 
 /// The [`OUTPUTS`] of all actuators.
-fn drives(system: &System) -> Result<Vec<Port>> {
+fn actuator_ports(system: &System) -> Result<Vec<Port>> {
     let actuators = actuators(system);
     ensure!(
         !actuators.is_empty(),
@@ -170,18 +168,14 @@ fn drives(system: &System) -> Result<Vec<Port>> {
     Ok(ports)
 }
 
-/// The energies of a run.
-///
-/// # Errors
-/// One of [`ports`] was not recorded.
+/// The energies of a run in which [`ports`] were recorded.
 pub fn evaluate(system: &System, recorded: &RecordedRun) -> Result<Energies> {
-    let ports = drives(system)?;
-    let mut balances = Vec::new();
-    for outputs in ports.chunks(OUTPUTS.len()) {
-        balances.push(balance(system, recorded, outputs)?);
-    }
+    let ports = actuator_ports(system)?;
+    let balances = ports.chunks(OUTPUTS.len());
+    let balances = balances.map(|outputs| balance(system, recorded, outputs));
+    let mut balances = balances.collect::<Result<Vec<_>>>()?;
     balances.push(Balance::sum(&balances));
-    let supply = Supply::of(system, recorded, &ports, OUTPUTS.len())?;
+    let supply = Supply::from_run(system, recorded, &ports, OUTPUTS.len())?;
     Ok(Energies {
         balances,
         supply,
@@ -189,7 +183,7 @@ pub fn evaluate(system: &System, recorded: &RecordedRun) -> Result<Energies> {
     })
 }
 
-/// Balance of one actuator, of its [`OUTPUTS`].
+/// Balance of the actuator with these [`OUTPUTS`].
 fn balance(system: &System, recorded: &RecordedRun, outputs: &[Port]) -> Result<Balance> {
     let columns: Vec<&[f64]> = outputs
         .iter()
@@ -201,8 +195,8 @@ fn balance(system: &System, recorded: &RecordedRun, outputs: &[Port]) -> Result<
         Ok(port) => rise(recorded.motion(port)?),
         Err(_) => 0.0,
     };
-    let (electrical, regenerated) = both_ways(columns[0]);
-    let (work, returned) = both_ways(columns[1]);
+    let (electrical, regenerated) = rises_and_falls(columns[0]);
+    let (work, returned) = rises_and_falls(columns[1]);
     Ok(Balance {
         actuator: system.component_of(outputs[0]).into(),
         electrical,
@@ -216,7 +210,7 @@ fn balance(system: &System, recorded: &RecordedRun, outputs: &[Port]) -> Result<
         mechanical: loss(7),
         lost: rise(columns[2]),
         stored: rise(columns[3]),
-        working: while_working(columns[0], columns[1]),
+        working: rise_while_working(columns[0], columns[1]),
     })
 }
 

@@ -1,13 +1,13 @@
-//! Temperatures of an actuator whose motion is repeated for hours: two nodes, winding and housing,
-//! fed by the losses of one cycle.
+//! Temperatures of an actuator whose motion is repeated for hours: a thermal network of two nodes,
+//! winding and housing, heated by the losses of one cycle. Used by the sizing study.
 #![allow(non_snake_case)] // symbols of the equations
 
 use machine_file::{Heat, Temperature};
 use serde::Serialize;
 
-/// The two nodes, and the air around them.
+/// The thermal network.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Network {
+pub struct HeatNetwork {
     /// Capacities and resistances.
     pub heat: Heat,
     /// Temperature of the air, K.
@@ -20,13 +20,13 @@ pub struct Cycle<'a> {
     pub step: f64,
     /// Losses in the winding, W.
     pub copper: &'a [f64],
-    /// Temperatures of the winding at which they arose, K; empty: the reference temperature.
+    /// Temperatures of the winding at these losses, K; empty: the reference temperature.
     pub winding: &'a [f64],
-    /// Losses in the iron, W: they warm the housing.
+    /// Losses in the iron, W; they heat the housing.
     pub iron: &'a [f64],
 }
 
-/// What becomes of the temperatures, K.
+/// Temperatures after repeated cycles, K.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Temperatures {
     /// Greatest temperature of the winding.
@@ -37,8 +37,8 @@ pub struct Temperatures {
     pub housing: f64,
 }
 
-impl Network {
-    /// Where the actuator tells of no heat.
+impl HeatNetwork {
+    /// For actuators without outputs or parameters of heat.
     pub const TYPICAL: Self = Self {
         heat: Heat::TYPICAL,
         ambient: Temperature::TYPICAL.reference,
@@ -57,23 +57,17 @@ impl Network {
         [(copper - inside) / C_w, (inside + iron - outside) / C_h]
     }
 
-    /// Temperatures after `duration`, s, of the cycle repeated, from the ambient temperature on.
-    /// The resistance of the copper follows the winding; Heun's method at the cycle's own steps,
-    /// which are a ten-thousandth of the time constants.
-    pub fn after(&self, cycle: &Cycle, duration: f64) -> Temperatures {
+    /// Temperatures after the cycle has been repeated for `duration`, s, starting at the ambient
+    /// temperature. The copper's resistance follows the winding temperature. Heun's method at the
+    /// cycle's own steps, which are a ten-thousandth of the time constants.
+    pub fn temperatures_after(&self, cycle: &Cycle, duration: f64) -> Temperatures {
         let mut T = [self.ambient; 2];
-        let mut found = Temperatures {
-            winding_max: self.ambient,
-            winding: self.ambient,
-            housing: self.ambient,
-        };
-        if cycle.copper.is_empty() {
-            return found;
-        }
+        let mut winding_max = self.ambient;
         let Temperature {
             reference, copper, ..
         } = Temperature::TYPICAL;
         let hot = |T_w: f64| 1.0 + copper * (T_w - reference);
+        // An empty cycle leaves the ambient temperature.
         let steps = (duration / cycle.step) as u64;
         for (k, _) in (0..cycle.copper.len()).cycle().zip(0..steps) {
             let arose = cycle.winding.get(k).copied().unwrap_or(reference);
@@ -85,10 +79,14 @@ impl Network {
             let first = rates(T);
             let then = rates([T[0] + h * first[0], T[1] + h * first[1]]);
             T = [0, 1].map(|n| T[n] + 0.5 * h * (first[n] + then[n]));
-            found.winding_max = found.winding_max.max(T[0]);
+            winding_max = winding_max.max(T[0]);
         }
-        (found.winding, found.housing) = (T[0], T[1]);
-        found
+        let [winding, housing] = T;
+        Temperatures {
+            winding_max,
+            winding,
+            housing,
+        }
     }
 }
 
@@ -105,7 +103,7 @@ mod tests {
     /// left of the way there.
     #[test]
     fn a_constant_loss_ends_at_the_equilibrium() {
-        let n = Network::TYPICAL;
+        let n = HeatNetwork::TYPICAL;
         let (P, iron) = (280.0, 35.0);
         let cycle = Cycle {
             step: 0.5,
@@ -113,7 +111,7 @@ mod tests {
             winding: &[],
             iron: &[iron, iron],
         };
-        let found = n.after(&cycle, 90_000.0);
+        let found = n.temperatures_after(&cycle, 90_000.0);
         let (outside, both) = (n.heat.R_ha, n.heat.R_wh + n.heat.R_ha);
         let excess = (both * P + outside * iron) / (1.0 - both * P * COPPER);
         let copper = P * (1.0 + COPPER * excess);
@@ -134,9 +132,9 @@ mod tests {
             R_wh: 1e-3,
             ..Heat::TYPICAL
         };
-        let closed = Network {
+        let closed = HeatNetwork {
             heat,
-            ..Network::TYPICAL
+            ..HeatNetwork::TYPICAL
         };
         let cycle = Cycle {
             step: 1e-3,
@@ -144,7 +142,7 @@ mod tests {
             winding: &[REFERENCE; 2],
             iron: &[0.0, 0.0],
         };
-        let found = closed.after(&cycle, 20.0);
+        let found = closed.temperatures_after(&cycle, 20.0);
         let stored = 2e3 * (found.winding - REFERENCE) + 15e3 * (found.housing - REFERENCE);
         // 100 W on average, and a few thousandths more as the copper warms by 0.1 K.
         assert!((stored / 2000.0 - 1.0).abs() < 1e-3, "{stored} J");

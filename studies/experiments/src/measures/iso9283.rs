@@ -1,13 +1,13 @@
-//! Measures of accuracy after ISO 9283:1998 over a test path: of poses at rest AP and RP, of
-//! straight lines AT and RT.
+//! Accuracy and repeatability after ISO 9283:1998 while a run follows one of its test paths: of
+//! poses at rest (AP and RP) or of straight lines (AT and RT).
 //!
-//! The attained position is the plant's tip, the command is the controller's reference at the same
-//! communication point. Of lines, deviations along the line are left out: the standard measures in
-//! planes normal to it. With the deviations `d_j` of n cycles at one point
+//! The attained position is the plant's tip, the commanded one the controller's reference at the
+//! same communication point. On lines only the deviation normal to the line counts, as in the
+//! standard. With the deviations `d_j` of n cycles at one point
 //! ```text
 //! accuracy = |d̄|,   repeatability = l̄ + 3·S_l,   l_j = |d_j − d̄|
 //! ```
-//! and of lines both are the largest over all points.
+//! and for lines both are the largest over all points.
 
 use std::fmt;
 
@@ -17,24 +17,24 @@ use motion_check::Pose;
 use nalgebra::{UnitQuaternion, Vector3};
 use tip_path::{Iso9283, PathFile, TestKind, TipPath};
 
-/// Points that are measured on a straight line.
+/// Measured points on each straight line.
 const PER_LINE: usize = 10;
 
-/// A point of a cycle at which the tip is looked at.
+/// A point of a cycle at which the tip is measured.
 struct Sample {
-    /// From the beginning of the path, s.
+    /// Time from the start of the path, s.
     t: f64,
-    /// Direction of the line that the tip is on.
+    /// Direction of the line, if the tip is on one.
     along: Option<Vector3<f64>>,
 }
 
-/// Measures while a test path runs.
+/// Takes the measurements while a test path runs.
 pub struct Meter {
     test: Iso9283,
-    /// Of all cycles, in the order of time.
+    /// All cycles, in the order of time.
     samples: Vec<Sample>,
     per_cycle: usize,
-    /// Time at which the path begins, s, once it is known.
+    /// Time at which the path starts, s, once it is known.
     begins: Option<f64>,
     settle_time: Port,
     /// Desired, then attained position.
@@ -43,35 +43,28 @@ pub struct Meter {
     deviations: Vec<Vector3<f64>>,
 }
 
-/// What was measured at one point of the cycle, m.
+/// Accuracy at one point of the cycle, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accuracy {
     /// Distance from the commanded point to the mean of the attained ones.
     pub accuracy: f64,
-    /// None of a single cycle.
+    /// `None` after a single cycle.
     pub repeatability: Option<f64>,
 }
 
-/// Measures of a whole test.
+/// Result of a whole test.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measures {
     /// The test.
     pub test: Iso9283,
-    /// At each point of the cycle.
+    /// Accuracy at each point of the cycle.
     pub points: Vec<Accuracy>,
 }
 
 impl Meter {
-    /// For the test path that `experiment` sets, if it sets one.
-    pub fn of(system: &System, experiment: &Experiment) -> Result<Option<Self>> {
-        let Ok(port) = system.port("path_file") else {
-            return Ok(None);
-        };
-        let set = experiment.settings.iter().rev().find(|s| s.port == port);
-        let Some(Ok(file)) = set.and_then(|set| PathFile::built_in(&set.value)) else {
-            return Ok(None);
-        };
-        let Some(test) = file.test else {
+    /// A meter for the test path that `experiment` sets, if it sets one.
+    pub fn from_experiment(system: &System, experiment: &Experiment) -> Result<Option<Self>> {
+        let Some((port, file, test)) = test_path(system, experiment) else {
             return Ok(None);
         };
         let plant = system.port("tip.position[1]")?.component;
@@ -89,7 +82,7 @@ impl Meter {
         }))
     }
 
-    /// Add the present communication point.
+    /// Adds the present communication point.
     pub fn add(&mut self, master: &Master) -> Result<()> {
         let begins = match self.begins {
             Some(begins) => begins,
@@ -111,12 +104,12 @@ impl Meter {
         Ok(())
     }
 
-    /// What the cycles that were finished show; None before the first.
+    /// The result of the cycles finished so far; `None` before the first.
     pub fn measures(&self) -> Option<Measures> {
         let cycles: Vec<_> = self.deviations.chunks_exact(self.per_cycle).collect();
         let point = |i: usize| {
             let of_cycles: Vec<_> = cycles.iter().map(|cycle| cycle[i]).collect();
-            Accuracy::of(&of_cycles)
+            Accuracy::from_deviations(&of_cycles)
         };
         (!cycles.is_empty()).then(|| Measures {
             test: self.test,
@@ -125,7 +118,16 @@ impl Meter {
     }
 }
 
-/// When the tip is looked at. Lines and rests of the test do not depend on where the tip starts.
+/// The parameter `path_file`, the test path that `experiment` sets there, and its test.
+fn test_path(system: &System, experiment: &Experiment) -> Option<(Port, PathFile, Iso9283)> {
+    let port = system.port("path_file").ok()?;
+    let set = experiment.settings.iter().rev().find(|s| s.port == port)?;
+    let file = PathFile::built_in(&set.value)?.ok()?;
+    let test = file.test?;
+    Some((port, file, test))
+}
+
+/// The points at which the tip is measured. They do not depend on where the tip starts.
 fn samples(test: &Iso9283, file: &PathFile) -> Result<Vec<Sample>> {
     let start = Pose {
         position: Vector3::zeros(),
@@ -136,23 +138,18 @@ fn samples(test: &Iso9283, file: &PathFile) -> Result<Vec<Sample>> {
     Ok(match test.kind {
         // The end of each rest; the last pose belongs to the next cycle.
         TestKind::Poses => {
-            let rests = stops[..stops.len() - 1].iter();
-            let end = |stop: &tip_path::Stop| Sample {
-                t: stop.leaves,
-                along: None,
-            };
-            rests.map(end).collect()
+            let ends = stops[..stops.len() - 1].iter().map(|stop| stop.leaves);
+            ends.map(|t| Sample { t, along: None }).collect()
         }
         TestKind::Lines => {
             let lines = stops.windows(2).flat_map(|pair| {
                 let (from, to) = (pair[0].leaves, pair[1].arrives);
-                let way = path.at(to).pose.position - path.at(from).pose.position;
+                let (path, start) = (&path, path.at(from).pose.position);
+                let way = path.at(to).pose.position - start;
                 let along = way.normalize();
-                let from_start = path.at(from).pose.position;
-                let path = &path;
                 (0..PER_LINE).map(move |k| {
                     let part = (k as f64 + 0.5) / PER_LINE as f64;
-                    let gone = |t: f64| along.dot(&(path.at(t).pose.position - from_start));
+                    let gone = |t: f64| along.dot(&(path.at(t).pose.position - start));
                     let (mut early, mut late) = (from, to);
                     for _ in 0..50 {
                         let t = 0.5 * (early + late);
@@ -174,8 +171,8 @@ fn samples(test: &Iso9283, file: &PathFile) -> Result<Vec<Sample>> {
 }
 
 impl Accuracy {
-    /// Of the deviations of all cycles at one point.
-    fn of(deviations: &[Vector3<f64>]) -> Self {
+    /// Accuracy from the deviations of all cycles at one point.
+    fn from_deviations(deviations: &[Vector3<f64>]) -> Self {
         let n = deviations.len() as f64;
         let mean = deviations.iter().sum::<Vector3<f64>>() / n;
         let lengths: Vec<_> = deviations.iter().map(|d| (d - mean).norm()).collect();
@@ -205,10 +202,8 @@ impl fmt::Display for Measures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let cycles = self.test.cycles;
         let mm = |point: &Accuracy| {
-            let repeatability = match point.repeatability {
-                Some(repeatability) => format!("{:.4}", 1e3 * repeatability),
-                None => "-".into(),
-            };
+            let repeatability = point.repeatability.map(|r| format!("{:.4}", 1e3 * r));
+            let repeatability = repeatability.unwrap_or("-".into());
             format!("{:>12.4}{repeatability:>16}", 1e3 * point.accuracy)
         };
         writeln!(
@@ -240,16 +235,18 @@ mod tests {
     #[test]
     fn accuracy_and_repeatability_are_those_of_the_standard() {
         let d = [1.0, 3.0].map(|x| Vector3::new(x, 0.0, 0.0));
-        let found = Accuracy::of(&d);
+        let found = Accuracy::from_deviations(&d);
         assert_eq!((found.accuracy, found.repeatability), (2.0, Some(1.0)));
         // Distances 1, 1, 2 from the mean 0: their mean is 4/3, their spread 1/√3.
         let d = [[1.0, 0.0], [1.0, 0.0], [-2.0, 0.0]].map(|[x, y]| Vector3::new(x, y, 0.0));
-        let found = Accuracy::of(&d).repeatability.expect("three cycles");
+        let found = Accuracy::from_deviations(&d)
+            .repeatability
+            .expect("three cycles");
         assert!(
             (found - (4.0 / 3.0 + 3.0_f64.sqrt())).abs() < 1e-12,
             "{found}"
         );
-        assert_eq!(Accuracy::of(&d[..1]).repeatability, None);
+        assert_eq!(Accuracy::from_deviations(&d[..1]).repeatability, None);
     }
 
     #[test]

@@ -1,6 +1,6 @@
-//! What a run of the machine says of itself: what saturated and for what share of the time, which
-//! ratings were exceeded, whether the tip error stayed below a bound, and whether there was a
-//! reference at all.
+//! Watches the limits and ratings of a machine during a run and gives a verdict: which signals
+//! saturated and for what share of the time, which ratings were exceeded, what the controller's
+//! supervisor did, and whether there was a reference at all. Every run of the machine uses it.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -13,47 +13,49 @@ use machine_file::AXES;
 use self::Meaning::{RatedMean, Rating, Saturation, Supervision};
 use crate::setup::machine_choice::MachineFile;
 
-/// Share of the time from which on saturation spoils a run.
+/// Share of the time above which saturation makes the verdict bad.
 const SATURATED: f64 = 0.01;
 
-/// What a supervisor has done at the stages from the third on, and from which on that spoils a run.
+/// The controller's output for the stage of its supervisor.
+const STAGE: &str = "supervisor.state";
+/// What the supervisor does at its stages from [`ACTS`] on.
 const SUPERVISED: [&str; 3] = [
     "froze the adaptation",
     "froze the adaptation and lowered the gains",
     "stopped the machine",
 ];
+/// First stage at which the supervisor acts, and the stage from which the verdict is bad.
 const ACTS: f64 = 3.0;
 const STOPS: f64 = 5.0;
 
 /// What reaching a limit means.
 #[derive(Clone, Copy, PartialEq)]
 enum Meaning {
-    /// The machine gives no more than this.
+    /// The machine cannot exceed it.
     Saturation,
-    /// It can give more, but is not built for it at any time.
+    /// The machine can exceed it but must not at any time.
     Rating,
-    /// It can give more, but is not built for it on average: the root mean square counts.
+    /// The machine can exceed it but must not on average: the root mean square counts.
     RatedMean,
-    /// The stage of the controller's supervisor: from the limit on it acts.
+    /// Stage of the controller's supervisor from which it acts.
     Supervision,
 }
 
 /// A limit and how close the run came to it.
 struct Limit {
-    /// For people, with the unit of the limit.
     name: String,
     unit: &'static str,
-    /// The signals whose vector's length counts, by their places among all that are read.
+    /// Indices of the watched signals; of two the length of their vector counts.
     signals: Range<usize>,
-    /// Of one signal: the middle of its range, from which its distance counts.
+    /// Middle of the range of a single signal: the distance from it counts.
     middle: f64,
     meaning: Meaning,
-    /// Largest value that is not yet beyond.
+    /// Value from which on the limit is reached.
     limit: f64,
     worst: f64,
     beyond: u64,
     squares: f64,
-    /// Time of the first sample beyond, s.
+    /// Time of the first sample at or beyond the limit, s.
     since: f64,
 }
 
@@ -63,12 +65,11 @@ pub struct LimitWatch {
     ports: Vec<Port>,
     limits: Vec<Limit>,
     samples: u64,
-    is_without_machine: bool,
 }
 
 impl LimitWatch {
-    /// Of a system whose parameters have the values that `parameter` gives; the machine's limits
-    /// come from the file that the manipulator runs with. Without one nothing is watched, and the
+    /// A watch for a system whose parameters have the values that `parameter` returns. The limits
+    /// come from the machine file of the manipulator; without one nothing is watched, and the
     /// verdict says so.
     pub fn new(
         system: &System,
@@ -77,22 +78,21 @@ impl LimitWatch {
     ) -> Result<Self> {
         let mut watch = Self::default();
         let Some(MachineFile { machine, .. }) = file else {
-            watch.is_without_machine = true;
             return Ok(watch);
         };
         let mut drives = 0;
         for k in 0..system.fmus.len() {
             let name = &system.structure.components[k].name;
-            if let Ok(stage) = system.port_of(k, "supervisor.state") {
-                let name = format!("supervisor of {name}");
-                watch.add_limit(vec![stage], Limit::new(name, "", Supervision, ACTS));
+            if system.port_of(k, STAGE).is_ok() {
+                let limit = Limit::new(format!("supervisor of {name}"), "", Supervision, ACTS);
+                watch.add_limit(system, k, &[STAGE], limit)?;
             }
             let limits = ["v_max", "i_max"].map(|limit| system.port_of(k, limit));
             let [Ok(v_max), Ok(i_max)] = limits else {
                 continue;
             };
             let [v_max, i_max] = [parameter(v_max)?, parameter(i_max)?];
-            // An actuator of another maker has no axis: in the order of the system.
+            // Actuators of other makers have no axis: they count in the order of the system.
             let axis = match system.port_of(k, "axis") {
                 Ok(axis) => parameter(axis)? as usize,
                 Err(_) => drives + 1,
@@ -102,24 +102,18 @@ impl LimitWatch {
             let ratings = ratings.get(axis.wrapping_sub(1));
             let ratings =
                 ratings.with_context(|| format!("`axis` of {name} = {axis} must be 1, 2 or 3"))?;
-            let rpm = ratings.motor_speed_rpm * TAU / 60.0;
+            let speed = ratings.motor_speed_rpm * TAU / 60.0;
+            let torque = ratings.motor_torque;
             let rows: [(_, _, &[&str], _, _); 5] = [
                 ("voltage", "V", &["v_d", "v_q"], Saturation, v_max),
                 ("current", "A", &["i_d", "i_q"], Saturation, i_max),
                 ("force", "N", &["F"], Rating, ratings.force_max),
-                ("motor speed", "rad/s", &["w_m"], Rating, rpm),
-                (
-                    "motor torque",
-                    "N.m",
-                    &["tau_e"],
-                    RatedMean,
-                    ratings.motor_torque,
-                ),
+                ("motor speed", "rad/s", &["w_m"], Rating, speed),
+                ("motor torque", "N.m", &["tau_e"], RatedMean, torque),
             ];
             for (what, unit, variables, meaning, limit) in rows {
                 let limit = Limit::new(format!("{what} of {name}"), unit, meaning, limit);
-                let ports = variables.iter().map(|name| system.port_of(k, name));
-                watch.add_limit(ports.collect::<Result<_>>()?, limit);
+                watch.add_limit(system, k, variables, limit)?;
             }
         }
         let arm = system.port("f_hold[1]")?.component;
@@ -131,32 +125,41 @@ impl LimitWatch {
                 middle: 0.5 * (min + max),
                 ..Limit::new(name, "m", Saturation, 0.5 * (max - min))
             };
-            watch.add_limit(vec![system.port_of(arm, &format!("x[{i}]"))?], stroke);
+            watch.add_limit(system, arm, &[&format!("x[{i}]")], stroke)?;
             let name = format!("rod speed of {rod}");
             let speed = Limit::new(name, "m/s", Rating, ratings.rod_speed_max);
-            watch.add_limit(vec![system.port_of(arm, &format!("x_dot[{i}]"))?], speed);
+            watch.add_limit(system, arm, &[&format!("x_dot[{i}]")], speed)?;
         }
         for (i, max) in (1..).zip(limits.tau_wrist_max) {
             let torque = Limit::new(format!("wrist torque {i}"), "N.m", Saturation, max);
-            let port = system.port_of(arm, &format!("tau_wrist[{i}]"))?;
-            watch.add_limit(vec![port], torque);
+            watch.add_limit(system, arm, &[&format!("tau_wrist[{i}]")], torque)?;
         }
         Ok(watch)
     }
 
-    fn add_limit(&mut self, ports: Vec<Port>, limit: Limit) {
+    /// Adds a limit on `variables` of a component.
+    fn add_limit(
+        &mut self,
+        system: &System,
+        component: usize,
+        variables: &[&str],
+        limit: Limit,
+    ) -> Result<()> {
         let first = self.ports.len();
-        self.ports.extend(ports);
+        for name in variables {
+            self.ports.push(system.port_of(component, name)?);
+        }
         let signals = first..self.ports.len();
         self.limits.push(Limit { signals, ..limit });
+        Ok(())
     }
 
-    /// The variables that it watches.
+    /// The watched variables.
     pub fn ports(&self) -> &[Port] {
         &self.ports
     }
 
-    /// Add their values, in the order of the ports, at the time `t`, s.
+    /// Adds their values, in the order of the ports, at the time `t`, s.
     pub fn add(&mut self, t: f64, values: &[f64]) {
         self.samples += 1;
         for limit in &mut self.limits {
@@ -164,10 +167,10 @@ impl LimitWatch {
         }
     }
 
-    /// What was found so far.
+    /// The findings so far.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
-        if self.is_without_machine {
+        if self.limits.is_empty() {
             verdict.note(
                 "limits and ratings are not watched: the manipulator has no `machine_file`".into(),
             );
@@ -203,7 +206,6 @@ impl Limit {
         }
     }
 
-    /// Add the sample at time `t`, s.
     fn add(&mut self, t: f64, values: &[f64]) {
         let value = self.magnitude(values);
         self.worst = self.worst.max(value);
@@ -221,52 +223,50 @@ impl Limit {
             name, unit, worst, ..
         } = self;
         let limit = (1e4 * self.limit).round() / 1e4;
-        if self.meaning == Meaning::RatedMean {
-            let rms = (self.squares / samples.max(1) as f64).sqrt();
-            if rms > self.limit {
-                verdict.object(format!(
-                    "{name}: root mean square {rms:.4} {unit}, more than the rated {limit} {unit}"
-                ));
-            }
-            return;
-        }
-        if self.beyond == 0 {
-            return;
-        }
-        if self.meaning == Supervision {
-            let done = ((worst - ACTS) as usize).min(SUPERVISED.len() - 1);
-            let text = format!(
-                "{name}: it {}, first at t = {:.3} s",
-                SUPERVISED[done], self.since
-            );
-            if *worst < STOPS {
-                verdict.note(text);
-            } else {
-                verdict.object(text);
-            }
-            return;
-        }
-        let share = self.beyond as f64 / samples as f64;
-        let when = format!(
-            "for {:.2} % of the time, first at t = {:.3} s",
-            100.0 * share,
-            self.since
+        let samples = samples.max(1) as f64;
+        let (rms, share) = (
+            (self.squares / samples).sqrt(),
+            self.beyond as f64 / samples,
         );
-        if self.meaning == Meaning::Rating {
-            verdict.object(format!(
-                "{name}: up to {worst:.4} {unit}, more than the rated {limit} {unit} {when}"
-            ));
-        } else if share > SATURATED {
-            verdict.object(format!("{name}: at its limit of {limit} {unit} {when}"));
-        } else {
-            verdict.note(format!("{name}: at its limit of {limit} {unit} {when}"));
+        let first = format!("first at t = {:.3} s", self.since);
+        let when = format!("for {:.2} % of the time, {first}", 100.0 * share);
+        let (is_bad, text) = match self.meaning {
+            RatedMean if rms > self.limit => (
+                true,
+                format!(
+                    "{name}: root mean square {rms:.4} {unit}, more than the rated {limit} {unit}"
+                ),
+            ),
+            RatedMean => return,
+            _ if self.beyond == 0 => return,
+            Supervision => {
+                let done = ((worst - ACTS) as usize).min(SUPERVISED.len() - 1);
+                let text = format!("{name}: it {}, {first}", SUPERVISED[done]);
+                (*worst >= STOPS, text)
+            }
+            Rating => (
+                true,
+                format!(
+                    "{name}: up to {worst:.4} {unit}, more than the rated {limit} {unit} {when}"
+                ),
+            ),
+            Saturation => (
+                share > SATURATED,
+                format!("{name}: at its limit of {limit} {unit} {when}"),
+            ),
+        };
+        match is_bad {
+            true => verdict.object(text),
+            false => verdict.note(text),
         }
     }
 }
 
-/// Whether the controller has a reference to follow where parameters have the values that
-/// `parameter` gives.
-pub fn reference(system: &System, parameter: &dyn Fn(Port) -> Result<f64>) -> Result<Verdict> {
+/// Checks that the controller has a reference to follow; `parameter` returns values of parameters.
+pub fn check_reference(
+    system: &System,
+    parameter: &dyn Fn(Port) -> Result<f64>,
+) -> Result<Verdict> {
     let mut verdict = Verdict::default();
     let port = system.port("trajectory")?;
     let Kind::Enumeration(items) = &system.variable(port).kind else {

@@ -1,5 +1,5 @@
-//! A run in numbers with names: those of the Python package, and of `hdrm-fmu evaluate` for the
-//! runs of other importers.
+//! The measurements of a run as named numbers, for the Python package and for `hdrm-fmu evaluate`,
+//! which evaluates runs of other importers.
 
 use std::collections::BTreeMap;
 
@@ -13,11 +13,11 @@ use super::tracking::{PositionError, Sag, Tracking};
 /// Numbers by name, in SI units.
 pub type Metrics = BTreeMap<String, f64>;
 
-/// Names of all metrics of a system with these actuators (`all` is their sum), each with what a run
-/// must be asked for beside the tip error to have it: `tracking`, `energy`, or nothing.
+/// Names of all metrics of a system with these actuators (`all` is their sum), each with the option
+/// that a run needs to have it: `tracking`, `energy`, or none (empty).
 pub fn names(actuators: &[String]) -> BTreeMap<String, &'static str> {
-    let (mut always, mut tracking, mut energy) =
-        (of_tip(&TipError::new(0.0)), Metrics::new(), Metrics::new());
+    let mut always = tip_metrics(&TipError::new(0.0));
+    let [mut tracking, mut energy] = [(); 2].map(|()| Metrics::new());
     add_residuals(&mut always, &[]);
     let all = Tracking {
         sag: Some(Sag::default()),
@@ -32,12 +32,13 @@ pub fn names(actuators: &[String]) -> BTreeMap<String, &'static str> {
         add_energy(&mut energy, &balance);
     }
     let groups = [(always, ""), (tracking, "tracking"), (energy, "energy")];
-    let named = |(metrics, of): (Metrics, _)| metrics.into_keys().map(move |name| (name, of));
+    let named =
+        |(metrics, option): (Metrics, _)| metrics.into_keys().map(move |name| (name, option));
     groups.into_iter().flat_map(named).collect()
 }
 
-/// Of the tip error.
-pub fn of_tip(tip: &TipError) -> Metrics {
+/// Metrics of the tip error.
+pub fn tip_metrics(tip: &TipError) -> Metrics {
     let named = [
         ("tip_rmse", tip.motion.rms()),
         ("tip_max", tip.motion.max),
@@ -48,8 +49,8 @@ pub fn of_tip(tip: &TipError) -> Metrics {
     named.map(|(name, value)| (name.to_string(), value)).into()
 }
 
-/// Add the power residuals of a run: largest peak, and the energy that the coupling made (negative)
-/// or lost at all bonds.
+/// Add the power residuals of a run: largest peak, and the energy that the coupling created
+/// (negative) or lost at all bonds.
 pub fn add_residuals(metrics: &mut Metrics, residuals: &[Residual]) {
     let peak = residuals.iter().map(|r| r.peak).fold(0.0, f64::max);
     metrics.insert("residual_peak".into(), peak);
@@ -57,16 +58,16 @@ pub fn add_residuals(metrics: &mut Metrics, residuals: &[Residual]) {
     metrics.insert("residual_energy".into(), energy);
 }
 
-/// Add what was tracked.
+/// Add the tracking errors.
 pub fn add_tracking(metrics: &mut Metrics, tracking: &Tracking) {
-    let mut position = |of: &str, error: &PositionError| {
+    let mut position = |place: &str, error: &PositionError| {
         let named = [
             ("rmse", error.rmse),
             ("max", error.max),
             ("mean", error.mean),
             ("varying", error.varying),
         ];
-        metrics.extend(named.map(|(name, value)| (format!("{of}_{name}"), value)));
+        metrics.extend(named.map(|(name, value)| (format!("{place}_{name}"), value)));
     };
     position("known", &tracking.known);
     position("joints", &tracking.joints);
@@ -85,12 +86,12 @@ pub fn add_tracking(metrics: &mut Metrics, tracking: &Tracking) {
 
 /// Add the energies of an actuator.
 pub fn add_energy(metrics: &mut Metrics, balance: &Balance) {
-    let of = format!("energy_{}", balance.actuator);
+    let prefix = format!("energy_{}", balance.actuator);
     let efficiency = balance.efficiency().unwrap_or(f64::NAN);
-    metrics.insert(format!("{of}_efficiency"), efficiency);
+    metrics.insert(format!("{prefix}_efficiency"), efficiency);
     for (name, value) in json!(balance).as_object().into_iter().flatten() {
         if let Some(value) = value.as_f64() {
-            metrics.insert(format!("{of}_{name}"), value);
+            metrics.insert(format!("{prefix}_{name}"), value);
         }
     }
 }

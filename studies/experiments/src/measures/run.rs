@@ -1,6 +1,6 @@
-//! A run of the machine with what is measured in every run: how far the tip is from its reference,
-//! and what went beyond limits and ratings. [`RecordedRun`] keeps signals of it for what is
-//! measured afterwards.
+//! Runs the machine once ([`run`]) and measures what every run measures: the tip's distance from
+//! its reference, and limits and ratings that were exceeded. [`RecordedRun`] also keeps signals,
+//! for measurements after the run.
 
 use std::fmt;
 
@@ -8,29 +8,19 @@ use anyhow::{Error, Result, anyhow};
 use cosim::run::simulate;
 use cosim::{Experiment, Master, Port, Recording, Signals, System, Verdict, matching, start_value};
 
-use super::limits::{LimitWatch, reference};
+use super::limits::{LimitWatch, check_reference};
 use crate::setup::machine_choice::MachineFile;
 
-/// The controller's output of which the tip error is made.
-const TIP_ERROR: &str = "tip_error_norm";
-/// The controller's parameter that says when the reference begins to move.
+/// The controller's parameter for the time at which the reference starts to move.
 const MOTION_START: &str = "settle_time";
-/// The controller's output that says when the reference has come to its end.
-const MOTION_END: &str = "motion_end";
 
-/// The controller's output of which the tip error is made.
-///
-/// # Errors
-/// The system has no such controller.
+/// The controller's output from which the tip error is taken.
 pub fn tip_error_port(system: &System) -> Result<Port> {
-    system.port(TIP_ERROR)
+    system.port("tip_error_norm")
 }
 
-/// When the reference begins to move under the start values of `experiment`, s; 0 for a controller
-/// that does not say it.
-///
-/// # Errors
-/// The system has no such controller, or it refuses the start values.
+/// When the reference starts to move under the start values of `experiment`, s; 0 if the controller
+/// does not have that parameter.
 pub fn motion_start(system: &System, experiment: &Experiment) -> Result<f64> {
     let controller = tip_error_port(system)?.component;
     match system.port_of(controller, MOTION_START) {
@@ -39,17 +29,16 @@ pub fn motion_start(system: &System, experiment: &Experiment) -> Result<f64> {
     }
 }
 
-/// When the reference comes to its end, s; nothing for a controller that does not say it, or whose
-/// reference goes on.
+/// When the reference comes to its end, s; `None` if it never ends or the controller lacks it.
 pub fn motion_end(system: &System, master: &Master) -> Option<f64> {
     let controller = tip_error_port(system).ok()?.component;
-    let end = master.number(system.port_of(controller, MOTION_END).ok()?);
+    let end = master.number(system.port_of(controller, "motion_end").ok()?);
     end.ok().filter(|end| *end > master.time())
 }
 
-/// When a run ends, s: at the stop time asked for, else at the end of the motion, else at that of the
-/// default experiment.
-pub fn end(system: &System, experiment: &Experiment, master: &Master) -> Result<f64> {
+/// When a run ends, s: at the experiment's stop time, else at the end of the motion, else at the
+/// stop time of the default experiment.
+pub fn end_time(system: &System, experiment: &Experiment, master: &Master) -> Result<f64> {
     match (experiment.stop, motion_end(system, master)) {
         (None, Some(end)) => Ok(end),
         _ => experiment.stop(system),
@@ -66,7 +55,7 @@ pub struct Distance {
 }
 
 impl Distance {
-    /// Add a sample, m.
+    /// Adds a sample, m.
     pub fn add(&mut self, distance: f64) {
         self.sum_of_squares += distance * distance;
         self.count += 1;
@@ -75,29 +64,21 @@ impl Distance {
 
     /// Root mean square over the samples, m; 0 without any.
     pub fn rms(&self) -> f64 {
-        if self.count == 0 {
-            0.0
-        } else {
-            (self.sum_of_squares / f64::from(self.count)).sqrt()
-        }
+        (self.sum_of_squares / f64::from(self.count.max(1))).sqrt()
     }
 }
 
 impl fmt::Display for Distance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "RMSE {:.4} mm, max {:.4} mm",
-            1e3 * self.rms(),
-            1e3 * self.max
-        )
+        let (rms, max) = (1e3 * self.rms(), 1e3 * self.max);
+        write!(f, "RMSE {rms:.4} mm, max {max:.4} mm")
     }
 }
 
 /// Tip error over the whole run and over the motion alone.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TipError {
-    /// From here on the reference moves, s.
+    /// When the reference starts to move, s.
     pub motion_start: f64,
     /// Samples from `motion_start` on: what the paper calls tracking.
     pub motion: Distance,
@@ -106,16 +87,15 @@ pub struct TipError {
 }
 
 impl TipError {
-    /// No samples yet.
+    /// Without samples yet.
     pub fn new(motion_start: f64) -> Self {
         Self {
             motion_start,
-            motion: Distance::default(),
-            whole: Distance::default(),
+            ..Self::default()
         }
     }
 
-    /// As text for people, of two lines.
+    /// Two lines of text for people.
     pub fn text(&self) -> String {
         format!(
             "tip error, motion from {} s on: {}\ntip error, whole run:           {}\n",
@@ -123,7 +103,7 @@ impl TipError {
         )
     }
 
-    /// Add the error at time `t`.
+    /// Adds the error, m, at time `t`, s.
     pub fn add(&mut self, t: f64, distance: f64) {
         self.whole.add(distance);
         if t >= self.motion_start {
@@ -131,7 +111,7 @@ impl TipError {
         }
     }
 
-    /// What the bound that the user has set on the error over the motion, m, says of it.
+    /// Bad if the error over the motion exceeds the user's bound `max_error`, m.
     pub fn verdict(&self, max_error: Option<f64>) -> Verdict {
         let mut verdict = Verdict::default();
         if let Some(bound) = max_error
@@ -146,46 +126,42 @@ impl TipError {
     }
 }
 
-/// What came out of a run.
+/// The result of a run.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// Residuals, times and messages.
     pub run: simulate::Outcome,
     /// Tip error.
     pub tip: TipError,
-    /// What the machine's limits and ratings and its reference say of the run.
+    /// Findings on limits, ratings and the reference.
     pub limits: Verdict,
 }
 
-/// A run that failed after something had gone beyond its limits.
+/// Error of a run that failed after a limit had been exceeded.
 #[derive(Debug)]
 pub struct FailedRun {
     error: Error,
-    /// What was beyond its limits until then.
-    pub limits: Verdict,
+    limits: Verdict,
 }
 
-/// Run to the stop time asked for, else to the end of the motion, else to that of the default
-/// experiment; `observe` sees every communication point, `progress` is told the numbers of finished
-/// and of all steps from time to time.
-///
-/// # Errors
-/// The run failed; a [`FailedRun`] where something was beyond its limits until then.
+/// Runs to [`end_time`]. `observe` is called at every communication point, `progress` from time to
+/// time with the numbers of finished and of all steps. The error of a run that fails is a
+/// [`FailedRun`] if a limit was exceeded before.
 pub fn run(
     system: &System,
     experiment: &Experiment,
     progress: &dyn Fn(u64, u64),
     mut observe: impl FnMut(&Master) -> Result<()>,
 ) -> Result<Outcome> {
-    let file = MachineFile::of_plant(system, &experiment.settings)?;
+    let file = MachineFile::from_plant(system, &experiment.settings)?;
     let master = experiment.start(system).map_err(refused_path)?;
     let parameter = |port| master.number(port);
     let tip_error = tip_error_port(system)?;
     let of_controller = |name| parameter(system.port_of(tip_error.component, name)?);
     let mut tip = TipError::new(of_controller(MOTION_START).unwrap_or(0.0));
-    let stop = end(system, experiment, &master)?;
+    let stop = end_time(system, experiment, &master)?;
     let mut watch = LimitWatch::new(system, &parameter, file.as_ref())?;
-    let mut limits = reference(system, &parameter)?;
+    let mut limits = check_reference(system, &parameter)?;
     let mut signals = Signals::new(system, &[&[tip_error], watch.ports()].concat())?;
     let done = simulate::run(system, master, stop, progress, |master| {
         let [distance, watched @ ..] = signals.read(master)? else {
@@ -203,8 +179,8 @@ pub fn run(
     }
 }
 
-/// Where a path is refused, the path and a line for each reason, without the functions in which the
-/// controller said it.
+/// If the controller refuses the path: the path and a line for each reason, without the FMI
+/// function that reported it.
 fn refused_path(error: Error) -> Error {
     let text = format!("{error:#}");
     let Some((_, refusal)) = text.split_once(": path `") else {
@@ -217,13 +193,13 @@ fn refused_path(error: Error) -> Error {
 pub struct RecordedRun {
     /// The signals.
     pub recording: Recording,
-    /// What else came out.
+    /// The result.
     pub outcome: Outcome,
 }
 
 impl RecordedRun {
-    /// Run and keep the variables `ports`.
-    pub fn of(system: &System, experiment: &Experiment, ports: &[Port]) -> Result<Self> {
+    /// Runs and records the variables `ports`.
+    pub fn record(system: &System, experiment: &Experiment, ports: &[Port]) -> Result<Self> {
         let mut recording = Recording::new(system, ports)?;
         let outcome = run(system, experiment, &|_, _| (), |master| {
             recording.add(master)
@@ -231,7 +207,7 @@ impl RecordedRun {
         Ok(Self { recording, outcome })
     }
 
-    /// Values of a variable over the motion: from the time on at which the reference moves.
+    /// Values of a variable from the start of the motion on.
     pub fn motion(&self, port: Port) -> Result<&[f64]> {
         Ok(&self.recording.column(port)?[self.motion_start()..])
     }
@@ -243,12 +219,12 @@ impl RecordedRun {
 }
 
 impl Outcome {
-    /// The outcome as text for people.
+    /// Text for people.
     pub fn summary(&self) -> String {
         self.tip.text() + &self.run.summary()
     }
 
-    /// All that was found.
+    /// All findings.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = self.run.verdict.clone();
         verdict.extend(self.limits.clone());
@@ -257,14 +233,14 @@ impl Outcome {
 }
 
 impl FailedRun {
-    /// What was beyond its limits before a run failed with `error`.
-    pub fn limits_of(error: &Error) -> Verdict {
+    /// The limits exceeded before a run failed with `error`.
+    pub fn limits_before(error: &Error) -> Verdict {
         let failed = error.downcast_ref::<Self>();
         failed.map(|f| f.limits.clone()).unwrap_or_default()
     }
 
-    /// `error` with what was beyond its limits before, in the text.
-    pub fn explained(error: Error) -> Error {
+    /// `error` with the limits exceeded before it in the text.
+    pub fn explain(error: Error) -> Error {
         match error.downcast_ref::<Self>() {
             Some(failed) => anyhow!("{error:#}\n{}", failed.limits),
             None => error,
@@ -280,8 +256,8 @@ impl fmt::Display for FailedRun {
 
 impl std::error::Error for FailedRun {}
 
-/// Signals that are recorded where none are named.
-const USEFUL: [&str; 13] = [
+/// Signals that are recorded by default.
+const DEFAULT_SIGNALS: [&str; 13] = [
     "*.tip_error_norm",
     "*.tip_error[*]",
     "*.desired.position[*]",
@@ -297,10 +273,10 @@ const USEFUL: [&str; 13] = [
     "controller.tau_wrist[*]",
 ];
 
-/// The signals that are recorded where none are named, as far as the system has them.
-pub fn useful(system: &System) -> Result<Vec<Port>> {
+/// The signals that are recorded if the user names none, as far as the system has them.
+pub fn default_signals(system: &System) -> Result<Vec<Port>> {
     let ports = |pattern: &str| matching(system, &[pattern.into()]).unwrap_or_default();
-    Ok(USEFUL.into_iter().flat_map(ports).collect())
+    Ok(DEFAULT_SIGNALS.into_iter().flat_map(ports).collect())
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
-//! What feeds the drives: the component at the far end of power bonds that draw (`power="drawn"`),
-//! our `DcLink` or anybody's battery.
+//! Energy balance of the component that feeds the drives: the one at the far end of power bonds
+//! with `power="drawn"`, our `DcLink` or any other battery. Part of `hdrm-fmu energy`.
 //!
-//! What it gave comes from the bonds themselves, so that a component counts which tells nothing of
-//! itself; where it has outputs `energy.battery`, `energy.brake`, `energy.loss` and `energy.stored`
-//! with the meaning of `DcLink`'s, the balance is drawn up back to its source.
+//! The energy that it gives comes from the bonds, so it needs no outputs for that. If it has
+//! outputs `energy.battery`, `energy.brake`, `energy.loss` and `energy.stored` with the meaning of
+//! those of `DcLink`, the balance goes back to its source.
 
 use anyhow::Result;
 use cosim::structure::Power;
@@ -14,18 +14,18 @@ use serde::Serialize;
 use super::power_integral::{SHIFT, rise};
 use super::run::RecordedRun;
 
-/// Outputs of the source that make a whole balance.
+/// Outputs of the feeding component with which the balance goes back to the source.
 const ENERGIES: [&str; 4] = [
     "energy.battery",
     "energy.brake",
     "energy.loss",
     "energy.stored",
 ];
-/// Signals of the feeding component that are shown where it has them.
+/// Signals of the feeding component that are shown if it has them.
 pub const SHOWN: [&str; 5] = ["v_dc", "i_battery", "soc", "T_battery", "P_brake"];
-/// Booleans of any component that say that something is wrong.
-const TROUBLE: [&str; 2] = ["tripped", "undervoltage"];
-/// Share of the throughput that may be left open, and share that the bonds may make or lose.
+/// Boolean outputs of any component that report a fault.
+const FAULTS: [&str; 2] = ["tripped", "undervoltage"];
+/// Share of the throughput that may be unaccounted for, and that the bonds may create or lose.
 const OPEN: f64 = 1e-5;
 const RESIDUAL: f64 = 1e-3;
 
@@ -36,37 +36,37 @@ pub struct Supply {
     pub component: String,
     /// Energy that went through the bonds in either direction.
     pub throughput: f64,
-    /// Energy that it gave to the drives, less what they gave back, as it counts it.
+    /// Energy given to the drives minus what they gave back, at its side of the bonds.
     pub given: f64,
     /// Energy that the bonds lost (> 0) or created (< 0).
     pub residual: f64,
-    /// What became of the energy in the drives: work on the load, losses, rise of what is stored.
+    /// Work of the drives on the load.
     pub work: f64,
-    /// Work on the load where the exchange set a rod elsewhere than its velocity had taken it: what
-    /// the coupling at the rods makes or loses.
+    /// Energy that the coupling at the rods creates or loses, as in `Balance`.
     pub shift: f64,
     /// Lost in the drives.
     pub lost: f64,
-    /// Rise of what the drives store.
+    /// Rise of the energy stored in the drives.
     pub stored: f64,
-    /// Its own account, where it has one.
+    /// The energies back to its source, if it has such outputs.
     pub source: Option<Source>,
-    /// Least and greatest value and last one of the shown signals that it has.
+    /// The shown signals.
     pub ranges: Vec<Range>,
-    /// What went wrong, by signal, and when first, s.
-    pub trouble: Vec<(String, f64)>,
+    /// Faults: signal and time at which it is first true, s.
+    #[serde(rename = "trouble")]
+    pub faults: Vec<(String, f64)>,
 }
 
-/// Account of a source, J.
+/// Energies between the source and the drives, J.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Source {
     /// From the source itself.
     pub battery: f64,
     /// Burnt in the brake resistor.
     pub brake: f64,
-    /// Lost on the way.
+    /// Lost between source and drives.
     pub lost: f64,
-    /// Rise of what is stored on the way.
+    /// Rise of the energy stored between source and drives.
     pub stored: f64,
 }
 
@@ -85,12 +85,12 @@ pub struct Range {
     pub last: f64,
 }
 
-/// Index of the component that feeds the drives, where there is one.
+/// Index of the component that feeds the drives, if there is one.
 pub fn component(system: &System) -> Result<Option<usize>> {
     Ok(feeding(system)?.map(|(k, _)| k))
 }
 
-/// The component that the drawing bonds end at, and the names of their efforts.
+/// The component at the end of the drawing bonds, and the names of their efforts.
 fn feeding(system: &System) -> Result<Option<(usize, Vec<String>)>> {
     let wiring = system.wiring()?;
     let mut found: Option<(usize, Vec<String>)> = None;
@@ -105,9 +105,9 @@ fn feeding(system: &System) -> Result<Option<(usize, Vec<String>)>> {
     Ok(found)
 }
 
-/// What must be recorded for [`Supply::of`] besides the actuators' energies.
+/// The variables that [`Supply::from_run`] needs besides the actuators' energies.
 pub fn ports(system: &System) -> Result<Vec<Port>> {
-    let mut ports = trouble(system);
+    let mut ports = fault_ports(system);
     if let Some((k, _)) = feeding(system)? {
         let names = ENERGIES.iter().chain(&SHOWN);
         ports.extend(names.filter_map(|name| system.port_of(k, name).ok()));
@@ -115,24 +115,20 @@ pub fn ports(system: &System) -> Result<Vec<Port>> {
     Ok(ports)
 }
 
-fn trouble(system: &System) -> Vec<Port> {
+fn fault_ports(system: &System) -> Vec<Port> {
     let components = 0..system.fmus.len();
-    let of = |k| {
-        TROUBLE
-            .iter()
-            .filter_map(move |name| system.port_of(k, name).ok())
-    };
-    let is_told = |port: &Port| {
-        let variable = system.variable(*port); // a parameter may be named so too
+    let named = components.flat_map(|k| FAULTS.map(|name| system.port_of(k, name)));
+    let is_output = |port: &Port| {
+        let variable = system.variable(*port); // a parameter may have this name too
         variable.kind == Kind::Boolean && variable.causality == Causality::Output
     };
-    components.flat_map(of).filter(is_told).collect()
+    named.flatten().filter(is_output).collect()
 }
 
 impl Supply {
-    /// Of a run; `actuators` are the recorded outputs of all actuators, `count` of each: energies
-    /// in, out, lost and stored first.
-    pub fn of(
+    /// The balance of a run; `actuators` are the recorded outputs of all actuators, `count` each,
+    /// of which the first are the energies in, out, lost and stored.
+    pub fn from_run(
         system: &System,
         recorded: &RecordedRun,
         actuators: &[Port],
@@ -154,12 +150,7 @@ impl Supply {
         let of_bonds = recorded.outcome.run.residuals.iter();
         let of_bonds: Vec<_> = of_bonds.filter(|r| bonds.contains(&r.bond)).collect();
         let own: Option<Vec<f64>> = (ENERGIES.iter())
-            .map(|name| {
-                system
-                    .port_of(k, name)
-                    .ok()
-                    .and_then(|port| rise(port).ok())
-            })
+            .map(|name| rise(system.port_of(k, name).ok()?).ok())
             .collect();
         let mut ranges = Vec::new();
         for name in SHOWN {
@@ -174,11 +165,11 @@ impl Supply {
                 });
             }
         }
-        let mut wrong = Vec::new();
-        for port in trouble(system) {
+        let mut faults = Vec::new();
+        for port in fault_ports(system) {
             let column = recorded.recording.column(port)?;
             if let Some(first) = column.iter().position(|value| *value > 0.5) {
-                wrong.push((system.name(port), recorded.recording.times[first]));
+                faults.push((system.name(port), recorded.recording.times[first]));
             }
         }
         let [work, lost, stored] = totals;
@@ -198,13 +189,12 @@ impl Supply {
                 stored: e[3],
             }),
             ranges,
-            trouble: wrong,
+            faults,
         }))
     }
 
-    /// What is left open of: energy from the source, or given by the component where it tells of no
-    /// source, less losses, work, rise of what is stored, and what the bonds and the exchange at
-    /// the rods lost, J.
+    /// Energy that is unaccounted for, J: from the source (else given by the component) minus
+    /// losses, work, rise of stored energy, and what the bonds and the coupling at the rods lost.
     pub fn open(&self) -> f64 {
         let from = self
             .source
@@ -212,28 +202,26 @@ impl Supply {
         from - self.work - self.shift - self.lost - self.stored - self.residual
     }
 
-    /// What is to be said of it.
+    /// Bad if energy is unaccounted for, created or lost by the coupling, or after a fault.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
         let share = |energy: f64| energy.abs() / self.throughput.max(f64::MIN_POSITIVE);
-        if share(self.open()) > OPEN {
+        let (component, open) = (&self.component, self.open());
+        if share(open) > OPEN {
             verdict.object(format!(
-                "{}: {:.3e} J of the energy are unaccounted for, {:.1e} of what went through its bonds; it must be at most {OPEN:e}",
-                self.component,
-                self.open(),
-                share(self.open())
+                "{component}: {open:.3e} J of the energy are unaccounted for, {:.1e} of what went through its bonds; it must be at most {OPEN:e}",
+                share(open)
             ));
         }
         for (energy, place) in [(self.residual, "at its bonds"), (self.shift, "at the rods")] {
             if share(energy) > RESIDUAL {
                 verdict.object(format!(
-                    "{}: the coupling made or lost {energy:.3e} J {place}, {:.1e} of what went through its bonds; it must be at most {RESIDUAL:e}",
-                    self.component,
+                    "{component}: the coupling made or lost {energy:.3e} J {place}, {:.1e} of what went through its bonds; it must be at most {RESIDUAL:e}",
                     share(energy)
                 ));
             }
         }
-        for (signal, since) in &self.trouble {
+        for (signal, since) in &self.faults {
             verdict.object(format!("`{signal}` is true from t = {since} s on"));
         }
         verdict

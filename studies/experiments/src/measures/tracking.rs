@@ -1,17 +1,16 @@
-//! How well a run tracked, seen from several places: what the controller could have known, what the
-//! tip of the plant did, and how fast.
+//! Tracking errors of a run: how much of the tip's error the controller could have known, and how
+//! far the plant's tip really was from the reference. Used to compare control laws.
 //!
-//! Three errors of the tip's position, each of the reference against
-//! - `known`: the controller's own kinematics at the true joint angles as its encoders have them,
-//!   zero errors included, noise and rounding not: all that a controller which reads joints can
-//!   bring to zero;
+//! There are three errors of the tip's position, each between the reference and
+//! - `known`: the controller's own kinematics at the joint angles as its encoders read them, with
+//!   their zero errors but without noise and rounding: the part that a controller which measures
+//!   joint angles can bring to zero;
 //! - `joints`: the controller's own kinematics at the true joint angles;
-//! - `plant`: the tip of the plant, with errors of dimensions and of zeros in it, which mostly
-//!   shift it.
+//! - `plant`: the tip of the plant; errors of dimensions and encoder zeros mostly shift it.
 //!
-//! A plant that bends says besides where its tip were if nothing bent: `rigid`.
+//! A plant that bends also reports where its tip would be if nothing bent: `rigid`.
 //!
-//! Zero errors are the mean difference of measured and true angles over the rest before the motion.
+//! Zero errors are the mean difference of measured and true angles at rest before the motion.
 
 use anyhow::{Context, Result};
 use cosim::{Experiment, Port, Recording, System, start_value};
@@ -32,92 +31,83 @@ pub struct PositionError {
     pub rmse: f64,
     /// Largest, m.
     pub max: f64,
-    /// Length of its mean vector, m: what is constant.
+    /// Length of the mean error vector, m: the constant part.
     pub mean: f64,
-    /// Root mean square of what is left without the mean vector, m.
+    /// Root mean square of the error without its mean vector, m.
     pub varying: f64,
 }
 
-/// A run in numbers.
+/// Tracking errors of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Tracking {
-    /// Reference against what the controller could have known.
+    /// Error that the controller could have known.
     pub known: PositionError,
-    /// Reference against the controller's kinematics at the true joint angles.
+    /// Error by the controller's kinematics at the true joint angles.
     pub joints: PositionError,
-    /// Reference against the tip of the plant.
+    /// Error of the plant's tip.
     pub plant: PositionError,
-    /// Root mean square and maximum of the angle between the desired orientation and that of the
-    /// plant's tip, rad.
+    /// Root mean square and maximum of the angle between desired and true orientation, rad.
     pub orientation: [f64; 2],
     /// Largest speed of the plant's tip, m/s.
     pub speed: f64,
-    /// What a plant that bends says besides.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[serde(rename = "bent")]
+    /// Deflection, if the plant bends.
+    #[serde(skip_serializing_if = "Option::is_none", rename = "bent")]
     pub sag: Option<Sag>,
 }
 
-/// A plant that bends.
+/// Deflection of a plant that bends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Sag {
-    /// Reference against the tip that the plant's joints, with its dimensions, say if nothing bent.
+    /// Error of the rigid tip: that of the plant's joints and dimensions if nothing bent.
     pub rigid: PositionError,
-    /// Root mean square of the tip's distance from there, m.
+    /// Root mean square of the distance between tip and rigid tip, m.
     #[serde(rename = "sag_rms")]
     pub rms: f64,
-    /// The largest, m.
+    /// Largest such distance, m.
     #[serde(rename = "sag_max")]
     pub max: f64,
 }
 
 impl Tracking {
-    /// The field's indicator for heavy-duty manipulators: largest error that is known over largest
-    /// speed, s. It is smaller for better control, and compares machines of different size and
-    /// speed.
+    /// The field's indicator for heavy-duty manipulators: largest known error divided by largest
+    /// speed, s; smaller is better. It compares machines of different size and speed.
     pub fn rho(&self) -> f64 {
         self.known.max / self.speed
     }
 
-    /// Run and evaluate the motion; also the run, of which the variables `more` are recorded too.
-    ///
-    /// # Errors
-    /// The run fails, or the system lacks one of the variables.
-    pub fn recorded(
+    /// Runs and evaluates the motion; also returns the run, in which `more` is recorded too.
+    pub fn record(
         system: &System,
         experiment: &Experiment,
         more: &[Port],
     ) -> Result<(Self, RecordedRun)> {
         let evaluation = Evaluation::new(system, experiment)?;
         let ports = [&evaluation.ports(), more].concat();
-        let recorded = RecordedRun::of(system, experiment, &ports)?;
+        let recorded = RecordedRun::record(system, experiment, &ports)?;
         let start = recorded.outcome.tip.motion_start;
         let tracking = evaluation.evaluate(&recorded.recording, start)?;
         Ok((tracking, recorded))
     }
 }
 
-/// What is needed to evaluate a run of an experiment, found before it.
+/// The variables and parameters by which a run is evaluated; found before the run.
 pub struct Evaluation {
     /// Desired position and orientation.
     desired: Vec<Port>,
-    /// Joint angles as they are and as the controller has them.
+    /// True joint angles, and those that the controller measures.
     zeta: [Vec<Port>; 2],
     /// Position, orientation and velocity of the plant's tip.
     tip: Vec<Port>,
-    /// Where the tip of a plant that bends were if nothing bent; empty of another plant.
+    /// Rigid tip of a plant that bends; empty for other plants.
     rigid: Vec<Port>,
     /// The controller's kinematics.
     tree: Tree,
-    /// Communication points by which the desired pose is ahead of the point at which it is read.
+    /// Communication points by which the desired pose is ahead of the other values.
     late: usize,
 }
 
 impl Evaluation {
-    /// Of runs of `experiment` on `system`.
-    ///
-    /// # Errors
-    /// The system lacks one of the variables, or there is no machine in the controller's file.
+    /// For runs of `experiment` on `system`.
     pub fn new(system: &System, experiment: &Experiment) -> Result<Self> {
         let controller = system.port("desired.position[1]")?.component;
         let plant = system.port("tip.position[1]")?.component;
@@ -134,7 +124,7 @@ impl Evaluation {
             measured.push(wiring.links[link].from);
         }
         let file = system.port_of(controller, "machine_file")?;
-        let believed = MachineFile::at(system, &experiment.settings, file)?;
+        let nominal = MachineFile::from_parameter(system, &experiment.settings, file)?;
         let delay = system.port_of(controller, "delay")?;
         let delay = start_value(system, &experiment.settings, delay)?;
         let desired = [("desired.position", 3), ("desired.orientation", 4)];
@@ -148,24 +138,21 @@ impl Evaluation {
             zeta: [system.elements(plant, "zeta", JOINTS)?, measured],
             tip: arrays(plant, &tip)?,
             rigid: (system.elements(plant, "tip.rigid_position", 3)).unwrap_or_default(),
-            tree: Tree::new(&believed.machine)?,
-            // With a delay of one the outputs, predicted over it, belong to the point at which they
-            // are read.
+            tree: Tree::new(&nominal.machine)?,
+            // A delay of one step is predicted over: those outputs belong to the point of reading.
             late: (delay - 1.0).max(0.0) as usize,
         })
     }
 
-    /// What must be recorded at every communication point.
+    /// The variables that must be recorded at every communication point.
     pub fn ports(&self) -> Vec<Port> {
         let mut ports = [&self.desired[..], &self.zeta[0], &self.tip, &self.rigid].concat();
         ports.extend(self.zeta[1].iter().filter(|p| !self.zeta[0].contains(p)));
         ports
     }
 
-    /// The run in numbers, over the motion, which begins at `motion_start`, s.
-    ///
-    /// # Errors
-    /// One of [`Evaluation::ports`] was not recorded.
+    /// Errors over the motion, which begins at `motion_start`, s, of a run that recorded
+    /// [`Evaluation::ports`].
     pub fn evaluate(&self, recording: &Recording, motion_start: f64) -> Result<Tracking> {
         let (first, tree) = (recording.first_from(motion_start), &self.tree);
         let columns = |ports: &[Port]| -> Result<Vec<&[f64]>> {
@@ -183,8 +170,7 @@ impl Evaluation {
         let mut orientation = Distance::default();
         let mut speed: f64 = 0.0;
         let (mut to_rigid, mut sagging) = (Sum::default(), Distance::default());
-        let points = first..recording.times.len();
-        for k in points {
+        for k in first..recording.times.len() {
             let seen = k.saturating_sub(self.late);
             let reference = vector(&desired, seen);
             let own = |share: f64| {
@@ -219,13 +205,13 @@ impl Evaluation {
     }
 }
 
-/// Mean of `a − b` over the first `count` samples, over all where these are none.
+/// Mean of `a − b` over the first `count` samples, or over all if `count` is 0.
 fn mean_difference(a: &[f64], b: &[f64], count: usize) -> f64 {
     let count = if count == 0 { a.len() } else { count };
     a.iter().zip(b).take(count).map(|(a, b)| a - b).sum::<f64>() / count as f64
 }
 
-/// Sums over error vectors.
+/// Sums over error vectors, from which a [`PositionError`] is computed.
 #[derive(Clone, Copy, Default)]
 struct Sum {
     vectors: Vector3<f64>,
@@ -256,8 +242,8 @@ impl Sum {
 mod tests {
     use super::*;
 
-    /// Closed form: a constant of (3, 4, 0) with ±2 along z beside it. A few roundings of 29 = 25 +
-    /// 4, divided by 2·2.
+    /// Closed form: a constant of (3, 4, 0) plus ±2 along z. A few roundings of 29 = 25 + 4,
+    /// divided by 2·2.
     #[test]
     fn the_constant_part_is_told_from_the_rest() {
         let mut sum = Sum::default();

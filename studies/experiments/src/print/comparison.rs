@@ -1,4 +1,4 @@
-//! Control laws compared: as tables for people, as CSV and as JSON.
+//! The comparison of control laws in a world (`hdrm-fmu table --world …`) as tables, CSV and JSON.
 
 use std::fmt::Write as _;
 use std::io;
@@ -7,10 +7,10 @@ use serde_json::{Value, json};
 
 use super::output::put_verdict;
 use crate::analyses::comparison::{Summary, TrackingCell, summaries};
-use crate::runs::grid::{ALL_TRAJECTORIES, Spread, failures};
+use crate::runs::grid::{ALL_TRAJECTORIES, Spread, failure_lines};
 use crate::worlds::World;
 
-/// Columns: title, number where there is one, its scale to what is printed, digits.
+/// A column: title, value if the law has one, factor to the printed unit, digits.
 type Column = (&'static str, fn(&Summary) -> Option<Spread>, f64, usize);
 const COLUMNS: [Column; 9] = [
     ("known, mm", |s| Some(s.known), 1e3, 3),
@@ -24,7 +24,7 @@ const COLUMNS: [Column; 9] = [
     ("sag max, mm", |s| s.sag, 1e3, 2),
 ];
 
-/// The comparison of each trajectory: median (worst) over the cases, then the failures.
+/// A table for each trajectory, median (worst) over the cases, then the failures.
 pub fn text(cells: &[TrackingCell]) -> String {
     let mut text = String::new();
     for trajectory in ALL_TRAJECTORIES {
@@ -34,8 +34,8 @@ pub fn text(cells: &[TrackingCell]) -> String {
         let rows = summaries(cells, Some(trajectory));
         let width = rows.iter().map(|r| r.law.len()).max().unwrap_or(0).max(11);
         let mut line = format!("{trajectory:<width$}");
-        for (title, of, ..) in COLUMNS {
-            if rows.iter().any(|row| of(row).is_some()) {
+        for (title, value, ..) in COLUMNS {
+            if rows.iter().any(|row| value(row).is_some()) {
                 let _ = write!(line, "{title:>17}");
             }
         }
@@ -48,22 +48,20 @@ pub fn text(cells: &[TrackingCell]) -> String {
     text += "median (worst) over the cases: RMSE of the tip's position error over the motion, its known part against the controller's \
              kinematics with its encoders' zeros, at the true joint angles, of the plant's tip, the same without its mean; RMS of the \
              orientation's error; rho = largest known error / largest speed";
-    if cells
-        .iter()
-        .any(|c| c.result.as_ref().is_ok_and(|t| t.sag.is_some()))
-    {
+    let bends = |c: &TrackingCell| c.result.as_ref().is_ok_and(|t| t.sag.is_some());
+    if cells.iter().any(bends) {
         text += "; against the tip that the plant's joints say, less its mean; largest distance of the tip from there";
     }
     text += "\n";
-    text + &failures(cells, |c| {
+    text + &failure_lines(cells, |c| {
         format!("{}, {}, {}", c.trajectory, c.law, c.case)
     })
 }
 
 fn numbers(row: &Summary) -> String {
     let mut text = String::new();
-    for (_, of, scale, digits) in COLUMNS {
-        let Some(s) = of(row) else { continue };
+    for (_, value, scale, digits) in COLUMNS {
+        let Some(s) = value(row) else { continue };
         let number = |v: f64| match v.is_finite() {
             true => format!("{:.digits$}", scale * v),
             false => "failed".into(),
@@ -74,7 +72,7 @@ fn numbers(row: &Summary) -> String {
     text
 }
 
-/// One row a run.
+/// One row for each run.
 pub fn write_csv(cells: &[TrackingCell], out: &mut impl io::Write) -> io::Result<()> {
     let errors = ["known", "joints", "plant"]
         .map(|e| format!("{e} rmse [m],{e} max [m],{e} mean [m],{e} rmse less mean [m]"));
@@ -99,7 +97,7 @@ pub fn write_csv(cells: &[TrackingCell], out: &mut impl io::Write) -> io::Result
     Ok(())
 }
 
-/// Each law over all runs, and the runs, for programs.
+/// The summary of each law, and all runs, for programs.
 pub fn json(world: World, cells: &[TrackingCell]) -> Value {
     let run = |cell: &TrackingCell| {
         let mut value = json!({"law": cell.law, "case": cell.case, "trajectory": cell.trajectory});

@@ -1,13 +1,13 @@
-//! Energies of the actuators and of what feeds them, as text, CSV and JSON.
+//! Energy balances of the actuators and of the component that feeds them, as text, CSV and JSON.
 
 use std::io;
 
 use serde_json::{Value, json};
 
 use crate::measures::energy::{Balance, Energies};
-use crate::measures::supply::{Range, Supply};
+use crate::measures::supply::Supply;
 
-/// The balances as a table for people.
+/// The balances of the actuators as a table, one column each.
 pub fn text(title: &str, balances: &[Balance]) -> String {
     let mut text = format!("{title}\n{:<34}", "energy over the motion, J");
     for b in balances {
@@ -17,10 +17,8 @@ pub fn text(title: &str, balances: &[Balance]) -> String {
     for (name, get) in ROWS {
         text += &format!("{name:<34}");
         for b in balances {
-            text += &match get(b) {
-                Some(value) => format!("{value:>12.2}"),
-                None => format!("{:>12}", "-"),
-            };
+            let value = get(b).map_or("-".into(), |value| format!("{value:.2}"));
+            text += &format!("{value:>12}");
         }
         text += "\n";
     }
@@ -28,7 +26,7 @@ pub fn text(title: &str, balances: &[Balance]) -> String {
 }
 
 type Quantity = (&'static str, fn(&Balance) -> Option<f64>);
-/// What is told of an actuator.
+/// Rows of the table and columns of the CSV file.
 const ROWS: [Quantity; 13] = [
     ("electrical, taken", |b| Some(b.electrical)),
     ("electrical, given back", |b| Some(b.regenerated)),
@@ -47,7 +45,7 @@ const ROWS: [Quantity; 13] = [
     ("throughput (out / in), %", |b| Some(100.0 * b.throughput())),
 ];
 
-/// A row of each actuator of each case, energies in J.
+/// A row for each actuator of each case, energies in J.
 pub fn write_csv(cases: &[(String, Energies)], to: &mut impl io::Write) -> io::Result<()> {
     let quote = |name: &str| format!("\"{name}\"");
     let heads: Vec<_> = ROWS.iter().map(|(name, _)| quote(name)).collect();
@@ -62,7 +60,7 @@ pub fn write_csv(cases: &[(String, Energies)], to: &mut impl io::Write) -> io::R
     Ok(())
 }
 
-/// What feeds the drives, for people.
+/// The balance of the component that feeds the drives, as text.
 pub fn supply_text(supply: &Supply) -> String {
     let mut text = format!("energy over the whole run, J: {}\n", supply.component);
     let mut line = |name: &str, value: f64| {
@@ -85,21 +83,15 @@ pub fn supply_text(supply: &Supply) -> String {
         "went through the bonds in either direction",
         supply.throughput,
     );
-    for Range {
-        name,
-        unit,
-        least,
-        greatest,
-        last,
-    } in &supply.ranges
-    {
-        let name = format!("{name}, {unit}: least, greatest, last");
-        text += &format!("{name:<46}{least:>14.4}{greatest:>14.4}{last:>14.4}\n");
+    for range in &supply.ranges {
+        let name = format!("{}, {}: least, greatest, last", range.name, range.unit);
+        let values = [range.least, range.greatest, range.last].map(|v| format!("{v:>14.4}"));
+        text += &format!("{name:<46}{}\n", values.concat());
     }
     text
 }
 
-/// A balance for programs.
+/// A balance with its derived values, for programs.
 pub fn balance_json(balance: &Balance) -> Value {
     let mut value = json!(balance);
     value["efficiency"] = balance.efficiency().into();

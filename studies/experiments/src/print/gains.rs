@@ -1,8 +1,9 @@
-//! Gains by the rule as a parameter set.
+//! Writes the gains that the rule computes for a machine as an SSP parameter set
+//! (`hdrm-fmu machine gains --output`).
 
 use motion_check::gain_rule::RuledGain;
 
-/// The parameter set of these gains for the system `Real.ssp`, called `name`.
+/// The parameter set `name` with these gains, for the system `Real.ssp`.
 pub fn parameter_set(name: &str, machine: &str, gains: &[RuledGain]) -> String {
     let (mut reasons, mut parameters) = (String::new(), String::new());
     for gain in gains {

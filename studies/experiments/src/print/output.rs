@@ -1,5 +1,5 @@
-//! What a command leaves: CSV and JSON files, in them what the numbers were made under, and the
-//! verdict on what was found.
+//! The output that the commands share: progress bar, CSV and JSON files, the conditions of the runs
+//! in the JSON file, and the verdict.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -11,8 +11,7 @@ use cosim::{Experiment, Setting, System, Verdict};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-/// What `run` returns, with a progress bar over `count` of what it makes (`what`); it calls the
-/// function that it is given after each.
+/// Calls `run` with a progress bar over `count` items; `run` calls its argument after each.
 pub fn with_progress<T>(
     count: u64,
     what: &'static str,
@@ -24,7 +23,7 @@ pub fn with_progress<T>(
     result
 }
 
-/// Write a file where one is asked for.
+/// Writes a file if a path is given.
 pub fn write(
     path: Option<&Path>,
     content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
@@ -38,7 +37,7 @@ pub fn write(
         .with_context(|| path.display().to_string())
 }
 
-/// Write a JSON file where one is asked for.
+/// Writes a JSON file if a path is given.
 pub fn write_json(path: Option<&Path>, value: &impl Serialize) -> Result<()> {
     write(path, |file| {
         serde_json::to_writer_pretty(&mut *file, value)?;
@@ -46,7 +45,7 @@ pub fn write_json(path: Option<&Path>, value: &impl Serialize) -> Result<()> {
     })
 }
 
-/// What the numbers were made under.
+/// Version, step, schedule and start values as a JSON object, to which results are added.
 pub fn conditions(system: &System, base: &Experiment) -> Value {
     let setting = |s: &Setting| format!("{}={}", system.name(s.port), s.value);
     json!({
@@ -57,7 +56,7 @@ pub fn conditions(system: &System, base: &Experiment) -> Value {
     })
 }
 
-/// For people; also says so where nothing was found.
+/// The verdict as text; "verdict: good" if there are no findings.
 pub fn verdict_text(verdict: &Verdict) -> String {
     if verdict.findings().is_empty() {
         return "verdict: good\n".into();
@@ -65,20 +64,21 @@ pub fn verdict_text(verdict: &Verdict) -> String {
     verdict.to_string()
 }
 
-/// The verdict on many runs: printed where it is asked for by `--check`; else a hint beside the
-/// results where it is bad.
+/// Prints the verdict with `--check`; without it, a hint on stderr if the verdict is bad.
 pub fn print_counted(verdict: &Verdict, check: bool) -> Result<()> {
     if check {
         return print(verdict_text(verdict));
     }
     if verdict.is_bad() {
-        eprintln!("the verdict is BAD: --check says why, and ends with exit code 2");
+        eprintln!(
+            "some runs break a limit of the machine; --check names them and ends with exit code 2"
+        );
     }
     Ok(())
 }
 
-/// End a command: the verdict goes into the numbers that it has found, these into a JSON file where
-/// one is asked for, and the verdict is printed as by [`print_counted`].
+/// Ends a command: adds the verdict to its results `found`, writes them as JSON if a path is given,
+/// and prints the verdict as [`print_counted`] does.
 pub fn finish(
     mut found: Value,
     verdict: Verdict,
@@ -91,7 +91,7 @@ pub fn finish(
     Ok(verdict)
 }
 
-/// Put a verdict into a JSON object: whether it is good, and what was found.
+/// Adds a verdict to a JSON object: whether it is good, and the findings.
 pub fn put_verdict(value: &mut Value, verdict: &Verdict) {
     value["verdict"] = if verdict.is_bad() { "BAD" } else { "good" }.into();
     let findings = verdict.findings().iter().map(|f| f.text.as_str());

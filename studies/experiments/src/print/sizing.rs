@@ -1,10 +1,10 @@
-//! Motors and actuators beside their ratings, as text and CSV.
+//! Loads of motors and actuators compared with their ratings, as text and CSV.
 
 use std::io;
 
 use crate::analyses::sizing::Sizing;
 
-/// The axes as a table for people.
+/// A table with a column for each axis, then the sensitivity to the payload.
 pub fn text(sizing: &Sizing, title: &str) -> String {
     let mut text = format!("{title}\n{:<44}", "over the motion: value (rating)");
     for axis in &sizing.axes {
@@ -39,7 +39,7 @@ pub fn text(sizing: &Sizing, title: &str) -> String {
     text
 }
 
-/// A row of each quantity of each axis of each case.
+/// A row for each quantity of each axis of each case.
 pub fn write_csv(cases: &[(String, Sizing)], to: &mut impl io::Write) -> io::Result<()> {
     writeln!(to, "trajectory,actuator,quantity,unit,value,rating")?;
     for (case, sizing) in cases {

@@ -1,4 +1,4 @@
-//! The stability proof in numbers, as tables for people.
+//! The stability proof in numbers (`hdrm-fmu stability`), as tables.
 #![allow(non_snake_case)] // the paper's symbols
 
 use crate::analyses::stability::{Gains, Power, Run};
@@ -34,7 +34,7 @@ pub fn text(runs: &[Run]) -> String {
     text + &runs.first().map_or(String::new(), |r| gains(&r.gains))
 }
 
-/// By which cause the bound is exceeded.
+/// How far the bound is exceeded with each cause added to the machine.
 pub fn causes_text(rungs: &[(&'static str, Run)]) -> String {
     let mut text = "\nbound nu' <= -B on the cubic trajectory as the machine is put together; W: mean, rms, largest\n".to_owned()
         + "                                         time                       B          excess nu' + B           of it: bodies               actuators        cuts at the rods\n";
@@ -77,8 +77,8 @@ fn gains(gains: &Gains) -> String {
     )
 }
 
-/// The conditions with weights that are energies of the machine, of an actuator with this elastic
-/// compliance, m/N.
+/// The gain conditions if the weights are energies of the machine instead of fitted; `compliance`
+/// is the elastic compliance of the actuator, m/N.
 pub fn unfitted_text(gains: &Gains, compliance: f64, L_d: f64) -> String {
     let [second, third] = gains.unfitted(compliance, L_d);
     format!(

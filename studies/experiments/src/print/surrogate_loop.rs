@@ -1,8 +1,8 @@
-//! The surrogate in the loop as a table for people.
+//! The study of the surrogate in the loop (`hdrm-fmu table --study surrogate`) as a table.
 
 use crate::analyses::surrogate_loop::SurrogateRow;
 
-/// The rows as a table for people.
+/// The table and a line that explains its columns.
 pub fn text(rows: &[SurrogateRow]) -> String {
     let mut text = "load cells            controller    failed                   tip, mm (worst)              current, A        tip over physics\n"
         .to_owned();

@@ -1,4 +1,4 @@
-//! The one-axis experiment as tables for people.
+//! The one-axis experiment (`hdrm-fmu testbed`) as tables.
 
 use crate::analyses::testbed::{Axis, AxisError, FORCE_TARGET, Load, LoadedAxis, POSITION_TARGET};
 
@@ -7,7 +7,7 @@ fn error(e: &AxisError, scale: f64, digits: usize) -> String {
     format!("{:.digits$} ({:.digits$})", scale * e.rmse, scale * e.max)
 }
 
-/// The controllers that are not told the load.
+/// The controllers that do not know the load beforehand.
 pub fn unknown_load_text(axes: &[Axis]) -> String {
     let mut text = "load not known to the controller beforehand\n\
         trajectory  axis  controller            position, mm (max)  velocity, mm/s (max)\n"
@@ -22,7 +22,7 @@ pub fn unknown_load_text(axes: &[Axis]) -> String {
     text + "RMSE and maximum over the motion; at the level of the actuators there are no inertias to adapt, so adaptive and modular are one\n"
 }
 
-/// The controller that is told the load, beside the targets.
+/// The controller that knows the load, with the targets.
 pub fn text(axes: &[Axis]) -> String {
     let mut text = "trajectory  axis      position, mm (max)  velocity, mm/s (max)        force, N (max)  peak, kN   % of peak\n"
         .to_owned();
@@ -48,7 +48,7 @@ pub fn text(axes: &[Axis]) -> String {
     )
 }
 
-/// Actuators as built, under both loads.
+/// Actuators as built under both kinds of load.
 pub fn rigs_text(axes: &[LoadedAxis]) -> String {
     let mut text = "actuators as built, load not known to the controller beforehand\n\
         trajectory  axis  load      controller          position, mm (max)  velocity, mm/s (max)   load's force, N (max)  % of peak\n"

@@ -1,5 +1,5 @@
-//! Tip errors of three controllers a row: the paper's table and those of other errors, as text, CSV
-//! and JSON.
+//! The tables of `hdrm-fmu table` with three controllers a row, as text, CSV and JSON: tip errors
+//! under inertia errors (the paper's table) and in the other robustness studies.
 
 use std::fmt::Write as _;
 use std::io;
@@ -11,7 +11,7 @@ use super::output::put_verdict;
 use crate::analyses::inertia::{MODES, paper, scale_of};
 use crate::analyses::robustness::{Study, judge};
 use crate::measures::run::TipError;
-use crate::runs::grid::{Cell, failures};
+use crate::runs::grid::{Cell, failure_lines};
 
 type TipCell = Cell<TipError>;
 
@@ -31,24 +31,25 @@ pub fn inertia_text(cells: &[TipCell]) -> String {
         },
     );
     text += "tip RMSE and maximum in mm over the motion\n";
-    text + &failures(cells, |c| {
-        format!("{} {} at inertia x {}", c.trajectory, c.law, c.case)
-    })
+    let name = |c: &TipCell| format!("{} {} at inertia x {}", c.trajectory, c.law, c.case);
+    text + &mark_legend(cells, name) + &failure_lines(cells, name)
 }
 
-/// The cells of another study for people, with the target and the failures; a target that is not
-/// met spoils `verdict`.
+/// The table of another study for people, with the target and the failures; a target that is not
+/// met makes `verdict` bad.
 pub fn robustness_text(study: Study, cells: &[TipCell], verdict: &mut Verdict) -> String {
-    let name = |trajectory: &str, case: &str| [format!("{trajectory:<11}  {case:<38}"), "".into()];
-    let mut text = table(name("trajectory", study.name()), cells, |c| {
-        name(c.trajectory, &c.case)
+    let ends = |trajectory: &str, case: &str| [format!("{trajectory:<11}  {case:<38}"), "".into()];
+    let mut text = table(ends("trajectory", study.name()), cells, |c| {
+        ends(c.trajectory, &c.case)
     });
     text += &judge(study, cells, verdict);
-    text + &failures(cells, |c| format!("{} {}, {}", c.trajectory, c.case, c.law))
+    let name = |c: &TipCell| format!("{} {}, {}", c.trajectory, c.case, c.law);
+    text + &mark_legend(cells, name) + &failure_lines(cells, name)
 }
 
-/// A table with what stands before and behind the controllers in its first row, and in the row that
-/// begins with a cell.
+/// A table whose columns are the controllers. `head` and `row` give the text before and after these
+/// columns, in the header and in the row whose first cell is given. A `!` marks a cell whose run
+/// broke a limit; it replaces the blank before the next column.
 fn table(head: [String; 2], cells: &[TipCell], row: impl Fn(&TipCell) -> [String; 2]) -> String {
     let [mut text, end] = head;
     for mode in MODES {
@@ -58,18 +59,38 @@ fn table(head: [String; 2], cells: &[TipCell], row: impl Fn(&TipCell) -> [String
     for cells in cells.chunks(MODES.len()) {
         let [name, end] = row(&cells[0]);
         text += &name;
+        let mut mark = "";
         for cell in cells {
-            let cell = match &cell.result {
-                Ok(TipError { motion, .. }) => {
-                    format!("{:.3} ({:.3})", 1e3 * motion.rms(), 1e3 * motion.max)
-                }
-                Err(_) => "failed".into(),
+            let (number, next) = match &cell.result {
+                Ok(TipError { motion, .. }) => (
+                    format!("{:.3} ({:.3})", 1e3 * motion.rms(), 1e3 * motion.max),
+                    if cell.verdict.is_bad() { "!" } else { "" },
+                ),
+                Err(_) => ("failed".into(), ""),
             };
-            let _ = write!(text, "{cell:>20}");
+            let width = 20 - mark.len();
+            let _ = write!(text, "{mark}{number:>width$}");
+            mark = next;
         }
-        text += &(end + "\n");
+        let end = end.get(mark.len()..).unwrap_or_default();
+        let _ = writeln!(text, "{mark}{end}");
     }
     text
+}
+
+/// What `!` means, and the limit that the worst marked run breaks; empty without marks.
+fn mark_legend(cells: &[TipCell], name: impl Fn(&TipCell) -> String) -> String {
+    let marked = cells.iter().filter(|c| c.verdict.is_bad());
+    let marked = marked.filter_map(|c| Some((c, c.result.as_ref().ok()?.motion.rms())));
+    let Some((worst, _)) = marked.max_by(|(_, a), (_, b)| a.total_cmp(b)) else {
+        return String::new();
+    };
+    let broken = worst.verdict.findings().iter().find(|f| f.is_bad);
+    let broken = broken.map_or("", |finding| &finding.text);
+    format!(
+        "! the run breaks a limit of the machine; the worst, {}: {broken}\n",
+        name(worst)
+    )
 }
 
 /// The paper's table as comma-separated values.
@@ -79,19 +100,13 @@ pub fn write_inertia_csv(cells: &[TipCell], out: &mut impl io::Write) -> io::Res
         "trajectory,inertia_scale,mode,rmse [m],max [m],rmse whole run [m],paper adaptive rmse [m]"
     )?;
     for c in cells {
-        let values = c.result.as_ref().map_or([f64::NAN; 3], |tip| {
-            [tip.motion.rms(), tip.motion.max, tip.whole.rms()]
-        });
+        let errors = |tip: &TipError| [tip.motion.rms(), tip.motion.max, tip.whole.rms()];
+        let [rmse, max, whole] = c.result.as_ref().map_or([f64::NAN; 3], errors);
+        let paper = paper(c.trajectory, scale_of(c)).unwrap_or(f64::NAN);
+        let (trajectory, scale, law) = (c.trajectory, &c.case, &c.law);
         writeln!(
             out,
-            "{},{},{},{},{},{},{}",
-            c.trajectory,
-            c.case,
-            c.law,
-            values[0],
-            values[1],
-            values[2],
-            paper(c.trajectory, scale_of(c)).unwrap_or(f64::NAN)
+            "{trajectory},{scale},{law},{rmse},{max},{whole},{paper}"
         )?;
     }
     Ok(())
@@ -155,6 +170,24 @@ mod tests {
             result: result.map(error),
             verdict: Verdict::default(),
         }
+    }
+
+    /// The mark takes the place of a blank, so the columns stay where they are.
+    #[test]
+    fn a_run_that_breaks_a_limit_is_marked() {
+        let mut cells = [0.6e-3, 0.7e-3, 7.25e-3].map(|error| cell("pd", Ok(error)));
+        let plain = robustness_text(Study::TipLoad, &cells, &mut Verdict::default());
+        for (cell, force) in cells[1..].iter_mut().zip(["71 kN", "90 kN"]) {
+            cell.verdict.object(format!("force: {force}"));
+        }
+        let text = robustness_text(Study::TipLoad, &cells, &mut Verdict::default());
+        assert!(text.contains("0.600 (0.600)       0.700 (0.700)!      7.250 (7.250)!\n"));
+        let (table, legend) = text
+            .split_once("! the run breaks a limit")
+            .expect("a legend");
+        assert!(legend.ends_with("the worst, cubic payload +40 %, pd: force: 90 kN\n"));
+        let unmarked = table.replace("!\n", "\n").replace('!', " ");
+        assert_eq!(unmarked, plain);
     }
 
     #[test]

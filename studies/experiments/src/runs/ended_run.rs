@@ -1,98 +1,92 @@
-//! A run that may be lost: what became of it, how far the tip was off, how large the rods' forces
-//! were. It ends as soon as it is known that it is lost, or that it stands still after it was stopped.
+//! A run on a machine that the controller may fail to hold: whether the tip stayed on its
+//! reference, the controller stopped the machine, or control was lost; with the tip error and the
+//! rods' forces. Used by `draws`, `margins` and `tournament`. The run ends as soon as control is
+//! lost, or after the stopped machine has had time to come to rest.
 
 use anyhow::Result;
 use cosim::run::observer::{Observer, Observers};
 use cosim::run::simulate::{Plan, planned};
-use cosim::{Experiment, Master, Port, Recording, Signals, System, start_value};
+use cosim::{Experiment, Master, Recording, Signals, System, start_value};
+use machine_file::Ratings;
 use serde::{Deserialize, Serialize};
 
-use crate::measures::run::{end, motion_start, tip_error_port};
+use crate::measures::run::{end_time, motion_start, tip_error_port};
 use crate::measures::tracking::Evaluation;
 use crate::setup::machine_choice::MachineFile;
 
 /// Tip error from which on a run is lost, m.
 const FAR: f64 = 0.05;
-/// Rod force from which on a run is lost, over the rated one.
+/// Rod force from which on a run is lost, as a multiple of the rated force.
 const HUGE: f64 = 4.0;
-/// A rod swings whose force, less its mean, has this root mean square over the rated force: the
-/// paths' own accelerations stay below a third of it.
+/// A rod oscillates if its force without the moving mean has this root mean square, as a share of
+/// the rated force; the paths' own accelerations stay below a third of it.
 const SWINGS: f64 = 0.15;
-/// Time constants of that mean and of the mean square, s: swinging is what is faster than 0.6 Hz
-/// and lasts.
+/// Time constants of mean and mean square, s: lasting oscillations above 0.6 Hz remain.
 const MEAN: f64 = 0.25;
 const LASTING: f64 = 1.0;
-/// Time after which a machine that was braked may no longer swing, s.
+/// Time after braking at which the machine must be at rest, s.
 const STANDS: f64 = 3.0;
-/// Root mean square of the force, over the rated one, of a rod that stands.
+/// Root mean square below which a rod is at rest, as a share of the rated force.
 const STILL: f64 = 0.05;
 
 /// What became of a run.
-#[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, Eq, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Fate {
     /// The tip followed to the end.
     Kept,
-    /// The controller stopped the machine by its brakes, and it no longer swings.
+    /// The controller stopped the machine by its brakes, and it came to rest.
     Stopped,
-    /// It swung, was far off, or failed.
+    /// The machine oscillated, the tip was far off, or the run failed.
+    #[default]
     Lost,
 }
 
 /// A run and what became of it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EndedRun {
     /// What became of it.
     pub fate: Fate,
-    /// Why it did not come to its end; empty of a run that did.
+    /// Why it did not come to its end; empty if it did.
     pub why: String,
-    /// Root mean square of the known tip error over the motion, m; of a run that was kept.
+    /// Root mean square of the known tip error over the motion, m, if the run was kept.
     pub rmse: Option<f64>,
-    /// Largest rod force over the rated one, or over the controller's limit where that is larger.
+    /// Largest rod force divided by the rated force, or by a larger limit of the controller.
     pub force: f64,
-    /// Largest mean of a rod's force over the rated one, until it braked: what it carries, without
-    /// what swings.
+    /// Largest moving mean of a rod's force until braking, divided by the rated force.
     pub load: f64,
-    /// Mean square of the swinging at the end of the run, over the rated force, its root.
+    /// Root mean square of the oscillating force at the end, divided by the rated force.
     pub swing: f64,
     /// Simulated time, s.
     pub time: f64,
 }
 
 impl EndedRun {
-    /// RMSE, m; infinite of a run that was not kept.
+    /// RMSE, m; infinite if the run was not kept.
     #[must_use]
     pub fn cost(&self) -> f64 {
         self.rmse.unwrap_or(f64::INFINITY)
     }
 
-    /// Of a run that was not made because it could only be lost.
+    /// The result of a run that was not executed because it could only be lost.
     #[must_use]
     pub fn lost(why: String) -> Self {
         Self {
-            fate: Fate::Lost,
             why,
-            rmse: None,
-            force: 0.0,
-            load: 0.0,
-            swing: 0.0,
-            time: 0.0,
+            ..Self::default()
         }
     }
 
-    /// Run `experiment`.
-    ///
-    /// # Errors
-    /// A system without the signals that tell; a run that fails is lost, not an error.
-    pub fn of(system: &System, experiment: &Experiment) -> Result<Self> {
+    /// Runs `experiment`. A run that fails is lost, not an error.
+    pub fn run(system: &System, experiment: &Experiment) -> Result<Self> {
         let evaluation = Evaluation::new(system, experiment)?;
         let mut watch = Watch::new(system, experiment)?;
         let ports = evaluation.ports();
         let mut recording = Recording::new(system, &ports)?;
         let mut run = || -> Result<f64> {
             let master = experiment.start(system)?;
-            watch.end = end(system, experiment, &master)?;
-            // A machine that brakes at the end is seen to stand as well.
+            watch.end = end_time(system, experiment, &master)?;
+            // Time for a machine that brakes at the end to come to rest.
             let stop = watch.end + if watch.has_brakes { STANDS } else { 0.0 };
             let observers = &mut Observers(vec![&mut recording, &mut watch]);
             let outcome = planned(system, master, &Plan::to(stop), &|_, _| (), observers)?;
@@ -123,18 +117,18 @@ impl EndedRun {
     }
 }
 
-/// Force of a rod over the rated one: its mean, and the mean square of the rest.
+/// Force of a rod divided by the rated force: its moving mean, and the mean square of the rest.
 #[derive(Clone, Copy, Default)]
 struct Rod {
     rated: f64,
-    /// The controller's limit over the rated force, at least 1.
+    /// The controller's limit divided by the rated force, at least 1.
     limit: f64,
     mean: f64,
     square: f64,
 }
 
 impl Rod {
-    /// Add the force, N, that comes `dt` s after the last.
+    /// Adds the force, N, `dt` s after the last one; returns its share of the limit.
     fn add(&mut self, force: f64, dt: f64) -> f64 {
         let part = force / self.rated;
         if dt == 0.0 {
@@ -147,7 +141,7 @@ impl Rod {
     }
 }
 
-/// Watches whether a run is lost.
+/// Watches the run and ends it when its fate is known.
 struct Watch {
     signals: Signals,
     rods: Vec<Rod>,
@@ -157,37 +151,32 @@ struct Watch {
     /// When the controller braked, s.
     braked: Option<f64>,
     has_brakes: bool,
-    /// When the run ends that is not braked, s.
+    /// When the run ends unless the controller brakes, s.
     end: f64,
     ended: Option<(Fate, String)>,
 }
 
 impl Watch {
     fn new(system: &System, experiment: &Experiment) -> Result<Self> {
-        let file = MachineFile::of(system, &experiment.settings)?;
+        let file = MachineFile::from_manipulator(system, &experiment.settings)?;
         let tip = tip_error_port(system)?;
         let force = |k| system.port(&format!("emla_{k}.F"));
-        let mut ports: Vec<Port> = [Ok(tip), force(1), force(2), force(3)]
-            .into_iter()
-            .collect::<Result<_>>()?;
+        let mut ports = vec![tip, force(1)?, force(2)?, force(3)?];
         let rated = file.machine.ratings.in_order();
         let limit = match system.port_of(tip.component, "force_limit") {
             Ok(port) => start_value(system, &experiment.settings, port)?.max(1.0),
             Err(_) => 1.0,
         };
-        ports.extend((1..=3).filter_map(|k| {
-            let brake = system.port_of(tip.component, &format!("brake[{k}]"));
-            brake.ok()
-        }));
+        let brake = |k| system.port_of(tip.component, &format!("brake[{k}]"));
+        ports.extend((1..=3).flat_map(brake));
+        let rod = |ratings: &&Ratings| Rod {
+            rated: ratings.force_max,
+            limit,
+            ..Rod::default()
+        };
         Ok(Self {
             signals: Signals::new(system, &ports)?,
-            rods: (rated.iter())
-                .map(|ratings| Rod {
-                    rated: ratings.force_max,
-                    limit,
-                    ..Rod::default()
-                })
-                .collect(),
+            rods: rated.iter().map(rod).collect(),
             time: experiment.stepping.start,
             force: 0.0,
             load: 0.0,
@@ -241,7 +230,7 @@ impl Observer for Watch {
 }
 
 impl Watch {
-    /// What became of a run that was braked.
+    /// The fate of a run after braking.
     fn stopped(&self) -> (Fate, String) {
         let standing = |rod: &Rod| rod.square < STILL * STILL;
         match self.rods.iter().position(|rod| !standing(rod)) {

@@ -1,6 +1,6 @@
-//! A grid of runs: control laws × cases × trajectories, run on all cores. Every analysis of several
-//! runs is one; its cells keep what was measured or why nothing was, and the verdict on the run.
-//! What failed, what is bad, median and worst are counted here for all of them.
+//! A grid of runs, control laws × cases × trajectories, on all cores. Most analyses of several runs
+//! use it. Each cell holds what was measured, or the error, and the verdict on its run; the
+//! functions here count failed cells and bad verdicts and take the median and the worst.
 
 use anyhow::{Error, Result};
 use cosim::exchange::faults::Faults;
@@ -11,17 +11,14 @@ use serde::Serialize;
 use tip_path::SIX_JOINTS;
 
 use crate::measures::run::FailedRun;
-use crate::setup::start_values::{Law, following, over, with};
+use crate::setup::start_values::{Law, add_settings, refuse_bound, trajectory_settings};
 
-/// The trajectories of the controller.
+/// The controller's two trajectories of the paper.
 pub const TRAJECTORIES: [&str; 2] = ["cubic", "triangular"];
 /// The same with the path that moves all six joints.
 pub const ALL_TRAJECTORIES: [&str; 3] = ["cubic", "triangular", SIX_JOINTS];
 
-/// How start values are set that an analysis varies.
-type Vary = fn(&System, &Experiment, Vec<Setting>) -> Result<Experiment>;
-
-/// What differs from a nominal run.
+/// What differs from a nominal run: one row of a table.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// Name in the tables.
@@ -30,38 +27,26 @@ pub struct Case {
     pub settings: Vec<Setting>,
     /// Noise on inputs.
     pub noise: Faults,
-    /// Part of the communication step that is stepped.
+    /// Factor on the communication step.
     pub step: f64,
-    /// How communication points stray from their grid, if they do.
+    /// How communication points deviate from their grid, if they do.
     pub jitter: Option<Jitter>,
-    /// Seed that it was drawn from, if it was.
+    /// Seed that the case was drawn from, if it was.
     pub seed: Option<u64>,
 }
 
 impl Case {
-    /// `base` in this case but for its noise, with `more` start values, all set by `vary`.
-    fn varied(
-        &self,
-        vary: Vary,
-        base: (&System, &Experiment),
-        more: &[Setting],
-    ) -> Result<Experiment> {
+    /// `base` in this case, without its noise, and with `more` start values; they may replace what
+    /// the system binds. Fails if one of them is set in `base`.
+    pub fn apply(&self, base: (&System, &Experiment), more: &[Setting]) -> Result<Experiment> {
         let (system, base) = base;
-        let mut experiment = vary(system, base, [&self.settings, more].concat())?;
+        let mut experiment = add_settings(system, base, [&self.settings, more].concat())?;
         experiment.stepping.step *= self.step;
         experiment.stepping.jitter = self.jitter;
         Ok(experiment)
     }
 
-    /// `base` in this case but for its noise, with `more` start values, whatever the system binds.
-    ///
-    /// # Errors
-    /// One of them is set in `base`.
-    pub fn over(&self, base: (&System, &Experiment), more: &[Setting]) -> Result<Experiment> {
-        self.varied(over, base, more)
-    }
-
-    /// Other start values.
+    /// A case with these start values.
     pub fn new(label: impl Into<String>, settings: Vec<Setting>) -> Self {
         Self {
             label: label.into(),
@@ -73,8 +58,8 @@ impl Case {
         }
     }
 
-    /// What was drawn from a seed.
-    pub fn of_seed(seed: u64, settings: Vec<Setting>) -> Self {
+    /// A case with start values that were drawn from a seed.
+    pub fn from_seed(seed: u64, settings: Vec<Setting>) -> Self {
         Self {
             seed: Some(seed),
             ..Self::new(format!("seed {seed}"), settings)
@@ -90,23 +75,23 @@ pub struct Cell<T> {
     pub law: String,
     /// Name of the case.
     pub case: String,
-    /// What was measured, or why nothing was.
+    /// What was measured, or why the run failed.
     pub result: Result<T>,
-    /// What went beyond limits and ratings, what the master found, and the failure.
+    /// Limits and ratings that were exceeded, findings of the master, and the failure.
     pub verdict: Verdict,
 }
 
-/// Runs that belong together.
+/// The runs of an analysis.
 pub struct Grid<'a> {
     system: &'a System,
     base: &'a Experiment,
     laws: &'a [Law],
     cases: &'a [Case],
     trajectories: &'a [&'static str],
-    varies_bound: bool,
+    replaces_bound: bool,
 }
 
-/// A run of a grid before it is made.
+/// A run of a grid before it is executed.
 pub struct Plan<'a> {
     /// Trajectory.
     pub trajectory: &'static str,
@@ -114,12 +99,12 @@ pub struct Plan<'a> {
     pub law: &'a str,
     /// Name of the case.
     pub case: &'a str,
-    /// How it is run.
+    /// Start values, step, noise.
     pub experiment: Experiment,
 }
 
 impl<'a> Grid<'a> {
-    /// Laws × cases on both trajectories; `base` is common to all runs.
+    /// Laws × cases on both trajectories of the paper; `base` is common to all runs.
     pub fn new(
         system: &'a System,
         base: &'a Experiment,
@@ -132,44 +117,43 @@ impl<'a> Grid<'a> {
             laws,
             cases,
             trajectories: &TRAJECTORIES,
-            varies_bound: false,
+            replaces_bound: false,
         }
     }
 
-    /// On these trajectories only.
-    pub fn only_on(mut self, trajectories: &'a [&'static str]) -> Self {
+    /// The grid on these trajectories instead.
+    pub fn with_trajectories(mut self, trajectories: &'a [&'static str]) -> Self {
         self.trajectories = trajectories;
         self
     }
 
-    /// Varies what the system binds, too: a world binds its own gains.
-    pub fn varying_bound(mut self) -> Self {
-        self.varies_bound = true;
+    /// Lets laws and cases replace what the system binds, such as the gains of a world.
+    pub fn replacing_bound(mut self) -> Self {
+        self.replaces_bound = true;
         self
     }
 
-    /// Run all cells in parallel: trajectory by trajectory, case by case, law by law. `measure`
-    /// makes one run; `done` is called after each. A cell that failed keeps its error, and the
-    /// others go on.
-    ///
-    /// # Errors
-    /// Something is varied that is set already, or that the system does not have; this is found
-    /// before the first run.
+    /// Run all cells in parallel; the result is ordered by trajectory, then case, then law.
+    /// `measure` executes one run, `done` is called after each. A cell that fails keeps its error
+    /// and the others continue. Fails before the first run if something is varied that is set
+    /// already, or that the system does not have.
     pub fn run<T: Send>(
         &self,
         measure: impl Fn(&Plan) -> Result<(T, Verdict)> + Sync,
         done: impl Fn() + Sync,
     ) -> Result<Vec<Cell<T>>> {
-        let vary: Vary = if self.varies_bound { over } else { with };
         let laws = self.laws.iter().map(|law| law.settings(self.system));
         let laws: Vec<_> = laws.collect::<Result<_>>()?;
         let mut plans = Vec::new();
         for trajectory in self.trajectories {
-            let motion = following(self.system, trajectory)?;
+            let motion = trajectory_settings(self.system, trajectory)?;
             for case in self.cases {
                 for (law, settings) in self.laws.iter().zip(&laws) {
                     let more = [&settings[..], &motion].concat();
-                    let mut experiment = case.varied(vary, (self.system, self.base), &more)?;
+                    if !self.replaces_bound {
+                        refuse_bound(self.system, &[&case.settings, &more[..]].concat())?;
+                    }
+                    let mut experiment = case.apply((self.system, self.base), &more)?;
                     experiment.faults = case.noise.clone();
                     let (law, case) = (&law.name, &case.label);
                     plans.push(Plan {
@@ -187,7 +171,7 @@ impl<'a> Grid<'a> {
             let (result, verdict) = match measured {
                 Ok((value, verdict)) => (Ok(value), verdict),
                 Err(error) => {
-                    let mut verdict = FailedRun::limits_of(&error);
+                    let mut verdict = FailedRun::limits_before(&error);
                     verdict.object(format!("failed: {error:#}"));
                     (Err(error), verdict)
                 }
@@ -205,7 +189,7 @@ impl<'a> Grid<'a> {
 }
 
 impl<T> Cell<T> {
-    /// The cell with what `make` makes of what was measured.
+    /// The cell with `make` applied to what was measured.
     pub fn map<U>(self, make: impl FnOnce(T) -> U) -> Cell<U> {
         Cell {
             trajectory: self.trajectory,
@@ -223,20 +207,19 @@ impl<T> Cell<T> {
 }
 
 /// Number of cells that failed.
-pub fn failed<'a, T: 'a>(cells: impl IntoIterator<Item = &'a Cell<T>>) -> usize {
+pub fn count_failed<'a, T: 'a>(cells: impl IntoIterator<Item = &'a Cell<T>>) -> usize {
     cells.into_iter().filter(|c| c.result.is_err()).count()
 }
 
-/// A line for each cell that failed, by the name that `name` gives it.
-pub fn failures<T>(cells: &[Cell<T>], name: impl Fn(&Cell<T>) -> String) -> String {
+/// A line for each cell that failed; `name` names the cell.
+pub fn failure_lines<T>(cells: &[Cell<T>], name: impl Fn(&Cell<T>) -> String) -> String {
     let failed = cells.iter().filter_map(|c| Some((c, c.error()?)));
     failed
         .map(|(c, error)| format!("{}: {error:#}\n", name(c)))
         .collect()
 }
 
-/// What spoils cells: each kind of finding once, with the number of cells that have it and the
-/// first of them.
+/// The bad findings of all cells: each kind once, with their number and the first cell.
 pub fn verdict<T>(cells: &[Cell<T>]) -> Verdict {
     // Findings that differ in their numbers only are of one kind.
     let same = |a: &str, b: &str| {
@@ -268,30 +251,26 @@ pub fn verdict<T>(cells: &[Cell<T>]) -> Verdict {
     verdict
 }
 
-/// Median and largest of a number over runs; infinite where a run failed, which counts as the
-/// worst.
+/// Median and largest value over runs. Callers count a failed run as infinite, the worst.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Spread {
-    /// Median; between the two in the middle where the count is even.
+    /// Median; the mean of the two middle values if the count is even.
     pub median: f64,
     /// Largest.
     pub worst: f64,
 }
 
 impl Spread {
-    /// Of these numbers; not a number where there are none.
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+    /// The spread of these values; NaN if there are none.
+    pub fn from_values(values: impl IntoIterator<Item = f64>) -> Self {
         let mut values: Vec<f64> = values.into_iter().collect();
         values.sort_by(f64::total_cmp);
-        let Some(worst) = values.last().copied() else {
-            return Self {
-                median: f64::NAN,
-                worst: f64::NAN,
-            };
-        };
         let n = values.len();
-        let median = 0.5 * (values[(n - 1) / 2] + values[n / 2]);
-        Self { median, worst }
+        let value = |k: usize| values.get(k).copied().unwrap_or(f64::NAN);
+        Self {
+            median: 0.5 * (value(n.saturating_sub(1) / 2) + value(n / 2)),
+            worst: value(n.saturating_sub(1)),
+        }
     }
 }
 
@@ -301,11 +280,11 @@ mod tests {
 
     #[test]
     fn median_and_worst() {
-        let odd = Spread::of([3.0, 1.0, 2.0]);
+        let odd = Spread::from_values([3.0, 1.0, 2.0]);
         assert_eq!((odd.median, odd.worst), (2.0, 3.0));
-        let even = Spread::of([4.0, 1.0, 2.0, f64::INFINITY]);
+        let even = Spread::from_values([4.0, 1.0, 2.0, f64::INFINITY]);
         assert_eq!((even.median, even.worst), (3.0, f64::INFINITY));
-        assert!(Spread::of([]).median.is_nan());
+        assert!(Spread::from_values([]).median.is_nan());
     }
 
     #[test]

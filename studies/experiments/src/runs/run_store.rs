@@ -1,5 +1,5 @@
-//! Runs that are kept in a folder, a file each: one that is asked for once more is read from there,
-//! so an analysis that was interrupted goes on where it was.
+//! Keeps results of runs in a folder, one file each. A result that is already there is read instead
+//! of computed, so an analysis that was interrupted continues where it was (option `--store`).
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,14 +12,14 @@ use surrogate::measurement::data::sha256;
 
 use super::ended_run::EndedRun;
 
-/// Where runs are kept.
+/// A folder of kept results for one system.
 pub struct RunStore {
     folder: Option<PathBuf>,
     /// SHA-256 of the system's file.
     system: String,
 }
 
-/// A run, or something else, with what it was made of.
+/// A result and the hash of what it was computed from.
 #[derive(Serialize, Deserialize)]
 struct Kept<T> {
     made_of: String,
@@ -28,10 +28,7 @@ struct Kept<T> {
 }
 
 impl RunStore {
-    /// In `folder`, which is made where it is missing; without one nothing is kept.
-    ///
-    /// # Errors
-    /// A folder that cannot be made, or a system that cannot be read.
+    /// A store in `folder`, which is created if it is missing; without a folder nothing is kept.
     pub fn new(folder: Option<&Path>, system: &System) -> Result<Self> {
         if let Some(folder) = folder {
             fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
@@ -43,22 +40,16 @@ impl RunStore {
         })
     }
 
-    /// The run called `name` of `experiment`: as it is kept, else run and kept.
-    ///
-    /// # Errors
-    /// As [`EndedRun::of`]; as [`RunStore::kept`].
+    /// The run `name` of `experiment`: read from the store, else executed and kept.
     pub fn run(&self, name: &str, system: &System, experiment: &Experiment) -> Result<EndedRun> {
-        self.kept(name, system, experiment, || {
-            EndedRun::of(system, experiment)
-        })
+        let run = || EndedRun::run(system, experiment);
+        self.load_or_make(name, system, experiment, run)
     }
 
-    /// What is called `name` and made by `make` of `experiment`: as it is kept, else made and kept.
-    /// What its machine file says counts, not where it lies.
-    ///
-    /// # Errors
-    /// As of `make`; something of this name was made of something else.
-    pub fn kept<T: Serialize + DeserializeOwned>(
+    /// The result `name` of `experiment`: read from the store, else computed by `make` and kept. A
+    /// machine file counts by its content, not by its path. Fails if the store has a result of this
+    /// name for another system or other start values.
+    pub fn load_or_make<T: Serialize + DeserializeOwned>(
         &self,
         name: &str,
         system: &System,
@@ -81,7 +72,7 @@ impl RunStore {
         let file = folder.join(format!("{}.json", name.replace([' ', '/', ','], "_")));
         if let Ok(text) = fs::read_to_string(&file) {
             let kept: Kept<T> = serde_json::from_str(&text)
-                .with_context(|| format!("`{}` is no trial", file.display()))?;
+                .with_context(|| format!("`{}` is not a kept run", file.display()))?;
             ensure!(
                 kept.made_of == made_of,
                 "`{}` is of another system, or of other start values: take another folder, or remove it",

@@ -1,4 +1,5 @@
-//! Lists of control laws that are compared: what an analysis varies in the controller or beside it.
+//! The lists of control laws that `hdrm-fmu table --study` compares. A law is a controller mode
+//! with other start values of the controller, or of the sensors around it.
 
 use std::path::Path;
 
@@ -8,7 +9,7 @@ use cosim::structure::Parameter;
 
 use crate::setup::start_values::Law;
 
-/// Rates of the tip integral that are tried, 1/s.
+/// Rates of the integral of the tip error in [`integral_rates`], 1/s.
 const RATES: [f64; 5] = [1.25, 2.5, 5.0, 10.0, 20.0];
 
 /// Adaptation, disturbance observer, integral of the voltage law and integral of the tip's error,
@@ -23,18 +24,15 @@ pub fn ablation() -> Vec<Law> {
             (false, true) => "modular_integral",
             (false, false) => "modular",
         };
-        let parts = [
-            (adaptation, "adaptation"),
-            (observer, "observer"),
-            (voltage, "voltage"),
-            (tip, "tip"),
-        ];
-        let on = parts.iter().filter(|(is_on, _)| *is_on);
-        let on: Vec<_> = on.map(|(_, part)| *part).collect();
+        let parts = ["adaptation", "observer", "voltage", "tip"].into_iter();
+        let on = parts.zip([adaptation, observer, voltage, tip]);
+        let on: Vec<_> = on
+            .filter_map(|(part, is_on)| is_on.then_some(part))
+            .collect();
         let name = if on.is_empty() {
-            "none".into()
+            "none"
         } else {
-            on.join(" + ")
+            &on.join(" + ")
         };
         let mut law = Law::new(name, mode);
         if !observer {
@@ -48,19 +46,22 @@ pub fn ablation() -> Vec<Law> {
     laws
 }
 
-/// The rivals with integral at several rates of it: what another tuning would give them.
-pub fn rates() -> Vec<Law> {
+/// The other laws with integral (without adaptation) at several rates of that integral, to see what
+/// another tuning would give them.
+pub fn integral_rates() -> Vec<Law> {
     let modes = ["modular_integral", "pd_gravity_integral", "pd_integral"];
     let law = |mode: &str, rate: f64| {
         Law::new(format!("{mode} {rate} 1/s"), mode).with("omega_tip", rate)
     };
-    let of = |mode| RATES.map(|rate| law(mode, rate));
-    modes.into_iter().flat_map(of).collect()
+    let laws = modes
+        .iter()
+        .flat_map(|mode| RATES.map(|rate| law(mode, rate)));
+    laws.collect()
 }
 
-/// The law `mode` with other sensors: speeds known, by difference or by an observer, force measured
-/// or not, and other delays.
-pub fn sensors(mode: &str) -> Vec<Law> {
+/// The law `mode` with other sensors: true speeds, speeds by difference or by an observer, force
+/// measured or not, and other delays.
+pub fn sensor_variants(mode: &str) -> Vec<Law> {
     let other = |name: &str, variable: &str, value: &str| {
         Law::new(format!("{mode}, {name}"), mode).with(&format!("sensors.{variable}"), value)
     };
@@ -76,10 +77,10 @@ pub fn sensors(mode: &str) -> Vec<Law> {
     ]
 }
 
-/// What was tried for the real world and is not shipped, each added to the shipped law `mode`: dead
-/// time predicted over, joint rates by the controller's observer, leakage, and friction compensated
-/// with the `network` that was trained on the rig.
-pub fn tried(mode: &str, network: &Path) -> Vec<Law> {
+/// The options of the controller that the real world's parameter set leaves off, each added to the
+/// shipped law `mode`: prediction over the dead time, joint rates by the controller's observer,
+/// leakage, and friction compensated with the `network` that was trained on the rig.
+pub fn unused_options(mode: &str, network: &Path) -> Vec<Law> {
     let law = |name: &str| Law::new(format!("{mode}, {name}"), mode);
     vec![
         law("as shipped"),
@@ -96,18 +97,17 @@ pub fn tried(mode: &str, network: &Path) -> Vec<Law> {
     ]
 }
 
-/// What the parameter set `file` of the system changes, taken back one variable at a time, and all
-/// together: what each change brings. A variable of the same name in several components is one
-/// change, as the `delay` that moves from the sensors into the controller. What the set `bound`
-/// says does not count as being there before.
-pub fn changes(system: &System, bound: &str, file: &str, mode: &str) -> Result<Vec<Law>> {
+/// Laws that take back what the parameter set `file` of the system changes, one variable at a time
+/// and all together, to show what each change brings. A variable of the same name in several
+/// components is one change, such as the `delay` that moves from the sensors into the controller.
+/// Values from the set `bound` do not count as the values before the change.
+pub fn without_changes(system: &System, bound: &str, file: &str, mode: &str) -> Result<Vec<Law>> {
     let mut laws = vec![Law::new("as shipped", mode)];
     let mut without = Law::new("without any", mode);
     for (component, element) in system.structure.components.iter().enumerate() {
         for (k, parameter) in element.parameters.iter().enumerate() {
-            // The structure itself binds a set, which may be applied once more or have another
-            // after it.
-            let of_world = |p: &Parameter| p.origin.contains(file) || p.origin.contains(bound);
+            // The structure itself binds a set; the same set or another may be applied after it.
+            let is_of_world = |p: &Parameter| p.origin.contains(file) || p.origin.contains(bound);
             let again = |p: &Parameter| p.name == parameter.name && p.origin.contains(file);
             if !parameter.origin.contains(file) || element.parameters[k + 1..].iter().any(again) {
                 continue;
@@ -115,7 +115,7 @@ pub fn changes(system: &System, bound: &str, file: &str, mode: &str) -> Result<V
             let port = system.port_of(component, &parameter.name)?;
             let before = element.parameters[..k]
                 .iter()
-                .rfind(|p| p.name == parameter.name && !of_world(p));
+                .rfind(|p| p.name == parameter.name && !is_of_world(p));
             let before = before.map(|p| p.value.clone());
             let Some(before) =
                 before.or_else(|| system.variable(port).start_of(0).map(String::from))

@@ -1,30 +1,27 @@
-//! Loads of a path on their way from the controller to the manipulator.
+//! Connects the loads that a path picks up, outputs of the controller, to the manipulator.
 //!
-//! The packed systems have no wires for them, so that a plant of another make, which knows of no
-//! loads, takes `Hdrm`'s place as it is.
+//! The packed systems do not connect them, so that a plant of another maker without inputs for
+//! loads can take the place of `Hdrm` unchanged. Every command that runs a path with loads calls
+//! [`connect`].
 
 use anyhow::{Result, bail};
 use cosim::System;
 use fmi_description::Causality;
 use tip_path::{PathFile, Points};
 
-/// What is carried: mass, kg, and place from T4, m; output of the controller, input of the
-/// manipulator.
+/// Carried load: mass, kg, and centre of mass in T4, m; outputs of controller, inputs of plant.
 const LOAD: [&str; 4] = ["load.mass", "load.com[1]", "load.com[2]", "load.com[3]"];
 
 /// Whether anything is picked up or set down on the path.
-pub fn are_on(path: &PathFile) -> bool {
+pub fn has_loads(path: &PathFile) -> bool {
     match &path.points {
         Points::Waypoints(points) => points.iter().any(|point| point.load.is_some()),
         Points::Samples(_) => false,
     }
 }
 
-/// Connects the loads of the controller's path to the manipulator, where the system has not done
-/// it.
-///
-/// # Errors
-/// A manipulator that takes no loads.
+/// Connects the loads of the controller's path to the manipulator, unless the system does already.
+/// Fails if no component takes loads.
 pub fn connect(system: &mut System) -> Result<()> {
     let controller = system.component_of(system.port("trajectory")?).to_string();
     let has = |k: usize, causality| {

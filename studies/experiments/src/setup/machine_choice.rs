@@ -1,4 +1,5 @@
-//! The machine file that an FMU runs with.
+//! The machine file that an FMU runs with: `--machine` binds one to all FMUs ([`bind`]), and
+//! analyses read the one that a component will load ([`MachineFile`]).
 
 use std::path::PathBuf;
 
@@ -9,7 +10,7 @@ use machine_file::{AXES, Machine, Source, preset};
 use percent_encoding::percent_decode_str;
 use surrogate::measurement::data::sha256;
 
-/// Parameter of the FMUs that have the machine's dimensions, actuators or gains.
+/// Parameter of the FMUs that depend on the machine's dimensions, actuators or gains.
 const MACHINE_FILE: &str = "machine_file";
 
 /// Parameter of an actuator that says which of the machine's it is: slew, lift or tilt.
@@ -26,14 +27,13 @@ pub struct MachineFile {
 }
 
 /// Binds `machine`, a file or the name of a shipped machine, to the parameter `machine_file` of
-/// every component that has one, and to each actuator its place as `axis`, in place of what the
-/// system binds to them: the one that its name ends in, as `emla_lift`, else the next.
+/// every component that has it, in place of what the system binds. Also binds each actuator's
+/// `axis`: the one that its name ends in, such as `emla_lift`, else the next in order.
 ///
-/// # Errors
-/// Everything that is wrong with the machine, or a manipulator that takes none.
+/// Fails with everything that is wrong with the machine, or if the manipulator takes no file.
 pub fn bind(system: &mut System, machine: &str) -> Result<()> {
     Source::named(machine)?;
-    // The plant of another maker may have its dimensions from elsewhere; a testbed has none.
+    // Another maker's plant may get its dimensions from elsewhere; a testbed has no manipulator.
     if let Ok(plant) = system.port("f_hold[1]") {
         let file = system.port_of(plant.component, MACHINE_FILE);
         file.context("this manipulator takes no machine file")?;
@@ -58,26 +58,26 @@ pub fn bind(system: &mut System, machine: &str) -> Result<()> {
 }
 
 impl MachineFile {
-    /// The file named by a start value of the manipulator's `machine_file`, of a parameter set or
-    /// of the system, else the one among the FMU's resources, else the reference.
-    pub fn of(system: &System, settings: &[Setting]) -> Result<Self> {
-        Self::at(system, settings, system.port("hdrm.machine_file")?)
+    /// The file of the manipulator: named by `settings`, by a parameter set or by the system, else
+    /// the one among the FMU's resources, else the reference machine.
+    pub fn from_manipulator(system: &System, settings: &[Setting]) -> Result<Self> {
+        Self::from_parameter(system, settings, system.port("hdrm.machine_file")?)
     }
 
-    /// As [`MachineFile::of`]; nothing for a manipulator that has no such parameter.
-    pub fn of_plant(system: &System, settings: &[Setting]) -> Result<Option<Self>> {
+    /// As [`MachineFile::from_manipulator`], but `None` if the manipulator takes no file.
+    pub fn from_plant(system: &System, settings: &[Setting]) -> Result<Option<Self>> {
         let port = system.port("hdrm.machine_file").ok();
-        port.map(|port| Self::at(system, settings, port))
+        port.map(|port| Self::from_parameter(system, settings, port))
             .transpose()
     }
 
-    /// As [`MachineFile::of`], of the component whose parameter `file` is.
-    pub fn at(system: &System, settings: &[Setting], file: Port) -> Result<Self> {
+    /// As [`MachineFile::from_manipulator`], for the component that has the parameter `file`.
+    pub fn from_parameter(system: &System, settings: &[Setting], file: Port) -> Result<Self> {
         let component = &system.structure.components[file.component];
         let name = &system.variable(file).name;
         let bound = component.parameters.iter().rev().find(|p| p.name == *name);
         let set = settings.iter().rev().find(|s| s.port == file);
-        let set = (set.map(|s| &s.value)).or(bound.map(|p| &p.value));
+        let set = set.map(|s| &s.value).or(bound.map(|p| &p.value));
         let set = set.filter(|name| !name.is_empty());
         let resources = system.fmus[file.component]
             .resources()
@@ -109,7 +109,7 @@ impl MachineFile {
     }
 }
 
-/// The machine of a file, or the shipped one of this name.
+/// Reads a machine file, or the shipped machine of this name.
 pub fn read(name: &str) -> Result<Machine> {
     let source = Source::named(name).with_context(|| name.to_owned())?;
     Ok(source.machine)

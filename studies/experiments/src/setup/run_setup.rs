@@ -1,9 +1,10 @@
-//! Puts a run of the machine together: system and world, machine file, path, start values; what is
-//! bound twice is refused. Every command begins here, with [`MachineArgs::setup`].
+//! The command-line arguments that all experiments share, and the system and experiment made from
+//! them: world, machine file, path, start values. A value that is bound twice is refused. Every
+//! command begins with [`MachineArgs::setup`].
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result, ensure};
+use anyhow::{Context as _, Result, bail};
 use clap::Args;
 use cosim::cli::{RunArgs, SystemArgs, find};
 use cosim::master::Schedule;
@@ -13,33 +14,31 @@ use motion_check::gain_rule;
 
 use super::{loads, machine_choice};
 use crate::machines::path_margins;
-use crate::setup::start_values::{on_path, over};
-use crate::worlds::{BENDING_STEP, BENDING_SYSTEM, STRICT_SYSTEM, SYSTEM, World, parameters_of};
+use crate::setup::start_values::{add_settings, path_settings};
+use crate::worlds::{BENDING_STEP, BENDING_SYSTEM, STRICT_SYSTEM, SYSTEM, World, parameter_set_of};
 
-/// The packed machine.
+/// The packed system of the ideal world.
 pub const MACHINE: &str = "Manipulator.ssp";
 
-/// The parameter of controller and actuators that says how many steps late their outputs act.
+/// Parameter of controller and actuators: how many steps late their outputs act.
 const DELAY: &str = "delay";
-/// A machine whose adaptation is faster than by the rule by this swings on soft mountings: that is
-/// the margin in `gamma` that the rule's gains have on the reference machine.
+/// Margin in `gamma` that the rule's gains have on the reference machine: with adaptation faster
+/// than the rule's by this factor, a machine may oscillate on soft mountings.
 const MARGIN: f64 = 2.0;
 
-/// Inputs that the shipped systems leave unconnected on purpose, by the model that has them: their
-/// start values stand for a machine without supply, brakes, weather, load or operator.
+/// Inputs that the shipped systems leave unconnected on purpose, by model: their start values stand
+/// for a machine without supply, brakes, weather, load or operator.
 const OPTIONAL: [(&str, &[&str]); 5] = [
     ("Emla", ACTUATOR),
     ("Rig", ACTUATOR),
     ("Hdrm", &["wrench_env", "base", "load"]),
-    (
-        "Controller",
-        &["x", "v_dc", "T_winding", "reference", "base", "rate"],
-    ),
+    ("Controller", CONTROLLER),
     ("DcLink", &["T_ambient"]),
 ];
+const CONTROLLER: &[&str] = &["x", "v_dc", "T_winding", "reference", "base", "rate"];
 const ACTUATOR: &[&str] = &["v_dc", "enable", "brake", "T_ambient", "F_ext"];
 
-/// The machine and how it is run.
+/// Arguments that choose the machine and how it is run.
 #[derive(Args)]
 pub struct MachineArgs {
     #[command(flatten)]
@@ -51,22 +50,22 @@ pub struct MachineArgs {
     #[command(flatten)]
     run: RunArgs,
     /// Path that the tip follows: a JSON or CSV file of waypoints or samples, or iso9283-cube,
-    /// iso9283-rectangle, six-joints; without a stop time, to its end
+    /// iso9283-rectangle, six-joints; without a stop time the run ends with the path
     #[arg(long, value_name = "FILE")]
-    waypoints: Option<String>,
+    pub waypoints: Option<String>,
 }
 
-/// A machine that is ready to run.
+/// A system that is ready to run.
 pub struct RunSetup {
     /// The system.
     pub system: System,
-    /// How it is run, and from which start values.
+    /// How it is run, and its start values.
     pub base: Experiment,
-    /// What the system may have forgotten.
+    /// Inputs without a value, and gains that do not fit the machine.
     pub verdict: Verdict,
 }
 
-/// Which machine the arguments are to run.
+/// Which system the arguments are applied to.
 #[derive(Clone)]
 pub struct SetupBuilder<'a> {
     args: &'a MachineArgs,
@@ -76,7 +75,7 @@ pub struct SetupBuilder<'a> {
 }
 
 impl MachineArgs {
-    /// The machine that the arguments name, on their path.
+    /// The machine that the arguments name, in the ideal world, on their path.
     pub fn setup(&self) -> SetupBuilder<'_> {
         SetupBuilder {
             args: self,
@@ -86,40 +85,35 @@ impl MachineArgs {
         }
     }
 
-    /// The path that is given by its name, and the experiment that follows it.
+    /// The name of the path, if one is given, and the experiment that follows it.
     pub fn on_path(&self, setup: &RunSetup) -> Result<Option<(String, Experiment)>> {
         let Some(path) = &self.waypoints else {
             return Ok(None);
         };
-        let settings = on_path(&setup.system, path)?;
-        let experiment = over(&setup.system, &setup.base, settings)?;
+        let settings = path_settings(&setup.system, path)?;
+        let experiment = add_settings(&setup.system, &setup.base, settings)?;
         Ok(Some((path.clone(), experiment)))
     }
 
-    /// The path that the tip follows, where one is given.
-    pub fn waypoints(&self) -> Option<&str> {
-        self.waypoints.as_deref()
-    }
-
-    /// The parameter set of the real world that belongs to the machine.
+    /// The real world's parameter set for the machine.
     pub fn parameters(&self) -> Result<&'static str> {
         let source = self.file.as_deref().map(Source::named).transpose()?;
-        Ok(parameters_of(source.and_then(|source| source.shipped())))
+        Ok(parameter_set_of(source.and_then(|source| source.shipped())))
     }
 
-    /// Whether a bad verdict ends the program with a code of its own.
+    /// Whether a bad verdict ends the program with exit code 2 (`--check`).
     pub fn check(&self) -> bool {
         self.run.check
     }
 }
 
 impl SetupBuilder<'_> {
-    /// As the machine of this world; by default its packed system.
+    /// In this world.
     pub fn world(self, world: World) -> Self {
         Self { world, ..self }
     }
 
-    /// Another packed system, with the FMUs from the same place, and without the path.
+    /// Another packed system, with FMUs from the same folder, and without the path.
     pub fn packed(self, path: &Path) -> Self {
         Self {
             packed: Some(path.into()),
@@ -128,7 +122,7 @@ impl SetupBuilder<'_> {
         }
     }
 
-    /// Whatever path is given, without following it.
+    /// Without following the path that is given.
     pub fn without_path(self) -> Self {
         Self {
             has_path: false,
@@ -136,36 +130,27 @@ impl SetupBuilder<'_> {
         }
     }
 
-    /// The system, with the machine that was asked for, and with wires for the loads of the path.
-    ///
-    /// # Errors
-    /// A file that is missing or wrong.
+    /// The system with its machine file and, if the path has loads, the connections for them.
     pub fn system(&self) -> Result<System> {
-        let MachineArgs {
-            system,
-            file,
-            waypoints,
-            ..
-        } = self.args;
-        let mut arguments = system.clone();
+        let mut arguments = self.args.system.clone();
         if let Some(path) = &self.packed {
             arguments.system = Some(path.clone());
             arguments.variant = None;
             arguments.parameters.clear();
         }
         let mut system = arguments.load(|| find(self.world_system()))?;
-        if let Some(machine) = file {
+        if let Some(machine) = &self.args.file {
             machine_choice::bind(&mut system, machine)
                 .with_context(|| format!("--machine {machine}"))?;
         }
-        if let (Some(path), None) = (waypoints, &self.packed)
-            && loads::are_on(&path_margins::read(path)?)
+        if let (Some(path), None) = (&self.args.waypoints, &self.packed)
+            && loads::has_loads(&path_margins::read(path)?)
         {
             loads::connect(&mut system)?;
         }
         if self.world.is_as_built() {
             system.apply_set(Path::new(self.args.parameters()?))?;
-            // What is asked for comes after what the world takes by itself.
+            // The user's sets come after those of the world, to override them.
             for set in &arguments.parameters {
                 system.apply_set(set)?;
             }
@@ -182,10 +167,7 @@ impl SetupBuilder<'_> {
         }
     }
 
-    /// The system, ready to run.
-    ///
-    /// # Errors
-    /// Arguments that do not fit the system, or a value that is bound twice.
+    /// The system, ready to run. Fails if arguments do not fit the system or bind a value twice.
     pub fn build(&self) -> Result<RunSetup> {
         let MachineArgs { run, file, .. } = self.args;
         let system = self.system()?;
@@ -194,17 +176,17 @@ impl SetupBuilder<'_> {
             let twice = (base.settings.iter())
                 .map(|s| system.name(s.port))
                 .find(|name| name.ends_with(".machine_file"));
-            ensure!(
-                twice.is_none(),
-                "`{}` is set (--set), but --machine {machine} binds it too: give one of both",
-                twice.unwrap_or_default()
-            );
+            if let Some(name) = twice {
+                bail!(
+                    "`{name}` is set (--set), but --machine {machine} binds it too: give one of both"
+                );
+            }
         }
-        let mut verdict = forgotten(run, &system, &base)?;
-        if let Some(text) = adapts_too_fast(&system, &base)? {
+        let mut verdict = check_mentions(run, &system, &base)?;
+        if let Some(text) = controller_warning(&system, &base)? {
             verdict.note(text);
         }
-        tell_delay(&system, &mut base)?;
+        set_delays(&system, &mut base)?;
         let mut setup = RunSetup {
             system,
             base,
@@ -224,19 +206,19 @@ impl SetupBuilder<'_> {
 }
 
 impl RunSetup {
-    /// System, experiment, and what the system may have forgotten.
+    /// System, experiment and verdict so far.
     pub fn into_parts(self) -> (System, Experiment, Verdict) {
         (self.system, self.base, self.verdict)
     }
 
-    /// Another packed system that lies beside this one.
-    pub fn beside(&self, name: &str) -> PathBuf {
+    /// Path of another packed system in the same folder.
+    pub fn sibling_path(&self, name: &str) -> PathBuf {
         self.system.path.with_file_name(name)
     }
 }
 
-/// Whether a controller of actuators as built adapts faster than its machine lets it.
-fn adapts_too_fast(system: &System, base: &Experiment) -> Result<Option<String>> {
+/// A warning if the controller of a system with actuators as built (`Rig`) adapts too fast.
+fn controller_warning(system: &System, base: &Experiment) -> Result<Option<String>> {
     let mut models = system.fmus.iter().map(|fmu| &fmu.description.model);
     let ports = ["gamma", "machine_file"].map(|name| system.port(&format!("controller.{name}")));
     let [Ok(gamma), Ok(file)] = ports else {
@@ -246,15 +228,12 @@ fn adapts_too_fast(system: &System, base: &Experiment) -> Result<Option<String>>
         return Ok(None);
     }
     let gamma = start_value(system, &base.settings, gamma)?;
-    let file = machine_choice::MachineFile::at(system, &base.settings, file)?;
-    too_fast(&file.machine, gamma)
+    let file = machine_choice::MachineFile::from_parameter(system, &base.settings, file)?;
+    adaptation_warning(&file.machine, gamma)
 }
 
-/// What is wrong with the adaptation gain `gamma`, J, on a machine; nothing where it has a margin.
-///
-/// # Errors
-/// A mechanism that does not work.
-pub fn too_fast(machine: &Machine, gamma: f64) -> Result<Option<String>> {
+/// A warning if the adaptation gain `gamma`, J, is too small for a machine.
+pub fn adaptation_warning(machine: &Machine, gamma: f64) -> Result<Option<String>> {
     let ruled = gain_rule::gamma(machine)?;
     if gamma * MARGIN > ruled {
         return Ok(None);
@@ -266,35 +245,33 @@ pub fn too_fast(machine: &Machine, gamma: f64) -> Result<Option<String>> {
     )))
 }
 
-/// Tells all components that have a parameter `delay` that with the schedule `standard` their
-/// outputs act one step late. All of them: a controller that predicts over the step needs actuators
-/// that do too. What the structure or a parameter set says of a component's delay stays.
-pub fn tell_delay(system: &System, base: &mut Experiment) -> Result<()> {
+/// Sets `delay` to one step in all components that have it if the schedule is `standard`, under
+/// which their outputs act one step late. It must be all of them: a controller that predicts over
+/// the step needs actuators that do too. A delay that the structure or a set gives is kept.
+pub fn set_delays(system: &System, base: &mut Experiment) -> Result<()> {
     if base.stepping.schedule != Schedule::Standard {
         return Ok(());
     }
     for (component, element) in system.structure.components.iter().enumerate() {
         let is_bound = element.parameters.iter().any(|p| p.name == DELAY);
-        let Ok(delay) = system.port_of(component, DELAY) else {
-            continue;
-        };
-        if !is_bound && !base.settings.iter().any(|s| s.port == delay) {
+        if let Ok(delay) = system.port_of(component, DELAY)
+            && !is_bound
+            && !base.settings.iter().any(|s| s.port == delay)
+        {
             base.settings.push(system.setting(&system.name(delay), 1)?);
         }
     }
     Ok(())
 }
 
-/// What a system may have forgotten under these arguments; not what the shipped systems leave
-/// unconnected on purpose, as long as all components of a model are alike in it.
-///
-/// # Errors
-/// With `--strict`, anything forgotten.
-pub fn forgotten(run: &RunArgs, system: &System, experiment: &Experiment) -> Result<Verdict> {
-    let mut forgotten = system.forgotten(&experiment.settings)?;
-    let all = forgotten.unmentioned.clone();
+/// Reports what the system leaves out, such as inputs without a value; not the inputs that the
+/// shipped systems leave unconnected on purpose, as long as all components of a model agree.
+/// With `--strict`, anything reported is an error.
+pub fn check_mentions(run: &RunArgs, system: &System, experiment: &Experiment) -> Result<Verdict> {
+    let mut omitted = system.forgotten(&experiment.settings)?;
+    let all = omitted.unmentioned.clone();
     let components = || system.structure.components.iter().zip(&system.fmus);
-    forgotten.unmentioned.retain(|name| {
+    omitted.unmentioned.retain(|name| {
         let Some((component, input)) = name.split_once('.') else {
             return true;
         };
@@ -302,12 +279,12 @@ pub fn forgotten(run: &RunArgs, system: &System, experiment: &Experiment) -> Res
         let model = found.map(|(_, fmu)| fmu.description.model.as_str());
         let is_optional = OPTIONAL
             .iter()
-            .any(|(of, inputs)| model == Some(*of) && inputs.contains(&input));
+            .any(|(name, inputs)| model == Some(*name) && inputs.contains(&input));
         let alike = components().filter(|(_, fmu)| Some(&*fmu.description.model) == model);
         let mut names = alike.map(|(c, _)| format!("{}.{input}", c.name));
         !(is_optional && names.all(|name| all.contains(&name)))
     });
-    forgotten.judge(system, experiment.stepping.schedule, run.strict)
+    omitted.judge(system, experiment.stepping.schedule, run.strict)
 }
 
 #[cfg(test)]
@@ -319,14 +296,16 @@ mod tests {
     #[test]
     fn a_machine_that_asks_for_other_gains_is_told() {
         let mut machine = Machine::reference();
-        assert_eq!(too_fast(&machine, 250.0).expect("works"), None);
+        assert_eq!(adaptation_warning(&machine, 250.0).expect("works"), None);
         machine.geometry.r_B_B4[0] = 2.1;
         machine.bodies.PL.mass = 500.0;
-        let text = too_fast(&machine, 250.0).expect("works").expect("a cause");
+        let text = adaptation_warning(&machine, 250.0)
+            .expect("works")
+            .expect("a cause");
         assert!(
             text.contains("lowest mode") && text.contains("machine gains"),
             "{text}"
         );
-        assert_eq!(too_fast(&machine, 900.0).expect("works"), None);
+        assert_eq!(adaptation_warning(&machine, 900.0).expect("works"), None);
     }
 }

@@ -1,5 +1,6 @@
-//! Start values that an analysis varies, of control laws, trajectories and others: set on top of
-//! those that the user has set, refused where one would not count.
+//! Start values that an analysis varies (control law, trajectory, inertia, …). They are added to
+//! those of the user's run; a value that the user or the system already sets is refused, because
+//! one of the two would have no effect.
 
 use std::fmt::Display;
 
@@ -18,13 +19,10 @@ pub const MODES: [&str; 8] = [
     "pd",
     "pd_integral",
 ];
-/// Law that the analyses of the real world start from.
+/// Controller mode that is shipped for the real world; its analyses start from it.
 pub const SHIPPED: &str = "adaptive_integral";
 
-/// `base` with the start values that an analysis varies.
-///
-/// # Errors
-/// One of them is set in `base` or bound by the system, so that what was set would not count.
+/// `base` with start values that an analysis varies; fails if `base` or the system sets one.
 pub fn vary(
     system: &System,
     base: &Experiment,
@@ -33,26 +31,32 @@ pub fn vary(
     let settings = values
         .iter()
         .map(|(name, value)| system.setting(name, value));
-    with(system, base, settings.collect::<Result<_>>()?)
+    let settings = settings.collect::<Result<Vec<_>>>()?;
+    refuse_bound(system, &settings)?;
+    add_settings(system, base, settings)
 }
 
-/// As [`vary`].
-pub fn with(system: &System, base: &Experiment, settings: Vec<Setting>) -> Result<Experiment> {
-    for Setting { port, .. } in &settings {
+/// Fails if the system itself binds one of the variables.
+pub(crate) fn refuse_bound(system: &System, settings: &[Setting]) -> Result<()> {
+    for Setting { port, .. } in settings {
         let variable = &system.variable(*port).name;
         let component = &system.structure.components[port.component];
         if let Some(bound) = component.parameters.iter().find(|p| p.name == *variable) {
-            bail!(is_varied(system, *port, &bound.origin));
+            bail!(conflict(system, *port, &bound.origin));
         }
     }
-    over(system, base, settings)
+    Ok(())
 }
 
-/// As [`with`], of what the system may bind too.
-pub fn over(system: &System, base: &Experiment, settings: Vec<Setting>) -> Result<Experiment> {
+/// `base` with start values that may replace what the system binds; fails if `base` sets one.
+pub fn add_settings(
+    system: &System,
+    base: &Experiment,
+    settings: Vec<Setting>,
+) -> Result<Experiment> {
     for Setting { port, .. } in &settings {
         if base.settings.iter().any(|s| s.port == *port) {
-            bail!(is_varied(system, *port, "--set"));
+            bail!(conflict(system, *port, "--set"));
         }
     }
     let mut experiment = base.clone();
@@ -60,24 +64,21 @@ pub fn over(system: &System, base: &Experiment, settings: Vec<Setting>) -> Resul
     Ok(experiment)
 }
 
-fn is_varied(system: &System, port: Port, origin: &str) -> String {
+fn conflict(system: &System, port: Port, origin: &str) -> String {
     let name = system.name(port);
     format!("`{name}` is set ({origin}), but this command varies it itself, so it must not be set")
 }
 
-/// The start values with which the controller follows a trajectory.
-///
-/// # Errors
-/// A system without a controller that can.
-pub fn following(system: &System, trajectory: &str) -> Result<Vec<Setting>> {
+/// The start values with which the controller follows a built-in trajectory.
+pub fn trajectory_settings(system: &System, trajectory: &str) -> Result<Vec<Setting>> {
     if trajectory == SIX_JOINTS {
-        return on_path(system, trajectory);
+        return path_settings(system, trajectory);
     }
     Ok(vec![system.setting("trajectory", trajectory)?])
 }
 
-/// The start values with which the controller follows a path.
-pub(crate) fn on_path(system: &System, path: &str) -> Result<Vec<Setting>> {
+/// The start values with which the controller follows a path file or a built-in path.
+pub(crate) fn path_settings(system: &System, path: &str) -> Result<Vec<Setting>> {
     let controller = system.component_of(system.port("trajectory")?);
     let file = match PathFile::built_in(path) {
         Some(_) => path.to_owned(),
@@ -89,17 +90,17 @@ pub(crate) fn on_path(system: &System, path: &str) -> Result<Vec<Setting>> {
     ])
 }
 
-/// A control law.
+/// A control law: a controller mode and the start values that go with it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Law {
     /// Name in the tables.
     pub name: String,
-    /// Variables and their start values; of the controller, or with their component.
+    /// Variables and start values; the controller's, or named with their component.
     pub values: Vec<(String, String)>,
 }
 
 impl Law {
-    /// The law `mode` under a name of its own.
+    /// The controller mode `mode` under a name of its own.
     pub fn new(name: impl Into<String>, mode: &str) -> Self {
         Self {
             name: name.into(),
@@ -107,14 +108,14 @@ impl Law {
         }
     }
 
-    /// The law with one more value.
+    /// The law with one more start value.
     #[must_use]
     pub fn with(mut self, variable: &str, value: impl ToString) -> Self {
         self.values.push((variable.into(), value.to_string()));
         self
     }
 
-    /// The start values as settings of the controller of `system`.
+    /// The start values as settings of `system`.
     pub fn settings(&self, system: &System) -> Result<Vec<Setting>> {
         let controller = system.port("desired.position[1]")?.component;
         let setting = |(variable, value): &(String, String)| {
@@ -125,14 +126,14 @@ impl Law {
         self.values.iter().map(setting).collect()
     }
 
-    /// Whether it is a rival of the adaptive ones with an integral of its own.
+    /// Whether the law has an integral but no adaptation: what adaptive laws are compared with.
     pub fn is_rival_with_integral(&self) -> bool {
         let mode = self.values.iter().find(|(name, _)| name == "mode");
         mode.is_some_and(|(_, v)| v.ends_with("_integral") && !v.starts_with("adaptive"))
     }
 }
 
-/// The laws of these modes of the controller.
-pub fn of_modes(modes: &[&str]) -> Vec<Law> {
+/// A law for each of these controller modes.
+pub fn laws_of_modes(modes: &[&str]) -> Vec<Law> {
     modes.iter().map(|mode| Law::new(*mode, mode)).collect()
 }

@@ -1,10 +1,11 @@
-//! A machine that is not quite the one in the drawings: errors drawn by seed within bounds.
+//! Draws machines that differ from the nominal one by random errors within bounds, by seed: the
+//! plants of the real world, and `hdrm-fmu machine perturb`.
 //!
-//! Each body's mass and inertia by one factor, its centre of mass along each axis, its second
-//! moments of mass along each axis, joint friction, each length of the geometry, and gravity out of
-//! plumb. Whatever the bounds below 1, each body stays one that can exist: its pseudo-inertia stays
-//! positive definite, because masses are scaled by positive factors, second moments `Σ` are
-//! stretched to `D Σ D`, and moving the centre of mass shifts the body as a whole.
+//! Errors: each body's mass and inertia by one factor, its centre of mass and its second moments of
+//! mass along each axis, joint friction, each length of the geometry, and the direction of gravity.
+//! With bounds below 1 every body stays physically possible: its pseudo-inertia stays positive
+//! definite, because masses are scaled by positive factors, second moments `Σ` are stretched to
+//! `D Σ D`, and moving the centre of mass shifts the body as a whole.
 #![allow(non_snake_case)] // the symbols of mechanics
 
 use std::fs;
@@ -22,23 +23,23 @@ use tempfile::TempDir;
 use crate::runs::grid::Case;
 use crate::setup::machine_choice::MachineFile;
 
-/// Largest errors.
+/// Bounds of the errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
-    /// Of a mass, with its inertia, and of joint friction, as a part.
+    /// Relative error of a mass with its inertia, and of joint friction.
     pub mass: f64,
-    /// Of a centre of mass along each axis, m.
+    /// Error of a centre of mass along each axis, m.
     pub com: f64,
-    /// Of a second moment of mass along each axis, as a part, besides that of the mass.
+    /// Relative error of a second moment of mass along each axis, in addition to that of the mass.
     pub second_moment: f64,
-    /// Of a length, m.
+    /// Error of a length, m.
     pub length: f64,
-    /// Of plumb, about each horizontal axis, rad.
+    /// Angle of gravity from the vertical about each horizontal axis, rad.
     pub plumb: f64,
 }
 
 impl Bounds {
-    /// Those of the real world.
+    /// Bounds of the real world.
     pub const REAL: Self = Self {
         mass: 0.4,
         com: 0.05,
@@ -59,7 +60,7 @@ impl Bounds {
         }
     }
 
-    /// Refuses a bound that is negative, not finite, or too large for a machine to be left.
+    /// Refuses bounds that are negative, not finite or too large for a physically possible machine.
     fn check(&self) -> Result<()> {
         for (name, value, most) in [
             ("mass", self.mass, 1.0),
@@ -77,18 +78,15 @@ impl Bounds {
     }
 }
 
-/// A machine of the same kind as `nominal`, and its gravity in the world, m/s².
-///
-/// # Errors
-/// Bounds that leave no machine, or a drawn geometry that cannot be closed.
+/// Draws a machine by errors of `nominal`, and its gravity in the world frame, m/s². Fails for
+/// bounds that are too large, or if the drawn geometry cannot be closed.
 pub fn draw(nominal: &Machine, seed: u64, bounds: &Bounds) -> Result<(Machine, [f64; 3])> {
     bounds.check()?;
     let even = Uniform::new_inclusive(-1.0, 1.0).expect("finite bounds");
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    // Second moments have a stream of their own, so the other errors of a seed do not depend on
-    // them.
-    let mut of_moments = ChaCha8Rng::seed_from_u64(seed);
-    of_moments.set_stream(1);
+    // Second moments have their own random stream, so that the other errors do not depend on them.
+    let mut moments = ChaCha8Rng::seed_from_u64(seed);
+    moments.set_stream(1);
     let mut error = |bound: f64| bound * even.sample(&mut random);
     let mut machine = nominal.clone();
     for body in machine.bodies.in_order_mut() {
@@ -100,18 +98,17 @@ pub fn draw(nominal: &Machine, seed: u64, bounds: &Bounds) -> Result<(Machine, [
         ] {
             *moment *= factor;
         }
-        body.com
-            .iter_mut()
-            .for_each(|com| *com += error(bounds.com));
+        for com in &mut body.com {
+            *com += error(bounds.com);
+        }
         if bounds.second_moment > 0.0 {
-            let stretch = [0; 3].map(|_| 1.0 + bounds.second_moment * even.sample(&mut of_moments));
+            let stretch = [0; 3].map(|_| 1.0 + bounds.second_moment * even.sample(&mut moments));
             body.inertia_com = stretched(body, stretch);
         }
     }
-    machine
-        .joint_viscous
-        .iter_mut()
-        .for_each(|d| *d *= 1.0 + error(bounds.mass));
+    for d in &mut machine.joint_viscous {
+        *d *= 1.0 + error(bounds.mass);
+    }
     let mut geometry = serde_json::to_value(&machine.geometry)?;
     for (name, value) in geometry.as_object_mut().context("a table of lengths")? {
         if !name.starts_with("beta") {
@@ -128,8 +125,8 @@ pub fn draw(nominal: &Machine, seed: u64, bounds: &Bounds) -> Result<(Machine, [
     Ok((machine, [g * along.sin(), down, g * across.sin()]))
 }
 
-/// Inertia of a body whose second moments of mass `Σ = ½ tr(I)·1 − I` are stretched by `factors`
-/// along its axes: `D Σ D` with `D = diag(√factors)`, and back `I = tr(Σ)·1 − Σ`.
+/// Inertia of a body after its second moments of mass `Σ = ½ tr(I)·1 − I` are stretched by
+/// `factors` along its axes: `D Σ D` with `D = diag(√factors)`, then back to `I = tr(Σ)·1 − Σ`.
 fn stretched(body: &Body, factors: [f64; 3]) -> InertiaTensor {
     let I = &body.inertia_com;
     let [x, y, z] = factors.map(f64::sqrt);
@@ -149,19 +146,16 @@ fn stretched(body: &Body, factors: [f64; 3]) -> InertiaTensor {
     }
 }
 
-/// Add an error to every length that is not zero by construction.
+/// Adds an error to every length that is not zero by construction.
 fn lengthen(value: &mut Value, error: &mut impl FnMut() -> f64) {
-    match value {
-        Value::Array(values) => values.iter_mut().for_each(|v| lengthen(v, error)),
-        Value::Number(length) => match length.as_f64() {
-            Some(length) if length != 0.0 => *value = (length + error()).into(),
-            _ => {}
-        },
-        _ => {}
+    if let Value::Array(values) = value {
+        values.iter_mut().for_each(|v| lengthen(v, error));
+    } else if let Some(length) = value.as_f64().filter(|length| *length != 0.0) {
+        *value = (length + error()).into();
     }
 }
 
-/// Cases, and the files that they name, which exist as long as this.
+/// Cases, and the temporary machine files that they name, which are deleted with this value.
 pub struct Cases {
     /// The cases.
     pub list: Vec<Case>,
@@ -176,13 +170,12 @@ impl From<Vec<Case>> for Cases {
 }
 
 impl Cases {
-    /// One case for each seed: a machine drawn within bounds, and the seed by which zeros of the
-    /// joint encoders and errors of the other sensors are drawn. The actuators are those of the
-    /// system, `Rig`, of whose friction, play, compliance, heat and drive the controller knows
-    /// nothing.
-    pub fn of_machines(system: &System, seeds: Range<u64>, bounds: &Bounds) -> Result<Self> {
-        let nominal = MachineFile::of(system, &[])?.machine;
-        let folder = TempDir::new().context("no folder for the machine files")?;
+    /// One case for each seed: a machine drawn within bounds, and the same seed for the sensors,
+    /// which draw their own errors. The actuators stay those of the system, `Rig`; the controller
+    /// knows nothing of their friction, backlash, compliance, heat and drives.
+    pub fn draw_machines(system: &System, seeds: Range<u64>, bounds: &Bounds) -> Result<Self> {
+        let nominal = MachineFile::from_manipulator(system, &[])?.machine;
+        let folder = TempDir::new().context("no temporary folder for the machine files")?;
         let mut list = Vec::new();
         for seed in seeds {
             let (machine, gravity) = draw(&nominal, seed, bounds)?;
@@ -196,7 +189,7 @@ impl Cases {
             for (axis, value) in (1..).zip(gravity) {
                 settings.push(system.setting(&format!("hdrm.gravity[{axis}]"), value)?);
             }
-            list.push(Case::of_seed(seed, settings));
+            list.push(Case::from_seed(seed, settings));
         }
         let _folder = Some(folder);
         Ok(Self { list, _folder })

@@ -1,7 +1,8 @@
-//! What the strict worlds draw besides a machine: its actuators axis by axis, mounting and damping,
-//! dry friction of the joints, drives of the wrist, load cells, a push on the tip and the clock.
+//! The errors that the strict worlds draw in addition to those of the machine: actuators axis by
+//! axis, mounting and damping, dry friction of the joints, drives of the wrist, load cells, a push
+//! on the tip, and jitter of the communication points.
 //!
-//! Sizes: resistance ±10, flux ±5 and inductance ±10 %, as data sheets of servo motors bound them;
+//! Bounds: resistance ±10, flux ±5 and inductance ±10 %, as data sheets of servo motors bound them;
 //! friction ±40 %, for wear and temperature of the grease; lead ±0.05 %, between grades 7 and 10 of
 //! ISO 3408-3; start between 20 and 90 °C; commutation ±2° electrical; load cells with a gain of
 //! ±1 % and a loop of 0.3 % of 70 kN; mounting 30 to 120 N/µm, damped so that the boom's mode has a
@@ -19,14 +20,14 @@ use rand_distr::{Distribution, Uniform};
 use crate::runs::grid::Case;
 use crate::setup::machine_choice::MachineFile;
 
-/// System of the structure that bends under actuators as built.
+/// System of the bending structure with actuators as built.
 pub const SYSTEM: &str = "StrictBending.ssd";
-/// Stream of the seed's generator; the machine takes the first two.
+/// Stream of the random generator; the machine's errors use the first two.
 const STREAM: u64 = 2;
-/// Width of a load cell's loop, N: 0.3 % of 70 kN.
+/// Width of a load cell's hysteresis loop, N: 0.3 % of 70 kN.
 const HYSTERESIS: f64 = 210.0;
-/// What takes part in the dry and the viscous friction of an actuator, and its size as built; the
-/// motor's is that of the machine file.
+/// Friction parameters of an actuator as built, with their nominal values; the motor's friction
+/// comes from the machine file.
 const FRICTION: [(&str, f64); 6] = [
     ("friction.screw_drag", 0.5),
     ("friction.screw_loss", 0.026),
@@ -36,15 +37,11 @@ const FRICTION: [(&str, f64); 6] = [
     ("friction.gear_viscous", 0.0012),
 ];
 
-/// Gives each case, which was drawn from a seed, the rest of what its seed draws. A plant that
-/// `bends` has joint friction and joints of its own, ideal drives of the wrist, and steps whose
-/// length must not change.
-///
-/// # Errors
-/// A system that lacks one of the variables.
-pub(super) fn harden(system: &System, cases: &mut [Case], bends: bool) -> Result<()> {
+/// Adds to each case the strict errors of its seed. A plant that `bends` has its own joints with
+/// friction, ideal drives of the wrist, and steps that must keep their length.
+pub(super) fn add_strict_errors(system: &System, cases: &mut [Case], bends: bool) -> Result<()> {
     let file = system.port("emla_1.machine_file")?;
-    let machine = MachineFile::at(system, &[], file)?.machine;
+    let machine = MachineFile::from_parameter(system, &[], file)?.machine;
     let even = Uniform::new_inclusive(-1.0, 1.0).expect("finite bounds");
     for case in cases {
         let seed = case.seed.unwrap_or(0);
@@ -106,7 +103,7 @@ pub(super) fn harden(system: &System, cases: &mut [Case], bends: bool) -> Result
         }
         if bends {
             case.settings.push(system.setting("sensors.seed", seed)?);
-            // Of the same age as in the other worlds, by steps of half their length.
+            // The same delay as in the other worlds, in steps of half the length.
             case.settings.push(system.setting("sensors.delay", 2)?);
         }
         for (name, value) in values {

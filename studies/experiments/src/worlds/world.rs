@@ -1,4 +1,5 @@
-//! What is chosen by `--world`: the plant, and the cases that laws are compared on.
+//! The choice `--world`: the packed system of each world, its parameter sets, and the cases (rows
+//! of the tables) on which control laws are compared.
 
 use std::ops::Range;
 
@@ -13,43 +14,38 @@ use crate::runs::grid::{ALL_TRAJECTORIES, Case, TRAJECTORIES};
 
 /// Packed system of the real world.
 pub const SYSTEM: &str = "Real.ssp";
-/// Its parameter set: what is changed in the controller, and in where the delay is, for this world.
+/// Parameter set of the real world: other gains, and the delay in the controller.
 pub const PARAMETERS: &str = "resources/real.ssv";
-/// The same for shipped machines whose own differ.
-const PARAMETERS_OF: [(&str, &str); 1] = [("hiab_xs031", "resources/real_hiab_xs031.ssv")];
-/// Machines that are drawn where no number is asked for.
+/// Shipped machines that have their own parameter set of the real world.
+const OWN_PARAMETER_SETS: [(&str, &str); 1] = [("hiab_xs031", "resources/real_hiab_xs031.ssv")];
+/// Default number of drawn machines.
 const SEEDS: u64 = 20;
-
 /// Inertia scales of the ideal world, in the order of the paper's table.
 pub const SCALES: [f64; 5] = [1.4, 1.2, 1.0, 0.8, 0.6];
 /// Packed system of the bending world.
 pub const BENDING_SYSTEM: &str = "Bending.ssd";
 /// Largest communication step of the bending world, s: with 1 ms the exchange between an actuator
-/// and the light end of a boom that bends rings by itself.
+/// and the light end of a bending boom is unstable.
 pub const BENDING_STEP: f64 = 5e-4;
-/// Machines of the bending world that are drawn where no number is asked for: a run takes some ten
-/// times as long as in the other worlds.
+/// Default number of drawn machines that bend: their runs take about ten times as long.
 const BENDING_SEEDS: u64 = 5;
-/// Largest error that the controller may leave in the bending world against the tip that its own
-/// rigid kinematics tell, m.
+/// Bound of the tip error by the controller's own rigid kinematics in the bending world, m.
 pub const BENDING_TARGET: f64 = 2e-3;
 
 /// A world.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum World {
-    /// The controller's own model, all inertias by one factor: a check of the code
+    /// The controller's own model with all inertias scaled by one factor: a check of the code
     Ideal,
-    /// A machine that the controller does not know: actuators as built, sensors, a step of delay,
-    /// errors drawn by seed
+    /// Actuators as built, sensors, a step of delay, machine errors by seed, all unknown to control
     Real,
-    /// A structure that bends, in MuJoCo, its errors drawn by seed; steps of at most 0.5 ms
+    /// A structure that bends, in MuJoCo, with errors drawn by seed; steps of at most 0.5 ms
     Bending,
-    /// As real, with motors, screws, friction, mounting, joints, wrist drives, load cells and clock
-    /// drawn by seed
+    /// The real world with errors of motors, screws, friction, mounting, joints, wrist drives, load
+    /// cells and clock drawn by seed
     StrictRigid,
-    /// The structure that bends, with actuators as built and sensors, their parameters drawn by
-    /// seed
+    /// The structure that bends, with actuators as built and sensors, parameters drawn by seed
     Strict,
 }
 
@@ -59,7 +55,7 @@ impl World {
         value_name(self)
     }
 
-    /// Whether its plant bends, which MuJoCo in Python computes.
+    /// Whether its plant bends; such a plant is computed by MuJoCo in Python.
     pub fn bends(self) -> bool {
         matches!(self, Self::Bending | Self::Strict)
     }
@@ -69,7 +65,7 @@ impl World {
         matches!(self, Self::Real | Self::StrictRigid)
     }
 
-    /// The trajectories on which laws are compared in it.
+    /// The trajectories on which laws are compared.
     pub fn trajectories(self) -> &'static [&'static str] {
         match self {
             Self::Ideal | Self::Real | Self::Bending => &TRAJECTORIES,
@@ -77,8 +73,8 @@ impl World {
         }
     }
 
-    /// Machines that are drawn where no number is asked for.
-    pub fn usual_seeds(self) -> u64 {
+    /// Default number of drawn machines.
+    pub fn default_seeds(self) -> u64 {
         match self {
             Self::Bending | Self::Strict => BENDING_SEEDS,
             Self::Ideal | Self::Real | Self::StrictRigid => SEEDS,
@@ -92,25 +88,23 @@ pub(crate) fn value_name(value: impl ValueEnum) -> String {
     value.get_name().to_owned()
 }
 
-/// The cases of a world: those of the ideal one are the inertia errors of the paper's table, those
-/// of the others a machine for each seed, with errors up to `factor` times the usual bounds where
-/// they are drawn here.
+/// The cases of a world: for `ideal` the inertia errors of the paper's table, for the others one
+/// machine for each seed. Machine errors that are drawn here have `factor` times the usual bounds.
 pub fn cases(world: World, system: &System, seeds: Range<u64>, factor: f64) -> Result<Cases> {
     let mut cases = match world {
-        World::Ideal => by_scale(system)?.into(),
+        World::Ideal => inertia_cases(system)?.into(),
         World::Real | World::StrictRigid => {
-            Cases::of_machines(system, seeds, &Bounds::REAL.times(factor))?
+            Cases::draw_machines(system, seeds, &Bounds::REAL.times(factor))?
         }
-        World::Bending | World::Strict => by_seed_of_plant(system, seeds)?.into(),
+        World::Bending | World::Strict => plant_seed_cases(system, seeds)?.into(),
     };
     if matches!(world, World::StrictRigid | World::Strict) {
-        strict::harden(system, &mut cases.list, world.bends())?;
+        strict::add_strict_errors(system, &mut cases.list, world.bends())?;
     }
     Ok(cases)
 }
 
-/// A case of the ideal world for each inertia scale.
-fn by_scale(system: &System) -> Result<Vec<Case>> {
+fn inertia_cases(system: &System) -> Result<Vec<Case>> {
     let case = |scale: f64| {
         let label = format!("inertia {:+.0} %", 100.0 * (scale - 1.0));
         let setting = system.setting("inertia_scale", scale)?;
@@ -119,19 +113,20 @@ fn by_scale(system: &System) -> Result<Vec<Case>> {
     SCALES.into_iter().map(case).collect()
 }
 
-/// A case of the bending world for each seed.
-fn by_seed_of_plant(system: &System, seeds: Range<u64>) -> Result<Vec<Case>> {
+fn plant_seed_cases(system: &System, seeds: Range<u64>) -> Result<Vec<Case>> {
     let case = |seed| {
         let setting = system.setting("hdrm.seed", seed)?;
-        Ok(Case::of_seed(seed, vec![setting]))
+        Ok(Case::from_seed(seed, vec![setting]))
     };
     seeds.map(case).collect()
 }
 
-/// The parameter set of the machine `name`, or of one that extends it; of any other machine that of
-/// the reference machine.
-pub fn parameters_of(name: Option<&str>) -> &'static str {
-    let own = PARAMETERS_OF.iter().find(|(of, _)| name == Some(*of));
+/// The real world's parameter set for the shipped machine `name` or one that extends it; for any
+/// other machine that of the reference machine.
+pub fn parameter_set_of(name: Option<&str>) -> &'static str {
+    let own = OWN_PARAMETER_SETS
+        .iter()
+        .find(|(own, _)| name == Some(*own));
     own.map_or(PARAMETERS, |(_, file)| file)
 }
 
@@ -143,13 +138,13 @@ mod tests {
     #[test]
     fn a_parameter_set_of_a_machine_exists_and_is_found_by_its_name() {
         let system = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../system");
-        for (name, file) in PARAMETERS_OF {
+        for (name, file) in OWN_PARAMETER_SETS {
             assert!(machine_file::preset(name).is_some(), "{name}");
             assert!(system.join(file).is_file(), "{file}");
-            assert_eq!(parameters_of(Some(name)), file);
+            assert_eq!(parameter_set_of(Some(name)), file);
         }
         for name in [None, Some("reference"), Some("sized")] {
-            assert_eq!(parameters_of(name), PARAMETERS);
+            assert_eq!(parameter_set_of(name), PARAMETERS);
         }
     }
 }

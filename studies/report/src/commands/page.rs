@@ -19,7 +19,7 @@ pub fn report(args: &ReportArgs) -> Result<Verdict> {
     let setup = args.machine.setup().without_path().build()?;
     let path = args.machine.on_path(&setup)?;
     let packed = |path: &Path| args.machine.setup().packed(path);
-    let beside = |name: &str| Some(setup.beside(name)).filter(|path| path.is_file());
+    let beside = |name: &str| Some(setup.sibling_path(name)).filter(|path| path.is_file());
     let testbed = args.testbed.clone().or_else(|| beside("Testbed.ssp"));
     let testbed = testbed.map(|path| packed(&path).system()).transpose()?;
     let real = beside(SYSTEM).map(|path| packed(&path).world(World::Real).system());

@@ -25,7 +25,7 @@ pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<Value> {
     let Some(system) = request.electric else {
         return Vec::new();
     };
-    let cases = energy::cases(system, &request.elsewhere());
+    let cases = energy::trajectory_cases(system, &request.elsewhere());
     let cases = kept_as("electric", cases, failures).unwrap_or_default();
     let of = |(case, experiment): (String, Experiment)| {
         one(system, &case, &experiment).with_context(|| format!("electric, {case}"))
@@ -45,7 +45,7 @@ fn one(system: &System, case: &str, experiment: &Experiment) -> Result<Value> {
         of(k, &OF_ACTUATOR);
     }
     let all = [&ports[..], &energy::ports(system)?, &sizing::ports(system)?].concat();
-    let recorded = RecordedRun::of(system, experiment, &all)?;
+    let recorded = RecordedRun::record(system, experiment, &all)?;
     let times = &recorded.recording.times;
     let start = times.first().copied().unwrap_or(0.0);
     let step = experiment.stepping.step;

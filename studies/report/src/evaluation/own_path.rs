@@ -38,12 +38,12 @@ fn of(
     name: &str,
     experiment: &Experiment,
 ) -> Result<Value> {
-    let margins = PathMargins::of(name, &machine.machine)?;
+    let margins = PathMargins::new(name, &machine.machine)?;
     let mut text = margins.description() + &margins.table() + "\n";
     let mut balances = String::new();
     for mode in MODES {
         let experiment = vary(request.system, experiment, &[("mode", &mode)])?;
-        let mut meter = Meter::of(request.system, &experiment)?;
+        let mut meter = Meter::from_experiment(request.system, &experiment)?;
         let ports = match mode {
             ADAPTIVE => energy::ports(request.system)?,
             _ => Vec::new(),
@@ -53,7 +53,7 @@ fn of(
             recording.add(master)?;
             meter.iter_mut().try_for_each(|meter| meter.add(master))
         })
-        .map_err(FailedRun::explained)
+        .map_err(FailedRun::explain)
         .with_context(|| mode.to_owned())?;
         writeln!(text, "{mode}: tip error {}", outcome.tip.motion)?;
         if let Some(measures) = meter.and_then(|meter| meter.measures()) {

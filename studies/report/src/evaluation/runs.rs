@@ -183,7 +183,7 @@ pub fn measure(request: &Request<'_>, scene: &Scene, plan: &Plan) -> Result<(Mea
             ports.extend(testbed::ports(system).unwrap_or_default());
         }
     }
-    let recorded = RecordedRun::of(system, &experiment, &ports)?;
+    let recorded = RecordedRun::record(system, &experiment, &ports)?;
     let energy = (is_adaptive && is_nominal).then(|| {
         energies(system, case.trajectory, &recorded)
             .with_context(|| format!("energy, {}", case.trajectory))

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::request::{Request, kept_as};
 use experiments::analyses::comparison::{self, Summary};
-use experiments::setup::start_values::of_modes;
+use experiments::setup::start_values::laws_of_modes;
 use experiments::worlds::{self, World};
 
 /// Laws that are shown.
@@ -70,7 +70,7 @@ fn one(world: World, system: &System, mut base: Experiment) -> Result<(usize, Ve
     if world.bends() {
         base.stepping.step = base.stepping.step.min(worlds::BENDING_STEP);
     }
-    let laws = of_modes(&MODES);
+    let laws = laws_of_modes(&MODES);
     let cases = worlds::cases(world, system, 1..1 + SEEDS, 1.0)?;
     let cells = comparison::run(
         system,

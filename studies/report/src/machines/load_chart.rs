@@ -128,7 +128,7 @@ impl Loads {
             empty: with(0.0).context("the mechanism")?,
             loaded: with(UNIT).context("the mechanism")?,
             limits: AllowedRanges::from_machine(machine),
-            lasting: ContinuousTorque::of(machine),
+            lasting: ContinuousTorque::from_machine(machine),
             factor,
             tip: Vector3::from(machine.geometry.r_D4_T4),
         })
@@ -251,7 +251,7 @@ mod tests {
         machine.ratings.lift.motor_torque = 22.0;
         machine.ratings.tilt.motor_torque = 25.0;
         let com = Payload::from_machine(&machine).com;
-        let most = ContinuousTorque::of(&machine);
+        let most = ContinuousTorque::from_machine(&machine);
         let chart = LoadChart::new(&machine, 1.0).expect("chart");
         let mut seen = [0; 4];
         for place in chart.places().step_by(7) {

@@ -25,7 +25,7 @@ use crate::measures::run::{motion_end, tip_error_port};
 use crate::runs::grid::Case;
 use crate::runs::run_store::RunStore;
 use crate::setup::machine_choice::MachineFile;
-use crate::setup::start_values::{Law, on_path};
+use crate::setup::start_values::{Law, path_settings};
 
 /// Law under which machines are excited, as shipped.
 const LAW: &str = "modular_integral";
@@ -75,7 +75,7 @@ impl Commissioning {
     pub fn new(system: &System, base: &Experiment, folder: &Path) -> Result<Self> {
         let controller = tip_error_port(system)?.component;
         let file = system.port_of(controller, "machine_file")?;
-        let machine = MachineFile::at(system, &base.settings, file)?.machine;
+        let machine = MachineFile::from_parameter(system, &base.settings, file)?.machine;
         let model = Model::new(&machine)?;
         let excitation = Excitation::of(&model)?;
         let folder = std::path::absolute(folder)?;
@@ -127,15 +127,15 @@ impl Commissioning {
         case: &Case,
         store: &RunStore,
     ) -> Result<Result<Identification, String>> {
-        let path = on_path(system, &self.path().display().to_string())?;
+        let path = path_settings(system, &self.path().display().to_string())?;
         let law = Law::new(LAW, LAW).settings(system)?;
         let mut settings: Vec<Setting> = [law, path].concat();
         // Lowered gains would change what is excited.
         let supervisor = system.port_of(tip_error_port(system)?.component, "supervisor")?;
         settings.push(system.setting(&system.name(supervisor), false)?);
-        let experiment = case.over((system, base), &settings)?;
+        let experiment = case.apply((system, base), &settings)?;
         let name = format!("identify {}", case.label);
-        let record = store.kept(&name, system, &experiment, || {
+        let record = store.load_or_make(&name, system, &experiment, || {
             Ok(match self.of_run(system, &experiment) {
                 Ok(Estimate {
                     machine,

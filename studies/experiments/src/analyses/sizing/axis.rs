@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::motor::Motor;
 use super::recorded::{Columns, Size, parameters_of};
-use crate::measures::heat::{Cycle, Network, Temperatures};
+use crate::measures::heat::{Cycle, HeatNetwork, Temperatures};
 
 /// Time over which the cycle is repeated, s.
 pub const HOUR: f64 = 3600.0;
@@ -106,7 +106,7 @@ pub(super) fn axis(
             C_h,
             R_ha,
         };
-        Network { heat, ambient }
+        HeatNetwork { heat, ambient }
     });
     let step = match columns.times {
         [first, .., last] => (last - first) / (columns.times.len() - 1) as f64,
@@ -128,7 +128,9 @@ pub(super) fn axis(
         power: Size::of(both().map(|(tau, w)| tau * w)),
         continuous: motor.continuous(speed.rms, ratings),
         beyond_peak: both().filter(drives_beyond).count() as f64 / tau.len().max(1) as f64,
-        temperatures: own.unwrap_or(Network::TYPICAL).after(&cycle, HOUR),
+        temperatures: own
+            .unwrap_or(HeatNetwork::TYPICAL)
+            .temperatures_after(&cycle, HOUR),
         is_own_heat: own.is_some(),
         ratings: *ratings,
         motor,

@@ -9,9 +9,9 @@ use serde::Serialize;
 
 use super::recorded::{Columns, Size, columns, parameters_of, ports};
 use crate::measures::energy;
-use crate::measures::power_integral::{both_ways, rise, while_working};
+use crate::measures::power_integral::{rise, rise_while_working, rises_and_falls};
 use crate::measures::run::RecordedRun;
-use crate::setup::start_values::over;
+use crate::setup::start_values::add_settings;
 
 /// What the metrics of arXiv 2409.16186 are for one actuator, over the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -44,8 +44,8 @@ fn metrics(columns: &Columns) -> Metrics {
         let steps = columns.times.windows(2).zip(c.windows(2));
         steps.map(|(t, e)| (e[1] - e[0]) / (t[1] - t[0])).collect()
     };
-    let working = while_working(taken, work);
-    let (done, _) = both_ways(work);
+    let working = rise_while_working(taken, work);
+    let (done, _) = rises_and_falls(work);
     Metrics {
         power: Size::of(rates(work).into_iter()).rms,
         force: Size::of(columns.values[4].iter().copied()).rms,
@@ -84,8 +84,8 @@ pub(super) fn sensitivity(
     let ports = ports(system)?;
     let other = |mass: f64| {
         let setting = system.setting("payload.mass", mass)?;
-        let experiment = over(system, experiment, vec![setting])?;
-        RecordedRun::of(system, &experiment, &ports)
+        let experiment = add_settings(system, experiment, vec![setting])?;
+        RecordedRun::record(system, &experiment, &ports)
     };
     let (less, more) = (other(payload - step)?, other(payload + step)?);
     let mut found = Vec::new();

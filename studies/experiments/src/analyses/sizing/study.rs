@@ -29,7 +29,7 @@ pub struct Sizing {
 /// Run the experiment, and twice more with the payload `payload_step`, kg, less and more where that
 /// is not 0.
 pub fn run(system: &System, experiment: &Experiment, payload_step: f64) -> Result<Sizing> {
-    let recorded = RecordedRun::of(system, experiment, &ports(system)?)?;
+    let recorded = RecordedRun::record(system, experiment, &ports(system)?)?;
     let mut sizing = evaluate(system, experiment, &recorded)?;
     if payload_step != 0.0 {
         sizing.payload = sensitivity(system, experiment, &recorded, payload_step)?;
@@ -46,7 +46,7 @@ pub fn evaluate(
     experiment: &Experiment,
     recorded: &RecordedRun,
 ) -> Result<Sizing> {
-    let machine = MachineFile::of(system, &experiment.settings)?.machine;
+    let machine = MachineFile::from_manipulator(system, &experiment.settings)?.machine;
     let lowest = lowest_voltage(system, recorded)?;
     let mut axes = Vec::new();
     for k in energy::actuators(system) {

@@ -65,8 +65,8 @@ pub fn causes(
     };
     let cases = RUNGS.into_iter().enumerate().map(case);
     let (laws, cases) = ([Law::default()], cases.collect::<Result<Vec<_>>>()?);
-    let grid = Grid::new(system, base, &laws, &cases).varying_bound();
-    let grid = grid.only_on(&TRAJECTORIES[..1]);
+    let grid = Grid::new(system, base, &laws, &cases).replacing_bound();
+    let grid = grid.with_trajectories(&TRAJECTORIES[..1]);
     let cells = grid.run(|plan| measure(system, plan), || ())?;
     let verdict = grid::verdict(&cells);
     let named = RUNGS.into_iter().zip(cells);

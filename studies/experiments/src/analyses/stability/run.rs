@@ -142,7 +142,7 @@ pub fn measure(system: &System, plan: &Plan) -> Result<(Run, Verdict)> {
     let mut per_rod = per_rod.into_iter().collect::<Result<Vec<_>>>()?;
     per_rod.push(system.elements(arm, "x_dot", RODS)?);
     let ports = [&scalars[..], &gains, &per_rod.concat()].concat();
-    let recorded = RecordedRun::of(system, &plan.experiment, &ports)?;
+    let recorded = RecordedRun::record(system, &plan.experiment, &ports)?;
     let step = plan.experiment.stepping.step;
     let mut run = Course::of(&recorded, &scalars, &per_rod)?.evaluate(step)?;
     (run.trajectory, run.law) = (plan.trajectory, plan.law.into());

@@ -50,7 +50,7 @@ pub fn record(machine: &System, base: &Experiment) -> Result<Vec<MachineRun>> {
     let ports = ports(machine)?;
     let one = |trajectory: &'static str| {
         let experiment = vary(machine, base, &[("trajectory", &trajectory)])?;
-        RecordedRun::of(machine, &experiment, &ports)
+        RecordedRun::record(machine, &experiment, &ports)
             .and_then(|recorded| MachineRun::of(machine, trajectory, base.stepping.step, &recorded))
             .with_context(|| format!("{trajectory}, run of the machine"))
     };

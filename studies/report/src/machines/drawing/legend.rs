@@ -47,7 +47,7 @@ impl Sheet {
     fn lasting(&self) -> String {
         let each = machine_file::AXES
             .into_iter()
-            .zip(ContinuousTorque::of(&self.machine));
+            .zip(ContinuousTorque::from_machine(&self.machine));
         let each = each.map(|(axis, l)| format!("{:.1} N·m ({axis}, {})", l.torque, l.by));
         format!("lasting motor torques: {}", Vec::from_iter(each).join(", "))
     }
