@@ -1,11 +1,12 @@
-//! One question a file: which runs it takes, what they are worth.
+//! The analyses behind the subcommands: each makes a set of runs, measures them and judges the
+//! result.
 
 pub mod comparison;
-pub mod draws;
+pub(crate) mod draws;
 pub mod efficiency;
-pub mod endurance;
-pub mod identification;
-pub mod imported_run;
+pub(crate) mod endurance;
+pub(crate) mod identification;
+pub(crate) mod imported_run;
 pub mod inertia;
 pub mod margins;
 pub mod robustness;
@@ -13,4 +14,4 @@ pub mod sizing;
 pub mod stability;
 pub mod surrogate_loop;
 pub mod testbed;
-pub mod tournament;
+pub(crate) mod tournament;
