@@ -1,9 +1,9 @@
-//! Robustness beyond the paper's table: errors of motor and transmission parameters, of the payload
-//! alone, sensor noise, and a load on the tip that the controller does not know. The controller
-//! keeps its nominal values throughout.
+//! Robustness beyond the paper's table, for `table --study` and the evaluation's page: errors of
+//! motor and transmission parameters, of the payload alone, sensor noise, and a load on the tip that
+//! the controller does not know. The controller keeps its nominal values throughout.
 //!
-//! The tip error is taken between the controller's desired position and the manipulator's true one,
-//! so that noise on the measurements does not count as motion.
+//! The tip error is the distance between the controller's desired position and the manipulator's
+//! true one, so that noise on the measurements does not count as motion.
 
 use anyhow::Result;
 use cosim::exchange::faults::Faults;
@@ -25,7 +25,7 @@ pub enum Study {
     Payload,
     /// Noise on everything the controller measures.
     Noise,
-    /// A wrench on the end-effector that nobody told the controller of.
+    /// A wrench on the end-effector that the controller does not know.
     TipLoad,
 }
 
@@ -43,14 +43,14 @@ const MOTOR: [(&str, &[&str]); 7] = [
     ("tau_C", &["tau_C"]),
     (EFFICIENCY, &[EFFICIENCY]),
 ];
-/// Of the gear: no more than 1.
+/// The gear's efficiency, at most 1.
 const EFFICIENCY: &str = "eta_gear";
-/// Errors of parameters.
+/// Factors on the parameters.
 const FACTORS: [f64; 2] = [1.4, 0.6];
-/// Standard deviations on the controller's inputs. A 20-bit encoder at a joint resolves 6e-6 rad,
+/// Standard deviations on the controller's inputs: variable, unit, value. A 20-bit encoder at a joint resolves 6e-6 rad,
 /// its rate is filtered; current transducers and motor encoders of servo drives; a 70 kN load cell
 /// of class 0.1.
-pub const SENSORS: [(&str, &str, f64); 7] = [
+const SENSORS: [(&str, &str, f64); 7] = [
     ("zeta", "rad", 1e-5),
     ("zeta_dot", "rad/s", 1e-3),
     ("i_d", "A", 0.1),
@@ -80,7 +80,7 @@ impl Study {
         }
     }
 
-    /// What is varied, as one sentence.
+    /// What is varied, in one sentence.
     pub fn varied(self) -> String {
         let factors = FACTORS.map(percent).join(" or ");
         match self {
@@ -89,11 +89,9 @@ impl Study {
                  each alone and all together: winding resistance R_s, inductances L_d and L_q, flux linkage lambda_m, motor inertia J_m, \
                  viscous and Coulomb friction C_m and tau_C, gear efficiency eta_gear (at most 1)."
             ),
-            Self::Payload => {
-                format!(
-                    "The mass of the payload alone differs by {factors} from what the controller assumes."
-                )
-            }
+            Self::Payload => format!(
+                "The mass of the payload alone differs by {factors} from what the controller assumes."
+            ),
             Self::Noise => {
                 let sensors =
                     SENSORS.map(|(variable, unit, sigma)| format!("{variable} {sigma} {unit}"));
@@ -110,7 +108,7 @@ impl Study {
         }
     }
 
-    /// RMSE that the adaptive controller should stay below, m, where one is set.
+    /// Largest RMSE that the adaptive controller should have, m, where there is a target.
     pub fn target(self) -> Option<f64> {
         match self {
             Self::Motor | Self::Payload => Some(0.5e-3),
@@ -119,7 +117,7 @@ impl Study {
         }
     }
 
-    /// The rows of the study.
+    /// The cases of the study; `seed` is the first of the noise.
     pub fn cases(self, system: &System, base: &Experiment, seed: u64) -> Result<Vec<Case>> {
         match self {
             Self::Motor => motor_cases(system, base),
@@ -152,10 +150,8 @@ fn motor_cases(system: &System, base: &Experiment) -> Result<Vec<Case>> {
 
 fn payload_cases(system: &System, base: &Experiment) -> Result<Vec<Case>> {
     let case = |factor| {
-        Ok(Case::new(
-            format!("payload {}", percent(factor)),
-            scaled(system, base, "payload.mass", factor)?,
-        ))
+        let settings = scaled(system, base, "payload.mass", factor)?;
+        Ok(Case::new(format!("payload {}", percent(factor)), settings))
     };
     FACTORS.into_iter().map(case).collect()
 }
@@ -210,8 +206,8 @@ fn scaled(system: &System, base: &Experiment, variable: &str, factor: f64) -> Re
     Ok(settings)
 }
 
-/// Run all cells of a study in parallel, three controllers a row; `done` is called after each. A
-/// failed cell keeps its error and the others go on.
+/// Runs all cells of a study in parallel, the controllers of a case one after the other; `done` is
+/// called after each. A failed cell keeps its error and the others go on.
 ///
 /// # Errors
 /// `base` sets what the study varies; this is found before the first run.
@@ -226,7 +222,7 @@ pub fn run(
     Grid::new(system, base, &laws, cases).run(measure, done)
 }
 
-/// Cells that [`run`] makes of these cases.
+/// Number of cells that [`run`] makes of these cases.
 pub fn count(cases: &[Case]) -> u64 {
     (cases.len() * TRAJECTORIES.len() * MODES.len()) as u64
 }
@@ -236,16 +232,15 @@ fn tip_error(system: &System, experiment: &Experiment) -> Result<(TipError, Verd
         let first = system.port(&format!("{array}[1]"))?;
         system.elements(first.component, array, 3)
     };
-    let (desired, actual) = (point("desired.position")?, point("tip.position")?);
-    let recorded = RecordedRun::of(system, experiment, &[&desired[..], &actual[..]].concat())?;
-    let mut columns = Vec::new();
-    for (desired, actual) in desired.into_iter().zip(actual) {
-        let column = |port| recorded.recording.column(port);
-        columns.push((column(desired)?, column(actual)?));
-    }
+    let ports = [point("desired.position")?, point("tip.position")?].concat();
+    let recorded = RecordedRun::of(system, experiment, &ports)?;
+    let columns = ports.iter().map(|port| recorded.recording.column(*port));
+    let columns: Vec<&[f64]> = columns.collect::<Result<_>>()?;
+    let (desired, actual) = columns.split_at(3);
     let mut error = TipError::new(recorded.outcome.tip.motion_start);
     for (row, t) in recorded.recording.times.iter().enumerate() {
-        let square: f64 = columns.iter().map(|(d, a)| (d[row] - a[row]).powi(2)).sum();
+        let pairs = desired.iter().zip(actual);
+        let square: f64 = pairs.map(|(d, a)| (d[row] - a[row]).powi(2)).sum();
         error.add(*t, square.sqrt());
     }
     Ok((error, recorded.outcome.verdict()))
@@ -254,13 +249,13 @@ fn tip_error(system: &System, experiment: &Experiment) -> Result<(TipError, Verd
 /// The adaptive cell with the largest RMSE, and its tip error.
 pub fn worst(cells: &[Cell<TipError>]) -> Option<(&Cell<TipError>, TipError)> {
     let adaptive = cells.iter().filter(|c| c.law == "adaptive");
-    let found = adaptive.filter_map(|c| Some((c, *c.result.as_ref().ok()?)));
-    found.max_by(|(_, a), (_, b)| a.motion.rms().total_cmp(&b.motion.rms()))
+    let measured = adaptive.filter_map(|c| Some((c, *c.result.as_ref().ok()?)));
+    measured.max_by(|(_, a), (_, b)| a.motion.rms().total_cmp(&b.motion.rms()))
 }
 
-/// The worst adaptive cell beside the target, as a line for people; a target that is not met spoils
-/// `verdict`.
-pub fn judge(study: Study, cells: &[Cell<TipError>], verdict: &mut Verdict) -> String {
+/// Compares the worst adaptive cell with the target, as a line for people; a target that is missed
+/// makes the verdict bad.
+pub(crate) fn judge(study: Study, cells: &[Cell<TipError>], verdict: &mut Verdict) -> String {
     let worst = 1e3 * worst(cells).map_or(0.0, |(_, tip)| tip.motion.rms());
     let end = match study.target().map(|target| 1e3 * target) {
         None => String::new(),
