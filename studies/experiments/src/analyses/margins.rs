@@ -76,43 +76,41 @@ pub enum Change {
     Adaptation,
 }
 
-/// All changes, with their names.
-pub const CHANGES: [(Change, &str); 7] = [
-    (Change::Delay, "delay, steps more"),
-    (Change::Gain, "loop gain x"),
-    (Change::Softer, "mounting softer /"),
-    (Change::Stiffer, "mounting stiffer x"),
-    (Change::Heavier, "inertia x"),
-    (Change::Lighter, "inertia /"),
-    (Change::Adaptation, "adaptation faster x"),
+/// Stiffness of the actuators' mountings.
+const MOUNTING: &[&str] = &[
+    "emla_1.compliance.mount",
+    "emla_2.compliance.mount",
+    "emla_3.compliance.mount",
+];
+/// Gains of the loop from motion to force.
+const LOOP: &[&str] = &[
+    "controller.kappa_KA",
+    "controller.pd_actuator_damping",
+    "controller.pd_wrist_damping[1]",
+    "controller.pd_wrist_damping[2]",
+    "controller.pd_wrist_damping[3]",
+];
+const INERTIA: &[&str] = &["hdrm.inertia_scale"];
+/// The smaller it is, the faster is the adaptation.
+const GAMMA: &[&str] = &["controller.gamma"];
+
+/// All changes: name, variables that the change multiplies, and whether by the factor or by its
+/// inverse.
+pub const CHANGES: [(Change, &str, &[&str], bool); 7] = [
+    (Change::Delay, "delay, steps more", &[], true),
+    (Change::Gain, "loop gain x", LOOP, true),
+    (Change::Softer, "mounting softer /", MOUNTING, false),
+    (Change::Stiffer, "mounting stiffer x", MOUNTING, true),
+    (Change::Heavier, "inertia x", INERTIA, true),
+    (Change::Lighter, "inertia /", INERTIA, false),
+    (Change::Adaptation, "adaptation faster x", GAMMA, false),
 ];
 
 impl Change {
-    /// Variables that it multiplies, and whether by the factor or by its inverse.
-    fn variables(self) -> (&'static [&'static str], bool) {
-        const MOUNT: [&str; 3] = [
-            "emla_1.compliance.mount",
-            "emla_2.compliance.mount",
-            "emla_3.compliance.mount",
-        ];
-        match self {
-            Self::Delay => (&[], true),
-            Self::Gain => (
-                &[
-                    "controller.kappa_KA",
-                    "controller.pd_actuator_damping",
-                    "controller.pd_wrist_damping[1]",
-                    "controller.pd_wrist_damping[2]",
-                    "controller.pd_wrist_damping[3]",
-                ],
-                true,
-            ),
-            Self::Softer => (&MOUNT, false),
-            Self::Stiffer => (&MOUNT, true),
-            Self::Heavier => (&["hdrm.inertia_scale"], true),
-            Self::Lighter => (&["hdrm.inertia_scale"], false),
-            Self::Adaptation => (&["controller.gamma"], false),
-        }
+    /// Its row of [`CHANGES`].
+    fn row(self) -> (Self, &'static str, &'static [&'static str], bool) {
+        let row = CHANGES.into_iter().find(|(change, ..)| *change == self);
+        row.expect("a row for each change")
     }
 
     /// The start values with this change by `factor`.
@@ -124,15 +122,13 @@ impl Change {
         if self == Self::Delay {
             return Ok(vec![scaled("sensors.delay", 1.0, factor)?]);
         }
-        let (names, is_product) = self.variables();
+        let (.., names, is_product) = self.row();
         let by = if is_product { factor } else { 1.0 / factor };
         names.iter().map(|name| scaled(name, by, 0.0)).collect()
     }
 
-    /// Its name in [`CHANGES`].
     pub(crate) fn name(self) -> &'static str {
-        let named = CHANGES.iter().find(|(change, _)| *change == self);
-        named.expect("all changes have names").1
+        self.row().1
     }
 
     fn applies_to(self, law: &Law) -> bool {
@@ -223,12 +219,12 @@ pub(crate) fn run(
     for law in laws {
         for place in places {
             for payload in payloads {
-                let changes = CHANGES.iter().filter(|(change, _)| change.applies_to(law));
-                points.extend(changes.map(|(change, what)| (law, place, *payload, *change, *what)));
+                let changes = CHANGES.iter().filter(|(change, ..)| change.applies_to(law));
+                points.extend(changes.map(|(change, ..)| (law, place, *payload, *change)));
             }
         }
     }
-    let one = |(law, place, payload, change, what): (&Law, &Place, f64, Change, &str)| {
+    let one = |(law, place, payload, change): (&Law, &Place, f64, Change)| {
         let (place, pose) = *place;
         let mut settings = law.settings(system)?;
         for (name, value) in [
@@ -261,7 +257,7 @@ pub(crate) fn run(
                 let changed = change.settings(system, &nominal, factor)?;
                 experiment.settings.extend(changed);
             }
-            let what = if change.is_some() { what } else { "as it is" };
+            let what = change.map_or("as it is", Change::name);
             let name = format!("{} {place} {payload} {what} {factor:.4}", law.name);
             let run = store.run(&name, system, &experiment)?;
             let is_stable = run.fate == Fate::Kept && run.swing < UNSTABLE;

@@ -6,6 +6,7 @@
 //! true one, so that noise on the measurements does not count as motion.
 
 use anyhow::Result;
+use clap::ValueEnum;
 use cosim::exchange::faults::Faults;
 use cosim::{Experiment, Setting, System, Verdict, start_value};
 use serde::Serialize;
@@ -14,9 +15,10 @@ use super::inertia::MODES;
 use crate::measures::run::{RecordedRun, TipError};
 use crate::runs::grid::{Case, Cell, Grid, Plan, TRAJECTORIES};
 use crate::setup::start_values::of_modes;
+use crate::worlds::value_name;
 
 /// What is varied.
-#[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Study {
     /// Motor and transmission parameters of all actuators by ±40 %, each and together.
@@ -71,13 +73,8 @@ const TIP_LOADS: [(&str, [f64; 6]); 3] = [
 
 impl Study {
     /// Name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Motor => "motor",
-            Self::Payload => "payload",
-            Self::Noise => "noise",
-            Self::TipLoad => "tip-load",
-        }
+    pub fn name(self) -> String {
+        value_name(self)
     }
 
     /// What is varied, in one sentence.

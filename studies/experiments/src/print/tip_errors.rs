@@ -40,7 +40,7 @@ pub fn inertia_text(cells: &[TipCell]) -> String {
 /// met spoils `verdict`.
 pub fn robustness_text(study: Study, cells: &[TipCell], verdict: &mut Verdict) -> String {
     let name = |trajectory: &str, case: &str| [format!("{trajectory:<11}  {case:<38}"), "".into()];
-    let mut text = table(name("trajectory", study.name()), cells, |c| {
+    let mut text = table(name("trajectory", &study.name()), cells, |c| {
         name(c.trajectory, &c.case)
     });
     text += &judge(study, cells, verdict);

@@ -51,6 +51,6 @@ fn of_margins(file: &Path) -> Result<Value> {
     let margins: Vec<Margin> =
         serde_json::from_value(margins).with_context(|| format!("--margins {}", file.display()))?;
     let changes = CHANGES
-        .map(|(change, name)| json!({ "change": change, "name": name, "target": change.target() }));
+        .map(|(change, name, ..)| json!({ "change": change, "name": name, "target": change.target() }));
     Ok(json!({ "changes": changes, "margins": margins }))
 }

@@ -124,6 +124,51 @@ pub struct Powers {
 }
 
 impl Powers {
+    /// From the recorded [`SCALARS`], and [`PER_ROD`] with the rods' velocities, rod by rod each.
+    /// Derivatives are differences over a step, powers their means over it; `start` and `step` in s.
+    fn new(scalars: &[&[f64]], per_rod: &[&[f64]], start: f64, step: f64) -> Result<Self> {
+        let points = scalars[0].len();
+        ensure!(points > 1, "the motion has no step");
+        let rods = |signal: usize| &per_rod[RODS * signal..][..RODS];
+        let sum = |signal: usize, k: usize| rods(signal).iter().map(|c| c[k]).sum::<f64>();
+        let [nu_velocity, nu_adaptation, B_1] = [0, 1, 2].map(|n| scalars[n]);
+        let nu_actuators: Vec<f64> = (0..points).map(|k| sum(0, k)).collect();
+        let nu = |k: usize| nu_velocity[k] + nu_adaptation[k] + nu_actuators[k];
+        // B_a, p and p' of all actuators.
+        let B_a = |k: usize| sum(1, k);
+        let p = |k: usize| sum(2, k);
+        let (error, required, actual) = (rods(3), rods(4), rods(5));
+        let p_proof = |k: usize| -> f64 {
+            (0..RODS)
+                .map(|i| (required[i][k] - actual[i][k]) * error[i][k])
+                .sum()
+        };
+        let mean = |power: &dyn Fn(usize) -> f64, k: usize| 0.5 * (power(k) + power(k + 1));
+        let rate = |energy: &dyn Fn(usize) -> f64, k: usize| (energy(k + 1) - energy(k)) / step;
+        let each =
+            |power: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..points - 1).map(power).collect() };
+        Ok(Self {
+            start,
+            nu_dot: each(&|k| rate(&nu, k)),
+            dissipation: each(&|k| mean(&|k| B_1[k], k) + mean(&B_a, k)),
+            bodies: each(&|k| {
+                rate(&|k| nu_velocity[k], k) + rate(&|k| nu_adaptation[k], k) + mean(&|k| B_1[k], k)
+                    - mean(&p, k)
+            }),
+            actuators: each(&|k| rate(&|k| nu_actuators[k], k) + mean(&B_a, k) + mean(&p_proof, k)),
+            cuts: each(&|k| mean(&p, k) - mean(&p_proof, k)),
+            nu_velocity: nu_velocity.to_vec(),
+            nu_adaptation: nu_adaptation.to_vec(),
+            nu_actuators,
+        })
+    }
+
+    /// ν at the communication points, J.
+    fn nu(&self) -> Vec<f64> {
+        let total = |k: usize| self.nu_velocity[k] + self.nu_adaptation[k] + self.nu_actuators[k];
+        (0..self.nu_velocity.len()).map(total).collect()
+    }
+
     /// `ν' + B`: positive where the bound is exceeded.
     pub fn excess(&self) -> Vec<f64> {
         let parts = |k: usize| self.bodies[k] + self.actuators[k] + self.cuts[k];
@@ -148,119 +193,39 @@ pub(super) fn measure(system: &System, plan: &Plan) -> Result<(Run, Verdict)> {
     let columns = |ports: &[Port]| -> Result<Vec<&[f64]>> {
         ports.iter().map(|port| recorded.motion(*port)).collect()
     };
-    let signals = ProofSignals::new(&columns(&scalars)?, &columns(&per_rod)?);
-    let mut run = signals.evaluate(plan.experiment.stepping.step)?;
-    (run.trajectory, run.law) = (plan.trajectory, plan.law.into());
-    run.course.start = recorded.recording.times[recorded.motion_start()];
+    let start = recorded.recording.times[recorded.motion_start()];
+    let step = plan.experiment.stepping.step;
+    let course = Powers::new(&columns(&scalars)?, &columns(&per_rod)?, start, step)?;
     // They are constant over a run.
     let constant = |k: usize| anyhow::Ok(recorded.recording.column(gains[k])?[0]);
-    run.gains = Gains {
-        beta_1: constant(0)?,
-        beta_2: constant(1)?,
-        printed_margin: constant(2)?,
-        epsilon_max: constant(3)?,
-        K_1: constant(4)?,
-        K_2: constant(5)?,
+    let excess = course.excess();
+    let above = excess.iter().filter(|excess| **excess > 0.0).count();
+    let run = Run {
+        trajectory: plan.trajectory,
+        law: plan.law.into(),
+        step,
+        nu: ends(&course.nu()),
+        nu_velocity: ends(&course.nu_velocity),
+        nu_adaptation: ends(&course.nu_adaptation),
+        nu_actuators: ends(&course.nu_actuators),
+        dissipation: Power::new(&course.dissipation),
+        nu_dot: Power::new(&course.nu_dot),
+        excess: Power::new(&excess),
+        exceeded: above as f64 / excess.len() as f64,
+        bodies: Power::new(&course.bodies),
+        actuators: Power::new(&course.actuators),
+        cuts: Power::new(&course.cuts),
+        gains: Gains {
+            beta_1: constant(0)?,
+            beta_2: constant(1)?,
+            printed_margin: constant(2)?,
+            epsilon_max: constant(3)?,
+            K_1: constant(4)?,
+            K_2: constant(5)?,
+        },
+        course,
     };
     Ok((run, recorded.outcome.verdict()))
-}
-
-/// The signals of the proof at the communication points of the motion; sums over the actuators.
-#[derive(Default)]
-struct ProofSignals {
-    nu_velocity: Vec<f64>,
-    nu_adaptation: Vec<f64>,
-    nu_actuators: Vec<f64>,
-    /// B_1.
-    dissipation_bodies: Vec<f64>,
-    /// Σ B_a.
-    dissipation_actuators: Vec<f64>,
-    /// p.
-    flow_measured: Vec<f64>,
-    /// p'.
-    flow_proof: Vec<f64>,
-}
-
-impl ProofSignals {
-    /// From the recorded [`SCALARS`], and [`PER_ROD`] with the rods' velocities, rod by rod each.
-    fn new(scalars: &[&[f64]], per_rod: &[&[f64]]) -> Self {
-        let rods = |signal: usize| &per_rod[RODS * signal..][..RODS];
-        let points = 0..scalars[0].len();
-        let sum = |signal: usize| -> Vec<f64> {
-            let total = |k: usize| rods(signal).iter().map(|c| c[k]).sum();
-            points.clone().map(total).collect()
-        };
-        let (error, required, actual) = (rods(3), rods(4), rods(5));
-        let proof = |k: usize| {
-            (0..RODS)
-                .map(|i| (required[i][k] - actual[i][k]) * error[i][k])
-                .sum()
-        };
-        Self {
-            nu_velocity: scalars[0].to_vec(),
-            nu_adaptation: scalars[1].to_vec(),
-            nu_actuators: sum(0),
-            dissipation_bodies: scalars[2].to_vec(),
-            dissipation_actuators: sum(1),
-            flow_measured: sum(2),
-            flow_proof: points.clone().map(proof).collect(),
-        }
-    }
-
-    /// Derivatives by differences over a step, powers by their means over it.
-    fn evaluate(self, step: f64) -> Result<Run> {
-        let points = self.nu_velocity.len();
-        ensure!(points > 1, "the motion has no step");
-        let rate = |c: &[f64], k: usize| (c[k + 1] - c[k]) / step;
-        let mean = |c: &[f64], k: usize| 0.5 * (c[k] + c[k + 1]);
-        let each =
-            |power: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..points - 1).map(power).collect() };
-        let total: Vec<f64> = (0..points)
-            .map(|k| self.nu_velocity[k] + self.nu_adaptation[k] + self.nu_actuators[k])
-            .collect();
-        let course = Powers {
-            start: 0.0,
-            nu_dot: each(&|k| rate(&total, k)),
-            dissipation: each(&|k| {
-                mean(&self.dissipation_bodies, k) + mean(&self.dissipation_actuators, k)
-            }),
-            bodies: each(&|k| {
-                rate(&self.nu_velocity, k)
-                    + rate(&self.nu_adaptation, k)
-                    + mean(&self.dissipation_bodies, k)
-                    - mean(&self.flow_measured, k)
-            }),
-            actuators: each(&|k| {
-                rate(&self.nu_actuators, k)
-                    + mean(&self.dissipation_actuators, k)
-                    + mean(&self.flow_proof, k)
-            }),
-            cuts: each(&|k| mean(&self.flow_measured, k) - mean(&self.flow_proof, k)),
-            nu_velocity: self.nu_velocity,
-            nu_adaptation: self.nu_adaptation,
-            nu_actuators: self.nu_actuators,
-        };
-        let excess = course.excess();
-        let above = excess.iter().filter(|excess| **excess > 0.0).count();
-        Ok(Run {
-            trajectory: "",
-            law: String::new(),
-            step,
-            nu: ends(&total),
-            nu_velocity: ends(&course.nu_velocity),
-            nu_adaptation: ends(&course.nu_adaptation),
-            nu_actuators: ends(&course.nu_actuators),
-            dissipation: Power::new(&course.dissipation),
-            nu_dot: Power::new(&course.nu_dot),
-            excess: Power::new(&excess),
-            exceeded: above as f64 / (points - 1) as f64,
-            bodies: Power::new(&course.bodies),
-            actuators: Power::new(&course.actuators),
-            cuts: Power::new(&course.cuts),
-            gains: Gains::default(),
-            course,
-        })
-    }
 }
 
 impl Power {
@@ -294,21 +259,19 @@ mod tests {
         let h = 1e-3;
         let nu: Vec<f64> = (0..100).map(|k| (-2.0 * h * f64::from(k)).exp()).collect();
         let zero = vec![0.0; nu.len()];
-        let signals = ProofSignals {
-            nu_velocity: nu.clone(),
-            nu_adaptation: zero.clone(),
-            nu_actuators: zero.clone(),
-            dissipation_bodies: nu.iter().map(|v| 2.0 * v + 0.5).collect(),
-            dissipation_actuators: zero.clone(),
-            flow_measured: vec![0.5; nu.len()],
-            flow_proof: zero,
-        };
-        let run = signals.evaluate(h).unwrap();
-        assert!(run.bodies.max.abs() < h * h, "{:?}", run.bodies);
-        assert_eq!(run.actuators, Power::default());
-        assert!((run.cuts.mean - 0.5).abs() < 1e-15);
-        assert!((run.excess.max - 0.5).abs() < h * h && run.exceeded == 1.0);
-        assert_eq!((run.nu[0], run.nu[1]), (1.0, 1.0));
-        assert_eq!(run.course.nu_dot.len(), run.course.nu_velocity.len() - 1);
+        let dissipation: Vec<f64> = nu.iter().map(|v| 2.0 * v + 0.5).collect();
+        let flow = vec![0.5; nu.len()];
+        let mut per_rod = [&zero[..]; 6 * RODS];
+        per_rod[2 * RODS + 1] = &flow;
+        let course = Powers::new(&[&nu, &zero, &dissipation], &per_rod, 0.0, h).unwrap();
+        let power = |values: &[f64]| Power::new(values);
+        let (bodies, cuts) = (power(&course.bodies), power(&course.cuts));
+        assert!(bodies.max.abs() < h * h, "{bodies:?}");
+        assert_eq!(power(&course.actuators), Power::default());
+        assert!((cuts.mean - 0.5).abs() < 1e-15);
+        assert!((power(&course.excess()).max - 0.5).abs() < h * h);
+        assert!(course.excess().iter().all(|excess| *excess > 0.0));
+        assert_eq!(ends(&course.nu())[..2], [1.0, 1.0]);
+        assert_eq!(course.nu_dot.len(), course.nu_velocity.len() - 1);
     }
 }

@@ -1,4 +1,4 @@
-//! Loading rigs, nose to nose with the actuators, and their force control.
+//! The rigs that load actuators as built, nose to nose with them, and their force control.
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::Result;
@@ -12,9 +12,10 @@ use super::profile::Profile;
 
 /// Components of the loading rigs, in the order of the axes.
 const LOADS: [&str; 2] = ["load_lift", "load_tilt"];
-/// Shortest time constant with which a loading rig's force follows, s: its speed control is little
+/// Shortest time constant with which a loading rig's force follows, s: its speed control is hardly
 /// faster.
 const FASTEST: f64 = 0.01;
+
 /// Stroke of a loading rig whose actuator is at `x`: nose to nose both screws together are one
 /// screw long.
 fn mirrored(p: &Emla, x: f64) -> f64 {
@@ -51,8 +52,8 @@ pub(super) struct LoadRigs {
 impl LoadRigs {
     pub(super) fn new(system: &System, p: Emla, lag: f64) -> Result<Self> {
         let names = |variables: &[&str]| -> Vec<String> {
-            let of = |load| variables.iter().map(move |v| format!("{load}.{v}"));
-            LOADS.into_iter().flat_map(of).collect()
+            let all = |load| variables.iter().map(move |v| format!("{load}.{v}"));
+            LOADS.into_iter().flat_map(all).collect()
         };
         Ok(Self {
             rods: inputs(system, &names(&["x", "x_dot"]))?,
@@ -64,7 +65,8 @@ impl LoadRigs {
         })
     }
 
-    /// Move them with the rods, let their control act for the next `h` s; their forces on the rods.
+    /// Moves the rigs with the rods, lets their control act for the next `h` s, and returns their
+    /// forces on the rods.
     pub(super) fn press(
         &mut self,
         master: &Master,
@@ -98,7 +100,7 @@ impl LoadRigs {
     }
 }
 
-/// What the control of a loading rig reads.
+/// Signals that the control of a loading rig reads.
 struct Readings {
     /// Force, N.
     F: f64,
@@ -106,9 +108,9 @@ struct Readings {
     i: [f64; 2],
     /// Motor speed, rad/s.
     w_m: f64,
-    /// Stroke, m, and its rate, m/s.
+    /// Stroke, m.
     x: f64,
-    /// See `x`.
+    /// Rate of the stroke, m/s.
     x_dot: f64,
 }
 
@@ -116,15 +118,15 @@ struct Readings {
 struct LoadDrive(DriveControl);
 
 impl LoadDrive {
-    /// A drive that holds what it reads.
+    /// A drive that holds the present state.
     fn holding(p: &Emla, read: &Readings) -> Self {
         let tau = torque_per_ampere(p) * read.i[1] - maps::travel_per_radian(p) * read.F;
         Self(DriveControl::holding(p, tau, read.i))
     }
 
     /// Voltages for the force `F` while the nut accelerates by `x_ddot`. The spring between nut and
-    /// rod turns speed into force, so the speed is commanded with which the force follows with the
-    /// time constant `lag`, and the force is known beforehand:
+    /// rod turns speed into force, so the commanded speed is the one with which the force follows
+    /// with the time constant `lag`; the load of the drive is known beforehand:
     /// ```text
     /// K (ẋ_n − ẋ) = (F_r − F)/lag,   w = ẋ_n/ρ,   τ_load = ρ F_r
     /// ```
