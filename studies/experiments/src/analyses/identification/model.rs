@@ -1,9 +1,10 @@
-//! Forces as a linear function of the parameters of a machine of known dimensions.
+//! The forces of a machine of known dimensions as a linear function of its parameters, for its
+//! identification.
 //!
-//! Rods' forces and wrist torques are linear in the mass, first moment and inertia of each body,
-//! so in its pseudo-inertia `P`, and in what else acts on the joints. With `P = A (1 + Z) Aᵀ`,
-//! `P_0 = A Aᵀ` of the nominal body, ten numbers of the symmetric `Z` stand for a body, all of one
-//! size whether it weighs 5 or 500 kg.
+//! Rod forces and wrist torques are linear in the mass, first moment and inertia of each body,
+//! hence in its pseudo-inertia `P`, and in what else acts on the joints. With `P = A (1 + Z) Aᵀ`,
+//! `P_0 = A Aᵀ` of the nominal body, the ten elements of the symmetric `Z` describe a body, all of
+//! the same magnitude whether it weighs 5 or 500 kg.
 #![allow(non_snake_case)] // the symbols of mechanics
 
 use anyhow::{Context, Result};
@@ -14,37 +15,37 @@ use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, Vector3};
 use serde::Serialize;
 use spatial::{Inertia, PseudoInertia};
 
-/// Numbers of a body.
+/// Parameters of a body.
 pub(super) const TEN: usize = 10;
-/// Numbers of all bodies.
+/// Parameters of all bodies.
 pub(super) const INERTIAL: usize = Body::COUNT * TEN;
-/// First viscous friction, as a part of the nominal one; first dry friction, N·m; first zero of a
-/// load cell, N; gravity along x, along z, m/s²; their number.
+/// Index of the first parameter of viscous friction, as a part of the nominal one; of dry friction,
+/// N·m; of the zeros of the load cells, N; of gravity along x and z, m/s²; number of parameters.
 pub(super) const VISCOUS: usize = INERTIAL;
 pub(super) const DRY: usize = VISCOUS + DOF;
 pub(super) const ZERO: usize = DRY + DOF;
 pub(super) const SIDEWAYS: usize = ZERO + 3;
 pub(super) const COUNT: usize = SIDEWAYS + 2;
 
-/// A step in `Z` at which every body still exists: the unit matrices have eigenvalues from −0.71.
+/// A step in `Z` at which every body is still possible: the unit matrices have eigenvalues from
+/// −0.71.
 const STEP: f64 = 0.5;
-/// Part of a column that may be left by the columns before it where it counts as one of them: what
-/// load cells of 1 % could not tell apart.
+/// A column counts as dependent on the columns before it if less than this part of it is left
+/// without them: load cells of 1 % could not tell it apart.
 const SAME: f64 = 0.01;
 
-/// How well a motion tells the parameters apart: of the bodies' numbers, how many are independent,
-/// and the condition of their columns, each scaled to length 1.
+/// How well a motion distinguishes the bodies' parameters.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Condition {
-    /// Base parameters.
+    /// Number of independent ones, the base parameters.
     pub base: usize,
-    /// Largest over smallest singular value.
+    /// Condition number of their columns, each scaled to length 1.
     pub number: f64,
 }
 
-/// The nominal machine, and machines that differ in one parameter each.
+/// The nominal machine, and a machine for each parameter that differs in it alone.
 pub struct Model {
-    machine: Machine,
+    pub(super) machine: Machine,
     nominal: Hdrm,
     bodies: Vec<Hdrm>,
     sideways: [Hdrm; 2],
@@ -56,15 +57,11 @@ pub struct Model {
 pub struct Row {
     /// Rod forces, N, and wrist torques, N·m.
     pub nominal: [f64; DOF],
-    /// A row for each of them.
+    /// A row for each force.
     pub by_parameter: DMatrix<f64>,
 }
 
 impl Model {
-    /// Of a nominal machine.
-    ///
-    /// # Errors
-    /// A mechanism that does not work, or a body that cannot exist.
     pub fn new(machine: &Machine) -> Result<Self> {
         let options = Options::of(machine);
         let root = |body: &machine_file::Body| -> Result<Matrix4<f64>> {
@@ -96,11 +93,6 @@ impl Model {
             sideways: [along([1.0, g, 0.0])?, along([0.0, g, 1.0])?],
             roots,
         })
-    }
-
-    /// The nominal machine.
-    pub fn machine(&self) -> &Machine {
-        &self.machine
     }
 
     /// The machine whose bodies have these `1 + Z`, and whose viscous friction is the nominal one
@@ -162,8 +154,8 @@ impl Model {
         }
     }
 
-    /// How well `motions` tell the bodies' parameters apart, rod forces and wrist torques in parts
-    /// of what the machine may have.
+    /// How well `motions` distinguish the bodies' parameters, with rod forces and wrist torques
+    /// relative to the machine's largest.
     pub fn condition(&self, motions: impl Iterator<Item = Motion>) -> Condition {
         let rods = self.machine.ratings.in_order().map(|r| r.force_max);
         let wrist = self.machine.limits.tau_wrist_max;
@@ -180,8 +172,8 @@ impl Model {
     }
 }
 
-/// Of columns with this normal matrix: those that stay are found by Cholesky's decomposition with
-/// pivoting, which is that of the columns into orthogonal ones.
+/// Condition of columns with this normal matrix. The independent ones are found by Cholesky's
+/// decomposition with pivoting, which orthogonalises the columns.
 fn condition(mut normal: DMatrix<f64>) -> Condition {
     let lengths = normal.diagonal().map(f64::sqrt);
     let largest = lengths.max();
@@ -213,7 +205,7 @@ fn condition(mut normal: DMatrix<f64>) -> Condition {
     }
 }
 
-/// Symmetric unit matrices, orthonormal.
+/// Orthonormal basis of the symmetric matrices.
 pub(super) fn basis() -> [Matrix4<f64>; TEN] {
     let mut all = [Matrix4::zeros(); TEN];
     let pairs = (0..4).flat_map(|i| (i..4).map(move |j| (i, j)));
@@ -229,7 +221,7 @@ pub(super) fn coordinates(S: &Matrix4<f64>) -> DVector<f64> {
     DVector::from_iterator(TEN, basis().iter().map(|E| E.dot(S)))
 }
 
-/// Σ of coordinates × [`basis`].
+/// The matrix with these coordinates in [`basis`].
 pub(super) fn symmetric(coordinates: &[f64]) -> Matrix4<f64> {
     let each = basis().into_iter().zip(coordinates);
     each.map(|(E, x)| E * *x).sum()

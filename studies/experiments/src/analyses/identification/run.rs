@@ -1,8 +1,9 @@
-//! The run that excites a machine, with its sensors, and what is kept of it.
+//! Runs a machine, with its sensors, along the motion that excites it, and identifies it from what
+//! was measured; the results are kept.
 //!
-//! Angles and forces are fitted by Fourier series over the run; the derivatives of those of the
-//! angles are the rates and accelerations. So what swings faster than the joints are moved, as the
-//! boom on its mounting, is left out on both sides.
+//! Angles and forces are fitted by Fourier series over the run; rates and accelerations are the
+//! derivatives of the fitted angles. So what oscillates faster than the joints are moved, as the
+//! boom on its mounting, is left out of both.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -27,14 +28,14 @@ use crate::runs::run_store::RunStore;
 use crate::setup::machine_choice::MachineFile;
 use crate::setup::start_values::{Law, on_path};
 
-/// Law under which machines are excited, as shipped.
+/// Law under which machines are excited, with its shipped gains.
 const LAW: &str = "modular_integral";
 /// Time over which readings are averaged, s.
 const BIN: f64 = 0.02;
-/// Harmonics of 0.05 Hz of the fitted angles and forces: up to 1.5 Hz, three times what the joints are moved
-/// with.
+/// Harmonics of 0.05 Hz of the fitted angles and forces: up to 1.5 Hz, three times the largest
+/// frequency of the motion.
 const HARMONICS: usize = 30;
-/// Largest distance of a joint from where it is to be, rad, of a machine that follows.
+/// Largest distance of a joint from its reference, rad, for the machine to count as following.
 const FAR: f64 = 0.05;
 
 /// Identifies machines.
@@ -44,11 +45,11 @@ pub struct Commissioning {
     folder: PathBuf,
 }
 
-/// What was found of a machine, as it is kept: the estimate, or why there is none.
+/// The identification of a machine as it is kept in the store: the estimate, or why there is none.
 #[derive(Serialize, Deserialize)]
 enum Record {
     Found {
-        /// The machine file as text, so that it is the same whenever it is written.
+        /// The machine file as text, so that it is the same each time it is written.
         text: String,
         nominal: [f64; DOF],
         residual: [f64; DOF],
@@ -56,33 +57,30 @@ enum Record {
     Failed(String),
 }
 
-/// What was found of a machine.
+/// An identified machine.
 pub struct Identification {
     /// The machine file for its controller.
     pub file: PathBuf,
-    /// What the nominal machine left of the forces of the excitation, and what this one leaves.
+    /// Residuals of the forces in the exciting run, by the nominal machine and by this one; see
+    /// [`Estimate`].
     pub forces: [[f64; DOF]; 2],
 }
 
-/// The machines by the names of their cases; where there is none, why.
+/// Identified machines by the labels of their cases, or why the identification failed.
 pub type Identified = BTreeMap<String, Result<Identification, String>>;
 
 impl Commissioning {
-    /// Of machines whose nominal one the controller of `system` has; files go into `folder`.
-    ///
-    /// # Errors
-    /// A nominal machine that cannot be excited, or no folder to write to.
+    /// For machines whose nominal machine is that of the controller of `system`; files go into
+    /// `folder`.
     pub fn new(system: &System, base: &Experiment, folder: &Path) -> Result<Self> {
         let controller = tip_error_port(system)?.component;
         let file = system.port_of(controller, "machine_file")?;
         let machine = MachineFile::at(system, &base.settings, file)?.machine;
         let model = Model::new(&machine)?;
-        let excitation = Excitation::of(&model)?;
-        let folder = std::path::absolute(folder)?;
         let commissioning = Self {
+            excitation: Excitation::best(&model)?,
             model,
-            excitation,
-            folder,
+            folder: std::path::absolute(folder)?,
         };
         let path = commissioning.excitation.path(&machine)?;
         let file = commissioning.path();
@@ -92,7 +90,7 @@ impl Commissioning {
         Ok(commissioning)
     }
 
-    /// How well the excitation tells the parameters.
+    /// How well the excitation distinguishes the parameters.
     pub fn condition(&self) -> Condition {
         self.excitation.condition
     }
@@ -102,10 +100,8 @@ impl Commissioning {
         self.folder.join("excitation.json")
     }
 
-    /// The machine of every case, on all cores, each kept in `store`; `done` is called after each.
-    ///
-    /// # Errors
-    /// A system without the signals that tell, or a store that cannot be written.
+    /// Identifies the machine of every case in parallel and keeps each in `store`; `done` is called
+    /// after each.
     pub fn identify(
         &self,
         (system, base): (&System, &Experiment),
@@ -114,14 +110,14 @@ impl Commissioning {
         done: impl Fn() + Sync,
     ) -> Result<Identified> {
         let one = |case: &Case| {
-            let found = self.one((system, base), case, store);
+            let found = self.identify_one((system, base), case, store);
             done();
             Ok((case.label.clone(), found?))
         };
         cases.par_iter().map(one).collect()
     }
 
-    fn one(
+    fn identify_one(
         &self,
         (system, base): (&System, &Experiment),
         case: &Case,
@@ -136,7 +132,7 @@ impl Commissioning {
         let experiment = case.over((system, base), &settings)?;
         let name = format!("identify {}", case.label);
         let record = store.kept(&name, system, &experiment, || {
-            Ok(match self.of_run(system, &experiment) {
+            Ok(match self.excite(system, &experiment) {
                 Ok(Estimate {
                     machine,
                     nominal,
@@ -167,7 +163,8 @@ impl Commissioning {
         })
     }
 
-    fn of_run(&self, system: &System, experiment: &Experiment) -> Result<Estimate> {
+    /// Makes the exciting run and estimates the machine.
+    fn excite(&self, system: &System, experiment: &Experiment) -> Result<Estimate> {
         let controller = tip_error_port(system)?.component;
         let mut ports = Vec::new();
         for (array, count) in [("zeta_measured", DOF), ("F_measured", 3)] {
@@ -178,14 +175,14 @@ impl Commissioning {
         ports.extend(system.elements(controller, "tau_wrist", 3)?);
         let mut recording = Recording::new(system, &ports)?;
         let master = experiment.start(system)?;
-        // The path begins once the tip has gone to its first point: encoders have wrong zeros.
+        // The path begins once the tip has moved to its first point, as encoders have wrong zeros.
         let end = motion_end(system, &master).context("the excitation has no end")?;
         planned(system, master, &Plan::to(end), &|_, _| (), &mut recording)?;
         let samples = self.samples(&recording, &ports, end - DURATION)?;
         estimate(&self.model, &samples, BIN)
     }
 
-    /// Means over bins, with the motion that was fitted to the angles.
+    /// Samples of the motion and the forces that are fitted to means over bins.
     fn samples(&self, recording: &Recording, ports: &[Port], start: f64) -> Result<Vec<Sample>> {
         let columns: Vec<&[f64]> = (ports.iter())
             .map(|port| recording.column(*port))
@@ -207,7 +204,9 @@ impl Commissioning {
             means.push(sums);
         }
         let times: Vec<f64> = means.iter().map(|mean| mean[0]).collect();
-        let wave = DMatrix::from_fn(times.len(), 1 + 2 * HARMONICS, |i, j| wave(times[i], j)[0]);
+        let wave = DMatrix::from_fn(times.len(), 1 + 2 * HARMONICS, |i, j| {
+            fourier_term(times[i], j)[0]
+        });
         let normal = wave.transpose() * &wave;
         let normal = normal.cholesky().context("too short a run")?;
         let rest = Sample {
@@ -219,7 +218,7 @@ impl Commissioning {
             let column = DVector::from_iterator(means.len(), means.iter().map(|mean| mean[1 + k]));
             let fitted = normal.solve(&(wave.transpose() * column));
             for (t, Sample { motion, forces }) in times.iter().zip(&mut samples) {
-                let [value, rate, acceleration] = sum(&fitted, *t);
+                let [value, rate, acceleration] = fourier_sum(&fitted, *t);
                 if k >= DOF {
                     forces[k - DOF] = value;
                     continue;
@@ -239,7 +238,7 @@ impl Commissioning {
     }
 }
 
-/// Writes a file that is not there, or says something else.
+/// Writes a file unless it already has this text.
 fn write(file: &Path, text: &str) -> std::io::Result<()> {
     match fs::read_to_string(file) {
         Ok(there) if there == text => Ok(()),
@@ -247,19 +246,19 @@ fn write(file: &Path, text: &str) -> std::io::Result<()> {
     }
 }
 
-/// A series with its derivatives.
-fn sum(coefficients: &DVector<f64>, t: f64) -> [f64; 3] {
+/// Value of a Fourier series with its derivatives.
+fn fourier_sum(coefficients: &DVector<f64>, t: f64) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for (j, c) in coefficients.iter().enumerate() {
-        for (sum, value) in sum.iter_mut().zip(wave(t, j)) {
+        for (sum, value) in sum.iter_mut().zip(fourier_term(t, j)) {
             *sum += c * value;
         }
     }
     sum
 }
 
-/// Function j of the series, with its derivatives: 1, then cosines and sines in turn.
-fn wave(t: f64, j: usize) -> [f64; 3] {
+/// Term j of the series with its derivatives: 1, then sines and cosines in turn.
+fn fourier_term(t: f64, j: usize) -> [f64; 3] {
     let w = TAU / DURATION * j.div_ceil(2) as f64;
     let (sin, cos) = (w * t).sin_cos();
     if j.is_multiple_of(2) {
