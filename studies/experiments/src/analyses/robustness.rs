@@ -7,8 +7,8 @@
 
 use anyhow::Result;
 use clap::ValueEnum;
-use cosim::exchange::faults::Faults;
-use cosim::{Experiment, Setting, System, Verdict, start_value};
+use cosim::exchange::faults::{Faults, elements};
+use cosim::{Experiment, Port, Setting, System, Verdict, start_value};
 use serde::Serialize;
 
 use super::inertia::MODES;
@@ -225,11 +225,8 @@ pub fn count(cases: &[Case]) -> u64 {
 }
 
 fn tip_error(system: &System, experiment: &Experiment) -> Result<(TipError, Verdict)> {
-    let point = |array: &str| {
-        let first = system.port(&format!("{array}[1]"))?;
-        system.elements(first.component, array, 3)
-    };
-    let ports = [point("desired.position")?, point("tip.position")?].concat();
+    let ports = ["desired.position", "tip.position"].map(|array| elements(system, array));
+    let ports: Vec<Port> = ports.into_iter().collect::<Result<Vec<_>>>()?.concat();
     let recorded = RecordedRun::of(system, experiment, &ports)?;
     let columns = ports.iter().map(|port| recorded.recording.column(*port));
     let columns: Vec<&[f64]> = columns.collect::<Result<_>>()?;

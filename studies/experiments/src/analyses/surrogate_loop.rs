@@ -31,16 +31,14 @@ use crate::worlds::{Bounds, Cases};
 /// from the joint encoders, 17 bits a turn at an arm of some 0.35 m: as of 16 bits a metre.
 const SENSORS: [(&str, &[(&str, &str)]); 3] = [
     ("with", &[]),
-    ("without", &WITHOUT),
-    (
-        "without, no observer",
-        &[WITHOUT[0], WITHOUT[1], ("controller.omega_d", "0")],
-    ),
+    ("without", WITHOUT.split_at(2).0),
+    ("without, no observer", &WITHOUT),
 ];
 /// See [`SENSORS`].
-const WITHOUT: [(&str, &str); 2] = [
+const WITHOUT: [(&str, &str); 3] = [
     ("sensors.force", "absent"),
     ("sensors.rod_encoder.bits", "16"),
+    ("controller.omega_d", "0"),
 ];
 /// Models that the controller computes with: name, share of the network, and whether its machine
 /// file has the refitted actuators.

@@ -7,8 +7,9 @@ mod profile;
 mod replay;
 mod study;
 
-pub use axis::{Axis, CHECK, Course, TestedLaw};
+pub use axis::{Axis, CHECK};
 pub(crate) use axis::{AxisError, FORCE_TARGET, Load, LoadedAxis, POSITION_TARGET, UNKNOWN_LOAD};
-pub use profile::{MachineRun, ports, record};
-pub(crate) use study::{RIG_SYSTEM, SYSTEM};
-pub use study::{Replay, judge};
+pub(crate) use profile::record;
+pub use profile::{MachineRun, ports};
+pub use study::Replay;
+pub(crate) use study::{RIG_SYSTEM, SYSTEM, judge};

@@ -11,6 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
+use cosim::exchange::faults::elements;
 use cosim::run::simulate::{Plan, planned};
 use cosim::{Experiment, Port, Recording, Setting, System};
 use hdrm::DOF;
@@ -166,12 +167,8 @@ impl Commissioning {
     /// Makes the exciting run and estimates the machine.
     fn excite(&self, system: &System, experiment: &Experiment) -> Result<Estimate> {
         let controller = tip_error_port(system)?.component;
-        let mut ports = Vec::new();
-        for (array, count) in [("zeta_measured", DOF), ("F_measured", 3)] {
-            for k in 1..=count {
-                ports.push(system.port(&format!("{array}[{k}]"))?);
-            }
-        }
+        let mut ports = elements(system, "zeta_measured")?;
+        ports.extend(elements(system, "F_measured")?);
         ports.extend(system.elements(controller, "tau_wrist", 3)?);
         let mut recording = Recording::new(system, &ports)?;
         let master = experiment.start(system)?;

@@ -4,7 +4,6 @@
 
 use anyhow::{Context, Result};
 use cosim::{Experiment, System, Verdict};
-use machine_file::{Machine, Ratings};
 use serde::Serialize;
 
 use super::axis::Axis;
@@ -21,9 +20,9 @@ pub struct Sizing {
     pub axes: Vec<Axis>,
     /// Sensitivity to the payload; empty where it was not varied.
     pub payload: Vec<Sensitivity>,
-    /// The bad findings of the run itself.
+    /// The bad findings of the run, and the ratings that are exceeded.
     #[serde(skip)]
-    run: Verdict,
+    pub verdict: Verdict,
 }
 
 /// Runs the experiment, and unless `payload_step`, kg, is 0 twice more with that payload less and
@@ -55,50 +54,28 @@ pub fn evaluate(
     let mut axes = Vec::new();
     for k in energy::actuators(system) {
         let columns = columns(system, recorded, k)?;
-        let ratings = ratings(system, experiment, k, axes.len(), &machine)?;
-        axes.push(Axis::new(
-            system, experiment, k, &columns, lowest, &ratings,
-        )?);
+        // Ratings of the axis that its parameter names; without one, by its position.
+        let index = match start_values(system, experiment, k, ["axis"])? {
+            Some([axis]) => axis as usize - 1,
+            None => axes.len(),
+        };
+        let ratings = machine.ratings.in_order();
+        let ratings = ratings.get(index).with_context(|| {
+            let count = ratings.len();
+            format!("the machine has ratings for {count} actuators, but the system has more")
+        })?;
+        axes.push(Axis::new(system, experiment, k, &columns, lowest, ratings)?);
     }
-    let mut run = Verdict::default();
+    let mut verdict = Verdict::default();
     for finding in recorded.outcome.run.verdict.findings() {
         if finding.is_bad {
-            run.object(finding.text.clone());
+            verdict.object(finding.text.clone());
         }
     }
+    axes.iter().for_each(|axis| axis.judge(&mut verdict));
     Ok(Sizing {
         axes,
         payload: Vec::new(),
-        run,
+        verdict,
     })
-}
-
-impl Sizing {
-    /// What exceeds a rating, and the bad findings of the run itself.
-    pub fn verdict(&self) -> Verdict {
-        let mut verdict = self.run.clone();
-        self.axes.iter().for_each(|axis| axis.judge(&mut verdict));
-        verdict
-    }
-}
-
-/// Ratings of actuator `k`: those of the axis that its parameter `axis` names; without one, by its
-/// position among the actuators.
-fn ratings(
-    system: &System,
-    experiment: &Experiment,
-    k: usize,
-    position: usize,
-    machine: &Machine,
-) -> Result<Ratings> {
-    let index = match start_values(system, experiment, k, ["axis"])? {
-        Some([axis]) => axis as usize - 1,
-        None => position,
-    };
-    let ratings = machine.ratings.in_order();
-    let own = ratings.get(index).with_context(|| {
-        let count = ratings.len();
-        format!("the machine has ratings for {count} actuators, but there are more")
-    })?;
-    Ok(**own)
 }

@@ -4,7 +4,7 @@
 use anyhow::Result;
 use cosim::{Inputs, Master, Setting, Signals, System};
 use emla::maps;
-use machine_file::Emla;
+use machine_file::{Emla, Machine};
 use surrogate::measurement::drive_control::{DriveControl, MotorReference, torque_per_ampere};
 
 use super::axis::{inputs, ports};
@@ -23,11 +23,11 @@ fn mirrored(p: &Emla, x: f64) -> f64 {
 }
 
 /// Start values of both loading rigs.
-pub(super) fn start(system: &System, p: &Emla, profiles: &[Profile; 2]) -> Result<Vec<Setting>> {
-    let mut settings = Vec::new();
+pub(super) fn start(system: &System, profiles: &[Profile; 2]) -> Result<Vec<Setting>> {
+    let (p, mut settings) = (Machine::reference().emla.lift, Vec::new());
     for (load, profile) in LOADS.into_iter().zip(profiles) {
         for (variable, value) in [
-            ("x", mirrored(p, profile.x[0])),
+            ("x", mirrored(&p, profile.x[0])),
             ("x_dot", -profile.x_dot[0]),
             ("F_hold", profile.F[0]),
         ] {
@@ -50,7 +50,7 @@ pub(super) struct LoadRigs {
 }
 
 impl LoadRigs {
-    pub(super) fn new(system: &System, p: Emla, lag: f64) -> Result<Self> {
+    pub(super) fn new(system: &System, lag: f64) -> Result<Self> {
         let names = |variables: &[&str]| -> Vec<String> {
             let all = |load| variables.iter().map(move |v| format!("{load}.{v}"));
             LOADS.into_iter().flat_map(all).collect()
@@ -60,7 +60,7 @@ impl LoadRigs {
             voltages: inputs(system, &names(&["v_d", "v_q"]))?,
             readings: Signals::new(system, &ports(system, &names(&["F", "i_d", "i_q", "w_m"]))?)?,
             drives: [None, None],
-            p,
+            p: Machine::reference().emla.lift,
             lag: lag.max(FASTEST),
         })
     }
@@ -154,7 +154,6 @@ impl LoadDrive {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use machine_file::Machine;
     use rig::{Drive, Extras, Input, Rig};
 
     /// The force of a loading rig on a rod that stands follows a step as the law that its speed is

@@ -44,10 +44,7 @@ impl Profile {
 }
 
 /// Runs the `machine` under `base` on both trajectories.
-///
-/// # Errors
-/// A run fails, or is too short to be replayed.
-pub fn record(machine: &System, base: &Experiment) -> Result<Vec<MachineRun>> {
+pub(crate) fn record(machine: &System, base: &Experiment) -> Result<Vec<MachineRun>> {
     let ports = ports(machine)?;
     let one = |trajectory: &'static str| {
         let experiment = vary(machine, base, &[("trajectory", &trajectory)])?;
@@ -101,19 +98,17 @@ impl MachineRun {
     }
 }
 
-fn rods(machine: &System) -> Result<[[Port; 3]; 2]> {
-    let [lift, tilt] = AXES.map(|(_, rod, _)| rod_ports(machine, rod));
-    Ok([lift?, tilt?])
-}
-
-/// Position, velocity and force of a rod of the machine.
-pub(super) fn rod_ports(machine: &System, rod: usize) -> Result<[Port; 3]> {
+/// Position, velocity and force of the machine's rod of each axis.
+pub(super) fn rods(machine: &System) -> Result<[[Port; 3]; 2]> {
     let arm = machine.port("f_hold[1]")?.component;
-    let of_rod = |array: &str| machine.port_of(arm, &format!("{array}[{rod}]"));
     let wiring = machine.wiring()?;
-    let force = wiring.driver(of_rod("f")?);
-    let force = force.with_context(|| format!("nothing drives rod {rod}"))?;
-    Ok([of_rod("x")?, of_rod("x_dot")?, wiring.links[force].from])
+    let [lift, tilt] = AXES.map(|(_, rod, _)| {
+        let port = |array: &str| machine.port_of(arm, &format!("{array}[{rod}]"));
+        let force = wiring.driver(port("f")?);
+        let force = force.with_context(|| format!("nothing drives rod {rod}"))?;
+        anyhow::Ok([port("x")?, port("x_dot")?, wiring.links[force].from])
+    });
+    Ok([lift?, tilt?])
 }
 
 /// Derivative by central differences, one-sided at the ends.

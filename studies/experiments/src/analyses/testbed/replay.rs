@@ -5,7 +5,6 @@
 use anyhow::Result;
 use cosim::master::Stepping;
 use cosim::{Master, Setting, Signals, System};
-use machine_file::Machine;
 
 use super::axis::{AXES, CONTROLLER, Course, Load, TestedLaw, inputs, ports};
 use super::load_rig::{self, LoadRigs};
@@ -60,8 +59,7 @@ impl Bed<'_> {
             }
         }
         if self.is_as_built {
-            let p = Machine::reference().emla.lift;
-            settings.extend(load_rig::start(self.system, &p, profiles)?);
+            settings.extend(load_rig::start(self.system, profiles)?);
         }
         let mode = format!("{CONTROLLER}.mode");
         settings.push(self.system.setting(&mode, self.law.mode)?);
@@ -83,13 +81,8 @@ impl Bed<'_> {
         let mut forces = inputs(system, &AXES.map(|(_, _, a)| format!("{a}.F_ext")))?;
         let outputs = AXES.map(|(_, _, a)| ["x_rod", "x_rod_dot", "F"].map(|v| format!("{a}.{v}")));
         let mut rods = Signals::new(system, &ports(system, outputs.as_flattened())?)?;
-        let mut rigs = match self.load {
-            Load::Emulator => None,
-            Load::Rig => {
-                let p = Machine::reference().emla.lift;
-                Some(LoadRigs::new(system, p, self.lag)?)
-            }
-        };
+        let rigs = (self.load == Load::Rig).then(|| LoadRigs::new(system, self.lag));
+        let mut rigs = rigs.transpose()?;
         let mut master = Master::new(system, &self.start(profiles)?, stepping)?;
         let mut emulated = profiles.each_ref().map(|p| p.F[0]);
         let mut courses = [Course::default(), Course::default()];

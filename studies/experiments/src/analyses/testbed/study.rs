@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::axis::{
     AXES, Axis, AxisError, CONTROLLER, FORCE_TARGET, Load, LoadedAxis, POSITION_TARGET, TestedLaw,
 };
-use super::profile::{MachineRun, rod_ports};
+use super::profile::{MachineRun, rods};
 use super::replay::Bed;
 
 /// Packed system.
@@ -38,7 +38,7 @@ impl Replay<'_> {
     /// Replays all runs on the `testbed` with each of `laws`, loaded by emulators.
     ///
     /// # Errors
-    /// A run fails, or the testbed does not have what is set on the machine.
+    /// A run fails, or the testbed lacks a variable that is set on the machine.
     pub fn on(&self, testbed: &System, laws: &[TestedLaw]) -> Result<Vec<Axis>> {
         let axes = self.replay(testbed, laws, &[Load::Emulator], false)?;
         Ok(axes.into_iter().map(|loaded| loaded.axis).collect())
@@ -78,18 +78,15 @@ impl Replay<'_> {
                 let (trajectory, mode) = (run.trajectory, law.mode);
                 format!("{trajectory}, testbed, {load:?} as load, {mode}")
             })?;
+            let error = |pair: &_| AxisError::new(pair, run.motion_start);
             let axes = AXES.into_iter().zip(courses).map(|((axis, ..), course)| {
-                let [position, velocity, force] =
-                    [&course.position, &course.velocity, &course.force]
-                        .map(|pair| AxisError::new(pair, run.motion_start));
-                let trajectory = run.trajectory;
                 let axis = Axis {
-                    trajectory,
+                    trajectory: run.trajectory,
                     axis,
                     law,
-                    position,
-                    velocity,
-                    force,
+                    position: error(&course.position),
+                    velocity: error(&course.velocity),
+                    force: error(&course.force),
                     course,
                 };
                 LoadedAxis { load, axis }
@@ -105,8 +102,9 @@ impl Replay<'_> {
     fn shared_settings(&self, testbed: &System, is_as_built: bool) -> Result<Vec<Setting>> {
         let machine = self.machine;
         let mut twins = vec![(machine.port("tip_error_norm")?.component, CONTROLLER)];
-        for (_, rod, actuator) in AXES.into_iter().filter(|_| !is_as_built) {
-            twins.push((rod_ports(machine, rod)?[2].component, actuator));
+        if !is_as_built {
+            let actuators = AXES.into_iter().zip(rods(machine)?);
+            twins.extend(actuators.map(|((.., twin), [.., force])| (force.component, twin)));
         }
         let mut settings = Vec::new();
         for Setting { port, value } in &self.base.settings {
@@ -120,7 +118,7 @@ impl Replay<'_> {
 }
 
 /// Makes the verdict bad for each target that is missed; they are for the law with preview.
-pub fn judge(axes: &[Axis], verdict: &mut Verdict) {
+pub(crate) fn judge(axes: &[Axis], verdict: &mut Verdict) {
     for a in axes {
         let name = format!("{} of the testbed, {}", a.axis, a.trajectory);
         if !a.meets_position_target() {
