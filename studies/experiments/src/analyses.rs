@@ -1,6 +1,8 @@
 //! The analyses behind the subcommands: each makes a set of runs, measures them and judges the
 //! result.
 
+use cosim::Verdict;
+
 pub mod comparison;
 pub(crate) mod draws;
 pub mod efficiency;
@@ -15,3 +17,13 @@ pub mod stability;
 pub mod surrogate_loop;
 pub mod testbed;
 pub(crate) mod tournament;
+
+/// Says in words whether a target is met; a target that is missed makes the verdict bad with the
+/// text of `objection`.
+fn met(is_met: bool, verdict: &mut Verdict, objection: impl FnOnce() -> String) -> &'static str {
+    if is_met {
+        return "met";
+    }
+    verdict.object(objection());
+    "NOT met"
+}

@@ -5,6 +5,7 @@ use anyhow::Result;
 use cosim::{Experiment, System, Verdict};
 use serde::Serialize;
 
+use super::met;
 use crate::measures::tracking::{Sag, Tracking};
 use crate::runs::grid::{self, Case, Cell, Grid, Plan, Spread};
 use crate::setup::start_values::Law;
@@ -131,13 +132,8 @@ pub(crate) fn judge(
         return String::new();
     };
     let mut check = |what: &str, value: f64, target: f64, is_met: bool| {
-        if is_met {
-            return "met";
-        }
-        verdict.object(format!(
-            "{adaptive}: {what} {value:.3}, but the target is {target}"
-        ));
-        "NOT met"
+        let missed = || format!("{adaptive}: {what} {value:.3}, but the target is {target}");
+        met(is_met, verdict, missed)
     };
     let Spread { median, worst } = own.known;
     let errors = [("median", median), ("worst", worst)].into_iter();
@@ -174,17 +170,11 @@ pub(crate) fn judge(
 pub(crate) fn judge_bending(cells: &[TrackingCell], verdict: &mut Verdict) -> String {
     let line = |row: &Summary| {
         let [worst, bound] = [row.known_max.worst, BENDING_TARGET].map(|v| 1e3 * v);
-        let text = format!("{}: at most {worst:.3} mm from the rigid tip", row.law);
-        let met = if row.known_max.worst <= BENDING_TARGET {
-            "met"
-        } else {
-            verdict.object(format!(
-                "{}: {worst:.3} mm from the rigid tip, more than the bound of {bound:.0} mm",
-                row.law
-            ));
-            "NOT met"
-        };
-        format!("{text} (bound {bound:.0} mm: {met})\n")
+        let law = &row.law;
+        let met = met(row.known_max.worst <= BENDING_TARGET, verdict, || {
+            format!("{law}: {worst:.3} mm from the rigid tip, more than the bound of {bound:.0} mm")
+        });
+        format!("{law}: at most {worst:.3} mm from the rigid tip (bound {bound:.0} mm: {met})\n")
     };
     summaries(cells, None).iter().map(line).collect()
 }

@@ -63,7 +63,7 @@ impl Excursion {
 }
 
 /// Measurements of a tenth of the run.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Part {
     /// Its end, s.
     pub end: f64,
@@ -214,11 +214,8 @@ pub fn run(
     for part in 0..PARTS {
         let (from, to) = (steps * part / PARTS, steps * (part + 1) / PARTS);
         let mut tenth = Part {
-            end: 0.0,
-            tip: Distance::default(),
             mass: [f64::INFINITY, 0.0],
-            adaptation: 0.0,
-            memory: None,
+            ..Part::default()
         };
         for _ in from..to {
             instruments.set_reference(&mut master, excursion, start)?;

@@ -12,6 +12,7 @@ use cosim::{Experiment, Port, Setting, System, Verdict, start_value};
 use serde::Serialize;
 
 use super::inertia::MODES;
+use super::met;
 use crate::measures::run::{RecordedRun, TipError};
 use crate::runs::grid::{Case, Cell, Grid, Plan, TRAJECTORIES};
 use crate::setup::start_values::of_modes;
@@ -251,17 +252,16 @@ pub fn worst(cells: &[Cell<TipError>]) -> Option<(&Cell<TipError>, TipError)> {
 /// makes the verdict bad.
 pub(crate) fn judge(study: Study, cells: &[Cell<TipError>], verdict: &mut Verdict) -> String {
     let worst = 1e3 * worst(cells).map_or(0.0, |(_, tip)| tip.motion.rms());
-    let end = match study.target().map(|target| 1e3 * target) {
-        None => String::new(),
-        Some(target) if worst <= target => format!(", target {target:.1}: met"),
-        Some(target) => {
-            verdict.object(format!(
-                "{}: worst adaptive RMSE {worst:.3} mm, more than the target of {target:.1} mm",
-                study.name()
-            ));
-            format!(", target {target:.1}: NOT met")
-        }
-    };
+    let end = study.target().map_or(String::new(), |target| {
+        let target = 1e3 * target;
+        let met = met(worst <= target, verdict, || {
+            let name = study.name();
+            format!(
+                "{name}: worst adaptive RMSE {worst:.3} mm, more than the target of {target:.1} mm"
+            )
+        });
+        format!(", target {target:.1}: {met}")
+    });
     format!("tip RMSE and maximum in mm over the motion; worst adaptive RMSE {worst:.3}{end}\n")
 }
 

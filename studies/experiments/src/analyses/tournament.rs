@@ -190,29 +190,30 @@ impl Tournament<'_> {
         Ok((gains, settings))
     }
 
-    /// Known errors over cases and paths, m: None once a run is not kept; those so far once they
-    /// are behind the errors of `best`.
-    fn errors(
+    /// Runs a candidate on cases and tuning paths: None once a run is not kept. It has the errors so
+    /// far once they are behind the errors of `best`.
+    fn judge(
         &self,
-        name: &str,
         contestant: &Contestant,
-        settings: &[Setting],
+        mut candidate: Candidate,
         cases: &[Case],
         best: &[f64],
-    ) -> Result<Option<Vec<f64>>> {
-        let mut errors = Vec::new();
+    ) -> Result<Option<Candidate>> {
+        let (_, law) = self.scaled_gains(contestant, &candidate.logs)?;
+        let name = format!("tune {} {}", contestant.name, candidate.k);
+        candidate.errors.clear();
         for case in cases {
-            let one = |path: &&str| self.kept_run(name, contestant, settings, case, path);
+            let one = |path: &&str| self.kept_run(&name, contestant, &law, case, path);
             let ended: Vec<EndedRun> = TUNING_PATHS.par_iter().map(one).collect::<Result<_>>()?;
             if ended.iter().any(|run| run.fate != Fate::Kept) {
                 return Ok(None);
             }
-            errors.extend(ended.iter().map(EndedRun::cost));
-            if is_behind(&errors, best) {
+            candidate.errors.extend(ended.iter().map(EndedRun::cost));
+            if is_behind(&candidate.errors, best) {
                 break;
             }
         }
-        Ok(Some(errors))
+        Ok(Some(candidate))
     }
 
     /// Tunes `contestant` with `budget` candidates on `cases`; `done` is called after each.
@@ -229,18 +230,7 @@ impl Tournament<'_> {
             logs: candidate_logs(groups, k, budget, best),
             errors: Vec::new(),
         };
-        let mut kept = usize::try_from(budget)?;
-        // The candidate with its errors on `cases`, where it loses no run.
-        let mut judged = |candidate: Candidate, cases: &[Case], best: &[f64]| {
-            let (_, law) = self.scaled_gains(contestant, &candidate.logs)?;
-            let name = format!("tune {} {}", contestant.name, candidate.k);
-            let errors = self.errors(&name, contestant, &law, cases, best)?;
-            kept -= usize::from(errors.is_none());
-            anyhow::Ok(errors.map(|errors| Candidate {
-                errors,
-                ..candidate
-            }))
-        };
+        let mut lost = 0;
         let spread = spread_count(budget);
         let mut field: Vec<_> = (0..spread).map(|k| new_candidate(k, None)).collect();
         let mut wanted = field.len();
@@ -250,7 +240,9 @@ impl Tournament<'_> {
                 let is_new = candidate.errors.is_empty();
                 if ranked.len() < wanted {
                     let cases = &cases[..machines.min(cases.len())];
-                    ranked.extend(judged(candidate, cases, &[])?);
+                    let kept = self.judge(contestant, candidate, cases, &[])?;
+                    lost += usize::from(kept.is_none());
+                    ranked.extend(kept);
                 }
                 if is_new {
                     done();
@@ -264,7 +256,8 @@ impl Tournament<'_> {
         for k in spread..budget {
             let next = new_candidate(k, best.as_ref().map(|best| &best.logs[..]));
             let best_errors = best.as_ref().map_or(&[][..], |best| &best.errors);
-            let found = judged(next, cases, best_errors)?;
+            let found = self.judge(contestant, next, cases, best_errors)?;
+            lost += usize::from(found.is_none());
             if let Some(found) = found.filter(|found| found.errors.len() >= best_errors.len())
                 && (best_errors.is_empty() || cost(&found.errors) < cost(best_errors))
             {
@@ -275,12 +268,13 @@ impl Tournament<'_> {
         let cost = best.as_ref().map(|best| cost(&best.errors));
         let logs = best.map_or(vec![0.0; groups], |best| best.logs);
         let (gains, settings) = self.scaled_gains(contestant, &logs)?;
+        let tried = usize::try_from(budget)?;
         Ok(Tuned {
             law: contestant.name.into(),
             gains,
             cost,
-            kept,
-            tried: usize::try_from(budget)?,
+            kept: tried - lost,
+            tried,
             settings,
         })
     }

@@ -184,23 +184,18 @@ impl Commissioning {
         let columns: Vec<&[f64]> = (ports.iter())
             .map(|port| recording.column(*port))
             .collect::<Result<_>>()?;
-        let mut bins: BTreeMap<u32, (f64, Vec<f64>)> = BTreeMap::new();
-        for k in recording.first_from(start)..recording.times.len() {
-            let t = recording.times[k] - start;
-            let (count, sums) = (bins.entry((t / BIN) as u32))
-                .or_insert_with(|| (0.0, vec![0.0; 1 + columns.len()]));
-            *count += 1.0;
-            sums[0] += t;
-            for (sum, column) in sums[1..].iter_mut().zip(&columns) {
-                *sum += column[k];
-            }
-        }
-        let mut means = Vec::new();
-        for (count, mut sums) in bins.into_values() {
-            sums.iter_mut().for_each(|sum| *sum /= count);
-            means.push(sums);
-        }
-        let times: Vec<f64> = means.iter().map(|mean| mean[0]).collect();
+        let seconds = |k: usize| recording.times[k] - start;
+        let points: Vec<usize> = (recording.first_from(start)..recording.times.len()).collect();
+        let bin = |k: &usize| (seconds(*k) / BIN) as u32;
+        let bins: Vec<&[usize]> = points.chunk_by(|a, b| bin(a) == bin(b)).collect();
+        let means = |value: &dyn Fn(usize) -> f64| {
+            let mean = |bin: &&[usize]| {
+                let sum = bin.iter().fold(0.0, |sum, k| sum + value(*k));
+                sum / bin.len() as f64
+            };
+            DVector::from_iterator(bins.len(), bins.iter().map(mean))
+        };
+        let times = means(&seconds);
         let wave = DMatrix::from_fn(times.len(), 1 + 2 * HARMONICS, |i, j| {
             fourier_term(times[i], j)[0]
         });
@@ -210,10 +205,9 @@ impl Commissioning {
             motion: Motion::rest([0.0; DOF]),
             forces: [0.0; DOF],
         };
-        let mut samples = vec![rest; means.len()];
+        let mut samples = vec![rest; times.len()];
         for k in 0..2 * DOF {
-            let column = DVector::from_iterator(means.len(), means.iter().map(|mean| mean[1 + k]));
-            let fitted = normal.solve(&(wave.transpose() * column));
+            let fitted = normal.solve(&(wave.transpose() * means(&|i| columns[k][i])));
             for (t, Sample { motion, forces }) in times.iter().zip(&mut samples) {
                 let [value, rate, acceleration] = fourier_sum(&fitted, *t);
                 if k >= DOF {
