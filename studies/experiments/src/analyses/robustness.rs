@@ -119,9 +119,20 @@ impl Study {
     pub fn cases(self, system: &System, base: &Experiment, seed: u64) -> Result<Vec<Case>> {
         match self {
             Self::Motor => motor_cases(system, base),
-            Self::Payload => payload_cases(system, base),
+            Self::Payload => (FACTORS.into_iter())
+                .map(|factor| {
+                    let settings = scaled(system, base, "payload.mass", factor)?;
+                    Ok(Case::new(format!("payload {}", percent(factor)), settings))
+                })
+                .collect(),
             Self::Noise => noise_cases(system, seed),
-            Self::TipLoad => tip_load_cases(system),
+            Self::TipLoad => (TIP_LOADS.into_iter())
+                .map(|(label, wrench)| {
+                    let set = |(k, value)| system.setting(&format!("wrench_env[{k}]"), value);
+                    let settings = (1..).zip(wrench).map(set);
+                    Ok(Case::new(label, settings.collect::<Result<_>>()?))
+                })
+                .collect(),
         }
     }
 }
@@ -146,14 +157,6 @@ fn motor_cases(system: &System, base: &Experiment) -> Result<Vec<Case>> {
     Ok(cases)
 }
 
-fn payload_cases(system: &System, base: &Experiment) -> Result<Vec<Case>> {
-    let case = |factor| {
-        let settings = scaled(system, base, "payload.mass", factor)?;
-        Ok(Case::new(format!("payload {}", percent(factor)), settings))
-    };
-    FACTORS.into_iter().map(case).collect()
-}
-
 /// The same noise with three seeds.
 fn noise_cases(system: &System, seed: u64) -> Result<Vec<Case>> {
     let controller = system.component_of(system.port("trajectory")?);
@@ -169,17 +172,6 @@ fn noise_cases(system: &System, seed: u64) -> Result<Vec<Case>> {
         ..Case::new(format!("seed {seed}"), Vec::new())
     };
     Ok((seed..seed + 3).map(case).collect())
-}
-
-fn tip_load_cases(system: &System) -> Result<Vec<Case>> {
-    let mut cases = Vec::new();
-    for (label, wrench) in TIP_LOADS {
-        let settings = (1..)
-            .zip(wrench)
-            .map(|(k, value)| system.setting(&format!("wrench_env[{k}]"), value));
-        cases.push(Case::new(label, settings.collect::<Result<_>>()?));
-    }
-    Ok(cases)
 }
 
 fn percent(factor: f64) -> String {

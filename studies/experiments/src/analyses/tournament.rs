@@ -289,16 +289,15 @@ impl Tournament<'_> {
         paths: &[&str],
         done: impl Fn() + Sync,
     ) -> Result<Vec<EndedRun>> {
-        let runs: Vec<(&Case, &str)> = (cases.iter())
-            .flat_map(|case| paths.iter().map(move |path| (case, *path)))
-            .collect();
         let name = format!("report {}", tuned.law);
-        let one = |(case, path): &(&Case, &str)| {
+        let one = |k: usize| {
+            let (case, path) = (&cases[k / paths.len()], paths[k % paths.len()]);
             let run = self.kept_run(&name, contestant, &tuned.settings, case, path)?;
             done();
             Ok(run)
         };
-        runs.par_iter().map(one).collect()
+        let runs = 0..cases.len() * paths.len();
+        runs.into_par_iter().map(one).collect()
     }
 }
 

@@ -126,13 +126,13 @@ pub fn estimate(model: &Model, samples: &[Sample], spacing: f64) -> Result<Estim
 fn sums(model: &Model, samples: &[Sample]) -> Vec<Sums> {
     let mut sums: Vec<_> = (0..DOF).map(|_| Sums::zero()).collect();
     for Sample { motion, forces } in samples {
-        let row = model.row(motion);
+        let (nominal, by_parameter) = model.forces(motion);
         for (k, sums) in sums.iter_mut().enumerate() {
             if motion.zeta_dot[k].abs() < STICKS {
                 continue;
             }
-            let w = row.by_parameter.row(k).transpose();
-            let y = forces[k] - row.nominal[k];
+            let w = by_parameter.row(k).transpose();
+            let y = forces[k] - nominal[k];
             sums.normal.ger(1.0, &w, &w, 1.0);
             sums.right.axpy(y, &w, 1.0);
             sums.square += y * y;

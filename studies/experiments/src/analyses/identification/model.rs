@@ -11,7 +11,7 @@ use anyhow::{Context, Result};
 use hdrm::{Body, DOF, Hdrm, Options, State};
 use machine_file::{InertiaTensor, Machine};
 use motion_check::Motion;
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix4};
 use serde::Serialize;
 use spatial::{Inertia, PseudoInertia};
 
@@ -51,14 +51,6 @@ pub struct Model {
     sideways: [Hdrm; 2],
     /// A of each body.
     roots: Vec<Matrix4<f64>>,
-}
-
-/// Nominal forces, and their derivatives by the parameters.
-pub struct Row {
-    /// Rod forces, N, and wrist torques, N·m.
-    pub nominal: [f64; DOF],
-    /// A row for each force.
-    pub by_parameter: DMatrix<f64>,
 }
 
 impl Model {
@@ -109,8 +101,9 @@ impl Model {
         machine
     }
 
-    /// Forces at a motion.
-    pub fn row(&self, motion: &Motion) -> Row {
+    /// Nominal rod forces, N, and wrist torques, N·m, at a motion, and their derivatives by the
+    /// parameters, a row for each.
+    pub fn forces(&self, motion: &Motion) -> ([f64; DOF], DMatrix<f64>) {
         let Motion {
             zeta,
             zeta_dot,
@@ -148,10 +141,7 @@ impl Model {
         for k in 0..3 {
             by_parameter[(k, ZERO + k)] = 1.0;
         }
-        Row {
-            nominal,
-            by_parameter,
-        }
+        (nominal, by_parameter)
     }
 
     /// How well `motions` distinguish the bodies' parameters, with rod forces and wrist torques
@@ -161,7 +151,7 @@ impl Model {
         let wrist = self.machine.limits.tau_wrist_max;
         let mut normal = DMatrix::zeros(INERTIAL, INERTIAL);
         for motion in motions {
-            let mut by_parameter = self.row(&motion).by_parameter;
+            let (_, mut by_parameter) = self.forces(&motion);
             for (k, most) in rods.iter().chain(&wrist).enumerate() {
                 by_parameter.row_mut(k).scale_mut(1.0 / most);
             }
@@ -228,8 +218,7 @@ pub(super) fn symmetric(coordinates: &[f64]) -> Matrix4<f64> {
 }
 
 fn pseudo_inertia(body: &machine_file::Body) -> PseudoInertia {
-    let [x, y, z] = body.inertia_com.rows().map(Vector3::from);
-    let I_com = Matrix3::from_columns(&[x, y, z]);
+    let I_com = body.inertia_com.rows().into();
     (&Inertia::from_com(body.mass, body.com.into(), I_com)).into()
 }
 
@@ -282,8 +271,8 @@ mod tests {
             zeta_dot: [0.2, -0.1, 0.15, 0.4, -0.3, 0.5],
             zeta_ddot: [0.5, 0.3, -0.4, 1.0, 0.7, -1.2],
         };
-        let row = model.row(&motion);
-        let told = DVector::from_row_slice(&row.nominal) + row.by_parameter * &p;
+        let (forces, by_parameter) = model.forces(&motion);
+        let told = DVector::from_row_slice(&forces) + by_parameter * &p;
         let state = State {
             zeta: motion.zeta,
             zeta_dot: motion.zeta_dot,

@@ -83,48 +83,33 @@ impl LoadRigs {
         let mut v = [[0.0; 2]; 2];
         for axis in 0..2 {
             let [F, i_d, i_q, w_m] = signals[axis];
-            let read = Readings {
-                F,
-                i: [i_d, i_q],
-                w_m,
-                x: mirrored[axis][0],
-                x_dot: mirrored[axis][1],
-            };
+            let [x, x_dot] = mirrored[axis];
+            let read = [F, i_d, i_q, w_m, x, x_dot];
             let [_, _, x_ddot, F] = wanted[axis];
             let (p, drive) = (&self.p, &mut self.drives[axis]);
-            let drive = drive.get_or_insert_with(|| LoadDrive::holding(p, &read));
-            v[axis] = drive.command(p, [F, -x_ddot], &read, self.lag, h);
+            let drive = drive.get_or_insert_with(|| LoadDrive::holding(p, read));
+            v[axis] = drive.command(p, [F, -x_ddot], read, self.lag, h);
         }
         self.voltages.set(master, v.as_flattened())?;
         Ok(signals.map(|[F, ..]| F))
     }
 }
 
-/// Signals that the control of a loading rig reads.
-struct Readings {
-    /// Force, N.
-    F: f64,
-    /// Currents, A.
-    i: [f64; 2],
-    /// Motor speed, rad/s.
-    w_m: f64,
-    /// Stroke, m.
-    x: f64,
-    /// Rate of the stroke, m/s.
-    x_dot: f64,
-}
+/// Signals that the control of a loading rig reads: force, N, currents i_d and i_q, A, motor speed,
+/// rad/s, stroke, m, and its rate, m/s.
+type Readings = [f64; 6];
 
 /// Force control of a loading rig, over the control of its drive.
 struct LoadDrive(DriveControl);
 
 impl LoadDrive {
     /// A drive that holds the present state.
-    fn holding(p: &Emla, read: &Readings) -> Self {
-        let tau = torque_per_ampere(p) * read.i[1] - maps::travel_per_radian(p) * read.F;
-        Self(DriveControl::holding(p, tau, read.i))
+    fn holding(p: &Emla, [F, i_d, i_q, ..]: Readings) -> Self {
+        let tau = torque_per_ampere(p) * i_q - maps::travel_per_radian(p) * F;
+        Self(DriveControl::holding(p, tau, [i_d, i_q]))
     }
 
-    /// Voltages for the force `F` while the nut accelerates by `x_ddot`. The spring between nut and
+    /// Voltages for the force `F_r` while the nut accelerates by `x_ddot`. The spring between nut and
     /// rod turns speed into force, so the commanded speed is the one with which the force follows
     /// with the time constant `lag`; the load of the drive is known beforehand:
     /// ```text
@@ -133,21 +118,21 @@ impl LoadDrive {
     fn command(
         &mut self,
         p: &Emla,
-        [F, x_ddot]: [f64; 2],
-        read: &Readings,
+        [F_r, x_ddot]: [f64; 2],
+        [F, i_d, i_q, w_m, x, x_dot]: Readings,
         lag: f64,
         h: f64,
     ) -> [f64; 2] {
         let travel = maps::travel_per_radian(p);
         let mount = rig::Extras::AS_BUILT.compliance.mount;
-        let K = 1.0 / (1.0 / maps::stiffness(p, read.x) + 1.0 / mount);
-        let x_dot = read.x_dot + (F - read.F) / (K * lag);
+        let K = 1.0 / (1.0 / maps::stiffness(p, x) + 1.0 / mount);
+        let x_dot = x_dot + (F_r - F) / (K * lag);
         let wanted = MotorReference {
             w: x_dot / travel,
             w_dot: x_ddot / travel,
-            tau: travel * F,
+            tau: travel * F_r,
         };
-        self.0.command(p, wanted, read.i, read.w_m, h)
+        self.0.command(p, wanted, [i_d, i_q], w_m, h)
     }
 }
 
@@ -180,15 +165,9 @@ mod tests {
             for k in 0..(time / h).round() as u32 {
                 let y = rig.output(&s, &u);
                 F = y.F;
-                let read = Readings {
-                    F,
-                    i: [y.i_d, y.i_q],
-                    w_m: y.w_m,
-                    x: u.x,
-                    x_dot: 0.0,
-                };
-                let drive = drive.get_or_insert_with(|| LoadDrive::holding(&p, &read));
-                [u.v_d, u.v_q] = drive.command(&p, [wanted, 0.0], &read, lag, h);
+                let read = [F, y.i_d, y.i_q, y.w_m, u.x, 0.0];
+                let drive = drive.get_or_insert_with(|| LoadDrive::holding(&p, read));
+                [u.v_d, u.v_q] = drive.command(&p, [wanted, 0.0], read, lag, h);
                 s = rig.step(&s, &u, f64::from(k) * h, h).expect("a step");
             }
             F
