@@ -88,11 +88,8 @@ fn point(
     if read(VALID)? < 0.5 {
         return Ok(None);
     }
-    let mut values = Point::default();
-    for (value, name) in values.iter_mut().zip(OUTPUTS) {
-        *value = read(name)?;
-    }
-    Ok(Some(values))
+    let [physics, network, blended] = OUTPUTS.map(read);
+    Ok(Some([physics?, network?, blended?]))
 }
 
 #[cfg(test)]

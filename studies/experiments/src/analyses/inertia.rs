@@ -7,7 +7,7 @@ use cosim::{Experiment, System, Verdict};
 use crate::measures::run::{TipError, run as run_once};
 use crate::runs::grid::{Case, Cell, Grid, Plan, TRAJECTORIES};
 use crate::setup::start_values::of_modes;
-pub use crate::worlds::SCALES;
+use crate::worlds::SCALES;
 
 /// Controllers, in the order of the columns.
 pub const MODES: [&str; 3] = ["adaptive", "modular", "pd"];

@@ -361,7 +361,7 @@ mod tests {
         );
     }
 
-    /// A rod's force is nobody's instability.
+    /// A margin that a rod's force ends does not count against the law.
     #[test]
     fn the_least_margin_is_judged() {
         let margin = |place: &str, stable, limit| Margin {

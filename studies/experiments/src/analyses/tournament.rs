@@ -405,8 +405,8 @@ mod tests {
         }
     }
 
-    /// Behind is who has more than 1.2 times the cost of the best on the same runs; nobody is behind
-    /// where nothing is known of a best one.
+    /// A candidate is behind if its cost exceeds 1.2 times that of the best on the same runs; none is
+    /// behind without a best candidate.
     #[test]
     fn a_candidate_that_is_behind_ends_early() {
         let best = [1.0, 3.0, 2.0, 1.0, 1.0, 1.0, 9.0, 9.0];

@@ -272,7 +272,7 @@ mod tests {
             zeta_ddot: [0.5, 0.3, -0.4, 1.0, 0.7, -1.2],
         };
         let (forces, by_parameter) = model.forces(&motion);
-        let told = DVector::from_row_slice(&forces) + by_parameter * &p;
+        let predicted = DVector::from_row_slice(&forces) + by_parameter * &p;
         let state = State {
             zeta: motion.zeta,
             zeta_dot: motion.zeta_dot,
@@ -281,7 +281,10 @@ mod tests {
         let plant = Hdrm::new(&drawn, &Options::of(&drawn)).expect("a plant");
         let (f, tau) = plant.inverse_dynamics(&state, &motion.zeta_ddot, &[0.0; DOF]);
         for (k, force) in f.into_iter().chain(tau).enumerate() {
-            assert!((told[k] - force).abs() < 1e-8 * force.abs().max(1e3), "{k}");
+            assert!(
+                (predicted[k] - force).abs() < 1e-8 * force.abs().max(1e3),
+                "{k}"
+            );
         }
     }
 

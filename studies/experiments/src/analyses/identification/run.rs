@@ -20,7 +20,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::estimate::{Estimate, Sample, estimate};
+use super::estimate::{Sample, estimate};
 use super::excitation::{DURATION, Excitation};
 use super::model::{Condition, Model};
 use crate::measures::run::{motion_end, tip_error_port};
@@ -46,16 +46,20 @@ pub struct Commissioning {
     folder: PathBuf,
 }
 
-/// The identification of a machine as it is kept in the store: the estimate, or why there is none.
+/// The identification of a machine as it is kept in the store, or why it failed.
 #[derive(Serialize, Deserialize)]
 enum Record {
-    Found {
-        /// The machine file as text, so that it is the same each time it is written.
-        text: String,
-        nominal: [f64; DOF],
-        residual: [f64; DOF],
-    },
+    Found(Found),
     Failed(String),
+}
+
+#[derive(Serialize, Deserialize)]
+struct Found {
+    /// The machine file as text, so that it is the same each time it is written.
+    text: String,
+    /// Residuals of the forces as in [`super::estimate::Estimate`].
+    nominal: [f64; DOF],
+    residual: [f64; DOF],
 }
 
 /// An identified machine.
@@ -63,7 +67,7 @@ pub struct Identification {
     /// The machine file for its controller.
     pub file: PathBuf,
     /// Residuals of the forces in the exciting run, by the nominal machine and by this one; see
-    /// [`Estimate`].
+    /// [`super::estimate::Estimate`].
     pub forces: [[f64; DOF]; 2],
 }
 
@@ -134,38 +138,23 @@ impl Commissioning {
         let name = format!("identify {}", case.label);
         let record = store.kept(&name, system, &experiment, || {
             Ok(match self.excite(system, &experiment) {
-                Ok(Estimate {
-                    machine,
-                    nominal,
-                    residual,
-                }) => Record::Found {
-                    text: serde_json::to_string_pretty(&machine)?,
-                    nominal,
-                    residual,
-                },
+                Ok(found) => Record::Found(found),
                 Err(error) => Record::Failed(format!("{error:#}")),
             })
         })?;
-        Ok(match record {
-            Record::Failed(why) => Err(why),
-            Record::Found {
-                text,
-                nominal,
-                residual,
-            } => {
-                let file = format!("machine {}.json", case.label).replace(' ', "_");
-                let file = self.folder.join(file);
-                write(&file, &text).with_context(|| file.display().to_string())?;
-                Ok(Identification {
-                    file,
-                    forces: [nominal, residual],
-                })
-            }
-        })
+        let found = match record {
+            Record::Found(found) => found,
+            Record::Failed(why) => return Ok(Err(why)),
+        };
+        let file = format!("machine {}.json", case.label).replace(' ', "_");
+        let file = self.folder.join(file);
+        write(&file, &found.text).with_context(|| file.display().to_string())?;
+        let forces = [found.nominal, found.residual];
+        Ok(Ok(Identification { file, forces }))
     }
 
     /// Makes the exciting run and estimates the machine.
-    fn excite(&self, system: &System, experiment: &Experiment) -> Result<Estimate> {
+    fn excite(&self, system: &System, experiment: &Experiment) -> Result<Found> {
         let controller = tip_error_port(system)?.component;
         let mut ports = elements(system, "zeta_measured")?;
         ports.extend(elements(system, "F_measured")?);
@@ -176,7 +165,12 @@ impl Commissioning {
         let end = motion_end(system, &master).context("the excitation has no end")?;
         planned(system, master, &Plan::to(end), &|_, _| (), &mut recording)?;
         let samples = self.samples(&recording, &ports, end - DURATION)?;
-        estimate(&self.model, &samples, BIN)
+        let estimate = estimate(&self.model, &samples, BIN)?;
+        Ok(Found {
+            text: serde_json::to_string_pretty(&estimate.machine)?,
+            nominal: estimate.nominal,
+            residual: estimate.residual,
+        })
     }
 
     /// Samples of the motion and the forces that are fitted to means over bins.

@@ -125,9 +125,9 @@ pub struct Powers {
 
 impl Powers {
     /// From the recorded [`SCALARS`], and [`PER_ROD`] with the rods' velocities, rod by rod each.
-    /// Derivatives are differences over a step, powers their means over it; `start` and `step` in s.
-    fn new(scalars: &[&[f64]], per_rod: &[&[f64]], start: f64, step: f64) -> Result<Self> {
-        let points = scalars[0].len();
+    /// Derivatives are differences over a step, powers their means over it; `times` and `step` in s.
+    fn new(times: &[f64], scalars: &[&[f64]], per_rod: &[&[f64]], step: f64) -> Result<Self> {
+        let points = times.len();
         ensure!(points > 1, "the motion has no step");
         let rods = |signal: usize| &per_rod[RODS * signal..][..RODS];
         let sum = |signal: usize, k: usize| rods(signal).iter().map(|c| c[k]).sum::<f64>();
@@ -148,7 +148,7 @@ impl Powers {
         let each =
             |power: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..points - 1).map(power).collect() };
         Ok(Self {
-            start,
+            start: times[0],
             nu_dot: each(&|k| rate(&nu, k)),
             dissipation: each(&|k| mean(&|k| B_1[k], k) + mean(&B_a, k)),
             bodies: each(&|k| {
@@ -193,9 +193,9 @@ pub(super) fn measure(system: &System, plan: &Plan) -> Result<(Run, Verdict)> {
     let columns = |ports: &[Port]| -> Result<Vec<&[f64]>> {
         ports.iter().map(|port| recorded.motion(*port)).collect()
     };
-    let start = recorded.recording.times[recorded.motion_start()];
+    let times = &recorded.recording.times[recorded.motion_start()..];
     let step = plan.experiment.stepping.step;
-    let course = Powers::new(&columns(&scalars)?, &columns(&per_rod)?, start, step)?;
+    let course = Powers::new(times, &columns(&scalars)?, &columns(&per_rod)?, step)?;
     // They are constant over a run.
     let constant = |k: usize| anyhow::Ok(recorded.recording.column(gains[k])?[0]);
     let excess = course.excess();
@@ -263,7 +263,7 @@ mod tests {
         let flow = vec![0.5; nu.len()];
         let mut per_rod = [&zero[..]; 6 * RODS];
         per_rod[2 * RODS + 1] = &flow;
-        let course = Powers::new(&[&nu, &zero, &dissipation], &per_rod, 0.0, h).unwrap();
+        let course = Powers::new(&zero, &[&nu, &zero, &dissipation], &per_rod, h).unwrap();
         let power = |values: &[f64]| Power::new(values);
         let (bodies, cuts) = (power(&course.bodies), power(&course.cuts));
         assert!(bodies.max.abs() < h * h, "{bodies:?}");

@@ -29,17 +29,9 @@ pub(super) struct Bed<'a> {
 }
 
 impl Bed<'_> {
-    /// Communication steps from one recorded point to the next.
-    fn parts(&self) -> usize {
-        match self.load {
-            Load::Emulator => 1,
-            Load::Rig => (self.stepping.step / STEP).ceil() as usize,
-        }
-    }
-
     /// Share of the load's force that is previewed to the controller.
     fn preview(&self) -> f64 {
-        if self.law.previewed { 1.0 } else { 0.0 }
+        f64::from(self.law.previewed)
     }
 
     /// Start values: the rods where the recording starts, in equilibrium with its forces.
@@ -69,7 +61,12 @@ impl Bed<'_> {
     /// Makes the run; courses of both axes at the recorded points.
     pub(super) fn replay(&self, profiles: &[Profile; 2]) -> Result<[Course; 2]> {
         let (system, preview) = (self.system, self.preview());
-        let (points, parts) = (profiles[0].x.len(), self.parts());
+        // Communication steps from one recorded point to the next.
+        let parts = match self.load {
+            Load::Emulator => 1,
+            Load::Rig => (self.stepping.step / STEP).ceil() as usize,
+        };
+        let points = profiles[0].x.len();
         let h = self.stepping.step / parts as f64;
         let stepping = Stepping {
             step: h,
