@@ -1,11 +1,14 @@
-//! One question a file: which runs it takes, what they are worth.
+//! The analyses behind the subcommands: each makes a set of runs, measures them and judges the
+//! result.
+
+use cosim::Verdict;
 
 pub mod comparison;
-pub mod draws;
+pub(crate) mod draws;
 pub mod efficiency;
-pub mod endurance;
-pub mod identification;
-pub mod imported_run;
+pub(crate) mod endurance;
+pub(crate) mod identification;
+pub(crate) mod imported_run;
 pub mod inertia;
 pub mod margins;
 pub mod robustness;
@@ -13,4 +16,14 @@ pub mod sizing;
 pub mod stability;
 pub mod surrogate_loop;
 pub mod testbed;
-pub mod tournament;
+pub(crate) mod tournament;
+
+/// Says in words whether a target is met; a target that is missed makes the verdict bad with the
+/// text of `objection`.
+fn met(is_met: bool, verdict: &mut Verdict, objection: impl FnOnce() -> String) -> &'static str {
+    if is_met {
+        return "met";
+    }
+    verdict.object(objection());
+    "NOT met"
+}

@@ -1,26 +1,26 @@
-//! Control laws compared in a world: every law on every case of the world and both trajectories; of
-//! each law the median and the worst case.
+//! Compares control laws in a world, for `table --study` and the evaluation's page: every law runs
+//! on every case and trajectory, and of each law the median and the worst case are reported.
 
 use anyhow::Result;
 use cosim::{Experiment, System, Verdict};
 use serde::Serialize;
 
+use super::met;
 use crate::measures::tracking::{Sag, Tracking};
 use crate::runs::grid::{self, Case, Cell, Grid, Plan, Spread};
 use crate::setup::start_values::Law;
 use crate::worlds::BENDING_TARGET;
 
-/// Largest error that the adaptive controller may have in the real world: median and worst RMSE of
-/// what it can know, m.
-pub const TARGETS: [f64; 2] = [0.3e-3, 0.7e-3];
-/// How many times smaller than that of the best rival with integral its median is to be.
-pub const AHEAD: f64 = 1.5;
+/// Largest median and worst known RMSE that the adaptive controller may have in the real world, m.
+const TARGETS: [f64; 2] = [0.3e-3, 0.7e-3];
+/// How many times smaller its median has to be than that of the best rival with integral.
+const AHEAD: f64 = 1.5;
 
 /// One run.
 pub type TrackingCell = Cell<Tracking>;
 
-/// Run every law on every case and these trajectories in parallel, law by law; `done` is called
-/// after each run. A failed run keeps its error and the others go on.
+/// Runs every law on every case and these trajectories in parallel; the cells come law by law.
+/// `done` is called after each run. A failed run keeps its error and the others go on.
 ///
 /// # Errors
 /// A law that the controller does not have, or a start value of a case that is set already.
@@ -44,49 +44,47 @@ pub fn run(
     Ok(cells)
 }
 
-/// A law over all cases of a trajectory, or of both.
+/// A law over all cases of one trajectory or of all.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
     /// Law.
     pub law: String,
-    /// RMSE of what the controller can know, m.
+    /// RMSE of the known error, m; see [`Tracking`] for this and the other errors.
     pub known: Spread,
-    /// Largest such error, m.
+    /// Largest known error, m.
     pub known_max: Spread,
     /// RMSE at the true joint angles, m.
     pub joints: Spread,
     /// RMSE of the plant's tip, m.
     pub plant: Spread,
-    /// The same without its mean, m.
+    /// RMSE of the plant's tip without its mean, m.
     pub plant_varying: Spread,
     /// RMS of the orientation's error, rad.
     pub orientation: Spread,
     /// Largest known error over largest speed, s.
     pub rho: Spread,
-    /// Largest distance of the plant's tip from where its joints say that it is, m; of a plant that
-    /// bends.
+    /// Largest distance of a bending plant's tip from its place if nothing bent, m.
     pub sag: Option<Spread>,
     /// Largest error against that place, m: dimensions as drawn count in it.
     pub rigid_max: Option<Spread>,
-    /// Root mean square of that error less its mean, m.
+    /// Root mean square of that error without its mean, m.
     pub rigid_varying: Option<Spread>,
-    /// Runs.
+    /// Number of runs.
     pub runs: usize,
-    /// Runs that failed.
+    /// Number of runs that failed.
     pub failed: usize,
 }
 
 impl Summary {
-    fn of<'a>(law: &str, cells: impl Iterator<Item = &'a TrackingCell> + Clone) -> Self {
-        let spread = |of: &dyn Fn(&Tracking) -> f64| {
-            let value = |c: &TrackingCell| c.result.as_ref().map_or(f64::INFINITY, of);
+    fn from_cells<'a>(law: &str, cells: impl Iterator<Item = &'a TrackingCell> + Clone) -> Self {
+        let spread = |quantity: &dyn Fn(&Tracking) -> f64| {
+            let value = |c: &TrackingCell| c.result.as_ref().map_or(f64::INFINITY, quantity);
             Spread::from_values(cells.clone().map(value))
         };
-        let bends = cells
-            .clone()
-            .any(|c| c.result.as_ref().is_ok_and(|t| t.sag.is_some()));
-        let bent = |of: &dyn Fn(&Sag) -> f64| {
-            bends.then(|| spread(&|t| t.sag.as_ref().map_or(f64::INFINITY, of)))
+        let mut measured = cells.clone().filter_map(|c| c.result.as_ref().ok());
+        let bends = measured.any(|t| t.sag.is_some());
+        let bent = |quantity: &dyn Fn(&Sag) -> f64| {
+            bends.then(|| spread(&|t| t.sag.as_ref().map_or(f64::INFINITY, quantity)))
         };
         Self {
             law: law.into(),
@@ -106,7 +104,7 @@ impl Summary {
     }
 }
 
-/// Each law over the cases of `trajectory`, or of both, in the order of the runs.
+/// Each law over the cases of `trajectory`, or of all, in the order of the runs.
 pub fn summaries(cells: &[TrackingCell], trajectory: Option<&str>) -> Vec<Summary> {
     let mut laws: Vec<&str> = Vec::new();
     for cell in cells {
@@ -114,16 +112,16 @@ pub fn summaries(cells: &[TrackingCell], trajectory: Option<&str>) -> Vec<Summar
             laws.push(&cell.law);
         }
     }
-    let of = |law: &str| {
+    let summary = |law: &str| {
         let its = |c: &&TrackingCell| c.law == law && trajectory.is_none_or(|t| t == c.trajectory);
-        Summary::of(law, cells.iter().filter(its))
+        Summary::from_cells(law, cells.iter().filter(its))
     };
-    laws.into_iter().map(of).collect()
+    laws.into_iter().map(summary).collect()
 }
 
-/// The adaptive law `adaptive` over both trajectories beside the targets, and beside the best of
-/// the laws `rivals`, for people; a target that is not met spoils `verdict`.
-pub fn judge(
+/// Compares the law `adaptive` with its targets and with the best of the laws `rivals`; the text is
+/// for people. A target that is missed makes the verdict bad.
+pub(crate) fn judge(
     cells: &[TrackingCell],
     adaptive: &str,
     rivals: &[&str],
@@ -133,70 +131,50 @@ pub fn judge(
     let Some(own) = rows.iter().find(|r| r.law == adaptive) else {
         return String::new();
     };
-    let mut asked = |what: &str, value: f64, target: f64, is_met: bool| {
-        if is_met {
-            return "met";
-        }
-        verdict.object(format!(
-            "{adaptive}: {what} {value:.3}, but the target is {target}"
-        ));
-        "NOT met"
+    let mut check = |what: &str, value: f64, target: f64, is_met: bool| {
+        let missed = || format!("{adaptive}: {what} {value:.3}, but the target is {target}");
+        met(is_met, verdict, missed)
     };
     let Spread { median, worst } = own.known;
-    let of_errors = [("median", median), ("worst", worst)]
-        .iter()
-        .zip(TARGETS)
-        .map(|((name, error), target)| {
-            let (mm, target_mm) = (1e3 * error, 1e3 * target);
-            let what = format!("{name} known error in mm");
-            let met = asked(&what, mm, target_mm, *error <= target);
-            format!("{name} {mm:.3} mm (target {target_mm:.1}: {met})")
-        })
-        .collect::<Vec<_>>()
-        .join(", ");
+    let errors = [("median", median), ("worst", worst)].into_iter();
+    let errors = errors.zip(TARGETS).map(|((name, error), target)| {
+        let (mm, target_mm) = (1e3 * error, 1e3 * target);
+        let what = format!("{name} known error in mm");
+        let met = check(&what, mm, target_mm, error <= target);
+        format!("{name} {mm:.3} mm (target {target_mm:.1}: {met})")
+    });
     let mut text = format!(
-        "{adaptive}, known error over {} runs: {of_errors}\n",
-        own.runs
+        "{adaptive}, known error over {} runs: {}\n",
+        own.runs,
+        Vec::from_iter(errors).join(", ")
     );
     let rivals = rows.iter().filter(|r| rivals.contains(&r.law.as_str()));
     if let Some(best) = rivals.min_by(|a, b| a.known.median.total_cmp(&b.known.median)) {
         let ahead = best.known.median / median;
+        let what = "times ahead of the best rival";
         text += &format!(
             "best rival with integral: {}, median {:.3} mm, worst {:.3} mm; {adaptive} is ahead by {ahead:.2} times in the median \
              (target {AHEAD}: {})\n",
             best.law,
             1e3 * best.known.median,
             1e3 * best.known.worst,
-            asked(
-                "times ahead of the best rival",
-                ahead,
-                AHEAD,
-                ahead >= AHEAD
-            )
+            check(what, ahead, AHEAD, ahead >= AHEAD)
         );
     }
     text
 }
 
-/// The worst of each law in the bending world beside the bound, for people: the reference against
-/// the tip that the controller's own rigid kinematics tell. A bound that is not met spoils
-/// `verdict`.
-pub fn judge_bending(cells: &[TrackingCell], verdict: &mut Verdict) -> String {
+/// Compares the worst case of each law in the bending world with the bound on the distance between
+/// the reference and the tip of the controller's own rigid kinematics; the text is for people. A
+/// bound that is exceeded makes the verdict bad.
+pub(crate) fn judge_bending(cells: &[TrackingCell], verdict: &mut Verdict) -> String {
     let line = |row: &Summary| {
         let [worst, bound] = [row.known_max.worst, BENDING_TARGET].map(|v| 1e3 * v);
-        let met = if row.known_max.worst <= BENDING_TARGET {
-            "met"
-        } else {
-            verdict.object(format!(
-                "{}: {worst:.3} mm from the rigid tip, more than the bound of {bound:.0} mm",
-                row.law
-            ));
-            "NOT met"
-        };
-        format!(
-            "{}: at most {worst:.3} mm from the rigid tip (bound {bound:.0} mm: {met})\n",
-            row.law
-        )
+        let law = &row.law;
+        let met = met(row.known_max.worst <= BENDING_TARGET, verdict, || {
+            format!("{law}: {worst:.3} mm from the rigid tip, more than the bound of {bound:.0} mm")
+        });
+        format!("{law}: at most {worst:.3} mm from the rigid tip (bound {bound:.0} mm: {met})\n")
     };
     summaries(cells, None).iter().map(line).collect()
 }

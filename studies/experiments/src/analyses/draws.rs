@@ -1,5 +1,5 @@
-//! Many machines drawn at random under one law: how many are kept, stopped and lost, and how large
-//! the rods' forces become.
+//! Many machines drawn at random and run under one law, for the subcommand `draws`: how many runs
+//! are kept, stopped and lost, and how large the rod forces become.
 
 use anyhow::Result;
 use cosim::{Experiment, System, Verdict};
@@ -11,35 +11,30 @@ use crate::runs::grid::Case;
 use crate::runs::run_store::RunStore;
 use crate::setup::start_values::{Law, trajectory_settings};
 
-/// What rods may have at most, over their rated force or the controller's limit of it.
-pub const FORCE: f64 = 1.2;
+/// Largest acceptable rod force, over its rated force or the controller's limit of it.
+pub const FORCE_BOUND: f64 = 1.2;
 
-/// A drawn machine and what became of it.
+/// The run of a drawn machine.
 #[derive(Clone, Debug, Serialize)]
-pub struct Draw {
-    /// Name of the case.
+pub struct DrawnRun {
+    /// Label of the machine's case.
     pub case: String,
-    /// What became of it.
     #[serde(flatten)]
     pub run: EndedRun,
 }
 
-/// How many ended how.
+/// Number of runs by outcome.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Counts {
-    /// The tip followed to the end.
     pub kept: usize,
-    /// The controller stopped the machine.
     pub stopped: usize,
-    /// The machine swung, was far off, or failed.
     pub lost: usize,
-    /// A rod had more than [`FORCE`] times what it may be asked for.
+    /// Runs in which a rod force exceeded [`FORCE_BOUND`], whatever their outcome.
     pub forced: usize,
 }
 
 impl Counts {
-    /// Of these runs.
-    pub fn of<'a>(runs: impl IntoIterator<Item = &'a EndedRun>) -> Self {
+    pub fn from_runs<'a>(runs: impl IntoIterator<Item = &'a EndedRun>) -> Self {
         let mut counts = Self::default();
         for run in runs {
             match run.fate {
@@ -47,16 +42,13 @@ impl Counts {
                 Fate::Stopped => counts.stopped += 1,
                 Fate::Lost => counts.lost += 1,
             }
-            counts.forced += usize::from(run.force > FORCE);
+            counts.forced += usize::from(run.force > FORCE_BOUND);
         }
         counts
     }
 }
 
-/// Run `law` on every case on all cores, each kept in `store`; `done` is called after each.
-///
-/// # Errors
-/// A law or a case that the system does not have, or a store that cannot be written.
+/// Runs `law` on every case in parallel and keeps each run in `store`; `done` is called after each.
 pub fn run(
     (system, base): (&System, &Experiment),
     law: &Law,
@@ -64,7 +56,7 @@ pub fn run(
     trajectory: &str,
     store: &RunStore,
     done: impl Fn() + Sync,
-) -> Result<Vec<Draw>> {
+) -> Result<Vec<DrawnRun>> {
     let common = [
         law.settings(system)?,
         trajectory_settings(system, trajectory)?,
@@ -75,29 +67,27 @@ pub fn run(
         let name = format!("{} {trajectory} {}", law.name, case.label);
         let run = store.run(&name, system, &experiment)?;
         done();
-        Ok(Draw {
-            case: case.label.clone(),
-            run,
-        })
+        let case = case.label.clone();
+        Ok(DrawnRun { case, run })
     };
     cases.into_par_iter().map(one).collect()
 }
 
-/// A run that was lost, and a force beyond what rods may be given, spoil the verdict.
-pub fn judge(draws: &[Draw], verdict: &mut Verdict) {
+/// Makes the verdict bad where runs are lost or a rod force exceeds [`FORCE_BOUND`].
+pub fn judge(draws: &[DrawnRun], verdict: &mut Verdict) {
     let all = draws.len();
-    let counts = Counts::of(draws.iter().map(|draw| &draw.run));
-    let mut object = |count: usize, what: &str, first: &dyn Fn(&EndedRun) -> bool| {
-        if let Some(draw) = draws.iter().find(|draw| first(&draw.run)) {
+    let counts = Counts::from_runs(draws.iter().map(|draw| &draw.run));
+    let mut object = |count: usize, what: &str, is_affected: &dyn Fn(&EndedRun) -> bool| {
+        if let Some(draw) = draws.iter().find(|draw| is_affected(&draw.run)) {
             verdict.object(format!(
                 "{count} of {all} machines {what}, first {} {}",
                 draw.case, draw.run.why
             ));
         }
     };
-    object(counts.lost, "are lost", &|t| t.fate == Fate::Lost);
-    let text = format!("have rods with more than {FORCE} x the largest force asked for");
-    object(counts.forced, &text, &|t| t.force > FORCE);
+    object(counts.lost, "are lost", &|run| run.fate == Fate::Lost);
+    let text = format!("have rods with more than {FORCE_BOUND} x the largest force asked for");
+    object(counts.forced, &text, &|run| run.force > FORCE_BOUND);
 }
 
 #[cfg(test)]
@@ -106,7 +96,7 @@ mod tests {
 
     #[test]
     fn fates_and_forces_are_counted_apart() {
-        let draw = |fate, force| Draw {
+        let draw = |fate, force| DrawnRun {
             case: format!("{force}"),
             run: EndedRun {
                 fate,
@@ -124,7 +114,7 @@ mod tests {
             draw(Fate::Stopped, 1.1),
             draw(Fate::Lost, 3.0),
         ];
-        let counts = Counts::of(draws.iter().map(|d| &d.run));
+        let counts = Counts::from_runs(draws.iter().map(|d| &d.run));
         let expected = Counts {
             kept: 2,
             stopped: 1,

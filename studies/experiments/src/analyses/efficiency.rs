@@ -1,7 +1,7 @@
-//! Efficiency of an actuator FMU over load and rod speed. Each point is an instance of its own that
-//! is initialized in steady motion against a constant load. The efficiency is defined where the
-//! motor's torque pushes against the load: while the rod moves against it (quadrant I) and while
-//! the load moves the rod back (quadrant IV).
+//! Efficiency of an actuator FMU over load and rod speed, for the map on the evaluation's page. Each
+//! point is an instance of its own that is initialized in steady motion against a constant load. The
+//! efficiency is defined where the motor's torque acts against the load: while the rod moves against
+//! it (quadrant I) and while the load moves the rod back (quadrant IV).
 
 use anyhow::{Context, Result};
 use cosim::instance::At;
@@ -12,30 +12,30 @@ use rayon::prelude::*;
 const LOADS: (u32, f64) = (28, 70e3);
 /// Rod speeds of each direction: number and largest, m/s. The shipped network was trained up to it.
 const SPEEDS: (u32, f64) = (28, 0.07);
-/// The actuator's outputs that are read: whether the efficiency is defined, and its values in the
-/// order of [`Point`].
+/// Outputs of the actuator: whether the efficiency is defined, and its values in the order of
+/// [`Point`].
 const VALID: &str = "efficiency_valid";
 const OUTPUTS: [&str; 3] = ["efficiency_phys", "efficiency_net", "efficiency"];
 
-/// Efficiencies at one point: of the physics, of the network, and of both blended as the actuator
-/// runs.
+/// Efficiencies at one point: of the physics, of the network, and of both blended as in the
+/// actuator.
 pub type Point = [f64; 3];
 
 /// Efficiency over a grid.
 #[derive(Clone, Debug)]
 pub struct Map {
-    /// The actuator's component.
+    /// Name of the actuator's component.
     pub actuator: String,
-    /// N, ascending.
+    /// Loads, N, ascending.
     pub loads: Vec<f64>,
-    /// m/s, ascending; positive where the rod moves against the load.
+    /// Rod speeds, m/s, ascending; positive where the rod moves against the load.
     pub speeds: Vec<f64>,
-    /// Row by row of load; nothing where the efficiency is not defined.
+    /// Row by row of load; None where the efficiency is not defined.
     pub points: Vec<Option<Point>>,
 }
 
-/// Map of the first component that has an efficiency, with the start values of the structure and of
-/// `base`.
+/// Computes the map of the first component that has an efficiency, with the start values of the
+/// structure and of `base`.
 ///
 /// # Errors
 /// No component has one, or an instance fails.
@@ -44,21 +44,17 @@ pub fn map(system: &System, base: &Experiment) -> Result<Map> {
     let actuator = (0..system.fmus.len()).find(is_actuator);
     let actuator = actuator.with_context(|| format!("no component has an output `{VALID}`"))?;
     let loads: Vec<f64> = ascending(LOADS).collect();
-    let falling = ascending(SPEEDS).map(|v| -v);
-    let mut speeds: Vec<f64> = falling.collect();
-    speeds.reverse();
-    speeds.extend(ascending(SPEEDS));
-    let pairs: Vec<_> = loads
-        .iter()
-        .flat_map(|load| speeds.iter().map(|speed| (*load, *speed)))
-        .collect();
-    let points = pairs
-        .into_par_iter()
-        .map(|(load, speed)| {
-            point(system, base, actuator, load, speed)
-                .with_context(|| format!("efficiency at {load} N, {speed} m/s"))
-        })
-        .collect::<Result<_>>()?;
+    let against: Vec<f64> = ascending(SPEEDS).collect();
+    let back = against.iter().rev().map(|v| -v);
+    let speeds: Vec<f64> = back.chain(against.iter().copied()).collect();
+    let columns = speeds.len();
+    let one = |k: usize| {
+        let (load, speed) = (loads[k / columns], speeds[k % columns]);
+        point(system, base, actuator, load, speed)
+            .with_context(|| format!("efficiency at {load} N, {speed} m/s"))
+    };
+    let points = (0..loads.len() * columns).into_par_iter().map(one);
+    let points = points.collect::<Result<_>>()?;
     Ok(Map {
         actuator: system.structure.components[actuator].name.clone(),
         loads,
@@ -67,7 +63,7 @@ pub fn map(system: &System, base: &Experiment) -> Result<Map> {
     })
 }
 
-/// Equal steps up to the largest value, without zero.
+/// `count` equal steps up to the largest value, without zero.
 fn ascending((count, largest): (u32, f64)) -> impl Iterator<Item = f64> {
     (1..=count).map(move |k| largest * f64::from(k) / f64::from(count))
 }
@@ -92,11 +88,8 @@ fn point(
     if read(VALID)? < 0.5 {
         return Ok(None);
     }
-    let mut values = Point::default();
-    for (value, name) in values.iter_mut().zip(OUTPUTS) {
-        *value = read(name)?;
-    }
-    Ok(Some(values))
+    let [physics, network, blended] = OUTPUTS.map(read);
+    Ok(Some([physics?, network?, blended?]))
 }
 
 #[cfg(test)]

@@ -1,12 +1,12 @@
-//! A long coupled run: the tip follows a smooth closed form that never repeats, and memory, time,
-//! tracking and estimates are watched.
+//! A long coupled run, for the subcommand `endurance`: the tip follows a smooth motion that never
+//! repeats, while memory, simulated time, tip error and estimated masses are watched.
 //!
-//! The trajectories of the controller end after half a minute and rest; here the reference comes
-//! from outside. It is `p_i(t) = p_i(t_0) + a_i (1 − cos(2π s/T_i))/2`, `s` the time since the
-//! settling, with periods whose ratios are irrational: every corner of the box is neared again and
-//! again, and rest, start and derivatives are exact at any time, however late.
+//! The controller's own trajectories end after half a minute, so here the reference comes from
+//! outside. It is `p_i(t) = p_i(t_0) + a_i (1 − cos(2π s/T_i))/2`, `s` the time since the settling,
+//! with periods whose ratios are irrational: the motion comes close to every corner of the box again
+//! and again, and is exact at any time, however late.
 
-use std::f64::consts::{SQRT_2, TAU};
+use std::f64::consts::{GOLDEN_RATIO, SQRT_2, TAU};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
@@ -18,36 +18,31 @@ use crate::setup::machine_choice::MachineFile;
 use crate::setup::start_values::vary;
 
 /// Parts of a run, each of which is reported when it ends.
-pub const PARTS: u64 = 10;
+const PARTS: u64 = 10;
 /// What resident memory may grow by after the first part, kB: some pages that the allocator keeps.
 const GROWTH: i64 = 256;
-/// What the tip error of the last part may be, over that of the second.
+/// Largest tip error of the last part over that of the second.
 const WORSE: f64 = 1.5;
 
-/// (1 + √5)/2, the number that is worst approximated by fractions, so that its multiples never
-/// nearly repeat.
-const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
-
-/// The reference: a box and the period along its first edge.
+/// The reference motion: a box that the tip moves through.
 #[derive(Clone, Copy, Debug)]
 pub struct Excursion {
     /// Edges of the box from the start position on, m, world frame.
-    pub edges: [f64; 3],
+    edges: [f64; 3],
     /// Periods along the edges, s.
     periods: [f64; 3],
 }
 
 impl Excursion {
-    /// Through the box with `edges`, m; the first is travelled to and fro in `period`, s.
+    /// Through the box with `edges`, m, of which the first has this `period`, s. The golden ratio
+    /// is worst approximated by fractions, so the motion never nearly repeats.
     pub fn new(edges: [f64; 3], period: f64) -> Result<Self> {
         ensure!(
             period.is_finite() && period > 0.0 && edges.iter().all(|e| e.is_finite()),
             "a period of {period} s along edges of {edges:?} m: all must be finite and the period > 0"
         );
-        Ok(Self {
-            edges,
-            periods: [period, SQRT_2 * period, GOLDEN_RATIO * period],
-        })
+        let periods = [period, SQRT_2 * period, GOLDEN_RATIO * period];
+        Ok(Self { edges, periods })
     }
 
     /// Displacement (m), velocity (m/s) and acceleration (m/s²), `s` seconds after the motion
@@ -67,27 +62,26 @@ impl Excursion {
     }
 }
 
-/// What was seen in a tenth of the run.
-#[derive(Clone, Copy, Debug)]
+/// Measurements of a tenth of the run.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Part {
     /// Its end, s.
     pub end: f64,
-    /// Tip error.
     pub tip: Distance,
     /// Smallest and largest estimated mass of a body over its value at the start.
     pub mass: [f64; 2],
     /// Largest `lyapunov.nu_adaptation`, J.
     pub adaptation: f64,
-    /// Resident memory at its end, kB, where the system tells it.
+    /// Resident memory at its end, kB; None where the operating system does not report it.
     pub memory: Option<i64>,
 }
 
 impl Part {
-    /// Titles of [`Part::row`].
+    /// Titles of the columns of [`Part::row`].
     pub const TITLES: &str =
         " until [s]    RMSE [mm]     max [mm]  mass from     to [1]  nu_adapt. [J]  memory [kB]\n";
 
-    /// As a line of a table.
+    /// A line of the table.
     pub fn row(&self) -> String {
         format!(
             "{:>10.0} {:>12.4} {:>12.4} {:>10.4} {:>10.4} {:>14.4} {:>12}",
@@ -102,34 +96,35 @@ impl Part {
     }
 }
 
-/// What came out.
+/// Result of a run.
 #[derive(Clone, Debug)]
 pub struct Endurance {
-    /// Communication steps made.
-    pub steps: u64,
-    /// Tenths of the run.
-    pub parts: Vec<Part>,
+    /// Communication steps.
+    steps: u64,
+    parts: Vec<Part>,
     /// Largest difference of an instance's own time from `t_0 + k·h` at the end, s.
-    pub drift: f64,
-    /// End, s.
-    pub end: f64,
-    /// Bounds on the estimated masses over their start values, from `inverse_bounds`.
-    pub bounds: [f64; 2],
-    /// What went beyond limits and ratings.
+    drift: f64,
+    /// Simulated time at the end, s.
+    end: f64,
+    /// Bounds on the estimated masses over their start values.
+    bounds: [f64; 2],
+    /// What exceeded limits and ratings.
     pub limits: Verdict,
-    /// Time it took, without loading and initialization.
-    pub elapsed: Duration,
+    /// Wall-clock time without loading and initialization.
+    elapsed: Duration,
 }
 
 /// What is set and read at every communication point.
 struct Instruments {
     references: Inputs,
+    /// Where the tip starts, m.
     start: [f64; 3],
+    /// Time for which the controller settles before the motion, s.
     settle: f64,
-    /// Tip error, `lyapunov.nu_adaptation`, the estimated masses, then what the limits are on.
+    /// Tip error, `lyapunov.nu_adaptation`, the estimated masses, then the signals with limits.
     signals: Signals,
     limits: LimitWatch,
-    /// Start values of the estimated masses.
+    /// Start values of the estimated masses, kg.
     masses: Vec<f64>,
 }
 
@@ -169,15 +164,20 @@ impl Instruments {
         })
     }
 
-    /// Give the controller the reference of the present time.
-    fn refer(&mut self, master: &mut Master, excursion: &Excursion, start: f64) -> Result<()> {
+    /// Gives the controller the reference at the present time; `start` is that of the run, s.
+    fn set_reference(
+        &mut self,
+        master: &mut Master,
+        excursion: &Excursion,
+        start: f64,
+    ) -> Result<()> {
         let [mut x, v, a] = excursion.at(master.time() - start - self.settle);
         x.iter_mut().zip(self.start).for_each(|(x, p)| *x += p);
         self.references.set(master, [x, v, a].as_flattened())?;
         master.pass()
     }
 
-    /// Add what is there at the present time.
+    /// Adds the signals at the present time to a part.
     fn read(&mut self, master: &Master, part: &mut Part) -> Result<()> {
         let values = self.signals.read(master)?;
         part.tip.add(values[0]);
@@ -192,39 +192,39 @@ impl Instruments {
     }
 }
 
-/// Run `steps` communication steps under `experiment`, whose stop time is not looked at; `each` is
-/// told of every tenth.
+/// Runs `steps` communication steps under `experiment`, whose stop time does not count; `report`
+/// gets every tenth when it ends.
 pub fn run(
     system: &System,
     experiment: &Experiment,
     excursion: &Excursion,
     steps: u64,
-    mut each: impl FnMut(&Part) -> Result<()>,
+    mut report: impl FnMut(&Part) -> Result<()>,
 ) -> Result<Endurance> {
     ensure!(steps >= PARTS, "{steps} steps; at least {PARTS} are needed");
     let experiment = vary(system, experiment, &[("trajectory", &"external")])?;
     let mut master = experiment.start(system)?;
     let start = master.time();
     let mut instruments = Instruments::new(system, &experiment, &master)?;
-    let bounds = bounds(system, &master)?;
+    // `lower·P_0 < P < upper·P_0` for the inverse pseudo-inertias means `m_0/upper < m < m_0/lower`
+    // for the masses.
+    let inverse = |name| anyhow::Ok(1.0 / master.number(system.port(name)?)?);
+    let bounds = [inverse("inverse_bounds[2]")?, inverse("inverse_bounds[1]")?];
     let (clock, mut parts) = (Instant::now(), Vec::new());
     for part in 0..PARTS {
         let (from, to) = (steps * part / PARTS, steps * (part + 1) / PARTS);
         let mut tenth = Part {
-            end: 0.0,
-            tip: Distance::default(),
             mass: [f64::INFINITY, 0.0],
-            adaptation: 0.0,
-            memory: None,
+            ..Part::default()
         };
         for _ in from..to {
-            instruments.refer(&mut master, excursion, start)?;
+            instruments.set_reference(&mut master, excursion, start)?;
             master.step()?;
             instruments.read(&master, &mut tenth)?;
         }
         tenth.end = master.time();
-        tenth.memory = resident()?;
-        each(&tenth)?;
+        tenth.memory = resident_memory()?;
+        report(&tenth)?;
         parts.push(tenth);
     }
     let elapsed = clock.elapsed();
@@ -245,21 +245,14 @@ pub fn run(
     })
 }
 
-/// `lower·P_0 < P < upper·P_0` for the inverse pseudo-inertias means `m_0/upper < m < m_0/lower`
-/// for the masses.
-fn bounds(system: &System, master: &Master) -> Result<[f64; 2]> {
-    let inverse = |name| anyhow::Ok(1.0 / master.number(system.port(name)?)?);
-    Ok([inverse("inverse_bounds[2]")?, inverse("inverse_bounds[1]")?])
-}
-
 impl Endurance {
-    /// What memory has grown by after the first tenth, kB.
-    pub fn growth(&self) -> Option<i64> {
+    /// Growth of memory after the first tenth, kB.
+    fn growth(&self) -> Option<i64> {
         let first = self.parts.first()?.memory?;
         Some(self.parts.last()?.memory? - first)
     }
 
-    /// The outcome as text for people.
+    /// The result as text for people.
     pub fn summary(&self) -> String {
         let growth = self
             .growth()
@@ -277,7 +270,7 @@ impl Endurance {
         )
     }
 
-    /// Fails where the system did not endure.
+    /// Fails if memory grew, time drifted, an estimated mass left its bounds or tracking degraded.
     pub fn check(&self) -> Result<()> {
         if let Some(growth) = self.growth() {
             ensure!(
@@ -310,8 +303,9 @@ impl Endurance {
     }
 }
 
-/// Resident memory of this process, kB; none where the system does not tell it in the way of Linux.
-fn resident() -> Result<Option<i64>> {
+/// Resident memory of this process, kB; None where the operating system does not report it as Linux
+/// does.
+fn resident_memory() -> Result<Option<i64>> {
     let Ok(status) = std::fs::read_to_string("/proc/self/status") else {
         return Ok(None);
     };

@@ -1,9 +1,9 @@
-//! The machine's inertias and joint friction from one run that excites them: what somebody does
-//! once who commissions a controller that needs a good model.
+//! Identifies a machine's inertias and joint friction from one run that excites them, as one would
+//! when commissioning a controller that needs a good model; for the subcommand `tournament`.
 //!
 //! [`excitation`] is the motion, [`model`] the forces as a linear function of the parameters,
-//! [`estimate`] the least squares, [`run`] the run of a machine with its sensors and what is kept of
-//! it. All of them know the nominal machine alone, as the controller does.
+//! [`estimate`] the least squares, [`run`] the run of a machine with its sensors. All of them know
+//! only the nominal machine, as the controller does.
 
 pub mod estimate;
 pub mod excitation;

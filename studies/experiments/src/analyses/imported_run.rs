@@ -1,5 +1,5 @@
-//! A run that another importer made and wrote as CSV: the same numbers and the same verdict as of a
-//! run that is made here.
+//! Evaluates a run that another importer made and wrote as CSV, for the subcommand `evaluate`: the
+//! same numbers and the same verdict as for a run made by this program.
 
 use std::cmp::Ordering;
 use std::fmt::Write as _;
@@ -24,23 +24,19 @@ pub struct Evaluator<'a> {
     reference: Verdict,
 }
 
-/// Such a run in numbers.
+/// Such a run, evaluated.
 pub struct ImportedRun {
-    /// Tip error.
-    pub tip: TipError,
-    /// Nothing where signals for it were not recorded.
-    pub tracking: Option<Tracking>,
-    /// What was found; of limits and ratings only where their signals were recorded.
+    tip: TipError,
+    /// None where its signals were not recorded.
+    tracking: Option<Tracking>,
+    /// Contains limits and ratings only where their signals were recorded.
     pub verdict: Verdict,
-    /// What was not evaluated, and the signals that it takes and the file does not have.
+    /// What was not evaluated, and the signals that the file lacks for it.
     pub left_out: Vec<(&'static str, Vec<String>)>,
 }
 
 impl<'a> Evaluator<'a> {
-    /// Of runs of `experiment` on `system`.
-    ///
-    /// # Errors
-    /// The system is not the machine with its controller, or an FMU refuses the start values.
+    /// For runs of `experiment` on `system`, which must be the machine with its controller.
     pub fn new(system: &'a System, experiment: &Experiment) -> Result<Self> {
         let settings = &experiment.settings;
         let parameter = |port| start_value(system, settings, port);
@@ -66,10 +62,8 @@ impl<'a> Evaluator<'a> {
         ports.into_iter().map(|p| self.system.name(p)).collect()
     }
 
-    /// Evaluate a run; the verdict is bad where the tip error exceeds `max_error`, m.
-    ///
-    /// # Errors
-    /// The file has no tip error, or its times do not rise.
+    /// Evaluates a run; the verdict is bad where the tip error exceeds `max_error`, m. The file must
+    /// have the tip error.
     pub fn evaluate(mut self, file: &SignalFile, max_error: Option<f64>) -> Result<ImportedRun> {
         let times = file.times();
         ensure!(!times.is_empty(), "there are no rows");
@@ -100,10 +94,8 @@ impl<'a> Evaluator<'a> {
         };
         match columns(self.system, file, self.limits.ports()) {
             Ok(columns) => {
-                let mut row = vec![0.0; columns.len()];
                 for (k, t) in times.iter().enumerate() {
-                    let now = columns.iter().map(|column| column[k]);
-                    row.iter_mut().zip(now).for_each(|(to, value)| *to = value);
+                    let row: Vec<f64> = columns.iter().map(|column| column[k]).collect();
                     self.limits.add(*t, &row);
                 }
                 verdict.extend(self.limits.verdict());
@@ -121,7 +113,7 @@ impl<'a> Evaluator<'a> {
 }
 
 impl ImportedRun {
-    /// In numbers with names.
+    /// Its metrics by name.
     pub fn metrics(&self) -> Metrics {
         let mut metrics = tip_metrics(&self.tip);
         if let Some(tracking) = &self.tracking {
@@ -153,7 +145,7 @@ impl ImportedRun {
     }
 }
 
-/// Columns of a file, else the names of those that it does not have.
+/// Columns of the file for these variables, else the names of the columns that it lacks.
 fn columns<'a>(
     system: &System,
     file: &'a SignalFile,

@@ -1,5 +1,5 @@
-//! The paper's robustness table `tab:rmse_uncertainties`: tip RMSE under inertia errors for both
-//! trajectories, here for three controllers.
+//! The paper's robustness table `tab:rmse_uncertainties`, for `table` and the evaluation's page: tip
+//! RMSE under inertia errors on both trajectories, here for three controllers.
 
 use anyhow::Result;
 use cosim::{Experiment, System, Verdict};
@@ -7,7 +7,7 @@ use cosim::{Experiment, System, Verdict};
 use crate::measures::run::{TipError, run as run_once};
 use crate::runs::grid::{Case, Cell, Grid, Plan, TRAJECTORIES};
 use crate::setup::start_values::laws_of_modes;
-pub use crate::worlds::SCALES;
+use crate::worlds::SCALES;
 
 /// Controllers, in the order of the columns.
 pub const MODES: [&str; 3] = ["adaptive", "modular", "pd"];
@@ -24,7 +24,7 @@ pub fn paper(trajectory: &str, scale: f64) -> Option<f64> {
     Some(PAPER[column][row])
 }
 
-/// Scale of all inertias of the manipulator in a cell.
+/// Factor on all inertias of the manipulator in a cell.
 ///
 /// # Panics
 /// The cell is not of this analysis.
@@ -35,11 +35,8 @@ pub fn scale_of<T>(cell: &Cell<T>) -> f64 {
 /// Number of cells.
 pub const CELLS: usize = TRAJECTORIES.len() * SCALES.len() * MODES.len();
 
-/// Run all cells under `base`, three controllers a row; `done` is called after each.
-///
-/// # Errors
-/// `base` sets what is varied here; this is found before the first run.
-pub fn run(
+/// Runs all cells under `base` and takes the tip error; see [`measured`].
+pub(crate) fn run(
     system: &System,
     base: &Experiment,
     done: impl Fn() + Sync,
@@ -51,7 +48,11 @@ pub fn run(
     measured(system, base, measure, done)
 }
 
-/// As [`run`], with what `measure` makes of a run.
+/// Runs all cells under `base`, the controllers of a scale one after the other, with what `measure`
+/// makes of a run; `done` is called after each.
+///
+/// # Errors
+/// `base` sets what is varied here; this is found before the first run.
 pub fn measured<T: Send>(
     system: &System,
     base: &Experiment,

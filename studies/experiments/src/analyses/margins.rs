@@ -1,11 +1,12 @@
-//! How far a law is from instability: the factor by which delay, loop gain, mounting, inertia or the
-//! rate of adaptation may change before the machine swings, over poses and payloads.
+//! Stability margins of a law, for the subcommand `margins`: the factor by which delay, loop gain,
+//! mounting, inertia or the rate of adaptation may change before the machine swings, over poses and
+//! payloads.
 //!
-//! Each point is a run: the machine rests in a pose where a push moves it, or follows a path, whose
-//! motion also frees what sticks at rest. It is stable where no rod swings, at the end nor, far more,
-//! on the way. The factor is found by bisection on such runs, not by linearisation:
-//! adaptation, play, stiction and the inverter's hold count as they are. So a limit cycle counts as
-//! unstable, and a factor says nothing about those beyond the largest that is tried.
+//! Each point is a run: the machine rests in a pose and is pushed, or follows a path, whose motion
+//! also frees what sticks at rest. It is stable if no rod swings at the end of the run, nor strongly
+//! on the way. The factor is found by bisection on such runs, not by linearisation: adaptation,
+//! play, stiction and the inverter's hold count as they are. So a limit cycle counts as unstable,
+//! and nothing is said of factors beyond the largest that is tried.
 
 use std::f64::consts::PI;
 
@@ -37,16 +38,15 @@ const MOST: f64 = 8.0;
 const HALVINGS: u32 = 3;
 /// Most steps of delay that are added: the sensors have no more.
 const STEPS: u32 = 3;
-/// What a law is asked for.
-pub const FACTOR: f64 = 2.0;
-/// Steps of delay that it is to bear.
-pub const DELAY: f64 = 2.0;
+/// Factor, and steps of delay, that a law has to tolerate.
+const FACTOR: f64 = 2.0;
+const DELAY: f64 = 2.0;
 
-/// Where the machine is: name, and joint angles in degrees of a pose in which it rests; else it
-/// follows the path of that name.
-pub type Place = (&'static str, Option<[f64; 6]>);
-/// Poses and paths.
-pub const PLACES: [Place; 5] = [
+/// Where the machine is: a pose in which it rests, by name and joint angles in degrees, or the name
+/// of a path that it follows.
+pub(crate) type Place = (&'static str, Option<[f64; 6]>);
+/// All paths and poses.
+pub(crate) const PLACES: [Place; 5] = [
     ("triangular", None),
     ("six-joints", None),
     ("start", Some([0.0, 40.0, -80.0, 0.0, -50.0, 0.0])),
@@ -54,65 +54,63 @@ pub const PLACES: [Place; 5] = [
     ("folded", Some([30.0, 55.0, -110.0, 0.0, -40.0, 0.0])),
 ];
 /// Payloads, kg: an empty hook and the nominal one.
-pub const PAYLOADS: [f64; 2] = [1.0, 300.0];
+pub(crate) const PAYLOADS: [f64; 2] = [1.0, 300.0];
 
-/// What is changed, and to which side.
+/// What is changed, and in which direction.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Change {
-    /// Steps of delay of the readings, added.
+    /// More steps of delay of the readings.
     Delay,
-    /// Gain of the loop from motion to force.
+    /// Higher gain of the loop from motion to force.
     Gain,
-    /// Mounting softer.
+    /// Softer mounting.
     Softer,
-    /// Mounting stiffer.
+    /// Stiffer mounting.
     Stiffer,
-    /// All inertias larger.
+    /// Larger inertias.
     Heavier,
-    /// All inertias smaller.
+    /// Smaller inertias.
     Lighter,
-    /// Adaptation faster.
+    /// Faster adaptation.
     Adaptation,
 }
 
-/// All changes, with their names.
-pub const CHANGES: [(Change, &str); 7] = [
-    (Change::Delay, "delay, steps more"),
-    (Change::Gain, "loop gain x"),
-    (Change::Softer, "mounting softer /"),
-    (Change::Stiffer, "mounting stiffer x"),
-    (Change::Heavier, "inertia x"),
-    (Change::Lighter, "inertia /"),
-    (Change::Adaptation, "adaptation faster x"),
+/// Stiffness of the actuators' mountings.
+const MOUNTING: &[&str] = &[
+    "emla_1.compliance.mount",
+    "emla_2.compliance.mount",
+    "emla_3.compliance.mount",
+];
+/// Gains of the loop from motion to force.
+const LOOP: &[&str] = &[
+    "controller.kappa_KA",
+    "controller.pd_actuator_damping",
+    "controller.pd_wrist_damping[1]",
+    "controller.pd_wrist_damping[2]",
+    "controller.pd_wrist_damping[3]",
+];
+const INERTIA: &[&str] = &["hdrm.inertia_scale"];
+/// The smaller it is, the faster is the adaptation.
+const GAMMA: &[&str] = &["controller.gamma"];
+
+/// All changes: name, variables that the change multiplies, and whether by the factor or by its
+/// inverse.
+pub const CHANGES: [(Change, &str, &[&str], bool); 7] = [
+    (Change::Delay, "delay, steps more", &[], true),
+    (Change::Gain, "loop gain x", LOOP, true),
+    (Change::Softer, "mounting softer /", MOUNTING, false),
+    (Change::Stiffer, "mounting stiffer x", MOUNTING, true),
+    (Change::Heavier, "inertia x", INERTIA, true),
+    (Change::Lighter, "inertia /", INERTIA, false),
+    (Change::Adaptation, "adaptation faster x", GAMMA, false),
 ];
 
 impl Change {
-    /// Variables that it multiplies, and whether by the factor or by its inverse.
-    fn variables(self) -> (&'static [&'static str], bool) {
-        const MOUNT: [&str; 3] = [
-            "emla_1.compliance.mount",
-            "emla_2.compliance.mount",
-            "emla_3.compliance.mount",
-        ];
-        match self {
-            Self::Delay => (&[], true),
-            Self::Gain => (
-                &[
-                    "controller.kappa_KA",
-                    "controller.pd_actuator_damping",
-                    "controller.pd_wrist_damping[1]",
-                    "controller.pd_wrist_damping[2]",
-                    "controller.pd_wrist_damping[3]",
-                ],
-                true,
-            ),
-            Self::Softer => (&MOUNT, false),
-            Self::Stiffer => (&MOUNT, true),
-            Self::Heavier => (&["hdrm.inertia_scale"], true),
-            Self::Lighter => (&["hdrm.inertia_scale"], false),
-            Self::Adaptation => (&["controller.gamma"], false),
-        }
+    /// Its row of [`CHANGES`].
+    fn row(self) -> (Self, &'static str, &'static [&'static str], bool) {
+        let row = CHANGES.into_iter().find(|(change, ..)| *change == self);
+        row.expect("a row for each change")
     }
 
     /// The start values with this change by `factor`.
@@ -124,23 +122,20 @@ impl Change {
         if self == Self::Delay {
             return Ok(vec![scaled("sensors.delay", 1.0, factor)?]);
         }
-        let (names, is_product) = self.variables();
+        let (.., names, is_product) = self.row();
         let by = if is_product { factor } else { 1.0 / factor };
         names.iter().map(|name| scaled(name, by, 0.0)).collect()
     }
 
-    /// Its name in [`CHANGES`].
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        let named = CHANGES.iter().find(|(change, _)| *change == self);
-        named.expect("all changes have names").1
+    pub(crate) fn name(self) -> &'static str {
+        self.row().1
     }
 
-    fn is_of(self, law: &Law) -> bool {
+    fn applies_to(self, law: &Law) -> bool {
         self != Self::Adaptation || law.name.starts_with("adaptive")
     }
 
-    /// What a law is asked for.
+    /// Factor, or steps of delay, that a law has to tolerate.
     #[must_use]
     pub fn target(self) -> f64 {
         if self == Self::Delay { DELAY } else { FACTOR }
@@ -157,7 +152,7 @@ pub enum Limit {
     Force,
 }
 
-/// How far a law is from instability in one place with one payload.
+/// Stability margin of a law in one place with one payload.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Margin {
     /// Law.
@@ -171,16 +166,16 @@ pub struct Margin {
     /// Largest factor, or number of steps, that was found stable; 0 where the machine is unstable
     /// without any change.
     pub stable: f64,
-    /// Smallest that was not, and why; none up to the largest that is tried.
+    /// Smallest that was not, and why; None if the largest that was tried is stable.
     pub beyond: Option<(f64, Limit)>,
 }
 
-/// The largest factor, or number of steps, that is stable, and the smallest that is not with its limit.
-type Border = (f64, Option<(f64, Limit)>);
+/// Largest factor, or number of steps, that is stable, and the smallest that is not with its limit.
+type Bracket = (f64, Option<(f64, Limit)>);
 
-/// Bisects the logarithm of a factor from 1 to [`FACTOR`], or from there to [`MOST`], so that what a
-/// law is asked for is tried itself; `limit` tells what a factor meets, the one of 1 meets none.
-fn bisect(limit: &dyn Fn(f64) -> Result<Option<Limit>>) -> Result<Border> {
+/// Bisects the logarithm of a factor from 1 to [`FACTOR`], or from there to [`MOST`], so that the
+/// target itself is tried; `limit` is what a factor meets, and 1 meets none.
+fn bisect(limit: &dyn Fn(f64) -> Result<Option<Limit>>) -> Result<Bracket> {
     let Some(mut met) = limit(MOST)? else {
         return Ok((MOST, None));
     };
@@ -201,8 +196,8 @@ fn bisect(limit: &dyn Fn(f64) -> Result<Option<Limit>>) -> Result<Border> {
     Ok((low, Some((high, met))))
 }
 
-/// Counts steps up to [`STEPS`] until `limit` tells of one.
-fn count(limit: &dyn Fn(f64) -> Result<Option<Limit>>) -> Result<Border> {
+/// Adds steps up to [`STEPS`] until a limit is met.
+fn count(limit: &dyn Fn(f64) -> Result<Option<Limit>>) -> Result<Bracket> {
     for steps in (1..=STEPS).map(f64::from) {
         if let Some(limit) = limit(steps)? {
             return Ok((steps - 1.0, Some((steps, limit))));
@@ -211,11 +206,8 @@ fn count(limit: &dyn Fn(f64) -> Result<Option<Limit>>) -> Result<Border> {
     Ok((f64::from(STEPS), None))
 }
 
-/// Margins of `laws` in these places with these payloads, on all cores.
-///
-/// # Errors
-/// A system that lacks what is changed, or a store that cannot be written.
-pub fn run(
+/// Margins of `laws` in these places with these payloads, in parallel; `done` is called after each.
+pub(crate) fn run(
     (system, base): (&System, &Experiment),
     laws: &[Law],
     places: &[Place],
@@ -227,50 +219,46 @@ pub fn run(
     for law in laws {
         for place in places {
             for payload in payloads {
-                let of_law = CHANGES.iter().filter(|(change, _)| change.is_of(law));
-                points.extend(of_law.map(|(change, what)| (law, place, *payload, *change, *what)));
+                let changes = CHANGES.iter().filter(|(change, ..)| change.applies_to(law));
+                points.extend(changes.map(|(change, ..)| (law, place, *payload, *change)));
             }
         }
     }
-    let one = |(law, place, payload, change, what): (&Law, &Place, f64, Change, &str)| {
+    let one = |(law, place, payload, change): (&Law, &Place, f64, Change)| {
+        let (place, pose) = *place;
         let mut settings = law.settings(system)?;
-        let mut set = |name: &str, value: f64| -> Result<()> {
-            settings.push(system.setting(name, value)?);
-            Ok(())
-        };
         for (name, value) in [
             ("hdrm.payload.mass", payload),
             ("hdrm.push.force[2]", PUSH),
             ("hdrm.push.start", PUSH_START),
             ("hdrm.push.duration", PUSH_DURATION),
         ] {
-            set(name, value)?;
+            settings.push(system.setting(name, value)?);
         }
-        if let Some(pose) = place.1 {
+        if let Some(pose) = pose {
             for (k, angle) in (1..).zip(pose) {
-                set(&format!("hdrm.zeta_start[{k}]"), angle * PI / 180.0)?;
+                let name = format!("hdrm.zeta_start[{k}]");
+                settings.push(system.setting(&name, angle * PI / 180.0)?);
             }
-            set("controller.settle_time", 10.0 * END)?;
+            settings.push(system.setting("controller.settle_time", 10.0 * END)?);
         } else {
-            settings.extend(trajectory_settings(system, place.0)?);
+            settings.extend(trajectory_settings(system, place)?);
         }
         let mut nominal = add_settings(system, base, settings)?;
-        nominal.stop = Some(match place.1 {
-            Some(_) => END,
-            None => {
-                let end = motion_end(system, &nominal.start(system)?);
-                end.with_context(|| format!("path {} has no end", place.0))? + REST
-            }
+        nominal.stop = Some(if pose.is_some() {
+            END
+        } else {
+            let end = motion_end(system, &nominal.start(system)?);
+            end.with_context(|| format!("path {place} has no end"))? + REST
         });
         let limit = |factor: f64, change: Option<Change>| {
             let mut experiment = nominal.clone();
             if let Some(change) = change {
-                experiment
-                    .settings
-                    .extend(change.settings(system, &nominal, factor)?);
+                let changed = change.settings(system, &nominal, factor)?;
+                experiment.settings.extend(changed);
             }
-            let what = if change.is_some() { what } else { "as it is" };
-            let name = format!("{} {} {payload} {what} {factor:.4}", law.name, place.0);
+            let what = change.map_or("as it is", Change::name);
+            let name = format!("{} {place} {payload} {what} {factor:.4}", law.name);
             let run = store.run(&name, system, &experiment)?;
             let is_stable = run.fate == Fate::Kept && run.swing < UNSTABLE;
             Ok(match is_stable {
@@ -288,7 +276,7 @@ pub fn run(
         done();
         Ok(Margin {
             law: law.name.clone(),
-            place: place.0.into(),
+            place: place.into(),
             payload,
             change,
             stable,
@@ -300,7 +288,7 @@ pub fn run(
 
 /// The least margin of each law and change that ends at `limit` or not at all, in the order of the
 /// runs.
-pub fn least(margins: &[Margin], limit: Limit) -> Vec<&Margin> {
+pub(crate) fn least(margins: &[Margin], limit: Limit) -> Vec<&Margin> {
     let mut least: Vec<&Margin> = Vec::new();
     for margin in margins {
         if margin.beyond.is_some_and(|(_, met)| met != limit) {
@@ -316,24 +304,23 @@ pub fn least(margins: &[Margin], limit: Limit) -> Vec<&Margin> {
     least
 }
 
-/// Margins of stability below what a law is asked for spoil the verdict. Where a rod's force ends
-/// them, no law could do better: that is noted.
-pub fn judge(margins: &[Margin], verdict: &mut Verdict) {
+/// Makes the verdict bad where a stability margin is below its target. Where a rod's force ends the
+/// margin, no law could do better: that is only noted.
+pub(crate) fn judge(margins: &[Margin], verdict: &mut Verdict) {
     for limit in [Limit::Stability, Limit::Force] {
         for margin in least(margins, limit) {
             let target = margin.change.target();
             if margin.stable >= target {
                 continue;
             }
-            let what = margin.change.name();
-            let Margin {
-                law,
-                place,
-                payload,
-                stable,
-                ..
-            } = margin;
-            let text = format!("{law}: up to {what} {stable:.2}, {place} with {payload} kg");
+            let text = format!(
+                "{}: up to {} {:.2}, {} with {} kg",
+                margin.law,
+                margin.change.name(),
+                margin.stable,
+                margin.place,
+                margin.payload
+            );
             match limit {
                 Limit::Stability => {
                     verdict.object(format!("{text}, it is stable, but {target} is asked for"));
@@ -374,7 +361,7 @@ mod tests {
         );
     }
 
-    /// A rod's force is nobody's instability.
+    /// A margin that a rod's force ends does not count against the law.
     #[test]
     fn the_least_margin_is_judged() {
         let margin = |place: &str, stable, limit| Margin {

@@ -1,22 +1,25 @@
-//! Robustness beyond the paper's table: errors of motor and transmission parameters, of the payload
-//! alone, sensor noise, and a load on the tip that the controller does not know. The controller
-//! keeps its nominal values throughout.
+//! Robustness beyond the paper's table, for `table --study` and the evaluation's page: errors of
+//! motor and transmission parameters, of the payload alone, sensor noise, and a load on the tip that
+//! the controller does not know. The controller keeps its nominal values throughout.
 //!
-//! The tip error is taken between the controller's desired position and the manipulator's true one,
-//! so that noise on the measurements does not count as motion.
+//! The tip error is the distance between the controller's desired position and the manipulator's
+//! true one, so that noise on the measurements does not count as motion.
 
 use anyhow::Result;
-use cosim::exchange::faults::Faults;
-use cosim::{Experiment, Setting, System, Verdict, start_value};
+use clap::ValueEnum;
+use cosim::exchange::faults::{Faults, elements};
+use cosim::{Experiment, Port, Setting, System, Verdict, start_value};
 use serde::Serialize;
 
 use super::inertia::MODES;
+use super::met;
 use crate::measures::run::{RecordedRun, TipError};
 use crate::runs::grid::{Case, Cell, Grid, Plan, TRAJECTORIES};
 use crate::setup::start_values::laws_of_modes;
+use crate::worlds::value_name;
 
 /// What is varied.
-#[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Study {
     /// Motor and transmission parameters of all actuators by ±40 %, each and together.
@@ -25,7 +28,7 @@ pub enum Study {
     Payload,
     /// Noise on everything the controller measures.
     Noise,
-    /// A wrench on the end-effector that nobody told the controller of.
+    /// A wrench on the end-effector that the controller does not know.
     TipLoad,
 }
 
@@ -43,14 +46,14 @@ const MOTOR: [(&str, &[&str]); 7] = [
     ("tau_C", &["tau_C"]),
     (EFFICIENCY, &[EFFICIENCY]),
 ];
-/// Of the gear: no more than 1.
+/// The gear's efficiency, at most 1.
 const EFFICIENCY: &str = "eta_gear";
-/// Errors of parameters.
+/// Factors on the parameters.
 const FACTORS: [f64; 2] = [1.4, 0.6];
-/// Standard deviations on the controller's inputs. A 20-bit encoder at a joint resolves 6e-6 rad,
+/// Standard deviations on the controller's inputs: variable, unit, value. A 20-bit encoder at a joint resolves 6e-6 rad,
 /// its rate is filtered; current transducers and motor encoders of servo drives; a 70 kN load cell
 /// of class 0.1.
-pub const SENSORS: [(&str, &str, f64); 7] = [
+const SENSORS: [(&str, &str, f64); 7] = [
     ("zeta", "rad", 1e-5),
     ("zeta_dot", "rad/s", 1e-3),
     ("i_d", "A", 0.1),
@@ -71,16 +74,11 @@ const TIP_LOADS: [(&str, [f64; 6]); 3] = [
 
 impl Study {
     /// Name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Motor => "motor",
-            Self::Payload => "payload",
-            Self::Noise => "noise",
-            Self::TipLoad => "tip-load",
-        }
+    pub fn name(self) -> String {
+        value_name(self)
     }
 
-    /// What is varied, as one sentence.
+    /// What is varied, in one sentence.
     pub fn varied(self) -> String {
         let factors = FACTORS.map(percent).join(" or ");
         match self {
@@ -89,11 +87,9 @@ impl Study {
                  each alone and all together: winding resistance R_s, inductances L_d and L_q, flux linkage lambda_m, motor inertia J_m, \
                  viscous and Coulomb friction C_m and tau_C, gear efficiency eta_gear (at most 1)."
             ),
-            Self::Payload => {
-                format!(
-                    "The mass of the payload alone differs by {factors} from what the controller assumes."
-                )
-            }
+            Self::Payload => format!(
+                "The mass of the payload alone differs by {factors} from what the controller assumes."
+            ),
             Self::Noise => {
                 let sensors =
                     SENSORS.map(|(variable, unit, sigma)| format!("{variable} {sigma} {unit}"));
@@ -110,7 +106,7 @@ impl Study {
         }
     }
 
-    /// RMSE that the adaptive controller should stay below, m, where one is set.
+    /// Largest RMSE that the adaptive controller should have, m, where there is a target.
     pub fn target(self) -> Option<f64> {
         match self {
             Self::Motor | Self::Payload => Some(0.5e-3),
@@ -119,13 +115,24 @@ impl Study {
         }
     }
 
-    /// The rows of the study.
+    /// The cases of the study; `seed` is the first of the noise.
     pub fn cases(self, system: &System, base: &Experiment, seed: u64) -> Result<Vec<Case>> {
         match self {
             Self::Motor => motor_cases(system, base),
-            Self::Payload => payload_cases(system, base),
+            Self::Payload => (FACTORS.into_iter())
+                .map(|factor| {
+                    let settings = scaled(system, base, "payload.mass", factor)?;
+                    Ok(Case::new(format!("payload {}", percent(factor)), settings))
+                })
+                .collect(),
             Self::Noise => noise_cases(system, seed),
-            Self::TipLoad => tip_load_cases(system),
+            Self::TipLoad => (TIP_LOADS.into_iter())
+                .map(|(label, wrench)| {
+                    let set = |(k, value)| system.setting(&format!("wrench_env[{k}]"), value);
+                    let settings = (1..).zip(wrench).map(set);
+                    Ok(Case::new(label, settings.collect::<Result<_>>()?))
+                })
+                .collect(),
         }
     }
 }
@@ -150,16 +157,6 @@ fn motor_cases(system: &System, base: &Experiment) -> Result<Vec<Case>> {
     Ok(cases)
 }
 
-fn payload_cases(system: &System, base: &Experiment) -> Result<Vec<Case>> {
-    let case = |factor| {
-        Ok(Case::new(
-            format!("payload {}", percent(factor)),
-            scaled(system, base, "payload.mass", factor)?,
-        ))
-    };
-    FACTORS.into_iter().map(case).collect()
-}
-
 /// The same noise with three seeds.
 fn noise_cases(system: &System, seed: u64) -> Result<Vec<Case>> {
     let controller = system.component_of(system.port("trajectory")?);
@@ -175,17 +172,6 @@ fn noise_cases(system: &System, seed: u64) -> Result<Vec<Case>> {
         ..Case::new(format!("seed {seed}"), Vec::new())
     };
     Ok((seed..seed + 3).map(case).collect())
-}
-
-fn tip_load_cases(system: &System) -> Result<Vec<Case>> {
-    let mut cases = Vec::new();
-    for (label, wrench) in TIP_LOADS {
-        let settings = (1..)
-            .zip(wrench)
-            .map(|(k, value)| system.setting(&format!("wrench_env[{k}]"), value));
-        cases.push(Case::new(label, settings.collect::<Result<_>>()?));
-    }
-    Ok(cases)
 }
 
 fn percent(factor: f64) -> String {
@@ -210,8 +196,8 @@ fn scaled(system: &System, base: &Experiment, variable: &str, factor: f64) -> Re
     Ok(settings)
 }
 
-/// Run all cells of a study in parallel, three controllers a row; `done` is called after each. A
-/// failed cell keeps its error and the others go on.
+/// Runs all cells of a study in parallel, the controllers of a case one after the other; `done` is
+/// called after each. A failed cell keeps its error and the others go on.
 ///
 /// # Errors
 /// `base` sets what the study varies; this is found before the first run.
@@ -226,26 +212,22 @@ pub fn run(
     Grid::new(system, base, &laws, cases).run(measure, done)
 }
 
-/// Cells that [`run`] makes of these cases.
+/// Number of cells that [`run`] makes of these cases.
 pub fn count(cases: &[Case]) -> u64 {
     (cases.len() * TRAJECTORIES.len() * MODES.len()) as u64
 }
 
 fn tip_error(system: &System, experiment: &Experiment) -> Result<(TipError, Verdict)> {
-    let point = |array: &str| {
-        let first = system.port(&format!("{array}[1]"))?;
-        system.elements(first.component, array, 3)
-    };
-    let (desired, actual) = (point("desired.position")?, point("tip.position")?);
-    let recorded = RecordedRun::record(system, experiment, &[&desired[..], &actual[..]].concat())?;
-    let mut columns = Vec::new();
-    for (desired, actual) in desired.into_iter().zip(actual) {
-        let column = |port| recorded.recording.column(port);
-        columns.push((column(desired)?, column(actual)?));
-    }
+    let ports = ["desired.position", "tip.position"].map(|array| elements(system, array));
+    let ports: Vec<Port> = ports.into_iter().collect::<Result<Vec<_>>>()?.concat();
+    let recorded = RecordedRun::record(system, experiment, &ports)?;
+    let columns = ports.iter().map(|port| recorded.recording.column(*port));
+    let columns: Vec<&[f64]> = columns.collect::<Result<_>>()?;
+    let (desired, actual) = columns.split_at(3);
     let mut error = TipError::new(recorded.outcome.tip.motion_start);
     for (row, t) in recorded.recording.times.iter().enumerate() {
-        let square: f64 = columns.iter().map(|(d, a)| (d[row] - a[row]).powi(2)).sum();
+        let pairs = desired.iter().zip(actual);
+        let square: f64 = pairs.map(|(d, a)| (d[row] - a[row]).powi(2)).sum();
         error.add(*t, square.sqrt());
     }
     Ok((error, recorded.outcome.verdict()))
@@ -254,25 +236,24 @@ fn tip_error(system: &System, experiment: &Experiment) -> Result<(TipError, Verd
 /// The adaptive cell with the largest RMSE, and its tip error.
 pub fn worst(cells: &[Cell<TipError>]) -> Option<(&Cell<TipError>, TipError)> {
     let adaptive = cells.iter().filter(|c| c.law == "adaptive");
-    let found = adaptive.filter_map(|c| Some((c, *c.result.as_ref().ok()?)));
-    found.max_by(|(_, a), (_, b)| a.motion.rms().total_cmp(&b.motion.rms()))
+    let measured = adaptive.filter_map(|c| Some((c, *c.result.as_ref().ok()?)));
+    measured.max_by(|(_, a), (_, b)| a.motion.rms().total_cmp(&b.motion.rms()))
 }
 
-/// The worst adaptive cell beside the target, as a line for people; a target that is not met spoils
-/// `verdict`.
-pub fn judge(study: Study, cells: &[Cell<TipError>], verdict: &mut Verdict) -> String {
+/// Compares the worst adaptive cell with the target, as a line for people; a target that is missed
+/// makes the verdict bad.
+pub(crate) fn judge(study: Study, cells: &[Cell<TipError>], verdict: &mut Verdict) -> String {
     let worst = 1e3 * worst(cells).map_or(0.0, |(_, tip)| tip.motion.rms());
-    let end = match study.target().map(|target| 1e3 * target) {
-        None => String::new(),
-        Some(target) if worst <= target => format!(", target {target:.1}: met"),
-        Some(target) => {
-            verdict.object(format!(
-                "{}: worst adaptive RMSE {worst:.3} mm, more than the target of {target:.1} mm",
-                study.name()
-            ));
-            format!(", target {target:.1}: NOT met")
-        }
-    };
+    let end = study.target().map_or(String::new(), |target| {
+        let target = 1e3 * target;
+        let met = met(worst <= target, verdict, || {
+            let name = study.name();
+            format!(
+                "{name}: worst adaptive RMSE {worst:.3} mm, more than the target of {target:.1} mm"
+            )
+        });
+        format!(", target {target:.1}: {met}")
+    });
     format!("tip RMSE and maximum in mm over the motion; worst adaptive RMSE {worst:.3}{end}\n")
 }
 

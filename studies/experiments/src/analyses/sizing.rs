@@ -1,4 +1,5 @@
-//! Whether motors and actuators fit what they do.
+//! Whether motors and actuators are large enough for what they do, for the subcommand `sizing` and
+//! the evaluation's page.
 
 mod axis;
 mod motor;
@@ -6,8 +7,6 @@ mod payload;
 mod recorded;
 mod study;
 
-pub use axis::{Axis, HOUR, WINDING_LIMIT};
-pub use motor::Motor;
-pub use payload::{Metrics, Sensitivity};
-pub use recorded::{Size, ports};
+pub use axis::{Axis, WINDING_LIMIT};
+pub use recorded::ports;
 pub use study::{Sizing, evaluate, run};

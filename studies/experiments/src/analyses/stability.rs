@@ -1,11 +1,13 @@
-//! The stability proof in numbers.
+//! The stability proof in numbers, for the subcommand `stability` and the evaluation's page: its
+//! bound along runs, by which cause the bound is exceeded, and the gain conditions.
 
 mod causes;
 mod gains;
 mod run;
 mod study;
 
-pub use causes::{causes, compliance};
+pub(crate) use causes::{causes, compliance};
 pub use gains::{Condition, Gains};
 pub use run::{Power, Powers, Run};
-pub use study::{RUNS, judge, run};
+pub(crate) use study::judge;
+pub use study::{RUNS, run};

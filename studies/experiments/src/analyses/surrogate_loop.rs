@@ -1,7 +1,8 @@
-//! The surrogate in the loop: the machine on rigs with sensors, with load cells and rod encoders and
-//! without, whose controller reckons with physics, refitted physics, hybrid or network; how it
-//! tracks, what current it requires beside what the motors take, and what each model predicts of
-//! current and efficiency along the way.
+//! The surrogate in the loop, for `table --study surrogate` and the evaluation's page: the machine
+//! on rigs with sensors, with and without load cells and rod encoders, whose controller computes
+//! with the physics, refitted physics, the hybrid or the network. Measured are the tracking, the
+//! current that the controller requires against the motors' true current, and what each model
+//! predicts of current and efficiency along the way.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -23,61 +24,59 @@ use crate::runs::grid::{self, Case, Grid, Plan, TRAJECTORIES};
 use crate::setup::start_values::{Law, SHIPPED};
 use crate::worlds::{Bounds, Cases};
 
-/// What is read, and whether the observer of the disturbance runs on it: name, and what is set
-/// besides the system's parameter set. Without load cells the force is that of the current without
-/// losses; an observer that takes it for measured finds what friction the model compensates for
-/// unexplained, and takes it away again. Without encoders at the rods their speeds come from the
-/// encoders of the joints, 17 bits a turn at an arm of some 0.35 m: as of 16 bits a metre.
+/// Load cells and rod encoders, and whether the disturbance observer runs: name, and what is set
+/// besides the system's parameter set. Without load cells the force is computed from the current
+/// without losses; an observer that takes it for measured regards the friction that the model
+/// compensates for as unexplained, and takes it away again. Without rod encoders the rod speeds come
+/// from the joint encoders, 17 bits a turn at an arm of some 0.35 m: as of 16 bits a metre.
 const SENSORS: [(&str, &[(&str, &str)]); 3] = [
     ("with", &[]),
-    ("without", &WITHOUT),
-    (
-        "without, no observer",
-        &[WITHOUT[0], WITHOUT[1], ("controller.omega_d", "0")],
-    ),
+    ("without", WITHOUT.split_at(2).0),
+    ("without, no observer", &WITHOUT),
 ];
 /// See [`SENSORS`].
-const WITHOUT: [(&str, &str); 2] = [
+const WITHOUT: [(&str, &str); 3] = [
     ("sensors.force", "absent"),
     ("sensors.rod_encoder.bits", "16"),
+    ("controller.omega_d", "0"),
 ];
-/// What the controller reckons with: name, share of the network, and whether its machine file has
-/// the refitted actuators.
+/// Models that the controller computes with: name, share of the network, and whether its machine
+/// file has the refitted actuators.
 const CONTROLLERS: [(&str, f64, bool); 4] = [
     ("physics", 0.0, false),
     ("refitted", 0.0, true),
     ("hybrid", 0.9, false),
     ("network", 1.0, false),
 ];
-/// Seeds of the machines of this analysis alone.
+/// First seed of the machines, which no other analysis draws.
 const FIRST_SEED: u64 = 7001;
 /// Machines where no number is asked for.
-pub const MACHINES: u64 = 3;
+pub(crate) const MACHINES: u64 = 3;
 
-/// Runs that [`run`] makes on `machines`.
-pub fn runs(machines: usize) -> usize {
+/// Number of runs that [`run`] makes on `machines`.
+pub(crate) fn runs(machines: usize) -> usize {
     SENSORS.len() * CONTROLLERS.len() * TRAJECTORIES.len() * machines
 }
 
-/// The first `count` machines of this analysis; their files exist as long as these.
-pub fn machines(system: &System, count: u64) -> Result<Cases> {
+/// The first `count` machines of this analysis; their files exist as long as the result lives.
+pub(crate) fn machines(system: &System, count: u64) -> Result<Cases> {
     Cases::draw_machines(system, FIRST_SEED..FIRST_SEED + count, &Bounds::REAL)
 }
 
-/// The network that was trained on the rig, and the machine with the actuators that were refitted
-/// to the same data, in files that FMUs can read as long as this lives.
+/// The network that was trained on the rig, and the machine with actuators refitted to the same
+/// data. FMUs can read their files as long as this lives.
 pub struct RigNetwork {
     _folder: TempDir,
     /// The network's file.
-    pub path: PathBuf,
-    /// The machine's.
+    pub(crate) path: PathBuf,
+    /// The machine's file.
     refitted: PathBuf,
     /// The network.
     pub network: Surrogate,
 }
 
 impl RigNetwork {
-    /// Write them; the actuators are refitted to a campaign that is run for it.
+    /// Writes the files; runs the campaign to which the actuators are refitted.
     pub fn new() -> Result<Self> {
         let folder = TempDir::new().context("no folder for the rig's network")?;
         let write = |name: &str, text: &str| {
@@ -117,39 +116,33 @@ impl RigNetwork {
 pub struct SurrogateRun {
     /// Trajectory.
     pub trajectory: &'static str,
-    /// Load cells and rod encoders, of `SENSORS`.
+    /// Load cells and rod encoders: a name of `SENSORS`.
     pub sensors: String,
-    /// Model that the controller reckons with.
+    /// Model that the controller computes with.
     pub model: String,
     /// The machine.
     pub machine: String,
-    /// No limit of the machine was exceeded for long, and the supervisor did not stop it.
+    /// Whether the supervisor did not stop the machine, and no limit was exceeded for long.
     pub kept: bool,
     /// Root mean square of the tip's known error over the motion, m.
     pub tip: f64,
-    /// Of the required less the true current of all axes, A.
+    /// Root mean square of required less true current of all axes, A.
     pub current: f64,
-    /// What physics, hybrid and network predict, in this order.
+    /// Errors of what physics, hybrid and network predict, in this order.
     pub predicted: [Errors; 3],
-    /// Courses of the lift axis.
+    /// Of the lift axis over the motion: times, s, required and true current, A.
     #[serde(skip)]
-    pub lift: LiftCourse,
-}
-
-/// Courses of the lift axis over the motion.
-#[derive(Clone, Debug, Default)]
-pub struct LiftCourse {
-    /// Times, s, required and true current, A.
-    pub current: [Vec<f64>; 3],
-    /// Windows of 20 ms in which the efficiency is defined: time, s, true efficiency, that of
-    /// physics, hybrid and network.
-    pub efficiency: Vec<[f64; 5]>,
+    pub lift_current: [Vec<f64>; 3],
+    /// Of the lift axis in windows of 20 ms in which the efficiency is defined: time, s, true
+    /// efficiency, that of physics, hybrid and network.
+    #[serde(skip)]
+    pub lift_efficiency: Vec<[f64; 5]>,
 }
 
 /// The lift axis among the actuators.
 const LIFT: usize = 1;
 
-/// All runs on `machines` in the `system` of the real world, in parallel, and what spoils them.
+/// All runs on `machines` in the `system` of the real world, in parallel, and the verdict on them.
 pub fn run(
     system: &System,
     base: &Experiment,
@@ -184,81 +177,76 @@ pub fn run(
     Ok((runs.collect::<Result<_>>()?, verdict))
 }
 
-/// Runs with the same sensors and controller.
+/// Runs with the same sensors and controller. Means are geometric, over the machines and paths that
+/// all controllers with these sensors kept, with their 95 % interval (bootstrap over machines, the
+/// paths of one drawn together).
 #[derive(Clone, Debug, Serialize)]
 pub struct SurrogateRow {
-    /// Load cells and rod encoders, of `SENSORS`.
+    /// Load cells and rod encoders: a name of `SENSORS`.
     pub sensors: &'static str,
-    /// Model that the controller reckons with.
+    /// Model that the controller computes with.
     pub model: &'static str,
-    /// How many runs were stopped or spoilt, of how many.
+    /// Number of runs that were not kept, and of all.
     pub failed: [usize; 2],
-    /// Known error of the tip, root mean square over the motion, m: geometric mean over the
-    /// machines and paths that all controllers with these sensors kept, with its 95 % interval
-    /// (bootstrap over machines, the paths of one drawn together).
+    /// Mean of the tip's known error, root mean square over the motion, m.
     pub tip: [f64; 3],
-    /// The largest of them, m.
+    /// The largest of these errors, m.
     pub worst: f64,
-    /// Required less true current, A, likewise.
+    /// Mean of required less true current, root mean square over the motion, A.
     pub current: [f64; 3],
-    /// Tip's error over that with the physics on the same machine and path, likewise.
+    /// Mean of the tip's error over that with the physics on the same machine and path.
     pub ratio: [f64; 3],
 }
 
-/// The runs in rows.
-pub fn rows(runs: &[SurrogateRun]) -> Vec<SurrogateRow> {
-    let of = |sensors: &str, model: &str| -> Vec<&SurrogateRun> {
-        let wanted = runs
-            .iter()
-            .filter(|r| r.sensors == sensors && r.model == model);
-        wanted.collect()
+/// The runs in rows, sensors by sensors, controller by controller.
+pub(crate) fn rows(runs: &[SurrogateRun]) -> Vec<SurrogateRow> {
+    // Runs come in the same order of paths and machines for each controller.
+    let select = |sensors: &str, model: &str| -> Vec<&SurrogateRun> {
+        let is_wanted = |r: &&SurrogateRun| r.sensors == sensors && r.model == model;
+        runs.iter().filter(is_wanted).collect()
     };
-    let row = |sensors: &'static str, model: &'static str| {
-        // Runs come in the same order of paths and machines for each controller.
-        let (own, physics) = (of(sensors, model), of(sensors, CONTROLLERS[0].0));
-        let all = CONTROLLERS.map(|(model, ..)| of(sensors, model));
+    let mut rows = Vec::new();
+    for (sensors, _) in SENSORS {
+        let all = CONTROLLERS.map(|(model, ..)| select(sensors, model));
         let mut machines: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
-        for (k, run) in own.iter().enumerate() {
+        for (k, run) in all[0].iter().enumerate() {
             if all.iter().all(|runs| runs[k].kept) {
                 machines.entry(&run.machine).or_default().push(k);
             }
         }
         let machines: Vec<Vec<usize>> = machines.into_values().collect();
         let mean = |value: &dyn Fn(usize) -> f64| {
-            let of = |drawn: &[usize]| {
+            let over = |drawn: &[usize]| {
                 let logs = drawn.iter().flat_map(|&m| &machines[m]);
                 let (sum, n) = logs.fold((0.0, 0.0), |(sum, n), &k| (sum + value(k).ln(), n + 1.0));
                 f64::exp(sum / n)
             };
             match machines.len() {
                 0 => [f64::NAN; 3],
-                count => bootstrap(count, of),
+                count => bootstrap(count, over),
             }
         };
-        let kept = machines.iter().flatten();
-        SurrogateRow {
-            sensors,
-            model,
-            failed: [own.iter().filter(|run| !run.kept).count(), own.len()],
-            tip: mean(&|k| own[k].tip),
-            worst: kept.map(|&k| own[k].tip).fold(0.0, f64::max),
-            current: mean(&|k| own[k].current),
-            ratio: mean(&|k| own[k].tip / physics[k].tip),
+        let physics = &all[0];
+        for ((model, ..), own) in CONTROLLERS.into_iter().zip(&all) {
+            rows.push(SurrogateRow {
+                sensors,
+                model,
+                failed: [own.iter().filter(|run| !run.kept).count(), own.len()],
+                tip: mean(&|k| own[k].tip),
+                worst: (machines.iter().flatten())
+                    .map(|&k| own[k].tip)
+                    .fold(0.0, f64::max),
+                current: mean(&|k| own[k].current),
+                ratio: mean(&|k| own[k].tip / physics[k].tip),
+            });
         }
-    };
-    let all = SENSORS.iter().flat_map(|(sensors, _)| {
-        CONTROLLERS
-            .iter()
-            .map(move |(model, ..)| (*sensors, *model))
-    });
-    all.map(|(sensors, model)| row(sensors, model)).collect()
+    }
+    rows
 }
 
 fn measure(system: &System, plan: &Plan, network: &RigNetwork) -> Result<(SurrogateRun, Verdict)> {
-    let ports: Result<Vec<_>> = CoupledRun::signals()
-        .iter()
-        .map(|name| system.port(name))
-        .collect();
+    let names = CoupledRun::signals();
+    let ports: Result<Vec<_>> = names.iter().map(|name| system.port(name)).collect();
     let (tracking, recorded) = Tracking::record(system, &plan.experiment, &ports?)?;
     let recording = &recorded.recording;
     let column = |name: &str| {
@@ -269,16 +257,12 @@ fn measure(system: &System, plan: &Plan, network: &RigNetwork) -> Result<(Surrog
     let start = recorded.outcome.tip.motion_start;
     let (p, models) = (Machine::reference().emla.lift, network.models());
     let windows = run.windows(&p, start);
-    let predicted = [0, 1, 2].map(|k: usize| errors(&models[k], &windows));
     let efficiency = run.windows_of(LIFT, &p, start).into_iter();
     let efficiency = efficiency.filter_map(|(t, truth)| {
-        let of = |k: usize| models[k].demand(&Motion::from(&truth)).efficiency;
-        Some([t, truth.efficiency()?, of(0), of(1), of(2)])
+        let motion = Motion::from(&truth);
+        let [physics, hybrid, net] = models.each_ref().map(|m| m.demand(&motion).efficiency);
+        Some([t, truth.efficiency()?, physics, hybrid, net])
     });
-    let lift = LiftCourse {
-        current: run.currents(LIFT, start).map(<[f64]>::to_vec),
-        efficiency: efficiency.collect(),
-    };
     let (sensors, model) = plan.law.split_once("; ").context("a law of this study")?;
     let measured = SurrogateRun {
         trajectory: plan.trajectory,
@@ -288,8 +272,9 @@ fn measure(system: &System, plan: &Plan, network: &RigNetwork) -> Result<(Surrog
         kept: !recorded.outcome.limits.is_bad(),
         tip: tracking.known.rmse,
         current: rms(run.current_errors(start)),
-        predicted,
-        lift,
+        predicted: models.each_ref().map(|model| errors(model, &windows)),
+        lift_current: run.currents(LIFT, start).map(<[f64]>::to_vec),
+        lift_efficiency: efficiency.collect(),
     };
     Ok((measured, recorded.outcome.verdict()))
 }

@@ -1,4 +1,5 @@
-//! The one-axis experiment.
+//! The one-axis experiment (the paper's "Experimental Results"), for the subcommand `testbed` and
+//! the evaluation's page: single actuators replay what the rods did in a run of the whole machine.
 
 mod axis;
 mod load_rig;
@@ -6,9 +7,9 @@ mod profile;
 mod replay;
 mod study;
 
-pub use axis::{
-    Axis, AxisError, CHECK, Course, FORCE_TARGET, Load, LoadedAxis, POSITION_TARGET, TestedLaw,
-    UNKNOWN_LOAD,
-};
-pub use profile::{MachineRun, ports, record};
-pub use study::{RIG_SYSTEM, Replay, SYSTEM, judge};
+pub use axis::{Axis, CHECK};
+pub(crate) use axis::{AxisError, FORCE_TARGET, Load, LoadedAxis, POSITION_TARGET, UNKNOWN_LOAD};
+pub(crate) use profile::record;
+pub use profile::{MachineRun, ports};
+pub use study::Replay;
+pub(crate) use study::{RIG_SYSTEM, SYSTEM, judge};

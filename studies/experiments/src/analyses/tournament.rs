@@ -1,11 +1,12 @@
-//! A fair comparison of laws: one tuner with one budget and one cost for all of them on some drawn
-//! machines, and one report on others.
+//! A fair comparison of control laws, for the subcommand `tournament`: the gains of every law are
+//! tuned by the same tuner, budget and cost on some drawn machines, and the tuned laws are compared
+//! on other machines.
 //!
-//! The gains of a law are tuned as factors on what is shipped, each from an eighth to eight times:
-//! what is shipped and evenly spread points by successive halving, then points around the best so
-//! far. The cost of gains is the median plus the worst known error over the tuning machines and
-//! paths. A run that is not kept makes it infinite, and the rest of them is left out; so it is of
-//! gains that are found to be behind the best so far.
+//! The gains of a law are tuned as factors on the shipped values, each from an eighth to eight:
+//! first the shipped gains and evenly spread points by successive halving, then points around the
+//! best so far. The cost of gains is the median plus the worst known error over the tuning machines
+//! and paths. A run that is not kept makes the cost infinite, and the remaining runs are skipped, as
+//! they are once gains are clearly behind the best so far.
 
 use anyhow::{Context, Result};
 use cosim::{Experiment, Setting, System, start_value};
@@ -31,15 +32,15 @@ const RANGE: f64 = 8.0;
 /// Part of the budget that is spread evenly.
 const SPREAD: f64 = 0.5;
 /// Standard deviation of a step from the best so far, in parts of the logarithm of [`RANGE`], and
-/// by what it shrinks over the rest of the budget.
+/// the factor by which it shrinks over the rest of the budget.
 const STEP: f64 = 0.3;
 const SHRINKS: f64 = 0.2;
-/// Machines on which the spread candidates are compared before all of them; from each of these
-/// rounds one of so many goes on.
+/// Numbers of machines on which the spread candidates are compared before all machines are used;
+/// after each of these rounds one of [`ONE_OF`] candidates goes on.
 const ROUNDS: [usize; 2] = [1, 3];
 const ONE_OF: usize = 3;
-/// A candidate around the best one ends after a machine up to which its cost is by this factor
-/// larger than that of the best one.
+/// A candidate is behind once its cost exceeds that of the best one on the same machines by this
+/// factor.
 const BEHIND: f64 = 1.2;
 
 const TIP: &[&str] = &["Lambda_position"];
@@ -52,17 +53,15 @@ const WRIST: &[&str] = &[
     "pd_wrist_damping[2]",
     "pd_wrist_damping[3]",
 ];
+const MODULAR: &[&[&str]] = &[TIP, TURN, KAPPA, INTEGRAL];
+const DAMPED: &[&[&str]] = &[TIP, TURN, RODS, WRIST, INTEGRAL];
 
-/// A gain's name and value.
-pub type Gain = (String, f64);
-
-/// A law and the gains that are tuned; those of a group have one factor.
+/// A law and the groups of gains that are tuned; a group has one factor.
 pub struct Contestant {
-    /// Name in the tables.
     pub name: &'static str,
     /// Mode of the controller.
     mode: &'static str,
-    /// Whether the controller of each machine is given what was identified of it.
+    /// Whether the controller of each machine gets the machine file that was identified for it.
     pub is_identified: bool,
     gains: &'static [&'static [&'static str]],
 }
@@ -77,9 +76,6 @@ impl Contestant {
         }
     }
 }
-
-const MODULAR: &[&[&str]] = &[TIP, TURN, KAPPA, INTEGRAL];
-const DAMPED: &[&[&str]] = &[TIP, TURN, RODS, WRIST, INTEGRAL];
 
 /// All laws.
 pub const CONTESTANTS: [Contestant; 8] = [
@@ -100,29 +96,24 @@ pub const CONTESTANTS: [Contestant; 8] = [
     Contestant::new("super_twisting", MODULAR),
 ];
 
-/// What is run and where it is kept.
-pub struct Arena<'a> {
-    /// The machine.
+/// The machine and what all laws share.
+pub struct Tournament<'a> {
     pub system: &'a System,
-    /// Common to all runs.
     pub base: &'a Experiment,
-    /// Kept runs.
     pub store: &'a RunStore,
-    /// Machines as identified, for the laws that take them.
+    /// Identified machines, for the laws that use them.
     pub identified: Identified,
 }
 
-/// Gains of a law and what they cost.
+/// The tuned gains of a law.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Tuned {
-    /// Law.
     pub law: String,
-    /// Gains that were tuned with their values.
-    pub gains: Vec<Gain>,
-    /// Median plus worst known error over the tuning runs, m; none where a run was lost with every
-    /// candidate.
+    /// Names and values of the gains that were tuned.
+    pub gains: Vec<(String, f64)>,
+    /// Median plus worst known error over the tuning runs, m; None where every candidate lost a run.
     pub cost: Option<f64>,
-    /// Candidates of whose runs none was lost, up to where they were found to be behind.
+    /// Candidates that lost none of their runs, skipped runs not counted.
     pub kept: usize,
     /// Candidates that were tried.
     pub tried: usize,
@@ -134,14 +125,15 @@ pub struct Tuned {
 /// Gains that are tried.
 struct Candidate {
     k: u64,
-    /// Factor of each gain, as [`candidate`] gives it.
+    /// Logarithm of the factor on each group of gains, relative to that of [`RANGE`].
     logs: Vec<f64>,
-    /// Errors on the runs so far, m.
+    /// Known errors of the runs so far, m.
     errors: Vec<f64>,
 }
 
-impl Arena<'_> {
-    /// A kept run. A law that needs a machine as identified is lost on one that could not be.
+impl Tournament<'_> {
+    /// The run of a case on a path, from the store where it is there. A law that needs an
+    /// identified machine loses where the identification failed.
     fn kept_run(
         &self,
         name: &str,
@@ -167,16 +159,22 @@ impl Arena<'_> {
         self.store.run(&name, self.system, &experiment)
     }
 
-    /// Runs `contestant` as it is shipped on `case` and tells how long, s: for an estimate.
-    pub fn first(&self, contestant: &Contestant, case: &Case) -> Result<f64> {
-        let (_, mut law) = self.gains(contestant, &[])?;
+    /// Simulated time of a run of the shipped `contestant` on `case`, s: made to estimate how long
+    /// the tournament takes.
+    pub fn sample_run(&self, contestant: &Contestant, case: &Case) -> Result<f64> {
+        let (_, mut law) = self.scaled_gains(contestant, &[])?;
         law.extend(trajectory_settings(self.system, TUNING_PATHS[0])?);
         let experiment = case.apply((self.system, self.base), &law)?;
         Ok(EndedRun::run(self.system, &experiment)?.time)
     }
 
-    /// The law `contestant` with these factors on the logarithm of its gains.
-    fn gains(&self, contestant: &Contestant, logs: &[f64]) -> Result<(Vec<Gain>, Vec<Setting>)> {
+    /// The gains of `contestant` with these logarithms of factors, and all start values of its
+    /// controller.
+    fn scaled_gains(
+        &self,
+        contestant: &Contestant,
+        logs: &[f64],
+    ) -> Result<(Vec<(String, f64)>, Vec<Setting>)> {
         let law = Law::new(contestant.name, contestant.mode);
         let (mut gains, mut settings) = (Vec::new(), law.settings(self.system)?);
         for (group, log) in contestant.gains.iter().zip(logs) {
@@ -192,35 +190,33 @@ impl Arena<'_> {
         Ok((gains, settings))
     }
 
-    /// Known errors over cases and paths, m: none where a run is not kept, fewer where the errors of
-    /// `best` are found to be less, each without the rest.
-    fn errors(
+    /// Runs a candidate on cases and tuning paths: None once a run is not kept. It has the errors so
+    /// far once they are behind the errors of `best`.
+    fn judge(
         &self,
-        name: &str,
         contestant: &Contestant,
-        settings: &[Setting],
+        mut candidate: Candidate,
         cases: &[Case],
         best: &[f64],
-    ) -> Result<Option<Vec<f64>>> {
-        let mut errors = Vec::new();
+    ) -> Result<Option<Candidate>> {
+        let (_, law) = self.scaled_gains(contestant, &candidate.logs)?;
+        let name = format!("tune {} {}", contestant.name, candidate.k);
+        candidate.errors.clear();
         for case in cases {
-            let one = |path: &&str| self.kept_run(name, contestant, settings, case, path);
+            let one = |path: &&str| self.kept_run(&name, contestant, &law, case, path);
             let ended: Vec<EndedRun> = TUNING_PATHS.par_iter().map(one).collect::<Result<_>>()?;
             if ended.iter().any(|run| run.fate != Fate::Kept) {
                 return Ok(None);
             }
-            errors.extend(ended.iter().map(EndedRun::cost));
-            if is_behind(&errors, best) {
+            candidate.errors.extend(ended.iter().map(EndedRun::cost));
+            if is_behind(&candidate.errors, best) {
                 break;
             }
         }
-        Ok(Some(errors))
+        Ok(Some(candidate))
     }
 
     /// Tunes `contestant` with `budget` candidates on `cases`; `done` is called after each.
-    ///
-    /// # Errors
-    /// A gain that the controller does not have, or a store that cannot be written.
     pub fn tune(
         &self,
         contestant: &Contestant,
@@ -228,27 +224,25 @@ impl Arena<'_> {
         budget: u64,
         done: impl Fn(),
     ) -> Result<Tuned> {
-        let candidate = |k: u64, best: Option<&[f64]>| Candidate {
+        let groups = contestant.gains.len();
+        let new_candidate = |k: u64, best: Option<&[f64]>| Candidate {
             k,
-            logs: candidate(contestant.gains.len(), k, budget, best),
+            logs: candidate_logs(groups, k, budget, best),
             errors: Vec::new(),
         };
-        let mut kept = usize::try_from(budget)?;
-        let mut judged = |of: Candidate, cases: &[Case], best: &[f64]| {
-            let (_, law) = self.gains(contestant, &of.logs)?;
-            let name = format!("tune {} {}", contestant.name, of.k);
-            let errors = self.errors(&name, contestant, &law, cases, best)?;
-            kept -= usize::from(errors.is_none());
-            anyhow::Ok(errors.map(|errors| Candidate { errors, ..of }))
-        };
-        let mut field: Vec<_> = (0..spread(budget)).map(|k| candidate(k, None)).collect();
+        let mut lost = 0;
+        let spread = spread_count(budget);
+        let mut field: Vec<_> = (0..spread).map(|k| new_candidate(k, None)).collect();
         let mut wanted = field.len();
         for machines in [ROUNDS[0], ROUNDS[1], cases.len()] {
             let mut ranked = Vec::new();
-            for of in field {
-                let is_new = of.errors.is_empty();
+            for candidate in field {
+                let is_new = candidate.errors.is_empty();
                 if ranked.len() < wanted {
-                    ranked.extend(judged(of, &cases[..machines.min(cases.len())], &[])?);
+                    let cases = &cases[..machines.min(cases.len())];
+                    let kept = self.judge(contestant, candidate, cases, &[])?;
+                    lost += usize::from(kept.is_none());
+                    ranked.extend(kept);
                 }
                 if is_new {
                     done();
@@ -259,31 +253,33 @@ impl Arena<'_> {
             field = ranked;
         }
         let mut best = field.into_iter().next();
-        for k in spread(budget)..budget {
-            let next = candidate(k, best.as_ref().map(|best| &best.logs[..]));
-            let of_best = best.as_ref().map_or(&[][..], |best| &best.errors);
-            let found = judged(next, cases, of_best)?;
-            if let Some(found) = found.filter(|found| found.errors.len() >= of_best.len())
-                && (of_best.is_empty() || cost(&found.errors) < cost(of_best))
+        for k in spread..budget {
+            let next = new_candidate(k, best.as_ref().map(|best| &best.logs[..]));
+            let best_errors = best.as_ref().map_or(&[][..], |best| &best.errors);
+            let found = self.judge(contestant, next, cases, best_errors)?;
+            lost += usize::from(found.is_none());
+            if let Some(found) = found.filter(|found| found.errors.len() >= best_errors.len())
+                && (best_errors.is_empty() || cost(&found.errors) < cost(best_errors))
             {
                 best = Some(found);
             }
             done();
         }
         let cost = best.as_ref().map(|best| cost(&best.errors));
-        let logs = best.map_or(vec![0.0; contestant.gains.len()], |best| best.logs);
-        let (gains, settings) = self.gains(contestant, &logs)?;
+        let logs = best.map_or(vec![0.0; groups], |best| best.logs);
+        let (gains, settings) = self.scaled_gains(contestant, &logs)?;
+        let tried = usize::try_from(budget)?;
         Ok(Tuned {
             law: contestant.name.into(),
             gains,
             cost,
-            kept,
-            tried: usize::try_from(budget)?,
+            kept: tried - lost,
+            tried,
             settings,
         })
     }
 
-    /// The runs of `contestant`, tuned, on every case and path, in this order; `done` is called
+    /// The runs of the tuned `contestant` on every case and path, case by case; `done` is called
     /// after each.
     pub fn report(
         &self,
@@ -293,16 +289,15 @@ impl Arena<'_> {
         paths: &[&str],
         done: impl Fn() + Sync,
     ) -> Result<Vec<EndedRun>> {
-        let runs: Vec<(&Case, &str)> = (cases.iter())
-            .flat_map(|case| paths.iter().map(move |path| (case, *path)))
-            .collect();
         let name = format!("report {}", tuned.law);
-        let one = |(case, path): &(&Case, &str)| {
+        let one = |k: usize| {
+            let (case, path) = (&cases[k / paths.len()], paths[k % paths.len()]);
             let run = self.kept_run(&name, contestant, &tuned.settings, case, path)?;
             done();
             Ok(run)
         };
-        runs.par_iter().map(one).collect()
+        let runs = 0..cases.len() * paths.len();
+        runs.into_par_iter().map(one).collect()
     }
 }
 
@@ -312,25 +307,25 @@ fn cost(errors: &[f64]) -> f64 {
     median + worst
 }
 
-/// Whether errors are clearly worse than those of the best on the same runs.
+/// Whether errors are clearly worse than those of the best candidate on the same runs.
 fn is_behind(errors: &[f64], best: &[f64]) -> bool {
-    let of_best = best.get(..errors.len());
-    of_best.is_some_and(|best| cost(errors) > BEHIND * cost(best))
+    let best = best.get(..errors.len());
+    best.is_some_and(|best| cost(errors) > BEHIND * cost(best))
 }
 
-/// How many candidates of `budget` are spread evenly.
-fn spread(budget: u64) -> u64 {
+/// Number of candidates of `budget` that are spread evenly.
+fn spread_count(budget: u64) -> u64 {
     (SPREAD * budget as f64).ceil() as u64
 }
 
-/// Candidate `k` of `budget`: a logarithm between −1 and 1 for each gain. The first is what is
-/// shipped; then a lattice of Kronecker (Roberts' generalised golden ratio) spreads evenly; the rest
-/// steps around `best`, by less and less.
-fn candidate(gains: usize, k: u64, budget: u64, best: Option<&[f64]>) -> Vec<f64> {
+/// Candidate `k` of `budget`: a number between −1 and 1 for each group of gains, see [`Candidate`].
+/// The first has the shipped gains; then a Kronecker lattice (Roberts' generalised golden ratio)
+/// spreads evenly; the rest are steps around `best` that become smaller.
+fn candidate_logs(groups: usize, k: u64, budget: u64, best: Option<&[f64]>) -> Vec<f64> {
     if k == 0 {
-        return vec![0.0; gains];
+        return vec![0.0; groups];
     }
-    let (spread, number) = (spread(budget) as f64, k as f64);
+    let (spread, number) = (spread_count(budget) as f64, k as f64);
     if let (Some(best), true) = (best, number >= spread) {
         let rest = (number - spread) / (budget as f64 - spread).max(1.0);
         let step = STEP * SHRINKS.powf(rest);
@@ -342,43 +337,42 @@ fn candidate(gains: usize, k: u64, budget: u64, best: Option<&[f64]>) -> Vec<f64
         return best.iter().map(around).collect();
     }
     // The root of g^(n + 1) = g + 1, by fixed-point iteration.
-    let power = 1.0 / (gains as f64 + 1.0);
+    let power = 1.0 / (groups as f64 + 1.0);
     let golden = (0..60).fold(1.5_f64, |g, _| (g + 1.0).powf(power));
     let part = |j: usize| (0.5 + number * golden.powi(-(j as i32 + 1))).fract();
-    (0..gains).map(|j| 2.0 * part(j) - 1.0).collect()
+    (0..groups).map(|j| 2.0 * part(j) - 1.0).collect()
 }
 
 /// A law in the report.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
-    /// Law.
     pub law: String,
-    /// How its runs ended.
     pub counts: Counts,
-    /// Known error of those kept, m.
+    /// Known error of the runs that were kept, m.
     pub error: Spread,
-    /// Ratio of its error to that of the first law over runs that both kept, geometric mean, and
-    /// the bounds of its 95 % interval; none for the first, or without such runs.
+    /// Error relative to that of the reference law, geometric mean over the runs that both kept, and
+    /// the bounds of its 95 % interval; None for the reference, or without such runs.
     pub ratio: Option<[f64; 3]>,
 }
 
-/// Rows of the report: fewest failures first, then by the median; ratios are to `reference`.
+/// Rows of the report: fewest failures first, then by the median; ratios are to `reference`, or to
+/// the first law where that did not take part.
 pub fn rows(results: &[(Tuned, Vec<EndedRun>)], reference: &str) -> Result<Vec<Row>> {
-    let (_, of_first) = (results.iter())
+    let (_, reference_runs) = (results.iter())
         .find(|(tuned, _)| tuned.law == reference)
         .or(results.first())
         .context("no law took part")?;
     let row = |(tuned, ended): &(Tuned, Vec<EndedRun>)| {
-        let pairs = ended.iter().zip(of_first);
+        let pairs = ended.iter().zip(reference_runs);
         let logs: Vec<f64> = pairs
             .filter_map(|(own, first)| Some((own.rmse? / first.rmse?).ln()))
             .collect();
-        let is_first = tuned.law == reference;
+        let is_compared = tuned.law != reference && !logs.is_empty();
         Row {
             law: tuned.law.clone(),
-            counts: Counts::of(ended),
+            counts: Counts::from_runs(ended),
             error: Spread::from_values(ended.iter().filter_map(|run| run.rmse)),
-            ratio: (!is_first && !logs.is_empty()).then(|| mean_with_interval(&logs).map(f64::exp)),
+            ratio: is_compared.then(|| mean_with_interval(&logs).map(f64::exp)),
         }
     };
     let mut rows: Vec<Row> = results.iter().map(row).collect();
@@ -391,8 +385,8 @@ pub fn rows(results: &[(Tuned, Vec<EndedRun>)], reference: &str) -> Result<Vec<R
 
 /// Mean of `values` and its 95 % interval.
 fn mean_with_interval(values: &[f64]) -> [f64; 3] {
-    let mean = |drawn: &[usize]| drawn.iter().map(|&k| values[k]).sum::<f64>();
-    bootstrap(values.len(), |drawn| mean(drawn) / drawn.len() as f64)
+    let sum = |drawn: &[usize]| drawn.iter().map(|&k| values[k]).sum::<f64>();
+    bootstrap(values.len(), |drawn| sum(drawn) / drawn.len() as f64)
 }
 
 #[cfg(test)]
@@ -411,8 +405,8 @@ mod tests {
         }
     }
 
-    /// Behind is who has more than 1.2 times the cost of the best on the same runs; nobody is behind
-    /// where nothing is known of a best one.
+    /// A candidate is behind if its cost exceeds 1.2 times that of the best on the same runs; none is
+    /// behind without a best candidate.
     #[test]
     fn a_candidate_that_is_behind_ends_early() {
         let best = [1.0, 3.0, 2.0, 1.0, 1.0, 1.0, 9.0, 9.0];
@@ -427,11 +421,11 @@ mod tests {
     #[test]
     fn candidates_spread_and_then_close_in() {
         let budget = 100;
-        assert_eq!(candidate(4, 0, budget, None), [0.0; 4]);
+        assert_eq!(candidate_logs(4, 0, budget, None), [0.0; 4]);
         for gain in 0..4 {
             let mut fifths = [0; 5];
             for k in 1..=50 {
-                let log = candidate(4, k, budget, None)[gain];
+                let log = candidate_logs(4, k, budget, None)[gain];
                 fifths[(2.5 * (log + 1.0)) as usize] += 1;
             }
             assert!(
@@ -441,7 +435,7 @@ mod tests {
         }
         let best = [0.9, -0.3, 0.0, 1.0];
         let away = |k: u64| {
-            let candidate = candidate(4, k, budget, Some(&best));
+            let candidate = candidate_logs(4, k, budget, Some(&best));
             assert!(candidate.iter().all(|log| log.abs() <= 1.0));
             let distance = candidate.iter().zip(best).map(|(a, b)| (a - b).abs());
             distance.sum::<f64>()

@@ -7,7 +7,7 @@ use clap::Args;
 use cosim::Verdict;
 use cosim::cli::print;
 
-use crate::analyses::draws::{self, Counts, FORCE};
+use crate::analyses::draws::{self, Counts, FORCE_BOUND};
 use crate::print::output::{conditions, finish, with_progress};
 use crate::runs::grid::{ALL_TRAJECTORIES, Spread};
 use crate::runs::run_store::RunStore;
@@ -69,12 +69,12 @@ pub fn draws(args: &DrawsArgs) -> Result<Verdict> {
             done,
         )
     })?;
-    let counts = Counts::of(runs.iter().map(|draw| &draw.run));
+    let counts = Counts::from_runs(runs.iter().map(|draw| &draw.run));
     let (kept, stopped, lost, forced) = (counts.kept, counts.stopped, counts.lost, counts.forced);
     let force = Spread::from_values(runs.iter().map(|draw| draw.run.force));
     let error = Spread::from_values(runs.iter().filter_map(|draw| draw.run.rmse));
     print(format!(
-        "{} machines, {} x the bounds of the {} world, {}, {}: {kept} kept, {stopped} stopped, {lost} lost\nrods with more than {FORCE} x the largest \
+        "{} machines, {} x the bounds of the {} world, {}, {}: {kept} kept, {stopped} stopped, {lost} lost\nrods with more than {FORCE_BOUND} x the largest \
          force asked for: on {forced} machines; largest force over that one: median {:.2}, worst {:.2}\nknown error of those kept: median {:.3} mm, worst {:.3} mm\n",
         args.seeds,
         args.bounds,

@@ -105,7 +105,7 @@ fn text<'a>(laws: &[&str], margins: &'a [Margin]) -> String {
         let _ = write!(text, "{law:>28}");
     }
     text += "\n";
-    for (change, what) in CHANGES {
+    for (change, what, ..) in CHANGES {
         let find = |least: &[&'a Margin], law: &str| {
             let mut least = least.iter().copied();
             least.find(|m| m.law == law && m.change == change)

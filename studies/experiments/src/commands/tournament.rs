@@ -12,7 +12,9 @@ use cosim::cli::print;
 
 use crate::analyses::identification::model::Condition;
 use crate::analyses::identification::run::{Commissioning, Identified};
-use crate::analyses::tournament::{self, Arena, CONTESTANTS, Contestant, Row, TUNING_PATHS, Tuned};
+use crate::analyses::tournament::{
+    self, CONTESTANTS, Contestant, Row, TUNING_PATHS, Tournament, Tuned,
+};
 use crate::print::output::{conditions, with_progress, write_json};
 use crate::runs::grid::{ALL_TRAJECTORIES, Spread};
 use crate::runs::run_store::RunStore;
@@ -60,7 +62,7 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     let tuning = cases(world, &system, 101..101 + args.tuning_seeds, 1.0)?;
     let reporting = cases(world, &system, 1..1 + args.seeds, 1.0)?;
     let store = &RunStore::new(Some(&args.store), &system)?;
-    let mut arena = Arena {
+    let mut contest = Tournament {
         system: &system,
         base: &base,
         store,
@@ -73,7 +75,7 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     paths.retain(|path| args.paths.is_empty() || args.paths.iter().any(|p| p == path));
     let runs = (laws.len() * reporting.list.len() * paths.len()) as u64;
     let begun = Instant::now();
-    let simulated = arena.first(laws[0], &tuning.list[0])?;
+    let simulated = contest.sample_run(laws[0], &tuning.list[0])?;
     let each = begun.elapsed().as_secs_f64() / simulated * RUN;
     let all = tries * args.tuning_seeds * TUNING_PATHS.len() as u64 + runs;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -84,19 +86,19 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     if laws.iter().any(|law| law.is_identified) {
         let cases = [&tuning.list[..], &reporting.list].concat();
         let commissioning = Commissioning::new(&system, &base, &args.store)?;
-        arena.identified = with_progress(cases.len() as u64, "machines identified", |done| {
+        contest.identified = with_progress(cases.len() as u64, "machines identified", |done| {
             commissioning.identify((&system, &base), &cases, store, done)
         })?;
         found["excitation"] = serde_json::to_value(commissioning.condition())?;
-        eprintln!("{}", identification(&commissioning, &arena.identified));
+        eprintln!("{}", identification(&commissioning, &contest.identified));
     }
     let results: Vec<_> = with_progress(tries, "candidates", |done| {
-        let tune = |law: &&Contestant| arena.tune(law, &tuning.list, args.budget, done);
+        let tune = |law: &&Contestant| contest.tune(law, &tuning.list, args.budget, done);
         laws.iter().map(tune).collect::<Result<_>>()
     })?;
     let reports: Vec<_> = with_progress(runs, "runs", |done| {
         let report = |(law, tuned): (&&Contestant, Tuned)| {
-            let ended = arena.report(law, &tuned, &reporting.list, &paths, done)?;
+            let ended = contest.report(law, &tuned, &reporting.list, &paths, done)?;
             Ok((tuned, ended))
         };
         laws.iter().zip(results).map(report).collect::<Result<_>>()

@@ -38,9 +38,9 @@ pub fn inertia_text(cells: &[TipCell]) -> String {
 /// The table of another study for people, with the target and the failures; a target that is not
 /// met makes `verdict` bad.
 pub fn robustness_text(study: Study, cells: &[TipCell], verdict: &mut Verdict) -> String {
-    let ends = |trajectory: &str, case: &str| [format!("{trajectory:<11}  {case:<38}"), "".into()];
-    let mut text = table(ends("trajectory", study.name()), cells, |c| {
-        ends(c.trajectory, &c.case)
+    let name = |trajectory: &str, case: &str| [format!("{trajectory:<11}  {case:<38}"), "".into()];
+    let mut text = table(name("trajectory", &study.name()), cells, |c| {
+        name(c.trajectory, &c.case)
     });
     text += &judge(study, cells, verdict);
     let name = |c: &TipCell| format!("{} {}, {}", c.trajectory, c.case, c.law);

@@ -50,7 +50,8 @@ fn of_margins(file: &Path) -> Result<Value> {
     let (_, margins) = list(file, "margins", "margins")?;
     let margins: Vec<Margin> =
         serde_json::from_value(margins).with_context(|| format!("--margins {}", file.display()))?;
-    let changes = CHANGES
-        .map(|(change, name)| json!({ "change": change, "name": name, "target": change.target() }));
+    let changes = CHANGES.map(
+        |(change, name, ..)| json!({ "change": change, "name": name, "target": change.target() }),
+    );
     Ok(json!({ "changes": changes, "margins": margins }))
 }

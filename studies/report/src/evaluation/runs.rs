@@ -189,7 +189,7 @@ pub fn measure(request: &Request<'_>, scene: &Scene, plan: &Plan) -> Result<(Mea
             .with_context(|| format!("energy, {}", case.trajectory))
     });
     let machine = (is_adaptive && is_nominal && request.testbed.is_some()).then(|| {
-        MachineRun::of(system, case.trajectory, experiment.stepping.step, &recorded)
+        MachineRun::new(system, case.trajectory, experiment.stepping.step, &recorded)
             .with_context(|| format!("{}, run of the machine", case.trajectory))
     });
     let run = is_shown.then(|| Run::of(system, &experiment, case, &recorded, &signals, scene));

@@ -86,7 +86,7 @@ fn curves(course: &Powers, stride: usize, count: usize) -> Curves {
         let parts = values.chunks_exact(stride);
         Samples::new(parts.map(|part| part.iter().sum::<f64>() / stride as f64))
     };
-    let excess: Vec<f64> = course.excess().collect();
+    let excess = course.excess();
     let largest = |part: &[f64]| part.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     Curves::from([
         ("nu_velocity", point(&course.nu_velocity)),

@@ -63,7 +63,7 @@ fn line((name, points): (&'static str, Vec<(f64, f64)>)) -> Value {
 /// The numbers of a run; of the lift axis times, required and true current, and times, true
 /// efficiency, that of physics, hybrid and network.
 fn run(run: &SurrogateRun) -> Value {
-    let (current, efficiency) = (&run.lift.current, &run.lift.efficiency);
+    let (current, efficiency) = (&run.lift_current, &run.lift_efficiency);
     let current = |k: usize| Samples::new(current[k].iter().step_by(STRIDE).copied());
     let efficiency = |k: usize| Samples::new(efficiency.iter().map(|row| row[k]));
     let mut shown = json!(run);

@@ -1,4 +1,4 @@
-//! Weighted least squares of a machine's parameters, in which every body exists.
+//! Weighted least squares of a machine's parameters, in which every body stays physically possible.
 //!
 //! ```text
 //! minimise  Σ_k (F_k − F̂_k(p))²/σ_k² + Σ_bodies 2/s²·(tr Z − ln det(1 + Z)) + Σ_i p_i²/s_i²
@@ -7,10 +7,10 @@
 //! of a body is the divergence of its mass distribution from the nominal one (T. Lee, P. M. Wensing,
 //! F. C. Park, *Geometric robot dynamic identification: a convex programming approach*, IEEE Trans.
 //! Robotics 36(2), 2020): near it `‖Z‖²/s²`, and infinite where P is no longer positive definite. So
-//! every body exists, what the motion does not tell stays nominal, and the problem is convex: Newton's
-//! steps find its only minimum. Rod forces and wrist torques have a weight each, from what is left of
-//! them, found in rounds. Dry friction, zeros of the load cells and gravity out of plumb are estimated
-//! beside, so that they are not taken for inertia; a machine file has no place for them.
+//! every body is possible, what the motion does not excite stays nominal, and the problem is convex:
+//! Newton's method finds its only minimum. Each rod force and wrist torque has a weight, from its
+//! residual, found in rounds. Dry friction, zeros of the load cells and gravity out of plumb are
+//! estimated too, so that they are not taken for inertia; a machine file has no place for them.
 #![allow(non_snake_case)] // the symbols of mechanics
 
 use anyhow::{Context, Result, ensure};
@@ -18,56 +18,53 @@ use hdrm::{Body, DOF};
 use machine_file::Machine;
 use motion_check::Motion;
 use nalgebra::{DMatrix, DVector, Matrix4};
-use serde::{Deserialize, Serialize};
 
 use super::model::{
     COUNT, DRY, Model, SIDEWAYS, TEN, VISCOUS, ZERO, basis, coordinates, symmetric,
 };
 
-/// Prior standard deviation of a number of Z: 0.3 is a mass off by 15 %, or a centre of mass off by
+/// Prior standard deviation of an element of Z: 0.3 is a mass off by 15 %, or a centre of mass off by
 /// some 20 % of the radius of gyration.
 const INERTIAL_PRIOR: f64 = 0.3;
-/// Of viscous friction, as a part; of dry friction, N·m; of the zero of a load cell, N; of
-/// gravity along x or z, m/s², 0.5° out of plumb.
+/// Prior standard deviations of viscous friction, as a part; of dry friction, N·m; of the zero of a
+/// load cell, N; of gravity along x or z, m/s², 0.5° out of plumb.
 const VISCOUS_PRIOR: f64 = 0.5;
 const DRY_PRIOR: f64 = 300.0;
 const ZERO_PRIOR: f64 = 300.0;
 const SIDEWAYS_PRIOR: f64 = 0.09;
-/// First standard deviation of a rod's force, N, and of a wrist torque, N·m, and the smallest that
-/// is believed.
+/// Standard deviations of the rod forces, N, and wrist torques, N·m: in the first round, and the
+/// smallest that are accepted.
 const FIRST: [f64; DOF] = [500.0, 500.0, 500.0, 50.0, 50.0, 50.0];
 const LEAST: [f64; DOF] = [1.0, 1.0, 1.0, 0.1, 0.1, 0.1];
-/// Time after which an error is another one, s: that of readings of up to 1.5 Hz.
+/// Time after which errors are independent, s: that of readings of up to 1.5 Hz.
 const LASTING: f64 = 0.3;
-/// Rounds of weights; steps in each.
+/// Rounds of weights, and the most steps in each.
 const ROUNDS: usize = 3;
 const STEPS: usize = 40;
 /// Below this rate, rad/s, a joint may stick: how much of its friction acts is unknown.
 const STICKS: f64 = 0.01;
 
-/// What was measured at an instant.
+/// Measurements at one instant.
 #[derive(Clone, Debug)]
 pub struct Sample {
-    /// Joint motion.
     pub motion: Motion,
     /// Rod forces, N, and wrist torques, N·m.
     pub forces: [f64; DOF],
 }
 
-/// What came out.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+/// The identified machine.
+#[derive(Clone, Debug)]
 pub struct Estimate {
-    /// The nominal machine with bodies and viscous friction as estimated.
+    /// The nominal machine with estimated bodies and viscous friction.
     pub machine: Machine,
-    /// Root mean square of what the nominal machine leaves of rod forces, N, and wrist torques, N·m.
+    /// Residuals of the nominal machine, root mean square: rod forces, N, and wrist torques, N·m.
     pub nominal: [f64; DOF],
-    /// The same of the estimate with its friction and zeros.
+    /// Residuals of the estimate with its friction and zeros.
     pub residual: [f64; DOF],
 }
 
-/// Sums over the samples of one force.
+/// Sums over the samples of one force: WᵀW, Wᵀy, yᵀy and the number of samples.
 struct Sums {
-    /// WᵀW, Wᵀy, yᵀy and the number of samples.
     normal: DMatrix<f64>,
     right: DVector<f64>,
     square: f64,
@@ -75,7 +72,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn none() -> Self {
+    fn zero() -> Self {
         Self {
             normal: DMatrix::zeros(COUNT, COUNT),
             right: DVector::zeros(COUNT),
@@ -84,58 +81,58 @@ impl Sums {
         }
     }
 
-    /// Sum of the squares that parameters leave.
+    /// Sum of the squared residuals with these parameters.
     fn squares(&self, p: &DVector<f64>) -> f64 {
         let square = self.square - 2.0 * self.right.dot(p) + p.dot(&(&self.normal * p));
         square.max(0.0)
     }
 
-    /// Mean square of what parameters leave.
-    fn left(&self, p: &DVector<f64>) -> f64 {
-        self.squares(p) / self.count.max(1.0)
+    /// Root mean square of the residuals with these parameters.
+    fn residual(&self, p: &DVector<f64>) -> f64 {
+        (self.squares(p) / self.count.max(1.0)).sqrt()
     }
 }
 
-/// Estimate the parameters of the machine of `model` from samples that are `spacing` s apart.
+/// Estimates the parameters of the machine of `model` from samples that are `spacing` s apart.
 pub fn estimate(model: &Model, samples: &[Sample], spacing: f64) -> Result<Estimate> {
     let sums = sums(model, samples);
-    for (k, of_force) in sums.iter().enumerate() {
-        ensure!(of_force.count > 10.0, "joint {} hardly moves", k + 1);
+    for (k, force) in sums.iter().enumerate() {
+        ensure!(force.count > 10.0, "joint {} hardly moves", k + 1);
     }
     let (mut sizes, mut p) = (FIRST, DVector::zeros(COUNT));
     for _ in 0..ROUNDS {
-        let mut all = Sums::none();
-        for (of_force, size) in sums.iter().zip(sizes) {
+        let mut all = Sums::zero();
+        for (force, size) in sums.iter().zip(sizes) {
             let weight = (spacing / LASTING).min(1.0) / (size * size);
-            all.normal += &of_force.normal * weight;
-            all.right += &of_force.right * weight;
-            all.square += of_force.square * weight;
+            all.normal += &force.normal * weight;
+            all.right += &force.right * weight;
+            all.square += force.square * weight;
         }
-        p = fitted(&all, p)?;
-        sizes = std::array::from_fn(|k| sums[k].left(&p).sqrt().max(LEAST[k]));
+        p = minimise(&all, p)?;
+        sizes = std::array::from_fn(|k| sums[k].residual(&p).max(LEAST[k]));
     }
     let bodies: Vec<_> = (0..Body::COUNT).map(|k| factor(&p, k)).collect();
     let viscous: Vec<f64> = (VISCOUS..DRY).map(|k| 1.0 + p[k]).collect();
     let machine = model.with(&bodies, &viscous);
     machine.check().context("the machine as estimated")?;
-    let left = |p: &DVector<f64>| std::array::from_fn(|k| sums[k].left(p).sqrt());
+    let residuals = |p: &DVector<f64>| std::array::from_fn(|k| sums[k].residual(p));
     Ok(Estimate {
         machine,
-        nominal: left(&DVector::zeros(COUNT)),
-        residual: left(&p),
+        nominal: residuals(&DVector::zeros(COUNT)),
+        residual: residuals(&p),
     })
 }
 
 fn sums(model: &Model, samples: &[Sample]) -> Vec<Sums> {
-    let mut sums: Vec<_> = (0..DOF).map(|_| Sums::none()).collect();
+    let mut sums: Vec<_> = (0..DOF).map(|_| Sums::zero()).collect();
     for Sample { motion, forces } in samples {
-        let row = model.row(motion);
+        let (nominal, by_parameter) = model.forces(motion);
         for (k, sums) in sums.iter_mut().enumerate() {
             if motion.zeta_dot[k].abs() < STICKS {
                 continue;
             }
-            let w = row.by_parameter.row(k).transpose();
-            let y = forces[k] - row.nominal[k];
+            let w = by_parameter.row(k).transpose();
+            let y = forces[k] - nominal[k];
             sums.normal.ger(1.0, &w, &w, 1.0);
             sums.right.axpy(y, &w, 1.0);
             sums.square += y * y;
@@ -145,8 +142,8 @@ fn sums(model: &Model, samples: &[Sample]) -> Vec<Sums> {
     sums
 }
 
-/// The best parameters, from these on.
-fn fitted(sums: &Sums, mut p: DVector<f64>) -> Result<DVector<f64>> {
+/// The parameters that minimise the cost, by Newton's method from `p` on with halved steps.
+fn minimise(sums: &Sums, mut p: DVector<f64>) -> Result<DVector<f64>> {
     let mut cost = cost(sums, &p).context("a start without bodies")?;
     for _ in 0..STEPS {
         let mut slope = &sums.normal * &p - &sums.right;
@@ -175,7 +172,7 @@ fn factor(p: &DVector<f64>, body: usize) -> Matrix4<f64> {
     Matrix4::identity() + symmetric(p.rows(TEN * body, TEN).as_slice())
 }
 
-/// What is minimised; nothing where a body does not exist, or friction is negative.
+/// The cost that is minimised; None where a body is not possible, or friction is negative.
 fn cost(sums: &Sums, p: &DVector<f64>) -> Option<f64> {
     let mut prior = 0.0;
     for k in 0..Body::COUNT {
@@ -191,7 +188,7 @@ fn cost(sums: &Sums, p: &DVector<f64>) -> Option<f64> {
     Some(sums.squares(p) + prior + rest.sum::<f64>())
 }
 
-/// Adds the prior's halved slope and second derivatives: of `tr Z − ln det(1 + Z)` they are
+/// Adds half of the prior's gradient and second derivatives: of `tr Z − ln det(1 + Z)` they are
 /// `1 − W` and `E ↦ W E W` with `W = (1 + Z)⁻¹`.
 fn add_prior(p: &DVector<f64>, slope: &mut DVector<f64>, H: &mut DMatrix<f64>) {
     let weight = INERTIAL_PRIOR.powi(-2);
@@ -217,7 +214,7 @@ fn add_prior(p: &DVector<f64>, slope: &mut DVector<f64>, H: &mut DMatrix<f64>) {
     }
 }
 
-/// Prior standard deviation of what no machine file has.
+/// Prior standard deviation of a parameter that machine files do not have.
 fn deviation(k: usize) -> f64 {
     match k {
         DRY..ZERO => DRY_PRIOR,
@@ -272,7 +269,7 @@ mod tests {
             let drawn = Excitation::draw(&model, seed).expect("works");
             drawn.expect("a motion")
         };
-        let (exciting, other) = (Excitation::of(&model).expect("a motion"), motion(1000));
+        let (exciting, other) = (Excitation::best(&model).expect("a motion"), motion(1000));
         let bounds = Bounds {
             length: 0.0,
             plumb: 0.0,
@@ -310,7 +307,7 @@ mod tests {
     fn the_prior_s_derivatives_are_those_of_the_cost() {
         let mut p = DVector::from_fn(COUNT, |k, _| 0.1 * (1.0 + k as f64).sin());
         p.rows_mut(0, TEN).scale_mut(3.0);
-        let sums = Sums::none();
+        let sums = Sums::zero();
         let slope = |p: &DVector<f64>| {
             let (mut slope, mut H) = (DVector::zeros(COUNT), DMatrix::zeros(COUNT, COUNT));
             add_prior(p, &mut slope, &mut H);

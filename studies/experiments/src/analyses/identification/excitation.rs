@@ -1,9 +1,9 @@
-//! The motion that excites a machine: each joint follows a Fourier series of five harmonics, for two
-//! periods, from rest in the start pose back to it.
+//! The motion that excites a machine for its identification: each joint follows a Fourier series of
+//! five harmonics, for two periods, from rest in the start pose back to it.
 //!
 //! Source: J. Swevers, C. Ganseman, D. B. Tükel, J. De Schutter, H. Van Brussel, *Optimal robot
 //! excitation and identification*, IEEE Trans. Robotics and Automation 13(5), 1997. Of some series
-//! drawn at random, each as large as the machine allows, the one with the best condition is taken.
+//! drawn at random, each as large as the machine allows, the best conditioned one is taken.
 
 use std::f64::consts::TAU;
 
@@ -20,26 +20,26 @@ use tip_path::{Finding, PathFile, TipPath, check};
 
 use super::model::{Condition, Model};
 
-/// Lowest frequency, Hz, harmonics of it, and periods.
+/// Lowest frequency, Hz, number of its harmonics, and of periods.
 const FREQUENCY: f64 = 0.1;
 const HARMONICS: usize = 5;
 const PERIODS: f64 = 2.0;
 /// Length, s.
 pub const DURATION: f64 = PERIODS / FREQUENCY;
-/// Largest way of a joint from the start pose, rad, and as a part of what its range leaves.
+/// Largest distance of a joint from the start pose, rad, and as a part of what its range allows.
 const WAY: f64 = 0.6;
 const PART: f64 = 0.7;
 /// Largest rod speed as a part of the rated one.
 const SPEED: f64 = 0.9;
-/// Series that are drawn.
+/// Number of series that are drawn.
 const DRAWN: u64 = 96;
 /// Time between points of the path and of the check of the ranges, s.
 const STEP: f64 = 0.05;
-/// Time between points at which the condition is looked at, s.
+/// Time between points at which the condition is evaluated, s.
 const COARSE: f64 = 0.2;
-/// A series that the machine cannot follow is made smaller by this, so often at most.
+/// A series that the machine cannot follow is made smaller by this factor, at most so often.
 const SMALLER: f64 = 0.8;
-const TRIALS: u32 = 12;
+const ATTEMPTS: u32 = 12;
 
 /// Joint `q(t) = q_0 + Σ_l a_l/(ω l)·sin(ω l t) + b_l/(ω l)·(1 − cos(ω l t))` with `Σ a_l = 0` and
 /// `Σ l·b_l = 0`, so that rate and acceleration are zero at the ends.
@@ -66,7 +66,7 @@ impl Series {
         Self { start, a, b }
     }
 
-    fn times(mut self, factor: f64) -> Self {
+    fn scaled(mut self, factor: f64) -> Self {
         for value in self.a.iter_mut().chain(&mut self.b) {
             *value *= factor;
         }
@@ -91,16 +91,13 @@ impl Series {
 #[derive(Clone, Debug)]
 pub struct Excitation {
     series: [Series; DOF],
-    /// How well it tells the parameters.
+    /// How well it distinguishes the parameters.
     pub condition: Condition,
 }
 
 impl Excitation {
-    /// The best of some for the machine of `model`.
-    ///
-    /// # Errors
-    /// No series of a useful size that the machine can follow.
-    pub fn of(model: &Model) -> Result<Self> {
+    /// The best of some drawn motions for the machine of `model`.
+    pub fn best(model: &Model) -> Result<Self> {
         let drawn = (0..DRAWN).into_par_iter();
         let drawn = drawn.filter_map(|seed| Self::draw(model, seed).transpose());
         let drawn: Vec<Self> = drawn.collect::<Result<_>>()?;
@@ -110,12 +107,9 @@ impl Excitation {
         best.context("no motion that excites the machine is within its limits")
     }
 
-    /// The series of a seed; nothing where the machine cannot follow it.
-    ///
-    /// # Errors
-    /// A mechanism that does not work.
+    /// The motion of a seed; None where the machine cannot follow it.
     pub fn draw(model: &Model, seed: u64) -> Result<Option<Self>> {
-        let machine = model.machine();
+        let machine = &model.machine;
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let zeta = machine.start.zeta;
         let tree = Tree::new(machine)?;
@@ -137,17 +131,17 @@ impl Excitation {
                 let rated = machine.ratings.in_order()[k].rod_speed_max;
                 factor = factor.min(SPEED * rated / speed);
             }
-            *series = series.times(factor);
+            *series = series.scaled(factor);
         }
         let condition = Condition::default();
         let mut motion = Self { series, condition };
-        for _ in 0..TRIALS {
+        for _ in 0..ATTEMPTS {
             if motion.is_possible(machine)? {
                 let motions = times(COARSE).map(|t| motion.at(t));
                 motion.condition = model.condition(motions);
                 return Ok(Some(motion));
             }
-            motion.series = motion.series.map(|series| series.times(SMALLER));
+            motion.series = motion.series.map(|series| series.scaled(SMALLER));
         }
         Ok(None)
     }
@@ -163,9 +157,6 @@ impl Excitation {
     }
 
     /// The path of the tip, as a path file.
-    ///
-    /// # Errors
-    /// Geometry that is not a working machine.
     pub fn path(&self, machine: &Machine) -> Result<String> {
         let kinematics = Kinematics::new(machine)?;
         let sample = |t: f64| {
@@ -177,8 +168,8 @@ impl Excitation {
         Ok(json!({ "samples": samples }).to_string())
     }
 
-    /// Whether the nominal machine can follow it: a root mean square of the torque above what may
-    /// last is no hindrance for so short a time.
+    /// Whether the nominal machine can follow it: for so short a time the torque may exceed what it
+    /// may be continuously.
     fn is_possible(&self, machine: &Machine) -> Result<bool> {
         let file = PathFile::parse(&self.path(machine)?)?;
         let zeta = machine.start.zeta;
@@ -205,7 +196,7 @@ mod tests {
     #[test]
     fn it_begins_and_ends_at_rest_and_moves_all_joints() {
         let model = Model::new(&Machine::reference()).expect("a machine");
-        let motion = Excitation::of(&model).expect("a motion");
+        let motion = Excitation::best(&model).expect("a motion");
         for t in [0.0, DURATION] {
             let Motion {
                 zeta,
@@ -213,7 +204,7 @@ mod tests {
                 zeta_ddot,
             } = motion.at(t);
             for k in 0..DOF {
-                assert!((zeta[k] - model.machine().start.zeta[k]).abs() < 1e-12);
+                assert!((zeta[k] - model.machine.start.zeta[k]).abs() < 1e-12);
                 assert!(zeta_dot[k].abs() < 1e-12 && zeta_ddot[k].abs() < 1e-11);
             }
         }

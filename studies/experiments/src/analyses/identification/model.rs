@@ -1,50 +1,51 @@
-//! Forces as a linear function of the parameters of a machine of known dimensions.
+//! The forces of a machine of known dimensions as a linear function of its parameters, for its
+//! identification.
 //!
-//! Rods' forces and wrist torques are linear in the mass, first moment and inertia of each body,
-//! so in its pseudo-inertia `P`, and in what else acts on the joints. With `P = A (1 + Z) Aᵀ`,
-//! `P_0 = A Aᵀ` of the nominal body, ten numbers of the symmetric `Z` stand for a body, all of one
-//! size whether it weighs 5 or 500 kg.
+//! Rod forces and wrist torques are linear in the mass, first moment and inertia of each body,
+//! hence in its pseudo-inertia `P`, and in what else acts on the joints. With `P = A (1 + Z) Aᵀ`,
+//! `P_0 = A Aᵀ` of the nominal body, the ten elements of the symmetric `Z` describe a body, all of
+//! the same magnitude whether it weighs 5 or 500 kg.
 #![allow(non_snake_case)] // the symbols of mechanics
 
 use anyhow::{Context, Result};
 use hdrm::{Body, DOF, Hdrm, Options, State};
 use machine_file::{InertiaTensor, Machine};
 use motion_check::Motion;
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix4, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix4};
 use serde::Serialize;
 use spatial::{Inertia, PseudoInertia};
 
-/// Numbers of a body.
+/// Parameters of a body.
 pub(super) const TEN: usize = 10;
-/// Numbers of all bodies.
+/// Parameters of all bodies.
 pub(super) const INERTIAL: usize = Body::COUNT * TEN;
-/// First viscous friction, as a part of the nominal one; first dry friction, N·m; first zero of a
-/// load cell, N; gravity along x, along z, m/s²; their number.
+/// Index of the first parameter of viscous friction, as a part of the nominal one; of dry friction,
+/// N·m; of the zeros of the load cells, N; of gravity along x and z, m/s²; number of parameters.
 pub(super) const VISCOUS: usize = INERTIAL;
 pub(super) const DRY: usize = VISCOUS + DOF;
 pub(super) const ZERO: usize = DRY + DOF;
 pub(super) const SIDEWAYS: usize = ZERO + 3;
 pub(super) const COUNT: usize = SIDEWAYS + 2;
 
-/// A step in `Z` at which every body still exists: the unit matrices have eigenvalues from −0.71.
+/// A step in `Z` at which every body is still possible: the unit matrices have eigenvalues from
+/// −0.71.
 const STEP: f64 = 0.5;
-/// Part of a column that may be left by the columns before it where it counts as one of them: what
-/// load cells of 1 % could not tell apart.
+/// A column counts as dependent on the columns before it if less than this part of it is left
+/// without them: load cells of 1 % could not tell it apart.
 const SAME: f64 = 0.01;
 
-/// How well a motion tells the parameters apart: of the bodies' numbers, how many are independent,
-/// and the condition of their columns, each scaled to length 1.
+/// How well a motion distinguishes the bodies' parameters.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Condition {
-    /// Base parameters.
+    /// Number of independent ones, the base parameters.
     pub base: usize,
-    /// Largest over smallest singular value.
+    /// Condition number of their columns, each scaled to length 1.
     pub number: f64,
 }
 
-/// The nominal machine, and machines that differ in one parameter each.
+/// The nominal machine, and a machine for each parameter that differs in it alone.
 pub struct Model {
-    machine: Machine,
+    pub(super) machine: Machine,
     nominal: Hdrm,
     bodies: Vec<Hdrm>,
     sideways: [Hdrm; 2],
@@ -52,19 +53,7 @@ pub struct Model {
     roots: Vec<Matrix4<f64>>,
 }
 
-/// Nominal forces, and their derivatives by the parameters.
-pub struct Row {
-    /// Rod forces, N, and wrist torques, N·m.
-    pub nominal: [f64; DOF],
-    /// A row for each of them.
-    pub by_parameter: DMatrix<f64>,
-}
-
 impl Model {
-    /// Of a nominal machine.
-    ///
-    /// # Errors
-    /// A mechanism that does not work, or a body that cannot exist.
     pub fn new(machine: &Machine) -> Result<Self> {
         let options = Options::from_machine(machine);
         let root = |body: &machine_file::Body| -> Result<Matrix4<f64>> {
@@ -98,11 +87,6 @@ impl Model {
         })
     }
 
-    /// The nominal machine.
-    pub fn machine(&self) -> &Machine {
-        &self.machine
-    }
-
     /// The machine whose bodies have these `1 + Z`, and whose viscous friction is the nominal one
     /// times these factors.
     pub fn with(&self, bodies: &[Matrix4<f64>], viscous: &[f64]) -> Machine {
@@ -117,8 +101,9 @@ impl Model {
         machine
     }
 
-    /// Forces at a motion.
-    pub fn row(&self, motion: &Motion) -> Row {
+    /// Nominal rod forces, N, and wrist torques, N·m, at a motion, and their derivatives by the
+    /// parameters, a row for each.
+    pub fn forces(&self, motion: &Motion) -> ([f64; DOF], DMatrix<f64>) {
         let Motion {
             zeta,
             zeta_dot,
@@ -156,20 +141,17 @@ impl Model {
         for k in 0..3 {
             by_parameter[(k, ZERO + k)] = 1.0;
         }
-        Row {
-            nominal,
-            by_parameter,
-        }
+        (nominal, by_parameter)
     }
 
-    /// How well `motions` tell the bodies' parameters apart, rod forces and wrist torques in parts
-    /// of what the machine may have.
+    /// How well `motions` distinguish the bodies' parameters, with rod forces and wrist torques
+    /// relative to the machine's largest.
     pub fn condition(&self, motions: impl Iterator<Item = Motion>) -> Condition {
         let rods = self.machine.ratings.in_order().map(|r| r.force_max);
         let wrist = self.machine.limits.tau_wrist_max;
         let mut normal = DMatrix::zeros(INERTIAL, INERTIAL);
         for motion in motions {
-            let mut by_parameter = self.row(&motion).by_parameter;
+            let (_, mut by_parameter) = self.forces(&motion);
             for (k, most) in rods.iter().chain(&wrist).enumerate() {
                 by_parameter.row_mut(k).scale_mut(1.0 / most);
             }
@@ -180,8 +162,8 @@ impl Model {
     }
 }
 
-/// Of columns with this normal matrix: those that stay are found by Cholesky's decomposition with
-/// pivoting, which is that of the columns into orthogonal ones.
+/// Condition of columns with this normal matrix. The independent ones are found by Cholesky's
+/// decomposition with pivoting, which orthogonalises the columns.
 fn condition(mut normal: DMatrix<f64>) -> Condition {
     let lengths = normal.diagonal().map(f64::sqrt);
     let largest = lengths.max();
@@ -213,7 +195,7 @@ fn condition(mut normal: DMatrix<f64>) -> Condition {
     }
 }
 
-/// Symmetric unit matrices, orthonormal.
+/// Orthonormal basis of the symmetric matrices.
 pub(super) fn basis() -> [Matrix4<f64>; TEN] {
     let mut all = [Matrix4::zeros(); TEN];
     let pairs = (0..4).flat_map(|i| (i..4).map(move |j| (i, j)));
@@ -229,15 +211,14 @@ pub(super) fn coordinates(S: &Matrix4<f64>) -> DVector<f64> {
     DVector::from_iterator(TEN, basis().iter().map(|E| E.dot(S)))
 }
 
-/// Σ of coordinates × [`basis`].
+/// The matrix with these coordinates in [`basis`].
 pub(super) fn symmetric(coordinates: &[f64]) -> Matrix4<f64> {
     let each = basis().into_iter().zip(coordinates);
     each.map(|(E, x)| E * *x).sum()
 }
 
 fn pseudo_inertia(body: &machine_file::Body) -> PseudoInertia {
-    let [x, y, z] = body.inertia_com.rows().map(Vector3::from);
-    let I_com = Matrix3::from_columns(&[x, y, z]);
+    let I_com = body.inertia_com.rows().into();
     (&Inertia::from_com(body.mass, body.com.into(), I_com)).into()
 }
 
@@ -290,8 +271,8 @@ mod tests {
             zeta_dot: [0.2, -0.1, 0.15, 0.4, -0.3, 0.5],
             zeta_ddot: [0.5, 0.3, -0.4, 1.0, 0.7, -1.2],
         };
-        let row = model.row(&motion);
-        let told = DVector::from_row_slice(&row.nominal) + row.by_parameter * &p;
+        let (forces, by_parameter) = model.forces(&motion);
+        let predicted = DVector::from_row_slice(&forces) + by_parameter * &p;
         let state = State {
             zeta: motion.zeta,
             zeta_dot: motion.zeta_dot,
@@ -300,7 +281,10 @@ mod tests {
         let plant = Hdrm::new(&drawn, &Options::from_machine(&drawn)).expect("a plant");
         let (f, tau) = plant.inverse_dynamics(&state, &motion.zeta_ddot, &[0.0; DOF]);
         for (k, force) in f.into_iter().chain(tau).enumerate() {
-            assert!((told[k] - force).abs() < 1e-8 * force.abs().max(1e3), "{k}");
+            assert!(
+                (predicted[k] - force).abs() < 1e-8 * force.abs().max(1e3),
+                "{k}"
+            );
         }
     }
 

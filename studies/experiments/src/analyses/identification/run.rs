@@ -1,8 +1,9 @@
-//! The run that excites a machine, with its sensors, and what is kept of it.
+//! Runs a machine, with its sensors, along the motion that excites it, and identifies it from what
+//! was measured; the results are kept.
 //!
-//! Angles and forces are fitted by Fourier series over the run; the derivatives of those of the
-//! angles are the rates and accelerations. So what swings faster than the joints are moved, as the
-//! boom on its mounting, is left out on both sides.
+//! Angles and forces are fitted by Fourier series over the run; rates and accelerations are the
+//! derivatives of the fitted angles. So what oscillates faster than the joints are moved, as the
+//! boom on its mounting, is left out of both.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -10,6 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
+use cosim::exchange::faults::elements;
 use cosim::run::simulate::{Plan, planned};
 use cosim::{Experiment, Port, Recording, Setting, System};
 use hdrm::DOF;
@@ -18,7 +20,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::estimate::{Estimate, Sample, estimate};
+use super::estimate::{Sample, estimate};
 use super::excitation::{DURATION, Excitation};
 use super::model::{Condition, Model};
 use crate::measures::run::{motion_end, tip_error_port};
@@ -27,14 +29,14 @@ use crate::runs::run_store::RunStore;
 use crate::setup::machine_choice::MachineFile;
 use crate::setup::start_values::{Law, path_settings};
 
-/// Law under which machines are excited, as shipped.
+/// Law under which machines are excited, with its shipped gains.
 const LAW: &str = "modular_integral";
 /// Time over which readings are averaged, s.
 const BIN: f64 = 0.02;
-/// Harmonics of 0.05 Hz of the fitted angles and forces: up to 1.5 Hz, three times what the joints are moved
-/// with.
+/// Harmonics of 0.05 Hz of the fitted angles and forces: up to 1.5 Hz, three times the largest
+/// frequency of the motion.
 const HARMONICS: usize = 30;
-/// Largest distance of a joint from where it is to be, rad, of a machine that follows.
+/// Largest distance of a joint from its reference, rad, for the machine to count as following.
 const FAR: f64 = 0.05;
 
 /// Identifies machines.
@@ -44,45 +46,46 @@ pub struct Commissioning {
     folder: PathBuf,
 }
 
-/// What was found of a machine, as it is kept: the estimate, or why there is none.
+/// The identification of a machine as it is kept in the store, or why it failed.
 #[derive(Serialize, Deserialize)]
 enum Record {
-    Found {
-        /// The machine file as text, so that it is the same whenever it is written.
-        text: String,
-        nominal: [f64; DOF],
-        residual: [f64; DOF],
-    },
+    Found(Found),
     Failed(String),
 }
 
-/// What was found of a machine.
+#[derive(Serialize, Deserialize)]
+struct Found {
+    /// The machine file as text, so that it is the same each time it is written.
+    text: String,
+    /// Residuals of the forces as in [`super::estimate::Estimate`].
+    nominal: [f64; DOF],
+    residual: [f64; DOF],
+}
+
+/// An identified machine.
 pub struct Identification {
     /// The machine file for its controller.
     pub file: PathBuf,
-    /// What the nominal machine left of the forces of the excitation, and what this one leaves.
+    /// Residuals of the forces in the exciting run, by the nominal machine and by this one; see
+    /// [`super::estimate::Estimate`].
     pub forces: [[f64; DOF]; 2],
 }
 
-/// The machines by the names of their cases; where there is none, why.
+/// Identified machines by the labels of their cases, or why the identification failed.
 pub type Identified = BTreeMap<String, Result<Identification, String>>;
 
 impl Commissioning {
-    /// Of machines whose nominal one the controller of `system` has; files go into `folder`.
-    ///
-    /// # Errors
-    /// A nominal machine that cannot be excited, or no folder to write to.
+    /// For machines whose nominal machine is that of the controller of `system`; files go into
+    /// `folder`.
     pub fn new(system: &System, base: &Experiment, folder: &Path) -> Result<Self> {
         let controller = tip_error_port(system)?.component;
         let file = system.port_of(controller, "machine_file")?;
         let machine = MachineFile::from_parameter(system, &base.settings, file)?.machine;
         let model = Model::new(&machine)?;
-        let excitation = Excitation::of(&model)?;
-        let folder = std::path::absolute(folder)?;
         let commissioning = Self {
+            excitation: Excitation::best(&model)?,
             model,
-            excitation,
-            folder,
+            folder: std::path::absolute(folder)?,
         };
         let path = commissioning.excitation.path(&machine)?;
         let file = commissioning.path();
@@ -92,7 +95,7 @@ impl Commissioning {
         Ok(commissioning)
     }
 
-    /// How well the excitation tells the parameters.
+    /// How well the excitation distinguishes the parameters.
     pub fn condition(&self) -> Condition {
         self.excitation.condition
     }
@@ -102,10 +105,8 @@ impl Commissioning {
         self.folder.join("excitation.json")
     }
 
-    /// The machine of every case, on all cores, each kept in `store`; `done` is called after each.
-    ///
-    /// # Errors
-    /// A system without the signals that tell, or a store that cannot be written.
+    /// Identifies the machine of every case in parallel and keeps each in `store`; `done` is called
+    /// after each.
     pub fn identify(
         &self,
         (system, base): (&System, &Experiment),
@@ -114,14 +115,14 @@ impl Commissioning {
         done: impl Fn() + Sync,
     ) -> Result<Identified> {
         let one = |case: &Case| {
-            let found = self.one((system, base), case, store);
+            let found = self.identify_one((system, base), case, store);
             done();
             Ok((case.label.clone(), found?))
         };
         cases.par_iter().map(one).collect()
     }
 
-    fn one(
+    fn identify_one(
         &self,
         (system, base): (&System, &Experiment),
         case: &Case,
@@ -136,90 +137,73 @@ impl Commissioning {
         let experiment = case.apply((system, base), &settings)?;
         let name = format!("identify {}", case.label);
         let record = store.load_or_make(&name, system, &experiment, || {
-            Ok(match self.of_run(system, &experiment) {
-                Ok(Estimate {
-                    machine,
-                    nominal,
-                    residual,
-                }) => Record::Found {
-                    text: serde_json::to_string_pretty(&machine)?,
-                    nominal,
-                    residual,
-                },
+            Ok(match self.excite(system, &experiment) {
+                Ok(found) => Record::Found(found),
                 Err(error) => Record::Failed(format!("{error:#}")),
             })
         })?;
-        Ok(match record {
-            Record::Failed(why) => Err(why),
-            Record::Found {
-                text,
-                nominal,
-                residual,
-            } => {
-                let file = format!("machine {}.json", case.label).replace(' ', "_");
-                let file = self.folder.join(file);
-                write(&file, &text).with_context(|| file.display().to_string())?;
-                Ok(Identification {
-                    file,
-                    forces: [nominal, residual],
-                })
-            }
-        })
+        let found = match record {
+            Record::Found(found) => found,
+            Record::Failed(why) => return Ok(Err(why)),
+        };
+        let file = format!("machine {}.json", case.label).replace(' ', "_");
+        let file = self.folder.join(file);
+        write(&file, &found.text).with_context(|| file.display().to_string())?;
+        let forces = [found.nominal, found.residual];
+        Ok(Ok(Identification { file, forces }))
     }
 
-    fn of_run(&self, system: &System, experiment: &Experiment) -> Result<Estimate> {
+    /// Makes the exciting run and estimates the machine.
+    fn excite(&self, system: &System, experiment: &Experiment) -> Result<Found> {
         let controller = tip_error_port(system)?.component;
-        let mut ports = Vec::new();
-        for (array, count) in [("zeta_measured", DOF), ("F_measured", 3)] {
-            for k in 1..=count {
-                ports.push(system.port(&format!("{array}[{k}]"))?);
-            }
-        }
+        let mut ports = elements(system, "zeta_measured")?;
+        ports.extend(elements(system, "F_measured")?);
         ports.extend(system.elements(controller, "tau_wrist", 3)?);
         let mut recording = Recording::new(system, &ports)?;
         let master = experiment.start(system)?;
-        // The path begins once the tip has gone to its first point: encoders have wrong zeros.
+        // The path begins once the tip has moved to its first point, as encoders have wrong zeros.
         let end = motion_end(system, &master).context("the excitation has no end")?;
         planned(system, master, &Plan::to(end), &|_, _| (), &mut recording)?;
         let samples = self.samples(&recording, &ports, end - DURATION)?;
-        estimate(&self.model, &samples, BIN)
+        let estimate = estimate(&self.model, &samples, BIN)?;
+        Ok(Found {
+            text: serde_json::to_string_pretty(&estimate.machine)?,
+            nominal: estimate.nominal,
+            residual: estimate.residual,
+        })
     }
 
-    /// Means over bins, with the motion that was fitted to the angles.
+    /// Samples of the motion and the forces that are fitted to means over bins.
     fn samples(&self, recording: &Recording, ports: &[Port], start: f64) -> Result<Vec<Sample>> {
         let columns: Vec<&[f64]> = (ports.iter())
             .map(|port| recording.column(*port))
             .collect::<Result<_>>()?;
-        let mut bins: BTreeMap<u32, (f64, Vec<f64>)> = BTreeMap::new();
-        for k in recording.first_from(start)..recording.times.len() {
-            let t = recording.times[k] - start;
-            let (count, sums) = (bins.entry((t / BIN) as u32))
-                .or_insert_with(|| (0.0, vec![0.0; 1 + columns.len()]));
-            *count += 1.0;
-            sums[0] += t;
-            for (sum, column) in sums[1..].iter_mut().zip(&columns) {
-                *sum += column[k];
-            }
-        }
-        let mut means = Vec::new();
-        for (count, mut sums) in bins.into_values() {
-            sums.iter_mut().for_each(|sum| *sum /= count);
-            means.push(sums);
-        }
-        let times: Vec<f64> = means.iter().map(|mean| mean[0]).collect();
-        let wave = DMatrix::from_fn(times.len(), 1 + 2 * HARMONICS, |i, j| wave(times[i], j)[0]);
+        let seconds = |k: usize| recording.times[k] - start;
+        let points: Vec<usize> = (recording.first_from(start)..recording.times.len()).collect();
+        let bin = |k: &usize| (seconds(*k) / BIN) as u32;
+        let bins: Vec<&[usize]> = points.chunk_by(|a, b| bin(a) == bin(b)).collect();
+        let means = |value: &dyn Fn(usize) -> f64| {
+            let mean = |bin: &&[usize]| {
+                let sum = bin.iter().fold(0.0, |sum, k| sum + value(*k));
+                sum / bin.len() as f64
+            };
+            DVector::from_iterator(bins.len(), bins.iter().map(mean))
+        };
+        let times = means(&seconds);
+        let wave = DMatrix::from_fn(times.len(), 1 + 2 * HARMONICS, |i, j| {
+            fourier_term(times[i], j)[0]
+        });
         let normal = wave.transpose() * &wave;
         let normal = normal.cholesky().context("too short a run")?;
         let rest = Sample {
             motion: Motion::rest([0.0; DOF]),
             forces: [0.0; DOF],
         };
-        let mut samples = vec![rest; means.len()];
+        let mut samples = vec![rest; times.len()];
         for k in 0..2 * DOF {
-            let column = DVector::from_iterator(means.len(), means.iter().map(|mean| mean[1 + k]));
-            let fitted = normal.solve(&(wave.transpose() * column));
+            let fitted = normal.solve(&(wave.transpose() * means(&|i| columns[k][i])));
             for (t, Sample { motion, forces }) in times.iter().zip(&mut samples) {
-                let [value, rate, acceleration] = sum(&fitted, *t);
+                let [value, rate, acceleration] = fourier_sum(&fitted, *t);
                 if k >= DOF {
                     forces[k - DOF] = value;
                     continue;
@@ -239,7 +223,7 @@ impl Commissioning {
     }
 }
 
-/// Writes a file that is not there, or says something else.
+/// Writes a file unless it already has this text.
 fn write(file: &Path, text: &str) -> std::io::Result<()> {
     match fs::read_to_string(file) {
         Ok(there) if there == text => Ok(()),
@@ -247,19 +231,19 @@ fn write(file: &Path, text: &str) -> std::io::Result<()> {
     }
 }
 
-/// A series with its derivatives.
-fn sum(coefficients: &DVector<f64>, t: f64) -> [f64; 3] {
+/// Value of a Fourier series with its derivatives.
+fn fourier_sum(coefficients: &DVector<f64>, t: f64) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for (j, c) in coefficients.iter().enumerate() {
-        for (sum, value) in sum.iter_mut().zip(wave(t, j)) {
+        for (sum, value) in sum.iter_mut().zip(fourier_term(t, j)) {
             *sum += c * value;
         }
     }
     sum
 }
 
-/// Function j of the series, with its derivatives: 1, then cosines and sines in turn.
-fn wave(t: f64, j: usize) -> [f64; 3] {
+/// Term j of the series with its derivatives: 1, then sines and cosines in turn.
+fn fourier_term(t: f64, j: usize) -> [f64; 3] {
     let w = TAU / DURATION * j.div_ceil(2) as f64;
     let (sin, cos) = (w * t).sin_cos();
     if j.is_multiple_of(2) {

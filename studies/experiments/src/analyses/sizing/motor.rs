@@ -1,10 +1,10 @@
-//! Torque that a motor can give, and that it can give for long, over its speed.
+//! Peak and continuous torque of a motor over its speed.
 #![allow(non_snake_case)] // symbols of the equations
 
 use machine_file::Ratings;
 use serde::Serialize;
 
-/// What the envelopes are made of.
+/// Constants of a motor's torque envelopes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Motor {
     /// Pole pairs.
@@ -17,14 +17,14 @@ pub struct Motor {
     pub flux: f64,
     /// Largest current, peak, A.
     pub current: f64,
-    /// Largest voltage, peak, V: the least of `v_max` and of what the DC link leaves, v_dc/√3.
+    /// Largest voltage, peak, V: the lesser of `v_max` and what the DC link allows, v_dc/√3.
     pub voltage: f64,
 }
 
 impl Motor {
-    /// Largest torque at the motor speed `w`, rad/s, N·m, without current in the direct axis: of
-    /// the current limit, and of the voltage limit `(R i + ω_e λ)² + (ω_e L_q i)² = v²`. 0 beyond
-    /// the speed at which the voltage induced is the largest.
+    /// Peak torque at the motor speed `w`, rad/s, N·m, without current in the direct axis: by the
+    /// current limit and by the voltage limit `(R i + ω_e λ)² + (ω_e L_q i)² = v²`. It is 0 above the
+    /// speed at which the induced voltage reaches that limit.
     pub fn peak(&self, w: f64) -> f64 {
         let w_e = self.pole_pairs * w.abs();
         let (R, X, induced) = (self.resistance, w_e * self.inductance, w_e * self.flux);
@@ -34,8 +34,8 @@ impl Motor {
         1.5 * self.pole_pairs * self.flux * i.clamp(0.0, self.current)
     }
 
-    /// Torque that may last at the motor speed `w`, rad/s, N·m: the rated torque up to the rated
-    /// power, under the peak.
+    /// Continuous torque at the motor speed `w`, rad/s, N·m: the rated torque up to the rated power,
+    /// at most the peak torque.
     pub fn continuous(&self, w: f64, ratings: &Ratings) -> f64 {
         let by_power = ratings.motor_power / w.abs().max(1e-9);
         ratings.motor_torque.min(by_power).min(self.peak(w))

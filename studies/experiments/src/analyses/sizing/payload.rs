@@ -1,5 +1,5 @@
-//! How power, force, energy and efficiency follow the payload at the tip: the metrics of arXiv
-//! 2409.16186 and their partial derivatives by the payload's mass, found by differences as there.
+//! Sensitivity of power, force, energy and efficiency to the payload at the tip: the metrics of
+//! arXiv 2409.16186 and their partial derivatives by the payload's mass, by differences as there.
 //! There they are functions of time; here they are taken over the motion, the power and the force
 //! as root mean squares.
 
@@ -7,13 +7,13 @@ use anyhow::{Context, Result, ensure};
 use cosim::{Experiment, System};
 use serde::Serialize;
 
-use super::recorded::{Columns, Size, columns, parameters_of, ports};
+use super::recorded::{Columns, Size, columns, ports, start_values};
 use crate::measures::energy;
 use crate::measures::power_integral::{rise, rise_while_working, rises_and_falls};
 use crate::measures::run::RecordedRun;
 use crate::setup::start_values::add_settings;
 
-/// What the metrics of arXiv 2409.16186 are for one actuator, over the motion.
+/// The metrics of arXiv 2409.16186 for one actuator, over the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Metrics {
     /// Root mean square of the power delivered to the load, W.
@@ -26,7 +26,7 @@ pub struct Metrics {
     pub efficiency: f64,
 }
 
-/// How the metrics follow the payload.
+/// Sensitivity of the metrics of one actuator to the payload.
 #[derive(Clone, Debug, Serialize)]
 pub struct Sensitivity {
     /// Component.
@@ -37,25 +37,22 @@ pub struct Sensitivity {
     pub per_kg: Metrics,
 }
 
-/// The metrics of one actuator.
-fn metrics(columns: &Columns) -> Metrics {
-    let (taken, work) = (columns.values[7], columns.values[8]);
-    let rates = |c: &[f64]| -> Vec<f64> {
-        let steps = columns.times.windows(2).zip(c.windows(2));
-        steps.map(|(t, e)| (e[1] - e[0]) / (t[1] - t[0])).collect()
-    };
-    let working = rise_while_working(taken, work);
-    let (done, _) = rises_and_falls(work);
-    Metrics {
-        power: Size::of(rates(work).into_iter()).rms,
-        force: Size::of(columns.values[4].iter().copied()).rms,
-        energy: rise(taken),
-        efficiency: if working > 0.0 { done / working } else { 0.0 },
-    }
-}
-
 impl Metrics {
-    /// Each of both numbers put through `f`.
+    fn new(columns: &Columns) -> Self {
+        let [_, _, _, _, force, _, _, taken, work] = columns.values;
+        let steps = columns.times.windows(2).zip(work.windows(2));
+        let power = steps.map(|(t, e)| (e[1] - e[0]) / (t[1] - t[0]));
+        let working = rise_while_working(taken, work);
+        let (done, _) = rises_and_falls(work);
+        Self {
+            power: Size::new(power).rms,
+            force: Size::new(force.iter().copied()).rms,
+            energy: rise(taken),
+            efficiency: if working > 0.0 { done / working } else { 0.0 },
+        }
+    }
+
+    /// Applies `f` to each pair of numbers.
     fn with(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
         Self {
             power: f(self.power, other.power),
@@ -66,16 +63,16 @@ impl Metrics {
     }
 }
 
-/// Partial derivatives by the mass of the payload, which the manipulator carries and the controller
-/// does not know of.
+/// Partial derivatives of each actuator's metrics by the mass of the payload, by runs with `step`,
+/// kg, less and more. The manipulator carries the other payload; the controller does not know it.
 pub(super) fn sensitivity(
     system: &System,
     experiment: &Experiment,
-    as_it_is: &RecordedRun,
+    nominal: &RecordedRun,
     step: f64,
 ) -> Result<Vec<Sensitivity>> {
     let mass = system.port("payload.mass")?;
-    let [payload] = parameters_of(system, experiment, mass.component, ["payload.mass"])?
+    let [payload] = start_values(system, experiment, mass.component, ["payload.mass"])?
         .context("the manipulator must have a payload")?;
     ensure!(
         step > 0.0 && step <= payload,
@@ -90,11 +87,12 @@ pub(super) fn sensitivity(
     let (less, more) = (other(payload - step)?, other(payload + step)?);
     let mut found = Vec::new();
     for k in energy::actuators(system) {
-        let of = |recorded| Ok::<_, anyhow::Error>(metrics(&columns(system, recorded, k)?));
+        let metrics = |recorded| anyhow::Ok(Metrics::new(&columns(system, recorded, k)?));
         found.push(Sensitivity {
             actuator: system.structure.components[k].name.clone(),
-            metrics: of(as_it_is)?,
-            per_kg: of(&more)?.with(of(&less)?, |more, less| (more - less) / (2.0 * step)),
+            metrics: metrics(nominal)?,
+            per_kg: metrics(&more)?
+                .with(metrics(&less)?, |more, less| (more - less) / (2.0 * step)),
         });
     }
     Ok(found)
@@ -110,7 +108,7 @@ mod tests {
         let (taken, work) = ([0.0, 8.0, 6.0], [0.0, 4.0, 3.0]);
         let columns = Columns {
             times: &[0.0, 2.0, 4.0],
-            values: vec![
+            values: [
                 &idle, &idle, &idle, &idle, &force, &idle, &idle, &taken, &work,
             ],
             winding: &[],
@@ -121,6 +119,6 @@ mod tests {
             energy: 6.0,
             efficiency: 0.5,
         };
-        assert_eq!(metrics(&columns), expected);
+        assert_eq!(Metrics::new(&columns), expected);
     }
 }

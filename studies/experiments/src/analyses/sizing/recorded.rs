@@ -1,14 +1,14 @@
-//! What is recorded of the actuators, and what their parameters are.
+//! Recorded outputs of the actuators, and values of their parameters.
 
 use anyhow::{Result, ensure};
-use cosim::instance::At;
-use cosim::{Experiment, Port, System, instantiate};
+use cosim::{Experiment, Port, System, start_value};
 use serde::Serialize;
 
 use crate::measures::energy;
 use crate::measures::run::{Distance, RecordedRun};
 
-/// Outputs of an actuator that are recorded.
+/// Outputs of an actuator that are recorded: motor torque and speed, currents, rod force, losses,
+/// electrical energy taken and work done.
 const OUTPUTS: [&str; 9] = [
     "tau_e",
     "w_m",
@@ -20,6 +20,7 @@ const OUTPUTS: [&str; 9] = [
     "energy.in",
     "energy.out",
 ];
+
 /// Root mean square and greatest magnitude.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Size {
@@ -30,7 +31,7 @@ pub struct Size {
 }
 
 impl Size {
-    pub(super) fn of(values: impl Iterator<Item = f64>) -> Self {
+    pub(super) fn new(values: impl Iterator<Item = f64>) -> Self {
         let mut size = Distance::default();
         values.for_each(|value| size.add(value.abs()));
         Self {
@@ -43,7 +44,9 @@ impl Size {
 /// The recorded outputs of one actuator over the motion.
 pub(super) struct Columns<'a> {
     pub times: &'a [f64],
-    pub values: Vec<&'a [f64]>,
+    /// In the order of [`OUTPUTS`].
+    pub values: [&'a [f64]; OUTPUTS.len()],
+    /// Temperatures of the winding, K; empty where the actuator has none.
     pub winding: &'a [f64],
 }
 
@@ -61,7 +64,7 @@ pub fn ports(system: &System) -> Result<Vec<Port>> {
         }
         ports.extend(system.port_of(k, "T_winding").ok());
     }
-    ports.extend(system.port("v_dc_mean")); // of what feeds them, if anything does
+    ports.extend(system.port("v_dc_mean")); // of the supply, where there is one
     Ok(ports)
 }
 
@@ -70,36 +73,34 @@ pub(super) fn columns<'a>(
     recorded: &'a RecordedRun,
     k: usize,
 ) -> Result<Columns<'a>> {
-    let of = |name: &str| recorded.motion(system.port_of(k, name)?);
+    let motion = |name: &str| recorded.motion(system.port_of(k, name)?);
+    let mut values = [&[][..]; OUTPUTS.len()];
+    for (column, name) in values.iter_mut().zip(OUTPUTS) {
+        *column = motion(name)?;
+    }
     Ok(Columns {
         times: &recorded.recording.times[recorded.motion_start()..],
-        values: OUTPUTS.iter().map(|name| of(name)).collect::<Result<_>>()?,
-        winding: of("T_winding").unwrap_or_default(),
+        values,
+        winding: motion("T_winding").unwrap_or_default(),
     })
 }
 
-/// Values of parameters or inputs of a component under the start values of `experiment`; None where
-/// it has not all of them.
-pub(super) fn parameters_of<const N: usize>(
+/// Values of variables of component `k` under the start values of `experiment`; None where it lacks
+/// one of them.
+pub(super) fn start_values<const N: usize>(
     system: &System,
     experiment: &Experiment,
     k: usize,
     names: [&str; N],
 ) -> Result<Option<[f64; N]>> {
-    let ports: Vec<Port> = names
-        .iter()
-        .filter_map(|n| system.port_of(k, n).ok())
-        .collect();
-    if ports.len() < N {
-        return Ok(None);
+    let mut values = [0.0; N];
+    for (value, name) in values.iter_mut().zip(names) {
+        let Ok(port) = system.port_of(k, name) else {
+            return Ok(None);
+        };
+        *value = start_value(system, &experiment.settings, port)?;
     }
-    let instance = instantiate(system, k, &experiment.settings)?;
-    instance.enter_initialization(experiment.stepping.start)?;
-    let mut found = [0.0; N];
-    for (value, port) in found.iter_mut().zip(ports) {
-        *value = instance.number(port.variable, At::Initialization)?;
-    }
-    Ok(Some(found))
+    Ok(Some(values))
 }
 
 #[cfg(test)]
@@ -108,8 +109,8 @@ mod tests {
 
     #[test]
     fn sizes_are_root_mean_square_and_peak() {
-        let size = Size::of([3.0, -4.0, 0.0, 5.0].into_iter());
+        let size = Size::new([3.0, -4.0, 0.0, 5.0].into_iter());
         assert_eq!((size.rms, size.peak), (12.5_f64.sqrt(), 5.0));
-        assert_eq!(Size::of(std::iter::empty()), Size::default());
+        assert_eq!(Size::new(std::iter::empty()), Size::default());
     }
 }

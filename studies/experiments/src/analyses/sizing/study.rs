@@ -1,15 +1,14 @@
-//! Whether motors and actuators fit what they do: root mean squares and peaks beside ratings,
-//! torque over speed under the continuous and the peak envelope, temperatures over an hour of
-//! repetitions, and how power, force, energy and efficiency follow the payload at the tip.
+//! Sizing of all axes in one run: root mean squares and peaks against ratings, torque over speed
+//! within the continuous and the peak envelope, temperatures over an hour of repetitions, and the
+//! sensitivity of power, force, energy and efficiency to the payload at the tip.
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result};
 use cosim::{Experiment, System, Verdict};
-use machine_file::{Machine, Ratings};
 use serde::Serialize;
 
-use super::axis::{Axis, axis};
+use super::axis::Axis;
 use super::payload::{Sensitivity, sensitivity};
-use super::recorded::{columns, parameters_of, ports};
+use super::recorded::{columns, ports, start_values};
 use crate::measures::energy;
 use crate::measures::run::RecordedRun;
 use crate::setup::machine_choice::MachineFile;
@@ -19,15 +18,15 @@ use crate::setup::machine_choice::MachineFile;
 pub struct Sizing {
     /// The axes.
     pub axes: Vec<Axis>,
-    /// By payload; empty where it was not varied.
+    /// Sensitivity to the payload; empty where it was not varied.
     pub payload: Vec<Sensitivity>,
-    /// What spoils the run itself.
+    /// The bad findings of the run, and the ratings that are exceeded.
     #[serde(skip)]
-    pub run: Verdict,
+    pub verdict: Verdict,
 }
 
-/// Run the experiment, and twice more with the payload `payload_step`, kg, less and more where that
-/// is not 0.
+/// Runs the experiment, and unless `payload_step`, kg, is 0 twice more with that payload less and
+/// more.
 pub fn run(system: &System, experiment: &Experiment, payload_step: f64) -> Result<Sizing> {
     let recorded = RecordedRun::record(system, experiment, &ports(system)?)?;
     let mut sizing = evaluate(system, experiment, &recorded)?;
@@ -37,7 +36,7 @@ pub fn run(system: &System, experiment: &Experiment, payload_step: f64) -> Resul
     Ok(sizing)
 }
 
-/// A run of the experiment of which [`ports`] were recorded.
+/// Evaluates a run of the experiment in which [`ports`] were recorded.
 ///
 /// # Errors
 /// One was not, or an actuator has no ratings.
@@ -47,60 +46,36 @@ pub fn evaluate(
     recorded: &RecordedRun,
 ) -> Result<Sizing> {
     let machine = MachineFile::from_manipulator(system, &experiment.settings)?.machine;
-    let lowest = lowest_voltage(system, recorded)?;
+    // Least voltage of the link over the motion, V.
+    let lowest = match system.port("v_dc_mean") {
+        Ok(port) => recorded.motion(port)?.iter().copied().reduce(f64::min),
+        Err(_) => None,
+    };
     let mut axes = Vec::new();
     for k in energy::actuators(system) {
         let columns = columns(system, recorded, k)?;
-        let ratings = ratings_of(system, experiment, k, axes.len(), &machine)?;
-        axes.push(axis(system, experiment, k, &columns, lowest, &ratings)?);
+        // Ratings of the axis that its parameter names; without one, by its position.
+        let index = match start_values(system, experiment, k, ["axis"])? {
+            Some([axis]) => axis as usize - 1,
+            None => axes.len(),
+        };
+        let ratings = machine.ratings.in_order();
+        let ratings = ratings.get(index).with_context(|| {
+            let count = ratings.len();
+            format!("the machine has ratings for {count} actuators, but the system has more")
+        })?;
+        axes.push(Axis::new(system, experiment, k, &columns, lowest, ratings)?);
     }
-    let mut spoilt = Verdict::default();
-    let findings = recorded.outcome.run.verdict.findings().iter();
-    findings
-        .filter(|f| f.is_bad)
-        .for_each(|f| spoilt.object(f.text.clone()));
+    let mut verdict = Verdict::default();
+    for finding in recorded.outcome.run.verdict.findings() {
+        if finding.is_bad {
+            verdict.object(finding.text.clone());
+        }
+    }
+    axes.iter().for_each(|axis| axis.judge(&mut verdict));
     Ok(Sizing {
         axes,
         payload: Vec::new(),
-        run: spoilt,
+        verdict,
     })
-}
-
-impl Sizing {
-    /// What is beyond a rating, and what spoils the run itself.
-    pub fn verdict(&self) -> Verdict {
-        let mut verdict = self.run.clone();
-        self.axes.iter().for_each(|axis| axis.judge(&mut verdict));
-        verdict
-    }
-}
-
-/// Least voltage of the link over the motion, V, where a component tells it.
-fn lowest_voltage(system: &System, recorded: &RecordedRun) -> Result<Option<f64>> {
-    let Ok(port) = system.port("v_dc_mean") else {
-        return Ok(None);
-    };
-    Ok(recorded.motion(port)?.iter().copied().reduce(f64::min))
-}
-
-/// Ratings of actuator `k`: of the axis that its parameter `axis` names; without one, of the place
-/// that it has among the actuators.
-fn ratings_of(
-    system: &System,
-    experiment: &Experiment,
-    k: usize,
-    place: usize,
-    machine: &Machine,
-) -> Result<Ratings> {
-    let index = match parameters_of(system, experiment, k, ["axis"])? {
-        Some([axis]) => axis as usize - 1,
-        None => place,
-    };
-    let ratings = machine.ratings.in_order();
-    ensure!(
-        index < ratings.len(),
-        "the machine has ratings for {} actuators, but there are more",
-        ratings.len()
-    );
-    Ok(*ratings[index])
 }

@@ -1,18 +1,17 @@
-//! By which cause the bound is exceeded: the machine as built, put together step by step, each run
-//! beside the one before.
+//! Finds by which cause the bound of the stability proof is exceeded: the machine as built is put
+//! together step by step, and each step is run and compared with the one before.
 
 use anyhow::{Context, Result};
 use cosim::{Experiment, Setting, System, Verdict, start_value};
 use machine_file::Emla;
 
 use super::run::{Run, measure};
-use super::study::scaled;
+use super::study::inertia_settings;
 use crate::runs::grid::{self, Case, Grid, TRAJECTORIES};
 use crate::setup::start_values::Law;
 
-/// Actuators of the system.
 const ACTUATORS: [&str; 3] = ["emla_1", "emla_2", "emla_3"];
-/// Extras of the actuators as built besides friction.
+/// Effects of the actuators as built, apart from friction.
 const EXTRAS: [&str; 9] = [
     "saturation",
     "temperature",
@@ -24,7 +23,7 @@ const EXTRAS: [&str; 9] = [
     "losses",
     "heat",
 ];
-/// Effects of the sensors, and what switches each off.
+/// Effects of the sensors, and the value that switches each off.
 const SENSORS: [(&str, &str); 8] = [
     ("motor_encoder", "false"),
     ("joint_encoder", "false"),
@@ -35,10 +34,10 @@ const SENSORS: [(&str, &str); 8] = [
     ("force", "ideal"),
     ("delay", "0"),
 ];
-/// Part of the communication step that stands for no sampling.
+/// Part of the communication step at which sampling hardly shows.
 const FINE: f64 = 0.25;
 
-/// What is there, besides all of the rows before.
+/// The steps in which the machine is put together; each adds to those before.
 const RUNGS: [&str; 5] = [
     "idealised, a quarter of the step",
     "+ sampling",
@@ -47,16 +46,16 @@ const RUNGS: [&str; 5] = [
     "+ sensors and delay",
 ];
 
-/// The machine with all that was put together so far, on the cubic trajectory with the gains of
-/// `base`, and what spoils the runs; `system` is the real world, `scale` the plant's inertia over
+/// A run for each step of putting the machine together, on the cubic trajectory with the gains of
+/// `base`, and the verdict on the runs; `system` is the real world, `scale` the plant's inertia over
 /// nominal.
-pub fn causes(
+pub(crate) fn causes(
     system: &System,
     base: &Experiment,
     scale: f64,
 ) -> Result<(Vec<(&'static str, Run)>, Verdict)> {
     let case = |(rung, name): (usize, &str)| {
-        let mut settings = scaled(system, scale)?;
+        let mut settings = inertia_settings(system, scale)?;
         settings.extend(switched_off(system, rung)?);
         Ok(Case {
             step: if rung == 0 { FINE } else { 1.0 },
@@ -74,38 +73,29 @@ pub fn causes(
     Ok((rungs.collect::<Result<_>>()?, verdict))
 }
 
-/// What is not there yet.
+/// Settings that switch off what is added after step `rung`.
 fn switched_off(system: &System, rung: usize) -> Result<Vec<Setting>> {
     let mut settings = Vec::new();
-    let mut off = |name: String, value: &str| -> Result<()> {
-        settings.push(system.setting(&name, value)?);
-        Ok(())
-    };
     for actuator in ACTUATORS {
-        if rung < 2 {
-            off(format!("{actuator}.friction"), "false")?;
-        }
-        if rung < 3 {
-            EXTRAS
-                .into_iter()
-                .try_for_each(|extra| off(format!("{actuator}.{extra}"), "false"))?;
+        let friction = (rung < 2).then_some("friction");
+        let extras = EXTRAS.into_iter().filter(|_| rung < 3);
+        for effect in friction.into_iter().chain(extras) {
+            settings.push(system.setting(&format!("{actuator}.{effect}"), false)?);
         }
     }
-    if rung < 4 {
-        SENSORS
-            .into_iter()
-            .try_for_each(|(effect, value)| off(format!("sensors.{effect}"), value))?;
+    for (effect, off) in SENSORS.into_iter().filter(|_| rung < 4) {
+        settings.push(system.setting(&format!("sensors.{effect}"), off)?);
     }
     Ok(settings)
 }
 
 /// Elastic compliance 1/K_b of the lift actuator, m/N, from the stretch with which it holds its
 /// load at the start.
-pub fn compliance(system: &System, base: &Experiment, p: &Emla) -> Result<f64> {
-    let of = |variable: &str| -> Result<f64> {
+pub(crate) fn compliance(system: &System, base: &Experiment, p: &Emla) -> Result<f64> {
+    let start = |variable: &str| -> Result<f64> {
         let port = system.port(&format!("emla_2.{variable}"))?;
         start_value(system, &base.settings, port)
     };
     let travel = p.rho / (std::f64::consts::TAU * p.N_gear);
-    Ok((travel * of("theta_m")? - of("x")?) / of("F_hold")?)
+    Ok((travel * start("theta_m")? - start("x")?) / start("F_hold")?)
 }

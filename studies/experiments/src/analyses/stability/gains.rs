@@ -1,16 +1,16 @@
-//! The low-level law's gain conditions in numbers, at the largest current.
+//! The gain conditions of the low-level law's stability proof in numbers, at the largest current.
 #![allow(non_snake_case)] // the paper's symbols
 
 use serde::Serialize;
 
-/// Constants of the low-level law's stability conditions, at the largest current.
+/// Constants of the gain conditions.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Gains {
     /// β₁, N/A.
     pub beta_1: f64,
     /// |β₂|, N/A.
     pub beta_2: f64,
-    /// Left over right side of the first condition as printed.
+    /// Left over right side of the first condition as printed in the paper.
     pub printed_margin: f64,
     /// Largest weight of Young's inequality with which the first condition holds, A/N.
     pub epsilon_max: f64,
@@ -27,9 +27,9 @@ pub struct Condition {
     pub statement: &'static str,
     /// Weight ε of Young's inequality, A/N.
     pub weight: f64,
-    /// What is compared.
+    /// Its left side.
     pub value: f64,
-    /// What it must reach.
+    /// Its right side.
     pub bound: f64,
     /// Unit of both.
     pub unit: &'static str,
@@ -43,8 +43,8 @@ impl Condition {
 }
 
 impl Gains {
-    /// The conditions: the first as printed (weight 1 A/N) and with half of the largest weight, the
-    /// second with the latter. The third one, `K₁ = L_q/(β₁ K_v)`, is an equality by construction.
+    /// The first condition as printed (weight 1 A/N), the first with half of the largest weight, and
+    /// the second with the latter. The third one, `K₁ = L_q/(β₁ K_v)`, is an equality by construction.
     pub fn conditions(&self) -> [Condition; 3] {
         let weight = 0.5 * self.epsilon_max;
         let first = Condition {
@@ -75,7 +75,7 @@ impl Gains {
     /// `K₁ = 1/K_b`, so that ν_a's first part is the energy in the actuator's springs, and `K₂ =
     /// 3/2·L_d`, so that its second is that of the direct-axis field. The third condition is then
     /// no longer an equality by construction.
-    pub fn unfitted(&self, compliance: f64, L_d: f64) -> [Condition; 2] {
+    pub(crate) fn unfitted(&self, compliance: f64, L_d: f64) -> [Condition; 2] {
         let weight = 0.5 * self.epsilon_max;
         [
             Condition {

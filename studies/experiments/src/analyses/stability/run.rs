@@ -1,6 +1,6 @@
-//! The stability proof in numbers along a run: the accompanying functions, their derivative beside
-//! the bound of the last theorem, and where the bound is exceeded, which assumption of the proof
-//! fails there.
+//! The stability proof in numbers along a run: the accompanying functions, their derivative compared
+//! with the bound of the last theorem, and where the bound is exceeded, the assumption of the proof
+//! that fails there.
 //!
 //! With ν = ν_1 + Σ ν_a the theorem says `ν' ≤ −B`, B the dissipation of bodies and actuators. The
 //! excess `ν' + B` is the sum of
@@ -9,8 +9,8 @@
 //! actuators  Σ ν_a' + B_a + p'       p' = Σ (ẋ_r − ẋ)·e_F, with the force error e_F of the proof, from the currents
 //! cuts       p − p'
 //! ```
-//! In the proof the first two are ≤ 0 and the third is zero. In the machine the first is what
-//! sampling adds; the second what sampling adds and the voltage law has more or other than the
+//! In the proof the first two are ≤ 0 and the third is zero. In the machine the first is the effect
+//! of sampling; the second that of sampling and of the parts of the voltage law that differ from the
 //! printed one (motor-side velocity, filtered slope, integral part); the third is friction, inertia
 //! and elasticity between current and rod, which the proof leaves out.
 #![allow(non_snake_case)] // the paper's symbols
@@ -18,20 +18,21 @@
 use anyhow::{Result, ensure};
 use cosim::{Port, System, Verdict};
 use serde::Serialize;
+use surrogate::measurement::campaign::rms;
 
 use super::gains::Gains;
 use crate::measures::run::RecordedRun;
 use crate::runs::grid::Plan;
 
-/// Actuators.
+/// Number of actuators.
 const RODS: usize = 3;
-/// Outputs of the controller that are recorded once.
+/// Outputs of the controller that there are once.
 const SCALARS: [&str; 3] = [
     "lyapunov.nu_velocity",
     "lyapunov.nu_adaptation",
     "lyapunov.dissipation",
 ];
-/// Outputs of the controller that are recorded per actuator.
+/// Outputs of the controller for each actuator.
 const PER_ROD: [&str; 5] = [
     "lyapunov.nu_actuator",
     "lyapunov.dissipation_actuator",
@@ -39,7 +40,7 @@ const PER_ROD: [&str; 5] = [
     "lyapunov.force_error",
     "x_dot_required",
 ];
-/// Constants of the low-level law's stability conditions, in the order of the fields of [`Gains`].
+/// Outputs of the controller with the constants of the gain conditions.
 const GAINS: [&str; 6] = [
     "stability.beta_1",
     "stability.beta_2",
@@ -83,7 +84,7 @@ pub struct Run {
     pub nu_dot: Power,
     /// `ν' + B`: positive where the bound is exceeded.
     pub excess: Power,
-    /// Share of the time in which it is.
+    /// Share of the time in which the bound is exceeded.
     pub exceeded: f64,
     /// Part of the bodies in the excess.
     pub bodies: Power,
@@ -91,7 +92,7 @@ pub struct Run {
     pub actuators: Power,
     /// Part of the cuts at the rods.
     pub cuts: Power,
-    /// What the gain conditions are made of.
+    /// Constants of the gain conditions.
     pub gains: Gains,
     /// Course over the motion.
     #[serde(skip)]
@@ -123,170 +124,127 @@ pub struct Powers {
 }
 
 impl Powers {
-    /// `ν' + B`: positive where the bound is exceeded.
-    pub fn excess(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
-        (0..self.nu_dot.len()).map(|k| self.bodies[k] + self.actuators[k] + self.cuts[k])
-    }
-}
-
-/// Run and evaluate the motion.
-pub fn measure(system: &System, plan: &Plan) -> Result<(Run, Verdict)> {
-    let controller = system.port(SCALARS[0])?.component;
-    let arm = system.port("tip.position[1]")?.component;
-    let of_controller = |names: &[&str]| -> Result<Vec<Port>> {
-        let ports = names.iter().map(|name| system.port_of(controller, name));
-        ports.collect()
-    };
-    let (scalars, gains) = (of_controller(&SCALARS)?, of_controller(&GAINS)?);
-    let per_rod = PER_ROD.map(|name| system.elements(controller, name, RODS));
-    let mut per_rod = per_rod.into_iter().collect::<Result<Vec<_>>>()?;
-    per_rod.push(system.elements(arm, "x_dot", RODS)?);
-    let ports = [&scalars[..], &gains, &per_rod.concat()].concat();
-    let recorded = RecordedRun::record(system, &plan.experiment, &ports)?;
-    let step = plan.experiment.stepping.step;
-    let mut run = Course::of(&recorded, &scalars, &per_rod)?.evaluate(step)?;
-    (run.trajectory, run.law) = (plan.trajectory, plan.law.into());
-    run.course.start = recorded.recording.times[recorded.motion_start()];
-    // The gains' constants do not change over a run.
-    let constant = |k: usize| anyhow::Ok(recorded.recording.column(gains[k])?[0]);
-    run.gains = Gains {
-        beta_1: constant(0)?,
-        beta_2: constant(1)?,
-        printed_margin: constant(2)?,
-        epsilon_max: constant(3)?,
-        K_1: constant(4)?,
-        K_2: constant(5)?,
-    };
-    Ok((run, recorded.outcome.verdict()))
-}
-
-/// What the proof speaks of, at the communication points of the motion; sums over the actuators.
-#[derive(Default)]
-struct Course {
-    nu_velocity: Vec<f64>,
-    nu_adaptation: Vec<f64>,
-    nu_actuators: Vec<f64>,
-    /// B_1.
-    dissipation_bodies: Vec<f64>,
-    /// Σ B_a.
-    dissipation_actuators: Vec<f64>,
-    /// p.
-    flow_measured: Vec<f64>,
-    /// p'.
-    flow_proof: Vec<f64>,
-}
-
-impl Course {
-    /// Of the recorded [`SCALARS`], and [`PER_ROD`] with the rods' velocities.
-    fn of(recorded: &RecordedRun, scalars: &[Port], per_rod: &[Vec<Port>]) -> Result<Self> {
-        let columns = |ports: &[Port]| -> Result<Vec<&[f64]>> {
-            ports.iter().map(|port| recorded.motion(*port)).collect()
-        };
-        let sum = |columns: &[&[f64]]| -> Vec<f64> {
-            (0..columns[0].len())
-                .map(|k| columns.iter().map(|c| c[k]).sum())
-                .collect()
-        };
-        let scalars = columns(scalars)?;
-        let per_rod: Vec<_> = per_rod
-            .iter()
-            .map(|rods| columns(rods))
-            .collect::<Result<_>>()?;
-        let [nu, dissipation, flow, error, required, actual] = &per_rod[..] else {
-            unreachable!("as many as PER_ROD, and the velocities");
-        };
-        let proof = |k: usize| {
+    /// From the recorded [`SCALARS`], and [`PER_ROD`] with the rods' velocities, rod by rod each.
+    /// Derivatives are differences over a step, powers their means over it; `times` and `step` in s.
+    fn new(times: &[f64], scalars: &[&[f64]], per_rod: &[&[f64]], step: f64) -> Result<Self> {
+        let points = times.len();
+        ensure!(points > 1, "the motion has no step");
+        let rods = |signal: usize| &per_rod[RODS * signal..][..RODS];
+        let sum = |signal: usize, k: usize| rods(signal).iter().map(|c| c[k]).sum::<f64>();
+        let [nu_velocity, nu_adaptation, B_1] = [0, 1, 2].map(|n| scalars[n]);
+        let nu_actuators: Vec<f64> = (0..points).map(|k| sum(0, k)).collect();
+        let nu = |k: usize| nu_velocity[k] + nu_adaptation[k] + nu_actuators[k];
+        // B_a, p and p' of all actuators.
+        let B_a = |k: usize| sum(1, k);
+        let p = |k: usize| sum(2, k);
+        let (error, required, actual) = (rods(3), rods(4), rods(5));
+        let p_proof = |k: usize| -> f64 {
             (0..RODS)
                 .map(|i| (required[i][k] - actual[i][k]) * error[i][k])
                 .sum()
         };
+        let mean = |power: &dyn Fn(usize) -> f64, k: usize| 0.5 * (power(k) + power(k + 1));
+        let rate = |energy: &dyn Fn(usize) -> f64, k: usize| (energy(k + 1) - energy(k)) / step;
+        let each =
+            |power: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..points - 1).map(power).collect() };
         Ok(Self {
-            nu_velocity: scalars[0].to_vec(),
-            nu_adaptation: scalars[1].to_vec(),
-            nu_actuators: sum(nu),
-            dissipation_bodies: scalars[2].to_vec(),
-            dissipation_actuators: sum(dissipation),
-            flow_measured: sum(flow),
-            flow_proof: (0..error[0].len()).map(proof).collect(),
+            start: times[0],
+            nu_dot: each(&|k| rate(&nu, k)),
+            dissipation: each(&|k| mean(&|k| B_1[k], k) + mean(&B_a, k)),
+            bodies: each(&|k| {
+                rate(&|k| nu_velocity[k], k) + rate(&|k| nu_adaptation[k], k) + mean(&|k| B_1[k], k)
+                    - mean(&p, k)
+            }),
+            actuators: each(&|k| rate(&|k| nu_actuators[k], k) + mean(&B_a, k) + mean(&p_proof, k)),
+            cuts: each(&|k| mean(&p, k) - mean(&p_proof, k)),
+            nu_velocity: nu_velocity.to_vec(),
+            nu_adaptation: nu_adaptation.to_vec(),
+            nu_actuators,
         })
     }
 
-    /// Derivatives by differences over a step, powers by their means over it.
-    fn evaluate(self, step: f64) -> Result<Run> {
-        let points = self.nu_velocity.len();
-        ensure!(points > 1, "the motion has no step");
-        let rate = |c: &[f64], k: usize| (c[k + 1] - c[k]) / step;
-        let mean = |c: &[f64], k: usize| 0.5 * (c[k] + c[k + 1]);
-        let over = |of: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..points - 1).map(of).collect() };
-        let total: Vec<f64> = (0..points)
-            .map(|k| self.nu_velocity[k] + self.nu_adaptation[k] + self.nu_actuators[k])
-            .collect();
-        let course = Powers {
-            start: 0.0,
-            nu_dot: over(&|k| rate(&total, k)),
-            dissipation: over(&|k| {
-                mean(&self.dissipation_bodies, k) + mean(&self.dissipation_actuators, k)
-            }),
-            bodies: over(&|k| {
-                rate(&self.nu_velocity, k)
-                    + rate(&self.nu_adaptation, k)
-                    + mean(&self.dissipation_bodies, k)
-                    - mean(&self.flow_measured, k)
-            }),
-            actuators: over(&|k| {
-                rate(&self.nu_actuators, k)
-                    + mean(&self.dissipation_actuators, k)
-                    + mean(&self.flow_proof, k)
-            }),
-            cuts: over(&|k| mean(&self.flow_measured, k) - mean(&self.flow_proof, k)),
-            nu_velocity: self.nu_velocity,
-            nu_adaptation: self.nu_adaptation,
-            nu_actuators: self.nu_actuators,
-        };
-        let of = |values: &[f64]| Power::of(values.iter().copied());
-        let above = course.excess().filter(|excess| *excess > 0.0).count();
-        Ok(Run {
-            trajectory: "",
-            law: String::new(),
-            step,
-            nu: ends(&total),
-            nu_velocity: ends(&course.nu_velocity),
-            nu_adaptation: ends(&course.nu_adaptation),
-            nu_actuators: ends(&course.nu_actuators),
-            dissipation: of(&course.dissipation),
-            nu_dot: of(&course.nu_dot),
-            excess: Power::of(course.excess()),
-            exceeded: above as f64 / (points - 1) as f64,
-            bodies: of(&course.bodies),
-            actuators: of(&course.actuators),
-            cuts: of(&course.cuts),
-            gains: Gains::default(),
-            course,
-        })
+    /// ν at the communication points, J.
+    fn nu(&self) -> Vec<f64> {
+        let total = |k: usize| self.nu_velocity[k] + self.nu_adaptation[k] + self.nu_actuators[k];
+        (0..self.nu_velocity.len()).map(total).collect()
+    }
+
+    /// `ν' + B`: positive where the bound is exceeded.
+    pub fn excess(&self) -> Vec<f64> {
+        let parts = |k: usize| self.bodies[k] + self.actuators[k] + self.cuts[k];
+        (0..self.nu_dot.len()).map(parts).collect()
     }
 }
 
+/// Makes a run and evaluates its motion.
+pub(super) fn measure(system: &System, plan: &Plan) -> Result<(Run, Verdict)> {
+    let controller = system.port(SCALARS[0])?.component;
+    let arm = system.port("tip.position[1]")?.component;
+    let outputs = |names: &[&str]| -> Result<Vec<Port>> {
+        let ports = names.iter().map(|name| system.port_of(controller, name));
+        ports.collect()
+    };
+    let (scalars, gains) = (outputs(&SCALARS)?, outputs(&GAINS)?);
+    let per_rod = PER_ROD.map(|name| system.elements(controller, name, RODS));
+    let mut per_rod = per_rod.into_iter().collect::<Result<Vec<_>>>()?.concat();
+    per_rod.extend(system.elements(arm, "x_dot", RODS)?);
+    let ports = [&scalars[..], &gains, &per_rod].concat();
+    let recorded = RecordedRun::record(system, &plan.experiment, &ports)?;
+    let columns = |ports: &[Port]| -> Result<Vec<&[f64]>> {
+        ports.iter().map(|port| recorded.motion(*port)).collect()
+    };
+    let times = &recorded.recording.times[recorded.motion_start()..];
+    let step = plan.experiment.stepping.step;
+    let course = Powers::new(times, &columns(&scalars)?, &columns(&per_rod)?, step)?;
+    // They are constant over a run.
+    let constant = |k: usize| anyhow::Ok(recorded.recording.column(gains[k])?[0]);
+    let excess = course.excess();
+    let above = excess.iter().filter(|excess| **excess > 0.0).count();
+    let run = Run {
+        trajectory: plan.trajectory,
+        law: plan.law.into(),
+        step,
+        nu: ends(&course.nu()),
+        nu_velocity: ends(&course.nu_velocity),
+        nu_adaptation: ends(&course.nu_adaptation),
+        nu_actuators: ends(&course.nu_actuators),
+        dissipation: Power::new(&course.dissipation),
+        nu_dot: Power::new(&course.nu_dot),
+        excess: Power::new(&excess),
+        exceeded: above as f64 / excess.len() as f64,
+        bodies: Power::new(&course.bodies),
+        actuators: Power::new(&course.actuators),
+        cuts: Power::new(&course.cuts),
+        gains: Gains {
+            beta_1: constant(0)?,
+            beta_2: constant(1)?,
+            printed_margin: constant(2)?,
+            epsilon_max: constant(3)?,
+            K_1: constant(4)?,
+            K_2: constant(5)?,
+        },
+        course,
+    };
+    Ok((run, recorded.outcome.verdict()))
+}
+
 impl Power {
-    fn of(values: impl ExactSizeIterator<Item = f64>) -> Self {
-        let count = values.len() as f64;
-        let (mut sum, mut squares, mut max) = (0.0, 0.0, f64::NEG_INFINITY);
-        for v in values {
-            sum += v;
-            squares += v * v;
-            max = f64::max(max, v);
-        }
+    fn new(values: &[f64]) -> Self {
         Self {
-            mean: sum / count,
-            rms: (squares / count).sqrt(),
-            max,
+            mean: values.iter().fold(0.0, |sum, v| sum + v) / values.len() as f64,
+            rms: rms(values.iter().copied()),
+            max: largest(values),
         }
     }
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// First, largest and last value.
 fn ends(values: &[f64]) -> [f64; 3] {
-    let max = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    [values[0], max, values[values.len() - 1]]
+    [values[0], largest(values), values[values.len() - 1]]
 }
 
 #[cfg(test)]
@@ -301,21 +259,19 @@ mod tests {
         let h = 1e-3;
         let nu: Vec<f64> = (0..100).map(|k| (-2.0 * h * f64::from(k)).exp()).collect();
         let zero = vec![0.0; nu.len()];
-        let course = Course {
-            nu_velocity: nu.clone(),
-            nu_adaptation: zero.clone(),
-            nu_actuators: zero.clone(),
-            dissipation_bodies: nu.iter().map(|v| 2.0 * v + 0.5).collect(),
-            dissipation_actuators: zero.clone(),
-            flow_measured: vec![0.5; nu.len()],
-            flow_proof: zero,
-        };
-        let run = course.evaluate(h).unwrap();
-        assert!(run.bodies.max.abs() < h * h, "{:?}", run.bodies);
-        assert_eq!(run.actuators, Power::default());
-        assert!((run.cuts.mean - 0.5).abs() < 1e-15);
-        assert!((run.excess.max - 0.5).abs() < h * h && run.exceeded == 1.0);
-        assert_eq!((run.nu[0], run.nu[1]), (1.0, 1.0));
-        assert_eq!(run.course.nu_dot.len(), run.course.nu_velocity.len() - 1);
+        let dissipation: Vec<f64> = nu.iter().map(|v| 2.0 * v + 0.5).collect();
+        let flow = vec![0.5; nu.len()];
+        let mut per_rod = [&zero[..]; 6 * RODS];
+        per_rod[2 * RODS + 1] = &flow;
+        let course = Powers::new(&zero, &[&nu, &zero, &dissipation], &per_rod, h).unwrap();
+        let power = |values: &[f64]| Power::new(values);
+        let (bodies, cuts) = (power(&course.bodies), power(&course.cuts));
+        assert!(bodies.max.abs() < h * h, "{bodies:?}");
+        assert_eq!(power(&course.actuators), Power::default());
+        assert!((cuts.mean - 0.5).abs() < 1e-15);
+        assert!((power(&course.excess()).max - 0.5).abs() < h * h);
+        assert!(course.excess().iter().all(|excess| *excess > 0.0));
+        assert_eq!(ends(&course.nu())[..2], [1.0, 1.0]);
+        assert_eq!(course.nu_dot.len(), course.nu_velocity.len() - 1);
     }
 }

@@ -1,6 +1,5 @@
-//! The runs in which the proof is looked at: both trajectories with both laws, at two communication
-//! steps.
-#![allow(non_snake_case)] // the paper's symbols
+//! The runs along which the stability proof is evaluated: both trajectories with both laws, at two
+//! communication steps.
 
 use anyhow::{Context as _, Result};
 use cosim::{Experiment, Setting, System, Verdict};
@@ -9,22 +8,22 @@ use super::run::{Run, measure};
 use crate::runs::grid::{self, Case, Grid, Plan, TRAJECTORIES};
 use crate::setup::start_values::Law;
 
-/// Laws: without the extensions of the voltage law, and with them.
+/// Laws, and the gains that are set to 0: without the extensions of the voltage law, and with them.
 const LAWS: [(&str, &[&str]); 2] = [("paper", &["omega_i", "omega_d"]), ("shipped", &[])];
-/// Parts of the communication step.
+/// Steps over the communication step of the experiment.
 const STEPS: [f64; 2] = [1.0, 0.25];
-/// Runs that [`run`] makes.
+/// Number of runs that [`run`] makes.
 pub const RUNS: u64 = (TRAJECTORIES.len() * LAWS.len() * STEPS.len()) as u64;
 
-/// The plant's inertia over nominal, and that the accompanying functions are told of it.
-pub(super) fn scaled(system: &System, scale: f64) -> Result<Vec<Setting>> {
+/// Sets the plant's inertia over nominal, also for the accompanying functions.
+pub(super) fn inertia_settings(system: &System, scale: f64) -> Result<Vec<Setting>> {
     let variables = ["lyapunov.inertia_scale", "inertia_scale"];
     let settings = variables.map(|variable| system.setting(variable, scale));
     settings.into_iter().collect()
 }
 
-/// Run both trajectories with both laws, at the step of `base` and at a quarter of it; `scale` is
-/// the plant's inertia over nominal. The runs, and what spoils them.
+/// Runs both trajectories with both laws, at the step of `base` and at a quarter of it; `scale` is
+/// the plant's inertia over nominal. Returns the runs and the verdict on them.
 ///
 /// # Errors
 /// `base` sets what is varied here.
@@ -38,7 +37,7 @@ pub fn run(
         name: name.into(),
         values: off.iter().map(|v| ((*v).into(), "0".into())).collect(),
     };
-    let settings = scaled(system, scale)?;
+    let settings = inertia_settings(system, scale)?;
     let case = |part: f64| Case {
         step: part,
         ..Case::new(
@@ -52,18 +51,18 @@ pub fn run(
         measure(system, plan).with_context(name)
     };
     let mut cells = Grid::new(system, base, &laws, &cases).run(measure, done)?;
-    // Trajectory by trajectory, law by law, the steps beside each other.
+    // Trajectory by trajectory, law by law, step by step.
     cells.sort_by(|a, b| (a.trajectory, &a.law).cmp(&(b.trajectory, &b.law)));
     let verdict = grid::verdict(&cells);
     Ok((cells.into_iter().map(|cell| cell.result).collect(), verdict))
 }
 
-/// The gain conditions that hold with a weight of their own are asked for; the first as printed,
-/// with a weight of 1 A/N, is a result.
-pub fn judge(runs: &[Run], verdict: &mut Verdict) {
+/// Makes the verdict bad where a gain condition fails, apart from the first as printed: that one, with
+/// a weight of 1 A/N, is only reported.
+pub(crate) fn judge(runs: &[Run], verdict: &mut Verdict) {
     let Some(run) = runs.first() else { return };
-    let [_printed, asked @ ..] = run.gains.conditions();
-    for c in asked.iter().filter(|c| !c.holds()) {
+    let [_printed, required @ ..] = run.gains.conditions();
+    for c in required.iter().filter(|c| !c.holds()) {
         verdict.object(format!(
             "gain condition {}: {:.3e} {unit}, but it must be at least {:.3e} {unit}",
             c.statement,

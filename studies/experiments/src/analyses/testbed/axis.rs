@@ -1,4 +1,5 @@
-//! The axes of the testbed, the controllers on it, and what is measured of an axis.
+//! The axes of the testbed, the control laws that are tested on it, and the measured errors of an
+//! axis.
 
 use anyhow::Result;
 use cosim::{Inputs, Port, System};
@@ -6,10 +7,10 @@ use serde::Serialize;
 
 use crate::measures::run::Distance;
 
-/// An axis of the testbed: name, number of its rod, component of the testbed.
+/// The axes: name, number of the rod on the machine, component of the testbed.
 pub(super) const AXES: [(&str, usize, &str); 2] =
     [("lift", 2, "emla_lift"), ("tilt", 3, "emla_tilt")];
-/// Component of the testbed that controls both.
+/// Component of the testbed that controls both axes.
 pub(super) const CONTROLLER: &str = "controller";
 
 pub(super) fn inputs(testbed: &System, names: &[String]) -> Result<Inputs> {
@@ -20,62 +21,60 @@ pub(super) fn ports(system: &System, names: &[String]) -> Result<Vec<Port>> {
     names.iter().map(|name| system.port(name)).collect()
 }
 
-/// Position RMSE to stay below, m.
-pub const POSITION_TARGET: f64 = 0.05e-3;
-/// Force RMSE to stay below, as a share of the force's peak.
-pub const FORCE_TARGET: f64 = 0.01;
+/// Largest position RMSE that meets the target, m.
+pub(crate) const POSITION_TARGET: f64 = 0.05e-3;
+/// Largest force RMSE that meets the target, as a share of the force's peak.
+pub(crate) const FORCE_TARGET: f64 = 0.01;
 
-/// A controller on the testbed.
+/// A control law on the testbed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TestedLaw {
     /// Mode of the controller.
     pub mode: &'static str,
-    /// Whether it is told the load's force beforehand.
+    /// Whether the load's force is previewed to the controller, as the whole machine's
+    /// decomposition would.
     pub previewed: bool,
 }
 
-/// What checks the code: the controller is told the load.
-pub const CHECK: TestedLaw = TestedLaw {
-    mode: "adaptive",
-    previewed: true,
-};
-
-/// The load is not known beforehand.
-pub const UNKNOWN_LOAD: [TestedLaw; 5] = {
-    const fn untold(mode: &'static str) -> TestedLaw {
-        let previewed = false;
-        TestedLaw { mode, previewed }
+impl TestedLaw {
+    const fn new(mode: &'static str, previewed: bool) -> Self {
+        Self { mode, previewed }
     }
-    [
-        untold("adaptive"),
-        untold("modular"),
-        untold("pd"),
-        untold("modular_integral"),
-        untold("pd_integral"),
-    ]
-};
+}
+
+/// The law with preview: a check of the code, which has to meet the targets.
+pub const CHECK: TestedLaw = TestedLaw::new("adaptive", true);
+
+/// The laws without preview.
+pub(crate) const UNKNOWN_LOAD: [TestedLaw; 5] = [
+    TestedLaw::new("adaptive", false),
+    TestedLaw::new("modular", false),
+    TestedLaw::new("pd", false),
+    TestedLaw::new("modular_integral", false),
+    TestedLaw::new("pd_integral", false),
+];
 
 /// What loads an actuator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Load {
-    /// A force with a first-order lag.
+    /// A load emulator: a force with a first-order lag.
     Emulator,
     /// A second rig under force control.
     Rig,
 }
 
-/// An axis under a load.
+/// An axis and what loaded it.
 #[derive(Clone, Debug, Serialize)]
 pub struct LoadedAxis {
-    /// What loaded it.
+    /// The load.
     pub load: Load,
     /// The axis.
     #[serde(flatten)]
     pub axis: Axis,
 }
 
-/// Root mean square and maximum of an error, and the peak of what was to be followed.
+/// Root mean square and maximum of an error, and the peak of the reference.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct AxisError {
     /// Root mean square error.
@@ -93,7 +92,7 @@ pub struct Axis {
     pub trajectory: &'static str,
     /// `lift` or `tilt`.
     pub axis: &'static str,
-    /// The controller.
+    /// The control law.
     #[serde(rename = "trial")]
     pub law: TestedLaw,
     /// Position, m.
@@ -132,47 +131,30 @@ impl Course {
 }
 
 impl Axis {
-    /// The errors of a course from sample `first` on.
-    pub(super) fn of(
-        trajectory: &'static str,
-        axis: &'static str,
-        law: TestedLaw,
-        course: Course,
-        first: usize,
-    ) -> Self {
-        Self {
-            trajectory,
-            axis,
-            law,
-            position: error(&course.position, first),
-            velocity: error(&course.velocity, first),
-            force: error(&course.force, first),
-            course,
-        }
-    }
-
-    /// Whether its position is as near as it should be.
-    pub fn meets_position_target(&self) -> bool {
+    /// Whether the position error meets [`POSITION_TARGET`].
+    pub(crate) fn meets_position_target(&self) -> bool {
         self.position.rmse <= POSITION_TARGET
     }
 
-    /// Whether its force is as near as it should be.
-    pub fn meets_force_target(&self) -> bool {
+    /// Whether the force error meets [`FORCE_TARGET`].
+    pub(crate) fn meets_force_target(&self) -> bool {
         self.force.rmse <= FORCE_TARGET * self.force.peak
     }
 }
 
-/// Errors from sample `first` on.
-fn error([desired, actual]: &[Vec<f64>; 2], first: usize) -> AxisError {
-    let (mut error, mut peak) = (Distance::default(), 0.0_f64);
-    for (d, a) in desired.iter().zip(actual).skip(first) {
-        error.add((d - a).abs());
-        peak = peak.max(d.abs());
-    }
-    AxisError {
-        rmse: error.rms(),
-        max: error.max,
-        peak,
+impl AxisError {
+    /// The error from sample `first` on.
+    pub(super) fn new([desired, actual]: &[Vec<f64>; 2], first: usize) -> Self {
+        let (mut error, mut peak) = (Distance::default(), 0.0_f64);
+        for (d, a) in desired.iter().zip(actual).skip(first) {
+            error.add((d - a).abs());
+            peak = peak.max(d.abs());
+        }
+        Self {
+            rmse: error.rms(),
+            max: error.max,
+            peak,
+        }
     }
 }
 
@@ -183,7 +165,7 @@ mod tests {
     #[test]
     fn errors_count_from_the_first_sample_of_the_motion() {
         let courses = [vec![9.0, 1.0, -2.0], vec![0.0, 4.0, 2.0]];
-        let t = error(&courses, 1);
+        let t = AxisError::new(&courses, 1);
         assert_eq!((t.rmse, t.max, t.peak), (12.5f64.sqrt(), 4.0, 2.0));
     }
 }

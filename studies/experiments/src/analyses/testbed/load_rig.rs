@@ -1,10 +1,10 @@
-//! Loading rigs, nose to nose with the actuators, and their force control.
+//! The rigs that load actuators as built, nose to nose with them, and their force control.
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::Result;
 use cosim::{Inputs, Master, Setting, Signals, System};
 use emla::maps;
-use machine_file::Emla;
+use machine_file::{Emla, Machine};
 use surrogate::measurement::drive_control::{DriveControl, MotorReference, torque_per_ampere};
 
 use super::axis::{inputs, ports};
@@ -12,9 +12,10 @@ use super::profile::Profile;
 
 /// Components of the loading rigs, in the order of the axes.
 const LOADS: [&str; 2] = ["load_lift", "load_tilt"];
-/// Shortest time constant with which a loading rig's force follows, s: its speed control is little
+/// Shortest time constant with which a loading rig's force follows, s: its speed control is hardly
 /// faster.
 const FASTEST: f64 = 0.01;
+
 /// Stroke of a loading rig whose actuator is at `x`: nose to nose both screws together are one
 /// screw long.
 fn mirrored(p: &Emla, x: f64) -> f64 {
@@ -22,11 +23,11 @@ fn mirrored(p: &Emla, x: f64) -> f64 {
 }
 
 /// Start values of both loading rigs.
-pub(super) fn start(system: &System, p: &Emla, profiles: &[Profile; 2]) -> Result<Vec<Setting>> {
-    let mut settings = Vec::new();
+pub(super) fn start(system: &System, profiles: &[Profile; 2]) -> Result<Vec<Setting>> {
+    let (p, mut settings) = (Machine::reference().emla.lift, Vec::new());
     for (load, profile) in LOADS.into_iter().zip(profiles) {
         for (variable, value) in [
-            ("x", mirrored(p, profile.x[0])),
+            ("x", mirrored(&p, profile.x[0])),
             ("x_dot", -profile.x_dot[0]),
             ("F_hold", profile.F[0]),
         ] {
@@ -49,22 +50,23 @@ pub(super) struct LoadRigs {
 }
 
 impl LoadRigs {
-    pub(super) fn new(system: &System, p: Emla, lag: f64) -> Result<Self> {
+    pub(super) fn new(system: &System, lag: f64) -> Result<Self> {
         let names = |variables: &[&str]| -> Vec<String> {
-            let of = |load| variables.iter().map(move |v| format!("{load}.{v}"));
-            LOADS.into_iter().flat_map(of).collect()
+            let all = |load| variables.iter().map(move |v| format!("{load}.{v}"));
+            LOADS.into_iter().flat_map(all).collect()
         };
         Ok(Self {
             rods: inputs(system, &names(&["x", "x_dot"]))?,
             voltages: inputs(system, &names(&["v_d", "v_q"]))?,
             readings: Signals::new(system, &ports(system, &names(&["F", "i_d", "i_q", "w_m"]))?)?,
             drives: [None, None],
-            p,
+            p: Machine::reference().emla.lift,
             lag: lag.max(FASTEST),
         })
     }
 
-    /// Move them with the rods, let their control act for the next `h` s; their forces on the rods.
+    /// Moves the rigs with the rods, lets their control act for the next `h` s, and returns their
+    /// forces on the rods.
     pub(super) fn press(
         &mut self,
         master: &Master,
@@ -81,78 +83,62 @@ impl LoadRigs {
         let mut v = [[0.0; 2]; 2];
         for axis in 0..2 {
             let [F, i_d, i_q, w_m] = signals[axis];
-            let read = Readings {
-                F,
-                i: [i_d, i_q],
-                w_m,
-                x: mirrored[axis][0],
-                x_dot: mirrored[axis][1],
-            };
+            let [x, x_dot] = mirrored[axis];
+            let read = [F, i_d, i_q, w_m, x, x_dot];
             let [_, _, x_ddot, F] = wanted[axis];
             let (p, drive) = (&self.p, &mut self.drives[axis]);
-            let drive = drive.get_or_insert_with(|| LoadDrive::holding(p, &read));
-            v[axis] = drive.command(p, [F, -x_ddot], &read, self.lag, h);
+            let drive = drive.get_or_insert_with(|| LoadDrive::holding(p, read));
+            v[axis] = drive.command(p, [F, -x_ddot], read, self.lag, h);
         }
         self.voltages.set(master, v.as_flattened())?;
         Ok(signals.map(|[F, ..]| F))
     }
 }
 
-/// What the control of a loading rig reads.
-struct Readings {
-    /// Force, N.
-    F: f64,
-    /// Currents, A.
-    i: [f64; 2],
-    /// Motor speed, rad/s.
-    w_m: f64,
-    /// Stroke, m, and its rate, m/s.
-    x: f64,
-    /// See `x`.
-    x_dot: f64,
-}
+/// Signals that the control of a loading rig reads: force, N, currents i_d and i_q, A, motor speed,
+/// rad/s, stroke, m, and its rate, m/s.
+type Readings = [f64; 6];
 
 /// Force control of a loading rig, over the control of its drive.
 struct LoadDrive(DriveControl);
 
 impl LoadDrive {
-    /// A drive that holds what it reads.
-    fn holding(p: &Emla, read: &Readings) -> Self {
-        let tau = torque_per_ampere(p) * read.i[1] - maps::travel_per_radian(p) * read.F;
-        Self(DriveControl::holding(p, tau, read.i))
+    /// A drive that holds the present state.
+    fn holding(p: &Emla, [F, i_d, i_q, ..]: Readings) -> Self {
+        let tau = torque_per_ampere(p) * i_q - maps::travel_per_radian(p) * F;
+        Self(DriveControl::holding(p, tau, [i_d, i_q]))
     }
 
-    /// Voltages for the force `F` while the nut accelerates by `x_ddot`. The spring between nut and
-    /// rod turns speed into force, so the speed is commanded with which the force follows with the
-    /// time constant `lag`, and the force is known beforehand:
+    /// Voltages for the force `F_r` while the nut accelerates by `x_ddot`. The spring between nut and
+    /// rod turns speed into force, so the commanded speed is the one with which the force follows
+    /// with the time constant `lag`; the load of the drive is known beforehand:
     /// ```text
     /// K (ẋ_n − ẋ) = (F_r − F)/lag,   w = ẋ_n/ρ,   τ_load = ρ F_r
     /// ```
     fn command(
         &mut self,
         p: &Emla,
-        [F, x_ddot]: [f64; 2],
-        read: &Readings,
+        [F_r, x_ddot]: [f64; 2],
+        [F, i_d, i_q, w_m, x, x_dot]: Readings,
         lag: f64,
         h: f64,
     ) -> [f64; 2] {
         let travel = maps::travel_per_radian(p);
         let mount = rig::Extras::AS_BUILT.compliance.mount;
-        let K = 1.0 / (1.0 / maps::stiffness(p, read.x) + 1.0 / mount);
-        let x_dot = read.x_dot + (F - read.F) / (K * lag);
+        let K = 1.0 / (1.0 / maps::stiffness(p, x) + 1.0 / mount);
+        let x_dot = x_dot + (F_r - F) / (K * lag);
         let wanted = MotorReference {
             w: x_dot / travel,
             w_dot: x_ddot / travel,
-            tau: travel * F,
+            tau: travel * F_r,
         };
-        self.0.command(p, wanted, read.i, read.w_m, h)
+        self.0.command(p, wanted, [i_d, i_q], w_m, h)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use machine_file::Machine;
     use rig::{Drive, Extras, Input, Rig};
 
     /// The force of a loading rig on a rod that stands follows a step as the law that its speed is
@@ -179,15 +165,9 @@ mod tests {
             for k in 0..(time / h).round() as u32 {
                 let y = rig.output(&s, &u);
                 F = y.F;
-                let read = Readings {
-                    F,
-                    i: [y.i_d, y.i_q],
-                    w_m: y.w_m,
-                    x: u.x,
-                    x_dot: 0.0,
-                };
-                let drive = drive.get_or_insert_with(|| LoadDrive::holding(&p, &read));
-                [u.v_d, u.v_q] = drive.command(&p, [wanted, 0.0], &read, lag, h);
+                let read = [F, y.i_d, y.i_q, y.w_m, u.x, 0.0];
+                let drive = drive.get_or_insert_with(|| LoadDrive::holding(&p, read));
+                [u.v_d, u.v_q] = drive.command(&p, [wanted, 0.0], read, lag, h);
                 s = rig.step(&s, &u, f64::from(k) * h, h).expect("a step");
             }
             F

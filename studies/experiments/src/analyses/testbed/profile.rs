@@ -1,4 +1,4 @@
-//! The run of the whole machine whose forces and motions the testbed replays.
+//! Runs of the whole machine, and the rods' motions and forces in them that the testbed replays.
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::{Context, Result, ensure};
@@ -10,7 +10,7 @@ use crate::measures::run::RecordedRun;
 use crate::runs::grid::TRAJECTORIES;
 use crate::setup::start_values::vary;
 
-/// Course of one rod in the run of the whole machine, at its communication points.
+/// Course of one rod in a run of the whole machine, at the communication points.
 pub(super) struct Profile {
     /// Position, m.
     pub x: Vec<f64>,
@@ -22,19 +22,20 @@ pub(super) struct Profile {
     pub F: Vec<f64>,
 }
 
-/// The machine on a trajectory.
+/// A run of the whole machine on a trajectory.
 pub struct MachineRun {
     pub(super) trajectory: &'static str,
-    /// Of both axes.
+    /// Courses of the rods of both axes.
     pub(super) profiles: [Profile; 2],
-    /// First point of the motion.
+    /// Index of the first communication point of the motion.
     pub(super) motion_start: usize,
-    /// What was found in the run.
+    /// The verdict on the run.
     pub verdict: Verdict,
 }
 
 impl Profile {
-    /// Position, velocity, acceleration and force between point `k` and the next.
+    /// Position, velocity, acceleration and force at this share of the way from point `k` to the
+    /// next.
     pub(super) fn between(&self, k: usize, share: f64) -> [f64; 4] {
         let next = (k + 1).min(self.x.len() - 1);
         [&self.x, &self.x_dot, &self.x_ddot, &self.F]
@@ -42,16 +43,15 @@ impl Profile {
     }
 }
 
-/// Run the `machine` under `base` on both trajectories.
-///
-/// # Errors
-/// A run fails, or is too short to be replayed.
-pub fn record(machine: &System, base: &Experiment) -> Result<Vec<MachineRun>> {
+/// Runs the `machine` under `base` on both trajectories.
+pub(crate) fn record(machine: &System, base: &Experiment) -> Result<Vec<MachineRun>> {
     let ports = ports(machine)?;
     let one = |trajectory: &'static str| {
         let experiment = vary(machine, base, &[("trajectory", &trajectory)])?;
         RecordedRun::record(machine, &experiment, &ports)
-            .and_then(|recorded| MachineRun::of(machine, trajectory, base.stepping.step, &recorded))
+            .and_then(|recorded| {
+                MachineRun::new(machine, trajectory, base.stepping.step, &recorded)
+            })
             .with_context(|| format!("{trajectory}, run of the machine"))
     };
     TRAJECTORIES.into_par_iter().map(one).collect()
@@ -60,17 +60,17 @@ pub fn record(machine: &System, base: &Experiment) -> Result<Vec<MachineRun>> {
 /// What must be recorded of the machine at every communication point.
 ///
 /// # Errors
-/// The machine has not the rods of the testbed.
+/// The machine does not have the rods of the testbed.
 pub fn ports(machine: &System) -> Result<Vec<Port>> {
     Ok(rods(machine)?.as_flattened().to_vec())
 }
 
 impl MachineRun {
-    /// Of a run of the machine on this trajectory in communication steps of `step`, s.
+    /// From a recorded run of the machine on this trajectory in communication steps of `step`, s.
     ///
     /// # Errors
     /// It is too short to be replayed, or one of [`ports`] was not recorded.
-    pub fn of(
+    pub fn new(
         machine: &System,
         trajectory: &'static str,
         step: f64,
@@ -98,19 +98,17 @@ impl MachineRun {
     }
 }
 
-fn rods(machine: &System) -> Result<[[Port; 3]; 2]> {
-    let [lift, tilt] = AXES.map(|(_, rod, _)| rod_ports(machine, rod));
-    Ok([lift?, tilt?])
-}
-
-/// Position, velocity and force of a rod of the machine.
-pub(super) fn rod_ports(machine: &System, rod: usize) -> Result<[Port; 3]> {
+/// Position, velocity and force of the machine's rod of each axis.
+pub(super) fn rods(machine: &System) -> Result<[[Port; 3]; 2]> {
     let arm = machine.port("f_hold[1]")?.component;
-    let of_rod = |array: &str| machine.port_of(arm, &format!("{array}[{rod}]"));
     let wiring = machine.wiring()?;
-    let force = wiring.driver(of_rod("f")?);
-    let force = force.with_context(|| format!("nothing drives rod {rod}"))?;
-    Ok([of_rod("x")?, of_rod("x_dot")?, wiring.links[force].from])
+    let [lift, tilt] = AXES.map(|(_, rod, _)| {
+        let port = |array: &str| machine.port_of(arm, &format!("{array}[{rod}]"));
+        let force = wiring.driver(port("f")?);
+        let force = force.with_context(|| format!("nothing drives rod {rod}"))?;
+        anyhow::Ok([port("x")?, port("x_dot")?, wiring.links[force].from])
+    });
+    Ok([lift?, tilt?])
 }
 
 /// Derivative by central differences, one-sided at the ends.

@@ -1,11 +1,10 @@
-//! The testbed while it runs: the actuator level of the controller tracks the rods' recorded
-//! motion, and a load emulator or a second rig replays the recorded force.
+//! One run of the testbed: the actuator level of the controller tracks the rods' recorded motion,
+//! and load emulators or loading rigs replay the recorded forces.
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::Result;
 use cosim::master::Stepping;
-use cosim::{Inputs, Master, Setting, Signals, System};
-use machine_file::Machine;
+use cosim::{Master, Setting, Signals, System};
 
 use super::axis::{AXES, CONTROLLER, Course, Load, TestedLaw, inputs, ports};
 use super::load_rig::{self, LoadRigs};
@@ -15,13 +14,13 @@ use super::profile::Profile;
 /// hangs between two stiff springs.
 const STEP: f64 = 1e-4;
 
-/// The one-axis experiment as it is run.
+/// The testbed, set up for a run.
 pub(super) struct Bed<'a> {
     pub system: &'a System,
     pub settings: &'a [Setting],
-    /// That of the recorded run.
+    /// Communication steps of the recorded run.
     pub stepping: Stepping,
-    /// Whether its actuators are rigs, and further rigs stand opposite.
+    /// Whether its actuators are rigs, with loading rigs opposite to them.
     pub is_as_built: bool,
     pub load: Load,
     /// Time constant of the loads, s.
@@ -30,17 +29,9 @@ pub(super) struct Bed<'a> {
 }
 
 impl Bed<'_> {
-    /// Communication steps from one recorded point to the next.
-    fn parts(&self) -> usize {
-        match self.load {
-            Load::Emulator => 1,
-            Load::Rig => (self.stepping.step / STEP).ceil() as usize,
-        }
-    }
-
-    /// Share of the load's force that the controller is told beforehand.
-    fn told(&self) -> f64 {
-        if self.law.previewed { 1.0 } else { 0.0 }
+    /// Share of the load's force that is previewed to the controller.
+    fn preview(&self) -> f64 {
+        f64::from(self.law.previewed)
     }
 
     /// Start values: the rods where the recording starts, in equilibrium with its forces.
@@ -54,40 +45,41 @@ impl Bed<'_> {
                 (format!("{actuator}.F_ext"), p.F[0]),
                 (reference("position", rod), p.x[0]),
                 (reference("velocity", rod), p.x_dot[0]),
-                (reference("force", rod), self.told() * p.F[0]),
+                (reference("force", rod), self.preview() * p.F[0]),
             ] {
                 settings.push(self.system.setting(&variable, value)?);
             }
         }
         if self.is_as_built {
-            let p = Machine::reference().emla.lift;
-            settings.extend(load_rig::start(self.system, &p, profiles)?);
+            settings.extend(load_rig::start(self.system, profiles)?);
         }
         let mode = format!("{CONTROLLER}.mode");
         settings.push(self.system.setting(&mode, self.law.mode)?);
         Ok(settings)
     }
 
-    /// Courses of both axes at the recorded points.
+    /// Makes the run; courses of both axes at the recorded points.
     pub(super) fn replay(&self, profiles: &[Profile; 2]) -> Result<[Course; 2]> {
-        let (system, told) = (self.system, self.told());
-        let (points, parts) = (profiles[0].x.len(), self.parts());
+        let (system, preview) = (self.system, self.preview());
+        // Communication steps from one recorded point to the next.
+        let parts = match self.load {
+            Load::Emulator => 1,
+            Load::Rig => (self.stepping.step / STEP).ceil() as usize,
+        };
+        let points = profiles[0].x.len();
         let h = self.stepping.step / parts as f64;
         let stepping = Stepping {
             step: h,
             ..self.stepping
         };
-        let mut references = references(system)?;
+        let quantities = ["position", "velocity", "acceleration", "force"];
+        let names = AXES.map(|(_, rod, _)| quantities.map(|q| reference(q, rod)));
+        let mut references = inputs(system, names.as_flattened())?;
         let mut forces = inputs(system, &AXES.map(|(_, _, a)| format!("{a}.F_ext")))?;
         let outputs = AXES.map(|(_, _, a)| ["x_rod", "x_rod_dot", "F"].map(|v| format!("{a}.{v}")));
         let mut rods = Signals::new(system, &ports(system, outputs.as_flattened())?)?;
-        let mut rigs = match self.load {
-            Load::Emulator => None,
-            Load::Rig => {
-                let p = Machine::reference().emla.lift;
-                Some(LoadRigs::new(system, p, self.lag)?)
-            }
-        };
+        let rigs = (self.load == Load::Rig).then(|| LoadRigs::new(system, self.lag));
+        let mut rigs = rigs.transpose()?;
         let mut master = Master::new(system, &self.start(profiles)?, stepping)?;
         let mut emulated = profiles.each_ref().map(|p| p.F[0]);
         let mut courses = [Course::default(), Course::default()];
@@ -104,7 +96,7 @@ impl Bed<'_> {
                         course.add(master.time(), [x, x_dot, F], &actual);
                     }
                 }
-                let known = wanted.map(|[x, x_dot, x_ddot, F]| [x, x_dot, x_ddot, told * F]);
+                let known = wanted.map(|[x, x_dot, x_ddot, F]| [x, x_dot, x_ddot, preview * F]);
                 references.set(&master, known.as_flattened())?;
                 let force = match &mut rigs {
                     Some(rigs) => rigs.press(&master, rod, wanted, h)?,
@@ -126,20 +118,13 @@ impl Bed<'_> {
     }
 }
 
-/// Input of the controller for a rod.
+/// Name of the controller's input for a quantity of a rod.
 fn reference(quantity: &str, rod: usize) -> String {
     format!("{CONTROLLER}.reference.rod_{quantity}[{rod}]")
 }
 
-/// References of both rods: position, velocity, acceleration and force of each.
-fn references(testbed: &System) -> Result<Inputs> {
-    let quantities = ["position", "velocity", "acceleration", "force"];
-    let names = AXES.map(|(_, rod, _)| quantities.map(|q| reference(q, rod)));
-    inputs(testbed, names.as_flattened())
-}
-
-/// Load emulator: `lag·F' = F_profile − F`, exact for a profile held at its mean over the step; the
-/// mean force of the step.
+/// Advances a load emulator, `lag·F' = F_profile − F`, exactly for a profile held at its mean over
+/// the step, and returns the mean force over the step.
 fn emulate(force: &mut f64, from: f64, to: f64, step: f64, lag: f64) -> f64 {
     let before = *force;
     let reached = if lag > 0.0 {

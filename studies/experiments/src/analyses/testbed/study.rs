@@ -1,32 +1,32 @@
-//! One-axis experiment (the paper's "Experimental Results"): the lift and the tilt actuator,
-//! force-driven, each against a load emulator that replays the force profile of its joint from a
-//! run of the whole machine with a first-order lag; the actuator level of the controller tracks the
-//! rod's position and velocity of that run. The load's force is previewed to the controller, as the
-//! whole machine's decomposition would, or not known to it beforehand, as on a testbed that
-//! something else loads. With actuators as built, a second rig under force control, nose to nose,
-//! loads them too.
+//! The replays of the one-axis experiment: the lift and the tilt actuator, force-driven, each
+//! against a load emulator that replays the force on its rod from a run of the whole machine with a
+//! first-order lag. The actuator level of the controller tracks the rod's position and velocity of
+//! that run. The load's force is previewed to the controller, as the whole machine's decomposition
+//! would, or not, as on a testbed that something else loads. Actuators as built are also loaded by a
+//! second rig under force control, nose to nose.
 
 use anyhow::{Context, Result};
 use cosim::{Experiment, Setting, System, Verdict};
 use rayon::prelude::*;
 
 use super::axis::{
-    AXES, Axis, CONTROLLER, FORCE_TARGET, Load, LoadedAxis, POSITION_TARGET, TestedLaw,
+    AXES, Axis, AxisError, CONTROLLER, FORCE_TARGET, Load, LoadedAxis, POSITION_TARGET, TestedLaw,
 };
-use super::profile::{MachineRun, rod_ports};
+use super::profile::{MachineRun, rods};
 use super::replay::Bed;
 
 /// Packed system.
-pub const SYSTEM: &str = "Testbed.ssp";
+pub(crate) const SYSTEM: &str = "Testbed.ssp";
 /// Packed system of actuators as built.
-pub const RIG_SYSTEM: &str = "RigTestbed.ssp";
+pub(crate) const RIG_SYSTEM: &str = "RigTestbed.ssp";
+
 /// What the testbed stands for: the machine, and under which conditions it ran.
 #[derive(Clone, Copy)]
 pub struct Replay<'a> {
     /// The machine.
     pub machine: &'a System,
-    /// Its conditions; what is set on its controller, and on its lift and tilt actuators, counts on
-    /// the testbed too.
+    /// Its conditions; settings of its controller, and of its lift and tilt actuators, apply to the
+    /// testbed too.
     pub base: &'a Experiment,
     /// Its runs.
     pub runs: &'a [MachineRun],
@@ -35,18 +35,18 @@ pub struct Replay<'a> {
 }
 
 impl Replay<'_> {
-    /// Replay both trajectories on the `testbed` with each of `laws`.
+    /// Replays all runs on the `testbed` with each of `laws`, loaded by emulators.
     ///
     /// # Errors
-    /// A run fails, or the testbed does not have what is set on the machine.
+    /// A run fails, or the testbed lacks a variable that is set on the machine.
     pub fn on(&self, testbed: &System, laws: &[TestedLaw]) -> Result<Vec<Axis>> {
         let axes = self.replay(testbed, laws, &[Load::Emulator], false)?;
         Ok(axes.into_iter().map(|loaded| loaded.axis).collect())
     }
 
-    /// Replay both trajectories on the testbed of actuators as built with each of `laws`, under
-    /// both loads; of what is set on the machine what is set on its controller counts.
-    pub fn on_rigs(&self, testbed: &System, laws: &[TestedLaw]) -> Result<Vec<LoadedAxis>> {
+    /// Replays all runs on the testbed of actuators as built with each of `laws`, under both loads;
+    /// of the machine's settings only those of its controller apply.
+    pub(crate) fn on_rigs(&self, testbed: &System, laws: &[TestedLaw]) -> Result<Vec<LoadedAxis>> {
         self.replay(testbed, laws, &[Load::Emulator, Load::Rig], true)
     }
 
@@ -57,7 +57,7 @@ impl Replay<'_> {
         loads: &[Load],
         is_as_built: bool,
     ) -> Result<Vec<LoadedAxis>> {
-        let settings = self.shared(system, is_as_built)?;
+        let settings = self.shared_settings(system, is_as_built)?;
         let mut replays = Vec::new();
         for run in self.runs {
             for load in loads {
@@ -78,22 +78,33 @@ impl Replay<'_> {
                 let (trajectory, mode) = (run.trajectory, law.mode);
                 format!("{trajectory}, testbed, {load:?} as load, {mode}")
             })?;
-            let axis = |((name, ..), course): ((&'static str, usize, &str), _)| LoadedAxis {
-                load,
-                axis: Axis::of(run.trajectory, name, law, course, run.motion_start),
-            };
-            Ok(AXES.into_iter().zip(courses).map(axis).collect::<Vec<_>>())
+            let error = |pair: &_| AxisError::new(pair, run.motion_start);
+            let axes = AXES.into_iter().zip(courses).map(|((axis, ..), course)| {
+                let axis = Axis {
+                    trajectory: run.trajectory,
+                    axis,
+                    law,
+                    position: error(&course.position),
+                    velocity: error(&course.velocity),
+                    force: error(&course.force),
+                    course,
+                };
+                LoadedAxis { load, axis }
+            });
+            Ok(axes.collect::<Vec<_>>())
         };
         let axes: Result<Vec<_>> = replays.into_par_iter().map(one).collect();
         Ok(axes?.into_iter().flatten().collect())
     }
 
-    /// What is set on the machine, on the components of the testbed that stand for the same.
-    fn shared(&self, testbed: &System, is_as_built: bool) -> Result<Vec<Setting>> {
+    /// The machine's settings that apply to the testbed: those of its controller, and unless the
+    /// testbed's actuators are as built, of its actuators.
+    fn shared_settings(&self, testbed: &System, is_as_built: bool) -> Result<Vec<Setting>> {
         let machine = self.machine;
         let mut twins = vec![(machine.port("tip_error_norm")?.component, CONTROLLER)];
-        for (_, rod, actuator) in AXES.into_iter().filter(|_| !is_as_built) {
-            twins.push((rod_ports(machine, rod)?[2].component, actuator));
+        if !is_as_built {
+            let actuators = AXES.into_iter().zip(rods(machine)?);
+            twins.extend(actuators.map(|((.., twin), [.., force])| (force.component, twin)));
         }
         let mut settings = Vec::new();
         for Setting { port, value } in &self.base.settings {
@@ -106,8 +117,8 @@ impl Replay<'_> {
     }
 }
 
-/// Objects to what is not met of the targets: those of the controller that is told the load.
-pub fn judge(axes: &[Axis], verdict: &mut Verdict) {
+/// Makes the verdict bad for each target that is missed; they are for the law with preview.
+pub(crate) fn judge(axes: &[Axis], verdict: &mut Verdict) {
     for a in axes {
         let name = format!("{} of the testbed, {}", a.axis, a.trajectory);
         if !a.meets_position_target() {
