@@ -1,4 +1,5 @@
-//! Subcommand `report`.
+//! The command `report`: finds the systems that the report covers, makes their runs, and writes
+//! the page and its figures.
 
 use std::path::Path;
 
@@ -7,13 +8,12 @@ use anyhow::Result;
 use cosim::Verdict;
 use cosim::cli::{bar, find, print};
 use experiments::commands::pictures::ReportArgs;
-use experiments::setup::run_setup::RunSetup;
 use experiments::worlds::{BENDING_SYSTEM, SYSTEM, World};
 
-/// The packed machine that a battery feeds, shown where it lies beside the system.
+/// The packed machine that a battery feeds, reported where its file lies next to the system's.
 const ELECTRIC: &str = "Electric.ssp";
 
-/// Make the runs, then write page and figures; a run that failed is named in the page and here.
+/// Makes the runs, then writes page and figures; a failed run is named in the page and printed.
 pub fn report(args: &ReportArgs) -> Result<Verdict> {
     let recorded = Recorded::read(args.tournament.as_deref(), args.margins.as_deref())?;
     let setup = args.machine.setup().without_path().build()?;
@@ -30,20 +30,15 @@ pub fn report(args: &ReportArgs) -> Result<Verdict> {
     let bending = bending.transpose()?;
     let electric = beside(ELECTRIC).map(|path| packed(&path).system());
     let electric = electric.transpose()?;
-    let RunSetup {
-        system,
-        base,
-        verdict,
-    } = setup;
     let request = Request {
         electric: electric.as_ref(),
-        system: &system,
+        system: &setup.system,
         testbed: testbed.as_ref(),
         real: real.as_ref(),
         bending: bending.as_ref(),
         recorded,
         path,
-        base: &base,
+        base: &setup.base,
     };
     let bar = bar(0, "runs", false);
     let report = Report::new(&request, |done, total| {
@@ -56,12 +51,8 @@ pub fn report(args: &ReportArgs) -> Result<Verdict> {
     report.write(&args.out)?;
     print(format_args!("report written to {}\n", args.out.display()))?;
     if let Some(folder) = &args.figures {
-        let files = figures::write(&report, folder)?;
-        let count = files.len();
-        print(format_args!(
-            "{count} figures written to {}\n",
-            folder.display()
-        ))?;
+        let (count, folder_name) = (figures::write(&report, folder)?.len(), folder.display());
+        print(format_args!("{count} figures written to {folder_name}\n"))?;
     }
-    Ok(verdict)
+    Ok(setup.verdict)
 }

@@ -1,7 +1,7 @@
-//! What the animation draws: shapes of the bodies in body axes, and the bodies' poses over a run.
+//! The scene of the report's animation and of the live page: shapes of the machine's bodies in body
+//! axes, and the bodies' poses over a run.
 //!
-//! Shapes are made for the eye, from the mechanism's points; where bodies hang on each other is
-//! exact.
+//! The shapes are made up around the mechanism's points, which are exact.
 
 #![allow(non_snake_case)] // points as in the paper
 
@@ -14,8 +14,8 @@ use serde::Serialize;
 
 use super::samples::Samples;
 
-/// A drawn tip this far from the FMU's is another machine, m.
-const SAME_MACHINE: f64 = 1e-6;
+/// Largest distance between the drawn tip and the FMU's if both have the same machine file, m.
+const TIP_TOLERANCE: f64 = 1e-6;
 
 /// The bodies to draw.
 #[derive(Serialize)]
@@ -25,20 +25,19 @@ pub struct Scene {
     tree: Tree,
 }
 
-/// What a page needs that poses the bodies itself, at joint angles that come in while it is open.
+/// The scene for the live page, which computes the bodies' poses from joint angles itself.
 #[derive(Serialize)]
 pub struct LiveScene<'a> {
     bodies: &'a [BodyShape],
     tree: &'a Tree,
-    /// Force that each rod is rated for, N.
+    /// Rated force of each rod, N.
     rated: [f64; 3],
 }
 
-/// One body.
 #[derive(Serialize)]
 struct BodyShape {
     name: String,
-    /// For people.
+    /// The body's name in words.
     title: &'static str,
     /// kg.
     mass: f64,
@@ -76,8 +75,8 @@ impl Scene {
         })
     }
 
-    /// For a page that poses the bodies itself; `machine` is the one that was given to [`Scene::new`].
-    pub fn live(&self, machine: &Machine) -> LiveScene<'_> {
+    /// The scene for the live page; `machine` is the one that was given to [`Scene::new`].
+    pub fn to_live(&self, machine: &Machine) -> LiveScene<'_> {
         LiveScene {
             bodies: &self.bodies,
             tree: &self.tree,
@@ -115,7 +114,7 @@ impl Scene {
             error = error.max((drawn - Vector3::from_fn(|i, _| tip[i][k])).norm());
         }
         ensure!(
-            error <= SAME_MACHINE,
+            error <= TIP_TOLERANCE,
             "the tip is drawn {error:.1e} m from where the FMU has it: the machine file is not the one the FMU runs with"
         );
         Ok((Samples::new(frames), error))
@@ -142,7 +141,7 @@ fn title(body: Body) -> &'static str {
 
 fn shapes(body: Body, tree: &Tree, machine: &Machine) -> Vec<Shape> {
     let g = &machine.geometry;
-    // Thickness of the machine, by which all that has no length of its own is drawn.
+    // Thickness of the booms; it scales everything whose size the machine file does not give.
     let d = 0.1 * tree.r_A2_B.norm();
     match body {
         Body::T1 => column(tree, g, d),
@@ -266,7 +265,7 @@ fn tilt_boom(tree: &Tree, d: f64) -> Vec<Shape> {
     ]
 }
 
-/// Barrel from the foot on, and the motor on it.
+/// Barrel from the foot, with the motor on it.
 fn cylinder(x0: f64, d: f64) -> Vec<Shape> {
     let along = |x0: f64, x1: f64, y: f64, radius| bar([x0, y, 0.0], [x1, y, 0.0], radius);
     vec![
@@ -280,8 +279,7 @@ fn cylinder(x0: f64, d: f64) -> Vec<Shape> {
     ]
 }
 
-/// The rod, to its pin at `lc`; behind the frame's origin it is drawn long enough to stay inside
-/// the barrel.
+/// The rod up to its pin at `lc`, long enough at its other end to stay inside the barrel.
 fn rod(x0: f64, lc: f64, d: f64) -> Vec<Shape> {
     vec![
         bar([lc - x0, 0.0, 0.0], [lc, 0.0, 0.0], 0.17 * d),
@@ -289,7 +287,7 @@ fn rod(x0: f64, lc: f64, d: f64) -> Vec<Shape> {
     ]
 }
 
-/// Two bars beside the boom along x, at distance `z` from its plane.
+/// Two bars along x, one on each side of the boom at distance `z` from its plane.
 fn pair_of_links(length: f64, z: f64, d: f64) -> Vec<Shape> {
     let half = 0.15 * d;
     let outline = vec![
