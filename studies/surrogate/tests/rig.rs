@@ -3,7 +3,7 @@
 
 use emla::Surrogate;
 use surrogate::measurement::campaign::{
-    Trust, compliance, held_out_profiles, measure, rms, training_profiles,
+    RowErrors, compliance, held_out_profiles, measure, rms, training_profiles,
 };
 use surrogate::measurement::profile::{Kind, Profile};
 use surrogate::measurement::rig_run::run;
@@ -45,7 +45,7 @@ fn rows_are_as_good_as_their_sensors() {
     let p = machine_file::Machine::reference().emla.lift;
     let profiles = training_profiles(5, 2.0, 3);
     let campaign = measure(&p, &profiles, seed).expect("runs");
-    let trust = Trust::of(&p, &campaign, &measure(&p, &profiles, seed).expect("runs"));
+    let trust = RowErrors::new(&p, &campaign, &measure(&p, &profiles, seed).expect("runs"));
     assert!((100.0..500.0).contains(&trust.floor), "{trust:?}");
     assert_eq!(
         trust.repeatability, 0.0,

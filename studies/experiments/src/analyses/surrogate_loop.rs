@@ -12,9 +12,9 @@ use emla::Surrogate;
 use machine_file::{Emla, Machine, PerAxis};
 use serde::Serialize;
 use surrogate::judgement::resampling::bootstrap;
-use surrogate::measurement::campaign::rms;
+use surrogate::measurement::campaign::{rms, training_campaign};
 use surrogate::measurement::coupled_run::CoupledRun;
-use surrogate::prediction::identification::Identified;
+use surrogate::prediction::identification::Identification;
 use surrogate::prediction::model::{Errors, MODELS, Model, Motion, errors};
 use tempfile::TempDir;
 
@@ -87,7 +87,8 @@ impl RigNetwork {
         };
         let network = Surrogate::from_json(surrogate::RIG_NETWORK).context("the rig's network")?;
         let mut machine = Machine::reference();
-        let found = Identified::of_campaign(&machine.emla.lift, 1)?.refitted;
+        let campaign = training_campaign(&machine.emla.lift, 1)?;
+        let found = Identification::new(&machine.emla.lift, &campaign).refitted;
         machine.emla = PerAxis::all(Emla {
             tau_C: found.tau_C,
             C_m: found.C_m,
@@ -270,7 +271,7 @@ fn measure(system: &System, plan: &Plan, network: &RigNetwork) -> Result<(Surrog
     let (p, models) = (Machine::reference().emla.lift, network.models());
     let windows = run.windows(&p, start);
     let predicted = [0, 1, 2].map(|k: usize| errors(&models[k], &windows));
-    let efficiency = run.windows_of(LIFT, &p, start).into_iter();
+    let efficiency = run.axis_windows(LIFT, &p, start).into_iter();
     let efficiency = efficiency.filter_map(|(t, truth)| {
         let of = |k: usize| models[k].demand(&Motion::from(&truth)).efficiency;
         Some([t, truth.efficiency()?, of(0), of(1), of(2)])

@@ -119,7 +119,7 @@ impl LoadDrive {
     /// A drive that holds what it reads.
     fn holding(p: &Emla, read: &Readings) -> Self {
         let tau = torque_per_ampere(p) * read.i[1] - maps::travel_per_radian(p) * read.F;
-        Self(DriveControl::holding(p, tau, read.i))
+        Self(DriveControl::new(p, tau, read.i))
     }
 
     /// Voltages for the force `F` while the nut accelerates by `x_ddot`. The spring between nut and
