@@ -5,6 +5,7 @@ import re
 import runpy
 import subprocess
 import tarfile
+import tomllib
 import zipfile
 
 import pytest
@@ -102,3 +103,25 @@ def test_the_workflow_of_a_release_drafts_what_it_built():
     commands = [step.get("run", "") for job in workflow["jobs"].values() for step in job["steps"]]
     assert workflow[True]["push"]["tags"] == ["v*"] and workflow["jobs"]["draft"]["needs"] == "build"
     assert "cargo xtask dist --check" in commands and any("--draft" in command for command in commands)
+
+
+def published():
+    """Folders of the crates that a registry may have, by name."""
+    manifests = subprocess.run(["git", "ls-files", "*/Cargo.toml"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
+    read = {ROOT / file: tomllib.loads((ROOT / file).read_text()) for file in manifests if "template" not in file}
+    return {crate["package"]["name"]: file.parent for file, crate in read.items() if crate["package"].get("publish") is True}
+
+
+def test_published_crates_bring_readme_and_licences_and_need_no_other_crate():
+    """What `cargo xtask test --nightly` packs and builds from the packages."""
+    crates = published()
+    assert {"fmu-export", "cargo-fmu", "fmi-description"} <= set(crates)
+    workspace = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["dependencies"]
+    ours = {name for name, at in workspace.items() if isinstance(at, dict) and "path" in at}
+    for name, folder in crates.items():
+        crate = tomllib.loads((folder / "Cargo.toml").read_text())
+        assert (folder / "README.md").is_file() and crate["package"]["readme"] == "README.md", name
+        for licence in ("LICENSE-APACHE", "LICENSE-MIT"):
+            assert (folder / licence).read_text() == (ROOT / licence).read_text(), f"{name}: {licence}"
+        needed = (set(crate.get("dependencies", {})) & ours) - set(crates)
+        assert not needed, f"{name} needs {needed}, which no registry will have"

@@ -58,17 +58,22 @@ def needs_fmi_sim():
 
 
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("importer", IMPORTERS)
+@pytest.mark.parametrize("importer", [name for name in IMPORTERS if name != "FmiSim"])
 def test_runs_alone(references, fmu_dir, tmp_path, importer, model):
     """Driven by inputs that change every step, for half a second."""
-    if importer == "FmiSim":
-        needs_fmi_sim()
     found, expected = run(importer, "alone", model, fmu_dir, tmp_path), references[model]
     assert found.shape == expected.shape
     size = np.abs(expected).max(axis=0)
     difference = (np.abs(found - expected).max(axis=0) / np.where(size == 0, 1, size)).max()
     print(f"{importer} {model}: {difference:.1e}")
     assert difference <= IMPORTERS[importer].alone
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", MODELS)
+def test_runs_alone_in_fmi_sim(references, fmu_dir, tmp_path, model):
+    needs_fmi_sim()
+    test_runs_alone(references, fmu_dir, tmp_path, "FmiSim", model)
 
 
 @pytest.mark.parametrize("importer", IMPORTERS_3)
@@ -259,6 +264,7 @@ def test_toolbox_has_no_complaint_about_fmi_3(fmu_dir, name, tmp_path):
     checked_by_toolbox(fmu_dir / f"fmi3/{name}.fmu", "3.0", tmp_path)
 
 
+@pytest.mark.slow
 def test_fmi_sim_reads_no_units_of_fmi_3(fmu_dir, tmp_path):
     """Its reader of descriptions of FMI 3.0 refuses units. Should this fail one day, it has learnt them: see docs/fmus/interoperability.md."""
     needs_fmi_sim()

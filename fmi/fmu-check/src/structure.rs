@@ -31,7 +31,7 @@ const DEPENDENCIES: Promise = Promise {
 const KINDS: [&str; 5] = ["dependent", "constant", "fixed", "tunable", "discrete"];
 
 /// Identifiers that an interface type may have.
-pub fn identifiers<'a>(root: &'a Element) -> Vec<&'a str> {
+pub fn identifiers(root: &Element) -> Vec<&str> {
     let interfaces = ["CoSimulation", "ModelExchange", "ScheduledExecution"];
     let identifiers = interfaces
         .iter()
@@ -95,9 +95,7 @@ impl<'a> Structure<'a> {
         list: &[&'a Element],
         variables: &'v [Variable<'a>],
     ) -> Vec<&'v Variable<'a>> {
-        let found = list
-            .iter()
-            .map(|entry| self.at(self.key(*entry), variables));
+        let found = list.iter().map(|entry| self.at(self.key(entry), variables));
         found.flatten().collect()
     }
 }
@@ -225,7 +223,7 @@ fn dependencies(structure: &Structure, variables: &[Variable]) -> Outcome {
         .into_iter()
         .flatten()
     {
-        let key = structure.key(*unknown);
+        let key = structure.key(unknown);
         let Some(variable) = structure.at(key, variables) else {
             outcome.fail(format!("there is no variable {key}"));
             continue;

@@ -37,6 +37,7 @@ pub struct Package {
     pub(crate) repository: Option<String>,
     pub(crate) authors: Vec<String>,
     pub(crate) metadata: Option<serde_json::Value>,
+    publish: Option<Vec<String>>,
     manifest_path: PathBuf,
     targets: Vec<Target>,
     dependencies: Vec<Dependency>,
@@ -164,6 +165,13 @@ impl Package {
     /// Folder of its Cargo.toml.
     pub fn folder(&self) -> &Path {
         self.manifest_path.parent().unwrap_or(Path::new("/"))
+    }
+
+    /// Whether a registry may have it: `publish = false` names none.
+    pub fn is_published(&self) -> bool {
+        self.publish
+            .as_ref()
+            .is_none_or(|registries| !registries.is_empty())
     }
 
     /// A cdylib that depends on `fmu-export`.

@@ -50,7 +50,7 @@ pub struct Options {
     again: bool,
 }
 
-/// What CI builds for.
+/// What CI builds for: the first of them, and all at night.
 const CI_PLATFORMS: [&str; 2] = ["linux64", "win64"];
 /// Programs that are handed out.
 const PROGRAMS: [&str; 4] = ["cosim", "hdrm-fmu", "hdrm-fmu-report", "hdrm-fmu-surrogate"];
@@ -82,11 +82,17 @@ pub fn run(workspace: &Workspace, caller: &Path, options: Options) -> Result<()>
     make(workspace, caller, options)?.try_out(workspace)
 }
 
+fn ci_platforms(nightly: bool) -> Vec<String> {
+    let count = if nightly { CI_PLATFORMS.len() } else { 1 };
+    let platforms = CI_PLATFORMS.iter().take(count);
+    platforms.map(ToString::to_string).collect()
+}
+
 /// What CI builds and runs: libraries and co-simulation program for [`CI_PLATFORMS`]. The other
 /// programs and platforms are made by the same steps.
-pub fn for_ci(workspace: &Workspace) -> Result<Handout> {
+pub fn for_ci(workspace: &Workspace, nightly: bool) -> Result<Handout> {
     let options = Options {
-        platforms: CI_PLATFORMS.map(String::from).into(),
+        platforms: ci_platforms(nightly),
         out: None,
         without_experiments: true,
         check: true,
@@ -168,8 +174,8 @@ impl Handout {
 }
 
 /// What this machine lacks to build what CI builds; empty where nothing is missing.
-pub fn lacking(workspace: &Workspace) -> Result<String> {
-    let mut platforms = Platforms::named(&CI_PLATFORMS.map(String::from))?;
+pub fn lacking(workspace: &Workspace, nightly: bool) -> Result<String> {
+    let mut platforms = Platforms::named(&ci_platforms(nightly))?;
     platforms.tools = Python::provide(workspace)?.zig(workspace)?;
     Ok(missing(&platforms).join("\n"))
 }

@@ -6,13 +6,12 @@ mod demo;
 mod describe;
 mod dist;
 mod importers;
-mod libclang;
 mod pack;
 mod phases;
 mod programs;
 mod python;
+mod quick;
 mod test;
-mod torture;
 mod variants;
 mod web;
 mod wheel;
@@ -70,16 +69,25 @@ enum Command {
     /// From a fresh checkout to the coupled machine: build, pack, run the cubic trajectory with
     /// three controllers
     Demo,
+    /// Format, clippy and the tests of one product, in two minutes once its crates are built
+    Quick(quick::Options),
     /// Everything that CI checks
-    Test,
+    Test {
+        /// Also what takes long to build: libraries for Windows, importers of other makers, the
+        /// crates of the kit from their packages
+        #[arg(long)]
+        nightly: bool,
+    },
     /// One table of what everything costs, beside other engines; or instruction counts against the
     /// recorded ones
     Bench(bench::Options),
     /// Mistreat the FMUs: random calls, sanitizers, valgrind, threads, fuzzing, long runs
     #[command(disable_help_flag = true)]
-    Torture(torture::Options),
-    /// Provide libclang, so that plain `cargo test -p cosim` works, and what WebAssembly needs
-    Setup,
+    Torture {
+        /// Those of the script; `--help` lists them
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        options: Vec<String>,
+    },
     /// Run the co-simulation program: `cargo xtask cosim -- run --help`
     Cosim {
         /// Arguments of `cosim`
@@ -101,24 +109,18 @@ fn main() -> ExitCode {
 /// Do what was asked for; the exit code of a program that was run, which may say more than that it
 /// failed.
 fn run(command: Command) -> Result<ExitCode> {
-    let workspace = Workspace::find()?;
+    let workspace = &Workspace::find()?;
+    let caller = std::env::current_dir()?;
     match command {
         Command::Cosim { arguments } => {
             let program = workspace.build_programs(&["cosim"])?;
-            handed_on(&program, &arguments)
+            return handed_on(&program, &arguments);
         }
         Command::HdrmFmu { arguments } => {
             let program = workspace.build_programs(&programs::beside(&arguments))?;
-            handed_on(&program, &arguments)
+            return handed_on(&program, &arguments);
         }
-        command => develop(&workspace, command).map(|()| ExitCode::SUCCESS),
-    }
-}
-
-fn develop(workspace: &Workspace, command: Command) -> Result<()> {
-    let caller = std::env::current_dir()?;
-    match command {
-        Command::Describe { check } => describe::run(workspace, check),
+        Command::Describe { check } => describe::run(workspace, check)?,
         Command::Pack {
             out,
             packages,
@@ -129,22 +131,19 @@ fn develop(workspace: &Workspace, command: Command) -> Result<()> {
             let sources = Source::chosen(packages, examples);
             if sources.is_empty() {
                 let profile = workspace::profile(&profile);
-                pack::suite_with(workspace, &profile, &Platforms::default(), &out).map(drop)
+                pack::suite_with(workspace, &profile, &Platforms::default(), &out)?;
             } else {
-                pack::fmus(workspace, &sources, &profile, &out).map(drop)
+                pack::fmus(workspace, &sources, &profile, &out)?;
             }
         }
-        Command::Dist(options) => dist::run(workspace, &caller, options),
-        Command::Web(options) => web::run(workspace, &caller, &options),
-        Command::Wheel(options) => wheel::run(workspace, &caller, &options),
-        Command::Demo => demo::run(workspace),
-        Command::Test => test::run(workspace),
-        Command::Bench(options) => bench::run(workspace, &options),
-        Command::Torture(options) => torture::run(workspace, &options),
-        Command::Setup => {
-            libclang::provide(workspace)?;
-            web::prepare()
-        }
-        Command::Cosim { .. } | Command::HdrmFmu { .. } => unreachable!("these are run"),
+        Command::Dist(options) => dist::run(workspace, &caller, options)?,
+        Command::Web(options) => web::run(workspace, &caller, &options)?,
+        Command::Wheel(options) => wheel::run(workspace, &caller, &options)?,
+        Command::Demo => demo::run(workspace)?,
+        Command::Quick(options) => quick::run(workspace, &options)?,
+        Command::Test { nightly } => test::run(workspace, nightly)?,
+        Command::Bench(options) => bench::run(workspace, &options)?,
+        Command::Torture { options } => programs::torture(workspace, &options)?,
     }
+    Ok(ExitCode::SUCCESS)
 }

@@ -5,6 +5,9 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 
 use anyhow::{Context, Result};
+use cargo_fmu::process::execute;
+
+use crate::workspace::Workspace;
 
 /// Words on the command line of `hdrm-fmu` by which it starts a program beside it.
 const STARTED: [(&str, &[&str]); 2] = [
@@ -33,6 +36,13 @@ pub fn handed_on(program: &Path, arguments: &[impl AsRef<OsStr>]) -> Result<Exit
     let code = status.code().and_then(|code| u8::try_from(code).ok());
     // 1 too where a signal ended it.
     Ok(ExitCode::from(code.unwrap_or(1)))
+}
+
+/// Robustness, by the script `tests/robustness.py`: random calls, sanitizers, valgrind, threads,
+/// fuzzing and long runs on the FMUs, as its options say.
+pub fn torture(workspace: &Workspace, options: &[String]) -> Result<()> {
+    let mut script = workspace.command("python3");
+    execute(script.arg("tests/robustness.py").args(options))
 }
 
 #[cfg(test)]

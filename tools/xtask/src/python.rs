@@ -1,5 +1,4 @@
-//! The repository's own Python environment in `.venv`: `libclang` for bindgen, and what the tests
-//! need.
+//! The repository's own Python environment in `.venv`: what builds and tests need.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -10,40 +10,49 @@ use cargo_fmu::workspace::Source;
 
 use crate::bench;
 use crate::phases::Phases;
+use crate::programs::torture;
 use crate::python::Python;
 use crate::workspace::{Workspace, is_ci};
-use crate::{describe, dist, importers, libclang, pack, torture, web, wheel};
+use crate::{describe, dist, importers, pack, web, wheel};
 
-/// Run all checks; the first that fails ends it.
-pub fn run(workspace: &Workspace) -> Result<()> {
+/// Run all checks, the nightly ones too if asked for; the first that fails ends it.
+pub fn run(workspace: &Workspace, nightly: bool) -> Result<()> {
     let phases = Phases::default();
-    let result = checks(workspace, &phases);
+    let result = checks(workspace, &phases, nightly);
     print!("\n{}", phases.table());
     result?;
     println!("all checks passed");
     Ok(())
 }
 
-fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
-    let environment = libclang::provide(workspace)?;
-    let lacking = dist::lacking(workspace)?;
-    let compile = || compile(workspace, phases, &environment, &lacking);
-    // What is fetched from servers waits for them.
-    let install = || {
-        phases.run("install", || {
-            python(workspace)?;
-            wheel::install(workspace)?;
-            dist::prepare(workspace)
-        })?;
-        phases.run("build fmi-sim", || {
-            importers::fmi_sim(workspace, &environment)
-                .map(Some)
-                .or_else(|e| skipped(&format!("fmi-sim could not be built: {e:#}")).map(|()| None))
+fn checks(workspace: &Workspace, phases: &Phases, nightly: bool) -> Result<()> {
+    let build = || {
+        phases.run("format", || cargo(workspace, "fmt --all --check", &[]))?;
+        phases.run("build tests", || {
+            cargo(workspace, &format!("{TESTS} --no-run"), &[])
         })
     };
-    let (TestInputs { handed_out, fmus }, fmi_sim) = phases.both(compile, install)?;
+    // What is fetched from servers waits for them.
+    let install = || {
+        let lacking = phases.run("install", || {
+            python(workspace)?;
+            wheel::install(workspace)?;
+            dist::prepare(workspace)?;
+            dist::lacking(workspace, nightly)
+        })?;
+        if !nightly {
+            return Ok((lacking, None));
+        }
+        let fmi_sim = phases.run("build fmi-sim", || importers::fmi_sim(workspace))?;
+        Ok((lacking, Some(fmi_sim)))
+    };
+    let ((), (lacking, fmi_sim)) = phases.both(build, install)?;
+    // What tests and linkers leave of the processor, compilers use.
+    let inputs = || test_inputs(workspace, phases, &lacking, nightly);
+    let (inputs, ()) = phases.both(inputs, || rust_checks(workspace, phases))?;
+    let TestInputs { handed_out, fmus } = inputs;
     let robustness = || {
-        phases.run("torture", || torture::check(workspace))?;
+        phases.run("torture", || torture(workspace, &["--packed".into()]))?;
         phases.run("instruction counts", || {
             if bench::can_count() {
                 return bench::check_instructions(workspace, &fmus);
@@ -55,11 +64,22 @@ fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
         }
         phases.run("Python package", || {
             wheel::check(workspace, &workspace.fmu_dir())
-        })
+        })?;
+        if nightly {
+            phases.run("rust-fmi", || {
+                importers::rust_fmi(workspace, &workspace.fmu_dir())
+            })?;
+            phases.run("packages of the kit", || packages(workspace))?;
+        }
+        Ok(())
     };
     let outside = || phases.run("pytest", || pytest(workspace, fmi_sim));
     phases.both(robustness, outside).map(drop)
 }
+
+/// The tests of the workspace. One profile, that of the programs, so that macros and dependencies
+/// are compiled once.
+const TESTS: &str = "test --release --workspace --locked";
 
 /// Programs that the tests from outside run.
 const PROGRAMS: [&str; 6] = [
@@ -80,41 +100,35 @@ struct TestInputs {
     fmus: Vec<PathBuf>,
 }
 
-/// The Rust checks, and everything that is compiled before the runs share the processor. One
-/// profile, that of the programs, so that macros and dependencies are compiled once.
-fn compile(
-    workspace: &Workspace,
-    phases: &Phases,
-    environment: &[(String, String)],
-    lacking: &str,
-) -> Result<TestInputs> {
-    let cargo = |arguments: &str, more: &[(&str, &str)]| {
-        let mut command = workspace.cargo(arguments.split(' '));
-        command.envs(environment.iter().cloned());
-        execute(command.envs(more.iter().copied()))
-    };
-    phases.run("format", || cargo("fmt --all --check", &[]))?;
-    phases.run("build tests", || {
-        cargo("test --release --workspace --locked --no-run", &[])
-    })?;
-    phases.run("tests", || {
-        cargo("test --release --workspace --locked", &[])
-    })?;
+/// A cargo command by its words, with more environment variables.
+pub fn cargo(workspace: &Workspace, arguments: &str, more: &[(&str, &str)]) -> Result<()> {
+    let mut command = workspace.cargo(arguments.split(' '));
+    execute(command.envs(more.iter().copied()))
+}
+
+/// The Rust checks, once the tests are built.
+fn rust_checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
+    phases.run("tests", || cargo(workspace, TESTS, &[]))?;
     phases.run("clippy", || {
-        cargo(
-            "clippy --release --workspace --all-targets --locked -- -D warnings",
-            &[],
-        )
+        let clippy = "clippy --release --workspace --all-targets --locked -- -D warnings";
+        cargo(workspace, clippy, &[])
     })?;
     phases.run("documentation", || {
-        cargo(
-            "doc --release --workspace --no-deps --locked",
-            &[("RUSTDOCFLAGS", "-D warnings")],
-        )
-    })?;
+        let doc = "doc --release --workspace --no-deps --locked";
+        cargo(workspace, doc, &[("RUSTDOCFLAGS", "-D warnings")])
+    })
+}
+
+/// Everything that is compiled before the runs share the processor.
+fn test_inputs(
+    workspace: &Workspace,
+    phases: &Phases,
+    lacking: &str,
+    nightly: bool,
+) -> Result<TestInputs> {
     let handed_out = phases.run("build what is handed out", || {
         if lacking.is_empty() {
-            return dist::for_ci(workspace).map(Some);
+            return dist::for_ci(workspace, nightly).map(Some);
         }
         skipped(&format!("what is handed out cannot be built: {lacking}")).map(|()| None)
     })?;
@@ -150,12 +164,21 @@ fn skipped(why: &str) -> Result<()> {
 }
 
 /// The environment of the tests, with what they need.
-fn python(workspace: &Workspace) -> Result<Python> {
+pub fn python(workspace: &Workspace) -> Result<Python> {
     let python = Python::provide(workspace)?;
     python.install_file(workspace, "tests", "tests/requirements.txt")?;
     Ok(python)
 }
 
+/// Pack the crates that are published, and build them from their packages.
+fn packages(workspace: &Workspace) -> Result<()> {
+    let all = workspace.cargo.packages.iter();
+    let names = all.filter(|p| p.is_published()).map(|p| p.name.as_str());
+    let named = names.flat_map(|name| ["--package", name]);
+    execute(workspace.cargo(["package", "--locked"]).args(named))
+}
+
+/// The tests from outside; with fmi-sim, those that take minutes too.
 fn pytest(workspace: &Workspace, fmi_sim: Option<PathBuf>) -> Result<()> {
     let python = python(workspace)?;
     let mut command = workspace.command(python.program());
@@ -168,6 +191,13 @@ fn pytest(workspace: &Workspace, fmi_sim: Option<PathBuf>) -> Result<()> {
             .args(["--max-worker-restart", "0", "--durations", "15"])
             .env("FMU_DIR", workspace.fmu_dir())
             .envs(is_ci().then_some(("REPORT_BROWSER", "required")))
+            .args(
+                fmi_sim
+                    .is_some()
+                    .then_some(["-m", ""])
+                    .into_iter()
+                    .flatten(),
+            )
             .envs(fmi_sim.map(|program| ("FMI_SIM", program))),
     )
 }

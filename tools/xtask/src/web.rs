@@ -7,7 +7,7 @@ use std::process::Command;
 use anyhow::{Context, Result};
 use cargo_fmu::pack::{Platforms, of_fmi3};
 use cargo_fmu::process::execute;
-use cargo_fmu::target::{self, Tools};
+use cargo_fmu::target;
 use cargo_fmu::workspace::Source;
 use clap::Args;
 
@@ -86,16 +86,6 @@ pub fn for_tests(workspace: &Workspace, fmus: &[PathBuf]) -> Result<()> {
 pub fn engine(workspace: &Workspace, profile: &str) -> PathBuf {
     let folder = workspace.target.join(target::WASM.triple);
     folder.join(profile).join(ENGINE)
-}
-
-/// Provide what WebAssembly needs.
-pub fn prepare() -> Result<()> {
-    for missing in target::WASM.missing(&Tools::default()) {
-        let mut rustup = Command::new("rustup");
-        rustup.args(["target", "add", target::WASM.triple]);
-        execute(&mut rustup).with_context(|| format!("WebAssembly needs {missing}"))?;
-    }
-    Ok(())
 }
 
 /// Add WebAssembly to the FMUs of FMI 3.0 of the suite, in its order.
