@@ -1,4 +1,5 @@
-//! `cargo xtask web`: the live machine in one HTML file.
+//! `cargo xtask web`: makes the live machine, one HTML file that runs the coupled system in a
+//! browser.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -33,12 +34,8 @@ pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()
     let folder = workspace.target.join("web");
     let out = options.out.as_ref().map(|out| caller.join(out));
     let out = out.unwrap_or_else(|| folder.join("machine.html"));
-    let packed = pack::suite_with(
-        workspace,
-        &profile("release"),
-        &Platforms::default(),
-        &folder,
-    )?;
+    let (release, host) = (profile("release"), Platforms::default());
+    let packed = pack::suite_with(workspace, &release, &host, &folder)?;
     make(workspace, &of_fmi3(&packed)?, &options.profile, &out)
 }
 
@@ -53,16 +50,12 @@ pub fn make(workspace: &Workspace, fmus: &[PathBuf], profile: &str, out: &Path) 
     let (system, scene) = (scratch.join("machine.ssp"), scratch.join("scene.json"));
     pack::worlds(workspace, fmus, &system)?;
     let drawn = ["machine", "scene", "--out"].map(String::from);
-    let hdrm_fmu = workspace.build_programs(&programs::beside(&drawn))?;
+    let hdrm_fmu = workspace.build_programs(&programs::with_started(&drawn))?;
     execute(workspace.command(hdrm_fmu).args(&drawn).arg(&scene))?;
     let mut page = cargo_fmu(workspace)?;
     page.arg("web").arg(&system).arg("--out").arg(out);
-    page.args([
-        "--page",
-        "studies/machine-page/machine.html",
-        "--profile",
-        profile,
-    ]);
+    page.args(["--page", "studies/machine-page/machine.html"]);
+    page.args(["--profile", profile]);
     page.arg("--data").arg(format!("scene={}", scene.display()));
     execute(&mut page)
 }

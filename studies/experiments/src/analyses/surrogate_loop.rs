@@ -15,7 +15,7 @@ use surrogate::judgement::resampling::bootstrap;
 use surrogate::measurement::campaign::{rms, training_campaign};
 use surrogate::measurement::coupled_run::CoupledRun;
 use surrogate::prediction::identification::Identification;
-use surrogate::prediction::model::{Errors, MODELS, Model, Motion, errors};
+use surrogate::prediction::model::{Errors, MODELS, Model, errors};
 use tempfile::TempDir;
 
 use crate::measures::tracking::Tracking;
@@ -273,7 +273,7 @@ fn measure(system: &System, plan: &Plan, network: &RigNetwork) -> Result<(Surrog
     let predicted = [0, 1, 2].map(|k: usize| errors(&models[k], &windows));
     let efficiency = run.axis_windows(LIFT, &p, start).into_iter();
     let efficiency = efficiency.filter_map(|(t, truth)| {
-        let of = |k: usize| models[k].demand(&Motion::from(&truth)).efficiency;
+        let of = |k: usize| models[k].demand(&truth.motion).efficiency;
         Some([t, truth.efficiency()?, of(0), of(1), of(2)])
     });
     let lift = LiftCourse {

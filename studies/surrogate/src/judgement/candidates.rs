@@ -105,7 +105,7 @@ impl Candidates {
     fn by_kind(&self, text: &mut String, driven: &[DrivenProfile], errors: &[Vec<Errors>]) {
         *text += &format!("{:<26}", "current, A, by kind");
         for kind in Kind::ALL {
-            *text += &format!("{:>22}", kind.name());
+            *text += &format!("{:>22}", format!("{kind:?}").to_lowercase());
         }
         for (k, (name, _)) in self.models.iter().enumerate() {
             *text += &format!("\n{name:<26}");

@@ -10,8 +10,10 @@ use rayon::prelude::*;
 use crate::judgement::resampling::bootstrap;
 use crate::measurement::profile::{Desired, Profile, SAMPLE};
 use crate::measurement::rig_run::run;
-use crate::measurement::windows::{SAMPLES, Window, data_sheet, mean, steady_torque, windows};
-use crate::prediction::model::{EFFICIENCY_SPEED, Model, Motion};
+use crate::measurement::windows::{
+    Motion, SAMPLES, Window, data_sheet, mean, steady_torque, windows,
+};
+use crate::prediction::model::{EFFICIENCY_SPEED, Model};
 
 /// Samples on either side over which the desired acceleration is averaged, so that changes within a
 /// window do not show.
@@ -150,7 +152,7 @@ impl Errors {
             add(0, mean(|s| s.i_q) - w.truth.i_q);
             let i = [w.row.i_d, w.row.i_q];
             let tau = steady_torque(p, i, mean(|s| s.T_housing), w.w_m_dot);
-            add(1, model.force(tau, w.row.w_m) - w.truth.F);
+            add(1, model.force(tau, w.row.w_m) - w.truth.motion.F);
             let slower = w.row.x_dot.abs().min(travel * w.row.w_m.abs());
             let counts = slower > EFFICIENCY_SPEED && w.row.f_ext.abs() > EFFICIENCY_FORCE;
             if let Some(truth) = w.truth.efficiency().filter(|_| counts) {

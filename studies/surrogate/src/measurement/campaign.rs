@@ -122,8 +122,8 @@ impl RowErrors {
         let inertia = maps::inertia(p, 1.0);
         let all = || campaign.iter().flatten();
         let floor = rms(all().map(|w| {
-            let tau = w.truth.tau_e - inertia * w.truth.w_m_dot;
-            w.row.f_ext - w.truth.F - per_torque * (w.row.tau_e - tau)
+            let tau = w.truth.tau_e - inertia * w.truth.motion.w_m_dot;
+            w.row.f_ext - w.truth.motion.F - per_torque * (w.row.tau_e - tau)
         }));
         let pairs = campaign.iter().zip(again).flat_map(|(a, b)| {
             a.iter()

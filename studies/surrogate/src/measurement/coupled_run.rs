@@ -8,21 +8,10 @@ use emla::maps;
 use machine_file::Emla;
 
 use crate::measurement::signal_file::SignalFile;
-use crate::measurement::windows::{SAMPLES, SLOWEST, Truth, mean};
+use crate::measurement::windows::{ACTUATOR_SIGNALS, SAMPLES, SLOWEST, Truth};
 
 const TIP_ERROR: &str = "controller.tip_error_norm";
 const REQUIRED_CURRENT: &str = "controller.i_q_required";
-const ACTUATOR_SIGNALS: [&str; 9] = [
-    "i_q",
-    "tau_e",
-    "F_mean",
-    "theta_m",
-    "w_m",
-    "x_rod",
-    "energy.loss",
-    "T_winding",
-    "T_housing",
-];
 
 /// Columns of one actuator.
 #[derive(Clone, Debug)]
@@ -139,34 +128,18 @@ impl Axis {
         &self.own[0]
     }
 
+    fn w_m(&self) -> &[f64] {
+        &self.own[4]
+    }
+
+    /// The window that begins at row `first`, if the rod moves one way in it.
     fn window(&self, p: &Emla, first: usize, h: f64) -> Option<Truth> {
-        let [i_q, tau_e, F, theta_m, w_m, x, loss, winding, housing] = &self.own[..] else {
-            unreachable!("a column for each signal of an actuator");
-        };
-        let last = first + SAMPLES;
         let travel = maps::travel_per_radian(p);
         let moves = |sign: f64| {
-            w_m[first..=last]
-                .iter()
-                .all(|w| sign * travel * w > SLOWEST)
+            let mut speeds = self.w_m()[first..=first + SAMPLES].iter();
+            speeds.all(|w| sign * travel * w > SLOWEST)
         };
-        if !(moves(1.0) || moves(-1.0)) {
-            return None;
-        }
-        let mean = |v: &[f64]| mean(first, |k| v[k]);
-        let rise = |v: &[f64]| (v[last] - v[first]) / (SAMPLES as f64 * h);
-        let F = F[first + 1..=last].iter().sum::<f64>() / SAMPLES as f64;
-        let speed = rise(theta_m);
-        Some(Truth {
-            i_q: mean(i_q),
-            tau_e: mean(tau_e),
-            F,
-            w_m: speed,
-            w_m_dot: rise(w_m),
-            x_dot: rise(x),
-            T: [mean(winding), mean(housing)],
-            P_out: F * travel * speed,
-            P_loss: rise(loss),
-        })
+        let truth = || Truth::new(p, first, SAMPLES as f64 * h, |s, k| self.own[s][k]);
+        (moves(1.0) || moves(-1.0)).then(truth)
     }
 }

@@ -50,17 +50,6 @@ impl Kind {
         Self::Creep,
         Self::Work,
     ];
-
-    /// Name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Steps => "steps",
-            Self::Sweep => "sweep",
-            Self::Strokes => "strokes",
-            Self::Creep => "creep",
-            Self::Work => "work",
-        }
-    }
 }
 
 /// One run of the rig.

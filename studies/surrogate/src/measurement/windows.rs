@@ -8,6 +8,7 @@
 
 use emla::maps;
 use machine_file::{Emla, Temperature};
+use rig::Output;
 
 use crate::measurement::data::Row;
 use crate::measurement::profile::SAMPLE;
@@ -53,35 +54,100 @@ impl Window {
     }
 }
 
-/// True values of a window.
+/// A motion under a load.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Truth {
-    /// Quadrature current, A.
-    pub i_q: f64,
-    /// Electromagnetic torque, N·m.
-    pub tau_e: f64,
+pub struct Motion {
     /// Force on the load, N.
     pub F: f64,
     /// Motor speed, rad/s.
     pub w_m: f64,
     /// Motor acceleration, rad/s².
     pub w_m_dot: f64,
-    /// Rod speed, m/s.
-    pub x_dot: f64,
     /// Temperatures of winding and housing, K.
     pub T: [f64; 2],
+}
+
+/// True values of a window.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Truth {
+    /// The motion.
+    pub motion: Motion,
+    /// Quadrature current, A.
+    pub i_q: f64,
+    /// Electromagnetic torque, N·m.
+    pub tau_e: f64,
+    /// Rod speed, m/s.
+    pub x_dot: f64,
     /// Power at the nut, W: that to the load, and that which bending stores and returns.
     pub P_out: f64,
     /// All losses, W.
     pub P_loss: f64,
 }
 
+/// Names of an actuator's outputs that [`Truth`] is made of.
+pub(crate) const ACTUATOR_SIGNALS: [&str; 9] = [
+    "i_q",
+    "tau_e",
+    "F_mean",
+    "theta_m",
+    "w_m",
+    "x_rod",
+    "energy.loss",
+    "T_winding",
+    "T_housing",
+];
+
+/// The same outputs of a rig.
+#[rustfmt::skip]
+fn actuator_signals(y: &Output) -> [f64; 9] {
+    [y.i_q, y.tau_e, y.F_mean, y.theta_m, y.w_m, y.x_rod, y.E_loss, y.T_winding, y.T_housing]
+}
+
 impl Truth {
+    /// The window of `length`, s, that begins at sample `first`; `signal(s, k)` is the `s`-th of
+    /// [`ACTUATOR_SIGNALS`] at sample `k`.
+    pub(crate) fn new(
+        p: &Emla,
+        first: usize,
+        length: f64,
+        signal: impl Fn(usize, usize) -> f64,
+    ) -> Self {
+        let [
+            i_q,
+            tau_e,
+            F_mean,
+            theta_m,
+            w_m,
+            x,
+            E_loss,
+            T_winding,
+            T_housing,
+        ] = std::array::from_fn(|s| s);
+        let last = first + SAMPLES;
+        let mean = |s: usize| mean(first, |k| signal(s, k));
+        let rise = |s: usize| (signal(s, last) - signal(s, first)) / length;
+        let F = (first + 1..=last).map(|k| signal(F_mean, k)).sum::<f64>() / SAMPLES as f64;
+        let motion = Motion {
+            F,
+            w_m: rise(theta_m),
+            w_m_dot: rise(w_m),
+            T: [mean(T_winding), mean(T_housing)],
+        };
+        Self {
+            i_q: mean(i_q),
+            tau_e: mean(tau_e),
+            x_dot: rise(x),
+            P_out: F * maps::travel_per_radian(p) * motion.w_m,
+            P_loss: rise(E_loss),
+            motion,
+        }
+    }
+
     /// `P_out/(P_out + P_loss)` where the motor drives the load (quadrants I and III), `(|P_out| −
     /// P_loss)/|P_out|` where the load drives the motor (II and IV), limited to [0, 1]; none if the
     /// motor stands still or has no torque.
     pub fn efficiency(&self) -> Option<f64> {
-        let shaft = self.tau_e * self.w_m;
+        let shaft = self.tau_e * self.motion.w_m;
         (shaft != 0.0).then(|| rig::efficiency(self.P_out, self.P_loss, shaft))
     }
 }
@@ -153,10 +219,10 @@ fn window(p: &Emla, run: &[RigSample], first: usize) -> Window {
     let last = first + SAMPLES;
     let mean = |value: Value| mean(first, |k| value(&run[k]));
     let rise = |value: Value| (value(&run[last]) - value(&run[first])) / LENGTH;
-    let F_mean = run[first + 1..=last].iter().map(|s| s.truth.F_mean);
     let speed =
         |k: usize| (run[k + 1].measured.theta_m - run[k - 1].measured.theta_m) / (2.0 * SAMPLE);
     let w_m_dot = (speed(last) - speed(first)) / LENGTH;
+    let signal = |s: usize, k: usize| actuator_signals(&run[k].truth)[s];
     let T = [mean(&|s| s.measured.T[0]), mean(&|s| s.measured.T[1])];
     let i = [mean(&|s| s.measured.i[0]), mean(&|s| s.measured.i[1])];
     let row = Row {
@@ -180,15 +246,8 @@ fn window(p: &Emla, run: &[RigSample], first: usize) -> Window {
         i_q_dot: rise(&|s| s.measured.i[1]),
         F_dot: rise(&|s| s.measured.F),
         truth: Truth {
-            i_q: mean(&|s| s.truth.i_q),
-            tau_e: mean(&|s| s.truth.tau_e),
-            F: F_mean.sum::<f64>() / SAMPLES as f64,
-            w_m: rise(&|s| s.truth.theta_m),
-            w_m_dot: rise(&|s| s.truth.w_m),
-            x_dot: rise(&|s| s.truth.x_rod),
-            T: [mean(&|s| s.truth.T_winding), mean(&|s| s.truth.T_housing)],
             P_out: maps::travel_per_radian(p) * mean(&|s| s.truth.F * s.truth.w_m),
-            P_loss: rise(&|s| s.truth.E_loss),
+            ..Truth::new(p, first, LENGTH, signal)
         },
         desired: [mean(&|s| s.desired.x_dot), mean(&|s| s.desired.load)],
     }

@@ -7,8 +7,8 @@ use rig::{Drive, Input};
 
 use crate::measurement::profile::{LOAD_MAX, SPEED};
 use crate::measurement::rig_run;
-use crate::measurement::windows::data_sheet;
-use crate::prediction::model::{Model, Motion};
+use crate::measurement::windows::{Motion, data_sheet};
+use crate::prediction::model::Model;
 
 /// Efficiency over loads from −[`LOAD_MAX`] to [`LOAD_MAX`] and rod speeds from −[`SPEED`] to
 /// [`SPEED`].

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::measurement::campaign::rms;
-use crate::measurement::windows::{Truth, data_sheet, magnets, resistance};
+use crate::measurement::windows::{Motion, Truth, data_sheet, magnets, resistance};
 use crate::prediction::lookup::LookUp;
 
 /// Rod speed, m/s, below which both powers are too small for a meaningful efficiency.
@@ -42,30 +42,6 @@ pub struct Demand {
     pub electrical: f64,
     /// Efficiency, kept in [0, 1].
     pub efficiency: f64,
-}
-
-/// A motion under a load.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Motion {
-    /// Force on the load, N.
-    pub F: f64,
-    /// Motor speed, rad/s.
-    pub w_m: f64,
-    /// Motor acceleration, rad/s².
-    pub w_m_dot: f64,
-    /// Temperatures of winding and housing, K.
-    pub T: [f64; 2],
-}
-
-impl From<&Truth> for Motion {
-    fn from(t: &Truth) -> Self {
-        Self {
-            F: t.F,
-            w_m: t.w_m,
-            w_m_dot: t.w_m_dot,
-            T: t.T,
-        }
-    }
 }
 
 impl Model {
@@ -208,12 +184,12 @@ pub fn errors(model: &Model, windows: &[Truth]) -> Errors {
         windows
             .par_iter()
             .map(|w| {
-                let mut motion = Motion::from(w);
+                let mut motion = w.motion;
                 if !known {
                     motion.T = [reference; 2];
                 }
                 let demand = model.demand(&motion);
-                let slower = w.x_dot.abs().min(travel * w.w_m.abs());
+                let slower = w.x_dot.abs().min(travel * motion.w_m.abs());
                 let efficiency = w.efficiency().filter(|_| slower > EFFICIENCY_SPEED);
                 (
                     demand.i_q - w.i_q,

@@ -9,7 +9,8 @@ use std::collections::BTreeMap;
 use crate::training::network::Shape;
 use crate::training::normal::{Form, TiledMatrix, residual_order};
 
-pub(crate) const MU_START: f64 = 1e-3;
+/// First `mu` of a training.
+pub const MU_START: f64 = 1e-3;
 const MU_DECREASE: f64 = 0.1;
 const MU_INCREASE: f64 = 10.0;
 pub(crate) const MU_MAX: f64 = 1e10;
