@@ -91,15 +91,10 @@ impl Report {
         let count = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
         let measure = |plan: &grid::Plan| runs::measure(request, &scene, plan);
         let cells = inertia::measured(system, base, measure, count)?;
-        let TableRuns {
-            cells,
-            runs,
-            energies,
-            machine_runs,
-        } = TableRuns::from_cells(cells);
+        let table = TableRuns::from_cells(cells);
         let failure = |cell: &Cell<_>| errors::failure(cell, &format!("inertia x {}", cell.case));
-        let mut failures: Vec<_> = cells.iter().filter_map(failure).collect();
-        if failures.len() == cells.len() {
+        let mut failures: Vec<_> = table.cells.iter().filter_map(failure).collect();
+        if failures.len() == table.cells.len() {
             bail!("no run succeeded: {}", failures.join("; "));
         }
         let worlds = worlds::results(request, &mut failures);
@@ -107,21 +102,21 @@ impl Report {
             .iter()
             .map(|study| errors::results(request, study, count, &mut failures));
         let errors = errors.collect::<Result<_>>()?;
-        let energy = successes(energies, &mut failures);
+        let energy = successes(table.energies, &mut failures);
         let electric = electric::results(request, &mut failures);
         let path = own_path::results(request, &machine, &mut failures);
         let stability = stability::results(request, count, &mut failures)?;
-        let testbed = testbed::results(request, machine_runs, &mut failures);
+        let testbed = testbed::results(request, table.machine_runs, &mut failures);
         let surrogate = surrogate::results(request, &mut failures);
         let map = efficiency::map(system, base).map(surfaces);
         Ok(Self {
             conditions: conditions(request, &machine),
-            table: inertia_json(&cells),
-            cells,
+            table: inertia_json(&table.cells),
+            cells: table.cells,
             worlds,
             recorded: request.recorded.clone(),
             errors,
-            runs,
+            runs: table.runs,
             energy,
             electric,
             path,
@@ -134,7 +129,6 @@ impl Report {
         })
     }
 
-    /// Writes the page.
     pub fn write(&self, path: &Path) -> Result<()> {
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;

@@ -27,7 +27,6 @@ pub use check::{prepare, try_wheel};
 use folder::{CHECKSUMS, Dist, file_name, files};
 use listing::Listing;
 
-/// Options of `cargo xtask dist`.
 #[derive(Args)]
 pub struct Options {
     /// Platform to build for, repeatable: linux64, win64, aarch64-linux, darwin64, aarch64-darwin
@@ -52,7 +51,6 @@ pub struct Options {
 
 /// The platforms that CI builds for: always the first, at night all.
 const CI_PLATFORMS: [&str; 2] = ["linux64", "win64"];
-/// Programs that are handed out.
 const PROGRAMS: [&str; 4] = ["cosim", "hdrm-fmu", "hdrm-fmu-report", "hdrm-fmu-surrogate"];
 /// The packages of these programs, and of one that the checks need; those of the experiments last.
 const PACKAGES: [&str; 5] = ["cosim", "torture", "experiments", "report", "surrogate"];

@@ -6,7 +6,6 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow};
 
-/// The phases so far.
 pub struct Phases {
     start: Instant,
     /// Name, begin and end since the start, s.

@@ -52,7 +52,6 @@ const SHELLS: [&str; 6] = [
     "system/",
 ];
 
-/// Options of `cargo xtask quick`.
 #[derive(Args)]
 pub struct Options {
     /// Product to check, repeatable [default: those with files that differ from the main branch]

@@ -10,7 +10,6 @@ use fmi_description::xml::Element;
 /// Trajectories and the times at which their motion ends, s (`tests/test_parameter_sets.py` compares
 /// them with the controller's).
 const TRAJECTORIES: [(&str, &str); 2] = [("cubic", "24.25"), ("triangular", "13.75")];
-/// Control laws.
 const MODES: [&str; 3] = ["adaptive", "modular", "pd"];
 
 /// Bindings of the controller, and of the whole system, which only one system has.
@@ -212,7 +211,7 @@ mod tests {
 
     #[test]
     fn variants_differ_from_the_structure_in_name_two_bindings_and_stop_time() {
-        let mut variants = variants(STRUCTURE).unwrap();
+        let mut variants = super::variants(STRUCTURE).unwrap();
         assert_eq!(variants.len(), 8);
         let (name, standard) = variants.pop().unwrap();
         assert_eq!(name, "standard.ssd");
@@ -241,7 +240,7 @@ mod tests {
 
     #[test]
     fn the_machine_as_built_has_the_same_variants_under_its_own_name() {
-        let variants = variants(REAL).unwrap();
+        let variants = super::variants(REAL).unwrap();
         assert_eq!(variants.len(), 9);
         for (name, text) in variants {
             let variant = name.strip_suffix(".ssd").unwrap();
@@ -255,7 +254,7 @@ mod tests {
     #[test]
     fn a_machine_that_a_battery_feeds_has_a_variant_as_built() {
         const ELECTRIC: &str = include_str!("../../../system/Electric.ssd");
-        let variants = variants(ELECTRIC).unwrap();
+        let variants = super::variants(ELECTRIC).unwrap();
         let (_, text) = variants.iter().find(|(n, _)| n == "as_built.ssd").unwrap();
         assert_eq!(text.matches("resources/Rig.fmu").count(), 3);
         assert!(!text.contains("Emla.fmu") && text.contains(r#"name="Electric_as_built">"#));
@@ -263,7 +262,7 @@ mod tests {
         // Two lines of each actuator less, a binding more.
         assert_eq!(ELECTRIC.lines().count() - text.lines().count(), 5);
         assert!(
-            variants(STRUCTURE)
+            super::variants(STRUCTURE)
                 .unwrap()
                 .iter()
                 .all(|(n, _)| n != "as_built.ssd")
@@ -273,13 +272,18 @@ mod tests {
     #[test]
     fn a_structure_with_another_stop_time_or_without_a_controller_is_refused() {
         let other = STRUCTURE.replace("24.25", "20");
-        assert!(of(&other).unwrap_err().to_string().contains("24.25 s"));
+        assert!(
+            variants(&other)
+                .unwrap_err()
+                .to_string()
+                .contains("24.25 s")
+        );
         let other = STRUCTURE.replace(
             r#"<ssd:Component name="controller""#,
             r#"<ssd:Component name="law""#,
         );
         assert!(
-            variants(&other)
+            super::variants(&other)
                 .unwrap_err()
                 .to_string()
                 .contains("Component@controller")

@@ -18,7 +18,6 @@ use crate::{pack, programs};
 /// File name of the master's module, which every page carries.
 pub const ENGINE: &str = "cosim_page.wasm";
 
-/// Options of `cargo xtask web`.
 #[derive(Args)]
 pub struct Options {
     /// Cargo profile of the WebAssembly; `fmu-fast` builds faster, runs slower

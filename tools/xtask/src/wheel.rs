@@ -37,7 +37,6 @@ const HANDED_OUT: [(&str, &str); 3] = [
 /// The library that a module for Windows needs; every Python 3 brings it.
 const PYTHON_DLL: &str = "python3.dll";
 
-/// Options of `cargo xtask wheel`.
 #[derive(Args)]
 pub struct Options {
     /// Only put the FMUs and the parameters into the package, as pip needs them before it builds

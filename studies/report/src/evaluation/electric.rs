@@ -8,14 +8,12 @@ use cosim::{Experiment, Port, System};
 use serde_json::{Value, json};
 
 use super::request::{Request, success, successes};
-use super::samples::{SampleTimes, Samples, stride};
+use super::samples::{EVERY, SampleTimes, Samples, stride};
 use experiments::analyses::sizing;
 use experiments::measures::energy;
 use experiments::measures::run::RecordedRun;
 use experiments::measures::supply::{self, Supply};
 
-/// Time between two samples in the page, s.
-const EVERY: f64 = 0.02;
 /// Signals of an actuator, as far as it has them.
 const ACTUATOR_SIGNALS: [&str; 3] = ["i_dc_mean", "T_winding", "T_housing"];
 

@@ -13,11 +13,8 @@ use experiments::runs::grid::{Case, Cell};
 /// First of the three seeds of the noise study.
 const SEED: u64 = 1;
 
-/// All studies with their cases.
-pub type Plan = Vec<(Study, Vec<Case>)>;
-
 /// The studies with the cases to run.
-pub fn plan(request: &Request<'_>) -> Result<Plan> {
+pub fn plan(request: &Request<'_>) -> Result<Vec<(Study, Vec<Case>)>> {
     let cases = |study: Study| Ok((study, study.cases(request.system, request.base, SEED)?));
     STUDIES.into_iter().map(cases).collect()
 }

@@ -9,7 +9,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::request::{Request, UNCERTAIN};
-use super::samples::{Samples, stride};
+use super::samples::{EVERY, Samples, stride};
 use super::scene::Scene;
 use experiments::analyses::inertia::MODES;
 use experiments::analyses::testbed::{self, MachineRun};
@@ -19,9 +19,8 @@ use experiments::print::energy::balance_json;
 use experiments::runs::grid::{Cell, Plan};
 use experiments::setup::start_values::vary;
 
-/// Time between two samples in the page, s: of the tip error, other signals, the animation's frames.
+/// Time between two samples in the page, s: of the tip error, and of the animation's frames.
 const TIP_EVERY: f64 = 0.004;
-const SIGNALS_EVERY: f64 = 0.02;
 const FRAMES_EVERY: f64 = 0.04;
 
 /// Outputs that the page plots, as far as the system has them.
@@ -79,7 +78,6 @@ pub struct Signal {
     pub samples: Samples,
 }
 
-/// One run in the page.
 #[derive(Serialize)]
 pub struct Run {
     #[serde(flatten)]
@@ -225,7 +223,7 @@ impl Run {
         for &port in plotted {
             let name = system.name(port);
             let is_tip = name.starts_with("controller.tip_error");
-            let stride = stride(if is_tip { TIP_EVERY } else { SIGNALS_EVERY }, step);
+            let stride = stride(if is_tip { TIP_EVERY } else { EVERY }, step);
             let unit = system.variable(port).unit.as_deref().unwrap_or("1").into();
             let every = step * stride as f64;
             let samples = Samples::thinned(recording.column(port)?, stride);

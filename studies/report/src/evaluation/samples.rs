@@ -4,6 +4,9 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde::{Serialize, Serializer};
 
+/// Time between two samples of most curves, s.
+pub const EVERY: f64 = 0.02;
+
 /// Values for plots and drawings; 24 bits are more than a screen shows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Samples(Vec<f32>);

@@ -17,7 +17,6 @@ use super::samples::Samples;
 /// Largest distance between the drawn tip and the FMU's if both have the same machine file, m.
 const TIP_TOLERANCE: f64 = 1e-6;
 
-/// The bodies to draw.
 #[derive(Serialize)]
 pub struct Scene {
     bodies: Vec<BodyShape>,
@@ -50,7 +49,6 @@ struct BodyShape {
 enum Shape {
     /// Polygon in the body's x-y plane, extruded from `z[0]` to `z[1]`.
     Plate { outline: Vec<[f64; 2]>, z: [f64; 2] },
-    /// Round bar.
     Bar {
         from: [f64; 3],
         to: [f64; 3],
@@ -171,29 +169,22 @@ fn column(tree: &Tree, g: &Geometry, d: f64) -> Vec<Shape> {
         upright(0.3 * d, 0.7 * d, g.r_B),
         upright(0.7 * d, O.y - d, 0.85 * d),
     ];
-    for side in [-1.0, 1.0] {
-        let z = plate(side, 0.62 * d, 0.12 * d);
-        let reach = 0.35 * d;
-        shapes.push(Shape::Plate {
-            outline: vec![
-                [-0.8 * d, O.y - 1.6 * d],
-                [0.8 * d, O.y - 1.6 * d],
-                [O.x + reach, O.y],
-                [O.x, O.y + reach],
-                [O.x - reach, O.y],
-            ],
-            z,
-        });
-        shapes.push(Shape::Plate {
-            outline: vec![
-                [0.0, foot[1] - 1.2 * d],
-                [foot[0] + reach, foot[1] - 0.3 * reach],
-                [foot[0], foot[1] + reach],
-                [0.0, foot[1] + 0.9 * d],
-            ],
-            z,
-        });
-    }
+    let reach = 0.35 * d;
+    let joint_bracket = [
+        [-0.8 * d, O.y - 1.6 * d],
+        [0.8 * d, O.y - 1.6 * d],
+        [O.x + reach, O.y],
+        [O.x, O.y + reach],
+        [O.x - reach, O.y],
+    ];
+    let foot_bracket = [
+        [0.0, foot[1] - 1.2 * d],
+        [foot[0] + reach, foot[1] - 0.3 * reach],
+        [foot[0], foot[1] + reach],
+        [0.0, foot[1] + 0.9 * d],
+    ];
+    shapes.extend(pair_of_plates(&joint_bracket, 0.62 * d, 0.12 * d));
+    shapes.extend(pair_of_plates(&foot_bracket, 0.62 * d, 0.12 * d));
     shapes.push(pin([O.x, O.y], 0.85 * d, 0.16 * d));
     shapes.push(pin(foot, 0.8 * d, 0.13 * d));
     shapes
@@ -227,17 +218,13 @@ fn lift_boom(tree: &Tree, d: f64) -> Vec<Shape> {
     for p in mounted {
         let (along, across) = (p.dot(&e), p.dot(&n));
         let beyond = across + 0.28 * d * across.signum();
-        for side in [-1.0, 1.0] {
-            shapes.push(Shape::Plate {
-                outline: vec![
-                    at(along - 0.9 * d, 0.0),
-                    at(along + 0.9 * d, 0.0),
-                    at(along + 0.25 * d, beyond),
-                    at(along - 0.25 * d, beyond),
-                ],
-                z: plate(side, 0.48 * d, 0.1 * d),
-            });
-        }
+        let bracket = [
+            at(along - 0.9 * d, 0.0),
+            at(along + 0.9 * d, 0.0),
+            at(along + 0.25 * d, beyond),
+            at(along - 0.25 * d, beyond),
+        ];
+        shapes.extend(pair_of_plates(&bracket, 0.48 * d, 0.1 * d));
         shapes.push(pin(p.into(), 0.78 * d, 0.12 * d));
     }
     shapes.push(pin(B.into(), 0.85 * d, 0.16 * d));
@@ -290,7 +277,7 @@ fn rod(x0: f64, lc: f64, d: f64) -> Vec<Shape> {
 /// Two bars along x, one on each side of the boom at distance `z` from its plane.
 fn pair_of_links(length: f64, z: f64, d: f64) -> Vec<Shape> {
     let half = 0.15 * d;
-    let outline = vec![
+    let outline = [
         [-half, 0.0],
         [0.0, -half],
         [length, -half],
@@ -298,11 +285,8 @@ fn pair_of_links(length: f64, z: f64, d: f64) -> Vec<Shape> {
         [length, half],
         [0.0, half],
     ];
-    let link = |side: f64| Shape::Plate {
-        outline: outline.clone(),
-        z: plate(side, z, 0.1 * d),
-    };
-    vec![link(-1.0), link(1.0), pin([length, 0.0], 0.8 * d, 0.11 * d)]
+    let [left, right] = pair_of_plates(&outline, z, 0.1 * d);
+    vec![left, right, pin([length, 0.0], 0.8 * d, 0.11 * d)]
 }
 
 fn wrist(next: Vector3<f64>, radius: f64) -> Vec<Shape> {
@@ -336,14 +320,13 @@ fn bar(from: [f64; 3], to: [f64; 3], radius: f64) -> Shape {
     Shape::Bar { from, to, radius }
 }
 
-/// z range of a plate on one side of the boom plane.
-fn plate(side: f64, inner: f64, thickness: f64) -> [f64; 2] {
+/// Two equal plates, one on each side of the boom plane at the distance `inner`.
+fn pair_of_plates(outline: &[[f64; 2]], inner: f64, thickness: f64) -> [Shape; 2] {
     let outer = inner + thickness;
-    if side < 0.0 {
-        [-outer, -inner]
-    } else {
-        [inner, outer]
-    }
+    [[-outer, -inner], [inner, outer]].map(|z| Shape::Plate {
+        outline: outline.to_vec(),
+        z,
+    })
 }
 
 #[cfg(test)]

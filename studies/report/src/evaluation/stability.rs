@@ -8,11 +8,8 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::request::{Request, UNCERTAIN, successes};
-use super::samples::{SampleTimes, Samples, stride};
+use super::samples::{EVERY, SampleTimes, Samples, stride};
 use experiments::analyses::stability::{self, Condition, Gains, Powers};
-
-/// Time between two samples in the page, s.
-const EVERY: f64 = 0.02;
 
 /// Runs, and the gain conditions that they share.
 #[derive(Serialize)]
@@ -24,7 +21,6 @@ pub struct Stability {
     conditions: Vec<Value>,
 }
 
-/// One run with its curves.
 #[derive(Serialize)]
 pub struct Run {
     #[serde(flatten)]

@@ -7,15 +7,12 @@ use anyhow::{Context as _, Result};
 use serde::Serialize;
 
 use super::request::{Request, success, successes};
-use super::samples::{SampleTimes, Samples, stride};
+use super::samples::{EVERY, SampleTimes, Samples, stride};
 use experiments::analyses::testbed::{self, CHECK, MachineRun, Replay};
 
 /// Time constant of the testbed's load emulators, s.
 const LAG: f64 = 0.02;
-/// Time between two samples in the page, s.
-const EVERY: f64 = 0.02;
 
-/// The testbed's runs.
 #[derive(Serialize)]
 pub struct Testbed {
     /// Time constant of the load emulators, s.
@@ -49,11 +46,9 @@ pub fn results(
         lag: LAG,
     };
     let axes = replay.on(bed, &[CHECK]).context("testbed");
-    let axes = success(axes, failures).unwrap_or_default();
-    Some(Testbed {
-        lag: LAG,
-        axes: axes.into_iter().map(Axis::new).collect(),
-    })
+    let axes = success(axes, failures).into_iter().flatten();
+    let axes = axes.map(Axis::new).collect();
+    Some(Testbed { lag: LAG, axes })
 }
 
 impl Axis {

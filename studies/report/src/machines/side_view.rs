@@ -13,7 +13,6 @@ pub struct NamedPoint {
     pub place: [f64; 2],
 }
 
-/// The points of one pose.
 pub struct SideView {
     pub points: Vec<NamedPoint>,
     /// Where the rods leave their cylinders: of the lift and of the tilt actuator.

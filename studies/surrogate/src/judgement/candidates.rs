@@ -23,7 +23,6 @@ const COMPARISON_SEED: u64 = 4;
 pub const CALIBRATION_SEED: u64 = 2;
 /// Seed of the profiles on which the bound's coverage is measured.
 const COVERAGE_SEED: u64 = 3;
-/// Share of the network in the hybrid.
 const HYBRID: f64 = 0.9;
 /// Index of the refitted physics among the models.
 const REFITTED: usize = 1;
@@ -101,7 +100,6 @@ impl Candidates {
         }
     }
 
-    /// Errors of the current by kind of profile.
     fn by_kind(&self, text: &mut String, driven: &[DrivenProfile], errors: &[Vec<Errors>]) {
         *text += &format!("{:<26}", "current, A, by kind");
         for kind in Kind::ALL {
@@ -120,7 +118,6 @@ impl Candidates {
     }
 }
 
-/// A value and its interval.
 fn cell([value, low, high]: [f64; 3]) -> String {
     let digits = if value >= 100.0 {
         0

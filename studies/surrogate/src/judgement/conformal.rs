@@ -119,7 +119,6 @@ pub fn calibrate(profiles: &[Vec<Point>]) -> EfficiencyBound {
     with_factor(power, floor, &scoring)
 }
 
-/// Profiles that have points.
 fn with_points(profiles: &[Vec<Point>]) -> Vec<&[Point]> {
     let profiles = profiles.iter().map(Vec::as_slice);
     profiles.filter(|points| !points.is_empty()).collect()
@@ -157,7 +156,7 @@ pub struct Coverage {
     /// Profiles whose window lies inside the bound, of which one window is drawn by seed.
     pub(crate) inside: usize,
     /// Share of windows inside, and of profiles with all of their windows inside.
-    pub(crate) shares: [f64; 2],
+    pub shares: [f64; 2],
     /// Half the width, mean over profiles.
     pub(crate) half: f64,
 }

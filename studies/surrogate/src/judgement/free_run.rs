@@ -116,11 +116,10 @@ pub fn simulate(model: &Model, desired: &[Desired], T: f64) -> Vec<Sample> {
 /// Errors of a model over one profile.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Errors {
-    /// Mean squares over windows: current, A²; force by the measured current and speed, N²;
-    /// efficiency. NaN where no window counts.
-    squares: [f64; 3],
-    /// Error of the energy from the DC side over the energy moved at the nut.
-    energy: f64,
+    /// In the order of [`QUANTITIES`]: mean squares over windows of current, A², force by the
+    /// measured current and speed, N², and efficiency, NaN where no window counts; and the square of
+    /// the error of the energy from the DC side over the energy moved at the nut.
+    squares: [f64; 4],
 }
 
 /// The quantities that are judged, with the unit they are printed in and the factor to it.
@@ -161,16 +160,10 @@ impl Errors {
             }
         }
         let energy = SAMPLE * course.iter().skip(1).map(|s| s.P_in).sum::<f64>();
+        let energy_error = (energy - driven.energy) / driven.moved;
+        let [current, force, efficiency] = [0, 1, 2].map(|k: usize| sums[k] / counts[k]);
         Self {
-            squares: [0, 1, 2].map(|k: usize| sums[k] / counts[k]),
-            energy: (energy - driven.energy) / driven.moved,
-        }
-    }
-
-    fn square(&self, quantity: usize) -> f64 {
-        match quantity {
-            3 => self.energy * self.energy,
-            _ => self.squares[quantity],
+            squares: [current, force, efficiency, energy_error * energy_error],
         }
     }
 }
@@ -179,7 +172,7 @@ impl Errors {
 /// without windows for it are left out.
 fn root_mean_square(errors: &[Errors], profiles: &[usize], quantity: usize) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
-    for square in profiles.iter().map(|&k| errors[k].square(quantity)) {
+    for square in profiles.iter().map(|&k| errors[k].squares[quantity]) {
         if square.is_finite() {
             (sum, count) = (sum + square, count + 1.0);
         }

@@ -3,7 +3,6 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Resamplings of the bootstrap.
 const RESAMPLINGS: usize = 2000;
 
 /// A statistic of `count` profiles and its 95 % interval, between the 2.5 and 97.5 % quantiles of

@@ -23,7 +23,6 @@ const TRAINING: [Kind; 5] = [
     Kind::Steps,
     Kind::Creep,
 ];
-/// Kinds that are held out.
 const HELD_OUT: [Kind; 6] = [
     Kind::Steps,
     Kind::Sweep,

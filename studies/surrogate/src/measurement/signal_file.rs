@@ -41,12 +41,8 @@ impl SignalFile {
 
     fn parse(text: &str, units: &str) -> Result<Self> {
         let mut lines = text.lines();
-        let names: Vec<String> = lines
-            .next()
-            .unwrap_or("")
-            .split(',')
-            .map(String::from)
-            .collect();
+        let header = lines.next().unwrap_or("").split(',');
+        let names: Vec<String> = header.map(String::from).collect();
         let is_wrong = names[0] != "time" || names.len() == 1;
         ensure!(
             !(is_wrong && names[0].contains(';')),

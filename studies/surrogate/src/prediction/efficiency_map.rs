@@ -26,14 +26,10 @@ pub struct EfficiencyMap {
 ///
 /// [`MODELS`]: crate::prediction::model::MODELS
 pub fn maps(models: &[Model; 3], cells: [usize; 2]) -> Result<[EfficiencyMap; 3]> {
-    let of_model = |model| move |F, v| Ok(predicted_efficiency(model, F, v));
+    let by = |model| move |F, v| Ok(predicted_efficiency(model, F, v));
     Ok([
-        map("Efficiency: physics", cells, &of_model(&models[0]))?,
-        map(
-            "Efficiency: hybrid, alpha = 0.9",
-            cells,
-            &of_model(&models[1]),
-        )?,
+        map("Efficiency: physics", cells, &by(&models[0]))?,
+        map("Efficiency: hybrid, alpha = 0.9", cells, &by(&models[1]))?,
         map("Efficiency: rig", cells, &true_efficiency)?,
     ])
 }

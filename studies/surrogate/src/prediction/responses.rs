@@ -22,21 +22,18 @@ pub fn responses(surrogate: &Surrogate, work: &[Window]) -> [Panel; 4] {
         points.collect::<Vec<_>>()
     };
     let network = |w: &Window| surrogate.evaluate(w.row.tau_e, w.row.w_m);
-    let force = |title, name, other: &dyn Fn(&Window) -> f64| Panel {
+    let panel = |title, unit, rig, other| Panel {
         title,
-        unit: "kN",
-        lines: [
-            ("rig", line(1e-3, &|w| w.row.f_ext)),
-            (name, line(1e-3, other)),
-        ],
+        unit,
+        lines: [("rig", rig), other],
     };
-    let speed = |title, name, other: &dyn Fn(&Window) -> f64| Panel {
-        title,
-        unit: "mm/s",
-        lines: [
-            ("rig", line(1e3, &|w| w.row.x_dot)),
-            (name, line(1e3, other)),
-        ],
+    let force = |title, name, other: &dyn Fn(&Window) -> f64| {
+        let rig = line(1e-3, &|w| w.row.f_ext);
+        panel(title, "kN", rig, (name, line(1e-3, other)))
+    };
+    let speed = |title, name, other: &dyn Fn(&Window) -> f64| {
+        let rig = line(1e3, &|w| w.row.x_dot);
+        panel(title, "mm/s", rig, (name, line(1e3, other)))
     };
     [
         force("Force: desired and rig", "desired", &|w| w.desired[1]),

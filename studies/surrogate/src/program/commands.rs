@@ -10,10 +10,10 @@ use clap::{Args, Parser};
 use emla::Surrogate;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::files::{NetworkArg, make_folder, write};
+use super::files::{NetworkArg, make_folder, write_network};
 use super::rig_commands::{CalibrateArgs, RigCompareArgs, RigDataArgs, RigLoopArgs};
 use surrogate::measurement::data;
-use surrogate::training::progress::{EPOCHS, Progress, TrainingData};
+use surrogate::training::progress::{EPOCHS, Progress, TrainingData, test_rows};
 
 use super::plots;
 
@@ -97,7 +97,7 @@ impl PlotsArgs {
                 "note: the network was trained on other data; all rows are new to it"
             )?;
         }
-        let (inputs, targets) = TrainingData::new(data, record.seed).test_rows();
+        let (inputs, targets) = test_rows(&data, record.seed);
         for file in plots::quality(&surrogate, &inputs, &targets, &self.out)? {
             writeln!(stdout(), "{}", file.display())?;
         }
@@ -171,8 +171,7 @@ impl TrainArgs {
         bar.finish_and_clear();
         progress.save(&self.checkpoint)?;
         let network = progress.network(&prepared);
-        let text = serde_json::to_string_pretty(&network).context("cannot write JSON")?;
-        write(&self.out, &text)?;
+        write_network(&self.out, &network)?;
         report(&network.training, progress.seconds)?;
         writeln!(stdout(), "network in {}", self.out.display())?;
         Ok(())

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 use clap::Args;
-use emla::Surrogate;
+use emla::{Surrogate, SurrogateFile};
 
 /// The option `--network`.
 #[derive(Args)]
@@ -26,12 +26,17 @@ impl NetworkArg {
     }
 }
 
-/// Makes the folder of a file.
 pub(crate) fn make_folder(path: &Path) -> Result<()> {
     let Some(folder) = path.parent() else {
         return Ok(());
     };
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))
+}
+
+/// Writes a network file; makes its folder.
+pub(crate) fn write_network(path: &Path, network: &SurrogateFile) -> Result<()> {
+    let text = serde_json::to_string_pretty(network).context("cannot write JSON")?;
+    write(path, &text)
 }
 
 /// Writes a file; makes its folder.

@@ -17,7 +17,6 @@ use surrogate::prediction::responses::{self, responses};
 const SIZE: (u32, u32) = (1200, 520);
 const FONT: (&str, i32) = ("sans-serif", 16);
 const TITLE: (&str, i32) = ("sans-serif", 18);
-/// Number of bars of a histogram.
 const BARS: usize = 61;
 /// Number of cells of the efficiency map along load and along speed.
 const MAP_CELLS: usize = 70;
@@ -84,7 +83,6 @@ fn residuals(errors: &[Vec<f64>; 2]) -> Figure {
     }
 }
 
-/// Mean squared errors by epoch.
 fn learning_curve(curve: &[Split<f64>]) -> Figure {
     let line = |name: &str, color, part: fn(&Split<f64>) -> f64| {
         let points = curve.iter().enumerate().map(|(k, s)| (k as f64, part(s)));

@@ -9,7 +9,7 @@ use anyhow::{Context as _, Result, ensure};
 use clap::Args;
 use emla::Surrogate;
 
-use super::files::{NetworkArg, write};
+use super::files::{NetworkArg, write, write_network};
 use super::plots;
 use surrogate::judgement::candidates::{CALIBRATION_SEED, Candidates, coverage};
 use surrogate::judgement::conformal::{calibrate, points};
@@ -129,8 +129,7 @@ impl CalibrateArgs {
         let bound = calibrate(&points(p, &network, &driven)?);
         let mut file = network.file();
         file.efficiency_bound = Some(bound);
-        let text = serde_json::to_string_pretty(&file).context("cannot write JSON")?;
-        write(&self.out, &text)?;
+        write_network(&self.out, &file)?;
         writeln!(stdout(), "{bound:?}\nnetwork in {}", self.out.display())?;
         Ok(())
     }

@@ -19,7 +19,6 @@ use rayon::prelude::*;
 
 use crate::training::network::{LayerView, Shape};
 
-/// Rows of a tile.
 const TILE: usize = 256;
 /// Samples whose Jacobian rows are held at once in the `JᵀJ` form.
 const SAMPLES_AT_ONCE: usize = 512;

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
-use emla::{MinMax, Ranges, Split, SurrogateFile, TrainingRecord};
+use emla::{Ranges, Split, SurrogateFile, TrainingRecord};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
@@ -59,19 +59,6 @@ impl TrainingData {
         }
     }
 
-    /// Inputs and targets of the test rows, unscaled.
-    pub fn test_rows(&self) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
-        let (ranges, Samples { inputs, targets }) = (&self.ranges, &self.samples.test);
-        let unscaled = |rows: &[[f64; 2]], a: MinMax, b: MinMax| {
-            let rows = rows.iter();
-            rows.map(|r| [a.unscale(r[0]), b.unscale(r[1])]).collect()
-        };
-        (
-            unscaled(inputs, ranges.tau_e, ranges.w_m),
-            unscaled(targets, ranges.f_ext, ranges.x_dot),
-        )
-    }
-
     /// Replaces the rows of each part by their means in `cells` × `cells` cells of torque and speed:
     /// dense data lose noise, and all of the map has the same weight.
     pub fn cell_means(self, cells: u32) -> Self {
@@ -91,6 +78,14 @@ impl TrainingData {
             test: f(&samples.test),
         }
     }
+}
+
+/// Inputs and targets of the rows that a training with this seed would test.
+pub fn test_rows(data: &Data, seed: u64) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
+    let (order, ends) = shuffled(data, seed);
+    let rows = order[ends[1]..].iter();
+    rows.map(|&row| (data.inputs[row], data.targets[row]))
+        .unzip()
 }
 
 /// Rows in the order of the split, and the ends of its first two parts.

@@ -11,7 +11,6 @@ use cargo_fmu::target::Target;
 /// Name of the list of checksums, in the form of `sha256sum`.
 pub const CHECKSUMS: &str = "SHA256SUMS";
 
-/// A folder that was built.
 pub struct Dist {
     pub folder: PathBuf,
     pub targets: Vec<&'static Target>,
@@ -61,7 +60,6 @@ pub fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(found)
 }
 
-/// The last part of a path.
 pub fn file_name(path: &Path) -> String {
     path.file_name()
         .unwrap_or_default()

@@ -13,7 +13,6 @@ use fmi_import::portability::Needs;
 
 use super::folder::{Dist, file_name};
 
-/// The lines so far.
 #[derive(Default)]
 pub struct Listing {
     /// By platform folder.

@@ -4,7 +4,6 @@ use plotters::style::{Color as _, HSLColor, RGBColor};
 
 /// First digits of a band's width.
 const STEPS: [f64; 4] = [1.0, 2.0, 2.5, 5.0];
-/// Largest number of bands.
 const BANDS: usize = 7;
 
 pub(super) struct Bands {

@@ -46,7 +46,6 @@ pub(super) fn frame<'a, B: DrawingBackend>(
     Ok(chart)
 }
 
-/// Draws the names of the series.
 pub(super) fn series_names<'a, B: DrawingBackend + 'a>(
     chart: &mut Chart<'a, B>,
     at: SeriesLabelPosition,
