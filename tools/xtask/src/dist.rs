@@ -51,8 +51,14 @@ pub struct Options {
 
 /// The platforms that CI builds for: always the first, at night all.
 const CI_PLATFORMS: [&str; 2] = ["linux64", "win64"];
-const PROGRAMS: [&str; 4] = ["cosim", "hdrm-fmu", "hdrm-fmu-report", "hdrm-fmu-surrogate"];
-/// The packages of these programs, and of one that the checks need; those of the experiments last.
+/// Programs that are handed out, with their packages.
+const PROGRAMS: [(&str, &str); 4] = [
+    ("cosim", "cosim"),
+    ("experiments", "hdrm-fmu"),
+    ("report", "hdrm-fmu-report"),
+    ("surrogate", "hdrm-fmu-surrogate"),
+];
+/// These packages, and one that the checks need; those of the experiments last.
 const PACKAGES: [&str; 5] = ["cosim", "torture", "experiments", "report", "surrogate"];
 /// The profile of the programs: as for this machine, but without debug assertions, overflow checks
 /// and symbols.
@@ -281,12 +287,7 @@ fn notices(
     fs::create_dir_all(folder)?;
     let notices = Notices::new(&workspace.cargo)?;
     let triples: Vec<_> = targets.iter().map(|target| target.triple).collect();
-    for (package, program) in [
-        ("cosim", "cosim"),
-        ("experiments", "hdrm-fmu"),
-        ("report", "hdrm-fmu-report"),
-        ("surrogate", "hdrm-fmu-surrogate"),
-    ] {
+    for (package, program) in PROGRAMS {
         if packages.contains(&package) {
             for (name, bytes) in notices.files(&workspace.cargo, package, &triples)? {
                 let name = name.replace("third-party", program);
@@ -328,7 +329,7 @@ impl Dist {
             let Some(mut path) = built.executable else {
                 continue;
             };
-            if PROGRAMS.contains(&name.as_str()) {
+            if PROGRAMS.iter().any(|(_, program)| *program == name) {
                 let bytes = fs::read(&path).with_context(|| path.display().to_string())?;
                 let faults = target.faults(&bytes, &workspace.cargo)?;
                 let shown = path.display();

@@ -1,7 +1,7 @@
 //! The command `report`: finds the systems that the report covers, makes their runs, and writes
 //! the page and its figures.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::evaluation::{Recorded, Report, Request, figures};
 use anyhow::Result;
@@ -20,16 +20,13 @@ pub fn report(args: &ReportArgs) -> Result<Verdict> {
     let path = args.machine.on_path(&setup)?;
     let packed = |path: &Path| args.machine.setup().packed(path);
     let beside = |name: &str| Some(setup.beside(name)).filter(|path| path.is_file());
-    let testbed = args.testbed.clone().or_else(|| beside("Testbed.ssp"));
-    let testbed = testbed.map(|path| packed(&path).system()).transpose()?;
+    let load = |path: Option<PathBuf>| path.map(|path| packed(&path).system()).transpose();
+    let testbed = load(args.testbed.clone().or_else(|| beside("Testbed.ssp")))?;
+    let electric = load(beside(ELECTRIC))?;
+    let bending = args.bending.then(|| find(BENDING_SYSTEM));
+    let bending = load(bending.transpose()?)?;
     let real = beside(SYSTEM).map(|path| packed(&path).world(World::Real).system());
     let real = real.transpose()?;
-    let bending = args
-        .bending
-        .then(|| packed(&find(BENDING_SYSTEM)?).system());
-    let bending = bending.transpose()?;
-    let electric = beside(ELECTRIC).map(|path| packed(&path).system());
-    let electric = electric.transpose()?;
     let request = Request {
         electric: electric.as_ref(),
         system: &setup.system,

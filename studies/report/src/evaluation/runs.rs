@@ -224,13 +224,11 @@ impl Run {
             let name = system.name(port);
             let is_tip = name.starts_with("controller.tip_error");
             let stride = stride(if is_tip { TIP_EVERY } else { EVERY }, step);
-            let unit = system.variable(port).unit.as_deref().unwrap_or("1").into();
-            let every = step * stride as f64;
-            let samples = Samples::thinned(recording.column(port)?, stride);
+            let unit = system.variable(port).unit.as_deref();
             let signal = Signal {
-                unit,
-                every,
-                samples,
+                unit: unit.unwrap_or("1").into(),
+                every: step * stride as f64,
+                samples: Samples::thinned(recording.column(port)?, stride),
             };
             signals.insert(name, signal);
         }
