@@ -6,7 +6,7 @@ pyo3::create_exception!(
     hdrm_fmu,
     RunFailed,
     pyo3::exceptions::PyException,
-    "A run that failed: what the master says of it, with the texts that the FMUs logged."
+    "A run that failed: the master's message, with the texts that the FMUs logged."
 );
 
 /// The Python exception for an error; an exception that came from Python stays the same.

@@ -39,7 +39,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     )?;
     module.add("VERSION", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<system::System>()?;
-    module.add_class::<system::Drawn>()?;
+    module.add_class::<system::DrawnMachine>()?;
     module.add_class::<session::Session>()?;
     module.add_function(wrap_pyfunction!(reuse_instances, module)?)?;
     module.add_function(wrap_pyfunction!(kept_instances, module)?)?;

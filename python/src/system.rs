@@ -73,7 +73,7 @@ type Inputs = (Vec<f64>, Vec<(String, Option<String>, Vec<f64>)>);
 
 /// A machine of the real world, drawn by seed; its file exists as long as this object.
 #[pyclass(frozen)]
-pub struct Drawn {
+pub struct DrawnMachine {
     /// Start values: names and values.
     #[pyo3(get)]
     settings: Vec<(String, String)>,
@@ -191,7 +191,7 @@ impl System {
     }
 
     /// Draws the machine of `seed` around the system's own machine or that of the file `machine`.
-    fn drawn(&self, seed: u64, machine: Option<&str>) -> Result<Drawn> {
+    fn drawn(&self, seed: u64, machine: Option<&str>) -> Result<DrawnMachine> {
         let seeds = seed..seed + 1;
         let machines = match machine {
             Some(machine) => {
@@ -201,7 +201,7 @@ impl System {
         };
         let case = machines.list.first().context("one seed is one machine")?;
         let setting = |s: &Setting| (self.system.name(s.port), s.value.clone());
-        Ok(Drawn {
+        Ok(DrawnMachine {
             settings: case.settings.iter().map(setting).collect(),
             _machines: machines,
         })
@@ -297,7 +297,7 @@ impl System {
     /// Draws a machine of the real world, around the system's own machine or that of the file
     /// `machine`.
     #[pyo3(signature = (seed, machine=None))]
-    fn draw(&self, py: Python<'_>, seed: u64, machine: Option<&str>) -> PyResult<Drawn> {
+    fn draw(&self, py: Python<'_>, seed: u64, machine: Option<&str>) -> PyResult<DrawnMachine> {
         let drawn = py.detach(|| self.drawn(seed, machine));
         drawn.map_err(to_exception)
     }

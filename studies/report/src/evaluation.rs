@@ -40,7 +40,7 @@ use experiments::measures::run::TipError;
 use experiments::print::tip_errors::inertia_json;
 use experiments::runs::grid::{self, Cell};
 use experiments::setup::machine_choice::MachineFile;
-pub use recorded::Recorded;
+pub use recorded::RecordedStudies;
 pub use request::Request;
 use request::{success, successes};
 use runs::{Run, TableRuns};
@@ -59,7 +59,7 @@ pub struct Report {
     #[serde(skip)]
     cells: Vec<Cell<TipError>>,
     worlds: Vec<Value>,
-    recorded: Recorded,
+    recorded: RecordedStudies,
     errors: Vec<Value>,
     runs: Vec<Run>,
     /// Runs that failed, with the reason.

@@ -28,7 +28,8 @@ pub struct Options {
     out: Option<PathBuf>,
 }
 
-/// Make the page. What describes the FMUs is asked of libraries that are built the fast way.
+/// Makes the page of FMUs that are packed for it. Their libraries, which only describe them here, are
+/// built the fast way.
 pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()> {
     let folder = workspace.target.join("web");
     let out = options.out.as_ref().map(|out| caller.join(out));
@@ -38,8 +39,8 @@ pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()
     make(workspace, &of_fmi3(&packed)?, &options.profile, &out)
 }
 
-/// Make the page of these FMUs of FMI 3.0, in the order of [`Workspace::suite`], which get
-/// WebAssembly.
+/// Adds WebAssembly to these FMUs of FMI 3.0, in the order of [`Workspace::suite`], and makes their
+/// page.
 pub fn make(workspace: &Workspace, fmus: &[PathBuf], profile: &str, out: &Path) -> Result<()> {
     add_wasm(workspace, fmus, profile)?;
     let folder = out.parent().context("the page lies in a folder")?;
@@ -59,8 +60,8 @@ pub fn make(workspace: &Workspace, fmus: &[PathBuf], profile: &str, out: &Path) 
     execute(&mut page)
 }
 
-/// Copies of these FMUs with WebAssembly, in `wasm/` of the target directory, and the page of them:
-/// built as those that are handed out, but linked fast.
+/// Copies these FMUs to `wasm/` of the target directory, adds WebAssembly to the copies, and makes
+/// their page: built as those that are handed out, but linked fast.
 pub fn for_tests(workspace: &Workspace, fmus: &[PathBuf]) -> Result<()> {
     let folder = workspace.target.join("wasm");
     fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
@@ -74,13 +75,13 @@ pub fn for_tests(workspace: &Workspace, fmus: &[PathBuf]) -> Result<()> {
     make(workspace, &copies, "fmu-fast", &page)
 }
 
-/// Where [`make`] has built the master's module.
+/// The file of the master's module, which [`make`] builds.
 pub fn engine(workspace: &Workspace, profile: &str) -> PathBuf {
     let folder = workspace.target.join(target::WASM.triple);
     folder.join(profile).join(ENGINE)
 }
 
-/// Add WebAssembly to the FMUs of FMI 3.0 of the suite, in its order.
+/// Adds WebAssembly to the FMUs of FMI 3.0 of the suite, in its order.
 fn add_wasm(workspace: &Workspace, fmus: &[PathBuf], profile: &str) -> Result<()> {
     let mut command = cargo_fmu(workspace)?;
     command.args(["add-wasm", "--profile", profile]);

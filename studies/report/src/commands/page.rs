@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::evaluation::{Recorded, Report, Request, figures};
+use crate::evaluation::{RecordedStudies, Report, Request, figures};
 use anyhow::Result;
 use cosim::Verdict;
 use cosim::cli::{bar, find, print};
@@ -15,7 +15,7 @@ const ELECTRIC: &str = "Electric.ssp";
 
 /// Makes the runs, then writes page and figures; a failed run is named in the page and printed.
 pub fn report(args: &ReportArgs) -> Result<Verdict> {
-    let recorded = Recorded::read(args.tournament.as_deref(), args.margins.as_deref())?;
+    let recorded = RecordedStudies::read(args.tournament.as_deref(), args.margins.as_deref())?;
     let setup = args.machine.setup().without_path().build()?;
     let path = args.machine.on_path(&setup)?;
     let packed = |path: &Path| args.machine.setup().packed(path);

@@ -11,12 +11,12 @@ use serde_json::{Value, json};
 
 /// Results of these studies, where a file was given.
 #[derive(Clone, Serialize)]
-pub struct Recorded {
+pub struct RecordedStudies {
     tournament: Option<Value>,
     margins: Option<Value>,
 }
 
-impl Recorded {
+impl RecordedStudies {
     /// Reads the files of `tournament --json` and `margins --json`.
     ///
     /// # Errors

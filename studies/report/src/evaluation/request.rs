@@ -4,7 +4,7 @@
 use anyhow::Result;
 use cosim::{Experiment, System};
 
-use super::recorded::Recorded;
+use super::recorded::RecordedStudies;
 
 /// Factor on the inertias with which the adaptation is shown besides nominal inertias.
 pub const UNCERTAIN: f64 = 1.4;
@@ -24,7 +24,7 @@ pub struct Request<'a> {
     /// The machine fed by a battery.
     pub electric: Option<&'a System>,
     /// Recorded results of studies that take hours.
-    pub recorded: Recorded,
+    pub recorded: RecordedStudies,
     /// Name of a path of the user's own, and the experiment that follows it.
     pub path: Option<(String, Experiment)>,
 }
