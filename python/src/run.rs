@@ -39,9 +39,9 @@ pub struct RunResult {
     elapsed: f64,
 }
 
-/// Runs `experiment`; `is_machine` says that it is the manipulator with its controller, whose limits
-/// and tip error are then monitored. `progress` is called with the numbers of finished and of all
-/// steps.
+/// Runs `experiment`; `is_machine` says that it is the manipulator with its controller, whose
+/// limits and tip error are then monitored. `progress` is called with the numbers of finished and
+/// of all steps.
 pub fn run(
     system: &System,
     experiment: &Experiment,

@@ -3,10 +3,10 @@
 //! ([`judgement`]), and the network's training (`training`, a feature that is on by default). The
 //! program `hdrm-fmu-surrogate` runs it and draws its pictures.
 //!
-//! The rig is a simulation of the actuator as built (crate `rig`), the same as in the machine of the
-//! real world; nothing here is measured, unless a user brings a CSV file ([`measurement::data`]).
-//! [`emla::Surrogate`] evaluates the trained network. SI units; dq quantities peak-valued. Source:
-//! the paper's section "Surrogate-Enhanced Hybrid Model of the EMLA".
+//! The rig is a simulation of the actuator as built (crate `rig`), the same as in the machine of
+//! the real world; nothing here is measured, unless a user brings a CSV file
+//! ([`measurement::data`]). [`emla::Surrogate`] evaluates the trained network. SI units; dq
+//! quantities peak-valued. Source: `[paper]`, "Surrogate-Enhanced Hybrid Model of the EMLA".
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // the paper's symbols
 

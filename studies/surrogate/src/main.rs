@@ -1,5 +1,5 @@
-//! The program `hdrm-fmu-surrogate`: makes data on the rig, trains the actuator's surrogate network,
-//! and judges it.
+//! The program `hdrm-fmu-surrogate`: makes data on the rig, trains the actuator's surrogate
+//! network, and judges it.
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // the paper's symbols
 

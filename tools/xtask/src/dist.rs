@@ -123,7 +123,7 @@ fn make(workspace: &Workspace, caller: &Path, options: Options) -> Result<Handou
 }
 
 impl Handout {
-    /// Runs the folder's content and builds it again, if the options say so, and prints the listing.
+    /// Runs its content and builds it again, as the options say, and prints the listing.
     pub fn try_out(mut self, workspace: &Workspace) -> Result<()> {
         let (dist, options) = (&self.dist, &self.options);
         let checked = if options.check {
@@ -171,8 +171,8 @@ pub fn lacking(workspace: &Workspace, nightly: bool) -> Result<String> {
     Ok(missing(&platforms).join("\n"))
 }
 
-/// The platforms, with the tools to build for them. A platform that is not named and cannot be built
-/// for is listed.
+/// The platforms, with the tools to build for them. A platform that is not named and cannot be
+/// built for is listed.
 fn platforms(workspace: &Workspace, names: &[String], listing: &mut Listing) -> Result<Platforms> {
     let mut platforms = Platforms::named(names)?;
     let is_default = platforms.targets.is_empty();

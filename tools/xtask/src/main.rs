@@ -77,8 +77,8 @@ enum Command {
         #[arg(long)]
         nightly: bool,
     },
-    /// One table of costs, with other engines for comparison; or instruction counts, compared with the
-    /// recorded ones
+    /// One table of costs, with other engines for comparison; or instruction counts, compared with
+    /// the recorded ones
     Bench(bench::Options),
     /// Mistreat the FMUs: random calls, sanitizers, valgrind, threads, fuzzing, long runs
     #[command(disable_help_flag = true)]

@@ -142,8 +142,8 @@ fn write(path: &Path, entries: &Entries) -> Result<()> {
     Ok(())
 }
 
-/// Structures by name, with the files that they name: FMUs that have just been packed, else files in
-/// the folder of `file`.
+/// Structures by name, with the files that they name: FMUs that have just been packed, else files
+/// in the folder of `file`.
 fn with_sources(
     packed: &[PathBuf],
     file: &Path,

@@ -32,8 +32,8 @@ impl Phases {
         result
     }
 
-    /// Runs two sequences of phases at the same time, so that they share the processor's cores. Both
-    /// end before an error is returned.
+    /// Runs two sequences of phases at the same time, so that they share the processor's cores.
+    /// Both end before an error is returned.
     pub fn both<A: Send, B>(
         &self,
         first: impl FnOnce() -> Result<A> + Send,
@@ -47,8 +47,8 @@ impl Phases {
         })
     }
 
-    /// The table of each phase's duration, begin and end. Phases that overlapped with an earlier one
-    /// are marked, since their durations do not add up.
+    /// The table of each phase's duration, begin and end. Phases that overlapped with an earlier
+    /// one are marked, since their durations do not add up.
     pub fn table(&self) -> String {
         let times = self.times.lock().unwrap_or_else(PoisonError::into_inner);
         let mut times = times.clone();

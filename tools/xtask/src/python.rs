@@ -54,8 +54,8 @@ impl Python {
         self.install(workspace, name, &text)
     }
 
-    /// Installs pinned requirements (the text of a requirements file), unless the same text has been
-    /// installed as `name` before.
+    /// Installs pinned requirements (the text of a requirements file), unless the same text has
+    /// been installed as `name` before.
     pub fn install(&self, workspace: &Workspace, name: &str, requirements: &str) -> Result<()> {
         let stamp = self.dir.join(format!("{name}.installed.txt"));
         if fs::read_to_string(&stamp).is_ok_and(|installed| installed == requirements) {

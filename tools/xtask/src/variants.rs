@@ -7,8 +7,8 @@ use std::ops::Range;
 use anyhow::{Context, Result, ensure};
 use fmi_description::xml::Element;
 
-/// Trajectories and the times at which their motion ends, s (`tests/test_parameter_sets.py` compares
-/// them with the controller's).
+/// Trajectories and the times at which their motion ends, s (`tests/test_parameter_sets.py`
+/// compares them with the controller's).
 const TRAJECTORIES: [(&str, &str); 2] = [("cubic", "24.25"), ("triangular", "13.75")];
 const MODES: [&str; 3] = ["adaptive", "modular", "pd"];
 
@@ -27,8 +27,8 @@ const DELAY: &str = r#"<ssv:Parameter name="delay"><ssv:Integer value="1"/></ssv
 const BATTERY: &str = "System Elements Component@resources/DcLink.fmu";
 
 /// The load at the end-effector, which the path gives: outputs of the controller that are inputs of
-/// the manipulator, with units. The structures do not connect it, so that they accept a plant without
-/// these inputs.
+/// the manipulator, with units. The structures do not connect it, so that they accept a plant
+/// without these inputs.
 const LOAD: [(&str, &str); 4] = [
     ("load.mass", "kg"),
     ("load.com[1]", "m"),

@@ -28,8 +28,8 @@ pub struct Options {
     out: Option<PathBuf>,
 }
 
-/// Makes the page of FMUs that are packed for it. Their libraries, which only describe them here, are
-/// built the fast way.
+/// Makes the page of FMUs that are packed for it. Their libraries, which only describe them here,
+/// are built the fast way.
 pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()> {
     let folder = workspace.target.join("web");
     let out = options.out.as_ref().map(|out| caller.join(out));

@@ -1,4 +1,4 @@
-//! `cargo xtask wheel`: makes a wheel of the Python package `hdrm_fmu`, with the packed FMUs inside.
+//! `cargo xtask wheel`: makes a wheel of the Python package `hdrm_fmu` with the packed FMUs.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -97,8 +97,8 @@ pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()
     Ok(())
 }
 
-/// Packs the suite for this machine, or in another folder for all machines of [`PLATFORMS`]; returns
-/// the folder.
+/// Packs the suite for this machine, or in another folder for all machines of [`PLATFORMS`];
+/// returns the folder.
 fn packed(workspace: &Workspace, is_portable: bool) -> Result<PathBuf> {
     if !is_portable {
         let folder = workspace.fmu_dir();
@@ -145,11 +145,10 @@ fn prepare(workspace: &Workspace, fmus: &Path, triple: &str) -> Result<()> {
     Ok(())
 }
 
-/// Builds the wheel with the FMUs of a folder into `out`: for this machine, or for all machines of a
-/// platform.
+/// Builds the wheel with the FMUs of a folder into `out`: for this machine or a platform.
 ///
 /// # Errors
-/// Something cannot be built, or the module or an FMU would not run on every machine of the platform.
+/// A build fails, or the module or an FMU would not run on every machine of the platform.
 pub fn build(
     workspace: &Workspace,
     fmus: &Path,
@@ -189,8 +188,7 @@ pub fn build(
     Ok(wheel)
 }
 
-/// Has maturin build for all machines of a platform, with the flags and profile of programs that are
-/// handed out.
+/// Has maturin build for a platform, with the flags and profile of programs that are handed out.
 fn for_target(
     workspace: &Workspace,
     python: &Python,
@@ -211,8 +209,7 @@ fn for_target(
     Ok(())
 }
 
-/// Refuses FMUs without a library for a platform, or with one that would not run on every machine of
-/// it.
+/// Refuses FMUs without a library that runs on every machine of a platform.
 fn check_libraries(workspace: &Workspace, fmus: &Path, target: &Target) -> Result<()> {
     let folder = format!("binaries/{}/", target.platform.folder);
     let names = pack::names(workspace)?;
@@ -272,9 +269,9 @@ fn environment(workspace: &Workspace) -> Result<Python> {
     Ok(python)
 }
 
-/// Builds the wheel for this machine, installs it in its own environment, and runs its tests and its
-/// notebook there. The tests compare it with the programs in the folder of the one that the variable
-/// `HDRM_FMU` names; without it, with programs built from the same source.
+/// Builds the wheel for this machine, installs it in its own environment, and runs its tests and
+/// its notebook there. The tests compare it with the programs in the folder of the one that the
+/// variable `HDRM_FMU` names; without it, with programs built from the same source.
 pub fn check(workspace: &Workspace, fmus: &Path) -> Result<()> {
     let wheel = build(workspace, fmus, None, &workspace.target.join("wheels"))?;
     let program = match std::env::var_os(PROGRAM) {

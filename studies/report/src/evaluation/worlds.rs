@@ -1,5 +1,5 @@
-//! The section that compares the worlds: the errors of the adaptive law and its rivals in each, with
-//! a sentence on what the world contains.
+//! The section that compares the worlds: the errors of the adaptive law and its rivals in each,
+//! with a sentence on what the world contains.
 
 use anyhow::{Context as _, Result};
 use cosim::{Experiment, System};

@@ -32,14 +32,14 @@ pub struct LoadPoint {
     /// Greatest payload that may be held continuously, kg: at most `payload`, and what the motors'
     /// continuous torques hold.
     pub lasting: Option<f64>,
-    /// The actuator, counted from 0, whose continuous torque limits `lasting`; none if `limit` does.
+    /// The actuator, from 0, whose continuous torque limits `lasting`; none if `limit` does.
     pub lasting_limit: Option<usize>,
 }
 
 /// Greatest payloads over lift and tilt angles.
 pub struct LoadChart {
-    /// A row for each lift angle, over tilt angles; none where strokes, joints or wrist do not allow
-    /// the pose.
+    /// A row for each lift angle, over tilt angles; none where strokes, joints or wrist do not
+    /// allow the pose.
     pub rows: Vec<Vec<Option<LoadPoint>>>,
     /// Factor on all weights.
     pub factor: f64,

@@ -84,10 +84,10 @@ pub fn points(
 /// Calibrates the bound. Half of the profiles choose its shape, the narrowest one; the other half
 /// determine its factor.
 ///
-/// The factor is the smallest score at which the mean, over the K profiles and one more whose scores
-/// are infinite, of each profile's share of scores up to it reaches [`SHARE`]. A window drawn
-/// uniformly from a new profile then has a score below the factor with this probability: Dunn,
-/// Wasserman and Ramdas (2023, *Distribution-free prediction sets for two-layer hierarchical
+/// The factor is the smallest score at which the mean, over the K profiles and one more whose
+/// scores are infinite, of each profile's share of scores up to it reaches [`SHARE`]. A window
+/// drawn uniformly from a new profile then has a score below the factor with this probability:
+/// Dunn, Wasserman and Ramdas (2023, *Distribution-free prediction sets for two-layer hierarchical
 /// models*), pooling CDFs.
 pub fn calibrate(profiles: &[Vec<Point>]) -> EfficiencyBound {
     let profiles = with_points(profiles);

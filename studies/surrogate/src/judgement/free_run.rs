@@ -117,8 +117,8 @@ pub fn simulate(model: &Model, desired: &[Desired], T: f64) -> Vec<Sample> {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Errors {
     /// In the order of [`QUANTITIES`]: mean squares over windows of current, A², force by the
-    /// measured current and speed, N², and efficiency, NaN where no window counts; and the square of
-    /// the error of the energy from the DC side over the energy moved at the nut.
+    /// measured current and speed, N², and efficiency, NaN where no window counts; and the square
+    /// of the error of the energy from the DC side over the energy moved at the nut.
     squares: [f64; 4],
 }
 

@@ -77,8 +77,8 @@ pub fn training_campaign(p: &Emla, seed: u64) -> Result<Vec<Vec<Window>>> {
     measure(p, &profiles, |profile| profile.seed)
 }
 
-/// Compliance between nut and rod, m/N, fitted to a campaign: the least squares of `travel·w_m − ẋ =
-/// c Ḟ`.
+/// Compliance c between nut and rod, m/N: the least squares of `travel·w_m − ẋ = c Ḟ` over a
+/// campaign.
 pub fn compliance(p: &Emla, campaign: &[Vec<Window>]) -> f64 {
     let travel = maps::travel_per_radian(p);
     let all = || campaign.iter().flatten();

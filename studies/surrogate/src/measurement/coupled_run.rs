@@ -47,7 +47,7 @@ impl CoupledRun {
         Self::new(file.times().to_vec(), column).with_context(|| path.display().to_string())
     }
 
-    /// Takes the times, s, and for each of [`CoupledRun::signals`] the column that `column` returns.
+    /// Takes the times, s, and the column of each of [`CoupledRun::signals`] from `column`.
     ///
     /// # Errors
     /// A signal is missing, or there are too few rows.

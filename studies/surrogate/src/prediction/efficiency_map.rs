@@ -1,5 +1,5 @@
-//! Maps of the efficiency over load and rod speed in all four quadrants, of physics, hybrid and rig,
-//! for the report and the pictures of `surrogate compare`.
+//! Maps of the efficiency over load and rod speed in all four quadrants, of physics, hybrid and
+//! rig, for the report and the pictures of `surrogate compare`.
 
 use anyhow::{Context as _, Result};
 use rayon::prelude::*;
@@ -45,8 +45,8 @@ fn predicted_efficiency(model: &Model, F: f64, x_dot: f64) -> f64 {
     model.demand(&motion).efficiency
 }
 
-/// The rig's efficiency, a mean over positions within one electrical period, which evens out cogging
-/// and ripple.
+/// The rig's efficiency, a mean over positions within one electrical period, which evens out
+/// cogging and ripple.
 fn true_efficiency(F: f64, x_dot: f64) -> Result<f64> {
     const PLACES: u32 = 8;
     let rig = rig_run::rig(Drive::Motion);

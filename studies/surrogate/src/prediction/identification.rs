@@ -55,7 +55,7 @@ impl Identification {
                 + b[4] * (row.i_q / DEAD_TIME_CURRENT).tanh()
                 - v
         });
-        // The fitted resistance includes the inverter's voltage drop, whose losses count separately.
+        // The fitted resistance includes the inverter's drop, whose losses count separately.
         let [_, _, lambda_m, lambda_rise, _] = voltage.values;
         let electrical = Emla {
             lambda_m,

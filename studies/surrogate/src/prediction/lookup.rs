@@ -64,7 +64,7 @@ impl LookUp {
     }
 }
 
-/// The interval of `nodes` that `x` lies in, and where in it, 0 … 1; beyond the ends the nearer end.
+/// The interval of `nodes` that holds `x`, and the place in it, 0 … 1; beyond the ends the end.
 fn place(nodes: &[f64; NODES], x: f64) -> (usize, f64) {
     let k = nodes[1..NODES - 1].partition_point(|&node| node <= x);
     let share = (x - nodes[k]) / (nodes[k + 1] - nodes[k]);

@@ -117,9 +117,9 @@ impl Model {
 
     /// Current and efficiency of a motion.
     ///
-    /// The output power is that at the nut: bending between nut and load stores energy without loss.
-    /// The efficiency is that of `[paper]` Eq. (eq:dnn_prediction_efficiency) with the torque at
-    /// constant speed: the mechanical losses are `τ w − P_out`.
+    /// The output power is that at the nut: bending between nut and load stores energy without
+    /// loss. The efficiency is that of `[paper]` Eq. (eq:dnn_prediction_efficiency) with the torque
+    /// at constant speed: the mechanical losses are `τ w − P_out`.
     pub fn demand(&self, m: &Motion) -> Demand {
         let p = &self.p;
         let tau = self.torque(m.F, m.w_m);

@@ -31,8 +31,8 @@ pub struct TrainingData {
 }
 
 impl TrainingData {
-    /// Scales all rows by `mapminmax`, then splits them 70:20:10 by seed: by rows, or by profiles if
-    /// the data name these.
+    /// Scales all rows by `mapminmax`, then splits them 70:20:10 by seed: by rows, or by profiles
+    /// if the data name these.
     pub fn new(data: Data, seed: u64) -> Self {
         let ranges = Ranges {
             tau_e: column_range(&data.inputs, 0),
@@ -59,8 +59,8 @@ impl TrainingData {
         }
     }
 
-    /// Replaces the rows of each part by their means in `cells` × `cells` cells of torque and speed:
-    /// dense data lose noise, and all of the map has the same weight.
+    /// Replaces the rows of each part by their means in `cells` × `cells` cells of torque and
+    /// speed: dense data lose noise, and all of the map has the same weight.
     pub fn cell_means(self, cells: u32) -> Self {
         let samples = self.each(|s| s.cell_means(cells));
         Self { samples, ..self }

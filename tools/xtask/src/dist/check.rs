@@ -63,8 +63,8 @@ fn platforms(dist: &Dist) -> impl Iterator<Item = &'static str> {
     targets.flat_map(|target| ["--platform", target.platform.folder])
 }
 
-/// Installs a wheel in an empty environment and runs its demo with an empty search path: here, and a
-/// wheel for any Linux also in an old Debian.
+/// Installs a wheel in an empty environment and runs its demo with an empty search path: here, and
+/// a wheel for any Linux also in an old Debian.
 pub fn try_wheel(workspace: &Workspace, wheel: &Path) -> Result<()> {
     let mut script = script(workspace, "wheel");
     script.arg(wheel);
