@@ -1,9 +1,9 @@
-"""What pip calls to build the package: the FMUs are packed first, then maturin compiles the native module."""
+"""The build backend that pip calls for the package: packs the FMUs, then has maturin compile the native module."""
 
 import subprocess
 from pathlib import Path
 
-from maturin import *  # noqa: F403 the hooks that need nothing of ours
+from maturin import *  # noqa: F403 the other hooks are maturin's own
 from maturin import build_wheel as _build_wheel
 
 HERE = Path(__file__).resolve().parent

@@ -1,4 +1,4 @@
-"""Tables of cases: one row a run, one column a parameter."""
+"""Tables of cases for `sweep`: one row for each run, one column for each parameter."""
 
 from __future__ import annotations
 

@@ -1,14 +1,14 @@
-"""What can go wrong."""
+"""The exceptions that the package raises."""
 
 from hdrm_fmu._native import RunFailed
 
 
 class BadInput(ValueError):
-    """What was asked for makes no sense; nothing was run and no file was changed."""
+    """An argument is not valid; nothing was run and no file was changed."""
 
 
 class SweepStopped(RuntimeError):
-    """A sweep cannot go on. What it has is kept in its folder, and the same call goes on from there."""
+    """A sweep cannot continue. Its results so far are kept in its folder, and the same call continues from them."""
 
 
 __all__ = ["BadInput", "RunFailed", "SweepStopped"]

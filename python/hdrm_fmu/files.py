@@ -1,4 +1,4 @@
-"""The files that come with the package."""
+"""The files that come with the package: FMUs, systems and parameter files, for other tools and for the runs."""
 
 from __future__ import annotations
 

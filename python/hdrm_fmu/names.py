@@ -1,4 +1,4 @@
-"""Names and values that a user gives, checked against what a system has."""
+"""Checks the names and values that a user gives against the variables of a system."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Variable:
 
 
 def unknown(kind, name, known):
-    """The error of a name that does not exist, with the nearest that do."""
+    """The error for an unknown name, which suggests the nearest known ones."""
     known = list(known)
     near = difflib.get_close_matches(str(name), known, n=4, cutoff=0.6)
     if not near:
@@ -86,9 +86,9 @@ def whole(name, value, least):
 
 
 class Names:
-    """The variables of a system by name; the component may be left out where one alone has the variable, and arrays be named whole.
+    """The variables of a system by name; the component may be left out if only one has the variable, and an array may be named as a whole.
 
-    `components` may be paths, `system.component`; `inputs` are the system's own, `outputs` its own with the variables that they show.
+    `components` may be paths, `system.component`; `inputs` are the system's own inputs, `outputs` its own outputs with the variables that they show.
     """
 
     def __init__(self, variables, components, inputs, outputs):
@@ -129,7 +129,7 @@ class Names:
         return [self.one(name, kind)]
 
     def settings(self, values, kind="parameter"):
-        """Checked start values as (full name, text): what the native code takes."""
+        """Checked start values by full name, as the text that the native code takes."""
         checked = {}
         for name, value in values.items():
             if name in self.inputs:
@@ -152,7 +152,7 @@ class Names:
 
 
 def text(variable, value):
-    """A value of a variable as text that reads back as the same value, or why it cannot be one."""
+    """The text of a value, which reads back as the same value; refuses a value that the variable cannot have."""
     name = variable.name
     if isinstance(value, np.generic):
         value = value.item()

@@ -1,4 +1,4 @@
-"""Paths that the tip follows: a file, one that is built in, or points."""
+"""Reads the path that the tip follows: from a file, from points, or a built-in one."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class TipPath:
 
     @contextmanager
     def at_hand(self) -> Iterator[str]:
-        """What the controller is given as its path file, which exists as long as this; errors name the path as its user did."""
+        """The path file for the controller, which exists within this context; errors name the path as the user did."""
         if self.text is None:
             yield self.name
             return
@@ -57,7 +57,7 @@ class TipPath:
 
 
 def tip_path(waypoints):
-    """The path that is meant, read and checked as far as that needs no machine; None where there is none."""
+    """The path that `waypoints` describes, checked as far as that needs no machine; None stays None."""
     if waypoints is None or isinstance(waypoints, TipPath):
         return waypoints
     name = os.fspath(waypoints) if isinstance(waypoints, (str, os.PathLike)) else "waypoints"
@@ -96,7 +96,7 @@ def _text(waypoints):
 
 
 def check_free(path, values):
-    """Refuse start values (by full name) that say otherwise than `path` which way the tip goes."""
+    """Refuse start values (by full name) that choose another path or trajectory than `path`."""
     for name, value in values.items():
         if path is not None and name.rsplit(".", 1)[-1] in (TRAJECTORY, FILE):
-            raise BadInput(f"`{name}` = {value} is given beside waypoints, which the controller follows; one of them must be left out")
+            raise BadInput(f"`{name}` = {value} is given together with waypoints, which the controller follows; one of them must be left out")

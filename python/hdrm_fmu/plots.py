@@ -1,4 +1,4 @@
-"""Figures on matplotlib; each function returns the figure, and writes it where `path` is given."""
+"""Figures of runs and studies by matplotlib; each function returns the figure, and writes it if `path` is given."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One run of the manipulator."""
+"""The function `run`, and what sweeps and studies share with it: the system of a world, machine files, machines drawn by seed."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hdrm_fmu import _native
-from hdrm_fmu.asked import Asked, complete
 from hdrm_fmu.errors import BadInput, RunFailed
 from hdrm_fmu.files import DATA, MACHINE, parameters
 from hdrm_fmu.names import choice, whole
 from hdrm_fmu.paths import Waypoints
+from hdrm_fmu.run_options import RunOptions, complete
 from hdrm_fmu.system import Files, Inputs, System
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def case_settings(case, world):
 
 @contextmanager
 def all_settings(system, values, seed, machine):
-    """The start values, with those of the seed's machine and of the machine file, which exists as long as this."""
+    """The start values, with those of the machine drawn by seed and of the machine file, which exists within this context."""
     if machine is None:
         drawn = None if seed is None else system._native.draw(seed)
         yield {**(dict(drawn.settings) if drawn else {}), **values}
@@ -83,7 +83,7 @@ def all_settings(system, values, seed, machine):
             file = Path(folder) / "machine.json"
             file.write_text(machine)
             files = [n for n in system.variables if n.endswith(".machine_file")]
-            # Each actuator has its place in the machine, in the order of the system.
+            # The actuators are those of the machine's axes, in the order of the system.
             axes = [n for n in system.variables if n.endswith(".axis")]
             places = {name: place for place, name in enumerate(axes, 1)}
             drawn = None if seed is None else system._native.draw(seed, str(file))
@@ -103,7 +103,7 @@ def run(
     step: float | None = None,
     schedule: str = "gauss-seidel",
     progress: bool = False,
-    **asked: Unpack[Asked],
+    **options: Unpack[RunOptions],
 ) -> xarray.Dataset:
     """Run the manipulator over its motion, or another system.
 
@@ -135,9 +135,9 @@ def run(
     Raises
     ------
     BadInput : before the run, where a name, a value or a file makes no sense.
-    RunFailed : the machine cannot do what is asked, such as a path with a waypoint out of reach, which the controller says before the start.
+    RunFailed : the machine cannot make the motion, such as a path with a waypoint out of reach, which the controller refuses at the start.
     """
-    wanted = complete(asked, run)
+    completed = complete(options, run)
     if system is not None:
         other_world = None if world == "ideal" else world
         _refuse("is for the manipulator; a `system` of one's own takes `settings`", world=other_world, seed=seed, machine=machine)
@@ -152,12 +152,12 @@ def run(
     else:
         chosen = System(system, waypoints=waypoints, step=step, schedule=schedule)
     given = {"trajectory": trajectory, "mode": mode, "seed": seed}
-    case, settings = {name: value for name, value in given.items() if value is not None}, wanted.pop("settings")
+    case, settings = {name: value for name, value in given.items() if value is not None}, completed.pop("settings")
     for name in case.keys() & settings.keys():
         raise BadInput(f"`{name}` is given twice, once in settings")
     values, seed = case_settings({**case, **settings}, world)
     with all_settings(chosen, values, seed, text) as values:
-        return chosen.run(inputs=inputs, settings=values, progress=progress, **wanted)
+        return chosen.run(inputs=inputs, settings=values, progress=progress, **completed)
 
 
 def _refuse(why, **given):

@@ -1,7 +1,7 @@
-"""The folder of a sweep: what is asked for in `sweep.json`, a row a case in Parquet files, time series on request.
+"""The folder of a sweep: its options in `sweep.json`, a row for each case in Parquet files, and time series on request.
 
-Rows are written in parts while the sweep runs, each part under another name first, so that a part is whole or not there. At the end one
-file, `results.parquet`, takes the place of the parts.
+Rows are written in parts while the sweep runs, each part first under another name, so that no part is incomplete. At the end one file,
+`results.parquet`, replaces the parts.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class Store:
         self._pending.append(row)
 
     def flush(self):
-        """Write what is pending."""
+        """Write the pending rows."""
         if self._pending:
             frame = pandas.DataFrame(self._pending)
             name = f"part-{self._pending[0]['key']}.parquet"
@@ -103,13 +103,13 @@ class Store:
             part.unlink()
 
     def close(self):
-        """Write what is pending, and let others in."""
+        """Write the pending rows, and unlock the folder."""
         self.flush()
         self._lock.release()
 
 
 def _whole(path, write):
-    """Write a file that is never seen in part."""
+    """Write a file so that it is never seen incomplete."""
     new = path.with_name(f".{path.name}.new")
     write(new)
     os.replace(new, path)

@@ -1,4 +1,4 @@
-"""What sweeps are for: Monte Carlo, sensitivity, tuning."""
+"""Studies made of many runs: Monte Carlo, sensitivity (Sobol indices), tuning of gains."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def tune(
 ) -> tuple[dict[str, Any], pandas.DataFrame]:
     """Find gains that make a metric small on one trajectory, and judge them on another.
 
-    In the world `real` with a `machine`, the second try is what the rule of `hdrm-fmu machine gains` makes of it. A third of the tries is a coarse scan of the whole ranges (SciPy's Halton sequence on the gains' logarithms); SciPy's Nelder–Mead goes on
+    In the world `real` with a `machine`, the second try takes the gains by the rule of `hdrm-fmu machine gains`. A third of the tries is a coarse scan of the whole ranges (SciPy's Halton sequence on the gains' logarithms); SciPy's Nelder–Mead goes on
     from the best of it. Tries with a run that fails or has the verdict BAD are counted and never chosen, unless all are such.
 
     Parameters
@@ -138,7 +138,7 @@ def tune(
     _check_ranges(gains, names)
     for on in (trajectory, held_out):
         names.settings({"trajectory": on})
-    asked, runs = _metrics(metric, system), whole("runs", runs, 1)
+    metrics, runs = _metrics(metric, system), whole("runs", runs, 1)
     seeds = options.pop("seeds", [None])
     fixed = dict(options.pop("settings", {}) or {})
     low, high, start = [], [], []
@@ -156,7 +156,7 @@ def tune(
         found, bad = [], 0
         for seed in seeds:
             try:
-                made = run(trajectory=on, seed=seed, settings={**fixed, **values}, signals=[], metrics=asked, **options).attrs
+                made = run(trajectory=on, seed=seed, settings={**fixed, **values}, signals=[], metrics=metrics, **options).attrs
             except RunFailed:
                 made = {metric: math.inf, "verdict": "failed"}
             found.append(made[metric])
@@ -212,7 +212,7 @@ def tune(
 
 
 def _ruled(options, gains):
-    """What the rule says of these gains; nothing without a machine on actuators as built."""
+    """The values of these gains by the rule; none without a machine on actuators as built."""
     if options.get("world") != "real" or options.get("machine") is None:
         return {}
     text, _ = read_machine(options["machine"])
@@ -221,7 +221,7 @@ def _ruled(options, gains):
 
 
 def _metrics(metric, system):
-    """What a run must be asked for so that it has a metric."""
+    """The value of the option `metrics` with which a run has a metric."""
     actuators = [name.removesuffix(".energy.in") for name in system.variables if name.endswith(".energy.in")]
     known = _native.metric_names([*actuators, "all"])
     if metric not in known:

@@ -1,4 +1,4 @@
-"""Thousands of runs on Dask."""
+"""The function `sweep`: thousands of runs on Dask, whose results survive workers and schedulers that die."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 import pandas
 
 from hdrm_fmu import _native
-from hdrm_fmu.asked import Asked, complete
 from hdrm_fmu.cases import rows
 from hdrm_fmu.errors import BadInput, RunFailed, SweepStopped
 from hdrm_fmu.files import digest, identity
 from hdrm_fmu.paths import Waypoints, check_free, tip_path
+from hdrm_fmu.run_options import RunOptions, complete
 from hdrm_fmu.running import case_settings, read_machine, world_system
 from hdrm_fmu.store import Store, check_folder
 from hdrm_fmu.system import System
@@ -49,7 +49,7 @@ def sweep(
     schedule: str = "gauss-seidel",
     client: Client | None = None,
     progress: bool = True,
-    **asked: Unpack[Asked],
+    **options: Unpack[RunOptions],
 ) -> pandas.DataFrame:
     """Run every case of a table, in parallel, and keep the results in a folder.
 
@@ -75,15 +75,15 @@ def sweep(
         refused in all cases that follow it.
     SweepStopped : the cluster is gone. What is there is kept; the same call goes on from it.
     """
-    wanted, table = complete(asked, sweep), rows(cases)
+    completed, table = complete(options, sweep), rows(cases)
     for name in cases.columns:
         if name in OWN:
             raise BadInput(f"a column of cases cannot be named `{name}`: the results have one of that name")
     text, real_parameters = read_machine(machine)
     chosen = chosen_system(world, system, step, schedule, real_parameters)
     path = tip_path(chosen.waypoints if waypoints is None else waypoints)
-    common = {**chosen.settings, **wanted.pop("settings")}
-    signals, metrics = wanted["signals"], wanted["metrics"]
+    common = {**chosen.settings, **completed.pop("settings")}
+    signals, metrics = completed["signals"], completed["metrics"]
     spec = {
         "world": world if system is None else None,
         "path": None if system is None else str(chosen.path.resolve()),
@@ -93,7 +93,7 @@ def sweep(
         "machine": text,
         "step": float(chosen.step_size),
         "schedule": chosen.schedule,
-        **wanted,
+        **completed,
         "signals": None if signals is None else chosen.signals(signals),
         "metrics": metrics if isinstance(metrics, str) else list(metrics),
     }
@@ -136,7 +136,7 @@ def sweep(
 
 
 def chosen_system(world="ideal", system=None, step=1e-3, schedule="gauss-seidel", real_parameters=_native.REAL_PARAMETERS):
-    """The system that a sweep runs: `system` or what lies there, else that of `world`."""
+    """The system that a sweep runs: `system`, which may be a path, else that of `world`."""
     if system is None:
         return world_system(world, real_parameters, step=step, schedule=schedule)
     if isinstance(system, System):
@@ -147,7 +147,7 @@ def chosen_system(world="ideal", system=None, step=1e-3, schedule="gauss-seidel"
 
 
 def _plan(system, spec, common, path, case):
-    """A case with its start values and its path checked, which count more than those that are common to all."""
+    """A case with checked start values and path; its own override those that are common to all cases."""
     case = dict(case)
     own = case.pop("waypoints", None)
     if own is not None:
@@ -203,7 +203,7 @@ def _local():
 
 
 def _check_workers(client, spec):
-    """Every worker must have this version of the package, and the system. What is asked first needs nothing of the package there."""
+    """Every worker must have this version of the package, and the system. The first question needs no package there."""
     client.wait_for_workers(1, timeout=PATIENCE)
     versions = client.run(importlib.metadata.version, "hdrm_fmu", on_error="return")
     own = importlib.metadata.version("hdrm_fmu")
@@ -218,8 +218,8 @@ def _check_workers(client, spec):
 
 
 def _results(client, spec, missing):
-    """(key, result, series) as they come, each once. What a dead worker had is run by another; what a restarted scheduler has forgotten is
-    handed in again."""
+    """(key, result, series) as they come, each once. Cases of a dead worker run on another one; cases that a restarted scheduler has lost are
+    submitted again."""
     waiting = list(missing.items())[::-1]
     flying, finished = {}, queue.SimpleQueue()
     last = time.monotonic()
@@ -309,7 +309,7 @@ def _frame(cases, keys, done):
 
 
 class _Bar:
-    """A bar over the cases, where one is wanted."""
+    """A progress bar over the cases, if it is shown."""
 
     def __init__(self, total, initial, shown):
         from tqdm.auto import tqdm

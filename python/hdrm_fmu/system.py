@@ -1,4 +1,4 @@
-"""Systems of FMUs: run as a whole, or step by step with a script in the loop."""
+"""The class `System`: any system of FMUs, run as a whole or stepped by a script."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ import pandas
 import xarray
 
 from hdrm_fmu import _native
-from hdrm_fmu.asked import Asked, complete
 from hdrm_fmu.errors import BadInput, RunFailed
 from hdrm_fmu.files import DATA, digest
 from hdrm_fmu.names import Names, Variable, by_name, choice, positive, whole
 from hdrm_fmu.paths import FILE, TRAJECTORY, Waypoints, check_free, tip_path
+from hdrm_fmu.run_options import RunOptions, complete
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -30,7 +30,7 @@ Files = Union[str, "os.PathLike[str]", Iterable[Union[str, "os.PathLike[str]"]]]
 Inputs = Union[pandas.DataFrame, xarray.Dataset]
 #: Orders of exchange and stepping that the master knows.
 SCHEDULES = ("gauss-seidel", "jacobi", "standard")
-#: Metrics beside the tip error that are made on request.
+#: Metrics besides the tip error, which a run computes on request.
 METRICS = ("tracking", "energy")
 
 
@@ -145,7 +145,7 @@ class System:
         return tip_path(self.waypoints)
 
     def _stamp(self):
-        """Changes where the file does; FMUs beside an `.ssd` are told apart by their times."""
+        """Names, times and sizes of the files, which change if a file does; FMUs in the folder of an `.ssd` are among them."""
         try:
             beside = sorted(self.path.parent.glob("*.fmu")) if self.path.suffix == ".ssd" else []
             files = (*self.files, *beside, *(Path(file) for _, file in (*self.replace, *self.maps)))
@@ -213,7 +213,7 @@ class System:
 
     @contextmanager
     def _on_path(self, conditions):
-        """The conditions on the path, whose file exists as long as this."""
+        """The conditions with the path that the tip follows, whose file exists within this context."""
         if self._tip_path is None:
             yield conditions
             return
@@ -221,14 +221,14 @@ class System:
             follow = self._names.settings({TRAJECTORY: "path", FILE: file})
             yield {**conditions, "settings": [*conditions["settings"], *follow.items()]}
 
-    def check(self, **asked: Unpack[Asked]) -> list[str]:
-        """Check what a run is to be asked for (keywords of `run`), without running; the names of the signals."""
-        return self._check(complete(asked, self.check))
+    def check(self, **options: Unpack[RunOptions]) -> list[str]:
+        """Check the keywords of `run` without running; return the names of the signals."""
+        return self._check(complete(options, self.check))
 
-    def _check(self, asked):
-        interval, metrics = asked["interval"], asked["metrics"]
-        self._conditions(asked["settings"], asked["stop_time"])
-        positive("max_error", asked["max_error"], "m")
+    def _check(self, options):
+        interval, metrics = options["interval"], options["metrics"]
+        self._conditions(options["settings"], options["stop_time"])
+        positive("max_error", options["max_error"], "m")
         if isinstance(metrics, str):
             raise BadInput(f"metrics = {metrics!r} must be a list of names")
         for metric in metrics:
@@ -239,9 +239,9 @@ class System:
             steps = positive("interval", interval) / self.step_size
             if not (steps >= 0.5 and abs(steps - round(steps)) <= 1e-6 * steps):
                 raise BadInput(f"interval = {interval} s must be a multiple of the communication step, {self.step_size} s")
-        return self.signals(asked["signals"])
+        return self.signals(options["signals"])
 
-    def run(self, *, inputs: Inputs | None = None, progress: bool = False, **asked: Unpack[Asked]) -> xarray.Dataset:
+    def run(self, *, inputs: Inputs | None = None, progress: bool = False, **options: Unpack[RunOptions]) -> xarray.Dataset:
         """Run to the stop time, else to the end of the motion, else to that of the system's default experiment.
 
         Parameters
@@ -263,21 +263,21 @@ class System:
         xarray.Dataset with one variable of the shape (time,) for each signal; `time` in s. Its attributes hold the verdict (`good` or `BAD`),
         what was found, and the metrics in SI units.
         """
-        wanted = complete(asked, self.run)
-        wanted |= {"signals": self._check(wanted), "metrics": list(wanted["metrics"])}
-        conditions = {**self._conditions(wanted["settings"], wanted["stop_time"]), "inputs": _columns(inputs)}
+        completed = complete(options, self.run)
+        completed |= {"signals": self._check(completed), "metrics": list(completed["metrics"])}
+        conditions = {**self._conditions(completed["settings"], completed["stop_time"]), "inputs": _columns(inputs)}
         self._check_altered(conditions)
         bar = _Bar() if progress else None
         try:
             with self._on_path(conditions) as on_path:
-                done = self._native.run(on_path, wanted, bar)
+                done = self._native.run(on_path, completed, bar)
         finally:
             if bar:
                 bar.close()
         return self._dataset(done, conditions)
 
     def _check_altered(self, conditions):
-        """Look at inputs over time, faults and scenario before the run."""
+        """Check inputs over time, faults and scenario before the run."""
         if conditions["inputs"] or self.faults or self.scenario:
             try:
                 self._native.check(conditions)

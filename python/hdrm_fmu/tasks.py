@@ -1,4 +1,4 @@
-"""What a worker does: one case."""
+"""What a worker of a sweep runs: one case."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from hdrm_fmu.system import System
 
 
 class WrongWorker(RuntimeError):
-    """A worker that would compute something else."""
+    """A worker whose version or system differs, so that its results would."""
 
 
 def check_worker(expected, spec):
-    """Refuse a worker of another version, or one that does not have the system; else say what it has."""
+    """Refuse a worker of another version, or without the system; return its version."""
     if identity() != expected:
         raise WrongWorker(f"a worker has hdrm_fmu {identity()}, but the sweep is started with {expected}")
     system = _system(spec)
@@ -28,7 +28,7 @@ def check_worker(expected, spec):
 
 
 class Case(NamedTuple):
-    """A case with all that is checked of it: start values by full name, the seed of its machine, the path that it follows."""
+    """A checked case: start values by full name, the seed of its machine, the path that it follows."""
 
     values: dict[str, str]
     seed: int | None
@@ -42,26 +42,26 @@ def _system(spec, path=None):
 
 
 def start_case(spec, case):
-    """Start a case and end it at once."""
+    """Start a case and end it at once, so that the controller checks its path."""
     system = _system(spec, case.path)
     with all_settings(system, case.values, case.seed, spec["machine"]) as system.settings, system:
         pass
 
 
 def run_case(expected, spec, case):
-    """Metrics, verdict, and the time series where signals are asked for; of a failed run the error. Anything else that goes wrong is not of
-    the case, and is raised."""
+    """Metrics, verdict, and the time series if signals are recorded; of a failed run the error. Any other error does not belong to the case,
+    and is raised."""
     if identity() != expected:
         raise WrongWorker(f"a worker has hdrm_fmu {identity()}, but the sweep is started with {expected}")
     _native.reuse_instances()
     system = _system(spec, case.path)
-    asked = {name: spec[name] for name in ("interval", "stop_time", "max_error", "metrics")}
-    wanted = spec["signals"]
+    options = {name: spec[name] for name in ("interval", "stop_time", "max_error", "metrics")}
+    signals = spec["signals"]
     try:
         with all_settings(system, case.values, case.seed, spec["machine"]) as settings:
-            data = system.run(settings=settings, signals=[] if wanted is None else wanted, **asked)
+            data = system.run(settings=settings, signals=[] if signals is None else signals, **options)
     except RunFailed as error:
         return {"verdict": "failed", "findings": "", "error": str(error)}, None
     metrics = {name: value for name, value in data.attrs.items() if isinstance(value, float) and name not in ("elapsed", "step")}
     result = {"verdict": data.attrs["verdict"], "findings": data.attrs["findings"], "error": "", **metrics}
-    return result, None if wanted is None else data
+    return result, None if signals is None else data

@@ -1,4 +1,4 @@
-//! How errors reach Python.
+//! Errors of the native code as Python exceptions.
 
 use pyo3::prelude::*;
 
@@ -6,12 +6,12 @@ pyo3::create_exception!(
     hdrm_fmu,
     RunFailed,
     pyo3::exceptions::PyException,
-    "A run that failed: what the master says of it, with the texts that the FMUs logged."
+    "A run that failed: the master's message, with the texts that the FMUs logged."
 );
 
-/// An error of the native code as a Python exception; one that came from Python stays what it was.
-pub(crate) fn raised(error: anyhow::Error) -> PyErr {
-    match error.downcast::<PyErr>() {
+/// The Python exception for an error; an exception that came from Python stays the same.
+pub(crate) fn to_exception(error: impl Into<anyhow::Error>) -> PyErr {
+    match error.into().downcast::<PyErr>() {
         Ok(error) => error,
         Err(error) => RunFailed::new_err(format!("{error:#}")),
     }

@@ -1,4 +1,4 @@
-//! Files that a run reads, looked at before it starts: machines and paths.
+//! Checks the machine and path files of a run before it starts.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -10,27 +10,28 @@ use motion_check::gain_rule::gains;
 use pyo3::prelude::*;
 use tip_path::PathFile;
 
-use crate::errors::raised;
+use crate::errors::to_exception;
 
-/// The checked text of a machine file with all that it extends, and the parameter set of the real
-/// world that belongs to the machine; `file` is where its relative paths start.
+/// The checked text of a machine file with all that it extends, and the machine's parameter set for
+/// the real world; relative paths in the text start at the folder of `file`.
 #[pyfunction]
 #[pyo3(signature = (text, file=None))]
 pub fn whole_machine(text: &str, file: Option<PathBuf>) -> PyResult<(String, &'static str)> {
-    let source = Source::read(text, file.as_deref()).map_err(|error| raised(error.into()))?;
-    let whole = serde_json::to_string(&source.machine).map_err(|error| raised(error.into()))?;
+    let source = Source::read(text, file.as_deref()).map_err(to_exception)?;
+    let whole = serde_json::to_string(&source.machine).map_err(to_exception)?;
     Ok((whole, parameter_set_of(source.shipped())))
 }
 
-/// The gains that the rule makes of a machine, whose checked text this is, for actuators as built.
+/// The gains by the rule of `hdrm-fmu machine gains`, for actuators as built, of the machine with
+/// this checked text.
 #[pyfunction]
 pub fn ruled_gains(text: &str) -> PyResult<BTreeMap<&'static str, f64>> {
-    let source = Source::read(text, None).map_err(|error| raised(error.into()))?;
-    let gains = gains(&source.machine).map_err(|error| raised(error.into()))?;
+    let source = Source::read(text, None).map_err(to_exception)?;
+    let gains = gains(&source.machine).map_err(to_exception)?;
     Ok(gains.iter().map(|gain| (gain.name, gain.value)).collect())
 }
 
-/// The text of the machine file that the programs know by this name.
+/// The text of a shipped machine file.
 #[pyfunction]
 pub fn shipped_machine(name: &str) -> Option<&'static str> {
     machine_file::preset(name)
@@ -40,13 +41,12 @@ pub fn shipped_machine(name: &str) -> Option<&'static str> {
 #[pyfunction]
 pub fn is_built_in_path(name: &str) -> PyResult<bool> {
     let path = PathFile::built_in(name).transpose();
-    Ok(path.map_err(|error| raised(error.into()))?.is_some())
+    Ok(path.map_err(to_exception)?.is_some())
 }
 
-/// Whether anything is picked up or set down on the path of a file with this text, which is
-/// checked.
+/// Checks the text of a path file; returns whether loads are picked up or set down on the path.
 #[pyfunction]
 pub fn path_has_loads(text: &str) -> PyResult<bool> {
-    let path = PathFile::parse(text).map_err(|error| raised(error.into()))?;
+    let path = PathFile::parse(text).map_err(to_exception)?;
     Ok(loads::has_loads(&path))
 }

@@ -2,9 +2,8 @@
 //! ([`run`]) with their metrics ([`metrics`]), a run that a script steps ([`session`]), and the
 //! files that runs read ([`inputs`]).
 //!
-//! What a person reads and calls is the Python package around it, which checks names and values
-//! before it calls anything here. The interpreter's lock is released while FMUs are loaded, run or
-//! stepped.
+//! Users call the Python package around it, which checks names and values before it calls this
+//! module. The interpreter's lock is released while FMUs are loaded, run or stepped.
 #![forbid(unsafe_code)]
 
 mod errors;
@@ -16,7 +15,7 @@ mod system;
 
 use pyo3::prelude::*;
 
-/// Keep the instances of runs in this thread and use them again, reset, in the next ones.
+/// Has the runs of this thread reset the instances of the run before instead of making new ones.
 #[pyfunction]
 fn reuse_instances() {
     cosim::run::spare::reuse_in_this_thread();
@@ -40,7 +39,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     )?;
     module.add("VERSION", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<system::System>()?;
-    module.add_class::<system::Drawn>()?;
+    module.add_class::<system::DrawnMachine>()?;
     module.add_class::<session::Session>()?;
     module.add_function(wrap_pyfunction!(reuse_instances, module)?)?;
     module.add_function(wrap_pyfunction!(kept_instances, module)?)?;

@@ -1,4 +1,4 @@
-//! What a run is in numbers, by the definitions of `experiments`.
+//! The metrics of a run, which crate `experiments` defines.
 
 use std::collections::BTreeMap;
 
@@ -10,41 +10,37 @@ use experiments::measures::run::{Outcome, RecordedRun, TipError};
 use experiments::measures::tracking::Evaluation;
 use pyo3::prelude::*;
 
-/// Metrics beside those of the tip error; they take time, because signals are recorded at every
+/// Metrics besides those of the tip error. They take time, because signals are recorded at every
 /// communication point.
-pub struct Extra {
+pub struct ExtraMetrics {
     tracking: Option<Evaluation>,
     energy: bool,
-    recording: Recording,
+    /// Takes every communication point of the run.
+    pub recording: Recording,
 }
 
-impl Extra {
-    /// Those named, of runs of `experiment`; None where none is.
+impl ExtraMetrics {
+    /// The metrics named, for a run of `experiment`; None if no name is one of them.
     pub fn new(system: &System, experiment: &Experiment, names: &[String]) -> Result<Option<Self>> {
-        let is_asked = |name: &str| names.iter().any(|n| n == name);
-        let (tracking, energy) = (is_asked("tracking"), is_asked("energy"));
+        let is_named = |name: &str| names.iter().any(|n| n == name);
+        let (tracking, energy) = (is_named("tracking"), is_named("energy"));
         if !tracking && !energy {
             return Ok(None);
         }
-        let evaluation = tracking.then(|| Evaluation::new(system, experiment));
-        let evaluation = evaluation.transpose()?;
-        let mut ports: Vec<Port> = evaluation.iter().flat_map(Evaluation::ports).collect();
+        let tracking = tracking.then(|| Evaluation::new(system, experiment));
+        let tracking = tracking.transpose()?;
+        let mut ports: Vec<Port> = tracking.iter().flat_map(Evaluation::ports).collect();
         if energy {
             ports.extend(energy::ports(system)?);
         }
         Ok(Some(Self {
-            tracking: evaluation,
+            tracking,
             energy,
             recording: Recording::new(system, &ports)?,
         }))
     }
 
-    /// What is recorded for them, at every communication point.
-    pub fn recording(&mut self) -> &mut Recording {
-        &mut self.recording
-    }
-
-    /// Evaluate the run.
+    /// Evaluates the run, and adds the metrics to `metrics`.
     pub fn finish(self, system: &System, outcome: &Outcome, metrics: &mut Metrics) -> Result<()> {
         let recorded = RecordedRun {
             recording: self.recording,
@@ -64,15 +60,15 @@ impl Extra {
     }
 }
 
-/// Names of all metrics of a system with these actuators, each with what a run must be asked for to
-/// have it.
+/// Names of all metrics of a system with these actuators, each with the value of the option
+/// `metrics` that it needs.
 #[pyfunction]
 pub fn metric_names(actuators: Vec<String>) -> BTreeMap<String, &'static str> {
     experiments::measures::metrics::names(&actuators)
 }
 
-/// The metrics of tip errors (m) at times (s), with the motion from `motion_start`, s, on: as those
-/// of a run.
+/// The metrics of tip errors (m) at times (s), as a run gives them; the motion begins at
+/// `motion_start`, s.
 #[pyfunction]
 pub fn tip_error(times: Vec<f64>, errors: Vec<f64>, motion_start: f64) -> Metrics {
     let mut tip = TipError::new(motion_start);

@@ -1,4 +1,4 @@
-//! A whole run: signals as columns of numbers, metrics, verdict.
+//! A whole run, and its results as Python objects: signals as columns of numbers, metrics, verdict.
 
 use anyhow::Result;
 use cosim::io::csv::stride;
@@ -9,31 +9,28 @@ use experiments::measures::run::{FailedRun, run as run_machine};
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyDict};
 
-use crate::errors::raised;
-use crate::metrics::Extra;
+use crate::errors::to_exception;
+use crate::metrics::ExtraMetrics;
 
-/// Communication points between two looks at whether the user has pressed Ctrl-C.
-const SIGNALS_EVERY: u64 = 2048;
+/// Number of communication points after which the run checks for Ctrl-C.
+const INTERRUPT_EVERY: u64 = 2048;
 
-/// What is to come out of a run.
+/// The results that a run is to have.
 #[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 pub struct Request {
-    /// Signals that are kept.
-    #[pyo3(item)]
+    /// Signals that are recorded.
     signals: Vec<String>,
-    /// Time between two kept points, s.
-    #[pyo3(item)]
+    /// Time between two recorded points, s.
     interval: Option<f64>,
     /// Largest tip error with which the verdict is good, m.
-    #[pyo3(item)]
     max_error: Option<f64>,
     /// Names of further metrics.
-    #[pyo3(item)]
     metrics: Vec<String>,
 }
 
-/// What came out.
-pub struct Done {
+/// The results of a run.
+pub struct RunResult {
     recording: Recording,
     ports: Vec<Port>,
     metrics: Metrics,
@@ -42,23 +39,24 @@ pub struct Done {
     elapsed: f64,
 }
 
-/// Run `experiment`, of the manipulator with its controller if it `is_machine`, so that its limits
-/// and its tip are watched; `progress` is called with the numbers of finished and of all steps.
+/// Runs `experiment`; `is_machine` says that it is the manipulator with its controller, whose
+/// limits and tip error are then monitored. `progress` is called with the numbers of finished and
+/// of all steps.
 pub fn run(
     system: &System,
     experiment: &Experiment,
     request: &Request,
     is_machine: bool,
     progress: Option<&Py<PyAny>>,
-) -> Result<Done> {
+) -> Result<RunResult> {
     let ports = request.signals.iter().map(|name| system.port(name));
     let ports: Vec<Port> = ports.collect::<Result<_>>()?;
     let stride = stride(request.interval, experiment.stepping.step)?;
     let mut recording = Recording::new(system, &ports)?;
-    let mut extra = Extra::new(system, experiment, &request.metrics)?;
+    let mut extra = ExtraMetrics::new(system, experiment, &request.metrics)?;
     let progress = |done: u64, all: u64| {
         if let Some(call) = progress {
-            // What goes wrong in showing progress does not end a run.
+            // An exception while showing progress does not end the run.
             Python::attach(|py| drop(call.call1(py, (done, all))));
         }
     };
@@ -68,9 +66,9 @@ pub fn run(
             recording.add(master)?;
         }
         if let Some(extra) = &mut extra {
-            extra.recording().add(master)?;
+            extra.recording.add(master)?;
         }
-        if steps.is_multiple_of(SIGNALS_EVERY) {
+        if steps.is_multiple_of(INTERRUPT_EVERY) {
             Python::attach(|py| py.check_signals())?;
         }
         Ok(())
@@ -96,7 +94,7 @@ pub fn run(
     };
     let mut all = outcome.verdict;
     all.extend(verdict);
-    Ok(Done {
+    Ok(RunResult {
         recording,
         ports,
         metrics,
@@ -106,40 +104,39 @@ pub fn run(
     })
 }
 
-impl Done {
-    /// Everything as Python has it; `before` is what was found before the run.
+impl RunResult {
+    /// The results as a dictionary; `verdict` holds the findings from before the run.
     pub fn into_python(
         self,
         py: Python<'_>,
         system: &System,
-        before: Verdict,
+        mut verdict: Verdict,
     ) -> PyResult<Py<PyDict>> {
-        let mut verdict = before;
         verdict.extend(self.verdict);
         let columns = PyDict::new(py);
         for port in &self.ports {
-            let values = self.recording.column(*port).map_err(raised)?;
-            columns.set_item(system.name(*port), numbers(py, values)?)?;
+            let values = self.recording.column(*port).map_err(to_exception)?;
+            columns.set_item(system.name(*port), bytes_of_numbers(py, values)?)?;
         }
         let findings: Vec<(bool, String)> = verdict
             .findings()
             .iter()
             .map(|f| (f.is_bad, f.text.clone()))
             .collect();
-        let done = PyDict::new(py);
-        done.set_item("time", numbers(py, &self.recording.times)?)?;
-        done.set_item("columns", columns)?;
-        done.set_item("metrics", self.metrics)?;
-        done.set_item("is_bad", verdict.is_bad())?;
-        done.set_item("findings", findings)?;
-        done.set_item("simulated", self.simulated)?;
-        done.set_item("elapsed", self.elapsed)?;
-        Ok(done.unbind())
+        let result = PyDict::new(py);
+        result.set_item("time", bytes_of_numbers(py, &self.recording.times)?)?;
+        result.set_item("columns", columns)?;
+        result.set_item("metrics", self.metrics)?;
+        result.set_item("is_bad", verdict.is_bad())?;
+        result.set_item("findings", findings)?;
+        result.set_item("simulated", self.simulated)?;
+        result.set_item("elapsed", self.elapsed)?;
+        Ok(result.unbind())
     }
 }
 
-/// The bytes of numbers, as NumPy reads them without a copy.
-fn numbers<'py>(py: Python<'py>, values: &[f64]) -> PyResult<Bound<'py, PyByteArray>> {
+/// The bytes of numbers, which NumPy reads without a copy.
+fn bytes_of_numbers<'py>(py: Python<'py>, values: &[f64]) -> PyResult<Bound<'py, PyByteArray>> {
     PyByteArray::new_with(py, 8 * values.len(), |bytes| {
         for (to, value) in bytes.chunks_exact_mut(8).zip(values) {
             to.copy_from_slice(&value.to_ne_bytes());

@@ -1,5 +1,5 @@
-//! A run that a script steps. A thread of its own owns the running system, because an instance of
-//! an FMU belongs to one thread; what is asked of it is sent there, and the interpreter's lock is
+//! A run that a Python script steps. A thread of its own owns the running system, because an FMU's
+//! instance belongs to one thread; the script's calls are sent to it, and the interpreter's lock is
 //! free meanwhile.
 
 use std::collections::HashMap;
@@ -12,11 +12,11 @@ use cosim::{Experiment, Inputs, Master, Port, Signals, System};
 use fmi_description::Kind;
 use pyo3::prelude::*;
 
-use crate::errors::raised;
+use crate::errors::to_exception;
 
 type Work = Box<dyn FnOnce(&System, &mut Running) + Send>;
 
-/// A running system, and what was resolved for it.
+/// A running system, and the signals and inputs that were used before, by their names or ports.
 struct Running {
     master: Master,
     signals: HashMap<Vec<String>, Signals>,
@@ -30,7 +30,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// Start `experiment` in a thread of its own.
+    /// Starts `experiment` in a thread of its own.
     pub fn start(py: Python<'_>, system: Arc<System>, experiment: Experiment) -> PyResult<Self> {
         let (work, queue) = channel::<Work>();
         let (started, has_started) = channel();
@@ -48,12 +48,12 @@ impl Session {
                 let _ = started.send(Err(error));
             }
         });
-        let answer = py.detach(move || has_started.recv());
-        answer.map_err(|_| raised(gone()))?.map_err(raised)?;
+        let answer = py.detach(move || has_started.recv().map_err(|_| gone()));
+        answer.flatten().map_err(to_exception)?;
         Ok(Self { work })
     }
 
-    /// Do something with the running system, in its thread.
+    /// Does `work` with the running system, in its thread.
     fn call<T: Send + 'static>(
         &self,
         py: Python<'_>,
@@ -61,7 +61,7 @@ impl Session {
     ) -> PyResult<T> {
         let (answer, answered) = channel();
         let work: Work = Box::new(move |system, running| {
-            // Nobody waits for the answer any more where the script was interrupted.
+            // If the script was interrupted, nobody receives the answer.
             let _ = answer.send(work(system, running));
         });
         let queue = self.work.clone();
@@ -69,7 +69,7 @@ impl Session {
             queue.send(work).map_err(|_| gone())?;
             answered.recv().map_err(|_| gone())?
         });
-        result.map_err(raised)
+        result.map_err(to_exception)
     }
 }
 
@@ -81,7 +81,7 @@ fn serve(system: &System, mut running: Running, queue: &Receiver<Work>) {
     while let Ok(work) = queue.recv() {
         work(system, &mut running);
     }
-    // Freed without being asked: what it says of that interests nobody.
+    // The script has dropped the session: nobody would see an error.
     let _ = running.master.terminate();
 }
 
@@ -92,7 +92,7 @@ impl Session {
         self.call(py, |_, running| Ok(running.master.time()))
     }
 
-    /// Make communication steps.
+    /// Makes communication steps; returns the time then, s.
     fn step(&self, py: Python<'_>, steps: u64) -> PyResult<f64> {
         self.call(py, move |_, running| {
             (0..steps).try_for_each(|_| running.master.step())?;
@@ -116,8 +116,8 @@ impl Session {
         })
     }
 
-    /// Set inputs that no connection drives, and tunable parameters; values as text, numbers among
-    /// them by their shortest digits.
+    /// Sets inputs that no connection drives, and tunable parameters; values as text, numbers with
+    /// their shortest digits.
     fn set(&self, py: Python<'_>, values: Vec<(String, String)>) -> PyResult<()> {
         self.call(py, move |system, running| {
             let (mut ports, mut numbers, mut others) = (Vec::new(), Vec::new(), Vec::new());

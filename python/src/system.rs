@@ -1,4 +1,4 @@
-//! A loaded system.
+//! The class `System` of the native module: a loaded system, its variables, and its runs.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ use fmi_description::{Kind, Variable};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::errors::raised;
+use crate::errors::to_exception;
 use crate::run::{self, Request};
 use crate::session::Session;
 
@@ -31,73 +31,56 @@ pub struct System {
     system: Arc<Loaded>,
 }
 
-/// What is loaded.
+/// The files of a system, and the changes to it, as `hdrm_fmu.System` takes them.
 #[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 struct Source {
-    /// A system, or FMUs by themselves.
-    #[pyo3(item)]
+    /// A system, or FMUs without one.
     files: Vec<PathBuf>,
     /// Connections between these FMUs.
-    #[pyo3(item)]
     connect: Vec<String>,
-    #[pyo3(item)]
     variant: Option<String>,
-    #[pyo3(item)]
     fmu_dirs: Vec<PathBuf>,
-    #[pyo3(item)]
     parameters: Vec<PathBuf>,
-    #[pyo3(item)]
     disconnect: Vec<String>,
-    #[pyo3(item)]
     replaced: Vec<(String, PathBuf)>,
-    /// Mappings from names of the system to those of the FMUs of components.
-    #[pyo3(item)]
+    /// Mappings from names of the system to those of the components' FMUs.
     maps: Vec<(String, PathBuf)>,
     /// Components whose outputs may be read again after inputs were set.
-    #[pyo3(item)]
     feedthrough: Vec<String>,
     /// Whether the loads of the controller's path are connected to the manipulator.
-    #[pyo3(item)]
     has_loads: bool,
 }
 
-/// How a run is stepped, and from which start values.
+/// The conditions of a run: how it is stepped, its start values, its inputs.
 #[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 struct Conditions {
-    #[pyo3(item)]
     settings: Vec<(String, String)>,
-    /// s; None: what the system asks for, else its FMUs.
-    #[pyo3(item)]
+    /// s; None: the step that the system asks for, else its FMUs.
     step: Option<f64>,
-    #[pyo3(item)]
     stop_time: Option<f64>,
-    #[pyo3(item)]
     schedule: String,
-    #[pyo3(item)]
     strict: bool,
-    #[pyo3(item)]
     inputs: Option<Inputs>,
-    #[pyo3(item)]
     scenario: Option<PathBuf>,
-    #[pyo3(item)]
     faults: Vec<String>,
-    #[pyo3(item)]
     fault_seed: u64,
 }
 
 /// Inputs that no connection drives, over time: times (s), and columns with names and units.
 type Inputs = (Vec<f64>, Vec<(String, Option<String>, Vec<f64>)>);
 
-/// A machine of the real world, drawn by seed; its file exists as long as this.
+/// A machine of the real world, drawn by seed; its file exists as long as this object.
 #[pyclass(frozen)]
-pub struct Drawn {
+pub struct DrawnMachine {
     /// Start values: names and values.
     #[pyo3(get)]
     settings: Vec<(String, String)>,
     _machines: Cases,
 }
 
-/// What is told of a variable.
+/// The fields of `hdrm_fmu.Variable`.
 type Row = (
     String,
     String,
@@ -150,8 +133,8 @@ impl System {
         Ok(Self { system })
     }
 
-    /// The experiment, by the same rules as the programs' command lines, and what the system may
-    /// have forgotten.
+    /// The experiment, by the same rules as the programs' command lines, with findings such as
+    /// settings that match nothing.
     fn experiment(&self, conditions: Conditions) -> Result<(Experiment, Verdict)> {
         let Ok(schedule) = Schedule::from_str(&conditions.schedule, false) else {
             bail!(
@@ -171,14 +154,14 @@ impl System {
             strict: conditions.strict,
             check: false,
         };
-        // Where the machine's motion ends, it says itself.
+        // The machine's controller itself says when its motion ends.
         let preferred = match self.is_machine() {
             true => Verdict::default(),
             false => args.prefer(&self.system),
         };
         let mut experiment = args.experiment(&self.system)?;
-        let mut forgotten = check_mentions(&args, &self.system, &experiment)?;
-        forgotten.extend(preferred);
+        let mut findings = check_mentions(&args, &self.system, &experiment)?;
+        findings.extend(preferred);
         let column = |(name, unit, values)| Column { name, unit, values };
         let table = |(times, columns): Inputs| Table {
             times,
@@ -191,13 +174,9 @@ impl System {
             seed: conditions.fault_seed,
             ..InputArgs::default()
         };
-        forgotten.extend(inputs.add_to(&mut experiment, &self.system)?);
+        findings.extend(inputs.add_to(&mut experiment, &self.system)?);
         set_delays(&self.system, &mut experiment)?;
-        Ok((experiment, forgotten))
-    }
-
-    fn has(&self, name: &str) -> bool {
-        self.system.port(name).is_ok()
+        Ok((experiment, findings))
     }
 
     /// The system with a machine file bound to its FMUs.
@@ -211,9 +190,8 @@ impl System {
         Ok(system)
     }
 
-    /// The start values of the machine of `seed`, drawn around the system's own or around the
-    /// `machine` of a file, and its file.
-    fn drawn(&self, seed: u64, machine: Option<&str>) -> Result<Drawn> {
+    /// Draws the machine of `seed` around the system's own machine or that of the file `machine`.
+    fn drawn(&self, seed: u64, machine: Option<&str>) -> Result<DrawnMachine> {
         let seeds = seed..seed + 1;
         let machines = match machine {
             Some(machine) => {
@@ -223,20 +201,10 @@ impl System {
         };
         let case = machines.list.first().context("one seed is one machine")?;
         let setting = |s: &Setting| (self.system.name(s.port), s.value.clone());
-        Ok(Drawn {
+        Ok(DrawnMachine {
             settings: case.settings.iter().map(setting).collect(),
             _machines: machines,
         })
-    }
-
-    /// Whether a connection drives a variable, or a bound start value gives it.
-    fn drivers(&self, variable: &str, component: usize) -> (Option<String>, Option<String>) {
-        let c = &self.system.structure.components[component];
-        let mut connections = self.system.structure.connections.iter();
-        let driver = connections.find(|x| x.end.0 == c.name && x.end.1 == variable);
-        let driver = driver.map(|x| format!("{}.{}", x.start.0, x.start.1));
-        let bound = c.parameters.iter().rfind(|p| p.name == variable);
-        (driver, bound.map(|p| p.value.clone()))
     }
 }
 
@@ -244,7 +212,7 @@ impl System {
 impl System {
     #[new]
     fn new(py: Python<'_>, source: Source) -> PyResult<Self> {
-        py.detach(|| Self::load(source)).map_err(raised)
+        py.detach(|| Self::load(source)).map_err(to_exception)
     }
 
     /// Components and their FMUs, in the order in which they are stepped.
@@ -273,17 +241,20 @@ impl System {
 
     /// Whether it is the manipulator with its controller.
     fn is_machine(&self) -> bool {
-        self.has("hdrm.machine_file") && self.has("tip_error_norm")
+        let has = |name: &str| self.system.port(name).is_ok();
+        has("hdrm.machine_file") && has("tip_error_norm")
     }
 
     /// Name, causality, variability, type, unit, description, items, bounds, driver and bound value
     /// of every variable.
     fn variables(&self) -> Vec<Row> {
         let mut rows = Vec::new();
-        let all = self.system.structure.components.iter();
-        for (k, (c, fmu)) in all.zip(&self.system.fmus).enumerate() {
+        let structure = &self.system.structure;
+        for (c, fmu) in structure.components.iter().zip(&self.system.fmus) {
             for v in &fmu.description.variables {
-                let (driver, bound) = self.drivers(&v.name, k);
+                let mut connections = structure.connections.iter();
+                let driver = connections.find(|x| x.end.0 == c.name && x.end.1 == v.name);
+                let bound = c.parameters.iter().rfind(|p| p.name == v.name);
                 let lower = |x: &dyn std::fmt::Debug| format!("{x:?}").to_lowercase();
                 rows.push((
                     format!("{}.{}", c.name, v.name),
@@ -295,16 +266,17 @@ impl System {
                     items(v),
                     v.min,
                     v.max,
-                    driver,
-                    bound.or_else(|| v.start_of(0).map(String::from)),
+                    driver.map(|x| format!("{}.{}", x.start.0, x.start.1)),
+                    bound
+                        .map_or_else(|| v.start_of(0), |p| Some(&p.value))
+                        .map(String::from),
                 ));
             }
         }
         rows
     }
 
-    /// Names of the signals that patterns choose; None: those that are recorded where none are
-    /// named.
+    /// Names of the signals that match patterns; None: the signals that are recorded by default.
     fn signals(&self, patterns: Option<Vec<String>>) -> PyResult<Vec<String>> {
         let ports = match patterns {
             Some(patterns) => matching(&self.system, &patterns),
@@ -314,22 +286,23 @@ impl System {
             },
         };
         let name = |port: &cosim::wiring::Port| self.system.name(*port);
-        Ok(ports.map_err(raised)?.iter().map(name).collect())
+        Ok(ports.map_err(to_exception)?.iter().map(name).collect())
     }
 
-    /// Look at the conditions of a run before it.
+    /// Checks the conditions of a run.
     fn check(&self, conditions: Conditions) -> PyResult<()> {
-        self.experiment(conditions).map(drop).map_err(raised)
+        self.experiment(conditions).map(drop).map_err(to_exception)
     }
 
-    /// Draw a machine of the real world, around the system's own or around that of the file
+    /// Draws a machine of the real world, around the system's own machine or that of the file
     /// `machine`.
     #[pyo3(signature = (seed, machine=None))]
-    fn draw(&self, py: Python<'_>, seed: u64, machine: Option<&str>) -> PyResult<Drawn> {
-        py.detach(|| self.drawn(seed, machine)).map_err(raised)
+    fn draw(&self, py: Python<'_>, seed: u64, machine: Option<&str>) -> PyResult<DrawnMachine> {
+        let drawn = py.detach(|| self.drawn(seed, machine));
+        drawn.map_err(to_exception)
     }
 
-    /// A whole run; see the Python package for what the values are.
+    /// Makes a whole run; the Python package documents the values.
     fn run(
         &self,
         py: Python<'_>,
@@ -337,17 +310,16 @@ impl System {
         request: Request,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Py<PyDict>> {
-        let (experiment, forgotten) = self.experiment(conditions).map_err(raised)?;
+        let (experiment, findings) = self.experiment(conditions).map_err(to_exception)?;
         let (is_machine, progress) = (self.is_machine(), progress.as_ref());
         let run = || run::run(&self.system, &experiment, &request, is_machine, progress);
-        let done = py.detach(run);
-        done.map_err(raised)?
-            .into_python(py, &self.system, forgotten)
+        let result = py.detach(run).map_err(to_exception)?;
+        result.into_python(py, &self.system, findings)
     }
 
-    /// A run that the caller steps.
+    /// Starts a run that the caller steps.
     fn start(&self, py: Python<'_>, conditions: Conditions) -> PyResult<Session> {
-        let (experiment, _) = self.experiment(conditions).map_err(raised)?;
+        let (experiment, _) = self.experiment(conditions).map_err(to_exception)?;
         Session::start(py, self.system.clone(), experiment)
     }
 }

@@ -156,9 +156,9 @@ def test_what_the_machine_cannot_do_is_said_before_it_moves(tmp_path):
 
 def test_what_else_says_where_the_tip_goes_is_refused(path, tmp_path):
     for options in ({"trajectory": "cubic"}, {"settings": {"path_file": "mine.json"}}):
-        with pytest.raises(BadInput, match="is given beside waypoints"):
+        with pytest.raises(BadInput, match="is given together with waypoints"):
             hdrm_fmu.run(waypoints=path, **options)
-    with pytest.raises(BadInput, match="`controller.trajectory` = cubic is given beside waypoints"):
+    with pytest.raises(BadInput, match="`controller.trajectory` = cubic is given together with waypoints"):
         sweep(pandas.DataFrame({"trajectory": ["cubic"]}), waypoints=path, out=tmp_path / "x")
     with pytest.raises(BadInput, match="no component has the inputs `load.mass`"):
         System(hdrm_fmu.systems()["Testbed"], waypoints=path).run()

@@ -109,15 +109,15 @@ def test_an_interrupted_sweep_goes_on(two_workers, tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         sweep(CASES, out=tmp_path / "i", client=two_workers, **QUICK)
     assert len(list((tmp_path / "i").glob("part-*.parquet"))) == 2
-    asked = []
+    submitted = []
 
     def counted(client, spec, missing):
-        asked.extend(missing)
+        submitted.extend(missing)
         return ended(client, spec, missing)
 
     monkeypatch.setattr(sweeping, "_results", counted)
     table = sweep(CASES, out=tmp_path / "i", client=two_workers, **QUICK)
-    assert len(asked) == len(CASES) - 2 and len(table) == len(CASES)
+    assert len(submitted) == len(CASES) - 2 and len(table) == len(CASES)
     assert not list((tmp_path / "i").glob("part-*.parquet"))
 
 

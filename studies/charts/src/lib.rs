@@ -1,8 +1,5 @@
-//! Curves in panels, and paths in space, drawn on PNG and SVG alike.
-//!
-//! A crate of its own because it has two users that must not see each other: the report, and the
-//! pictures of the surrogate's training. In `surrogate` it would come to the report with the feature
-//! `training`, or need one of its own; in `report` the training would be built with the whole page.
+//! Draws figures as PNG and SVG: curves in panels ([`Figure`]), and paths in space ([`Path3`]), for
+//! the report and for the training of the surrogate. Both write any other [`Picture`] by [`save`].
 #![forbid(unsafe_code)]
 
 use std::fs::File;
@@ -20,14 +17,14 @@ const FONT: (&str, i32) = ("sans-serif", 16);
 const TITLE: (&str, i32) = ("sans-serif", 20);
 /// Size of a panel, of a title line and of a path in space, pixels.
 const PANEL: (u32, u32) = (720, 380);
-/// Room for the line beside a name in the legend, and for a letter of it, pixels.
+/// Width of the line before a name in the legend, and of a letter of the name, pixels.
 const LEGEND: (u32, u32) = (40, 8);
 const TITLE_HEIGHT: u32 = 34;
 const SPACE: (u32, u32) = (900, 760);
 
-/// Where is drawn, on any backend.
+/// The area that is drawn on, of any backend.
 pub type Area<'a, B> = DrawingArea<B, Shift>;
-/// How drawing ended.
+/// Result of drawing.
 pub type DrawResult<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
 
 /// A line with its name.
@@ -39,13 +36,13 @@ pub struct Curve {
 
 /// Axes with curves.
 pub struct Panel {
-    /// What the horizontal axis shows.
+    /// Quantity and unit of the horizontal axis.
     pub x_label: String,
-    /// What the vertical axis shows.
+    /// Quantity and unit of the vertical axis.
     pub y_label: String,
-    /// Logarithmic from here on upwards.
+    /// Lower end of a logarithmic vertical axis; none: the axis is linear.
     pub floor: Option<f64>,
-    /// What is drawn.
+    /// The curves.
     pub curves: Vec<Curve>,
 }
 
@@ -55,7 +52,7 @@ pub struct Figure {
     pub name: String,
     /// Title above all panels.
     pub title: String,
-    /// What is drawn, two in a row.
+    /// The panels, two in a row.
     pub panels: Vec<Panel>,
 }
 
@@ -71,7 +68,7 @@ pub struct Path3 {
 
 /// Something that can be drawn on any backend.
 pub trait Picture {
-    /// Draw it.
+    /// Draws it.
     ///
     /// # Errors
     /// The backend fails.
@@ -79,7 +76,7 @@ pub trait Picture {
 }
 
 impl Curve {
-    /// Of points that lie as they are; without a label it is not in the legend.
+    /// A line through `points`; with an empty label it is not in the legend.
     pub fn new(label: &str, color: RGBColor, points: Vec<(f64, f64)>) -> Self {
         Self {
             label: label.into(),
@@ -106,7 +103,7 @@ impl Panel {
         Self { floor, ..self }
     }
 
-    /// Room for the names beside the axes, pixels.
+    /// Width of the legend at the right of the axes, pixels.
     fn legend_width(&self) -> u32 {
         let letters = self.curves.iter().map(|c| c.label.chars().count()).max();
         let letters = u32::try_from(letters.unwrap_or(0))
@@ -161,7 +158,7 @@ impl Panel {
         Ok(())
     }
 
-    /// Names beside the axes, so that they cover no curve.
+    /// Draws the names at the right of the axes, where they cover no curve.
     fn legend<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         let (width, _) = area.dim_in_pixel();
         let left = i32::try_from(width.saturating_sub(self.legend_width())).unwrap_or(0) + 10;
@@ -252,7 +249,7 @@ impl Path3 {
     }
 }
 
-/// Write `folder/name.png` and `.svg`; a folder that is not there is made.
+/// Writes `folder/name.png` and `.svg`; makes the folder if it does not exist.
 pub fn save(
     picture: &impl Picture,
     folder: &Path,
@@ -267,7 +264,7 @@ pub fn save(
     Ok(files)
 }
 
-/// Write a picture, as PNG where the file is called so, else as SVG.
+/// Writes a picture: as PNG if the file's name ends in `.png`, else as SVG.
 pub fn write(picture: &impl Picture, file: &Path, size: (u32, u32)) -> Result<()> {
     // Without system fonts; a second registration changes nothing.
     let font = epaint_default_fonts::UBUNTU_LIGHT;
@@ -292,15 +289,16 @@ pub fn write(picture: &impl Picture, file: &Path, size: (u32, u32)) -> Result<()
     drawn.map_err(|e| failed(&e))
 }
 
-/// The k-th of `count` colours that differ.
+/// The k-th of `count` different colours.
 pub fn wheel(k: usize, count: usize) -> RGBColor {
     let (r, g, b) = HSLColor(k as f64 / count.max(1) as f64, 0.65, 0.42).rgb();
     RGBColor(r, g, b)
 }
 
-fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    let wide = |(low, high): (f64, f64), v: f64| (low.min(v), high.max(v));
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), wide);
+/// Smallest and largest value; an interval around a single one.
+pub fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let widen = |(low, high): (f64, f64), v: f64| (low.min(v), high.max(v));
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), widen);
     if low < high {
         (low, high)
     } else {

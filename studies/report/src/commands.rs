@@ -1,4 +1,4 @@
-//! Subcommands.
+//! The subcommands of `hdrm-fmu` that this program carries out.
 
 pub mod drawings;
 pub mod page;

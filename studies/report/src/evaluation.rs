@@ -1,15 +1,15 @@
-//! The evaluation as one HTML file that opens without a network: conditions, robustness table,
-//! plots and a 3-D animation; and the same figures as PNG and SVG.
+//! The report: one HTML file that opens without a network, with conditions, robustness table, plots
+//! and a 3-D animation, and the same figures as PNG and SVG. [`Report::new`] makes the runs,
+//! [`Report::write`] the page.
 //!
-//! Everything shown comes out of the FMUs. The one exception is the animation's drawing: the FMU
-//! gives joint angles, and the poses of the 13 bodies are made of them with the kinematics of crate
+//! Everything in it comes out of the FMUs, except the animation's drawing: the FMU gives joint
+//! angles, and the poses of the 13 bodies are computed from them with the kinematics of crate
 //! `hdrm` and the machine file that the FMU runs with (module `scene`). Every frame is checked
 //! against the tip position that the FMU gives, so a drawing of another machine is refused.
 //!
-//! Every run is made once: the cells of the paper's table are also those whose signals, energies
-//! and rod forces are shown.
-//!
-//! The page is plain HTML with plotly.js and three.js (both in `assets/`) inside.
+//! Each run is made once: the runs of the paper's table also give the signals, energies and rod
+//! forces that are plotted. The page is plain HTML with plotly.js and three.js (both in `assets/`)
+//! inside.
 
 mod conditions;
 mod electric;
@@ -40,10 +40,10 @@ use experiments::measures::run::TipError;
 use experiments::print::tip_errors::inertia_json;
 use experiments::runs::grid::{self, Cell};
 use experiments::setup::machine_choice::MachineFile;
-pub use recorded::Recorded;
+pub use recorded::RecordedStudies;
 pub use request::Request;
-use request::kept;
-use runs::{Run, Shown};
+use request::{success, successes};
+use runs::{Run, TableRuns};
 use samples::Samples;
 use scene::Scene;
 use stability::Stability;
@@ -53,12 +53,13 @@ use testbed::Testbed;
 #[derive(Serialize)]
 pub struct Report {
     conditions: Value,
+    /// The paper's table, as the page reads it.
     table: Value,
-    /// The table, for figures.
+    /// The same, as the figures read it.
     #[serde(skip)]
     cells: Vec<Cell<TipError>>,
     worlds: Vec<Value>,
-    recorded: Recorded,
+    recorded: RecordedStudies,
     errors: Vec<Value>,
     runs: Vec<Run>,
     /// Runs that failed, with the reason.
@@ -74,8 +75,8 @@ pub struct Report {
 }
 
 impl Report {
-    /// Make all runs, in parallel; `progress` is told how many of how many are done. A run that
-    /// fails is named in the report.
+    /// Makes all runs, in parallel; calls `progress` with the number of finished runs and of all.
+    /// A run that fails is named in the report.
     ///
     /// # Errors
     /// No run of the table succeeds, or the machine file cannot be used.
@@ -90,37 +91,32 @@ impl Report {
         let count = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
         let measure = |plan: &grid::Plan| runs::measure(request, &scene, plan);
         let cells = inertia::measured(system, base, measure, count)?;
-        let Shown {
-            cells,
-            runs,
-            energies,
-            machines,
-        } = Shown::of(cells);
+        let table = TableRuns::from_cells(cells);
         let failure = |cell: &Cell<_>| errors::failure(cell, &format!("inertia x {}", cell.case));
-        let mut failures: Vec<_> = cells.iter().filter_map(failure).collect();
-        if failures.len() == cells.len() {
+        let mut failures: Vec<_> = table.cells.iter().filter_map(failure).collect();
+        if failures.len() == table.cells.len() {
             bail!("no run succeeded: {}", failures.join("; "));
         }
-        let worlds = worlds::shown(request, &mut failures);
+        let worlds = worlds::results(request, &mut failures);
         let errors = plan
             .iter()
-            .map(|study| errors::shown(request, study, count, &mut failures));
+            .map(|study| errors::results(request, study, count, &mut failures));
         let errors = errors.collect::<Result<_>>()?;
-        let energy = kept(energies, &mut failures);
-        let electric = electric::shown(request, &mut failures);
-        let path = own_path::shown(request, &machine, &mut failures);
-        let stability = stability::stability(request, count, &mut failures)?;
-        let testbed = testbed::replayed(request, machines, &mut failures);
-        let surrogate = surrogate::on_rig(request, &mut failures);
+        let energy = successes(table.energies, &mut failures);
+        let electric = electric::results(request, &mut failures);
+        let path = own_path::results(request, &machine, &mut failures);
+        let stability = stability::results(request, count, &mut failures)?;
+        let testbed = testbed::results(request, table.machine_runs, &mut failures);
+        let surrogate = surrogate::results(request, &mut failures);
         let map = efficiency::map(system, base).map(surfaces);
         Ok(Self {
             conditions: conditions(request, &machine),
-            table: inertia_json(&cells),
-            cells,
+            table: inertia_json(&table.cells),
+            cells: table.cells,
             worlds,
             recorded: request.recorded.clone(),
             errors,
-            runs,
+            runs: table.runs,
             energy,
             electric,
             path,
@@ -128,12 +124,11 @@ impl Report {
             testbed,
             surrogate,
             scene,
-            efficiency_map: kept(vec![map], &mut failures).pop(),
+            efficiency_map: success(map, &mut failures),
             failures,
         })
     }
 
-    /// Write the page.
     pub fn write(&self, path: &Path) -> Result<()> {
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
@@ -142,7 +137,7 @@ impl Report {
             .with_context(|| format!("`{}` cannot be written", path.display()))
     }
 
-    /// A line for each run and each failure.
+    /// One line for each run and each failure.
     pub fn summary(&self) -> String {
         let runs = self.runs.iter().map(|run| run.line() + "\n");
         let failures = self.failures.iter().map(|why| format!("failed: {why}\n"));
@@ -150,7 +145,7 @@ impl Report {
     }
 }
 
-/// The actuator's efficiency over load, N, and rod speed, m/s, both ascending: row by row of load,
+/// The actuator's efficiency over load, N, and rod speed, m/s, both ascending: one row per load,
 /// NaN where it is not defined.
 fn surfaces(map: efficiency::Map) -> Value {
     let surface = |k: usize| {

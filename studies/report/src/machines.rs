@@ -1,4 +1,4 @@
-//! Machines on a sheet: load charts and drawings.
+//! A machine on a sheet: its drawing and its load chart.
 
 pub mod drawing;
 pub mod load_chart;

@@ -1,6 +1,7 @@
-//! The program that draws: the evaluation as a page ([`evaluation`]), machines on a sheet
-//! ([`machines`]), signals over time ([`plot`]), figures of sizing and of paths. `hdrm-fmu` starts
-//! it, by the same words; numbers come from crate `experiments`.
+//! The program `hdrm-fmu-report`, which draws: the evaluation as one page ([`evaluation`]), a
+//! machine on a sheet ([`machines`]), signals over time ([`plot`]), figures of sizing and of
+//! margins along a path. `hdrm-fmu` starts it with its own arguments; crate `experiments` computes
+//! the numbers.
 #![forbid(unsafe_code)]
 
 mod commands;

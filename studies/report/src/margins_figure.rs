@@ -1,4 +1,5 @@
-//! Margins of a machine along a path over time.
+//! The figure of a machine's margins to its limits along a path, over time; drawn by `path check`
+//! and in the report.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +8,7 @@ use charts::{Curve, Figure, Panel, wheel};
 use experiments::machines::path_margins::PathMargins;
 use motion_check::Quantity;
 
-/// Points of a curve that are drawn at most.
+/// A curve is drawn with at most this number of points.
 const POINTS: usize = 2000;
 
 /// Panels of the figure: title and the quantities in it.
@@ -20,12 +21,12 @@ const PANELS: [(&str, std::ops::Range<usize>); 6] = [
     ("motors", 18..27),
 ];
 
-/// Margins along the path as PNG and SVG into `folder`; the files' names.
+/// Draws the margins as PNG and SVG into `folder`; returns the files' names.
 pub fn draw(margins: &PathMargins, folder: &Path) -> Result<[PathBuf; 2]> {
     let stride = margins.times.len().div_ceil(POINTS).max(1);
-    let panel = |(title, of): (&str, std::ops::Range<usize>)| {
-        let count = of.len();
-        let curves = of.enumerate().map(|(i, k)| {
+    let panel = |(title, quantities): (&str, std::ops::Range<usize>)| {
+        let count = quantities.len();
+        let curves = quantities.enumerate().map(|(i, k)| {
             let points = margins.times.iter().zip(&margins.parts).step_by(stride);
             let points = points.map(|(t, parts)| (*t, 100.0 * parts[k])).collect();
             Curve::new(&Quantity::all()[k].to_string(), wheel(i, count), points)

@@ -1,5 +1,5 @@
-//! A picture of a recorded run: the signals of a CSV file over time, those of one unit in one
-//! panel.
+//! The picture that the command `plot` draws of a recorded run: the signals of a CSV file over
+//! time, with one panel for each unit.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,11 +10,11 @@ use cosim::run::signals::matches_pattern;
 use charts::{Curve, Figure, Panel, wheel};
 use surrogate::measurement::signal_file::SignalFile;
 
-/// Points of a curve that are drawn at most.
+/// A curve is drawn with at most this number of points.
 const POINTS: usize = 4000;
 
-/// Draw the signals of `csv` that match one of `patterns` (all without any) as PNG and SVG into
-/// `folder`; the files' names.
+/// Draws the signals of `csv` that match one of `patterns`, or all if there are no patterns, as PNG
+/// and SVG into `folder`; returns the files' names.
 pub fn draw(csv: &Path, patterns: &[String], folder: &Path) -> Result<[PathBuf; 2]> {
     let file = SignalFile::read(csv)?;
     let is_chosen = |name: &str| patterns.iter().any(|p| matches_pattern(p, name));
@@ -37,20 +37,20 @@ pub fn draw(csv: &Path, patterns: &[String], folder: &Path) -> Result<[PathBuf; 
         title: stem.into_owned(),
         panels: panels
             .iter()
-            .map(|(unit, of)| panel(&file, unit, of))
+            .map(|(unit, columns)| panel(&file, unit, columns))
             .collect(),
     };
     figure.save(folder)
 }
 
-fn panel(file: &SignalFile, unit: &str, of: &[usize]) -> Panel {
+fn panel(file: &SignalFile, unit: &str, columns: &[usize]) -> Panel {
     let stride = file.times().len().div_ceil(POINTS).max(1);
     let curve = |(i, k): (usize, &usize)| {
         let points = file.times().iter().zip(&file.columns[*k]);
         let points = points.step_by(stride).map(|(t, v)| (*t, *v)).collect();
-        Curve::new(&file.names[*k], wheel(i, of.len()), points)
+        Curve::new(&file.names[*k], wheel(i, columns.len()), points)
     };
-    Panel::over_time(unit, of.iter().enumerate().map(curve).collect())
+    Panel::over_time(unit, columns.iter().enumerate().map(curve).collect())
 }
 
 #[cfg(test)]

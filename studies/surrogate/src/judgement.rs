@@ -1,4 +1,4 @@
-//! How models do on profiles that they have not seen, and how far their numbers can be trusted.
+//! Judges models on held-out profiles: their errors, with confidence intervals.
 
 pub mod candidates;
 pub mod conformal;

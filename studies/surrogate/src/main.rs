@@ -1,4 +1,5 @@
-//! `surrogate`: data of the rig, training, quality of the actuator's surrogate network.
+//! The program `hdrm-fmu-surrogate`: makes data on the rig, trains the actuator's surrogate
+//! network, and judges it.
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // the paper's symbols
 

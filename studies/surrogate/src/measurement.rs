@@ -1,5 +1,5 @@
-//! From a profile to rows: motions and loads, the rig that is driven along them, means over 20 ms of
-//! what its sensors say and of what is true, and the files that rows and signals are kept in.
+//! From a profile to rows of data: motions and loads, the rig that is driven along them, means over
+//! 20 ms of its sensors' readings and of the true values, and the files of rows and signals.
 
 pub mod campaign;
 pub mod coupled_run;

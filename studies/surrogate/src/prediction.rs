@@ -1,5 +1,5 @@
-//! What is made of a campaign's rows: fitted physics and a look-up map, and what each model says
-//! that a motion under a load takes.
+//! Models of the actuator that are fitted to a campaign's rows, and the current and efficiency that
+//! they predict for a motion under a load.
 
 pub mod efficiency_map;
 pub mod identification;

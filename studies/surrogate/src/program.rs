@@ -1,7 +1,6 @@
-//! Commands and the pictures that they draw.
+//! The program's commands and the pictures that they draw.
 
 pub mod commands;
 mod files;
 mod plots;
 mod rig_commands;
-mod rig_plots;

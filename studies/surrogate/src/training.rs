@@ -1,4 +1,4 @@
-//! Levenberg–Marquardt training as in the paper, on scaled inputs and targets.
+//! Trains the network as the paper does: by Levenberg–Marquardt, on scaled inputs and targets.
 
 pub mod lm;
 pub mod network;

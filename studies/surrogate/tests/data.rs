@@ -142,12 +142,12 @@ fn profiles_are_held_out_whole() {
 
 /// Three samples in one cell of 2 × 2, one in another: means by hand.
 #[test]
-fn samples_are_gathered_by_cell() {
+fn samples_are_averaged_by_cell() {
     let samples = Samples {
         inputs: vec![[0.2, 0.1], [0.9, -0.5], [0.4, 0.3], [0.6, 0.8]],
         targets: vec![[1.0, 2.0], [7.0, 8.0], [3.0, 4.0], [8.0, 0.0]],
     };
-    let means = samples.gathered(2);
+    let means = samples.cell_means(2);
     assert_eq!(means.targets, [[7.0, 8.0], [4.0, 2.0]]);
     let expected = [[0.9, -0.5], [0.4, 0.4]];
     for (found, expected) in means.inputs.iter().flatten().zip(expected.iter().flatten()) {

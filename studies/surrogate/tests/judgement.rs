@@ -168,7 +168,7 @@ fn profiles(count: usize, seed: u64) -> Vec<Vec<Point>> {
 fn the_bound_is_the_quantile_of_a_known_distribution() {
     let bound = calibrate(&profiles(4000, 11));
     assert!((bound.factor / 0.02658 - 1.0).abs() < 0.1, "{bound:?}");
-    let coverage = Coverage::of(&bound, &profiles(3000, 12), 13);
+    let coverage = Coverage::new(&bound, &profiles(3000, 12), 13);
     let [low, high] = coverage.interval();
     assert!(low < SHARE && SHARE < high, "{coverage:?}");
     assert!((coverage.shares[0] - SHARE).abs() < 0.01, "{coverage:?}");
@@ -176,6 +176,6 @@ fn the_bound_is_the_quantile_of_a_known_distribution() {
         factor: 0.8 * bound.factor,
         ..bound
     };
-    let coverage = Coverage::of(&narrow, &profiles(3000, 12), 13);
+    let coverage = Coverage::new(&narrow, &profiles(3000, 12), 13);
     assert!(coverage.interval()[1] < SHARE, "{coverage:?}");
 }

@@ -3,12 +3,12 @@
 
 use emla::Surrogate;
 use surrogate::measurement::campaign::{
-    Trust, compliance, held_out_profiles, measure, rms, training_profiles,
+    RowErrors, compliance, held_out_profiles, measure, rms, training_profiles,
 };
 use surrogate::measurement::profile::{Kind, Profile};
 use surrogate::measurement::rig_run::run;
 use surrogate::measurement::windows::windows;
-use surrogate::prediction::model::{Model, Motion};
+use surrogate::prediction::model::Model;
 
 /// The rig follows its profile: force as asked for, speed but for what load changes bend.
 #[test]
@@ -25,7 +25,7 @@ fn the_rig_follows_its_profile_both_ways() {
     assert!(error < 1e-3, "rod speed {error} m/s");
     let p = machine_file::Machine::reference().emla.lift;
     let windows = windows(&p, &run);
-    let forward = windows.iter().filter(|w| w.truth.w_m > 0.0).count();
+    let forward = windows.iter().filter(|w| w.truth.motion.w_m > 0.0).count();
     assert!(
         forward > 50 && windows.len() - forward > 50,
         "{forward} of {}",
@@ -45,7 +45,7 @@ fn rows_are_as_good_as_their_sensors() {
     let p = machine_file::Machine::reference().emla.lift;
     let profiles = training_profiles(5, 2.0, 3);
     let campaign = measure(&p, &profiles, seed).expect("runs");
-    let trust = Trust::of(&p, &campaign, &measure(&p, &profiles, seed).expect("runs"));
+    let trust = RowErrors::new(&p, &campaign, &measure(&p, &profiles, seed).expect("runs"));
     assert!((100.0..500.0).contains(&trust.floor), "{trust:?}");
     assert_eq!(
         trust.repeatability, 0.0,
@@ -68,7 +68,7 @@ fn the_network_brings_what_the_physics_lacks() {
         rms(held_out
             .iter()
             .flatten()
-            .map(|w| model.demand(&Motion::from(&w.truth)).i_q - w.truth.i_q))
+            .map(|w| model.demand(&w.truth.motion).i_q - w.truth.i_q))
     };
     let (physics, hybrid) = (error(0.0), error(0.9));
     assert!(

@@ -1,6 +1,6 @@
-//! Measurements, made by the script `tests/bench/measure.py` of what is built here: one table of
-//! what everything costs, beside other engines measured in the same run; or instruction counts
-//! against the recorded ones.
+//! `cargo xtask bench`: builds what is measured, and runs the script `tests/bench/measure.py`. It
+//! prints one table of costs, with other engines measured in the same run, or compares instruction
+//! counts with the recorded ones.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -18,7 +18,6 @@ use crate::workspace::{FMU_PROFILE, Workspace};
 /// Bench programs of the crates (`machine/*/benches`).
 const PROGRAMS: [&str; 3] = ["dynamics", "step", "controller"];
 
-/// What to measure.
 #[derive(Args)]
 pub struct Options {
     /// Count instructions with valgrind's callgrind instead of timing, and compare with the
@@ -34,13 +33,12 @@ pub struct Options {
     /// Leave out what needs Python packages: MuJoCo, Pinocchio, FMPy, load times
     #[arg(long)]
     no_python: bool,
-    /// Only the two ratios that have an aim: the coupled step beside MuJoCo's RK4 step of the bare
-    /// manipulator, and the border beside C
+    /// Only the two ratios that have a target: the coupled step over MuJoCo's RK4 step of the bare
+    /// manipulator, and calls of our FMUs over those of one in C
     #[arg(long, conflicts_with_all = ["no_python", "instructions"])]
     ratios: bool,
 }
 
-/// Measure.
 pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     let fmus = pack::suite(workspace, &workspace.fmu_dir())?;
     let python = Python::provide(workspace)?;
@@ -60,18 +58,18 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     execute(&mut script)
 }
 
-/// Whether there is a valgrind to count instructions with.
+/// Whether valgrind is installed, which counts the instructions.
 pub fn can_count() -> bool {
     output(Command::new("valgrind").arg("--version")).is_ok()
 }
 
-/// Count instructions on packed FMUs, print, compare; fails where a count has grown too much.
+/// Counts and prints instructions of packed FMUs; fails if a count has grown too much.
 pub fn check_instructions(workspace: &Workspace, fmus: &[PathBuf]) -> Result<()> {
     let python = Python::provide(workspace)?;
     execute(&mut script(workspace, &python, "instructions", fmus)?)
 }
 
-/// The script, with all that it needs built.
+/// Builds all that the script needs; the script with its arguments.
 fn script(workspace: &Workspace, python: &Python, what: &str, fmus: &[PathBuf]) -> Result<Command> {
     let work = workspace.target.join("bench");
     let example = [Source::Example("integrators".into())];

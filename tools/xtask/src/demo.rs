@@ -1,5 +1,5 @@
-//! From a fresh checkout to the coupled machine: builds what runs it, prints the paper's table,
-//! then writes a report.
+//! `cargo xtask demo`: from a fresh checkout to the coupled machine. Builds the FMUs and programs,
+//! prints the paper's table, and writes a report.
 
 use std::fs;
 use std::path::PathBuf;
@@ -12,22 +12,20 @@ use crate::pack::{self, PAPER};
 use crate::phases::Phases;
 use crate::workspace::Workspace;
 
-/// Profile of FMUs and programs: one for both, so that what they share is compiled once. The FMUs
-/// compute the same as those of `cargo xtask pack`, which take minutes longer to link and run
-/// faster.
+/// Profile of FMUs and programs: one for both, so that shared crates are compiled once. The FMUs
+/// compute the same as those of `cargo xtask pack`, which run faster but take minutes to link.
 const PROFILE: &str = "release";
-/// Packages that are built beside the FMUs, always together, so that what they share has the same
-/// features each time.
+/// Packages of the programs, always built together, so that shared crates keep their features.
 const PROGRAMS: [&str; 2] = ["experiments", "report"];
 
-/// Do it all, with CSV files, report and figures in `demo/` of the target directory.
+/// Runs the demo; CSV files, report and figures go to `demo/` of the target directory.
 pub fn run(workspace: &Workspace) -> Result<()> {
     println!(
         "From nothing, on two cores: some two minutes to the paper's table, some two more to the \
          report. The machine's FMUs and the program that runs them are compiled first; a second \
          time all of this takes a minute."
     );
-    let phases = Phases::default();
+    let phases = Phases::start();
     let fmus = workspace.fmu_dir();
     let hdrm_fmu = phases.run("compile the FMUs of the paper and hdrm-fmu", || {
         pack::paper_with(workspace, &arguments("hdrm-fmu"), &fmus)?;
@@ -74,14 +72,14 @@ pub fn run(workspace: &Workspace) -> Result<()> {
     Ok(())
 }
 
-/// What cargo is asked for beside the libraries of FMUs.
+/// Arguments of cargo that build a program together with the libraries of the FMUs.
 fn arguments(program: &str) -> Vec<String> {
     let packages = PROGRAMS.iter().flat_map(|name| ["--package", *name]);
     let all = ["--profile", PROFILE].into_iter().chain(packages);
     all.chain(["--bin", program]).map(String::from).collect()
 }
 
-/// The file of a program that was built beside the FMUs of the paper.
+/// The file of a program that was built together with the FMUs of the paper.
 fn program(workspace: &Workspace, name: &str) -> Result<PathBuf> {
     let packages = PAPER.iter().chain(&PROGRAMS);
     let packages = packages.flat_map(|name| ["--package", *name]);

@@ -1,19 +1,19 @@
-//! `modelDescription/*.xml`, and in `fmi3/` those of FMI 3.0: what the libraries say about
-//! themselves, committed so that a change of the interface is seen in a review.
+//! `cargo xtask describe`: writes the model descriptions of the built libraries into
+//! `modelDescription/`, and those of FMI 3.0 into its folder `fmi3/`. They are committed, so that a
+//! review shows each change of an interface.
 
 use std::fs;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use cargo_fmu::library::{self, Version};
-use cargo_fmu::pack::FMI3_FOLDER;
+use cargo_fmu::pack::{FMI3_FOLDER, of_fmi3};
 use fmi_description::entries::{self, Entries};
 
-use crate::pack;
 use crate::workspace::Workspace;
 
-/// Build the libraries and write their model descriptions, or check that the committed ones are
-/// what the libraries say.
+/// Builds the libraries and writes their model descriptions, or checks that the committed ones are
+/// the same.
 pub fn run(workspace: &Workspace, check: bool) -> Result<()> {
     let built = workspace.build_fmus(&workspace.suite())?;
     let mut described = Vec::new();
@@ -25,21 +25,17 @@ pub fn run(workspace: &Workspace, check: bool) -> Result<()> {
     compare(workspace, described, check)
 }
 
-/// Check that the committed model descriptions are those in packed FMUs of FMI 2.0, and in those of
-/// FMI 3.0 beside them.
+/// Checks that the committed model descriptions are those in these packed FMUs of FMI 2.0, and in
+/// the FMUs of FMI 3.0 that were packed with them.
 pub fn check(workspace: &Workspace, fmus: &[PathBuf]) -> Result<()> {
-    let both = pack::both_versions(fmus.to_vec())?;
-    let versions = both.iter().enumerate().map(|(i, fmu)| {
-        let version = match i < fmus.len() {
-            true => Version::Fmi2,
-            false => Version::Fmi3,
-        };
-        Ok((version, entries::read(fmu)?))
-    });
-    compare(workspace, versions.collect::<Result<_>>()?, true)
+    let fmi3 = of_fmi3(fmus)?;
+    let fmus = fmus.iter().map(|fmu| (Version::Fmi2, fmu));
+    let all = fmus.chain(fmi3.iter().map(|fmu| (Version::Fmi3, fmu)));
+    let described = all.map(|(version, fmu)| Ok((version, entries::read(fmu)?)));
+    compare(workspace, described.collect::<Result<_>>()?, true)
 }
 
-/// Write, or compare with what is committed, the model descriptions among these files.
+/// Writes the model descriptions among these files, or compares them with the committed ones.
 fn compare(workspace: &Workspace, described: Vec<(Version, Entries)>, check: bool) -> Result<()> {
     let dir = workspace.root.join("modelDescription");
     fs::create_dir_all(dir.join(FMI3_FOLDER)).with_context(|| dir.display().to_string())?;

@@ -1,6 +1,6 @@
-//! `cargo xtask dist`: the folder that is handed out. Its FMUs hold a library for each platform,
-//! its programs and libraries run on any machine of their kind, and the same commit gives the same
-//! bytes wherever it is built.
+//! `cargo xtask dist`: makes the folder that is handed out. Its FMUs hold a library for each
+//! platform, its programs and libraries run on any machine of a platform, and a commit gives the
+//! same bytes wherever it is built.
 
 mod check;
 mod folder;
@@ -27,7 +27,6 @@ pub use check::{prepare, try_wheel};
 use folder::{CHECKSUMS, Dist, file_name, files};
 use listing::Listing;
 
-/// Options of `cargo xtask dist`.
 #[derive(Args)]
 pub struct Options {
     /// Platform to build for, repeatable: linux64, win64, aarch64-linux, darwin64, aarch64-darwin
@@ -50,34 +49,34 @@ pub struct Options {
     again: bool,
 }
 
-/// What CI builds for: the first of them, and all at night.
+/// The platforms that CI builds for: always the first, at night all.
 const CI_PLATFORMS: [&str; 2] = ["linux64", "win64"];
-/// Programs that are handed out.
-const PROGRAMS: [&str; 4] = ["cosim", "hdrm-fmu", "hdrm-fmu-report", "hdrm-fmu-surrogate"];
-/// The packages of these, and of what the checks need; those of the experiments last.
+/// Programs that are handed out, with their packages.
+const PROGRAMS: [(&str, &str); 4] = [
+    ("cosim", "cosim"),
+    ("experiments", "hdrm-fmu"),
+    ("report", "hdrm-fmu-report"),
+    ("surrogate", "hdrm-fmu-surrogate"),
+];
+/// These packages, and one that the checks need; those of the experiments last.
 const PACKAGES: [&str; 5] = ["cosim", "torture", "experiments", "report", "surrogate"];
-/// Programs are built like those for this machine, but without checks of what cannot happen, and
-/// without symbols.
-const PROGRAM_PROFILE: [&str; 8] = [
-    "--profile",
-    "release",
-    "--config",
+/// The profile of the programs: as for this machine, but without debug assertions, overflow checks
+/// and symbols.
+const PROGRAM_PROFILE: [&str; 3] = [
     "profile.release.debug-assertions=false",
-    "--config",
     "profile.release.overflow-checks=false",
-    "--config",
     "profile.release.strip=\"symbols\"",
 ];
 const README: &str = include_str!("dist/README.md");
 
-/// What was made by the options, and the lines about it.
+/// The folder that was built, and its listing.
 pub struct Handout {
     dist: Dist,
     listing: Listing,
     options: Options,
 }
 
-/// Build the folder, and do with it what the options say.
+/// Builds the folder, and tries it as the options say.
 pub fn run(workspace: &Workspace, caller: &Path, options: Options) -> Result<()> {
     make(workspace, caller, options)?.try_out(workspace)
 }
@@ -88,8 +87,8 @@ fn ci_platforms(nightly: bool) -> Vec<String> {
     platforms.map(ToString::to_string).collect()
 }
 
-/// What CI builds and runs: libraries and co-simulation program for [`CI_PLATFORMS`]. The other
-/// programs and platforms are made by the same steps.
+/// Builds the folder for CI: libraries and co-simulation program for [`CI_PLATFORMS`]. The other
+/// programs and platforms take the same steps.
 pub fn for_ci(workspace: &Workspace, nightly: bool) -> Result<Handout> {
     let options = Options {
         platforms: ci_platforms(nightly),
@@ -112,10 +111,8 @@ fn make(workspace: &Workspace, caller: &Path, options: Options) -> Result<Handou
     let platforms = platforms(workspace, &options.platforms, &mut listing)?;
     let dist = build(workspace, &platforms, folder, options.without_experiments)?;
     if options.without_experiments {
-        listing.not_built(
-            "all",
-            "`hdrm-fmu`, WebAssembly, machine.html: --without-experiments",
-        );
+        let left_out = "`hdrm-fmu`, WebAssembly, machine.html: --without-experiments";
+        listing.add("all", "not built", left_out);
     }
     listing.built(&dist)?;
     Ok(Handout {
@@ -126,32 +123,26 @@ fn make(workspace: &Workspace, caller: &Path, options: Options) -> Result<Handou
 }
 
 impl Handout {
-    /// Run it and build it again, as far as the options say, and print the listing.
-    pub fn try_out(self, workspace: &Workspace) -> Result<()> {
-        let Self {
-            dist,
-            mut listing,
-            options,
-        } = self;
+    /// Runs its content and builds it again, as the options say, and prints the listing.
+    pub fn try_out(mut self, workspace: &Workspace) -> Result<()> {
+        let (dist, options) = (&self.dist, &self.options);
         let checked = if options.check {
-            check::run(workspace, &dist, &mut listing)
+            check::run(workspace, dist, &mut self.listing)
         } else {
+            let why = "`cargo xtask dist --check` was not asked for";
             for target in &dist.targets {
-                listing.not_run(
-                    target.platform.folder,
-                    "`cargo xtask dist --check` was not asked for",
-                );
+                self.listing.add(target.platform.folder, "not run", why);
             }
             Ok(())
         };
         let repeated = match options.again {
-            true => check::build_again(workspace, &dist, options.without_experiments),
+            true => check::build_again(workspace, dist, options.without_experiments),
             false => Ok(()),
         };
-        print!("\n{listing}");
+        print!("\n{}", self.listing);
         println!("in {}", dist.folder.display());
         checked.and(repeated)?;
-        let lacking = listing.lacking();
+        let lacking = self.listing.lacking();
         ensure!(
             lacking.is_empty() || !is_ci(),
             "in CI nothing may be skipped, but these runs could not be made: {lacking}"
@@ -159,8 +150,8 @@ impl Handout {
         Ok(())
     }
 
-    /// Copies of the FMUs and systems, for what looks for them in a folder; the FMUs of FMI 2.0, in
-    /// the order of [`Workspace::suite`].
+    /// Copies the FMUs and systems to another folder; returns the FMUs of FMI 2.0, in the order of
+    /// [`Workspace::suite`].
     pub fn copy(&self, folder: &Path) -> Result<Vec<PathBuf>> {
         let dist = &self.dist;
         fs::create_dir_all(folder.join(FMI3_FOLDER))
@@ -180,8 +171,8 @@ pub fn lacking(workspace: &Workspace, nightly: bool) -> Result<String> {
     Ok(missing(&platforms).join("\n"))
 }
 
-/// The platforms, with the tools to build for them. What was not asked for by name and cannot be
-/// built is listed.
+/// The platforms, with the tools to build for them. A platform that is not named and cannot be
+/// built for is listed.
 fn platforms(workspace: &Workspace, names: &[String], listing: &mut Listing) -> Result<Platforms> {
     let mut platforms = Platforms::named(names)?;
     let is_default = platforms.targets.is_empty();
@@ -194,7 +185,7 @@ fn platforms(workspace: &Workspace, names: &[String], listing: &mut Listing) -> 
             let missing = target.missing(&platforms.tools);
             let is_optional = target.is_macos() && !missing.is_empty();
             if is_optional {
-                listing.not_built(target.platform.folder, &missing.join("; "));
+                listing.add(target.platform.folder, "not built", &missing.join("; "));
             }
             !is_optional
         });
@@ -208,7 +199,7 @@ fn platforms(workspace: &Workspace, names: &[String], listing: &mut Listing) -> 
     }
     for target in &TARGETS {
         if !platforms.targets.contains(&target) && !is_default {
-            listing.not_built(target.platform.folder, "it was not asked for");
+            listing.add(target.platform.folder, "not built", "it was not asked for");
         }
     }
     Ok(platforms)
@@ -233,7 +224,7 @@ fn build(
         true => &PACKAGES[..2],
         false => &PACKAGES[..],
     };
-    // Beside its place: the folder is never seen incomplete.
+    // Built under another name, so that the folder is never seen incomplete.
     let new = folder.with_extension("new");
     if new.exists() {
         fs::remove_dir_all(&new)?;
@@ -254,9 +245,9 @@ fn build(
     };
     for target in &platforms.targets {
         let packages = match target.platform.folder {
-            // The master binds to a C library through headers, which macOS has in its SDK only.
+            // The master needs headers of a C library, which macOS has only in its SDK.
             _ if target.is_macos() => &[],
-            // The others need FMUs of FMI 2.0.
+            // The other programs need FMUs of FMI 2.0.
             "aarch64-linux" => &packages[..1],
             _ => packages,
         };
@@ -276,14 +267,17 @@ fn build(
             wheel::build(workspace, &new, Some(target), &new.join("python"))?;
         }
     }
-    fs::write(new.join("README.md"), readme(&commit(workspace)?))?;
+    let readme = README.replace("{commit}", &commit(workspace)?);
+    let readme = readme.replace("{version}", env!("CARGO_PKG_VERSION"));
+    fs::write(new.join("README.md"), readme)?;
     fs::write(new.join(CHECKSUMS), checksums(&new)?)?;
     clear(&dist.folder)?;
     fs::rename(&new, &dist.folder)?;
     Ok(dist)
 }
 
-/// What others wrote and the programs hold; an FMU has its own in `documentation/licenses/`.
+/// Writes the notices of the programs' third-party crates; FMUs hold their own in
+/// `documentation/licenses/`.
 fn notices(
     workspace: &Workspace,
     targets: &[&Target],
@@ -293,12 +287,7 @@ fn notices(
     fs::create_dir_all(folder)?;
     let notices = Notices::new(&workspace.cargo)?;
     let triples: Vec<_> = targets.iter().map(|target| target.triple).collect();
-    for (package, program) in [
-        ("cosim", "cosim"),
-        ("experiments", "hdrm-fmu"),
-        ("report", "hdrm-fmu-report"),
-        ("surrogate", "hdrm-fmu-surrogate"),
-    ] {
+    for (package, program) in PROGRAMS {
         if packages.contains(&package) {
             for (name, bytes) in notices.files(&workspace.cargo, package, &triples)? {
                 let name = name.replace("third-party", program);
@@ -309,8 +298,7 @@ fn notices(
     Ok(())
 }
 
-/// Removes a folder that holds an older result or nothing, and refuses one that holds anything
-/// else.
+/// Removes a folder that is empty or holds an older result, and refuses any other.
 fn clear(folder: &Path) -> Result<()> {
     if folder.exists() && fs::read_dir(folder)?.next().is_some() {
         ensure!(
@@ -333,14 +321,15 @@ impl Dist {
         mut command: Command,
         new: &Path,
     ) -> Result<()> {
-        command.args(PROGRAM_PROFILE).arg("--bins");
+        command.args(["--bins", "--profile", "release"]);
+        command.args(PROGRAM_PROFILE.iter().flat_map(|c| ["--config", c]));
         let folder = target.platform.folder;
         for built in artifacts(&mut command)? {
             let name = built.name().to_string();
             let Some(mut path) = built.executable else {
                 continue;
             };
-            if PROGRAMS.contains(&name.as_str()) {
+            if PROGRAMS.iter().any(|(_, program)| *program == name) {
                 let bytes = fs::read(&path).with_context(|| path.display().to_string())?;
                 let faults = target.faults(&bytes, &workspace.cargo)?;
                 let shown = path.display();
@@ -379,11 +368,6 @@ fn commit(workspace: &Workspace) -> Result<String> {
     let commit = output(git.args(["describe", "--always", "--dirty", "--abbrev=40"]));
     let commit = commit.context("the commit that the README names")?;
     Ok(commit.trim().to_string())
-}
-
-fn readme(commit: &str) -> String {
-    let text = README.replace("{commit}", commit);
-    text.replace("{version}", env!("CARGO_PKG_VERSION"))
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! rust-fmi, an importer of FMUs in Rust, with its command line fmi-sim: the nightly checks build
-//! them. Their bindings are made by bindgen, which loads libclang.
+//! rust-fmi, another importer of FMUs in Rust, and its command line fmi-sim, which the nightly
+//! checks build and run. Their bindings are made by bindgen, which loads libclang.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -12,11 +12,11 @@ use crate::workspace::Workspace;
 
 /// Version of fmi-sim that `tests/test_importers.py` asks for.
 const FMI_SIM: &str = "0.7.0";
-/// The Python package that brings libclang, for where the environment names none.
+/// The Python package with libclang, which is used if the environment names none.
 const LIBCLANG: &str = "libclang==18.1.1\n";
 
-/// The command line of rust-fmi, built once into the target directory (some two minutes); `FMI_SIM`
-/// names another one.
+/// The program fmi-sim, built once into the target directory (some two minutes); the environment
+/// variable `FMI_SIM` names another one.
 pub fn fmi_sim(workspace: &Workspace) -> Result<PathBuf> {
     if let Some(path) = std::env::var_os("FMI_SIM") {
         return Ok(path.into());
@@ -33,14 +33,14 @@ pub fn fmi_sim(workspace: &Workspace) -> Result<PathBuf> {
     Ok(program)
 }
 
-/// Have rust-fmi read and run the packed FMUs of a folder.
+/// Has rust-fmi read and run the packed FMUs of a folder.
 pub fn rust_fmi(workspace: &Workspace, fmus: &Path) -> Result<()> {
     let mut command = cargo(workspace, &["test", "--locked", "--manifest-path"])?;
     command.arg("tools/rust-fmi-importer/Cargo.toml");
     execute(command.env("FMU_DIR", fmus))
 }
 
-/// A cargo command that finds libclang. All share a build folder, since they build much the same.
+/// A cargo command that finds libclang. All share a build folder, since they build the same crates.
 fn cargo(workspace: &Workspace, arguments: &[&str]) -> Result<Command> {
     let mut command = workspace.cargo(arguments.iter().copied());
     command

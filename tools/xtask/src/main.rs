@@ -25,7 +25,6 @@ use cargo_fmu::pack::Platforms;
 use cargo_fmu::process::end;
 use cargo_fmu::workspace::Source;
 use clap::{Parser, Subcommand};
-use programs::handed_on;
 use workspace::Workspace;
 
 /// Build, pack, demonstrate, test and measure the FMU suite.
@@ -59,8 +58,8 @@ enum Command {
         #[arg(long, value_name = "PROFILE", default_value = workspace::FMU_PROFILE)]
         profile: String,
     },
-    /// What is handed out: FMUs that hold libraries for several platforms, systems, programs,
-    /// notices, checksums
+    /// The folder that is handed out: FMUs that hold libraries for several platforms, systems,
+    /// programs, notices, checksums
     Dist(dist::Options),
     /// The live machine: one HTML file that runs the coupled system in any browser
     Web(web::Options),
@@ -78,13 +77,13 @@ enum Command {
         #[arg(long)]
         nightly: bool,
     },
-    /// One table of what everything costs, beside other engines; or instruction counts against the
-    /// recorded ones
+    /// One table of costs, with other engines for comparison; or instruction counts, compared with
+    /// the recorded ones
     Bench(bench::Options),
     /// Mistreat the FMUs: random calls, sanitizers, valgrind, threads, fuzzing, long runs
     #[command(disable_help_flag = true)]
     Torture {
-        /// Those of the script; `--help` lists them
+        /// Options of the script; `--help` lists them
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         options: Vec<String>,
     },
@@ -106,19 +105,18 @@ fn main() -> ExitCode {
     end(run(Cli::parse().command))
 }
 
-/// Do what was asked for; the exit code of a program that was run, which may say more than that it
-/// failed.
+/// Carries out a command; the exit code is that of the program that it runs, if it runs one.
 fn run(command: Command) -> Result<ExitCode> {
     let workspace = &Workspace::find()?;
     let caller = std::env::current_dir()?;
     match command {
         Command::Cosim { arguments } => {
             let program = workspace.build_programs(&["cosim"])?;
-            return handed_on(&program, &arguments);
+            return programs::run(&program, &arguments);
         }
         Command::HdrmFmu { arguments } => {
-            let program = workspace.build_programs(&programs::beside(&arguments))?;
-            return handed_on(&program, &arguments);
+            let program = workspace.build_programs(&programs::with_started(&arguments))?;
+            return programs::run(&program, &arguments);
         }
         Command::Describe { check } => describe::run(workspace, check)?,
         Command::Pack {

@@ -1,4 +1,4 @@
-//! Packs the suite's FMUs, and the systems that are made of them.
+//! `cargo xtask pack`: packs the suite's FMUs, and the systems that are made of them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,53 +11,46 @@ use fmi_description::entries::{self, Entries};
 use crate::variants;
 use crate::workspace::{FMU_PROFILE, Workspace, profile};
 
-/// A system structure of the repository and the archive that it becomes.
+/// A system structure of the repository, and the archive that it is packed into.
 struct System {
     structure: &'static str,
     archive: &'static str,
-    /// Whether variants of the structure are packed beside it.
-    varied: bool,
-    /// Parameter sets that go with it without being bound.
-    sets: &'static [&'static str],
+    /// Whether variants of the structure are packed with it.
+    has_variants: bool,
 }
 
-/// The systems that are packed.
-const SYSTEMS: [System; 5] = [
-    System::new("system/SystemStructure.ssd", "Manipulator.ssp").varied(&[]),
-    System::new("system/Real.ssd", "Real.ssp").varied(&["resources/real_hiab_xs031.ssv"]),
-    System::new("system/Electric.ssd", "Electric.ssp").varied(&[]),
-    System::new("system/Testbed.ssd", "Testbed.ssp"),
-    System::new("system/RigTestbed.ssd", "RigTestbed.ssp"),
-];
-
-/// Packages of the FMUs that the first of them, the paper's, is made of.
-pub const PAPER: [&str; 3] = ["fmu-emla", "fmu-hdrm", "fmu-controller"];
-
 impl System {
-    const fn new(structure: &'static str, archive: &'static str) -> Self {
+    const fn new(structure: &'static str, archive: &'static str, has_variants: bool) -> Self {
         Self {
             structure,
             archive,
-            varied: false,
-            sets: &[],
+            has_variants,
         }
-    }
-
-    /// With variants, and with these sets beside them.
-    const fn varied(mut self, sets: &'static [&'static str]) -> Self {
-        (self.varied, self.sets) = (true, sets);
-        self
     }
 }
 
-/// Pack the suite's FMUs and its systems into `out`, for this machine; the FMUs, in the order of
-/// [`Workspace::suite`].
+/// The systems that are packed; the first is the paper's.
+const SYSTEMS: [System; 5] = [
+    System::new("system/SystemStructure.ssd", "Manipulator.ssp", true),
+    System::new("system/Real.ssd", "Real.ssp", true),
+    System::new("system/Electric.ssd", "Electric.ssp", true),
+    System::new("system/Testbed.ssd", "Testbed.ssp", false),
+    System::new("system/RigTestbed.ssd", "RigTestbed.ssp", false),
+];
+
+/// Parameter sets that are packed into an archive although its structure does not bind them.
+const UNBOUND_SETS: [(&str, &str); 1] = [("Real.ssp", "resources/real_hiab_xs031.ssv")];
+
+/// Packages of the FMUs in the paper's system.
+pub const PAPER: [&str; 3] = ["fmu-emla", "fmu-hdrm", "fmu-controller"];
+
+/// Packs the suite's FMUs and its systems into `out`, for this machine; returns the FMUs, in the
+/// order of [`Workspace::suite`].
 pub fn suite(workspace: &Workspace, out: &Path) -> Result<Vec<PathBuf>> {
     suite_with(workspace, &profile(FMU_PROFILE), &Platforms::default(), out)
 }
 
-/// The same with libraries that were built by other arguments of cargo, such as those for a
-/// profile, or for other platforms.
+/// The same with other arguments of cargo, such as another profile, or for other platforms.
 pub fn suite_with(
     workspace: &Workspace,
     arguments: &[String],
@@ -72,7 +65,7 @@ pub fn suite_with(
     Ok(packed)
 }
 
-/// Pack the paper's system into `out`, and the FMUs that it needs; these are [`PAPER`].
+/// Packs the paper's system and its FMUs, [`PAPER`], into `out`.
 pub fn paper_with(workspace: &Workspace, arguments: &[String], out: &Path) -> Result<()> {
     let sources = PAPER.map(|name| Source::Package(name.to_string()));
     let host = Platforms::default();
@@ -81,8 +74,7 @@ pub fn paper_with(workspace: &Workspace, arguments: &[String], out: &Path) -> Re
     pack_system(workspace, &packed, system, &out.join(system.archive))
 }
 
-/// Names of the files that [`suite`] writes; a folder may hold other FMUs beside them, such as
-/// those of the examples.
+/// Names of the files that [`suite`] writes; its folder may hold other FMUs, such as the examples.
 pub fn names(workspace: &Workspace) -> Result<Vec<String>> {
     let mut names: Vec<String> = SYSTEMS.iter().map(|s| s.archive.to_string()).collect();
     let descriptions = workspace.root.join("modelDescription");
@@ -96,7 +88,7 @@ pub fn names(workspace: &Workspace) -> Result<Vec<String>> {
     Ok(names)
 }
 
-/// Pack FMUs, built with a profile for this machine, into `out`; the files written.
+/// Packs FMUs, built with a profile for this machine, into `out`; returns the files.
 pub fn fmus(
     workspace: &Workspace,
     sources: &[Source],
@@ -107,14 +99,7 @@ pub fn fmus(
     cargo_fmu::pack::fmus(&workspace.cargo, sources, &profile, &host, out)
 }
 
-/// FMUs of FMI 2.0, and after them those of FMI 3.0, which are packed beside them, in the same
-/// order.
-pub fn both_versions(fmus: Vec<PathBuf>) -> Result<Vec<PathBuf>> {
-    let of_3 = cargo_fmu::pack::of_fmi3(&fmus)?;
-    Ok([fmus, of_3].concat())
-}
-
-/// An archive of a system structure with the FMUs it names and further parameter sets beside it.
+/// Packs a system structure with its variants and the files that it names.
 fn pack_system(
     workspace: &Workspace,
     packed: &[PathBuf],
@@ -124,12 +109,12 @@ fn pack_system(
     let file = workspace.root.join(system.structure);
     let text = fs::read_to_string(&file).with_context(|| file.display().to_string())?;
     let mut structures = Vec::new();
-    if system.varied {
-        structures = variants::of(&text).with_context(|| file.display().to_string())?;
+    if system.has_variants {
+        structures = variants::variants(&text).with_context(|| file.display().to_string())?;
     }
     structures.push(("SystemStructure.ssd".to_string(), text));
     let mut entries = Entries::new();
-    for set in system.sets {
+    for (_, set) in UNBOUND_SETS.iter().filter(|s| s.0 == system.archive) {
         let from = file.with_file_name(set);
         let bytes = fs::read(&from).with_context(|| from.display().to_string())?;
         entries.insert((*set).to_string(), bytes);
@@ -138,11 +123,11 @@ fn pack_system(
     write(path, &entries)
 }
 
-/// Pack into one archive, for a page, the structures of several systems and the FMUs that they
-/// name. A page has one of them run at a time.
+/// Packs into one archive, for the live page, the structures of several systems and the FMUs that
+/// they name. The page runs one of them at a time.
 pub fn worlds(workspace: &Workspace, packed: &[PathBuf], path: &Path) -> Result<()> {
     let mut entries = Entries::new();
-    for system in SYSTEMS.iter().filter(|system| system.varied) {
+    for system in SYSTEMS.iter().filter(|system| system.has_variants) {
         let file = workspace.root.join(system.structure);
         let text = fs::read_to_string(&file).with_context(|| file.display().to_string())?;
         let name = file.file_name().unwrap_or_default().to_string_lossy();
@@ -157,8 +142,8 @@ fn write(path: &Path, entries: &Entries) -> Result<()> {
     Ok(())
 }
 
-/// Structures by name, and what they name: FMUs that have just been packed, else files beside
-/// `file`.
+/// Structures by name, with the files that they name: FMUs that have just been packed, else files
+/// in the folder of `file`.
 fn with_sources(
     packed: &[PathBuf],
     file: &Path,

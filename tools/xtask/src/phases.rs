@@ -1,4 +1,4 @@
-//! Phases of a long command: each is announced, timed, and listed in a table at the end.
+//! The phases of a long command: each is announced, timed, and listed in a table at the end.
 
 use std::sync::{Mutex, PoisonError};
 use std::thread;
@@ -6,24 +6,22 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow};
 
-/// The phases so far.
 pub struct Phases {
     start: Instant,
     /// Name, begin and end since the start, s.
     times: Mutex<Vec<(String, f64, f64)>>,
 }
 
-impl Default for Phases {
-    fn default() -> Self {
+impl Phases {
+    /// No phases yet; time starts now.
+    pub fn start() -> Self {
         Self {
             start: Instant::now(),
             times: Mutex::default(),
         }
     }
-}
 
-impl Phases {
-    /// Run one phase; its error names it.
+    /// Runs one phase; its error names it.
     pub fn run<T>(&self, name: &str, phase: impl FnOnce() -> Result<T>) -> Result<T> {
         println!("==> {name}");
         let begin = self.start.elapsed().as_secs_f64();
@@ -34,8 +32,8 @@ impl Phases {
         result
     }
 
-    /// Run two sequences of phases at the same time: what one leaves of the processor, the other
-    /// uses. Both end before an error is returned.
+    /// Runs two sequences of phases at the same time, so that they share the processor's cores.
+    /// Both end before an error is returned.
     pub fn both<A: Send, B>(
         &self,
         first: impl FnOnce() -> Result<A> + Send,
@@ -49,8 +47,8 @@ impl Phases {
         })
     }
 
-    /// What each phase took, when it began and ended, and which ran side by side with the one
-    /// before: their times do not add up.
+    /// The table of each phase's duration, begin and end. Phases that overlapped with an earlier
+    /// one are marked, since their durations do not add up.
     pub fn table(&self) -> String {
         let times = self.times.lock().unwrap_or_else(PoisonError::into_inner);
         let mut times = times.clone();
@@ -58,13 +56,9 @@ impl Phases {
         let mut text = format!("{:<40}{:>9}{:>9}{:>9}\n", "phase, s", "took", "from", "to");
         let mut ended = 0.0;
         for (name, begin, end) in &times {
-            let beside = if *begin < ended {
-                "  beside others"
-            } else {
-                ""
-            };
+            let mark = if *begin < ended { "  in parallel" } else { "" };
             let took = end - begin;
-            text += &format!("{name:<40}{took:>9.1}{begin:>9.1}{end:>9.1}{beside}\n");
+            text += &format!("{name:<40}{took:>9.1}{begin:>9.1}{end:>9.1}{mark}\n");
             ended = end.max(ended);
         }
         let all = self.start.elapsed().as_secs_f64();
@@ -85,7 +79,7 @@ mod tests {
 
     #[test]
     fn a_phase_that_fails_is_named_and_listed() {
-        let phases = Phases::default();
+        let phases = Phases::start();
         assert_eq!(phases.run("first", || Ok(7)).unwrap(), 7);
         let error = phases.run("second", || -> Result<()> { bail!("broken") });
         assert_eq!(
@@ -97,7 +91,7 @@ mod tests {
 
     #[test]
     fn of_two_at_a_time_both_end() {
-        let phases = Phases::default();
+        let phases = Phases::start();
         let (a, b) = phases
             .both(|| phases.run("a", || Ok(1)), || phases.run("b", || Ok(2)))
             .unwrap();
@@ -111,14 +105,14 @@ mod tests {
     #[test]
     fn what_ran_side_by_side_is_said() {
         let times = [("b", 1.0, 3.0), ("a", 0.0, 2.0), ("c", 3.0, 4.0)];
-        let phases = Phases::default();
+        let phases = Phases::start();
         *phases.times.lock().unwrap() =
             times.map(|(name, from, to)| (name.into(), from, to)).into();
         let table = phases.table();
-        let beside = table.lines().filter(|line| line.ends_with("beside others"));
-        let beside: Vec<_> = beside.map(|line| &line[..1]).collect();
+        let marked = table.lines().filter(|line| line.ends_with("in parallel"));
+        let marked: Vec<_> = marked.map(|line| &line[..1]).collect();
         assert_eq!(
-            (names(&phases), beside),
+            (names(&phases), marked),
             (["a", "b", "c", "all"].map(String::from).into(), vec!["b"])
         );
     }

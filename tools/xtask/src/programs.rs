@@ -1,4 +1,5 @@
-//! Programs that `cargo xtask` builds and runs with the arguments it was given.
+//! Programs that `cargo xtask` runs with its own arguments: `cosim`, `hdrm-fmu` with the programs
+//! that this starts, and the script of the robustness checks.
 
 use std::ffi::OsStr;
 use std::path::Path;
@@ -9,7 +10,7 @@ use cargo_fmu::process::execute;
 
 use crate::workspace::Workspace;
 
-/// Words on the command line of `hdrm-fmu` by which it starts a program beside it.
+/// Programs that `hdrm-fmu` starts, and the words on its command line with which it does.
 const STARTED: [(&str, &[&str]); 2] = [
     (
         "hdrm-fmu-report",
@@ -18,8 +19,8 @@ const STARTED: [(&str, &[&str]); 2] = [
     ("hdrm-fmu-surrogate", &["train", "surrogate"]),
 ];
 
-/// `hdrm-fmu`, and what it may start with these arguments.
-pub fn beside(arguments: &[String]) -> Vec<&'static str> {
+/// `hdrm-fmu`, and the programs that it may start with these arguments.
+pub fn with_started(arguments: &[String]) -> Vec<&'static str> {
     let words = |all: &[&str]| {
         let mut words = arguments.iter().filter_map(|a| a.split('=').next());
         words.any(|word| all.contains(&word))
@@ -29,17 +30,17 @@ pub fn beside(arguments: &[String]) -> Vec<&'static str> {
     ["hdrm-fmu"].into_iter().chain(started).collect()
 }
 
-/// Run a program in the caller's folder, so that paths are as the shell means them; its exit code.
-pub fn handed_on(program: &Path, arguments: &[impl AsRef<OsStr>]) -> Result<ExitCode> {
+/// Runs a program in the caller's folder, so that relative paths start there; its exit code.
+pub fn run(program: &Path, arguments: &[impl AsRef<OsStr>]) -> Result<ExitCode> {
     let status = Command::new(program).args(arguments).status();
     let status = status.with_context(|| format!("`{}` cannot be started", program.display()))?;
     let code = status.code().and_then(|code| u8::try_from(code).ok());
-    // 1 too where a signal ended it.
+    // A program that a signal ended has no code.
     Ok(ExitCode::from(code.unwrap_or(1)))
 }
 
-/// Robustness, by the script `tests/robustness.py`: random calls, sanitizers, valgrind, threads,
-/// fuzzing and long runs on the FMUs, as its options say.
+/// Runs the script `tests/robustness.py`: random calls, sanitizers, valgrind, threads, fuzzing and
+/// long runs of the FMUs.
 pub fn torture(workspace: &Workspace, options: &[String]) -> Result<()> {
     let mut script = workspace.command("python3");
     execute(script.arg("tests/robustness.py").args(options))
@@ -51,15 +52,16 @@ mod tests {
 
     #[test]
     fn what_the_arguments_start_is_built() {
-        let beside = |line: &str| super::beside(&Vec::from_iter(line.split(' ').map(String::from)));
-        assert_eq!(beside("table --world real"), ["hdrm-fmu"]);
-        assert_eq!(beside("help report"), ["hdrm-fmu", "hdrm-fmu-report"]);
+        let started =
+            |line: &str| super::with_started(&Vec::from_iter(line.split(' ').map(String::from)));
+        assert_eq!(started("table --world real"), ["hdrm-fmu"]);
+        assert_eq!(started("help report"), ["hdrm-fmu", "hdrm-fmu-report"]);
         assert_eq!(
-            beside("sizing --figures=x"),
+            started("sizing --figures=x"),
             ["hdrm-fmu", "hdrm-fmu-report"]
         );
         assert_eq!(
-            beside("surrogate compare"),
+            started("surrogate compare"),
             ["hdrm-fmu", "hdrm-fmu-surrogate"]
         );
     }
@@ -69,7 +71,7 @@ mod tests {
     #[test]
     fn exit_codes_are_handed_on() {
         for code in ["0", "1", "2"] {
-            let ended = handed_on(Path::new("sh"), &["-c", &format!("exit {code}")]).unwrap();
+            let ended = run(Path::new("sh"), &["-c", &format!("exit {code}")]).unwrap();
             let expected = ExitCode::from(code.parse::<u8>().unwrap());
             assert_eq!(format!("{ended:?}"), format!("{expected:?}"));
         }

@@ -1,4 +1,5 @@
-//! The repository's own Python environment in `.venv`: what builds and tests need.
+//! Python environments with the packages that builds and tests need: the repository's own in
+//! `.venv`, and others.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,35 +16,28 @@ pub struct Python {
 }
 
 impl Python {
-    /// The environment in `.venv`, made where it is missing.
+    /// The environment in `.venv`, made if it is missing.
     pub fn provide(workspace: &Workspace) -> Result<Self> {
         Self::at(workspace, workspace.root.join(".venv"))
     }
 
-    /// The environment in a folder, made where it is missing.
+    /// The environment in a folder, made if it is missing.
     pub fn at(workspace: &Workspace, dir: PathBuf) -> Result<Self> {
         let python = Self { dir };
         if !python.program().is_file() {
             println!("making the Python environment {}", python.dir.display());
             let host = if cfg!(windows) { "python" } else { "python3" };
-            execute(
-                workspace
-                    .command(host)
-                    .args(["-m", "venv"])
-                    .arg(&python.dir),
-            )
-            .context("is Python 3 with its venv module installed?")?;
+            let mut venv = workspace.command(host);
+            execute(venv.args(["-m", "venv"]).arg(&python.dir))
+                .context("is Python 3 with its venv module installed?")?;
         }
         Ok(python)
     }
 
     /// Its interpreter.
     pub fn program(&self) -> PathBuf {
-        self.dir.join(if cfg!(windows) {
-            "Scripts/python.exe"
-        } else {
-            "bin/python"
-        })
+        let windows = cfg!(windows).then_some("Scripts/python.exe");
+        self.dir.join(windows.unwrap_or("bin/python"))
     }
 
     /// The linker for Linux and macOS, installed here.
@@ -53,15 +47,15 @@ impl Python {
         Ok(Tools(folder.into_iter().collect()))
     }
 
-    /// Install the pinned requirements of a file of the repository, as [`Python::install`].
+    /// Installs the pinned requirements of a file of the repository, as [`Python::install`] does.
     pub fn install_file(&self, workspace: &Workspace, name: &str, file: &str) -> Result<()> {
         let file = workspace.root.join(file);
         let text = fs::read_to_string(&file).with_context(|| file.display().to_string())?;
         self.install(workspace, name, &text)
     }
 
-    /// Install pinned requirements (text of a requirements file), unless just these are installed
-    /// under `name`.
+    /// Installs pinned requirements (the text of a requirements file), unless the same text has
+    /// been installed as `name` before.
     pub fn install(&self, workspace: &Workspace, name: &str, requirements: &str) -> Result<()> {
         let stamp = self.dir.join(format!("{name}.installed.txt"));
         if fs::read_to_string(&stamp).is_ok_and(|installed| installed == requirements) {
@@ -70,15 +64,10 @@ impl Python {
         println!("installing {name} into {}", self.dir.display());
         let file = self.dir.join(format!("{name}.txt"));
         fs::write(&file, requirements)?;
-        let pip = [
-            "-m",
-            "pip",
-            "install",
-            "--quiet",
-            "--disable-pip-version-check",
-            "--requirement",
-        ];
-        execute(workspace.command(self.program()).args(pip).arg(&file))?;
+        let mut pip = workspace.command(self.program());
+        pip.args(["-m", "pip", "install", "--quiet"]);
+        pip.args(["--disable-pip-version-check", "--requirement"]);
+        execute(pip.arg(&file))?;
         fs::write(&stamp, requirements).with_context(|| stamp.display().to_string())
     }
 }

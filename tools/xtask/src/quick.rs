@@ -1,5 +1,5 @@
-//! `cargo xtask quick`: format, clippy and the tests of one product, for the minutes between two
-//! edits. What it leaves out, `cargo xtask test` does.
+//! `cargo xtask quick`: format, clippy and the tests of one product, for a check between two edits.
+//! `cargo xtask test` runs the rest.
 
 use anyhow::Result;
 use cargo_fmu::process::{execute, output};
@@ -10,12 +10,12 @@ use crate::phases::Phases;
 use crate::test::{cargo, python};
 use crate::workspace::Workspace;
 
-/// A part of the repository that is worked on by itself.
+/// A part of the repository that is developed by itself.
 struct Product {
     name: &'static str,
-    /// How the paths of its files begin.
+    /// Prefixes of its files' paths.
     paths: &'static [&'static str],
-    /// Its tests from outside, `tests/test_*.py`, as far as they take seconds.
+    /// Its Python tests, `tests/test_*.py`, that take only seconds.
     outside: &'static str,
 }
 
@@ -29,7 +29,7 @@ impl Product {
     }
 }
 
-/// A file belongs to the first product that its path begins like.
+/// A file belongs to the first product that has a prefix of its path.
 const PRODUCTS: [Product; 7] = [
     Product::new("fmi", &["fmi/"], "alone description"),
     Product::new("kit", &["kit/"], "c_types description fmi3 misuse"),
@@ -52,7 +52,6 @@ const SHELLS: [&str; 6] = [
     "system/",
 ];
 
-/// Options of `cargo xtask quick`.
 #[derive(Args)]
 pub struct Options {
     /// Product to check, repeatable [default: those with files that differ from the main branch]
@@ -60,7 +59,7 @@ pub struct Options {
     products: Vec<String>,
 }
 
-/// Check the products that are named, else those that have changed.
+/// Checks the named products; without names, those that have changed.
 pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     let names = match options.products.is_empty() {
         true => changed(workspace)?,
@@ -72,7 +71,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
         "{}",
         Vec::from_iter(products.iter().map(|p| p.name)).join(", ")
     );
-    let phases = Phases::default();
+    let phases = Phases::start();
     let result = check(workspace, &phases, &products);
     print!("\n{}", phases.table());
     result
@@ -115,7 +114,7 @@ fn product(path: &str) -> &'static str {
     found.map_or("", |product| product.name)
 }
 
-/// Products with files that differ from where the branch left the main branch.
+/// Products with files that have changed since the branch left the main branch.
 fn changed(workspace: &Workspace) -> Result<Vec<String>> {
     let git = |words: &[&str]| output(workspace.command("git").args(words));
     let main = [
@@ -134,7 +133,7 @@ fn changed(workspace: &Workspace) -> Result<Vec<String>> {
     Ok(paths.map(|path| product(path).to_string()).collect())
 }
 
-/// The tests from outside, on the FMUs that are there.
+/// Runs the Python tests, on the FMUs that were packed last.
 fn pytest(workspace: &Workspace, products: &[&Product]) -> Result<()> {
     let fmus = workspace.fmu_dir();
     let is_packed = fmus.join("Hdrm.fmu").is_file();

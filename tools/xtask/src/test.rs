@@ -1,4 +1,4 @@
-//! Everything that CI checks, in one run.
+//! `cargo xtask test`: everything that CI checks, in one run.
 
 use std::path::PathBuf;
 
@@ -15,9 +15,9 @@ use crate::python::Python;
 use crate::workspace::{Workspace, is_ci};
 use crate::{describe, dist, importers, pack, web, wheel};
 
-/// Run all checks, the nightly ones too if asked for; the first that fails ends it.
+/// Runs all checks, with `nightly` also the long ones; the first that fails ends the run.
 pub fn run(workspace: &Workspace, nightly: bool) -> Result<()> {
-    let phases = Phases::default();
+    let phases = Phases::start();
     let result = checks(workspace, &phases, nightly);
     print!("\n{}", phases.table());
     result?;
@@ -32,7 +32,7 @@ fn checks(workspace: &Workspace, phases: &Phases, nightly: bool) -> Result<()> {
             cargo(workspace, &format!("{TESTS} --no-run"), &[])
         })
     };
-    // What is fetched from servers waits for them.
+    // Downloads mostly wait for servers.
     let install = || {
         let lacking = phases.run("install", || {
             python(workspace)?;
@@ -47,7 +47,7 @@ fn checks(workspace: &Workspace, phases: &Phases, nightly: bool) -> Result<()> {
         Ok((lacking, Some(fmi_sim)))
     };
     let ((), (lacking, fmi_sim)) = phases.both(build, install)?;
-    // What tests and linkers leave of the processor, compilers use.
+    // Compilers use the cores that tests and linkers leave idle.
     let inputs = || test_inputs(workspace, phases, &lacking, nightly);
     let (inputs, ()) = phases.both(inputs, || rust_checks(workspace, phases))?;
     let TestInputs { handed_out, fmus } = inputs;
@@ -81,7 +81,7 @@ fn checks(workspace: &Workspace, phases: &Phases, nightly: bool) -> Result<()> {
 /// are compiled once.
 const TESTS: &str = "test --release --workspace --locked";
 
-/// Programs that the tests from outside run.
+/// Programs that the Python tests run.
 const PROGRAMS: [&str; 6] = [
     "cosim",
     "hdrm-fmu",
@@ -91,16 +91,15 @@ const PROGRAMS: [&str; 6] = [
     "torture",
 ];
 
-/// What the runs need.
+/// What is tested.
 struct TestInputs {
-    /// Nothing where it cannot be built.
+    /// The folder that is handed out; none where it cannot be built.
     handed_out: Option<dist::Handout>,
-    /// The FMUs that are tested, of FMI 2.0: those that are handed out, else those for this
-    /// machine.
+    /// The FMUs of FMI 2.0: those that are handed out, else those for this machine.
     fmus: Vec<PathBuf>,
 }
 
-/// A cargo command by its words, with more environment variables.
+/// Runs cargo with arguments separated by spaces, and with more environment variables.
 pub fn cargo(workspace: &Workspace, arguments: &str, more: &[(&str, &str)]) -> Result<()> {
     let mut command = workspace.cargo(arguments.split(' '));
     execute(command.envs(more.iter().copied()))
@@ -119,7 +118,7 @@ fn rust_checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
     })
 }
 
-/// Everything that is compiled before the runs share the processor.
+/// Builds all that the tests need besides the Rust tests.
 fn test_inputs(
     workspace: &Workspace,
     phases: &Phases,
@@ -154,7 +153,7 @@ fn test_inputs(
     Ok(TestInputs { handed_out, fmus })
 }
 
-/// A check that cannot be made here: named on a developer's machine, a failure in CI.
+/// Reports a check that cannot be made here; in CI that is an error.
 fn skipped(why: &str) -> Result<()> {
     if is_ci() {
         bail!("{why}; in CI nothing may be skipped");
@@ -163,14 +162,14 @@ fn skipped(why: &str) -> Result<()> {
     Ok(())
 }
 
-/// The environment of the tests, with what they need.
+/// The Python environment of the tests, with their packages.
 pub fn python(workspace: &Workspace) -> Result<Python> {
     let python = Python::provide(workspace)?;
     python.install_file(workspace, "tests", "tests/requirements.txt")?;
     Ok(python)
 }
 
-/// Pack the crates that are published, and build them from their packages.
+/// Packs the crates that are published, and builds them from their packages.
 fn packages(workspace: &Workspace) -> Result<()> {
     let all = workspace.cargo.packages.iter();
     let names = all.filter(|p| p.is_published()).map(|p| p.name.as_str());
@@ -178,26 +177,19 @@ fn packages(workspace: &Workspace) -> Result<()> {
     execute(workspace.cargo(["package", "--locked"]).args(named))
 }
 
-/// The tests from outside; with fmi-sim, those that take minutes too.
+/// Runs the Python tests; with fmi-sim, also those that take minutes.
 fn pytest(workspace: &Workspace, fmi_sim: Option<PathBuf>) -> Result<()> {
     let python = python(workspace)?;
     let mut command = workspace.command(python.program());
-    execute(
-        command
-            // Two processes, as CI has two cores; tests of one file share what they build. One that
-            // crashes ends the run: what would take its place waits for ever (pytest-xdist 3.8 with
-            // `loadfile`).
-            .args(["-m", "pytest", "tests", "-n", "2", "--dist", "loadfile"])
-            .args(["--max-worker-restart", "0", "--durations", "15"])
-            .env("FMU_DIR", workspace.fmu_dir())
-            .envs(is_ci().then_some(("REPORT_BROWSER", "required")))
-            .args(
-                fmi_sim
-                    .is_some()
-                    .then_some(["-m", ""])
-                    .into_iter()
-                    .flatten(),
-            )
-            .envs(fmi_sim.map(|program| ("FMI_SIM", program))),
-    )
+    // Two processes, as CI has two cores; tests of one file share what they build. A process that
+    // crashes ends the run, because its replacement would wait for ever (pytest-xdist 3.8 with
+    // `loadfile`).
+    command.args(["-m", "pytest", "tests", "-n", "2", "--dist", "loadfile"]);
+    command.args(["--max-worker-restart", "0", "--durations", "15"]);
+    command.env("FMU_DIR", workspace.fmu_dir());
+    command.envs(is_ci().then_some(("REPORT_BROWSER", "required")));
+    if let Some(program) = fmi_sim {
+        command.args(["-m", ""]).env("FMI_SIM", program);
+    }
+    execute(&mut command)
 }

@@ -1,16 +1,15 @@
-//! Variants of a packed system: its one structure with parameter values bound, made while packing,
-//! so that the wiring is written once. What is changed is found in the structure's tree; all else
-//! stays as it is written.
+//! Makes the variants of a system structure that are packed with it: the same structure with
+//! parameter sets bound, so that the wiring is written once. Changes are located in the structure's
+//! tree; the rest of its text stays as it is.
 
 use std::ops::Range;
 
 use anyhow::{Context, Result, ensure};
 use fmi_description::xml::Element;
 
-/// Trajectories and when their motion ends, s (`tests/test_parameter_sets.py` compares with what
-/// the controller says).
+/// Trajectories and the times at which their motion ends, s (`tests/test_parameter_sets.py`
+/// compares them with the controller's).
 const TRAJECTORIES: [(&str, &str); 2] = [("cubic", "24.25"), ("triangular", "13.75")];
-/// Controllers.
 const MODES: [&str; 3] = ["adaptive", "modular", "pd"];
 
 /// Bindings of the controller, and of the whole system, which only one system has.
@@ -24,23 +23,24 @@ const SET: &str = "ParameterBindings ParameterBinding ParameterValues ParameterS
 /// values once a step; for components that have `alpha`, in systems whose sensors have no delay.
 const DELAY: &str = r#"<ssv:Parameter name="delay"><ssv:Integer value="1"/></ssv:Parameter>"#;
 
-/// What only systems fed by a battery hold; they have a variant with the actuators as built.
+/// The component of systems fed by a battery, which have a variant with the actuators as built.
 const BATTERY: &str = "System Elements Component@resources/DcLink.fmu";
 
-/// What the path has the end-effector carry, from the controller to the manipulator, with units.
-/// The structures have no wires for it, so that a plant which knows of no loads fits in.
+/// The load at the end-effector, which the path gives: outputs of the controller that are inputs of
+/// the manipulator, with units. The structures do not connect it, so that they accept a plant
+/// without these inputs.
 const LOAD: [(&str, &str); 4] = [
     ("load.mass", "kg"),
     ("load.com[1]", "m"),
     ("load.com[2]", "m"),
     ("load.com[3]", "m"),
 ];
-/// The load's unit that no structure has without it.
+/// The unit that only the load needs.
 const KILOGRAM: &str = r#"<ssc:Unit name="kg"><ssc:BaseUnit kg="1"/></ssc:Unit>"#;
 
-/// File names and texts of the variants of a structure. Each has a name of its own, because
-/// importers keep the structures of one package apart by name.
-pub fn of(structure: &str) -> Result<Vec<(String, String)>> {
+/// File names and texts of the variants of a structure. Each has its own name in its text, because
+/// importers tell the structures of one package apart by name.
+pub fn variants(structure: &str) -> Result<Vec<(String, String)>> {
     let root = Element::parse(structure, "structure", "SystemStructureDescription")?;
     let original = Variant {
         text: structure,
@@ -75,7 +75,7 @@ pub fn of(structure: &str) -> Result<Vec<(String, String)>> {
     }
     made.push(standard.named("standard")?);
     if original.find(BATTERY).is_ok() {
-        // `Rig` has the connectors and values of `Emla`, but knows nothing of the network.
+        // `Rig` has the connectors and values of `Emla`, except those of the network.
         let mut as_built = original;
         let actuator = format!("{COMPONENT}@resources/Emla.fmu");
         as_built.set(&actuator, "source", "resources/Rig.fmu")?;
@@ -87,10 +87,10 @@ pub fn of(structure: &str) -> Result<Vec<(String, String)>> {
     Ok(made)
 }
 
-/// A structure and what is changed in it: parts of its text, and what stands there instead.
+/// A structure with changes: parts of its text, and what replaces them.
 ///
-/// Places are paths of tags from the outermost element, which is the empty path; `tag@text` is an
-/// element with that name or source.
+/// A place is a path of tags from the outermost element, which is the empty path; `tag@text` is an
+/// element with this name or source.
 #[derive(Clone)]
 struct Variant<'a> {
     text: &'a str,
@@ -99,7 +99,7 @@ struct Variant<'a> {
 }
 
 impl<'a> Variant<'a> {
-    /// The elements at a place; there must be one.
+    /// The elements at a place, at least one.
     fn find(&self, place: &str) -> Result<Vec<&'a Element>> {
         let mut found = vec![self.root];
         for step in place.split_whitespace() {
@@ -116,13 +116,13 @@ impl<'a> Variant<'a> {
         Ok(found)
     }
 
-    /// A line break and what stands before an element on its line.
+    /// The line break before an element, and the indentation of its line.
     fn indentation(&self, element: &Element) -> &'a str {
         let before = &self.text[..element.range.start];
         &before[before.rfind('\n').unwrap_or(0)..]
     }
 
-    /// Insert XML before each element of a place, on a line of its own.
+    /// Inserts XML before each element of a place, on its own line.
     fn insert_before(&mut self, place: &str, xml: &str) -> Result<()> {
         for element in self.find(place)? {
             let (start, xml) = (
@@ -134,7 +134,7 @@ impl<'a> Variant<'a> {
         Ok(())
     }
 
-    /// Insert XML after the last element of a place, on a line of its own.
+    /// Inserts XML after the last element of a place, on its own line.
     fn insert_after(&mut self, place: &str, xml: &str) -> Result<()> {
         let last = self.find(place)?.pop().context("there is one")?;
         let (end, xml) = (last.range.end, format!("{}{xml}", self.indentation(last)));
@@ -142,7 +142,7 @@ impl<'a> Variant<'a> {
         Ok(())
     }
 
-    /// Remove the elements of a place with their lines.
+    /// Removes the elements of a place with their lines.
     fn remove(&mut self, place: &str) -> Result<()> {
         for element in self.find(place)? {
             let start = element.range.start - self.indentation(element).len();
@@ -151,7 +151,7 @@ impl<'a> Variant<'a> {
         Ok(())
     }
 
-    /// Give an attribute of the elements of a place another value.
+    /// Changes the value of an attribute of the elements of a place.
     fn set(&mut self, place: &str, attribute: &str, value: &str) -> Result<()> {
         let written = |value: &str| format!(" {attribute}=\"{value}\"");
         for element in self.find(place)? {
@@ -165,13 +165,13 @@ impl<'a> Variant<'a> {
         Ok(())
     }
 
-    /// Bind a parameter set of the resources after those that are bound.
+    /// Binds a parameter set of the resources after those that are bound already.
     fn bind(&mut self, place: &str, set: &str) -> Result<()> {
         let binding = format!(r#"<ssd:ParameterBinding source="resources/{set}.ssv"/>"#);
         self.insert_after(place, &binding)
     }
 
-    /// With wires for the loads of a path.
+    /// Connects the load that the path gives.
     fn with_loads(mut self) -> Result<Self> {
         for (name, unit) in LOAD {
             for (component, kind) in [("controller", "output"), ("hdrm", "input")] {
@@ -189,7 +189,7 @@ impl<'a> Variant<'a> {
         Ok(self)
     }
 
-    /// File name and text of the variant of this name.
+    /// File name and text of the variant, under this name.
     fn named(mut self, name: &str) -> Result<(String, String)> {
         let whole = format!("{}_{name}", self.root.required("name")?);
         self.set("", "name", &whole)?;
@@ -211,7 +211,7 @@ mod tests {
 
     #[test]
     fn variants_differ_from_the_structure_in_name_two_bindings_and_stop_time() {
-        let mut variants = of(STRUCTURE).unwrap();
+        let mut variants = super::variants(STRUCTURE).unwrap();
         assert_eq!(variants.len(), 8);
         let (name, standard) = variants.pop().unwrap();
         assert_eq!(name, "standard.ssd");
@@ -240,7 +240,7 @@ mod tests {
 
     #[test]
     fn the_machine_as_built_has_the_same_variants_under_its_own_name() {
-        let variants = of(REAL).unwrap();
+        let variants = super::variants(REAL).unwrap();
         assert_eq!(variants.len(), 9);
         for (name, text) in variants {
             let variant = name.strip_suffix(".ssd").unwrap();
@@ -254,7 +254,7 @@ mod tests {
     #[test]
     fn a_machine_that_a_battery_feeds_has_a_variant_as_built() {
         const ELECTRIC: &str = include_str!("../../../system/Electric.ssd");
-        let variants = of(ELECTRIC).unwrap();
+        let variants = super::variants(ELECTRIC).unwrap();
         let (_, text) = variants.iter().find(|(n, _)| n == "as_built.ssd").unwrap();
         assert_eq!(text.matches("resources/Rig.fmu").count(), 3);
         assert!(!text.contains("Emla.fmu") && text.contains(r#"name="Electric_as_built">"#));
@@ -262,7 +262,7 @@ mod tests {
         // Two lines of each actuator less, a binding more.
         assert_eq!(ELECTRIC.lines().count() - text.lines().count(), 5);
         assert!(
-            of(STRUCTURE)
+            super::variants(STRUCTURE)
                 .unwrap()
                 .iter()
                 .all(|(n, _)| n != "as_built.ssd")
@@ -272,13 +272,18 @@ mod tests {
     #[test]
     fn a_structure_with_another_stop_time_or_without_a_controller_is_refused() {
         let other = STRUCTURE.replace("24.25", "20");
-        assert!(of(&other).unwrap_err().to_string().contains("24.25 s"));
+        assert!(
+            variants(&other)
+                .unwrap_err()
+                .to_string()
+                .contains("24.25 s")
+        );
         let other = STRUCTURE.replace(
             r#"<ssd:Component name="controller""#,
             r#"<ssd:Component name="law""#,
         );
         assert!(
-            of(&other)
+            super::variants(&other)
                 .unwrap_err()
                 .to_string()
                 .contains("Component@controller")

@@ -1,4 +1,5 @@
-//! `cargo xtask web`: the live machine in one HTML file.
+//! `cargo xtask web`: makes the live machine, one HTML file that runs the coupled system in a
+//! browser.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,7 +18,6 @@ use crate::{pack, programs};
 /// File name of the master's module, which every page carries.
 pub const ENGINE: &str = "cosim_page.wasm";
 
-/// Options of `cargo xtask web`.
 #[derive(Args)]
 pub struct Options {
     /// Cargo profile of the WebAssembly; `fmu-fast` builds faster, runs slower
@@ -28,22 +28,19 @@ pub struct Options {
     out: Option<PathBuf>,
 }
 
-/// Make the page. What describes the FMUs is asked of libraries that are built the fast way.
+/// Makes the page of FMUs that are packed for it. Their libraries, which only describe them here,
+/// are built the fast way.
 pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()> {
     let folder = workspace.target.join("web");
     let out = options.out.as_ref().map(|out| caller.join(out));
     let out = out.unwrap_or_else(|| folder.join("machine.html"));
-    let packed = pack::suite_with(
-        workspace,
-        &profile("release"),
-        &Platforms::default(),
-        &folder,
-    )?;
+    let (release, host) = (profile("release"), Platforms::default());
+    let packed = pack::suite_with(workspace, &release, &host, &folder)?;
     make(workspace, &of_fmi3(&packed)?, &options.profile, &out)
 }
 
-/// Make the page of these FMUs of FMI 3.0, in the order of [`Workspace::suite`], which get
-/// WebAssembly.
+/// Adds WebAssembly to these FMUs of FMI 3.0, in the order of [`Workspace::suite`], and makes their
+/// page.
 pub fn make(workspace: &Workspace, fmus: &[PathBuf], profile: &str, out: &Path) -> Result<()> {
     add_wasm(workspace, fmus, profile)?;
     let folder = out.parent().context("the page lies in a folder")?;
@@ -53,22 +50,18 @@ pub fn make(workspace: &Workspace, fmus: &[PathBuf], profile: &str, out: &Path) 
     let (system, scene) = (scratch.join("machine.ssp"), scratch.join("scene.json"));
     pack::worlds(workspace, fmus, &system)?;
     let drawn = ["machine", "scene", "--out"].map(String::from);
-    let hdrm_fmu = workspace.build_programs(&programs::beside(&drawn))?;
+    let hdrm_fmu = workspace.build_programs(&programs::with_started(&drawn))?;
     execute(workspace.command(hdrm_fmu).args(&drawn).arg(&scene))?;
     let mut page = cargo_fmu(workspace)?;
     page.arg("web").arg(&system).arg("--out").arg(out);
-    page.args([
-        "--page",
-        "studies/machine-page/machine.html",
-        "--profile",
-        profile,
-    ]);
+    page.args(["--page", "studies/machine-page/machine.html"]);
+    page.args(["--profile", profile]);
     page.arg("--data").arg(format!("scene={}", scene.display()));
     execute(&mut page)
 }
 
-/// Copies of these FMUs with WebAssembly, in `wasm/` of the target directory, and the page of them:
-/// built as those that are handed out, but linked fast.
+/// Copies these FMUs to `wasm/` of the target directory, adds WebAssembly to the copies, and makes
+/// their page: built as those that are handed out, but linked fast.
 pub fn for_tests(workspace: &Workspace, fmus: &[PathBuf]) -> Result<()> {
     let folder = workspace.target.join("wasm");
     fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
@@ -82,13 +75,13 @@ pub fn for_tests(workspace: &Workspace, fmus: &[PathBuf]) -> Result<()> {
     make(workspace, &copies, "fmu-fast", &page)
 }
 
-/// Where [`make`] has built the master's module.
+/// The file of the master's module, which [`make`] builds.
 pub fn engine(workspace: &Workspace, profile: &str) -> PathBuf {
     let folder = workspace.target.join(target::WASM.triple);
     folder.join(profile).join(ENGINE)
 }
 
-/// Add WebAssembly to the FMUs of FMI 3.0 of the suite, in its order.
+/// Adds WebAssembly to the FMUs of FMI 3.0 of the suite, in its order.
 fn add_wasm(workspace: &Workspace, fmus: &[PathBuf], profile: &str) -> Result<()> {
     let mut command = cargo_fmu(workspace)?;
     command.args(["add-wasm", "--profile", profile]);

@@ -1,4 +1,4 @@
-//! `cargo xtask wheel`: the Python package `hdrm_fmu` as a wheel, with the packed FMUs inside.
+//! `cargo xtask wheel`: makes a wheel of the Python package `hdrm_fmu` with the packed FMUs.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,28 +17,26 @@ use crate::python::Python;
 use crate::workspace::{FMU_PROFILE, Workspace, profile};
 use crate::{dist, pack};
 
-/// What compiles the native module and writes the wheel.
+/// The program that compiles the native module and writes the wheel.
 const MATURIN: &str = "maturin==1.16.0\n";
 /// Environment variable with the program that the package's runs are compared with.
 const PROGRAM: &str = "HDRM_FMU";
-/// What the notices of the crates in a module for this machine are collected for.
+/// The target whose crates' notices go into a wheel for this machine.
 const LINUX: &str = "x86_64-unknown-linux-gnu";
-/// Platforms that wheels for other machines are made for; their FMUs hold libraries for all of
-/// these.
+/// Platforms of wheels for other machines; the FMUs in each hold libraries for all of these.
 const PLATFORMS: [&str; 2] = ["linux64", "win64"];
-/// The one of which `cargo xtask dist` hands out the wheel: the others have never been installed
+/// The platform whose wheel `cargo xtask dist` hands out; the others have never been installed
 /// anywhere.
 pub const HANDED_OUT_FOR: &str = "linux64";
-/// The profile of what is handed out, as maturin is told of it.
+/// The profile of programs that are handed out, as environment variables for maturin.
 const HANDED_OUT: [(&str, &str); 3] = [
     ("CARGO_PROFILE_RELEASE_DEBUG_ASSERTIONS", "false"),
     ("CARGO_PROFILE_RELEASE_OVERFLOW_CHECKS", "false"),
     ("CARGO_PROFILE_RELEASE_STRIP", "symbols"),
 ];
-/// The part of Python that a module for Windows is linked with; every Python 3 has it.
+/// The library that a module for Windows needs; every Python 3 brings it.
 const PYTHON_DLL: &str = "python3.dll";
 
-/// Options of `cargo xtask wheel`.
 #[derive(Args)]
 pub struct Options {
     /// Only put the FMUs and the parameters into the package, as pip needs them before it builds
@@ -66,7 +64,7 @@ pub struct Options {
     out: Option<PathBuf>,
 }
 
-/// Build wheels, or prepare the package.
+/// Builds wheels, or does what the options say instead.
 pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()> {
     if let Some(wheel) = &options.trial {
         return dist::try_wheel(workspace, &caller.join(wheel));
@@ -99,8 +97,8 @@ pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()
     Ok(())
 }
 
-/// The folder of the suite, packed for this machine, or in another one for all machines of the
-/// platforms that wheels are made for.
+/// Packs the suite for this machine, or in another folder for all machines of [`PLATFORMS`];
+/// returns the folder.
 fn packed(workspace: &Workspace, is_portable: bool) -> Result<PathBuf> {
     if !is_portable {
         let folder = workspace.fmu_dir();
@@ -114,8 +112,8 @@ fn packed(workspace: &Workspace, is_portable: bool) -> Result<PathBuf> {
     Ok(folder)
 }
 
-/// Put the packed FMUs and systems of a folder, the parameter files, and the notices of what the
-/// module for a compiler's target holds, into the package, in place of what was there.
+/// Replaces the package's data: the packed FMUs and systems of a folder, the parameter files, and
+/// the notices of the crates in the native module for a compiler's target.
 fn prepare(workspace: &Workspace, fmus: &Path, triple: &str) -> Result<()> {
     let data = workspace.root.join("python/hdrm_fmu/data");
     if data.exists() {
@@ -147,12 +145,10 @@ fn prepare(workspace: &Workspace, fmus: &Path, triple: &str) -> Result<()> {
     Ok(())
 }
 
-/// The wheel with the FMUs of a folder, in `out`: for this machine, or for all machines of a
-/// platform.
+/// Builds the wheel with the FMUs of a folder into `out`: for this machine or a platform.
 ///
 /// # Errors
-/// Something cannot be built, or the module or an FMU in it would not run on every machine of the
-/// platform.
+/// A build fails, or the module or an FMU would not run on every machine of the platform.
 pub fn build(
     workspace: &Workspace,
     fmus: &Path,
@@ -192,8 +188,7 @@ pub fn build(
     Ok(wheel)
 }
 
-/// Have maturin build for all machines of a platform, with the flags and profile of all that is
-/// handed out.
+/// Has maturin build for a platform, with the flags and profile of programs that are handed out.
 fn for_target(
     workspace: &Workspace,
     python: &Python,
@@ -214,8 +209,7 @@ fn for_target(
     Ok(())
 }
 
-/// Refuse FMUs without a library for a platform, or with one that would not run on every machine of
-/// it.
+/// Refuses FMUs without a library that runs on every machine of a platform.
 fn check_libraries(workspace: &Workspace, fmus: &Path, target: &Target) -> Result<()> {
     let folder = format!("binaries/{}/", target.platform.folder);
     let names = pack::names(workspace)?;
@@ -235,8 +229,8 @@ fn check_libraries(workspace: &Workspace, fmus: &Path, target: &Target) -> Resul
     Ok(())
 }
 
-/// Refuse a wheel whose module would not run on every machine of the platform, beside Python, or
-/// one that names folders of this machine; its FMUs were looked at before they came in.
+/// Refuses a wheel whose module would not run on every machine of the platform that has Python, or
+/// that names folders of this machine. Its FMUs have been checked before.
 fn check_wheel(workspace: &Workspace, wheel: &Path, target: &Target) -> Result<()> {
     let entries = entries::read(wheel)?;
     let module = entries
@@ -247,6 +241,7 @@ fn check_wheel(workspace: &Workspace, wheel: &Path, target: &Target) -> Result<(
     faults.retain(|fault| !fault.contains(PYTHON_DLL));
     ensure!(faults.is_empty(), "{name} {}", faults.join("; it "));
     let folders = private_folders(&workspace.cargo)?;
+    let is_archive = |name: &str| name.ends_with(".fmu") || name.ends_with(".ssp");
     for (name, bytes) in entries.iter().filter(|(name, _)| !is_archive(name)) {
         let named = portability::named(bytes, &folders);
         ensure!(named.is_empty(), "{name} names {}", named.join(", "));
@@ -254,34 +249,29 @@ fn check_wheel(workspace: &Workspace, wheel: &Path, target: &Target) -> Result<(
     Ok(())
 }
 
-fn is_archive(name: &str) -> bool {
-    name.ends_with(".fmu") || name.ends_with(".ssp")
-}
-
-/// The environment with what builds the package.
+/// The environment that builds the package.
 fn builder(workspace: &Workspace) -> Result<Python> {
     let python = Python::provide(workspace)?;
     python.install(workspace, "maturin", MATURIN)?;
     Ok(python)
 }
 
-/// Install what builds the package and what tries it, before something else runs in these
-/// environments.
+/// Installs the environments that build and test the package, before anything else uses them.
 pub fn install(workspace: &Workspace) -> Result<()> {
     builder(workspace)?;
     environment(workspace).map(drop)
 }
 
-/// The environment that the package is tried in, with what its tests need.
+/// The environment that tests the package.
 fn environment(workspace: &Workspace) -> Result<Python> {
     let python = Python::at(workspace, workspace.target.join("python"))?;
     python.install_file(workspace, "python-package", "tests/requirements-python.txt")?;
     Ok(python)
 }
 
-/// Build the wheel for this machine, install it in an environment of its own, and run its tests and
-/// its notebook there. The tests compare it with the programs beside the one that the variable
-/// `HDRM_FMU` names, else with those of the same source.
+/// Builds the wheel for this machine, installs it in its own environment, and runs its tests and
+/// its notebook there. The tests compare it with the programs in the folder of the one that the
+/// variable `HDRM_FMU` names; without it, with programs built from the same source.
 pub fn check(workspace: &Workspace, fmus: &Path) -> Result<()> {
     let wheel = build(workspace, fmus, None, &workspace.target.join("wheels"))?;
     let program = match std::env::var_os(PROGRAM) {

@@ -1,4 +1,4 @@
-//! This repository's workspace: its folders, its FMUs, and what cargo builds of it.
+//! This repository's workspace: its folders, its FMUs, and the commands that build it.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -11,11 +11,11 @@ use cargo_fmu::workspace::{Source, artifacts, cargo};
 /// Profile of the libraries that are packed, and of the benches.
 pub const FMU_PROFILE: &str = cargo_fmu::pack::FMU_PROFILE;
 
-/// What `cargo metadata` says, and where the user stands.
+/// The workspace as `cargo metadata` describes it.
 pub struct Workspace {
     /// Directory of the root Cargo.toml.
     pub root: PathBuf,
-    /// Target directory, wherever the user has put it.
+    /// Cargo's target directory.
     pub target: PathBuf,
     /// The packages.
     pub cargo: cargo_fmu::workspace::Workspace,

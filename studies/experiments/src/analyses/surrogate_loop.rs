@@ -13,10 +13,10 @@ use emla::Surrogate;
 use machine_file::{Emla, Machine, PerAxis};
 use serde::Serialize;
 use surrogate::judgement::resampling::bootstrap;
-use surrogate::measurement::campaign::rms;
+use surrogate::measurement::campaign::{rms, training_campaign};
 use surrogate::measurement::coupled_run::CoupledRun;
-use surrogate::prediction::identification::Identified;
-use surrogate::prediction::model::{Errors, MODELS, Model, Motion, errors};
+use surrogate::prediction::identification::Identification;
+use surrogate::prediction::model::{Errors, MODELS, Model, errors};
 use tempfile::TempDir;
 
 use crate::measures::tracking::Tracking;
@@ -86,7 +86,8 @@ impl RigNetwork {
         };
         let network = Surrogate::from_json(surrogate::RIG_NETWORK).context("the rig's network")?;
         let mut machine = Machine::reference();
-        let found = Identified::of_campaign(&machine.emla.lift, 1)?.refitted;
+        let campaign = training_campaign(&machine.emla.lift, 1)?;
+        let found = Identification::new(&machine.emla.lift, &campaign).refitted;
         machine.emla = PerAxis::all(Emla {
             tau_C: found.tau_C,
             C_m: found.C_m,
@@ -257,10 +258,11 @@ fn measure(system: &System, plan: &Plan, network: &RigNetwork) -> Result<(Surrog
     let start = recorded.outcome.tip.motion_start;
     let (p, models) = (Machine::reference().emla.lift, network.models());
     let windows = run.windows(&p, start);
-    let efficiency = run.windows_of(LIFT, &p, start).into_iter();
+    let efficiency = run.axis_windows(LIFT, &p, start).into_iter();
     let efficiency = efficiency.filter_map(|(t, truth)| {
-        let motion = Motion::from(&truth);
-        let [physics, hybrid, net] = models.each_ref().map(|m| m.demand(&motion).efficiency);
+        let [physics, hybrid, net] = models
+            .each_ref()
+            .map(|m| m.demand(&truth.motion).efficiency);
         Some([t, truth.efficiency()?, physics, hybrid, net])
     });
     let (sensors, model) = plan.law.split_once("; ").context("a law of this study")?;

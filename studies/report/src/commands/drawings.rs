@@ -1,4 +1,5 @@
-//! Commands that draw: `machine draw` and `machine scene`, `plot`, figures of `sizing` and `path check`.
+//! The commands `machine draw`, `machine scene` and `plot`, and `sizing` and `path check` with
+//! their figures.
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +17,7 @@ use crate::machines::drawing::Sheet;
 use crate::machines::load_chart::LoadChart;
 use crate::{margins_figure, plot, sizing_figure};
 
-/// Draw a machine.
+/// Draws a machine on a sheet, and writes its load chart as CSV.
 pub fn machine(args: &DrawArgs) -> Result<()> {
     let kind = args.output.extension().unwrap_or_default();
     ensure!(
@@ -32,17 +33,17 @@ pub fn machine(args: &DrawArgs) -> Result<()> {
     print(format_args!("{} written\n", args.output.display()))
 }
 
-/// Write what a page needs to draw it in motion.
+/// Writes what the live page needs to draw a machine in motion.
 pub fn scene(args: &SceneArgs) -> Result<()> {
     let machine = read(&args.machine)?;
     let scene = Scene::new(&machine)?;
     write(Some(&args.out), |file| {
-        Ok(serde_json::to_writer(file, &scene.live(&machine))?)
+        Ok(serde_json::to_writer(file, &scene.to_live(&machine))?)
     })?;
     print(format_args!("{} written\n", args.out.display()))
 }
 
-/// Draw the signals of a file.
+/// Draws the signals of a CSV file over time.
 pub fn signals(args: &PlotArgs) -> Result<()> {
     let folder = args.out.as_deref().or(args.csv.parent());
     let folder = folder.unwrap_or(Path::new("."));
@@ -52,27 +53,27 @@ pub fn signals(args: &PlotArgs) -> Result<()> {
     Ok(())
 }
 
-/// Motors and actuators beside what they do, and torque over speed of each.
+/// Compares motors and actuators with what a motion takes, and draws torque over speed of each.
 pub fn sizing(args: &SizingArgs) -> Result<Verdict> {
-    let (verdict, found) = sizing::sizing(args)?;
+    let (verdict, sizings) = sizing::sizing(args)?;
     if let Some(folder) = &args.figures {
-        for (case, sizing) in &found {
-            written(sizing_figure::draw(sizing, case, folder)?)?;
+        for (case, sizing) in &sizings {
+            print_figures(sizing_figure::draw(sizing, case, folder)?)?;
         }
     }
     Ok(verdict)
 }
 
-/// Whether the machine can do a path, and its margins on the way.
+/// Checks whether the machine can follow a path, and draws its margins along it.
 pub fn path(args: &CheckArgs) -> Result<()> {
     let margins = path::check(args)?;
     if let Some(folder) = &args.figures {
-        written(margins_figure::draw(&margins, folder)?)?;
+        print_figures(margins_figure::draw(&margins, folder)?)?;
     }
     path::verdict(&margins)
 }
 
-fn written(files: [PathBuf; 2]) -> Result<()> {
+fn print_figures(files: [PathBuf; 2]) -> Result<()> {
     for file in files {
         print(format_args!("figure written to {}\n", file.display()))?;
     }

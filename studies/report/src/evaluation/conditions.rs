@@ -1,4 +1,4 @@
-//! Under which conditions the report was made.
+//! The conditions under which the report was made, for its first section.
 
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -10,8 +10,8 @@ use serde_json::{Value, json};
 use super::request::Request;
 use experiments::setup::machine_choice::MachineFile;
 
-/// Time (s since the beginning of 1970), computer, program, machine, step (s) and schedule, settings, and the components of
-/// the system with their FMUs.
+/// Time (s since 1970), computer, program, machine, step (s) and schedule, settings, and the
+/// system's components with their FMUs.
 pub fn conditions(request: &Request<'_>, machine: &MachineFile) -> Value {
     let system = request.system;
     let pairs = system.structure.components.iter().zip(&system.fmus);
@@ -50,14 +50,14 @@ pub fn conditions(request: &Request<'_>, machine: &MachineFile) -> Value {
     })
 }
 
-/// Name of this machine, as the program `hostname` says it.
+/// Name of this computer by the program `hostname`.
 fn host() -> Option<String> {
-    let said = Command::new("hostname").output().ok()?;
-    let name = String::from_utf8(said.stdout).ok()?;
+    let output = Command::new("hostname").output().ok()?;
+    let name = String::from_utf8(output.stdout).ok()?;
     Some(name.trim().to_string()).filter(|name| !name.is_empty())
 }
 
-/// Name of the processor, where Linux tells it.
+/// Name of the processor, on Linux.
 fn processor() -> Option<String> {
     let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|l| l.starts_with("model name"))?;

@@ -1,5 +1,5 @@
-//! The machine fed by a battery as the page takes it: where the energy goes, the link over time,
-//! motors under their envelopes.
+//! The section on the machine fed by a battery: where the energy goes, the DC link over time, and
+//! the motors' torque under their envelopes.
 
 use std::f64::consts::TAU;
 
@@ -7,42 +7,39 @@ use anyhow::{Context, Result};
 use cosim::{Experiment, Port, System};
 use serde_json::{Value, json};
 
-use super::request::{Request, kept, kept_as};
-use super::runs::stride;
-use super::samples::{SampleTimes, Samples};
+use super::request::{Request, success, successes};
+use super::samples::{EVERY, SampleTimes, Samples, stride};
 use experiments::analyses::sizing;
 use experiments::measures::energy;
 use experiments::measures::run::RecordedRun;
 use experiments::measures::supply::{self, Supply};
 
-/// Sampling of the page, s.
-const EVERY: f64 = 0.02;
-/// Signals of every actuator, as far as it has them.
-const OF_ACTUATOR: [&str; 3] = ["i_dc_mean", "T_winding", "T_housing"];
+/// Signals of an actuator, as far as it has them.
+const ACTUATOR_SIGNALS: [&str; 3] = ["i_dc_mean", "T_winding", "T_housing"];
 
-/// Both trajectories; what failed of them goes to `failures`.
-pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<Value> {
+/// The results of both trajectories; a failed run goes to `failures`.
+pub fn results(request: &Request, failures: &mut Vec<String>) -> Vec<Value> {
     let Some(system) = request.electric else {
         return Vec::new();
     };
-    let cases = energy::trajectory_cases(system, &request.elsewhere());
-    let cases = kept_as("electric", cases, failures).unwrap_or_default();
-    let of = |(case, experiment): (String, Experiment)| {
-        one(system, &case, &experiment).with_context(|| format!("electric, {case}"))
+    let cases = energy::trajectory_cases(system, &request.elsewhere()).context("electric");
+    let cases = success(cases, failures).unwrap_or_default();
+    let evaluate = |(case, experiment): (String, Experiment)| {
+        evaluate(system, &case, &experiment).with_context(|| format!("electric, {case}"))
     };
-    kept(cases.into_iter().map(of).collect(), failures)
+    successes(cases.into_iter().map(evaluate), failures)
 }
 
-fn one(system: &System, case: &str, experiment: &Experiment) -> Result<Value> {
+fn evaluate(system: &System, case: &str, experiment: &Experiment) -> Result<Value> {
     let mut ports: Vec<Port> = Vec::new();
-    let mut of = |k: usize, names: &[&str]| {
+    let mut add_ports = |k: usize, names: &[&str]| {
         ports.extend(names.iter().filter_map(|name| system.port_of(k, name).ok()));
     };
     if let Some(k) = supply::component(system)? {
-        of(k, &supply::SHOWN);
+        add_ports(k, &supply::SHOWN);
     }
     for k in energy::actuators(system) {
-        of(k, &OF_ACTUATOR);
+        add_ports(k, &ACTUATOR_SIGNALS);
     }
     let all = [&ports[..], &energy::ports(system)?, &sizing::ports(system)?].concat();
     let recorded = RecordedRun::record(system, experiment, &all)?;
@@ -57,17 +54,17 @@ fn one(system: &System, case: &str, experiment: &Experiment) -> Result<Value> {
     }
     let supply = energy::evaluate(system, &recorded)?.supply;
     let sizing = sizing::evaluate(system, experiment, &recorded)?;
-    let mut shown = json!(SampleTimes::thinned(start, step, times.len(), stride));
-    shown["trajectory"] = case.into();
-    shown["open"] = json!(supply.as_ref().map(Supply::open));
-    shown["supply"] = json!(supply);
-    shown["curves"] = curves.into();
-    shown["motors"] = sizing.axes.iter().map(motor).collect();
-    shown["sizing"] = json!(sizing);
-    Ok(shown)
+    let mut result = json!(SampleTimes::thinned(start, step, times.len(), stride));
+    result["trajectory"] = case.into();
+    result["open"] = json!(supply.as_ref().map(Supply::open));
+    result["supply"] = json!(supply);
+    result["curves"] = curves.into();
+    result["motors"] = sizing.axes.iter().map(motor).collect();
+    result["sizing"] = json!(sizing);
+    Ok(result)
 }
 
-/// Torque over speed, rev/min, of one actuator: points of the motion, and its envelopes.
+/// Torque over speed, rev/min, of one actuator: the motion's points, and the motor's envelopes.
 fn motor(axis: &sizing::Axis) -> Value {
     let rpm = 60.0 / TAU;
     let fastest = (axis.ratings.motor_speed_rpm / rpm).max(axis.speed.peak);

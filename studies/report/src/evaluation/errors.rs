@@ -1,5 +1,5 @@
-//! The robustness studies besides the paper's: what is varied, their cells, and where the worst case
-//! is.
+//! The section on the robustness studies besides the paper's table: what each varies, its runs, and
+//! its worst case.
 
 use anyhow::Result;
 use serde_json::{Value, json};
@@ -13,17 +13,14 @@ use experiments::runs::grid::{Case, Cell};
 /// First of the three seeds of the noise study.
 const SEED: u64 = 1;
 
-/// All studies with their cases.
-pub type Plan = Vec<(Study, Vec<Case>)>;
-
-/// What is to be run of them.
-pub fn plan(request: &Request<'_>) -> Result<Plan> {
-    let one = |study: Study| Ok((study, study.cases(request.system, request.base, SEED)?));
-    STUDIES.into_iter().map(one).collect()
+/// The studies with the cases to run.
+pub fn plan(request: &Request<'_>) -> Result<Vec<(Study, Vec<Case>)>> {
+    let cases = |study: Study| Ok((study, study.cases(request.system, request.base, SEED)?));
+    STUDIES.into_iter().map(cases).collect()
 }
 
-/// Make the runs of one study; a failed one has its reason in its cell and in `failures`.
-pub fn shown(
+/// Makes the runs of one study; the reason of a failed one is in its cell and in `failures`.
+pub fn results(
     request: &Request<'_>,
     (study, cases): &(Study, Vec<Case>),
     done: impl Fn() + Sync,
@@ -48,7 +45,7 @@ pub fn shown(
     }))
 }
 
-/// What is said of a cell that failed, in the `case` of this name.
+/// The report's line on a cell that failed.
 pub fn failure(cell: &Cell<TipError>, case: &str) -> Option<String> {
     let error = cell.error()?;
     Some(format!(

@@ -1,4 +1,4 @@
-//! The figures as PNG and SVG, for papers.
+//! The report's figures as PNG and SVG, for papers.
 
 use std::path::{Path, PathBuf};
 
@@ -32,7 +32,7 @@ const ACTUATORS: [(&str, RGBColor); 3] = [
 const NAMES: [&str; 3] = ["adaptive", "modular", "PD"];
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Write all figures into `folder`; the files' names.
+/// Writes all figures into `folder`; returns the files' names.
 pub fn write(report: &Report, folder: &Path) -> Result<Vec<PathBuf>> {
     let mut figures = vec![robustness(report)];
     let mut files = Vec::new();
@@ -62,14 +62,14 @@ impl Report {
     }
 }
 
-/// A signal of a run times `factor`, where the system has it.
+/// The curve of a run's signal times `factor`, if the system has the signal.
 fn curve(run: &Run, signal: &str, label: &str, color: RGBColor, factor: f64) -> Option<Curve> {
     let points = run.series(signal)?.into_iter();
     let points = points.map(|(t, v)| (t, factor * v));
     Some(Curve::new(label, color, points.collect()))
 }
 
-/// The paper's figures of the tip's path: desired and the three controllers.
+/// The tip's path as in the paper's figures: desired, and with the three controllers.
 fn tip_path(trajectory: &str, runs: &[Option<&Run>; 3]) -> Path3 {
     let path = |run: &Run, name: &str| -> Option<Vec<[f64; 3]>> {
         let [x, y, z] = [1, 2, 3].map(|i| run.series(&format!("{name}[{i}]")));
@@ -93,7 +93,7 @@ fn tip_path(trajectory: &str, runs: &[Option<&Run>; 3]) -> Path3 {
     }
 }
 
-/// The paper's figures of the tip error: components and norm.
+/// The tip error as in the paper's figures: components and norm.
 fn tip_error(trajectory: &str, runs: &[Option<&Run>; 3]) -> Figure {
     let curves = |name: &str| {
         let mut curves = Vec::new();
@@ -117,22 +117,22 @@ fn tip_error(trajectory: &str, runs: &[Option<&Run>; 3]) -> Figure {
     }
 }
 
-/// The paper's table as a picture.
+/// The paper's table as a figure: tip RMSE over the error of all inertias.
 fn robustness(report: &Report) -> Figure {
     let panel = |trajectory: &str| {
-        let of = |mode: &'static str| {
+        let cells_of_mode = |mode: &'static str| {
             let cells = report.cells.iter();
-            let own = cells.filter(move |c| c.trajectory == trajectory && c.law == mode);
-            own.map(|cell| (100.0 * (scale_of(cell) - 1.0), cell))
+            let cells = cells.filter(move |c| c.trajectory == trajectory && c.law == mode);
+            cells.map(|cell| (100.0 * (scale_of(cell) - 1.0), cell))
         };
         let mut curves = Vec::new();
         for (k, name) in NAMES.iter().enumerate() {
-            let rmse = of(MODES[k]).filter_map(|(percent, cell)| {
+            let rmse = cells_of_mode(MODES[k]).filter_map(|(percent, cell)| {
                 Some((percent, 1e3 * cell.result.as_ref().ok()?.motion.rms()))
             });
             curves.push(Curve::new(name, CONTROLLERS[k], rmse.collect()));
         }
-        let paper = of(MODES[0]).filter_map(|(percent, cell)| {
+        let paper = cells_of_mode(MODES[0]).filter_map(|(percent, cell)| {
             Some((percent, 1e3 * paper(trajectory, scale_of(cell))?))
         });
         curves.push(Curve::new("paper, adaptive", DESIRED, paper.collect()));
@@ -172,7 +172,7 @@ fn actuators(run: &Run) -> Figure {
     }
 }
 
-/// The paper's figures of the testbed: desired and measured position, velocity and force.
+/// The testbed as in the paper's figures: desired and measured position, velocity and force.
 fn testbed(axis: &Axis) -> Figure {
     let panel = |label: &str, pair: &[Samples; 2], factor: f64| {
         let curve = |k: usize, name: &str, color| {
@@ -202,51 +202,40 @@ fn testbed(axis: &Axis) -> Figure {
 
 /// Mass estimates and accompanying functions with wrong inertias.
 fn adaptation(run: &Run) -> Figure {
-    let named = |begin: &str, factor: f64| -> Vec<Curve> {
-        let chosen = run.signals.keys().filter_map(|name| {
-            let label = name.strip_prefix(begin)?;
-            Some((name.clone(), label.to_string()))
+    let panel = |y_label: &str, prefix: &str| {
+        let names = run.signals.keys().filter(|name| name.starts_with(prefix));
+        let names: Vec<_> = names.collect();
+        let curves = names.iter().enumerate().filter_map(|(k, name)| {
+            let color = charts::wheel(k, names.len());
+            curve(run, name, name.strip_prefix(prefix)?, color, 1.0)
         });
-        let chosen: Vec<_> = chosen.collect();
-        let count = chosen.len();
-        let color = |k: usize| charts::wheel(k, count);
-        let curves = chosen.iter().enumerate();
-        curves
-            .filter_map(|(k, (name, label))| curve(run, name, label, color(k), factor))
-            .collect()
+        Panel::over_time(y_label, curves.collect())
     };
+    let nu = panel("accompanying functions nu", "controller.lyapunov.nu_");
     let trajectory = run.case.trajectory;
     Figure {
         name: format!("adaptation_{trajectory}"),
         title: format!("Adaptation, {trajectory} trajectory, all inertias x {UNCERTAIN}"),
         panels: vec![
-            Panel::over_time("estimated masses, kg", named("controller.mass_hat.", 1.0)),
-            Panel::over_time(
-                "accompanying functions nu",
-                named("controller.lyapunov.nu_", 1.0),
-            )
-            .logarithmic(1e-6),
+            panel("estimated masses, kg", "controller.mass_hat."),
+            nu.logarithmic(1e-6),
         ],
     }
 }
 
-/// How far the derivative of the accompanying functions is above its bound: both voltage laws, both
-/// communication steps.
+/// By how much the derivative of the accompanying functions exceeds its bound: both voltage laws,
+/// both communication steps.
 fn stability(report: &Report, trajectory: &str) -> Figure {
     let panel = |law: &str| {
         let runs = report.stability.runs.iter();
-        let own: Vec<_> = runs
-            .filter(|run| run.numbers.trajectory == trajectory && run.numbers.law == law)
-            .collect();
-        let curve = |(k, run): (usize, &&stability::Run)| {
+        let runs =
+            runs.filter(|run| run.numbers.trajectory == trajectory && run.numbers.law == law);
+        let curve = |(k, run): (usize, &stability::Run)| {
             let label = format!("{} ms", 1e3 * run.numbers.step);
-            Curve::new(
-                &label,
-                CONTROLLERS[k % 3],
-                run.times.points(&run.curves["excess_max"], 1.0),
-            )
+            let points = run.times.points(&run.curves["excess_max"], 1.0);
+            Curve::new(&label, CONTROLLERS[k % 3], points)
         };
-        let curves = own.iter().enumerate().map(curve).collect();
+        let curves = runs.enumerate().map(curve).collect();
         Panel::over_time(&format!("{law} law: largest excess in 20 ms, W"), curves)
     };
     Figure {

@@ -1,4 +1,4 @@
-//! The path that the reader gave: margins, tip errors and energy.
+//! The section on a path that the user gave: margins, tip errors and energy.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use cosim::{Experiment, Recording};
 use serde_json::{Value, json};
 
-use super::request::{Request, kept_as};
+use super::request::{Request, success};
 use crate::margins_figure;
 use experiments::analyses::inertia::MODES;
 use experiments::machines::path_margins::PathMargins;
@@ -20,19 +20,19 @@ use experiments::setup::start_values::vary;
 /// The controller whose energy is shown.
 const ADAPTIVE: &str = MODES[0];
 
-/// The path, run with the three controllers: tables as the command line prints them, and the margins
-/// along it as SVG; what failed goes to `failures`.
-pub fn shown(
+/// The path run with the three controllers: tables as the command line prints them, and the margins
+/// along it as SVG; a failure goes to `failures`.
+pub fn results(
     request: &Request,
     machine: &MachineFile,
     failures: &mut Vec<String>,
 ) -> Option<Value> {
     let (name, experiment) = request.path.as_ref()?;
-    let made = of(request, machine, name, experiment);
-    kept_as(format_args!("path {name}"), made, failures)
+    let result = evaluate(request, machine, name, experiment);
+    success(result.with_context(|| format!("path {name}")), failures)
 }
 
-fn of(
+fn evaluate(
     request: &Request,
     machine: &MachineFile,
     name: &str,

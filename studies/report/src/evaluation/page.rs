@@ -1,4 +1,4 @@
-//! The page: template, style, scripts and data put into one file.
+//! Puts template, style, scripts and data together into the page, which loads nothing else.
 
 use anyhow::{Context, Result};
 use serde::Serialize;

@@ -1,4 +1,5 @@
-//! Studies that take hours: shown from the JSON files that their commands wrote.
+//! The sections on studies that take hours, tournament and stability margins: read from the JSON
+//! files that their commands wrote.
 
 use std::fs;
 use std::path::Path;
@@ -8,46 +9,46 @@ use experiments::analyses::margins::{CHANGES, Margin};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-/// What was recorded, where there is a file of it.
+/// Results of these studies, where a file was given.
 #[derive(Clone, Serialize)]
-pub struct Recorded {
+pub struct RecordedStudies {
     tournament: Option<Value>,
     margins: Option<Value>,
 }
 
-impl Recorded {
-    /// Of the files of `tournament --json` and `margins --json`.
+impl RecordedStudies {
+    /// Reads the files of `tournament --json` and `margins --json`.
     ///
     /// # Errors
-    /// A file that cannot be read, or of another command.
+    /// A file that cannot be read, or that another command wrote.
     pub fn read(tournament: Option<&Path>, margins: Option<&Path>) -> Result<Self> {
         Ok(Self {
-            tournament: tournament.map(of_tournament).transpose()?,
-            margins: margins.map(of_margins).transpose()?,
+            tournament: tournament.map(read_tournament).transpose()?,
+            margins: margins.map(read_margins).transpose()?,
         })
     }
 }
 
-/// The file as JSON, and what it holds under `key`, which must be a list.
-fn list(file: &Path, command: &str, key: &str) -> Result<(Value, Value)> {
+/// The file as JSON, and the list that it holds under `key`.
+fn read_list(file: &Path, command: &str, key: &str) -> Result<(Value, Value)> {
     let read = || -> Result<(Value, Value)> {
-        let mut found: Value = serde_json::from_slice(&fs::read(file)?)?;
-        let list = found[key].take();
+        let mut json: Value = serde_json::from_slice(&fs::read(file)?)?;
+        let list = json[key].take();
         let is_list = list.as_array().is_some_and(|list| !list.is_empty());
         anyhow::ensure!(is_list, "no list `{key}` is in it");
-        Ok((found, list))
+        Ok((json, list))
     };
     read().with_context(|| format!("--{command} {}: not of `{command} --json`", file.display()))
 }
 
-fn of_tournament(file: &Path) -> Result<Value> {
-    let (found, rows) = list(file, "tournament", "rows")?;
-    Ok(json!({ "rows": rows, "tuned": found["tuned"] }))
+fn read_tournament(file: &Path) -> Result<Value> {
+    let (json, rows) = read_list(file, "tournament", "rows")?;
+    Ok(json!({ "rows": rows, "tuned": json["tuned"] }))
 }
 
-/// With the changes' names and what a law is asked for.
-fn of_margins(file: &Path) -> Result<Value> {
-    let (_, margins) = list(file, "margins", "margins")?;
+/// The margins, with the changes' names and the margin that a law needs.
+fn read_margins(file: &Path) -> Result<Value> {
+    let (_, margins) = read_list(file, "margins", "margins")?;
     let margins: Vec<Margin> =
         serde_json::from_value(margins).with_context(|| format!("--margins {}", file.display()))?;
     let changes = CHANGES.map(

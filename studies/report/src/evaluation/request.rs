@@ -1,37 +1,36 @@
-//! What is to be reported on; what failed of it is told in the page, and the rest is shown.
-
-use std::fmt::Display;
+//! What the report covers ([`Request`]), and how its sections deal with failed runs: the failure is
+//! listed, and the rest is reported.
 
 use anyhow::Result;
 use cosim::{Experiment, System};
 
-use super::recorded::Recorded;
+use super::recorded::RecordedStudies;
 
-/// Inertia error with which the adaptation is shown besides nominal inertias.
+/// Factor on the inertias with which the adaptation is shown besides nominal inertias.
 pub const UNCERTAIN: f64 = 1.4;
 
-/// What is to be reported on.
+/// The systems and conditions of a report; a section whose system is absent is left out.
 pub struct Request<'a> {
     /// The machine.
     pub system: &'a System,
-    /// What all runs have in common.
+    /// The conditions that all runs share.
     pub base: &'a Experiment,
-    /// The one-axis experiment, where there is one.
+    /// The one-axis experiment.
     pub testbed: Option<&'a System>,
-    /// The machine of the real world, where there is one.
+    /// The machine of the real world.
     pub real: Option<&'a System>,
-    /// The machine that bends, where it is to be run.
+    /// The machine that bends.
     pub bending: Option<&'a System>,
-    /// The machine fed by a battery, where there is one.
+    /// The machine fed by a battery.
     pub electric: Option<&'a System>,
-    /// What was recorded of studies that take hours.
-    pub recorded: Recorded,
-    /// A path of the reader's own by its name, and the experiment that follows it.
+    /// Recorded results of studies that take hours.
+    pub recorded: RecordedStudies,
+    /// Name of a path of the user's own, and the experiment that follows it.
     pub path: Option<(String, Experiment)>,
 }
 
 impl Request<'_> {
-    /// The conditions of another system than the machine, whose start values it does not have.
+    /// The conditions for a system other than the machine, which lacks the machine's start values.
     pub fn elsewhere(&self) -> Experiment {
         Experiment {
             settings: Vec::new(),
@@ -40,17 +39,18 @@ impl Request<'_> {
     }
 }
 
-/// The results that are there; the others go to `failures`.
-pub fn kept<T>(results: Vec<Result<T>>, failures: &mut Vec<String>) -> Vec<T> {
-    let mut noted = |error| failures.push(format!("{error:#}"));
+/// The successful results; the errors of the others go to `failures`.
+pub fn successes<T>(
+    results: impl IntoIterator<Item = Result<T>>,
+    failures: &mut Vec<String>,
+) -> Vec<T> {
     let results = results.into_iter();
-    results
-        .filter_map(|result| result.map_err(&mut noted).ok())
-        .collect()
+    results.filter_map(|r| success(r, failures)).collect()
 }
 
-/// The result if it is there; else it goes to `failures`, with what failed.
-pub fn kept_as<T>(what: impl Display, result: Result<T>, failures: &mut Vec<String>) -> Option<T> {
-    let noted = |error| failures.push(format!("{what}: {error:#}"));
-    result.map_err(noted).ok()
+/// The result, or nothing if it is an error, which goes to `failures`.
+pub fn success<T>(result: Result<T>, failures: &mut Vec<String>) -> Option<T> {
+    result
+        .map_err(|error| failures.push(format!("{error:#}")))
+        .ok()
 }

@@ -1,4 +1,4 @@
-//! The runs of a report, thinned out for the page.
+//! The runs of the paper's table, and the signals, energies and frames that the page takes of them.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::request::{Request, UNCERTAIN};
-use super::samples::Samples;
+use super::samples::{EVERY, Samples, stride};
 use super::scene::Scene;
 use experiments::analyses::inertia::MODES;
 use experiments::analyses::testbed::{self, MachineRun};
@@ -19,13 +19,12 @@ use experiments::print::energy::balance_json;
 use experiments::runs::grid::{Cell, Plan};
 use experiments::setup::start_values::vary;
 
-/// Sampling of the page, s: tip error, other signals, frames of the animation.
+/// Time between two samples in the page, s: of the tip error, and of the animation's frames.
 const TIP_EVERY: f64 = 0.004;
-const SIGNALS_EVERY: f64 = 0.02;
 const FRAMES_EVERY: f64 = 0.04;
 
-/// Outputs that the page shows, as far as the system has them.
-const SHOWN: [&str; 32] = [
+/// Outputs that the page plots, as far as the system has them.
+const PLOTTED: [&str; 32] = [
     "controller.tip_error*",
     "controller.desired.position[*]",
     "controller.f_required[*]",
@@ -69,7 +68,7 @@ pub struct Case {
     pub scale: f64,
 }
 
-/// A signal, from the start of the run on.
+/// A signal, sampled from the start of the run.
 #[derive(Serialize)]
 pub struct Signal {
     /// Unit in the model description.
@@ -79,7 +78,6 @@ pub struct Signal {
     pub samples: Samples,
 }
 
-/// One run.
 #[derive(Serialize)]
 pub struct Run {
     #[serde(flatten)]
@@ -88,12 +86,12 @@ pub struct Run {
     pub start: f64,
     /// Simulated time, s.
     pub simulated: f64,
-    /// From here on the reference moves, s.
+    /// Time at which the reference starts to move, s.
     pub motion_start: f64,
     /// Tip error over the motion at every communication point, m.
     pub rmse: f64,
     pub max: f64,
-    /// Tip error over the whole run, with the time in which the machine settles, m.
+    /// Tip error over the whole run, including the time in which the machine settles, m.
     whole_rmse: f64,
     whole_max: f64,
     pub real_time_factor: f64,
@@ -110,49 +108,48 @@ pub struct Run {
     drawing_error: f64,
 }
 
-/// What the page takes of a run of the paper's table.
-pub struct Measured {
+/// What one run of the paper's table contributes to the page.
+pub struct TableRun {
     tip: TipError,
-    /// Of the runs that are shown.
+    /// Of the runs that the page plots.
     run: Option<Run>,
     /// Of the adaptive controller with nominal inertias.
     energy: Option<Result<Value>>,
-    /// The same for the testbed, where there is one.
-    machine: Option<Result<MachineRun>>,
+    /// Of the same runs, the loads that the testbed replays, if there is a testbed.
+    machine_run: Option<Result<MachineRun>>,
 }
 
-/// What is shown of the runs of the paper's table.
+/// What all runs of the paper's table contribute to the page.
 #[derive(Default)]
-pub struct Shown {
-    /// The table.
+pub struct TableRuns {
     pub cells: Vec<Cell<TipError>>,
     /// Both trajectories with all controllers, and with wrong inertias the adaptive one.
     pub runs: Vec<Run>,
     pub energies: Vec<Result<Value>>,
-    pub machines: Vec<Result<MachineRun>>,
+    pub machine_runs: Vec<Result<MachineRun>>,
 }
 
-impl Shown {
-    pub fn of(cells: Vec<Cell<Measured>>) -> Self {
-        let mut shown = Self::default();
+impl TableRuns {
+    pub fn from_cells(cells: Vec<Cell<TableRun>>) -> Self {
+        let mut all = Self::default();
         for cell in cells {
-            let tip = cell.map(|measured| {
-                shown.runs.extend(measured.run);
-                shown.energies.extend(measured.energy);
-                shown.machines.extend(measured.machine);
-                measured.tip
+            let tip = cell.map(|table_run| {
+                all.runs.extend(table_run.run);
+                all.energies.extend(table_run.energy);
+                all.machine_runs.extend(table_run.machine_run);
+                table_run.tip
             });
-            shown.cells.push(tip);
+            all.cells.push(tip);
         }
         let is_nominal = |run: &Run| run.case.scale == 1.0;
         let order = |run: &Run| (run.case.trajectory, !is_nominal(run));
-        shown.runs.sort_by_key(order);
-        shown
+        all.runs.sort_by_key(order);
+        all
     }
 }
 
-/// A run of the paper's table, with what is shown of it.
-pub fn measure(request: &Request<'_>, scene: &Scene, plan: &Plan) -> Result<(Measured, Verdict)> {
+/// Makes one run of the paper's table.
+pub fn measure(request: &Request<'_>, scene: &Scene, plan: &Plan) -> Result<(TableRun, Verdict)> {
     let system = request.system;
     let mode = MODES.into_iter().find(|mode| *mode == plan.law);
     let case = Case {
@@ -162,10 +159,12 @@ pub fn measure(request: &Request<'_>, scene: &Scene, plan: &Plan) -> Result<(Mea
     };
     let is_adaptive = case.mode == MODES[0];
     let is_nominal = case.scale == 1.0;
-    let is_shown = is_nominal || is_adaptive && case.scale == UNCERTAIN;
+    let is_plotted = is_nominal || is_adaptive && case.scale == UNCERTAIN;
+    let has_energy = is_adaptive && is_nominal;
+    let is_replayed = has_energy && request.testbed.is_some();
     let mut experiment = plan.experiment.clone();
     let mut signals: Vec<Port> = Vec::new();
-    if is_shown {
+    if is_plotted {
         // The controller's accompanying functions need the plant's true inertias; its law does not
         // see them.
         experiment = vary(
@@ -173,36 +172,36 @@ pub fn measure(request: &Request<'_>, scene: &Scene, plan: &Plan) -> Result<(Mea
             &experiment,
             &[("lyapunov.inertia_scale", &case.scale)],
         )?;
-        let of = |pattern: &str| matching(system, &[pattern.into()]).unwrap_or_default();
-        signals = SHOWN.into_iter().flat_map(of).collect();
+        let ports = |pattern: &str| matching(system, &[pattern.into()]).unwrap_or_default();
+        signals = PLOTTED.into_iter().flat_map(ports).collect();
     }
     let mut ports = signals.clone();
-    if is_adaptive && is_nominal {
+    if has_energy {
         ports.extend(energy::ports(system).unwrap_or_default());
-        if request.testbed.is_some() {
-            ports.extend(testbed::ports(system).unwrap_or_default());
-        }
+    }
+    if is_replayed {
+        ports.extend(testbed::ports(system).unwrap_or_default());
     }
     let recorded = RecordedRun::record(system, &experiment, &ports)?;
-    let energy = (is_adaptive && is_nominal).then(|| {
+    let energy = has_energy.then(|| {
         energies(system, case.trajectory, &recorded)
             .with_context(|| format!("energy, {}", case.trajectory))
     });
-    let machine = (is_adaptive && is_nominal && request.testbed.is_some()).then(|| {
+    let machine_run = is_replayed.then(|| {
         MachineRun::new(system, case.trajectory, experiment.stepping.step, &recorded)
             .with_context(|| format!("{}, run of the machine", case.trajectory))
     });
-    let run = is_shown.then(|| Run::of(system, &experiment, case, &recorded, &signals, scene));
-    let measured = Measured {
+    let run = is_plotted.then(|| Run::new(system, &experiment, case, &recorded, &signals, scene));
+    let table_run = TableRun {
         tip: recorded.outcome.tip,
         run: run.transpose()?,
         energy,
-        machine,
+        machine_run,
     };
-    Ok((measured, recorded.outcome.verdict()))
+    Ok((table_run, recorded.outcome.verdict()))
 }
 
-/// Energy balances of a run of which [`energy::ports`] were recorded.
+/// Energy balances of a run in which [`energy::ports`] were recorded.
 fn energies(system: &System, trajectory: &str, recorded: &RecordedRun) -> Result<Value> {
     let balances = energy::evaluate(system, recorded)?.balances;
     let balances: Vec<_> = balances.iter().map(balance_json).collect();
@@ -210,21 +209,21 @@ fn energies(system: &System, trajectory: &str, recorded: &RecordedRun) -> Result
 }
 
 impl Run {
-    fn of(
+    fn new(
         system: &System,
         experiment: &Experiment,
         case: Case,
         recorded: &RecordedRun,
-        shown: &[Port],
+        plotted: &[Port],
         scene: &Scene,
     ) -> Result<Self> {
         let (recording, outcome) = (&recorded.recording, &recorded.outcome);
         let step = experiment.stepping.step;
         let mut signals = BTreeMap::new();
-        for &port in shown {
+        for &port in plotted {
             let name = system.name(port);
             let is_tip = name.starts_with("controller.tip_error");
-            let stride = stride(if is_tip { TIP_EVERY } else { SIGNALS_EVERY }, step);
+            let stride = stride(if is_tip { TIP_EVERY } else { EVERY }, step);
             let unit = system.variable(port).unit.as_deref();
             let signal = Signal {
                 unit: unit.unwrap_or("1").into(),
@@ -255,7 +254,7 @@ impl Run {
         })
     }
 
-    /// One line for people.
+    /// The run in one line of text.
     pub fn line(&self) -> String {
         let (case, [rmse, max]) = (self.case, [self.rmse, self.max].map(|e| 1e3 * e));
         format!(
@@ -264,7 +263,7 @@ impl Run {
         )
     }
 
-    /// Times, s, and values of a signal, where the system has it.
+    /// Times, s, and values of a signal, if the system has it.
     pub fn series(&self, name: &str) -> Option<Vec<(f64, f64)>> {
         let signal = self.signals.get(name)?;
         let at = |k: usize| self.start + k as f64 * signal.every;
@@ -275,9 +274,4 @@ impl Run {
 
 fn bond(r: &Residual) -> Value {
     json!({"bond": r.bond, "peak": r.peak, "energy": r.energy, "turnover": r.turnover})
-}
-
-/// Communication steps between samples.
-pub fn stride(every: f64, step: f64) -> usize {
-    ((every / step).round() as usize).max(1)
 }

@@ -1,8 +1,11 @@
-//! Numbers as they go into the page: single precision, little endian, base64.
+//! Numbers as the page holds them: sampled, single precision, little endian, base64.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde::{Serialize, Serializer};
+
+/// Time between two samples of most curves, s.
+pub const EVERY: f64 = 0.02;
 
 /// Values for plots and drawings; 24 bits are more than a screen shows.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,30 +16,33 @@ impl Samples {
         Self(values.into_iter().map(|v| v as f32).collect())
     }
 
-    /// Every `stride`-th value.
+    /// Takes every `stride`-th value.
     pub fn thinned(values: &[f64], stride: usize) -> Self {
         Self::new(values.iter().step_by(stride).copied())
     }
 
-    /// The values.
     pub fn values(&self) -> impl Iterator<Item = f64> + Clone {
         self.0.iter().copied().map(f64::from)
     }
 }
 
-/// Times of samples.
+/// Times of evenly spaced samples.
 #[derive(Serialize)]
 pub struct SampleTimes {
-    /// Of the first, s.
+    /// Time of the first, s.
     pub start: f64,
-    /// From one to the next, s.
+    /// Time between two, s.
     pub every: f64,
-    /// Number of samples.
     pub count: usize,
 }
 
+/// Number of communication steps from one sample to the next.
+pub fn stride(every: f64, step: f64) -> usize {
+    ((every / step).round() as usize).max(1)
+}
+
 impl SampleTimes {
-    /// Of every `stride`-th of `count` points, `step` apart, s.
+    /// Times of every `stride`-th of `count` points, which are `step` s apart.
     pub fn thinned(start: f64, step: f64, count: usize, stride: usize) -> Self {
         Self {
             start,
@@ -47,9 +53,9 @@ impl SampleTimes {
 
     /// Times, s, and values times `factor`.
     pub fn points(&self, samples: &Samples, factor: f64) -> Vec<(f64, f64)> {
-        let at = |k: usize| self.start + k as f64 * self.every;
+        let time = |k: usize| self.start + k as f64 * self.every;
         let points = samples.values().enumerate();
-        points.map(|(k, v)| (at(k), factor * v)).collect()
+        points.map(|(k, v)| (time(k), factor * v)).collect()
     }
 }
 
@@ -57,12 +63,9 @@ impl Serialize for Samples {
     /// One value where all are the same, else all.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let same = self.0.windows(2).all(|pair| pair[0] == pair[1]);
-        let kept = &self.0[..if same {
-            1.min(self.0.len())
-        } else {
-            self.0.len()
-        }];
-        let bytes: Vec<u8> = kept.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let count = if same { 1 } else { self.0.len() };
+        let written = self.0.iter().take(count);
+        let bytes: Vec<u8> = written.flat_map(|v| v.to_le_bytes()).collect();
         serializer.serialize_str(&STANDARD.encode(bytes))
     }
 }

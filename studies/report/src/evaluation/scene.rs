@@ -1,7 +1,7 @@
-//! What the animation draws: shapes of the bodies in body axes, and the bodies' poses over a run.
+//! The scene of the report's animation and of the live page: shapes of the machine's bodies in body
+//! axes, and the bodies' poses over a run.
 //!
-//! Shapes are made for the eye, from the mechanism's points; where bodies hang on each other is
-//! exact.
+//! The shapes are made up around the mechanism's points, which are exact.
 
 #![allow(non_snake_case)] // points as in the paper
 
@@ -14,10 +14,9 @@ use serde::Serialize;
 
 use super::samples::Samples;
 
-/// A drawn tip this far from the FMU's is another machine, m.
-const SAME_MACHINE: f64 = 1e-6;
+/// Largest distance between the drawn tip and the FMU's if both have the same machine file, m.
+const TIP_TOLERANCE: f64 = 1e-6;
 
-/// The bodies to draw.
 #[derive(Serialize)]
 pub struct Scene {
     bodies: Vec<BodyShape>,
@@ -25,20 +24,19 @@ pub struct Scene {
     tree: Tree,
 }
 
-/// What a page needs that poses the bodies itself, at joint angles that come in while it is open.
+/// The scene for the live page, which computes the bodies' poses from joint angles itself.
 #[derive(Serialize)]
 pub struct LiveScene<'a> {
     bodies: &'a [BodyShape],
     tree: &'a Tree,
-    /// Force that each rod is rated for, N.
+    /// Rated force of each rod, N.
     rated: [f64; 3],
 }
 
-/// One body.
 #[derive(Serialize)]
 struct BodyShape {
     name: String,
-    /// For people.
+    /// The body's name in words.
     title: &'static str,
     /// kg.
     mass: f64,
@@ -51,7 +49,6 @@ struct BodyShape {
 enum Shape {
     /// Polygon in the body's x-y plane, extruded from `z[0]` to `z[1]`.
     Plate { outline: Vec<[f64; 2]>, z: [f64; 2] },
-    /// Round bar.
     Bar {
         from: [f64; 3],
         to: [f64; 3],
@@ -76,8 +73,8 @@ impl Scene {
         })
     }
 
-    /// For a page that poses the bodies itself; `machine` is the one that was given to [`Scene::new`].
-    pub fn live(&self, machine: &Machine) -> LiveScene<'_> {
+    /// The scene for the live page; `machine` is the one that was given to [`Scene::new`].
+    pub fn to_live(&self, machine: &Machine) -> LiveScene<'_> {
         LiveScene {
             bodies: &self.bodies,
             tree: &self.tree,
@@ -115,7 +112,7 @@ impl Scene {
             error = error.max((drawn - Vector3::from_fn(|i, _| tip[i][k])).norm());
         }
         ensure!(
-            error <= SAME_MACHINE,
+            error <= TIP_TOLERANCE,
             "the tip is drawn {error:.1e} m from where the FMU has it: the machine file is not the one the FMU runs with"
         );
         Ok((Samples::new(frames), error))
@@ -142,7 +139,7 @@ fn title(body: Body) -> &'static str {
 
 fn shapes(body: Body, tree: &Tree, machine: &Machine) -> Vec<Shape> {
     let g = &machine.geometry;
-    // Thickness of the machine, by which all that has no length of its own is drawn.
+    // Thickness of the booms; it scales everything whose size the machine file does not give.
     let d = 0.1 * tree.r_A2_B.norm();
     match body {
         Body::T1 => column(tree, g, d),
@@ -172,29 +169,22 @@ fn column(tree: &Tree, g: &Geometry, d: f64) -> Vec<Shape> {
         upright(0.3 * d, 0.7 * d, g.r_B),
         upright(0.7 * d, O.y - d, 0.85 * d),
     ];
-    for side in [-1.0, 1.0] {
-        let z = plate(side, 0.62 * d, 0.12 * d);
-        let reach = 0.35 * d;
-        shapes.push(Shape::Plate {
-            outline: vec![
-                [-0.8 * d, O.y - 1.6 * d],
-                [0.8 * d, O.y - 1.6 * d],
-                [O.x + reach, O.y],
-                [O.x, O.y + reach],
-                [O.x - reach, O.y],
-            ],
-            z,
-        });
-        shapes.push(Shape::Plate {
-            outline: vec![
-                [0.0, foot[1] - 1.2 * d],
-                [foot[0] + reach, foot[1] - 0.3 * reach],
-                [foot[0], foot[1] + reach],
-                [0.0, foot[1] + 0.9 * d],
-            ],
-            z,
-        });
-    }
+    let reach = 0.35 * d;
+    let joint_bracket = [
+        [-0.8 * d, O.y - 1.6 * d],
+        [0.8 * d, O.y - 1.6 * d],
+        [O.x + reach, O.y],
+        [O.x, O.y + reach],
+        [O.x - reach, O.y],
+    ];
+    let foot_bracket = [
+        [0.0, foot[1] - 1.2 * d],
+        [foot[0] + reach, foot[1] - 0.3 * reach],
+        [foot[0], foot[1] + reach],
+        [0.0, foot[1] + 0.9 * d],
+    ];
+    shapes.extend(pair_of_plates(&joint_bracket, 0.62 * d, 0.12 * d));
+    shapes.extend(pair_of_plates(&foot_bracket, 0.62 * d, 0.12 * d));
     shapes.push(pin([O.x, O.y], 0.85 * d, 0.16 * d));
     shapes.push(pin(foot, 0.8 * d, 0.13 * d));
     shapes
@@ -228,17 +218,13 @@ fn lift_boom(tree: &Tree, d: f64) -> Vec<Shape> {
     for p in mounted {
         let (along, across) = (p.dot(&e), p.dot(&n));
         let beyond = across + 0.28 * d * across.signum();
-        for side in [-1.0, 1.0] {
-            shapes.push(Shape::Plate {
-                outline: vec![
-                    at(along - 0.9 * d, 0.0),
-                    at(along + 0.9 * d, 0.0),
-                    at(along + 0.25 * d, beyond),
-                    at(along - 0.25 * d, beyond),
-                ],
-                z: plate(side, 0.48 * d, 0.1 * d),
-            });
-        }
+        let bracket = [
+            at(along - 0.9 * d, 0.0),
+            at(along + 0.9 * d, 0.0),
+            at(along + 0.25 * d, beyond),
+            at(along - 0.25 * d, beyond),
+        ];
+        shapes.extend(pair_of_plates(&bracket, 0.48 * d, 0.1 * d));
         shapes.push(pin(p.into(), 0.78 * d, 0.12 * d));
     }
     shapes.push(pin(B.into(), 0.85 * d, 0.16 * d));
@@ -266,7 +252,7 @@ fn tilt_boom(tree: &Tree, d: f64) -> Vec<Shape> {
     ]
 }
 
-/// Barrel from the foot on, and the motor on it.
+/// Barrel from the foot, with the motor on it.
 fn cylinder(x0: f64, d: f64) -> Vec<Shape> {
     let along = |x0: f64, x1: f64, y: f64, radius| bar([x0, y, 0.0], [x1, y, 0.0], radius);
     vec![
@@ -280,8 +266,7 @@ fn cylinder(x0: f64, d: f64) -> Vec<Shape> {
     ]
 }
 
-/// The rod, to its pin at `lc`; behind the frame's origin it is drawn long enough to stay inside
-/// the barrel.
+/// The rod up to its pin at `lc`, long enough at its other end to stay inside the barrel.
 fn rod(x0: f64, lc: f64, d: f64) -> Vec<Shape> {
     vec![
         bar([lc - x0, 0.0, 0.0], [lc, 0.0, 0.0], 0.17 * d),
@@ -289,10 +274,10 @@ fn rod(x0: f64, lc: f64, d: f64) -> Vec<Shape> {
     ]
 }
 
-/// Two bars beside the boom along x, at distance `z` from its plane.
+/// Two bars along x, one on each side of the boom at distance `z` from its plane.
 fn pair_of_links(length: f64, z: f64, d: f64) -> Vec<Shape> {
     let half = 0.15 * d;
-    let outline = vec![
+    let outline = [
         [-half, 0.0],
         [0.0, -half],
         [length, -half],
@@ -300,11 +285,8 @@ fn pair_of_links(length: f64, z: f64, d: f64) -> Vec<Shape> {
         [length, half],
         [0.0, half],
     ];
-    let link = |side: f64| Shape::Plate {
-        outline: outline.clone(),
-        z: plate(side, z, 0.1 * d),
-    };
-    vec![link(-1.0), link(1.0), pin([length, 0.0], 0.8 * d, 0.11 * d)]
+    let [left, right] = pair_of_plates(&outline, z, 0.1 * d);
+    vec![left, right, pin([length, 0.0], 0.8 * d, 0.11 * d)]
 }
 
 fn wrist(next: Vector3<f64>, radius: f64) -> Vec<Shape> {
@@ -338,14 +320,13 @@ fn bar(from: [f64; 3], to: [f64; 3], radius: f64) -> Shape {
     Shape::Bar { from, to, radius }
 }
 
-/// z range of a plate on one side of the boom plane.
-fn plate(side: f64, inner: f64, thickness: f64) -> [f64; 2] {
+/// Two equal plates, one on each side of the boom plane at the distance `inner`.
+fn pair_of_plates(outline: &[[f64; 2]], inner: f64, thickness: f64) -> [Shape; 2] {
     let outer = inner + thickness;
-    if side < 0.0 {
-        [-outer, -inner]
-    } else {
-        [inner, outer]
-    }
+    [[-outer, -inner], [inner, outer]].map(|z| Shape::Plate {
+        outline: outline.to_vec(),
+        z,
+    })
 }
 
 #[cfg(test)]

@@ -1,4 +1,5 @@
-//! The stability proof in numbers: what `hdrm-fmu stability` prints, with its course over time.
+//! The section on the stability proof: the numbers that `hdrm-fmu stability` prints, and the
+//! accompanying functions and powers over time.
 
 use std::collections::BTreeMap;
 
@@ -6,12 +7,9 @@ use anyhow::Result;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::request::{Request, UNCERTAIN, kept};
-use super::samples::{SampleTimes, Samples};
+use super::request::{Request, UNCERTAIN, successes};
+use super::samples::{EVERY, SampleTimes, Samples, stride};
 use experiments::analyses::stability::{self, Condition, Gains, Powers};
-
-/// Sampling of the curves, s.
-const EVERY: f64 = 0.02;
 
 /// Runs, and the gain conditions that they share.
 #[derive(Serialize)]
@@ -23,7 +21,6 @@ pub struct Stability {
     conditions: Vec<Value>,
 }
 
-/// One run: numbers and curves.
 #[derive(Serialize)]
 pub struct Run {
     #[serde(flatten)]
@@ -33,39 +30,36 @@ pub struct Run {
     pub curves: Curves,
 }
 
-/// Accompanying functions, J, and powers, W. Powers are means over the time between samples, except
-/// `excess_max`, the largest value.
+/// Accompanying functions, J, and powers, W, by name. A power's sample is the mean since the sample
+/// before; that of `excess_max` is the largest value.
 type Curves = BTreeMap<&'static str, Samples>;
 
-/// The runs that succeed; what failed goes to `failures`.
-pub fn stability(
+/// Makes the runs; a failed one goes to `failures`.
+pub fn results(
     request: &Request<'_>,
     done: impl Fn() + Sync,
     failures: &mut Vec<String>,
 ) -> Result<Stability> {
     let (results, _) = stability::run(request.system, request.base, UNCERTAIN, done)?;
-    let runs = kept(results, failures);
+    let runs = successes(results, failures);
     let gains = runs.first().map(|run| run.gains);
     let verdict = |condition: Condition| {
-        let mut shown = json!(condition);
-        shown["holds"] = condition.holds().into();
-        shown
+        let mut json = json!(condition);
+        json["holds"] = condition.holds().into();
+        json
     };
+    let conditions = gains.iter().flat_map(Gains::conditions);
     Ok(Stability {
         inertia_scale: UNCERTAIN,
         runs: runs.into_iter().map(Run::new).collect(),
         gains,
-        conditions: gains
-            .iter()
-            .flat_map(Gains::conditions)
-            .map(verdict)
-            .collect(),
+        conditions: conditions.map(verdict).collect(),
     })
 }
 
 impl Run {
     fn new(numbers: stability::Run) -> Self {
-        let stride = super::runs::stride(EVERY, numbers.step);
+        let stride = stride(EVERY, numbers.step);
         let course = &numbers.course;
         let count = course.nu_dot.len() / stride;
         Self {

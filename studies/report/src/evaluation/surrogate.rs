@@ -1,7 +1,7 @@
-//! The surrogate on the rig as the page takes it: efficiency maps, time responses, and what it does
-//! in the loop.
+//! The section on the surrogate on the rig: efficiency maps, time responses, and coupled runs of
+//! the machine with it.
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use cosim::{Experiment, System};
 use serde_json::{Value, json};
 use surrogate::measurement::campaign::{held_out_profiles, measure};
@@ -9,7 +9,7 @@ use surrogate::measurement::profile::{Kind, LOAD_MAX, SPEED};
 use surrogate::prediction::efficiency_map::{EfficiencyMap, maps};
 use surrogate::prediction::responses::responses;
 
-use super::request::{Request, kept_as};
+use super::request::{Request, success};
 use super::samples::Samples;
 use experiments::analyses::surrogate_loop::{self, RigNetwork, SurrogateRun};
 use experiments::runs::grid::Case;
@@ -21,15 +21,15 @@ const SECONDS: f64 = 10.0;
 /// Every how many communication points a current is drawn: 20 ms.
 const STRIDE: usize = 20;
 
-/// Of the machine of the real world, where its system is at hand; what failed goes to `failures`.
-pub fn on_rig(request: &Request<'_>, failures: &mut Vec<String>) -> Option<Value> {
-    let system = request.real?;
-    let made = made(system, &request.elsewhere());
-    kept_as("surrogate on the rig", made, failures)
+/// The results on the machine of the real world, if its system is at hand; a failure goes to
+/// `failures`.
+pub fn results(request: &Request<'_>, failures: &mut Vec<String>) -> Option<Value> {
+    let result = evaluate(request.real?, &request.elsewhere());
+    success(result.context("surrogate on the rig"), failures)
 }
 
 /// The maps with their largest load, N, and speed, m/s, either way, and cells; responses; runs.
-fn made(system: &System, base: &Experiment) -> Result<Value> {
+fn evaluate(system: &System, base: &Experiment) -> Result<Value> {
     let network = RigNetwork::new()?;
     let map = |map: EfficiencyMap| {
         let values = Samples::new(map.cells.into_iter().flatten());
@@ -60,14 +60,14 @@ fn line((name, points): (&'static str, Vec<(f64, f64)>)) -> Value {
     json!({"name": name, "t": t, "y": y})
 }
 
-/// The numbers of a run; of the lift axis times, required and true current, and times, true
-/// efficiency, that of physics, hybrid and network.
+/// The numbers of a run. Of the lift axis: times, required and true current; and times, true
+/// efficiency, and that of physics, hybrid and network.
 fn run(run: &SurrogateRun) -> Value {
     let (current, efficiency) = (&run.lift_current, &run.lift_efficiency);
     let current = |k: usize| Samples::new(current[k].iter().step_by(STRIDE).copied());
     let efficiency = |k: usize| Samples::new(efficiency.iter().map(|row| row[k]));
-    let mut shown = json!(run);
-    shown["lift_current"] = json!([0, 1, 2].map(current));
-    shown["lift_efficiency"] = json!([0, 1, 2, 3, 4].map(efficiency));
-    shown
+    let mut json = json!(run);
+    json["lift_current"] = json!([0, 1, 2].map(current));
+    json["lift_efficiency"] = json!([0, 1, 2, 3, 4].map(efficiency));
+    json
 }

@@ -1,21 +1,18 @@
-//! The one-axis experiment as the page takes it.
+//! The section on the testbed: one actuator at a time replays the loads that a run of the machine
+//! put on it.
 
 use std::collections::BTreeMap;
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use serde::Serialize;
 
-use super::request::{Request, kept, kept_as};
-use super::runs::stride;
-use super::samples::{SampleTimes, Samples};
+use super::request::{Request, success, successes};
+use super::samples::{EVERY, SampleTimes, Samples, stride};
 use experiments::analyses::testbed::{self, CHECK, MachineRun, Replay};
 
 /// Time constant of the testbed's load emulators, s.
 const LAG: f64 = 0.02;
-/// Sampling of the testbed's curves, s.
-const EVERY: f64 = 0.02;
 
-/// The one-axis experiment.
 #[derive(Serialize)]
 pub struct Testbed {
     /// Time constant of the load emulators, s.
@@ -23,7 +20,7 @@ pub struct Testbed {
     pub axes: Vec<Axis>,
 }
 
-/// One axis on one trajectory: numbers and curves, desired and actual.
+/// One axis on one trajectory, with its curves.
 #[derive(Serialize)]
 pub struct Axis {
     #[serde(flatten)]
@@ -34,27 +31,24 @@ pub struct Axis {
     pub curves: BTreeMap<&'static str, [Samples; 2]>,
 }
 
-/// The one-axis experiment, where there is a testbed, of these runs of the machine; what failed of
-/// it goes to `failures`.
-pub fn replayed(
+/// Replays the loads of `machine_runs`, if there is a testbed; a failure goes to `failures`.
+pub fn results(
     request: &Request<'_>,
-    machines: Vec<Result<MachineRun>>,
+    machine_runs: Vec<Result<MachineRun>>,
     failures: &mut Vec<String>,
 ) -> Option<Testbed> {
     let bed = request.testbed?;
-    let runs = kept(machines, failures);
+    let runs = successes(machine_runs, failures);
     let replay = Replay {
         machine: request.system,
         base: request.base,
         runs: &runs,
         lag: LAG,
     };
-    let axes = replay.on(bed, &[CHECK]);
-    let axes = kept_as("testbed", axes, failures).unwrap_or_default();
-    Some(Testbed {
-        lag: LAG,
-        axes: axes.into_iter().map(Axis::new).collect(),
-    })
+    let axes = replay.on(bed, &[CHECK]).context("testbed");
+    let axes = success(axes, failures).into_iter().flatten();
+    let axes = axes.map(Axis::new).collect();
+    Some(Testbed { lag: LAG, axes })
 }
 
 impl Axis {

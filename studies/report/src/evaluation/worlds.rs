@@ -1,26 +1,27 @@
-//! The worlds side by side: the adaptive law and its rivals in each, with a sentence on what is in
-//! it.
+//! The section that compares the worlds: the errors of the adaptive law and its rivals in each,
+//! with a sentence on what the world contains.
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use cosim::{Experiment, System};
 use serde_json::{Value, json};
 
-use super::request::{Request, kept_as};
+use super::request::{Request, success};
 use experiments::analyses::comparison::{self, Summary};
 use experiments::setup::start_values::laws_of_modes;
 use experiments::worlds::{self, World};
 
-/// Laws that are shown.
+/// Laws that are compared.
 const MODES: [&str; 4] = [
     "adaptive",
     "adaptive_integral",
     "modular_integral",
     "pd_integral",
 ];
-/// Machines drawn for a world: one, because the page is made often; `table --world` takes more.
+/// Number of machines drawn for a world: one, because the page is made often; `table --world` takes
+/// more.
 const SEEDS: u64 = 1;
 
-/// The worlds that are shown, what is in each, and a command that runs it on more machines.
+/// The worlds, what each contains, and a command that runs it on more machines.
 const WORLDS: [(World, &str, &str); 3] = [
     (
         World::Ideal,
@@ -41,20 +42,22 @@ const WORLDS: [(World, &str, &str); 3] = [
     ),
 ];
 
-/// The worlds with a sentence on what is in each and a command that runs it on more machines; those
-/// whose system is at hand with what the laws do in them; those that fail are named.
-pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<Value> {
+/// An entry for each world, with the laws' errors if its system is at hand; a failure goes to
+/// `failures`.
+pub fn results(request: &Request, failures: &mut Vec<String>) -> Vec<Value> {
     let systems = [Some(request.system), request.real, request.bending];
-    let mut found = Vec::new();
+    let mut entries = Vec::new();
     for ((world, sentence, command), system) in WORLDS.into_iter().zip(systems) {
         let base = match world {
             World::Ideal => request.base.clone(),
             _ => request.elsewhere(),
         };
-        let run = system.map(|system| one(world, system, base));
-        let run = run.and_then(|run| kept_as(format_args!("{world:?} world"), run, failures));
-        let (cases, laws) = run.unwrap_or_default();
-        found.push(json!({
+        let compared = system.and_then(|system| {
+            let result = compare(world, system, base);
+            success(result.with_context(|| format!("{world:?} world")), failures)
+        });
+        let (cases, laws) = compared.unwrap_or_default();
+        entries.push(json!({
             "name": world.name(),
             "sentence": sentence,
             "command": command,
@@ -62,11 +65,11 @@ pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<Value> {
             "laws": laws,
         }));
     }
-    found
+    entries
 }
 
-/// Number of machines, and each law over them.
-fn one(world: World, system: &System, mut base: Experiment) -> Result<(usize, Vec<Summary>)> {
+/// The number of machines, and each law's errors over them.
+fn compare(world: World, system: &System, mut base: Experiment) -> Result<(usize, Vec<Summary>)> {
     if world.bends() {
         base.stepping.step = base.stepping.step.min(worlds::BENDING_STEP);
     }

@@ -1,5 +1,5 @@
-//! A machine on one sheet, as crane makers print it: side view with named points and dimensions,
-//! workspace, load chart.
+//! Draws a machine on one sheet, as crane makers print it: side view with named points and
+//! dimensions, legend, workspace coloured by payload, payload over reach.
 
 mod bands;
 mod frame;
@@ -30,14 +30,14 @@ const TITLE: u32 = 56;
 const SPLIT: (u32, u32) = (820, 700);
 
 impl Sheet {
-    /// Of a machine that people know as `name`.
+    /// The sheet of a machine, with `name` as its title.
     ///
     /// # Errors
     /// A mechanism that does not close.
     pub fn new(name: &str, machine: Machine, chart: LoadChart) -> Result<Self> {
         let tree = Tree::new(&machine)?;
         let view = SideView::new(&tree, &machine.start.zeta);
-        let greatest = chart.places().filter_map(|p| p.payload).fold(0.0, f64::max);
+        let greatest = chart.points().filter_map(|p| p.payload).fold(0.0, f64::max);
         Ok(Self {
             name: name.into(),
             view,
@@ -47,9 +47,16 @@ impl Sheet {
         })
     }
 
-    /// Write it as SVG or PNG, as the file is called.
+    /// Writes it as SVG or PNG, by the file's extension.
     pub fn write(&self, file: &Path) -> Result<()> {
         write(self, file, SHEET)
+    }
+
+    fn ratings(&self) -> String {
+        let ratings = self.machine.ratings.in_order();
+        let each = machine_file::AXES.into_iter().zip(ratings);
+        let each = each.map(|(axis, r)| format!("{:.0} kN ({axis})", r.force_max / 1e3));
+        Vec::from_iter(each).join(", ")
     }
 }
 
@@ -59,14 +66,14 @@ impl Picture for Sheet {
         let (title, rest) = area.split_vertically(TITLE);
         let start = self.machine.start.zeta.map(f64::to_degrees);
         title.draw(&Text::new(self.name.clone(), (24, 8), HEAD.into_font()))?;
-        let stated = format!(
+        let subtitle = format!(
             "start pose: lift {:.0}°, tilt {:.0}°, tool at {:.0}° to the horizontal; lengths in mm; actuators rated for {}",
             start[1],
             start[2],
             self.chart.tool.to_degrees(),
-            self.rated()
+            self.ratings()
         );
-        title.draw(&Text::new(stated, (24, 34), FONT.into_font()))?;
+        title.draw(&Text::new(subtitle, (24, 34), FONT.into_font()))?;
         let (upper, lower) = rest.split_vertically(SPLIT.1);
         let (side, loads) = upper.split_horizontally(SPLIT.0);
         let (legend, reach) = lower.split_horizontally(SPLIT.0);
@@ -74,14 +81,5 @@ impl Picture for Sheet {
         self.loads(&loads)?;
         self.legend(&legend)?;
         self.over_reach(&reach)
-    }
-}
-
-impl Sheet {
-    fn rated(&self) -> String {
-        let ratings = self.machine.ratings.in_order();
-        let each = machine_file::AXES.into_iter().zip(ratings);
-        let each = each.map(|(axis, r)| format!("{:.0} kN ({axis})", r.force_max / 1e3));
-        Vec::from_iter(each).join(", ")
     }
 }

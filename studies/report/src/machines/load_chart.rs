@@ -1,4 +1,5 @@
-//! The greatest payload at rest over the workspace, and what limits it.
+//! The load chart: the greatest payload at rest over the workspace, and what limits it. `machine
+//! draw` draws it and writes it as CSV.
 #![allow(non_snake_case)] // symbols of the machine file
 
 use anyhow::{Context, Result, ensure};
@@ -10,34 +11,34 @@ use std::io::{self, Write};
 
 use experiments::machines::continuous_torque::ContinuousTorque;
 
-/// Poses along each of the two boom joints.
+/// Number of angles of each of the two boom joints.
 const POSES: usize = 81;
-/// Payload at which loads are computed beside none, kg; they are linear in it.
+/// Loads are linear in the payload: they are computed without any and with this one, kg.
 const UNIT: f64 = 1000.0;
 
-/// One pose with the tool at its angle.
+/// One pose of the machine.
 #[derive(Clone, Copy, Debug)]
 pub struct LoadPoint {
     /// Joint angles, rad.
     pub zeta: [f64; DOF],
     /// Distance of the tip from the slew axis, m.
     pub reach: f64,
-    /// Its height over the base, m.
+    /// Height of the tip over the base, m.
     pub height: f64,
     /// Greatest payload, kg; none where the machine cannot hold even itself.
     pub payload: Option<f64>,
-    /// What limits it.
+    /// What limits the payload.
     pub limit: Quantity,
-    /// Greatest payload that may be held for ever, kg: at most `payload`, and what the motors hold
-    /// with the torque that lasts.
+    /// Greatest payload that may be held continuously, kg: at most `payload`, and what the motors'
+    /// continuous torques hold.
     pub lasting: Option<f64>,
-    /// The actuator whose lasting torque limits that, counted from 0; none where it is `limit`.
+    /// The actuator, from 0, whose continuous torque limits `lasting`; none if `limit` does.
     pub lasting_limit: Option<usize>,
 }
 
 /// Greatest payloads over lift and tilt angles.
 pub struct LoadChart {
-    /// Rows of equal lift angle, each over tilt angles; none where strokes, joints or wrist do not
+    /// A row for each lift angle, over tilt angles; none where strokes, joints or wrist do not
     /// allow the pose.
     pub rows: Vec<Vec<Option<LoadPoint>>>,
     /// Factor on all weights.
@@ -57,8 +58,9 @@ struct Loads {
 }
 
 impl LoadChart {
-    /// Of `machine`, all weights times `factor` for what is not at rest. The tool keeps the angle
-    /// over the horizontal that it has at the start; the payload has the file's centre of mass.
+    /// The chart of `machine` with all weights times `factor`, which allows for dynamic loads. The
+    /// tool keeps the angle to the horizontal that it has in the start pose; the payload's centre
+    /// of mass is that of the machine file.
     ///
     /// # Errors
     /// A mechanism that does not close, or a factor that is not positive.
@@ -72,12 +74,12 @@ impl LoadChart {
         let tool = start[1] + start[2] + start[4];
         let ranges = machine.limits.zeta();
         let row = |i: usize| {
-            let of_column = |j: usize| {
-                let [lift, tilt] = [along(ranges[1], i), along(ranges[2], j)];
+            let point = |j: usize| {
+                let [lift, tilt] = [angle(ranges[1], i), angle(ranges[2], j)];
                 let zeta = [start[0], lift, tilt, start[3], tool - lift - tilt, start[5]];
-                loads.place(zeta)
+                loads.point(zeta)
             };
-            (0..POSES).map(of_column).collect()
+            (0..POSES).map(point).collect()
         };
         Ok(Self {
             rows: (0..POSES).map(row).collect(),
@@ -86,18 +88,17 @@ impl LoadChart {
         })
     }
 
-    /// All places.
-    pub fn places(&self) -> impl Iterator<Item = &LoadPoint> {
+    /// The points of all allowed poses.
+    pub fn points(&self) -> impl Iterator<Item = &LoadPoint> {
         self.rows.iter().flatten().flatten()
     }
 
-    /// Write them as CSV.
     pub fn write_csv(&self, file: &mut impl Write) -> io::Result<()> {
         writeln!(
             file,
             "reach_m,height_m,lift_rad,tilt_rad,wrist_2_rad,payload_kg,limit,lasting_kg,lasting_limit"
         )?;
-        for p in self.places() {
+        for p in self.points() {
             let [_, lift, tilt, _, wrist, _] = p.zeta;
             let payload = p.payload.unwrap_or(0.0);
             let (reach, height, limit) = (p.reach, p.height, p.limit);
@@ -116,7 +117,7 @@ impl LoadChart {
 }
 
 /// The `k`-th of [`POSES`] angles over a range.
-fn along([min, max]: [f64; 2], k: usize) -> f64 {
+fn angle([min, max]: [f64; 2], k: usize) -> f64 {
     min + (max - min) * k as f64 / (POSES - 1) as f64
 }
 
@@ -134,26 +135,25 @@ impl Loads {
         })
     }
 
-    /// None where joints or strokes do not allow the pose.
-    fn place(&self, zeta: [f64; DOF]) -> Option<LoadPoint> {
+    /// The point of a pose; none where joints or strokes do not allow it.
+    fn point(&self, zeta: [f64; DOF]) -> Option<LoadPoint> {
         let motion = Motion::rest(zeta);
         let [empty, loaded] = [&self.empty, &self.loaded].map(|c| c.demand(&motion));
-        let torques = self.motors(&empty, &loaded);
+        let (continuous, motor) = self.continuous_payload(&empty, &loaded);
         let [empty, loaded] = [empty, loaded].map(|demand| self.limits.margins(&demand));
-        let reaches = |m: &Margin| {
-            m.holds() || !matches!(m.quantity, Quantity::Joint(_) | Quantity::Stroke(_))
-        };
-        if !empty.iter().all(reaches) {
+        if empty.iter().any(|m| is_geometric(m) && !m.holds()) {
             return None;
         }
         let (payload, limit) = empty
             .iter()
             .zip(&loaded)
-            .map(|(a, b)| (of_margin(a, b, self.factor), a.quantity))
+            .filter(|(a, _)| !is_geometric(a))
+            .map(|(a, b)| {
+                let range = a.range.map(|end| end / self.factor);
+                (payload_at_limit([a.value, b.value], range), a.quantity)
+            })
             .min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let (warm, motor) = torques;
-        let of_motor = (warm < payload).then_some(motor);
-        let lasting = warm.min(payload);
+        let lasting = continuous.min(payload);
         let poses = self.empty.plant().tree().configuration(&zeta).world_poses();
         let last = poses[Body::D4 as usize];
         let tip = last.r + last.R * self.tip;
@@ -164,35 +164,31 @@ impl Loads {
             payload: (payload >= 0.0).then_some(payload),
             limit,
             lasting: (lasting >= 0.0).then_some(lasting),
-            lasting_limit: of_motor,
+            lasting_limit: (continuous < payload).then_some(motor),
         })
     }
 
-    /// The payload, kg, at which a motor first comes to its lasting torque, at rest whatever the
-    /// factor, and which motor that is.
-    fn motors(&self, empty: &Demand, loaded: &Demand) -> (f64, usize) {
+    /// The payload, kg, at which a motor first reaches its continuous torque, at rest and whatever
+    /// the factor, and which motor that is.
+    fn continuous_payload(&self, empty: &Demand, loaded: &Demand) -> (f64, usize) {
         let each = (0..3).map(|i| {
-            let both = self.lasting[i].torque;
+            let limit = self.lasting[i].torque;
             let torques = [empty.tau_e[i], loaded.tau_e[i]];
-            (most(torques, [-both, both]), i)
+            (payload_at_limit(torques, [-limit, limit]), i)
         });
         let least = each.min_by(|a, b| a.0.total_cmp(&b.0));
         least.expect("three motors")
     }
 }
 
-/// The payload, kg, at which a quantity comes to its limit with all weights times `factor`; endless
-/// for one that is none of the load.
-fn of_margin(a: &Margin, b: &Margin, factor: f64) -> f64 {
-    if matches!(a.quantity, Quantity::Joint(_) | Quantity::Stroke(_)) {
-        return f64::INFINITY;
-    }
-    most([a.value, b.value], a.range.map(|end| end / factor))
+/// Whether a quantity depends on the pose alone, not on the load.
+fn is_geometric(margin: &Margin) -> bool {
+    matches!(margin.quantity, Quantity::Joint(_) | Quantity::Stroke(_))
 }
 
-/// The payload m, kg, at which `a + (b − a)·m/UNIT` leaves the range. Negative where it is outside
-/// without any.
-fn most([a, b]: [f64; 2], [min, max]: [f64; 2]) -> f64 {
+/// The payload m, kg, at which `a + (b − a)·m/UNIT` leaves the range; negative where `a` is outside
+/// already.
+fn payload_at_limit([a, b]: [f64; 2], [min, max]: [f64; 2]) -> f64 {
     let slope = (b - a) / UNIT;
     if !(min..=max).contains(&a) {
         return -1.0;
@@ -225,7 +221,7 @@ mod tests {
             let machine = Machine::preset(name).expect("shipped");
             let chart = LoadChart::new(&machine, 1.0).expect("chart");
             let mut seen = 0;
-            for place in chart.places().step_by(7) {
+            for place in chart.points().step_by(7) {
                 let Some(payload) = place.payload else {
                     assert_ne!(holds(&machine, place, 0.0), []);
                     continue;
@@ -254,7 +250,7 @@ mod tests {
         let most = ContinuousTorque::from_machine(&machine);
         let chart = LoadChart::new(&machine, 1.0).expect("chart");
         let mut seen = [0; 4];
-        for place in chart.places().step_by(7) {
+        for place in chart.points().step_by(7) {
             let Some(mass) = place.lasting else { continue };
             let Some(k) = place.lasting_limit else {
                 assert_eq!(place.lasting, place.payload);
@@ -279,7 +275,7 @@ mod tests {
         let with_factor = LoadChart::new(&machine, 1.25).expect("chart");
         machine.gravity *= 1.25;
         let heavier = LoadChart::new(&machine, 1.0).expect("chart");
-        for (a, b) in with_factor.places().zip(heavier.places()) {
+        for (a, b) in with_factor.points().zip(heavier.points()) {
             let difference = a.payload.unwrap_or(0.0) - b.payload.unwrap_or(0.0);
             assert!(difference.abs() < 1e-6, "{a:?} {b:?}");
         }

@@ -1,29 +1,26 @@
-//! A machine seen from the side: its named points, and the lines between them.
+//! A machine seen from the side: the places of its named points in a pose, for its drawing.
 #![allow(non_snake_case)] // names of points
 
 use hdrm::{Body, DOF, Tree};
 use nalgebra::Vector3;
 
-/// A point of the boom plane with its name.
+/// A point of the boom plane.
 pub struct NamedPoint {
     /// As in the machine file and the equations.
     pub name: &'static str,
-    /// For people.
     pub meaning: &'static str,
     /// Distance ahead of the slew axis and height, m.
     pub place: [f64; 2],
 }
 
-/// The points of one pose.
 pub struct SideView {
-    /// All of them.
     pub points: Vec<NamedPoint>,
-    /// Ends of the lift actuator's cylinder, where its rod begins; the same of the tilt actuator.
+    /// Where the rods leave their cylinders: of the lift and of the tilt actuator.
     pub rods: [[f64; 2]; 2],
 }
 
 impl SideView {
-    /// Of the pose `zeta`, rad, turned so that the boom plane is that of the picture.
+    /// The points of the pose `zeta`, rad, with the slew angle set to 0.
     pub fn new(tree: &Tree, zeta: &[f64; DOF]) -> Self {
         let zeta = [0.0, zeta[1], zeta[2], zeta[3], zeta[4], zeta[5]];
         let poses = tree.configuration(&zeta).world_poses();
@@ -63,10 +60,7 @@ impl SideView {
         }
     }
 
-    /// Place of a point.
-    ///
-    /// # Panics
-    /// There is none of that name.
+    /// Place of the point of this name, which must exist.
     pub fn at(&self, name: &str) -> [f64; 2] {
         let point = self.points.iter().find(|point| point.name == name);
         point.expect("a named point").place

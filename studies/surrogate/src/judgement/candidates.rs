@@ -1,5 +1,5 @@
-//! Physics, refitted physics, look-up map, network and hybrid on the same data, and the tables of
-//! how they do on profiles that none of them has seen.
+//! The comparison that `surrogate compare` prints: physics, refitted physics, look-up map, network
+//! and hybrid, all from the same data, and their errors on held-out profiles.
 
 use std::fmt::Write as _;
 
@@ -9,44 +9,39 @@ use machine_file::Emla;
 use rayon::prelude::*;
 
 use crate::judgement::conformal::{Coverage, SHARE, points};
-use crate::judgement::free_run::{Driven, Errors, QUANTITIES, overall, ratio};
-use crate::measurement::campaign::{
-    PROFILES, SECONDS, held_out_profiles, measure, rows, training_profiles,
-};
+use crate::judgement::free_run::{DrivenProfile, Errors, QUANTITIES, drive, overall, ratio};
+use crate::measurement::campaign::{SECONDS, held_out_profiles, rows, training_campaign};
 use crate::measurement::profile::Kind;
-use crate::prediction::identification::Identified;
+use crate::prediction::identification::Identification;
 use crate::prediction::lookup::LookUp;
 use crate::prediction::model::Model;
 
-/// Seed of the held-out profiles on which candidates are judged. Those of seed 1 were looked at
-/// when the campaign's size was chosen.
-const JUDGED: u64 = 4;
-/// Seed of those that calibrate a network's bound.
-pub const CALIBRATED: u64 = 2;
-/// Seed of those that tell its coverage.
-const COVERED: u64 = 3;
-/// Share of the network in the hybrid.
+/// Seed of the held-out profiles on which the models are compared. Those of seed 1 were seen when
+/// the campaign's size was chosen.
+const COMPARISON_SEED: u64 = 4;
+/// Seed of the profiles that calibrate a network's bound.
+pub const CALIBRATION_SEED: u64 = 2;
+/// Seed of the profiles on which the bound's coverage is measured.
+const COVERAGE_SEED: u64 = 3;
 const HYBRID: f64 = 0.9;
-/// Place of the refitted physics among the models.
+/// Index of the refitted physics among the models.
 const REFITTED: usize = 1;
 
-/// A campaign, and the models that were made of it.
+/// The models to compare.
 pub struct Candidates {
-    /// What was found of the actuator.
-    pub identified: Identified,
-    /// Names and models.
-    pub models: Vec<(&'static str, Model)>,
+    /// The parameters that were fitted to the campaign.
+    pub identification: Identification,
+    models: Vec<(&'static str, Model)>,
 }
 
 impl Candidates {
-    /// From the campaign of `seed`, with the `network` that was trained on it, and with the shipped
-    /// one.
-    pub fn of(p: &Emla, network: &Surrogate, seed: u64) -> Result<Self> {
-        let profiles = training_profiles(PROFILES, SECONDS, seed);
-        let measured = measure(p, &profiles, |profile| profile.seed)?;
-        let identified = Identified::of(p, &measured);
-        let electrical = identified.electrical;
-        let (rows, _) = rows(&electrical, &measured);
+    /// Fits the models to the campaign of `seed`, on which `network` was trained; the shipped
+    /// network is among them.
+    pub fn new(p: &Emla, network: &Surrogate, seed: u64) -> Result<Self> {
+        let campaign = training_campaign(p, seed)?;
+        let identification = Identification::new(p, &campaign);
+        let electrical = identification.electrical;
+        let (rows, _) = rows(&electrical, &campaign);
         let rows = rows.iter().map(|row| [row.tau_e, row.w_m, row.f_ext]);
         let rows: Vec<[f64; 3]> = rows.collect();
         let map = LookUp::new(maps::travel_per_radian(p), &rows);
@@ -54,27 +49,26 @@ impl Candidates {
         Ok(Self {
             models: vec![
                 ("physics as it is", Model::physics(*p)),
-                ("physics refitted", Model::physics(identified.refitted)),
+                ("physics refitted", Model::physics(identification.refitted)),
                 ("look-up map", Model::look_up(electrical, map)),
                 ("network", blended(network, 1.0)),
                 ("hybrid, alpha = 0.9", blended(network, HYBRID)),
                 ("shipped network", blended(&Surrogate::reference(), 1.0)),
             ],
-            identified,
+            identification,
         })
     }
 
-    /// The tables on `count` held-out profiles of `seconds`.
+    /// The tables of errors on `count` held-out profiles of `seconds`.
     pub fn judge(&self, p: &Emla, count: u32, seconds: f64) -> Result<String> {
-        let driven = Driven::all(p, &held_out_profiles(count, seconds, JUDGED))?;
-        let errors = |knows: bool| -> Vec<Vec<Errors>> {
-            let of = |model: &Model| {
-                driven
-                    .par_iter()
-                    .map(|d| Errors::of(model, d, knows))
-                    .collect()
+        let driven = drive(p, &held_out_profiles(count, seconds, COMPARISON_SEED))?;
+        let errors = |knows_temperature: bool| -> Vec<Vec<Errors>> {
+            let errors = |(_, model): &(_, Model)| {
+                let driven = driven.par_iter();
+                let errors = driven.map(|d| Errors::new(model, d, knows_temperature));
+                errors.collect()
             };
-            self.models.iter().map(|(_, model)| of(model)).collect()
+            self.models.iter().map(errors).collect()
         };
         let [known, unknown] = [errors(true), errors(false)];
         let mut text = format!(
@@ -88,37 +82,34 @@ impl Candidates {
     }
 
     fn table(&self, text: &mut String, temperature: &str, errors: &[Vec<Errors>]) {
-        let mut put = |cells: &[String]| {
+        let mut add_line = |cells: &[String]| {
             let cells: String = cells.iter().map(|cell| format!("{cell:>26}")).collect();
             *text += &format!("{}\n", cells.trim_end());
         };
         let mut head = vec![format!("{:<26}", format!("temperature {temperature}"))];
         head.extend(QUANTITIES.map(|(name, _)| name.into()));
         head.push("current over refitted's".into());
-        put(&head);
+        add_line(&head);
         for (k, (name, _)) in self.models.iter().enumerate() {
             let mut cells = vec![format!("{name:<26}")];
             for (quantity, (_, factor)) in QUANTITIES.iter().enumerate() {
                 cells.push(cell(overall(&errors[k], quantity).map(|e| factor * e)));
             }
             cells.push(cell(ratio(&errors[k], &errors[REFITTED], 0)));
-            put(&cells);
+            add_line(&cells);
         }
     }
 
-    /// Errors of current by kind of profile.
-    fn by_kind(&self, text: &mut String, driven: &[Driven], errors: &[Vec<Errors>]) {
+    fn by_kind(&self, text: &mut String, driven: &[DrivenProfile], errors: &[Vec<Errors>]) {
         *text += &format!("{:<26}", "current, A, by kind");
         for kind in Kind::ALL {
-            *text += &format!("{:>22}", kind.name());
+            *text += &format!("{:>22}", format!("{kind:?}").to_lowercase());
         }
         for (k, (name, _)) in self.models.iter().enumerate() {
             *text += &format!("\n{name:<26}");
             for kind in Kind::ALL {
-                let of_kind = driven
-                    .iter()
-                    .zip(&errors[k])
-                    .filter(|(d, _)| d.profile.kind == kind);
+                let pairs = driven.iter().zip(&errors[k]);
+                let of_kind = pairs.filter(|(d, _)| d.profile.kind == kind);
                 let of_kind: Vec<Errors> = of_kind.map(|(_, e)| *e).collect();
                 *text += &format!("{:>22}", cell(overall(&of_kind, 0)));
             }
@@ -127,7 +118,6 @@ impl Candidates {
     }
 }
 
-/// A value and its interval.
 fn cell([value, low, high]: [f64; 3]) -> String {
     let digits = if value >= 100.0 {
         0
@@ -139,9 +129,10 @@ fn cell([value, low, high]: [f64; 3]) -> String {
     format!("{value:.digits$} [{low:.digits$}, {high:.digits$}]")
 }
 
-/// How the bounds of networks hold on `count` profiles that they were not calibrated on.
+/// The table of how often the networks' bounds hold on `count` profiles that they were not
+/// calibrated on.
 pub fn coverage(p: &Emla, networks: &[(&str, &Surrogate)], count: u32) -> Result<String> {
-    let driven = Driven::all(p, &held_out_profiles(count, SECONDS, COVERED))?;
+    let driven = drive(p, &held_out_profiles(count, SECONDS, COVERAGE_SEED))?;
     let mut text = format!(
         "{:.0} % interval of the efficiency, pointwise: one window of each of {count} profiles that it was not calibrated on\n",
         1e2 * SHARE
@@ -151,7 +142,7 @@ pub fn coverage(p: &Emla, networks: &[(&str, &Surrogate)], count: u32) -> Result
             writeln!(text, "{name}: its file has no efficiency_bound")?;
             continue;
         };
-        let coverage = Coverage::of(&bound, &points(*p, network, &driven)?, COVERED);
+        let coverage = Coverage::new(&bound, &points(*p, network, &driven)?, COVERAGE_SEED);
         let [low, high] = coverage.interval().map(|share| 1e2 * share);
         let [windows, whole] = coverage.shares.map(|share| 1e2 * share);
         let share = 1e2 * coverage.inside as f64 / coverage.profiles as f64;

@@ -1,23 +1,22 @@
-//! Bound on the error of the network's efficiency that holds on profiles of a kind whatever the
-//! errors' distribution: conformal, by profile, pointwise.
+//! A bound on the error of the network's efficiency that holds with a given probability whatever
+//! the errors' distribution: a conformal prediction interval, calibrated on whole profiles.
 
 use anyhow::{Context as _, Result};
 use emla::{Drive, EfficiencyBound, Electric, Emla, State, Surrogate, Thermal};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::judgement::free_run::Driven;
+use crate::judgement::free_run::DrivenProfile;
 use crate::judgement::resampling::binomial;
 use crate::measurement::windows::Window;
 
-/// Probability of the bound.
+/// Probability that the bound holds.
 pub const SHARE: f64 = 0.9;
-/// Powers, W, and floors among which the narrowest shape is looked for.
+/// Powers, W, and floors of the shapes from which the narrowest bound is chosen.
 const POWERS: [f64; 6] = [25.0, 50.0, 100.0, 200.0, 400.0, 800.0];
-/// See [`POWERS`].
 const FLOORS: [f64; 6] = [0.02, 0.05, 0.1, 0.2, 0.4, 0.8];
 
-/// The network's efficiency at a window, as [`emla::Output`] has it, beside the truth.
+/// The network's efficiency in a window, as [`emla::Output`] has it, compared with the true one.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
     /// True efficiency less that of the network.
@@ -38,7 +37,7 @@ impl Point {
 pub fn points(
     p: machine_file::Emla,
     network: &Surrogate,
-    driven: &[Driven],
+    driven: &[DrivenProfile],
 ) -> Result<Vec<Vec<Point>>> {
     let electric = Electric {
         temperature: true,
@@ -82,13 +81,14 @@ pub fn points(
         .collect())
 }
 
-/// The bound: its shape is the one that is narrowest on every other profile, its factor comes from
-/// the others.
+/// Calibrates the bound. Half of the profiles choose its shape, the narrowest one; the other half
+/// determine its factor.
 ///
-/// A window that is drawn evenly from a new profile has its score below the factor at which the
-/// mean over the K profiles of their shares of scores below it, with one more profile whose scores
-/// are infinite, reaches [`SHARE`]: Dunn, Wasserman and Ramdas (2023, *Distribution-free prediction
-/// sets for two-layer hierarchical models*), pooling CDFs.
+/// The factor is the smallest score at which the mean, over the K profiles and one more whose
+/// scores are infinite, of each profile's share of scores up to it reaches [`SHARE`]. A window
+/// drawn uniformly from a new profile then has a score below the factor with this probability:
+/// Dunn, Wasserman and Ramdas (2023, *Distribution-free prediction sets for two-layer hierarchical
+/// models*), pooling CDFs.
 pub fn calibrate(profiles: &[Vec<Point>]) -> EfficiencyBound {
     let profiles = with_points(profiles);
     let every_other = |first: usize| -> Vec<&[Point]> {
@@ -119,13 +119,12 @@ pub fn calibrate(profiles: &[Vec<Point>]) -> EfficiencyBound {
     with_factor(power, floor, &scoring)
 }
 
-/// Profiles that have points.
 fn with_points(profiles: &[Vec<Point>]) -> Vec<&[Point]> {
     let profiles = profiles.iter().map(Vec::as_slice);
     profiles.filter(|points| !points.is_empty()).collect()
 }
 
-/// See [`calibrate`].
+/// The factor, see [`calibrate`].
 fn quantile(profiles: &[&[Point]], score: impl Fn(&Point) -> f64) -> f64 {
     let mut scores: Vec<[f64; 2]> = Vec::new();
     for points in profiles {
@@ -144,27 +143,27 @@ fn quantile(profiles: &[&[Point]], score: impl Fn(&Point) -> f64) -> f64 {
 }
 
 /// Mean over profiles of the means over their points.
-fn mean(profiles: &[&[Point]], of: impl Fn(&Point) -> f64) -> f64 {
-    let one = |points: &&[Point]| points.iter().map(&of).sum::<f64>() / points.len() as f64;
-    profiles.iter().map(one).sum::<f64>() / profiles.len() as f64
+fn mean(profiles: &[&[Point]], value: impl Fn(&Point) -> f64) -> f64 {
+    let mean = |points: &&[Point]| points.iter().map(&value).sum::<f64>() / points.len() as f64;
+    profiles.iter().map(mean).sum::<f64>() / profiles.len() as f64
 }
 
-/// How a bound holds on profiles that it was not calibrated on.
+/// How often a bound holds on profiles that it was not calibrated on.
 #[derive(Clone, Copy, Debug)]
 pub struct Coverage {
-    /// Profiles with a point.
-    pub profiles: usize,
-    /// Those of which a drawn window lies inside, one window of each.
-    pub inside: usize,
+    /// Profiles that have points.
+    pub(crate) profiles: usize,
+    /// Profiles whose window lies inside the bound, of which one window is drawn by seed.
+    pub(crate) inside: usize,
     /// Share of windows inside, and of profiles with all of their windows inside.
     pub shares: [f64; 2],
     /// Half the width, mean over profiles.
-    pub half: f64,
+    pub(crate) half: f64,
 }
 
 impl Coverage {
-    /// Of a bound; the windows are drawn with the seed.
-    pub fn of(bound: &EfficiencyBound, profiles: &[Vec<Point>], seed: u64) -> Self {
+    /// The coverage of a bound; `seed` draws one window of each profile.
+    pub fn new(bound: &EfficiencyBound, profiles: &[Vec<Point>], seed: u64) -> Self {
         let profiles = with_points(profiles);
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let holds = |point: &Point| point.needed(bound) <= bound.factor;

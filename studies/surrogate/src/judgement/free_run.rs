@@ -1,6 +1,6 @@
-//! Models judged on whole profiles that they have not seen, in free-running simulation: a model gets
-//! the temperature at the start, then only what was asked for, and finds current, losses,
-//! temperatures and energy by itself.
+//! Judges models on whole held-out profiles in free-running simulation: a model is given the
+//! temperature at the start and the desired speeds and loads, and predicts current, losses,
+//! temperatures and energy.
 
 use anyhow::Result;
 use emla::maps;
@@ -10,49 +10,46 @@ use rayon::prelude::*;
 use crate::judgement::resampling::bootstrap;
 use crate::measurement::profile::{Desired, Profile, SAMPLE};
 use crate::measurement::rig_run::run;
-use crate::measurement::windows::{SAMPLES, Window, data_sheet, mean, steady_torque, windows};
-use crate::prediction::model::{EFFICIENCY_SPEED, Model, Motion};
+use crate::measurement::windows::{
+    Motion, SAMPLES, Window, data_sheet, mean, steady_torque, windows,
+};
+use crate::prediction::model::{EFFICIENCY_SPEED, Model};
 
-/// Samples on either side over which the desired speed is taken to change: what happens within a
-/// window is left out.
+/// Samples on either side over which the desired acceleration is averaged, so that changes within a
+/// window do not show.
 const AROUND: usize = SAMPLES / 2;
 
-/// Measured force, N, below which both powers are small and their ratio says little.
+/// Measured force, N, below which both powers are too small for a meaningful efficiency.
 const EFFICIENCY_FORCE: f64 = 5e3;
 
-/// A profile driven on the rig, and what is true of all of it.
-pub struct Driven {
-    /// Which one.
-    pub profile: Profile,
-    /// Its windows.
-    pub windows: Vec<Window>,
+/// A profile driven on the rig.
+pub struct DrivenProfile {
+    pub(crate) profile: Profile,
+    pub(crate) windows: Vec<Window>,
     /// Energy taken from the DC side, J.
-    pub energy: f64,
-    /// Power at the nut either way, integrated, J: what an energy's error is compared with.
-    pub moved: f64,
+    energy: f64,
+    /// Integral of the power's magnitude at the nut, J: the reference for errors of the energy.
+    moved: f64,
 }
 
-impl Driven {
-    /// Drive the profiles; the sensors of each are set up anew, with its own seed.
-    pub fn all(p: &Emla, profiles: &[Profile]) -> Result<Vec<Self>> {
-        let drive = |profile: &Profile| {
-            let run = run(profile, profile.seed)?;
-            let travel = maps::travel_per_radian(p);
-            let [first, last] = [&run[0].truth, &run[run.len() - 1].truth];
-            let power = run.iter().map(|s| (s.truth.F * travel * s.truth.w_m).abs());
-            Ok(Self {
-                profile: *profile,
-                windows: windows(p, &run),
-                energy: last.E_in - first.E_in,
-                moved: SAMPLE * power.skip(1).sum::<f64>(),
-            })
-        };
-        profiles.par_iter().map(drive).collect()
-    }
+/// Drives the profiles on the rig; the sensors of each have its own seed.
+pub fn drive(p: &Emla, profiles: &[Profile]) -> Result<Vec<DrivenProfile>> {
+    let drive = |profile: &Profile| {
+        let run = run(profile, profile.seed)?;
+        let travel = maps::travel_per_radian(p);
+        let [first, last] = [&run[0].truth, &run[run.len() - 1].truth];
+        let power = run.iter().map(|s| (s.truth.F * travel * s.truth.w_m).abs());
+        Ok(DrivenProfile {
+            profile: *profile,
+            windows: windows(p, &run),
+            energy: last.E_in - first.E_in,
+            moved: SAMPLE * power.skip(1).sum::<f64>(),
+        })
+    };
+    profiles.par_iter().map(drive).collect()
 }
 
-/// What a model finds at one sample: quadrature current, A, powers out and lost, W, and the
-/// temperature of the housing, K.
+/// A model's prediction at one sample.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sample {
     /// Quadrature current, A.
@@ -67,13 +64,12 @@ pub struct Sample {
     pub T_housing: f64,
 }
 
-/// Free run of a model along desired speeds and loads from the temperature `T` on, K, in air of the
-/// data sheet's temperature; winding and housing are those of the data sheet.
+/// Simulates a model along desired speeds and loads, starting at the temperature `T`, K, in air of
+/// the data sheet's reference temperature, with the data sheet's thermal parameters.
 /// ```text
 /// C_w Ṫ_w = P_copper − (T_w − T_h)/R_wh,   C_h Ṫ_h = P_mech + (T_w − T_h)/R_wh − (T_h − T_air)/R_ha
 /// ```
-/// The drive controls the motor to the desired speed over the nut's travel. The electrical losses
-/// count as the winding's.
+/// The motor follows the desired speed exactly. All electrical losses heat the winding.
 pub fn simulate(model: &Model, desired: &[Desired], T: f64) -> Vec<Sample> {
     let p = model.params();
     let (travel, inertia) = (maps::travel_per_radian(p), maps::inertia(p, 1.0));
@@ -88,7 +84,7 @@ pub fn simulate(model: &Model, desired: &[Desired], T: f64) -> Vec<Sample> {
     let last = desired.len() - 1;
     (0..desired.len())
         .map(|k| {
-            // What is true at sample k was asked for as the goal of the step before it.
+            // The state at sample k belongs to the desired value of the step before it.
             let at = |k: usize| &desired[(k + 1).min(last)];
             let (before, after) = (k.saturating_sub(AROUND), k + AROUND);
             let rise = (at(after).x_dot - at(before).x_dot) / ((after - before) as f64 * SAMPLE);
@@ -120,14 +116,13 @@ pub fn simulate(model: &Model, desired: &[Desired], T: f64) -> Vec<Sample> {
 /// Errors of a model over one profile.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Errors {
-    /// Mean squares over windows: current, A²; force by the measured current and speed, N²;
-    /// efficiency. NaN where no window counts.
-    pub squares: [f64; 3],
-    /// Error of the energy from the DC side over what was moved.
-    pub energy: f64,
+    /// In the order of [`QUANTITIES`]: mean squares over windows of current, A², force by the
+    /// measured current and speed, N², and efficiency, NaN where no window counts; and the square
+    /// of the error of the energy from the DC side over the energy moved at the nut.
+    squares: [f64; 4],
 }
 
-/// What is judged, with its unit and the factor to it.
+/// The quantities that are judged, with the unit they are printed in and the factor to it.
 pub const QUANTITIES: [(&str, f64); 4] = [
     ("current, A", 1.0),
     ("force, N", 1.0),
@@ -136,8 +131,8 @@ pub const QUANTITIES: [(&str, f64); 4] = [
 ];
 
 impl Errors {
-    /// Of a model that knows the temperature at the start, or takes it for the data sheet's.
-    pub fn of(model: &Model, driven: &Driven, knows_temperature: bool) -> Self {
+    /// The errors of a model that knows the temperature at the start, or assumes the data sheet's.
+    pub(crate) fn new(model: &Model, driven: &DrivenProfile, knows_temperature: bool) -> Self {
         let p = model.params();
         let travel = maps::travel_per_radian(p);
         let start = if knows_temperature {
@@ -152,11 +147,11 @@ impl Errors {
             counts[k] += 1.0;
         };
         for w in &driven.windows {
-            let mean = |of: fn(&Sample) -> f64| mean(w.first, |k| of(&course[k]));
+            let mean = |value: fn(&Sample) -> f64| mean(w.first, |k| value(&course[k]));
             add(0, mean(|s| s.i_q) - w.truth.i_q);
             let i = [w.row.i_d, w.row.i_q];
             let tau = steady_torque(p, i, mean(|s| s.T_housing), w.w_m_dot);
-            add(1, model.force(tau, w.row.w_m) - w.truth.F);
+            add(1, model.force(tau, w.row.w_m) - w.truth.motion.F);
             let slower = w.row.x_dot.abs().min(travel * w.row.w_m.abs());
             let counts = slower > EFFICIENCY_SPEED && w.row.f_ext.abs() > EFFICIENCY_FORCE;
             if let Some(truth) = w.truth.efficiency().filter(|_| counts) {
@@ -165,41 +160,36 @@ impl Errors {
             }
         }
         let energy = SAMPLE * course.iter().skip(1).map(|s| s.P_in).sum::<f64>();
+        let energy_error = (energy - driven.energy) / driven.moved;
+        let [current, force, efficiency] = [0, 1, 2].map(|k: usize| sums[k] / counts[k]);
         Self {
-            squares: [0, 1, 2].map(|k: usize| sums[k] / counts[k]),
-            energy: (energy - driven.energy) / driven.moved,
-        }
-    }
-
-    fn square(&self, quantity: usize) -> f64 {
-        match quantity {
-            3 => self.energy * self.energy,
-            _ => self.squares[quantity],
+            squares: [current, force, efficiency, energy_error * energy_error],
         }
     }
 }
 
-/// Root of the mean over the profiles at `places` of a quantity's mean squares; profiles without
-/// windows for it are left out.
-fn root(errors: &[Errors], places: &[usize], quantity: usize) -> f64 {
-    let squares = places.iter().map(|&k| errors[k].square(quantity));
-    let (sum, count) = squares
-        .filter(|square| square.is_finite())
-        .fold((0.0, 0.0), |(sum, count), square| {
-            (sum + square, count + 1.0)
-        });
+/// Root of the mean, over the profiles of these indices, of a quantity's mean squares; profiles
+/// without windows for it are left out.
+fn root_mean_square(errors: &[Errors], profiles: &[usize], quantity: usize) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for square in profiles.iter().map(|&k| errors[k].squares[quantity]) {
+        if square.is_finite() {
+            (sum, count) = (sum + square, count + 1.0);
+        }
+    }
     f64::sqrt(sum / count)
 }
 
 /// Root mean square of a quantity's errors over profiles, of [`QUANTITIES`], with its 95 %
 /// interval.
-pub fn overall(errors: &[Errors], quantity: usize) -> [f64; 3] {
-    bootstrap(errors.len(), |places| root(errors, places, quantity))
+pub(crate) fn overall(errors: &[Errors], quantity: usize) -> [f64; 3] {
+    let value = |profiles: &[usize]| root_mean_square(errors, profiles, quantity);
+    bootstrap(errors.len(), value)
 }
 
-/// The same over that of another model on the same profiles, drawn together.
-pub fn ratio(errors: &[Errors], other: &[Errors], quantity: usize) -> [f64; 3] {
-    bootstrap(errors.len(), |places| {
-        root(errors, places, quantity) / root(other, places, quantity)
+/// The same divided by that of another model on the same profiles, which are drawn together.
+pub(crate) fn ratio(errors: &[Errors], other: &[Errors], quantity: usize) -> [f64; 3] {
+    bootstrap(errors.len(), |profiles| {
+        root_mean_square(errors, profiles, quantity) / root_mean_square(other, profiles, quantity)
     })
 }

@@ -1,5 +1,5 @@
-//! The campaign on the rig: profiles to train on, profiles held out, and how far its data can be
-//! trusted.
+//! The campaign of runs on the rig: profiles to train on, held-out profiles, the rows of data, and
+//! their errors.
 
 use anyhow::Result;
 use emla::maps;
@@ -11,12 +11,11 @@ use crate::measurement::profile::{Kind, Profile};
 use crate::measurement::rig_run::run;
 use crate::measurement::windows::{Window, windows};
 
-/// Number of the campaign's profiles, and the length of each, s.
+/// Number of the campaign's profiles.
 pub const PROFILES: u32 = 480;
-/// See [`PROFILES`].
+/// Length of each, s.
 pub const SECONDS: f64 = 3.0;
-/// Kinds of the campaign's profiles, in turn. [`Kind::Work`] is not among them: what a network
-/// knows of it, it knows from the others.
+/// Kinds of the campaign's profiles, in turn. [`Kind::Work`] is held out.
 const TRAINING: [Kind; 5] = [
     Kind::Steps,
     Kind::Sweep,
@@ -24,7 +23,6 @@ const TRAINING: [Kind; 5] = [
     Kind::Steps,
     Kind::Creep,
 ];
-/// Kinds that are held out.
 const HELD_OUT: [Kind; 6] = [
     Kind::Steps,
     Kind::Sweep,
@@ -34,46 +32,53 @@ const HELD_OUT: [Kind; 6] = [
     Kind::Work,
 ];
 /// Temperatures at which the campaign's profiles begin, K.
-const TRAINED_AT: [f64; 4] = [278.0, 298.0, 328.0, 358.0];
-/// Those of the held-out profiles, K.
-const HELD_OUT_AT: [f64; 5] = [288.0, 313.0, 343.0, 303.0, 328.0];
+const TRAINING_T: [f64; 4] = [278.0, 298.0, 328.0, 358.0];
+/// Temperatures at which the held-out profiles begin, K.
+const HELD_OUT_T: [f64; 5] = [288.0, 313.0, 343.0, 303.0, 328.0];
 
 /// The profiles to train on.
 pub fn training_profiles(count: u32, seconds: f64, seed: u64) -> Vec<Profile> {
-    profiles(&TRAINING, &TRAINED_AT, count, seconds, seed)
+    profiles(&TRAINING, &TRAINING_T, count, seconds, seed)
 }
 
-/// Profiles that nothing was trained on, of each kind in turn; their seeds lie beyond those of any
+/// Profiles that are never trained on, of each kind in turn; their seeds lie beyond those of any
 /// campaign.
 pub fn held_out_profiles(count: u32, seconds: f64, seed: u64) -> Vec<Profile> {
-    profiles(&HELD_OUT, &HELD_OUT_AT, count, seconds, seed ^ (1 << 40))
+    profiles(&HELD_OUT, &HELD_OUT_T, count, seconds, seed ^ (1 << 40))
 }
 
-fn profiles(kinds: &[Kind], at: &[f64], count: u32, seconds: f64, seed: u64) -> Vec<Profile> {
+fn profiles(kinds: &[Kind], T: &[f64], count: u32, seconds: f64, seed: u64) -> Vec<Profile> {
     (0..count as usize)
         .map(|k| Profile {
             kind: kinds[k % kinds.len()],
             seed: (seed << 16) + k as u64,
             seconds,
-            T: at[k % at.len()],
+            T: T[k % T.len()],
         })
         .collect()
 }
 
-/// Windows of each profile; the sensors of each are set up anew, with the seed `sensors` of it.
+/// Runs the profiles on the rig, and returns the windows of each; `sensor_seed` draws a profile's
+/// sensor errors.
 pub fn measure(
     p: &Emla,
     profiles: &[Profile],
-    sensors: impl Fn(&Profile) -> u64 + Sync,
+    sensor_seed: impl Fn(&Profile) -> u64 + Sync,
 ) -> Result<Vec<Vec<Window>>> {
     profiles
         .par_iter()
-        .map(|profile| Ok(windows(p, &run(profile, sensors(profile))?)))
+        .map(|profile| Ok(windows(p, &run(profile, sensor_seed(profile))?)))
         .collect()
 }
 
-/// Compliance between nut and rod by a campaign's own data, m/N: the least squares of `travel·w_m −
-/// ẋ = c Ḟ`.
+/// Runs the whole campaign of `seed`.
+pub fn training_campaign(p: &Emla, seed: u64) -> Result<Vec<Vec<Window>>> {
+    let profiles = training_profiles(PROFILES, SECONDS, seed);
+    measure(p, &profiles, |profile| profile.seed)
+}
+
+/// Compliance c between nut and rod, m/N: the least squares of `travel·w_m − ẋ = c Ḟ` over a
+/// campaign.
 pub fn compliance(p: &Emla, campaign: &[Vec<Window>]) -> f64 {
     let travel = maps::travel_per_radian(p);
     let all = || campaign.iter().flatten();
@@ -83,9 +88,9 @@ pub fn compliance(p: &Emla, campaign: &[Vec<Window>]) -> f64 {
     moved / all().map(|w| w.F_dot * w.F_dot).sum::<f64>()
 }
 
-/// Rows of a campaign, and the number of each one's profile. Their torque is that of the magnets of `p`.
-/// The rod's speed is that of the nut: what the change of the force bends on the way is added, so
-/// that rows of changing and of steady loads lie on one map.
+/// Rows of a campaign, and the number of each one's profile. Their torque is computed with the
+/// magnets of `p`. The rod's speed is corrected by the rate at which the changing force bends the
+/// structure, which gives that of the nut: so rows of changing and of steady loads lie on one map.
 pub fn rows(p: &Emla, campaign: &[Vec<Window>]) -> (Vec<Row>, Vec<u32>) {
     let compliance = compliance(p, campaign);
     let row = |w: &Window| Row {
@@ -99,26 +104,25 @@ pub fn rows(p: &Emla, campaign: &[Vec<Window>]) -> (Vec<Row>, Vec<u32>) {
         .unzip()
 }
 
-/// Force errors of rows, N, root mean square: what the sensors alone leave even where a map is
-/// perfect, and by how much two runs of one profile differ for the same map. An error of the torque
-/// counts as the force that it stands for.
+/// Force errors of rows, N, root mean square, which even a perfect map cannot explain. An error of
+/// the torque counts as the force that the torque gives.
 #[derive(Clone, Copy, Debug)]
-pub struct Trust {
-    /// Against what is true of the windows.
+pub struct RowErrors {
+    /// Relative to the true values: the sensors' noise floor.
     pub floor: f64,
-    /// Between two runs of a profile with the sensors set up anew, over √2.
+    /// Between two runs of a profile with different sensor errors, divided by √2.
     pub repeatability: f64,
 }
 
-impl Trust {
-    /// Of a campaign; `again` are its first profiles run once more.
-    pub fn of(p: &Emla, campaign: &[Vec<Window>], again: &[Vec<Window>]) -> Self {
+impl RowErrors {
+    /// The errors of a campaign; `again` is a second run of its first profiles.
+    pub fn new(p: &Emla, campaign: &[Vec<Window>], again: &[Vec<Window>]) -> Self {
         let per_torque = 1.0 / maps::travel_per_radian(p);
         let inertia = maps::inertia(p, 1.0);
         let all = || campaign.iter().flatten();
         let floor = rms(all().map(|w| {
-            let tau = w.truth.tau_e - inertia * w.truth.w_m_dot;
-            w.row.f_ext - w.truth.F - per_torque * (w.row.tau_e - tau)
+            let tau = w.truth.tau_e - inertia * w.truth.motion.w_m_dot;
+            w.row.f_ext - w.truth.motion.F - per_torque * (w.row.tau_e - tau)
         }));
         let pairs = campaign.iter().zip(again).flat_map(|(a, b)| {
             a.iter()

@@ -1,5 +1,5 @@
-//! A coupled run of the machine on rigs, of signals in memory or in the CSV file of `hdrm-fmu run`:
-//! what is true of its actuators in windows of 20 ms.
+//! A coupled run of the machine on rigs, from signals in memory or from a CSV file of `hdrm-fmu
+//! run`: its tip errors, currents, and the true values of its actuators in windows of 20 ms.
 
 use std::path::Path;
 
@@ -8,37 +8,23 @@ use emla::maps;
 use machine_file::Emla;
 
 use crate::measurement::signal_file::SignalFile;
-use crate::measurement::windows::{SAMPLES, SLOWEST, Truth, mean};
+use crate::measurement::windows::{ACTUATOR_SIGNALS, SAMPLES, SLOWEST, Truth};
 
-/// Signals of the controller.
 const TIP_ERROR: &str = "controller.tip_error_norm";
-/// See [`TIP_ERROR`].
-const REQUIRED: &str = "controller.i_q_required";
-/// Signals of an actuator.
-const OF_ACTUATOR: [&str; 9] = [
-    "i_q",
-    "tau_e",
-    "F_mean",
-    "theta_m",
-    "w_m",
-    "x_rod",
-    "energy.loss",
-    "T_winding",
-    "T_housing",
-];
+const REQUIRED_CURRENT: &str = "controller.i_q_required";
 
 /// Columns of one actuator.
 #[derive(Clone, Debug)]
 struct Axis {
     i_q_required: Vec<f64>,
-    /// In the order of [`OF_ACTUATOR`].
+    /// In the order of [`ACTUATOR_SIGNALS`].
     own: Vec<Vec<f64>>,
 }
 
-/// What a coupled run says of its actuators.
+/// The signals of a coupled run.
 #[derive(Clone, Debug)]
 pub struct CoupledRun {
-    /// Time from row to row, s.
+    /// Communication step, s.
     h: f64,
     time: Vec<f64>,
     tip_error: Vec<f64>,
@@ -46,11 +32,10 @@ pub struct CoupledRun {
 }
 
 impl CoupledRun {
-    /// Read the file; it must hold all signals of the controller and of `emla_1` … `emla_3`, which
-    /// are rigs.
+    /// Reads the file, which must hold all of [`CoupledRun::signals`].
     ///
     /// # Errors
-    /// A signal that is missing, a value that is no number, by name.
+    /// A signal is missing, or a value is no number.
     pub fn read(path: &Path) -> Result<Self> {
         let file = SignalFile::read(path)?;
         let column = |signal: &str| {
@@ -62,19 +47,19 @@ impl CoupledRun {
         Self::new(file.times().to_vec(), column).with_context(|| path.display().to_string())
     }
 
-    /// Of the times, s, and of what `column` gives for each of [`CoupledRun::signals`].
+    /// Takes the times, s, and the column of each of [`CoupledRun::signals`] from `column`.
     ///
     /// # Errors
-    /// A signal that is missing, or too few rows.
+    /// A signal is missing, or there are too few rows.
     pub fn new(time: Vec<f64>, column: impl Fn(&str) -> Result<Vec<f64>>) -> Result<Self> {
         if time.len() < 2 * SAMPLES {
             bail!("{} rows, at least {} are needed", time.len(), 2 * SAMPLES);
         }
         let axis = |k: u32| -> Result<Axis> {
-            let own = OF_ACTUATOR.map(|signal| column(&format!("emla_{k}.{signal}")));
+            let own = ACTUATOR_SIGNALS.map(|signal| column(&format!("emla_{k}.{signal}")));
             Ok(Axis {
                 own: own.into_iter().collect::<Result<_>>()?,
-                i_q_required: column(&format!("{REQUIRED}[{k}]"))?,
+                i_q_required: column(&format!("{REQUIRED_CURRENT}[{k}]"))?,
             })
         };
         Ok(Self {
@@ -85,56 +70,49 @@ impl CoupledRun {
         })
     }
 
-    /// Names of the signals that it is made of.
+    /// Names of the signals that are needed.
     pub fn signals() -> Vec<String> {
         let of_axis = |k: u32| {
-            let own = OF_ACTUATOR.map(|signal| format!("emla_{k}.{signal}"));
-            own.into_iter().chain([format!("{REQUIRED}[{k}]")])
+            let own = ACTUATOR_SIGNALS.map(|signal| format!("emla_{k}.{signal}"));
+            own.into_iter().chain([format!("{REQUIRED_CURRENT}[{k}]")])
         };
         let mut names: Vec<String> = [1, 2, 3].into_iter().flat_map(of_axis).collect();
         names.push(TIP_ERROR.into());
         names
     }
 
-    /// Times, s, from `start` on, and what the controller required and what the motor took of the
-    /// current of an axis, A.
+    /// Times, s, from `start` on, with the required and the true current of an axis, A.
     pub fn currents(&self, axis: usize, start: f64) -> [&[f64]; 3] {
-        let (first, a) = (self.from(start), &self.axes[axis]);
+        let (first, a) = (self.first_row(start), &self.axes[axis]);
         [&self.time, &a.i_q_required, a.i_q()].map(|course| &course[first..])
     }
 
-    fn from(&self, start: f64) -> usize {
-        self.time
-            .iter()
-            .position(|&t| t >= start)
-            .unwrap_or(self.time.len())
+    fn first_row(&self, start: f64) -> usize {
+        self.time.partition_point(|&t| t < start)
     }
 
     /// Tip errors from `start`, s, on, m.
     pub fn tip_errors(&self, start: f64) -> impl Iterator<Item = f64> + '_ {
-        self.tip_error[self.from(start)..].iter().copied()
+        self.tip_error[self.first_row(start)..].iter().copied()
     }
 
     /// Required less true currents of all axes from `start`, s, on, A.
     pub fn current_errors(&self, start: f64) -> impl Iterator<Item = f64> + '_ {
-        let first = self.from(start);
+        let first = self.first_row(start);
         self.axes
             .iter()
             .flat_map(move |a| (first..a.i_q().len()).map(move |k| a.i_q_required[k] - a.i_q()[k]))
     }
 
-    /// What is true of all axes in windows from `start`, s, on in which the rod moves one way.
+    /// The true values of all axes in windows from `start`, s, on in which the rod moves one way.
     pub fn windows(&self, p: &Emla, start: f64) -> Vec<Truth> {
-        let of = |axis| self.windows_of(axis, p, start);
-        (0..self.axes.len())
-            .flat_map(of)
-            .map(|(_, truth)| truth)
-            .collect()
+        let windows = (0..self.axes.len()).flat_map(|axis| self.axis_windows(axis, p, start));
+        windows.map(|(_, truth)| truth).collect()
     }
 
     /// The same of one axis, each with the time of its middle, s.
-    pub fn windows_of(&self, axis: usize, p: &Emla, start: f64) -> Vec<(f64, Truth)> {
-        let (first, axis) = (self.from(start), &self.axes[axis]);
+    pub fn axis_windows(&self, axis: usize, p: &Emla, start: f64) -> Vec<(f64, Truth)> {
+        let (first, axis) = (self.first_row(start), &self.axes[axis]);
         let count = (self.time.len() - first).saturating_sub(1) / SAMPLES;
         let window = |k: usize| {
             let begin = first + k * SAMPLES;
@@ -150,34 +128,18 @@ impl Axis {
         &self.own[0]
     }
 
+    fn w_m(&self) -> &[f64] {
+        &self.own[4]
+    }
+
+    /// The window that begins at row `first`, if the rod moves one way in it.
     fn window(&self, p: &Emla, first: usize, h: f64) -> Option<Truth> {
-        let [i_q, tau_e, F, theta_m, w_m, x, loss, winding, housing] = &self.own[..] else {
-            unreachable!("a column for each signal of an actuator");
-        };
-        let last = first + SAMPLES;
         let travel = maps::travel_per_radian(p);
         let moves = |sign: f64| {
-            w_m[first..=last]
-                .iter()
-                .all(|w| sign * travel * w > SLOWEST)
+            let mut speeds = self.w_m()[first..=first + SAMPLES].iter();
+            speeds.all(|w| sign * travel * w > SLOWEST)
         };
-        if !(moves(1.0) || moves(-1.0)) {
-            return None;
-        }
-        let mean = |v: &[f64]| mean(first, |k| v[k]);
-        let rise = |v: &[f64]| (v[last] - v[first]) / (SAMPLES as f64 * h);
-        let F = F[first + 1..=last].iter().sum::<f64>() / SAMPLES as f64;
-        let speed = rise(theta_m);
-        Some(Truth {
-            i_q: mean(i_q),
-            tau_e: mean(tau_e),
-            F,
-            w_m: speed,
-            w_m_dot: rise(w_m),
-            x_dot: rise(x),
-            T: [mean(winding), mean(housing)],
-            P_out: F * travel * speed,
-            P_loss: rise(loss),
-        })
+        let truth = || Truth::new(p, first, SAMPLES as f64 * h, |s, k| self.own[s][k]);
+        (moves(1.0) || moves(-1.0)).then(truth)
     }
 }

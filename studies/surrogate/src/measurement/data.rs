@@ -1,10 +1,11 @@
-//! Rows of a campaign and the CSV file they are kept in.
+//! The CSV file with the rows of a campaign on the rig, or with measurements of a user's own, that
+//! the network is trained on.
 //!
 //! The header names each column and may give its unit in brackets: `tau_e [N.m]`. Training needs
 //! `tau_e`, `w_m`, `F_ext` and `x_dot`; other columns are allowed. Lines that begin with `#` are
-//! comments. A column `profile` numbers the runs that rows belong to: what tests the training is
-//! then held out by run. Rows of motion backwards are mirrored. Every refusal names the file, the
-//! line and the column.
+//! comments. A column `profile` numbers the run that a row belongs to: whole runs are then held out
+//! of the training. Rows of backward motion are mirrored. Each error names the file, the line and
+//! the column.
 
 use std::path::Path;
 
@@ -61,11 +62,11 @@ const PROFILE: &str = "profile";
 /// The four of [`COLUMNS`] that training needs: two inputs, two targets.
 const NEEDED: [usize; 4] = [4, 5, 6, 7];
 
-/// Fewest rows that can be split and fitted.
+/// Smallest number of rows that can be split and fitted.
 pub const FEWEST_ROWS: usize = 50;
 
-/// CSV text of `rows` under a comment that says what they are; `profiles` are the numbers of their
-/// profiles, or none.
+/// CSV text of `rows` after a comment line; `profiles` are the numbers of the rows' profiles, or
+/// empty.
 pub fn to_csv(rows: &[Row], profiles: &[u32], comment: &str) -> String {
     let names = COLUMNS
         .iter()
@@ -82,15 +83,14 @@ pub fn to_csv(rows: &[Row], profiles: &[u32], comment: &str) -> String {
     text
 }
 
-/// What training sees of a file: rows of (tau_e, w_m) and of (F_ext, x_dot), and where they are
-/// from.
+/// The content of a file as far as training needs it.
 #[derive(Clone, Debug)]
 pub struct Data {
     /// [tau_e, w_m], N·m and rad/s.
     pub inputs: Vec<[f64; 2]>,
     /// [F_ext, x_dot], N and m/s.
     pub targets: Vec<[f64; 2]>,
-    /// Profile of each row; empty where the file does not say.
+    /// Profile of each row; empty if the file has no such column.
     pub profiles: Vec<u32>,
     /// First comment line, or the file's name.
     pub origin: String,
@@ -98,14 +98,14 @@ pub struct Data {
     pub sha256: String,
 }
 
-/// Read a CSV file for training.
+/// Reads a CSV file for training.
 pub fn read_csv(path: &Path) -> Result<Data> {
     let name = path.display().to_string();
     let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
     parse_csv(&name, &text)
 }
 
-/// Read CSV text for training; `name` is what errors call the file.
+/// Reads CSV text for training; errors call the file `name`.
 pub fn parse_csv(name: &str, text: &str) -> Result<Data> {
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
@@ -127,7 +127,7 @@ pub fn parse_csv(name: &str, text: &str) -> Result<Data> {
             *cell = number(name, &line, COLUMNS[column].0, &record[place])?;
         }
         if row[1] < 0.0 {
-            // Odd symmetry: the actuator works backwards as forwards.
+            // Odd symmetry: the actuator works the same in both directions.
             row = row.map(|value| -value);
         }
         cells.push(row);
@@ -153,8 +153,8 @@ pub fn parse_csv(name: &str, text: &str) -> Result<Data> {
     })
 }
 
-/// Line of a record, counted from 1. The reader's position stands before the comments and empty
-/// lines that it skips on the way to the record.
+/// Line of a record, counted from 1. The reader's position is that of the comments and empty lines
+/// before the record.
 fn line_of(text: &str, position: Option<&csv::Position>) -> u64 {
     let start = position.map_or(1, csv::Position::line);
     let skipped = text

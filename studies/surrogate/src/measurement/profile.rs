@@ -1,5 +1,5 @@
-//! Motions and loads that a rig is asked for: speed steps, sine sweeps, whole strokes, creeping,
-//! and work.
+//! The motions and loads along which the rig is driven: speed steps, sine sweeps, whole strokes,
+//! creeping, and work.
 //!
 //! The load has both signs, up to the paper's 70 kN against extension and as much along it, and the
 //! rod goes both ways: all four quadrants.
@@ -10,28 +10,30 @@ use std::f64::consts::TAU;
 
 /// Largest load either way, N.
 pub const LOAD_MAX: f64 = 70e3;
-/// Slowest and fastest rod, m/s. At rest the force is no function of the torque: friction holds
-/// anything inside its band.
+/// Slowest and fastest rod speed, m/s. At rest the force is no function of the torque: friction
+/// holds any force inside its band.
 pub const SPEED: [f64; 2] = [0.001, 0.07];
 /// Time from one desired value to the next, s.
 pub const SAMPLE: f64 = 1e-3;
 /// The rod stays between these positions, m.
-pub const STROKE: [f64; 2] = [0.03, 0.67];
+const STROKE: [f64; 2] = [0.03, 0.67];
+/// Position at which a profile starts, m.
+pub(crate) const MID_STROKE: f64 = 0.5 * (STROKE[0] + STROKE[1]);
 /// Largest acceleration of the desired rod speed, m/s².
 const ACCELERATION: f64 = 0.5;
-/// Lag of the load emulator, s, and how fast its force can change, N/s.
+/// Time constant of the load emulator, s.
 const LOAD_LAG: f64 = 0.02;
-/// See [`LOAD_LAG`].
+/// Largest rate of its force, N/s.
 const LOAD_RATE: f64 = 300e3;
 
-/// What a profile does.
+/// The kinds of profiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Steps of speed and load, both ways.
     Steps,
     /// Sines whose frequency rises: speed from 0.2 to 3 Hz, load from 0.1 to 1.5 Hz.
     Sweep,
-    /// The whole stroke to and fro, at a speed and load that change from pass to pass.
+    /// The whole stroke back and forth, at a speed and load that change from pass to pass.
     Strokes,
     /// Steps of slow speeds, 1.1 to 8 mm/s.
     Creep,
@@ -48,29 +50,18 @@ impl Kind {
         Self::Creep,
         Self::Work,
     ];
-
-    /// Name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Steps => "steps",
-            Self::Sweep => "sweep",
-            Self::Strokes => "strokes",
-            Self::Creep => "creep",
-            Self::Work => "work",
-        }
-    }
 }
 
 /// One run of the rig.
 #[derive(Clone, Copy, Debug)]
 pub struct Profile {
-    /// What it does.
+    /// What kind of motion.
     pub kind: Kind,
     /// Seed of its steps and phases.
     pub seed: u64,
     /// Length, s.
     pub seconds: f64,
-    /// Temperature of winding and housing at its start, K.
+    /// Temperature of winding and housing at the start, K.
     pub T: f64,
 }
 
@@ -83,7 +74,7 @@ pub struct Desired {
     pub load: f64,
 }
 
-/// Goal of speed and load, and how long it stays, s.
+/// Speed and load that are approached until a time.
 struct Goal {
     x_dot: f64,
     load: f64,
@@ -91,15 +82,14 @@ struct Goal {
 }
 
 impl Profile {
-    /// Desired values from the start to the end, [`SAMPLE`] apart; the first begins at rest in
-    /// mid-stroke.
+    /// Desired values from the start to the end, [`SAMPLE`] apart, starting at rest in mid-stroke.
     pub fn desired(&self) -> Vec<Desired> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         let phase: [f64; 4] = std::array::from_fn(|_| TAU * rng.random::<f64>());
-        let mut x = 0.5 * (STROKE[0] + STROKE[1]);
+        let mut x = MID_STROKE;
         let mut goal = Goal {
             x_dot: 0.0,
-            load: any_load(&mut rng),
+            load: random_load(&mut rng),
             until: 0.0,
         };
         let mut now = Desired {
@@ -111,10 +101,10 @@ impl Profile {
                 let t = f64::from(k) * SAMPLE;
                 match self.kind {
                     Kind::Steps | Kind::Creep | Kind::Strokes => {
-                        self.next_goal(&mut goal, t, x, &mut rng);
+                        self.update_goal(&mut goal, t, x, &mut rng);
                     }
-                    Kind::Sweep => goal = self.sweep(t, phase),
-                    Kind::Work => goal = work(t, phase),
+                    Kind::Sweep => goal = self.sweep_goal(t, phase),
+                    Kind::Work => goal = work_goal(t, phase),
                 }
                 let change =
                     (goal.x_dot - now.x_dot).clamp(-ACCELERATION * SAMPLE, ACCELERATION * SAMPLE);
@@ -135,8 +125,8 @@ impl Profile {
             .collect()
     }
 
-    /// A new goal where the old one has had its time.
-    fn next_goal(&self, goal: &mut Goal, t: f64, x: f64, rng: &mut ChaCha8Rng) {
+    /// Draws a new goal if the time of the old one is over.
+    fn update_goal(&self, goal: &mut Goal, t: f64, x: f64, rng: &mut ChaCha8Rng) {
         if t < goal.until {
             return;
         }
@@ -149,42 +139,41 @@ impl Profile {
                 rng.random_range(0.3..1.2),
             ),
         };
-        let back = x - 0.5 * (STROKE[0] + STROKE[1]);
-        let towards = if self.kind == Kind::Steps && back.abs() > 0.2 {
-            -back.signum()
+        let offset = x - MID_STROKE;
+        let direction = if self.kind == Kind::Steps && offset.abs() > 0.2 {
+            -offset.signum()
         } else if rng.random::<bool>() {
             1.0
         } else {
             -1.0
         };
         *goal = Goal {
-            x_dot: towards * speed,
-            load: any_load(rng),
+            x_dot: direction * speed,
+            load: random_load(rng),
             until: t + seconds,
         };
     }
 
     /// Frequencies that rise in proportion to time: the phase of a sine from f_0 to f_1 is 2π (f_0
     /// t + (f_1 − f_0) t²/(2T)).
-    fn sweep(&self, t: f64, phase: [f64; 4]) -> Goal {
-        let turned = |f: [f64; 2]| TAU * (f[0] * t + (f[1] - f[0]) * t * t / (2.0 * self.seconds));
+    fn sweep_goal(&self, t: f64, phase: [f64; 4]) -> Goal {
+        let angle = |f: [f64; 2]| TAU * (f[0] * t + (f[1] - f[0]) * t * t / (2.0 * self.seconds));
         let frequency = 0.2 + 2.8 * t / self.seconds;
         let amplitude = (0.9 * SPEED[1]).min(0.9 * ACCELERATION / (TAU * frequency));
         Goal {
-            x_dot: amplitude * (turned([0.2, 3.0])).sin(),
-            load: 0.9 * LOAD_MAX * (turned([0.1, 1.5]) + phase[0]).sin(),
+            x_dot: amplitude * (angle([0.2, 3.0])).sin(),
+            load: 0.9 * LOAD_MAX * (angle([0.1, 1.5]) + phase[0]).sin(),
             until: f64::INFINITY,
         }
     }
 }
 
-/// Any load of either sign, N.
-fn any_load(rng: &mut ChaCha8Rng) -> f64 {
+fn random_load(rng: &mut ChaCha8Rng) -> f64 {
     LOAD_MAX * rng.random_range(-1.0..1.0)
 }
 
-/// Two sines of each.
-fn work(t: f64, phase: [f64; 4]) -> Goal {
+/// Speed and load as sums of two sines each.
+fn work_goal(t: f64, phase: [f64; 4]) -> Goal {
     Goal {
         x_dot: 0.048 * (0.9 * t + phase[0]).sin() + 0.014 * (2.3 * t + phase[1]).sin(),
         load: 45_000.0 * (0.55 * t + phase[2]).sin() - 18_000.0 * (1.7 * t + phase[3]).sin(),
@@ -209,7 +198,7 @@ mod tests {
                     T: 300.0,
                 };
                 let desired = profile.desired();
-                let mut x = 0.5 * (STROKE[0] + STROKE[1]);
+                let mut x = MID_STROKE;
                 let mut before = 0.0;
                 for now in &desired {
                     x += now.x_dot * SAMPLE;

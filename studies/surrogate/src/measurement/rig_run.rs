@@ -1,23 +1,24 @@
-//! A profile driven on the rig: the actuator as built against a load, its drive, and its sensors.
+//! Drives the rig along a profile: the actuator as built against a load, with its drive and its
+//! sensors.
 
 use anyhow::{Context as _, Result};
 use rig::{Drive, Extras, Input, Output, Rig};
 use sensors::{ForceKind, Params, Sensors};
 
 use crate::measurement::drive_control::{DriveControl, MotorReference, torque_per_ampere};
-use crate::measurement::profile::{Desired, Profile, SAMPLE};
+use crate::measurement::profile::{Desired, MID_STROKE, Profile, SAMPLE};
 
-/// Switching period of the drive, s: it controls at each.
+/// Switching period of the drive, s, which is its sample time.
 const DT: f64 = 125e-6;
-/// Error of a temperature reading, K.
-const THERMOMETER: f64 = 1.0;
+/// Largest error of a thermometer, K.
+const THERMOMETER_ERROR: f64 = 1.0;
 
-/// One sample: what was asked for, what is, and what the sensors say.
+/// One sample of a run: desired, true and measured values.
 #[derive(Clone, Copy, Debug)]
-pub struct Instant {
+pub struct RigSample {
     /// Desired values.
     pub desired: Desired,
-    /// The rig itself; `F_mean` and the energies belong to the millisecond before.
+    /// True values; `F_mean` and the energies are those of the millisecond before.
     pub truth: Output,
     /// Commanded voltages, V.
     pub v: [f64; 2],
@@ -46,9 +47,9 @@ pub fn rig(drive: Drive) -> Rig {
     Rig::new(p, Extras::AS_BUILT, drive).expect("a valid machine")
 }
 
-/// Sensors of a rig: those of the machine, and a rod encoder. Their fixed errors and noise come
-/// from the seed.
-pub fn sensors(seed: u64) -> Sensors {
+/// Sensors of a rig: those of the machine, and a rod encoder. The seed draws their fixed errors and
+/// their noise.
+fn sensors(seed: u64) -> Sensors {
     let mut p = Params {
         seed,
         ..Params::OFF
@@ -60,8 +61,8 @@ pub fn sensors(seed: u64) -> Sensors {
     Sensors::new(p)
 }
 
-/// Drive the profile; sensors with the seed `sensor_seed`.
-pub fn run(profile: &Profile, sensor_seed: u64) -> Result<Vec<Instant>> {
+/// Drives the rig along the profile; `sensor_seed` draws the sensors' errors.
+pub fn run(profile: &Profile, sensor_seed: u64) -> Result<Vec<RigSample>> {
     let rig = rig(Drive::Force);
     let sensors = sensors(sensor_seed);
     let desired = profile.desired();
@@ -70,7 +71,7 @@ pub fn run(profile: &Profile, sensor_seed: u64) -> Result<Vec<Instant>> {
     let mut u = Input {
         v_dc: Some(p.link_voltage()),
         T_ambient: rig.extras().temperature.reference,
-        x: 0.5 * (crate::measurement::profile::STROKE[0] + crate::measurement::profile::STROKE[1]),
+        x: MID_STROKE,
         F_ext: desired[0].load,
         F_hold: desired[0].load,
         ..Input::default()
@@ -78,11 +79,11 @@ pub fn run(profile: &Profile, sensor_seed: u64) -> Result<Vec<Instant>> {
     let mut s = rig
         .start(&u, [profile.T; 2])
         .context("the start of a profile")?;
-    let held = torque_per_ampere(p) * s.i_q;
-    let mut control = DriveControl::holding(p, held, [0.0, s.i_q]);
-    let bias = thermometers(sensor_seed);
-    let mut sampled = sensors.start(&sensed(&rig.output(&s, &u)));
-    let mut instants = Vec::with_capacity(desired.len());
+    let holding_torque = torque_per_ampere(p) * s.i_q;
+    let mut control = DriveControl::new(p, holding_torque, [0.0, s.i_q]);
+    let bias = thermometer_errors(sensor_seed);
+    let mut sensor_state = sensors.start(&sensor_signals(&rig.output(&s, &u)));
+    let mut samples = Vec::with_capacity(desired.len());
     for (k, now) in desired.iter().enumerate() {
         let next = desired.get(k + 1).unwrap_or(now);
         let slope = (next.x_dot - now.x_dot) / SAMPLE;
@@ -90,22 +91,21 @@ pub fn run(profile: &Profile, sensor_seed: u64) -> Result<Vec<Instant>> {
         for j in 0..steps {
             let share = f64::from(j) / f64::from(steps);
             let x_dot = now.x_dot + share * SAMPLE * slope;
-            let wanted = MotorReference {
+            let reference = MotorReference {
                 w: x_dot / travel,
                 w_dot: slope / travel,
                 tau: 0.0,
             };
-            [u.v_d, u.v_q] = control.command(p, wanted, [s.i_d, s.i_q], s.w_m, DT);
+            [u.v_d, u.v_q] = control.command(p, reference, [s.i_d, s.i_q], s.w_m, DT);
             u.F_ext = now.load + share * (next.load - now.load);
             let t = (k as f64 + share) * SAMPLE;
             s = rig.step(&s, &u, t, DT).context("a profile")?;
         }
         let truth = rig.output(&s, &u);
-        let seen = sensed(&truth);
-        let sample = sensors.measure(&sampled, &seen);
-        let reading = *sensors.read(&sampled, &sample);
-        sensors.advance(&mut sampled, &sample, SAMPLE);
-        instants.push(Instant {
+        let sample = sensors.measure(&sensor_state, &sensor_signals(&truth));
+        let reading = *sensors.read(&sensor_state, &sample);
+        sensors.advance(&mut sensor_state, &sample, SAMPLE);
+        samples.push(RigSample {
             desired: *next,
             truth,
             v: [u.v_d, u.v_q],
@@ -118,18 +118,18 @@ pub fn run(profile: &Profile, sensor_seed: u64) -> Result<Vec<Instant>> {
             },
         });
     }
-    Ok(instants)
+    Ok(samples)
 }
 
-/// Errors of the two thermometers, K, fixed for a campaign's sensors.
-fn thermometers(seed: u64) -> [f64; 2] {
+/// Constant errors of the two thermometers, K.
+fn thermometer_errors(seed: u64) -> [f64; 2] {
     use rand::{RngExt, SeedableRng};
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
-    std::array::from_fn(|_| rng.random_range(-THERMOMETER..THERMOMETER))
+    std::array::from_fn(|_| rng.random_range(-THERMOMETER_ERROR..THERMOMETER_ERROR))
 }
 
-/// What the sensors of the first axis look at.
-fn sensed(y: &Output) -> sensors::Signals {
+/// The signals that the sensors of the first axis measure.
+fn sensor_signals(y: &Output) -> sensors::Signals {
     let first = |value: f64| [value, 0.0, 0.0];
     sensors::Signals {
         theta_m: first(y.theta_m),

@@ -1,5 +1,5 @@
-//! A CSV file of signals over time: what `run --csv` writes, or any importer that names the columns
-//! alike.
+//! Reads a CSV file of signals over time, as `run --csv` or another importer writes it, with `time`
+//! as its first column.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,16 +10,16 @@ use anyhow::{Context, Result, bail, ensure};
 
 /// A file of signals over time.
 pub struct SignalFile {
-    /// Name of each column, the first is `time`.
+    /// Name of each column; the first is `time`.
     pub names: Vec<String>,
-    /// Unit of each column; `?` where nobody says it.
+    /// Unit of each column; `?` where it is unknown.
     pub units: Vec<String>,
-    /// Column by column, the first is time, s.
+    /// Values of each column; the first is time, s.
     pub columns: Vec<Vec<f64>>,
 }
 
 impl SignalFile {
-    /// Read a file, and the units beside it where they are there.
+    /// Reads a file, and the units in the file `….units.csv` beside it, if there is one.
     ///
     /// # Errors
     /// It cannot be read, or is no table of numbers.
@@ -41,12 +41,8 @@ impl SignalFile {
 
     fn parse(text: &str, units: &str) -> Result<Self> {
         let mut lines = text.lines();
-        let names: Vec<String> = lines
-            .next()
-            .unwrap_or("")
-            .split(',')
-            .map(String::from)
-            .collect();
+        let header = lines.next().unwrap_or("").split(',');
+        let names: Vec<String> = header.map(String::from).collect();
         let is_wrong = names[0] != "time" || names.len() == 1;
         ensure!(
             !(is_wrong && names[0].contains(';')),

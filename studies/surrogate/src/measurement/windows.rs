@@ -1,37 +1,38 @@
-//! Samples of a rig gathered into windows of 20 ms: what the sensors make of a window, and what is
-//! true of it.
+//! Averages the samples of a run on the rig over windows of 20 ms: rows of measured values, and the
+//! true values.
 //!
-//! A window evens out cogging and noise and is short beside the motions. Which windows count is
-//! decided by what a drive measures. The torque of a row is that of the measured currents with the
-//! magnets at the measured temperature, less what accelerates the rotor: so rows of transients and
-//! of steady motion lie on one map.
+//! A window averages cogging and noise and is short compared with the motions. Measured speeds
+//! decide which windows are used. The torque of a row is that of the measured currents, with the
+//! magnets at the measured temperature, less the torque that accelerates the rotor: so rows of
+//! transients and of steady motion lie on one map.
 
 use emla::maps;
 use machine_file::{Emla, Temperature};
+use rig::Output;
 
 use crate::measurement::data::Row;
 use crate::measurement::profile::SAMPLE;
-use crate::measurement::rig_run::Instant;
+use crate::measurement::rig_run::RigSample;
 
 /// Samples of a window.
-pub const SAMPLES: usize = 20;
+pub(crate) const SAMPLES: usize = 20;
 /// Length of a window, s.
 const LENGTH: f64 = SAMPLES as f64 * SAMPLE;
-/// Below this rod speed, m/s, presliding and dry friction hold anything inside their band, and the
+/// Below this rod speed, m/s, presliding and dry friction hold any force inside their band, and the
 /// force is no function of the torque.
-pub const SLOWEST: f64 = 1e-3;
-/// Samples over which a speed is measured that must not be slower: differences over fewer of them
-/// are mostly noise of the encoders.
+pub(crate) const SLOWEST: f64 = 1e-3;
+/// Number of samples over which speeds are compared with [`SLOWEST`]; over fewer, differences are
+/// mostly noise of the encoders.
 const QUARTER: usize = SAMPLES / 4;
 
 /// Means of 20 ms.
 #[derive(Clone, Copy, Debug)]
 pub struct Window {
-    /// Its first sample.
+    /// Index of its first sample.
     pub first: usize,
     /// Time of its middle, s.
     pub t: f64,
-    /// By the sensors, with the torque at constant speed by the data sheet's magnets.
+    /// Measured values, with the torque at constant speed by the data sheet's magnets.
     pub row: Row,
     /// Measured acceleration of the motor, rad/s².
     pub w_m_dot: f64,
@@ -39,131 +40,189 @@ pub struct Window {
     pub i_q_dot: f64,
     /// Rate of the measured force, N/s.
     pub F_dot: f64,
-    /// What is true of it.
+    /// True values.
     pub truth: Truth,
-    /// What was asked for: rod speed, m/s, and load, N.
+    /// Desired rod speed, m/s, and load, N.
     pub desired: [f64; 2],
 }
 
 impl Window {
     /// Measured torque at constant speed with the magnets of `p`, N·m.
     pub fn torque(&self, p: &Emla) -> f64 {
-        let Row {
-            i_d,
-            i_q,
-            T_housing,
-            ..
-        } = self.row;
-        steady_torque(p, [i_d, i_q], T_housing, self.w_m_dot)
+        let row = &self.row;
+        steady_torque(p, [row.i_d, row.i_q], row.T_housing, self.w_m_dot)
     }
 }
 
-/// What is true of a window.
+/// A motion under a load.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Motion {
+    /// Force on the load, N.
+    pub F: f64,
+    /// Motor speed, rad/s.
+    pub w_m: f64,
+    /// Motor acceleration, rad/s².
+    pub w_m_dot: f64,
+    /// Temperatures of winding and housing, K.
+    pub T: [f64; 2],
+}
+
+/// True values of a window.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Truth {
+    /// The motion.
+    pub motion: Motion,
     /// Quadrature current, A.
     pub i_q: f64,
     /// Electromagnetic torque, N·m.
     pub tau_e: f64,
-    /// Force on the load, N.
-    pub F: f64,
-    /// Motor speed, rad/s, and acceleration, rad/s².
-    pub w_m: f64,
-    /// Motor acceleration, rad/s².
-    pub w_m_dot: f64,
     /// Rod speed, m/s.
     pub x_dot: f64,
-    /// Temperatures of winding and housing, K.
-    pub T: [f64; 2],
-    /// Power of the force at the nut, W: that to the load but for what goes into bending and comes
-    /// back.
+    /// Power at the nut, W: that to the load, and that which bending stores and returns.
     pub P_out: f64,
     /// All losses, W.
     pub P_loss: f64,
 }
 
+/// Names of an actuator's outputs that [`Truth`] is made of.
+pub(crate) const ACTUATOR_SIGNALS: [&str; 9] = [
+    "i_q",
+    "tau_e",
+    "F_mean",
+    "theta_m",
+    "w_m",
+    "x_rod",
+    "energy.loss",
+    "T_winding",
+    "T_housing",
+];
+
+/// The same outputs of a rig.
+#[rustfmt::skip]
+fn actuator_signals(y: &Output) -> [f64; 9] {
+    [y.i_q, y.tau_e, y.F_mean, y.theta_m, y.w_m, y.x_rod, y.E_loss, y.T_winding, y.T_housing]
+}
+
 impl Truth {
+    /// The window of `length`, s, that begins at sample `first`; `signal(s, k)` is the `s`-th of
+    /// [`ACTUATOR_SIGNALS`] at sample `k`.
+    pub(crate) fn new(
+        p: &Emla,
+        first: usize,
+        length: f64,
+        signal: impl Fn(usize, usize) -> f64,
+    ) -> Self {
+        let [
+            i_q,
+            tau_e,
+            F_mean,
+            theta_m,
+            w_m,
+            x,
+            E_loss,
+            T_winding,
+            T_housing,
+        ] = std::array::from_fn(|s| s);
+        let last = first + SAMPLES;
+        let mean = |s: usize| mean(first, |k| signal(s, k));
+        let rise = |s: usize| (signal(s, last) - signal(s, first)) / length;
+        let F = (first + 1..=last).map(|k| signal(F_mean, k)).sum::<f64>() / SAMPLES as f64;
+        let motion = Motion {
+            F,
+            w_m: rise(theta_m),
+            w_m_dot: rise(w_m),
+            T: [mean(T_winding), mean(T_housing)],
+        };
+        Self {
+            i_q: mean(i_q),
+            tau_e: mean(tau_e),
+            x_dot: rise(x),
+            P_out: F * maps::travel_per_radian(p) * motion.w_m,
+            P_loss: rise(E_loss),
+            motion,
+        }
+    }
+
     /// `P_out/(P_out + P_loss)` where the motor drives the load (quadrants I and III), `(|P_out| −
-    /// P_loss)/|P_out|` where the load drives the motor (II and IV), kept in [0, 1]; none where the
-    /// motor stands or has no torque.
+    /// P_loss)/|P_out|` where the load drives the motor (II and IV), limited to [0, 1]; none if the
+    /// motor stands still or has no torque.
     pub fn efficiency(&self) -> Option<f64> {
-        let shaft = self.tau_e * self.w_m;
+        let shaft = self.tau_e * self.motion.w_m;
         (shaft != 0.0).then(|| rig::efficiency(self.P_out, self.P_loss, shaft))
     }
 }
 
-/// What winding and magnets do with their temperature, by the machine's data sheet.
+/// Temperature coefficients of winding and magnets by the machine's data sheet.
 pub fn data_sheet(p: &Emla) -> Temperature {
     p.temperature.unwrap_or(Temperature::TYPICAL)
 }
 
 /// Flux of the magnets at the temperature `T` of the housing, Wb.
 pub fn magnets(p: &Emla, T: f64) -> f64 {
-    let Temperature {
-        reference, magnet, ..
-    } = data_sheet(p);
-    p.lambda_m * (1.0 + magnet * (T - reference))
+    let sheet = data_sheet(p);
+    p.lambda_m * (1.0 + sheet.magnet * (T - sheet.reference))
 }
 
 /// Resistance of the winding at its temperature `T`, Ω.
 pub fn resistance(p: &Emla, T: f64) -> f64 {
-    let Temperature {
-        reference, copper, ..
-    } = data_sheet(p);
-    p.R_s * (1.0 + copper * (T - reference))
+    let sheet = data_sheet(p);
+    p.R_s * (1.0 + sheet.copper * (T - sheet.reference))
 }
 
-/// Torque at constant speed of measured currents, A, with the magnets at the temperature `T`, K:
-/// less what accelerates the rotor by `w_m_dot`, rad/s².
+/// Torque that the currents `i`, A, would give at constant speed, N·m, with the magnets at the
+/// temperature `T`, K: less the torque that accelerates the rotor by `w_m_dot`, rad/s².
 pub fn steady_torque(p: &Emla, i: [f64; 2], T: f64, w_m_dot: f64) -> f64 {
     let flux = magnets(p, T) + (p.L_d - p.L_q) * i[0];
     1.5 * f64::from(p.p) * flux * i[1] - maps::inertia(p, 1.0) * w_m_dot
 }
 
-/// Windows in which the encoders of rod and motor move one way, in no quarter slower than
-/// [`SLOWEST`]: where a load that changes bends the structure, the rod moves while the motor stands.
-pub fn windows(p: &Emla, run: &[Instant]) -> Vec<Window> {
-    let whole = run.len().saturating_sub(2) / SAMPLES;
+/// Windows in which the encoders of both rod and motor move one way, in no quarter slower than
+/// [`SLOWEST`]. Both, because a changing load bends the structure and moves the rod while the motor
+/// stands still.
+pub fn windows(p: &Emla, run: &[RigSample]) -> Vec<Window> {
+    let count = run.len().saturating_sub(2) / SAMPLES;
     let travel = maps::travel_per_radian(p);
     let moves = |first: usize| {
-        let speeds = |place: &dyn Fn(&Instant) -> f64, sign: f64| {
-            let moved = |k: usize| place(&run[k + QUARTER]) - place(&run[k]);
+        let slowest = |position: &dyn Fn(&RigSample) -> f64, sign: f64| {
+            let moved = |k: usize| position(&run[k + QUARTER]) - position(&run[k]);
             let starts = (first..first + SAMPLES).step_by(QUARTER);
-            let slowest = starts.map(|k| sign * moved(k) / (QUARTER as f64 * SAMPLE));
-            slowest.fold(f64::INFINITY, f64::min)
+            let speeds = starts.map(|k| sign * moved(k) / (QUARTER as f64 * SAMPLE));
+            speeds.fold(f64::INFINITY, f64::min)
         };
-        let slower = |sign: f64| {
-            let rod = speeds(&|s| s.measured.x, sign);
-            rod.min(speeds(&|s| travel * s.measured.theta_m, sign))
+        let slowest_of_both = |sign: f64| {
+            let rod = slowest(&|s| s.measured.x, sign);
+            rod.min(slowest(&|s| travel * s.measured.theta_m, sign))
         };
-        slower(1.0) > SLOWEST || slower(-1.0) > SLOWEST
+        slowest_of_both(1.0) > SLOWEST || slowest_of_both(-1.0) > SLOWEST
     };
-    (0..whole)
+    (0..count)
         .map(|k| 1 + k * SAMPLES)
         .filter(|&first| first + SAMPLES + 1 < run.len() && moves(first))
         .map(|first| window(p, run, first))
         .collect()
 }
 
-/// Mean over the window between sample `first` and the one [`SAMPLES`] later of what is straight
-/// between samples.
+/// Mean of a quantity over the window from sample `first` to the one [`SAMPLES`] later, by the
+/// trapezoidal rule.
 pub fn mean(first: usize, at: impl Fn(usize) -> f64) -> f64 {
     let last = first + SAMPLES;
     let ends = 0.5 * (at(first) + at(last));
     (ends + (first + 1..last).map(at).sum::<f64>()) / SAMPLES as f64
 }
 
-/// The window between sample `first` and the one [`SAMPLES`] later.
+/// The window from sample `first` to the one [`SAMPLES`] later.
 ///
-/// Speeds are differences of encoder readings over the window, the acceleration that of speeds over
-/// the two milliseconds around its ends: what is evaluated afterwards needs no filter that lags.
-fn window(p: &Emla, run: &[Instant], first: usize) -> Window {
+/// Speeds are differences of encoder readings over the window, the acceleration is that of speeds
+/// over the two milliseconds around its ends: an evaluation after the run needs no filter with lag.
+fn window(p: &Emla, run: &[RigSample], first: usize) -> Window {
+    type Value<'a> = &'a dyn Fn(&RigSample) -> f64;
     let last = first + SAMPLES;
-    let mean = |of: &dyn Fn(&Instant) -> f64| mean(first, |k| of(&run[k]));
-    let rise = |of: &dyn Fn(&Instant) -> f64| (of(&run[last]) - of(&run[first])) / LENGTH;
+    let mean = |value: Value| mean(first, |k| value(&run[k]));
+    let rise = |value: Value| (value(&run[last]) - value(&run[first])) / LENGTH;
     let speed =
         |k: usize| (run[k + 1].measured.theta_m - run[k - 1].measured.theta_m) / (2.0 * SAMPLE);
     let w_m_dot = (speed(last) - speed(first)) / LENGTH;
+    let signal = |s: usize, k: usize| actuator_signals(&run[k].truth)[s];
     let T = [mean(&|s| s.measured.T[0]), mean(&|s| s.measured.T[1])];
     let i = [mean(&|s| s.measured.i[0]), mean(&|s| s.measured.i[1])];
     let row = Row {
@@ -187,19 +246,8 @@ fn window(p: &Emla, run: &[Instant], first: usize) -> Window {
         i_q_dot: rise(&|s| s.measured.i[1]),
         F_dot: rise(&|s| s.measured.F),
         truth: Truth {
-            i_q: mean(&|s| s.truth.i_q),
-            tau_e: mean(&|s| s.truth.tau_e),
-            F: run[first + 1..=last]
-                .iter()
-                .map(|s| s.truth.F_mean)
-                .sum::<f64>()
-                / SAMPLES as f64,
-            w_m: rise(&|s| s.truth.theta_m),
-            w_m_dot: rise(&|s| s.truth.w_m),
-            x_dot: rise(&|s| s.truth.x_rod),
-            T: [mean(&|s| s.truth.T_winding), mean(&|s| s.truth.T_housing)],
             P_out: maps::travel_per_radian(p) * mean(&|s| s.truth.F * s.truth.w_m),
-            P_loss: rise(&|s| s.truth.E_loss),
+            ..Truth::new(p, first, LENGTH, signal)
         },
         desired: [mean(&|s| s.desired.x_dot), mean(&|s| s.desired.load)],
     }

@@ -1,5 +1,5 @@
-//! Efficiency over load and rod speed in all four quadrants: by physics, by hybrid, and that of the
-//! rig.
+//! Maps of the efficiency over load and rod speed in all four quadrants, of physics, hybrid and
+//! rig, for the report and the pictures of `surrogate compare`.
 
 use anyhow::{Context as _, Result};
 use rayon::prelude::*;
@@ -7,32 +7,34 @@ use rig::{Drive, Input};
 
 use crate::measurement::profile::{LOAD_MAX, SPEED};
 use crate::measurement::rig_run;
-use crate::measurement::windows::data_sheet;
-use crate::prediction::model::{Model, Motion};
+use crate::measurement::windows::{Motion, data_sheet};
+use crate::prediction::model::Model;
 
-/// Efficiency by load (rows, −70 … 70 kN) and rod speed (columns).
+/// Efficiency over loads from −[`LOAD_MAX`] to [`LOAD_MAX`] and rod speeds from −[`SPEED`] to
+/// [`SPEED`].
 pub struct EfficiencyMap {
-    /// What it shows.
-    pub title: String,
+    /// Title of the map.
+    pub title: &'static str,
     /// `cells[load][speed]`, 0 … 1.
     pub cells: Vec<Vec<f64>>,
 }
 
-/// Efficiency by physics and hybrid, and that of the rig, over loads up to [`LOAD_MAX`] (rows) and
-/// speeds up to [`SPEED`], each both ways: all four quadrants.
+/// The maps of physics, hybrid and rig; `models` are in the order of [`MODELS`].
 ///
 /// # Errors
 /// A steady point that the rig cannot hold.
+///
+/// [`MODELS`]: crate::prediction::model::MODELS
 pub fn maps(models: &[Model; 3], cells: [usize; 2]) -> Result<[EfficiencyMap; 3]> {
-    let of = |model| move |F, v| Ok(predicted(model, F, v));
+    let by = |model| move |F, v| Ok(predicted_efficiency(model, F, v));
     Ok([
-        map("Efficiency: physics", cells, &of(&models[0]))?,
-        map("Efficiency: hybrid, alpha = 0.9", cells, &of(&models[1]))?,
+        map("Efficiency: physics", cells, &by(&models[0]))?,
+        map("Efficiency: hybrid, alpha = 0.9", cells, &by(&models[1]))?,
         map("Efficiency: rig", cells, &true_efficiency)?,
     ])
 }
 
-fn predicted(model: &Model, F: f64, x_dot: f64) -> f64 {
+fn predicted_efficiency(model: &Model, F: f64, x_dot: f64) -> f64 {
     let p = model.params();
     let motion = Motion {
         F,
@@ -43,7 +45,8 @@ fn predicted(model: &Model, F: f64, x_dot: f64) -> f64 {
     model.demand(&motion).efficiency
 }
 
-/// Mean over positions within one electrical period, which even out cogging and ripple.
+/// The rig's efficiency, a mean over positions within one electrical period, which evens out
+/// cogging and ripple.
 fn true_efficiency(F: f64, x_dot: f64) -> Result<f64> {
     const PLACES: u32 = 8;
     let rig = rig_run::rig(Drive::Motion);
@@ -66,9 +69,8 @@ fn true_efficiency(F: f64, x_dot: f64) -> Result<f64> {
     Ok(sum / f64::from(PLACES))
 }
 
-/// Cells over load and speed in both directions.
 fn map(
-    title: &str,
+    title: &'static str,
     cells: [usize; 2],
     value: &(dyn Fn(f64, f64) -> Result<f64> + Sync),
 ) -> Result<EfficiencyMap> {
@@ -79,9 +81,7 @@ fn map(
             .map(|j| value(F, SPEED[1] * (2.0 * middle(j, cells[1]) - 1.0)))
             .collect()
     };
-    let rows: Result<_> = (0..cells[0]).into_par_iter().map(row).collect();
-    Ok(EfficiencyMap {
-        title: title.into(),
-        cells: rows?,
-    })
+    let cells = (0..cells[0]).into_par_iter().map(row);
+    let cells = cells.collect::<Result<_>>()?;
+    Ok(EfficiencyMap { title, cells })
 }

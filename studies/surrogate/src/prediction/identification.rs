@@ -1,43 +1,41 @@
-//! The actuator's own equations fitted to a campaign: what a voltage says of winding and magnets,
-//! what a force says of friction, and whether temperature, stroke or direction say more.
+//! Fits the actuator's own equations to a campaign: winding and magnets to the voltage, friction to
+//! the force, and as a check the friction's dependence on temperature, stroke and direction.
 
-use anyhow::Result;
 use emla::maps;
 use machine_file::Emla;
 
-use crate::measurement::campaign::{PROFILES, SECONDS, measure, training_profiles};
+use crate::measurement::profile::MID_STROKE;
 use crate::measurement::windows::{Window, data_sheet};
 use crate::prediction::least_squares::Fit;
 
-/// Current over which the voltage that the dead time takes sets in, A.
+/// Width of the current's range around 0 in which the voltage lost to the dead time changes its
+/// sign, A.
 const DEAD_TIME_CURRENT: f64 = 1.0;
-/// Middle of the stroke, m.
-const MIDDLE: f64 =
-    0.5 * (crate::measurement::profile::STROKE[0] + crate::measurement::profile::STROKE[1]);
 
-/// What was found, with the model's parameters in `p`.
-pub struct Identified {
+/// The fitted parameters.
+pub struct Identification {
     /// The machine's actuator with fitted magnets.
     pub electrical: Emla,
     /// The same with fitted friction.
     pub refitted: Emla,
-    /// R_s, its rise with temperature, λ_m, its rise, and the voltage of the dead time.
-    pub voltage: Fit<5>,
+    /// R_s, its rise with temperature, λ_m, its rise, and the voltage lost to the dead time.
+    voltage: Fit<5>,
     /// τ_C, C_m, η.
-    pub friction: Fit<3>,
-    /// The same three, and friction by temperature, N/K, by place, N/m, and by direction, N.
-    pub further: Fit<6>,
+    friction: Fit<3>,
+    /// The same three, and friction by temperature, N/K, by position, N/m, and by direction, N.
+    further: Fit<6>,
 }
 
-impl Identified {
-    /// By the windows of each profile of a campaign. The voltage equation in steady rotation:
+impl Identification {
+    /// Fits the parameters to the windows of each profile of a campaign. The voltage equation in
+    /// steady rotation:
     /// ```text
     /// v_q − ω_e L_d i_d − L_q di_q/dt = R (1 + α_Cu ΔT_w) i_q + λ (1 + α_m ΔT_h) ω_e + V_0 tanh(i_q/1 A)
     /// ```
-    /// The force at constant speed, `F = F_qs(τ, ω)` with the torque of the magnets found, is fitted
-    /// by the motor's Coulomb and viscous friction and the gear's efficiency. Screw and rod have
-    /// viscous friction that no row tells from the motor's; it stays nominal.
-    pub fn of(p: &Emla, campaign: &[Vec<Window>]) -> Self {
+    /// The force at constant speed, `F = F_qs(τ, ω)` with the torque by the fitted magnets, gives
+    /// the motor's Coulomb and viscous friction and the gear's efficiency. The viscous friction of
+    /// screw and rod cannot be told from the motor's; it stays nominal.
+    pub fn new(p: &Emla, campaign: &[Vec<Window>]) -> Self {
         let sheet = data_sheet(p);
         let warm = |T: f64| T - sheet.reference;
         let pairs = f64::from(p.p);
@@ -57,7 +55,7 @@ impl Identified {
                 + b[4] * (row.i_q / DEAD_TIME_CURRENT).tanh()
                 - v
         });
-        // The resistance found holds what the inverter drops as well, which the losses count apart.
+        // The fitted resistance includes the inverter's drop, whose losses count separately.
         let [_, _, lambda_m, lambda_rise, _] = voltage.values;
         let electrical = Emla {
             lambda_m,
@@ -83,8 +81,8 @@ impl Identified {
         let sizes = [1.0, 0.01, 0.1, 10.0, 1e3, 100.0];
         let further = Fit::new([tau_C, C_m, eta, 0.0, 0.0, 0.0], sizes, campaign, |b, w| {
             let row = &w.row;
-            let against = b[3] * warm(row.T_housing) + b[4] * (row.x - MIDDLE);
-            force(b, w) - row.w_m.signum() * against - b[5]
+            let resistance = b[3] * warm(row.T_housing) + b[4] * (row.x - MID_STROKE);
+            force(b, w) - row.w_m.signum() * resistance - b[5]
         });
         Self {
             electrical,
@@ -95,14 +93,7 @@ impl Identified {
         }
     }
 
-    /// By the campaign of `seed`, which is run for it.
-    pub fn of_campaign(p: &Emla, seed: u64) -> Result<Self> {
-        let profiles = training_profiles(PROFILES, SECONDS, seed);
-        let measured = measure(p, &profiles, |profile| profile.seed)?;
-        Ok(Self::of(p, &measured))
-    }
-
-    /// All parameters with their intervals.
+    /// The table of all parameters with their intervals.
     pub fn text(&self, p: &Emla) -> String {
         let sheet = data_sheet(p);
         let of_voltage = self.voltage.values.into_iter().zip(self.voltage.half);

@@ -1,9 +1,9 @@
-//! Nonlinear least squares of a few parameters, with intervals that know that rows of one profile
-//! are no independent rows.
+//! Nonlinear least squares of a few parameters, with confidence intervals that account for the
+//! dependence between rows of one profile.
 
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
-/// Steps at most; well-posed fits need fewer than ten.
+/// Largest number of steps; well-posed fits need fewer than ten.
 const STEPS: u32 = 100;
 /// Half the width of a 95 % interval over the standard error.
 const NORMAL_95: f64 = 1.959_964;
@@ -11,41 +11,42 @@ const NORMAL_95: f64 = 1.959_964;
 /// Fitted parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Fit<const N: usize> {
-    /// Least squares.
+    /// The parameters.
     pub values: [f64; N],
-    /// Half the widths of the 95 % intervals.
+    /// Half the widths of their 95 % intervals.
     pub half: [f64; N],
     /// Root mean square of the residuals.
     pub rms: f64,
 }
 
 impl<const N: usize> Fit<N> {
-    /// Levenberg and Marquardt's least squares of the residuals `of(parameters, row)` from `first`
-    /// on; derivatives are central differences over `sizes`, of the parameters' order. `profiles`
-    /// has the rows of each profile.
+    /// Minimises the sum of the squared residuals `residual(parameters, row)` by Levenberg and
+    /// Marquardt's method, starting at `first`; `sizes` are the parameters' orders of magnitude, by
+    /// which derivatives are taken as central differences. `profiles` holds the rows of each
+    /// profile.
     ///
     /// The intervals are those of Liang and Zeger (1986, *Longitudinal data analysis using
     /// generalized linear models*), `V = A⁻¹ Σ_g (J_gᵀ e_g)(J_gᵀ e_g)ᵀ A⁻¹ · G/(G − 1)`, `A = JᵀJ`,
-    /// over the G profiles g: what errs alike in a profile, as its sensors do, counts once.
+    /// over the G profiles g: an error common to a profile, as a sensor's offset is, counts once.
     ///
     /// # Panics
-    /// Rows that do not determine the parameters.
+    /// The rows do not determine the parameters.
     pub fn new<R>(
         first: [f64; N],
         sizes: [f64; N],
         profiles: &[Vec<R>],
-        of: impl Fn(&[f64; N], &R) -> f64,
+        residual: impl Fn(&[f64; N], &R) -> f64,
     ) -> Self {
         let square = |at: &[f64; N]| {
             let rows = profiles.iter().flatten();
-            rows.map(|row| of(at, row).powi(2)).sum::<f64>()
+            rows.map(|row| residual(at, row).powi(2)).sum::<f64>()
         };
         let slopes = |at: &[f64; N], row: &R| {
             SVector::<f64, N>::from_fn(|k, _| {
                 let moved = |by: f64| {
                     let mut other = *at;
                     other[k] += by * 1e-4 * sizes[k];
-                    of(&other, row)
+                    residual(&other, row)
                 };
                 (moved(1.0) - moved(-1.0)) / 2e-4
             })
@@ -57,7 +58,7 @@ impl<const N: usize> Fit<N> {
                 let mut score = SVector::<f64, N>::zeros();
                 for row in profile {
                     let j = slopes(at, row);
-                    score += j * of(at, row);
+                    score += j * residual(at, row);
                     A += j * j.transpose();
                 }
                 scores.push(score);
@@ -72,12 +73,12 @@ impl<const N: usize> Fit<N> {
                 damped[(k, k)] *= 1.0 + mu;
             }
             let step = factored(damped).solve(&scores.iter().sum());
-            let trial = std::array::from_fn(|k| values[k] - sizes[k] * step[k]);
-            let tried = square(&trial);
+            let stepped = std::array::from_fn(|k| values[k] - sizes[k] * step[k]);
+            let sum = square(&stepped);
             // Scaled steps far below the intervals end the search, better or not.
             let done = step.iter().all(|s| s.abs() < 1e-10);
-            if tried < least {
-                (values, least, mu) = (trial, tried, mu * 0.1);
+            if sum < least {
+                (values, least, mu) = (stepped, sum, mu * 0.1);
             } else {
                 mu *= 10.0;
             }

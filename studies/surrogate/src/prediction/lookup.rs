@@ -1,11 +1,12 @@
-//! A look-up map of a campaign's rows: the force that friction takes, over torque and speed.
+//! A look-up map fitted to a campaign's rows: the force lost to friction over torque and speed. One
+//! of the models that `surrogate compare` judges.
 
-/// Nodes along torque and along speed, each with as many rows as the others on average: slow
-/// speeds, where friction changes most, have as many as fast ones.
+/// Number of nodes along torque and along speed. Each has the same number of rows on average, so
+/// that slow speeds, where friction changes most, have as many as fast ones.
 const NODES: usize = 14;
 
-/// `F = τ/travel − lost(τ, w)` for w > 0, the lost force bilinear between the means of its cells;
-/// the other direction is the mirror image.
+/// `F = τ/travel − lost(τ, w)` for w > 0, where the lost force is bilinear between cell means; the
+/// other direction is the mirror image.
 #[derive(Clone, Debug)]
 pub struct LookUp {
     travel: f64,
@@ -15,10 +16,10 @@ pub struct LookUp {
 }
 
 impl LookUp {
-    /// Of rows `[tau, w, F]`; `travel` is the nut's per radian of the motor, m.
+    /// Fits the map to rows `[tau, w, F]`; `travel` is the nut's travel per radian of the motor, m.
     ///
     /// # Panics
-    /// Fewer rows than nodes.
+    /// There are fewer rows than nodes.
     pub fn new(travel: f64, rows: &[[f64; 3]]) -> Self {
         let rows: Vec<[f64; 3]> = rows
             .iter()
@@ -46,13 +47,13 @@ impl LookUp {
             travel,
             tau: nodes(0),
             w: nodes(1),
-            lost: filled(sums),
+            lost: cell_means(sums),
         }
     }
 
     /// Force at constant speed, N.
     pub fn force(&self, tau: f64, w: f64) -> f64 {
-        // Over the slowest node the directions change over, as friction does at rest.
+        // Below the slowest node the lost force falls to 0, as both directions meet at rest.
         let sign = if w < 0.0 { -1.0 } else { 1.0 };
         let (i, a) = place(&self.tau, sign * tau);
         let (j, b) = place(&self.w, sign * w);
@@ -63,15 +64,15 @@ impl LookUp {
     }
 }
 
-/// The interval of `nodes` that `x` lies in, and where in it, 0 … 1; beyond the ends the nearer end.
+/// The interval of `nodes` that holds `x`, and the place in it, 0 … 1; beyond the ends the end.
 fn place(nodes: &[f64; NODES], x: f64) -> (usize, f64) {
     let k = nodes[1..NODES - 1].partition_point(|&node| node <= x);
     let share = (x - nodes[k]) / (nodes[k + 1] - nodes[k]);
     (k, share.clamp(0.0, 1.0))
 }
 
-/// Means of the cells; one without rows has the mean of its neighbours, ring by ring.
-fn filled(sums: [[[f64; 2]; NODES]; NODES]) -> [[f64; NODES]; NODES] {
+/// Means of the cells; a cell without rows gets the mean of its neighbours, repeatedly.
+fn cell_means(sums: [[[f64; 2]; NODES]; NODES]) -> [[f64; NODES]; NODES] {
     let mut means = sums.map(|row| row.map(|[sum, count]| (count > 0.0).then(|| sum / count)));
     while means.iter().flatten().any(Option::is_none) {
         let known = means;

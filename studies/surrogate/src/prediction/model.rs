@@ -1,5 +1,5 @@
-//! What an actuator's model says that a motion under a load will take: current and efficiency, by
-//! physics, hybrid and network.
+//! A model of the actuator, by physics, look-up map, network or hybrid: the current and efficiency
+//! that it predicts for a motion under a load, and its errors.
 
 use emla::{Surrogate, maps};
 use machine_file::Emla;
@@ -7,20 +7,20 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::measurement::campaign::rms;
-use crate::measurement::windows::{Truth, data_sheet, magnets, resistance};
+use crate::measurement::windows::{Motion, Truth, data_sheet, magnets, resistance};
 use crate::prediction::lookup::LookUp;
 
-/// Rod speed, m/s, below which both powers are small and their ratio says little.
+/// Rod speed, m/s, below which both powers are too small for a meaningful efficiency.
 pub const EFFICIENCY_SPEED: f64 = 0.01;
 /// Names of the models, and their shares of the network.
 pub const MODELS: [(&str, f64); 3] = [("physics", 0.0), ("hybrid", 0.9), ("network", 1.0)];
 
-/// Where a model's force at constant speed comes from.
+/// What gives a model's force at constant speed.
 #[derive(Clone, Debug)]
 enum Map {
     Physics,
     LookUp(Box<LookUp>),
-    /// Blended into the physics with its share: 1 network alone.
+    /// Blended into the physics with this share; 1 is the network alone.
     Network(Surrogate, f64),
 }
 
@@ -31,7 +31,7 @@ pub struct Model {
     map: Map,
 }
 
-/// What a motion under a load takes.
+/// A model's prediction for a motion under a load.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Demand {
     /// Quadrature current, A.
@@ -42,30 +42,6 @@ pub struct Demand {
     pub electrical: f64,
     /// Efficiency, kept in [0, 1].
     pub efficiency: f64,
-}
-
-/// What is known of a motion.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Motion {
-    /// Force on the load, N.
-    pub F: f64,
-    /// Motor speed, rad/s.
-    pub w_m: f64,
-    /// Motor acceleration, rad/s².
-    pub w_m_dot: f64,
-    /// Temperatures of winding and housing, K.
-    pub T: [f64; 2],
-}
-
-impl From<&Truth> for Motion {
-    fn from(t: &Truth) -> Self {
-        Self {
-            F: t.F,
-            w_m: t.w_m,
-            w_m_dot: t.w_m_dot,
-            T: t.T,
-        }
-    }
 }
 
 impl Model {
@@ -85,7 +61,7 @@ impl Model {
         Self { p, map }
     }
 
-    /// A look-up map on the electrical side of `p`.
+    /// A look-up map with the electrical side of `p`.
     pub fn look_up(p: Emla, map: LookUp) -> Self {
         let map = Map::LookUp(Box::new(map));
         Self { p, map }
@@ -111,8 +87,8 @@ impl Model {
         }
     }
 
-    /// Torque that gives the force `F` at constant speed: force rises with torque, so the Illinois
-    /// variant of false position finds it between ±200 N·m, to 1 mN.
+    /// Torque that gives the force `F` at constant speed, found between ±200 N·m to 1 mN by the
+    /// Illinois variant of false position, since the force rises with the torque.
     pub fn torque(&self, F: f64, w: f64) -> f64 {
         let excess = |tau: f64| self.force(tau, w) - F;
         let (mut low, mut high) = ([-200.0, excess(-200.0)], [200.0, excess(200.0)]);
@@ -124,7 +100,7 @@ impl Model {
             if e.abs() < 1e-3 {
                 break;
             }
-            // An end that stays twice counts half, or the other would creep.
+            // The value of an end that stays twice is halved, else the other end would creep.
             let (moved, other) = if e < 0.0 {
                 (&mut low, &mut high)
             } else {
@@ -141,9 +117,9 @@ impl Model {
 
     /// Current and efficiency of a motion.
     ///
-    /// Power goes out at the nut: what bends on the way to the load stores energy, and loses none.
-    /// The efficiency is that of `[paper]` Eq. (eq:dnn_prediction_efficiency) with the torque at
-    /// constant speed: the mechanical losses are `τ w − P_out`.
+    /// The output power is that at the nut: bending between nut and load stores energy without
+    /// loss. The efficiency is that of `[paper]` Eq. (eq:dnn_prediction_efficiency) with the torque
+    /// at constant speed: the mechanical losses are `τ w − P_out`.
     pub fn demand(&self, m: &Motion) -> Demand {
         let p = &self.p;
         let tau = self.torque(m.F, m.w_m);
@@ -177,18 +153,18 @@ impl Model {
     }
 }
 
-/// Errors of a model on windows, root mean square: current, A, and efficiency, with temperatures
-/// known and taken for the reference.
+/// Root mean square errors of a model on windows: first with the true temperatures, then with the
+/// data sheet's reference temperature.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Errors {
-    /// Of the current, A: temperatures known, and taken for the reference.
+    /// Of the current, A.
     pub current: [f64; 2],
-    /// Of the efficiency; NaN where no window has one.
+    /// Of the efficiency; NaN if no window has one.
     pub efficiency: [f64; 2],
 }
 
 impl Errors {
-    /// As text.
+    /// The cell of a table.
     pub fn cell(&self) -> String {
         let [current, efficiency] = [self.current, self.efficiency.map(|e| 1e2 * e)];
         let power = if efficiency[0].is_nan() {
@@ -200,7 +176,7 @@ impl Errors {
     }
 }
 
-/// Errors of a model on windows.
+/// Evaluates a model on windows.
 pub fn errors(model: &Model, windows: &[Truth]) -> Errors {
     let reference = data_sheet(&model.p).reference;
     let travel = maps::travel_per_radian(&model.p);
@@ -208,12 +184,12 @@ pub fn errors(model: &Model, windows: &[Truth]) -> Errors {
         windows
             .par_iter()
             .map(|w| {
-                let mut motion = Motion::from(w);
+                let mut motion = w.motion;
                 if !known {
                     motion.T = [reference; 2];
                 }
                 let demand = model.demand(&motion);
-                let slower = w.x_dot.abs().min(travel * w.w_m.abs());
+                let slower = w.x_dot.abs().min(travel * motion.w_m.abs());
                 let efficiency = w.efficiency().filter(|_| slower > EFFICIENCY_SPEED);
                 (
                     demand.i_q - w.i_q,

@@ -1,12 +1,13 @@
-//! Force and rod speed along a profile over time: desired, of the rig, and of the network.
+//! Force and rod speed along a held-out profile over time, desired, of the rig and of the network,
+//! for the report and the pictures of `surrogate compare`.
 
 use emla::Surrogate;
 
 use crate::measurement::windows::Window;
 
-/// Two courses over time.
+/// Two lines over time.
 pub struct Panel {
-    /// What it shows.
+    /// Title of the panel.
     pub title: &'static str,
     /// Unit of the values.
     pub unit: &'static str,
@@ -14,27 +15,25 @@ pub struct Panel {
     pub lines: [(&'static str, Vec<(f64, f64)>); 2],
 }
 
-/// Force and rod speed along a held-out profile: the rig against what was asked for, the network
-/// against the rig.
+/// Compares the rig with the desired motion and load, and the network with the rig.
 pub fn responses(surrogate: &Surrogate, work: &[Window]) -> [Panel; 4] {
-    let of =
-        |value: &dyn Fn(&Window) -> f64| work.iter().map(|w| (w.t, value(w))).collect::<Vec<_>>();
-    let network = |w: &Window| surrogate.evaluate(w.row.tau_e, w.row.w_m);
-    let force = |title, name, other: &dyn Fn(&Window) -> f64| Panel {
-        title,
-        unit: "kN",
-        lines: [
-            ("rig", of(&|w| 1e-3 * w.row.f_ext)),
-            (name, of(&|w| 1e-3 * other(w))),
-        ],
+    let line = |factor: f64, value: &dyn Fn(&Window) -> f64| {
+        let points = work.iter().map(|w| (w.t, factor * value(w)));
+        points.collect::<Vec<_>>()
     };
-    let speed = |title, name, other: &dyn Fn(&Window) -> f64| Panel {
+    let network = |w: &Window| surrogate.evaluate(w.row.tau_e, w.row.w_m);
+    let panel = |title, unit, rig, other| Panel {
         title,
-        unit: "mm/s",
-        lines: [
-            ("rig", of(&|w| 1e3 * w.row.x_dot)),
-            (name, of(&|w| 1e3 * other(w))),
-        ],
+        unit,
+        lines: [("rig", rig), other],
+    };
+    let force = |title, name, other: &dyn Fn(&Window) -> f64| {
+        let rig = line(1e-3, &|w| w.row.f_ext);
+        panel(title, "kN", rig, (name, line(1e-3, other)))
+    };
+    let speed = |title, name, other: &dyn Fn(&Window) -> f64| {
+        let rig = line(1e3, &|w| w.row.x_dot);
+        panel(title, "mm/s", rig, (name, line(1e3, other)))
     };
     [
         force("Force: desired and rig", "desired", &|w| w.desired[1]),

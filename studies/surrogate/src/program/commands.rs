@@ -1,4 +1,4 @@
-//! Commands: data of the rig, training, pictures and comparison of the network.
+//! The program's command line, and its commands `train` and `plots`.
 
 use std::io::{Write as _, stdout};
 use std::path::PathBuf;
@@ -10,10 +10,10 @@ use clap::{Args, Parser};
 use emla::Surrogate;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::files::{NetworkArg, make_folder, write};
+use super::files::{NetworkArg, make_folder, write_network};
 use super::rig_commands::{CalibrateArgs, RigCompareArgs, RigDataArgs, RigLoopArgs};
 use surrogate::measurement::data;
-use surrogate::training::progress::{EPOCHS, Progress, TrainingData};
+use surrogate::training::progress::{EPOCHS, Progress, TrainingData, test_rows};
 
 use super::plots;
 
@@ -43,11 +43,10 @@ pub enum Command {
     Loop(RigLoopArgs),
 }
 
-/// Cells along torque and along speed that the rig's rows are gathered into: more, and the network
-/// learns the noise.
+/// Number of cells along torque and along speed over which the rig's rows are averaged; with more,
+/// the network learns the noise.
 const RIG_CELLS: u32 = 45;
 
-/// Arguments of `train`.
 #[derive(Args)]
 pub struct TrainArgs {
     /// CSV file with columns tau_e [N.m], w_m [rad/s], F_ext [N], x_dot [m/s] [default: a campaign
@@ -75,7 +74,6 @@ pub struct TrainArgs {
     resume: bool,
 }
 
-/// Arguments of `plots`.
 #[derive(Args)]
 pub struct PlotsArgs {
     #[command(flatten)]
@@ -99,7 +97,7 @@ impl PlotsArgs {
                 "note: the network was trained on other data; all rows are new to it"
             )?;
         }
-        let (inputs, targets) = TrainingData::new(data, record.seed).test_rows();
+        let (inputs, targets) = test_rows(&data, record.seed);
         for file in plots::quality(&surrogate, &inputs, &targets, &self.out)? {
             writeln!(stdout(), "{}", file.display())?;
         }
@@ -108,7 +106,6 @@ impl PlotsArgs {
 }
 
 impl Command {
-    /// Do it.
     pub fn run(self) -> Result<()> {
         match self {
             Self::Data(args) => args.run(),
@@ -122,8 +119,8 @@ impl Command {
 }
 
 impl TrainArgs {
-    /// The rig's data in a file beside the network; an interrupted training goes on with the file
-    /// that is there.
+    /// Writes the rig's data into a file next to the network's; a resumed training uses the file
+    /// that exists.
     fn campaign(&self) -> Result<PathBuf> {
         let file = self.out.with_file_name("rig.csv");
         if !(self.resume && file.is_file()) {
@@ -132,8 +129,7 @@ impl TrainArgs {
         Ok(file)
     }
 
-    /// Train.
-    pub fn run(self) -> Result<()> {
+    fn run(self) -> Result<()> {
         let (file, cells) = match &self.data {
             Some(file) => (file.clone(), 0),
             None => (self.campaign()?, RIG_CELLS),
@@ -141,7 +137,7 @@ impl TrainArgs {
         let mut prepared = TrainingData::new(data::read_csv(&file)?, self.seed);
         let cells = self.cells.unwrap_or(cells);
         if cells > 0 {
-            prepared = prepared.gathered(cells);
+            prepared = prepared.cell_means(cells);
         }
         let mut progress = if self.resume {
             Progress::resume(&self.checkpoint, &emla::WIDTHS, self.seed, &prepared)?
@@ -175,8 +171,7 @@ impl TrainArgs {
         bar.finish_and_clear();
         progress.save(&self.checkpoint)?;
         let network = progress.network(&prepared);
-        let text = serde_json::to_string_pretty(&network).context("cannot write JSON")?;
-        write(&self.out, &text)?;
+        write_network(&self.out, &network)?;
         report(&network.training, progress.seconds)?;
         writeln!(stdout(), "network in {}", self.out.display())?;
         Ok(())

@@ -1,12 +1,12 @@
-//! Files that commands read and write.
+//! The files that the commands read and write: networks and tables.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 use clap::Args;
-use emla::Surrogate;
+use emla::{Surrogate, SurrogateFile};
 
-/// The network that a picture or comparison is of.
+/// The option `--network`.
 #[derive(Args)]
 pub(crate) struct NetworkArg {
     /// Network file; without it the shipped network, for `compare` the one trained on the rig.
@@ -15,10 +15,10 @@ pub(crate) struct NetworkArg {
 }
 
 impl NetworkArg {
-    /// The file's, else the `other` one.
-    pub(crate) fn read_or(&self, other: impl Fn() -> Surrogate) -> Result<Surrogate> {
+    /// The network of the file; without a file, the default.
+    pub(crate) fn read_or(&self, default: impl Fn() -> Surrogate) -> Result<Surrogate> {
         let Some(path) = &self.network else {
-            return Ok(other());
+            return Ok(default());
         };
         let name = path.display();
         let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
@@ -26,7 +26,6 @@ impl NetworkArg {
     }
 }
 
-/// Makes the folder that a file lies in.
 pub(crate) fn make_folder(path: &Path) -> Result<()> {
     let Some(folder) = path.parent() else {
         return Ok(());
@@ -34,7 +33,13 @@ pub(crate) fn make_folder(path: &Path) -> Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))
 }
 
-/// Writes a file, and the folder that it lies in.
+/// Writes a network file; makes its folder.
+pub(crate) fn write_network(path: &Path, network: &SurrogateFile) -> Result<()> {
+    let text = serde_json::to_string_pretty(network).context("cannot write JSON")?;
+    write(path, &text)
+}
+
+/// Writes a file; makes its folder.
 pub(crate) fn write(path: &Path, text: &str) -> Result<()> {
     make_folder(path)?;
     std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))

@@ -1,22 +1,25 @@
-//! Pictures as PNG and SVG: efficiency maps, predicted against true, residuals, learning curve.
+//! The pictures as PNG and SVG. Of the command `plots`: predicted against true values, residuals,
+//! learning curve. Of `compare`: efficiency maps, and responses over time.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use charts::{Area, Curve, DrawResult, Figure, Panel, Picture};
+use charts::{Area, Curve, DrawResult, Figure, Panel, Picture, extent};
 use emla::{Split, Surrogate};
 use plotters::prelude::*;
 
-use surrogate::measurement::profile::LOAD_MAX;
-use surrogate::prediction::efficiency_map::EfficiencyMap;
+use surrogate::measurement::profile::{LOAD_MAX, SPEED};
+use surrogate::measurement::windows::Window;
+use surrogate::prediction::efficiency_map::{EfficiencyMap, maps};
+use surrogate::prediction::model::Model;
+use surrogate::prediction::responses::{self, responses};
 
-pub(crate) const SIZE: (u32, u32) = (1200, 520);
-pub(crate) const FONT: (&str, i32) = ("sans-serif", 16);
-pub(crate) const TITLE: (&str, i32) = ("sans-serif", 18);
-/// Bars of a histogram.
+const SIZE: (u32, u32) = (1200, 520);
+const FONT: (&str, i32) = ("sans-serif", 16);
+const TITLE: (&str, i32) = ("sans-serif", 18);
 const BARS: usize = 61;
-/// Cells of the efficiency map along load and speed.
-pub const MAP_CELLS: [usize; 2] = [70, 70];
+/// Number of cells of the efficiency map along load and along speed.
+const MAP_CELLS: usize = 70;
 
 /// Predicted and true values of force, kN, and rod speed, mm/s.
 struct Agreement {
@@ -30,7 +33,7 @@ impl Picture for Agreement {
         area.fill(&WHITE)?;
         for (k, part) in area.split_evenly((1, 2)).iter().enumerate() {
             let pairs = &self.pairs[k];
-            let (low, high) = extent(pairs.iter().flatten());
+            let (low, high) = extent(pairs.iter().flatten().copied());
             let mut chart = ChartBuilder::on(part)
                 .caption(format!("Test set: {}", QUANTITIES[k]), TITLE)
                 .margin(12)
@@ -80,7 +83,6 @@ fn residuals(errors: &[Vec<f64>; 2]) -> Figure {
     }
 }
 
-/// Mean squared errors by epoch.
 fn learning_curve(curve: &[Split<f64>]) -> Figure {
     let line = |name: &str, color, part: fn(&Split<f64>) -> f64| {
         let points = curve.iter().enumerate().map(|(k, s)| (k as f64, part(s)));
@@ -106,30 +108,26 @@ fn learning_curve(curve: &[Split<f64>]) -> Figure {
     }
 }
 
-/// Maps side by side, over rod speeds in m/s from the first to the second.
-pub(crate) struct EfficiencyMaps<'a> {
-    pub(crate) maps: &'a [EfficiencyMap],
-    pub(crate) speeds: [f64; 2],
-}
+/// Maps side by side, with the scale of colours.
+struct EfficiencyMaps([EfficiencyMap; 3]);
 
-impl Picture for EfficiencyMaps<'_> {
+impl Picture for EfficiencyMaps {
     fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         area.fill(&WHITE)?;
         let (maps, legend) = area.split_horizontally(SIZE.0 - 90);
-        let parts = maps.split_evenly((1, self.maps.len()));
-        for (map, part) in self.maps.iter().zip(parts) {
-            let (load_max, [slow, fast]) = (LOAD_MAX / 1e3, self.speeds.map(|v| 1e3 * v));
+        let parts = maps.split_evenly((1, self.0.len()));
+        let (load_max, speed_max) = (LOAD_MAX / 1e3, 1e3 * SPEED[1]);
+        let [d_load, d_speed] = [load_max, speed_max].map(|max| 2.0 * max / MAP_CELLS as f64);
+        for (map, part) in self.0.iter().zip(parts) {
             let mut chart = ChartBuilder::on(&part)
-                .caption(&map.title, TITLE)
+                .caption(map.title, TITLE)
                 .margin(10)
                 .x_label_area_size(44)
                 .y_label_area_size(52)
-                .build_cartesian_2d(slow..fast, -load_max..load_max)?;
-            let [loads, speeds] = MAP_CELLS.map(|cells| cells as f64);
-            let (d_load, d_speed) = (2.0 * load_max / loads, (fast - slow) / speeds);
+                .build_cartesian_2d(-speed_max..speed_max, -load_max..load_max)?;
             for (i, row) in map.cells.iter().enumerate() {
                 chart.draw_series(row.iter().enumerate().map(|(j, &eta)| {
-                    let (x, y) = (slow + j as f64 * d_speed, i as f64 * d_load - load_max);
+                    let (x, y) = (j as f64 * d_speed - speed_max, i as f64 * d_load - load_max);
                     Rectangle::new([(x, y), (x + d_speed, y + d_load)], heat(eta).filled())
                 }))?;
             }
@@ -161,19 +159,49 @@ impl Picture for EfficiencyMaps<'_> {
     }
 }
 
-/// Blue through green to red; most of the colours go to 0.5 … 0.9, where the map lives.
+/// From blue through green to red; most of the colours lie between 0.5 and 0.9, the usual values.
 fn heat(eta: f64) -> HSLColor {
     let share = eta.clamp(0.0, 1.0).powi(2);
     HSLColor(0.66 * (1.0 - share), 0.85, 0.5)
 }
 
-fn extent<'a>(values: impl Iterator<Item = &'a f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| {
-        (low.min(x), high.max(x))
-    })
+/// Force, kN, and rod speed, mm/s, over time, s: desired and rig above, network and rig below.
+fn over_time(panels: [responses::Panel; 4]) -> Figure {
+    let panel = |panel: responses::Panel| {
+        let mut curves = Vec::new();
+        for ((name, line), color) in panel.lines.into_iter().zip([BLUE, RED]) {
+            // No line is drawn across windows that are left out because the rod stands or turns.
+            for (k, piece) in line.chunk_by(|a, b| b.0 - a.0 < 0.03).enumerate() {
+                let label = if k == 0 { name } else { "" };
+                curves.push(Curve::new(label, color, piece.to_vec()));
+            }
+        }
+        Panel::over_time(&format!("{}: {}", panel.title, panel.unit), curves)
+    };
+    Figure {
+        name: "rig_responses".into(),
+        title: "Responses of the rig and of the network".into(),
+        panels: panels.into_iter().map(panel).collect(),
+    }
 }
 
-/// The quality pictures of a network on `inputs` (tau_e, w_m) and `targets` (F_ext, x_dot), SI.
+/// Draws the pictures of `compare`; `work` is a held-out profile.
+pub fn comparison(
+    models: &[Model; 3],
+    surrogate: &Surrogate,
+    work: &[Window],
+    folder: &Path,
+) -> Result<Vec<PathBuf>> {
+    let maps = EfficiencyMaps(maps(models, [MAP_CELLS; 2])?);
+    let files = [
+        charts::save(&maps, folder, "rig_efficiency_maps", SIZE)?,
+        over_time(responses(surrogate, work)).save(folder)?,
+    ];
+    Ok(files.concat())
+}
+
+/// Draws the pictures of `plots`: a network on `inputs` (tau_e, w_m) and `targets` (F_ext, x_dot),
+/// SI.
 pub fn quality(
     surrogate: &Surrogate,
     inputs: &[[f64; 2]],

@@ -1,4 +1,4 @@
-//! Commands on the rig: its data, and what the models predict on profiles that they have not seen.
+//! The commands that run the rig: `data`, `compare`, `calibrate` and `loop`.
 
 use std::env::{self, consts::EXE_SUFFIX};
 use std::io::{Write as _, stdout};
@@ -9,20 +9,20 @@ use anyhow::{Context as _, Result, ensure};
 use clap::Args;
 use emla::Surrogate;
 
-use super::files::{NetworkArg, write};
-use super::rig_plots;
-use surrogate::judgement::candidates::{CALIBRATED, Candidates, coverage};
+use super::files::{NetworkArg, write, write_network};
+use super::plots;
+use surrogate::judgement::candidates::{CALIBRATION_SEED, Candidates, coverage};
 use surrogate::judgement::conformal::{calibrate, points};
-use surrogate::judgement::free_run::Driven;
+use surrogate::judgement::free_run::drive;
 use surrogate::measurement::campaign::{
-    PROFILES, SECONDS, Trust, compliance, held_out_profiles, measure, rms, rows, training_profiles,
+    PROFILES, RowErrors, SECONDS, compliance, held_out_profiles, measure, rms, rows,
+    training_profiles,
 };
 use surrogate::measurement::coupled_run::CoupledRun;
 use surrogate::measurement::data;
-use surrogate::prediction::identification::Identified;
+use surrogate::prediction::identification::Identification;
 use surrogate::prediction::model::{MODELS, Model, errors};
 
-/// Arguments of `data`.
 #[derive(Args)]
 pub struct RigDataArgs {
     /// Number of profiles.
@@ -50,21 +50,20 @@ impl RigDataArgs {
         }
     }
 
-    /// Run the campaign.
     pub(crate) fn run(self) -> Result<()> {
         let p = machine_file::Machine::reference().emla.lift;
         let profiles = training_profiles(self.profiles, self.seconds, self.seed);
         let campaign = measure(&p, &profiles, |profile| profile.seed)?;
         let repeated = &profiles[..profiles.len().min(4)];
         let again = measure(&p, repeated, |profile| !profile.seed)?;
-        let identified = Identified::of(&p, &campaign);
-        let (rows, numbers) = rows(&identified.electrical, &campaign);
+        let identification = Identification::new(&p, &campaign);
+        let (rows, numbers) = rows(&identification.electrical, &campaign);
         let comment = format!(
             "rig: a simulation, not measurements; {} profiles of {} s at 1 kHz, means of 20 ms, seed {}",
             self.profiles, self.seconds, self.seed
         );
         write(&self.out, &data::to_csv(&rows, &numbers, &comment))?;
-        let trust = Trust::of(&p, &campaign, &again);
+        let errors = RowErrors::new(&p, &campaign, &again);
         writeln!(
             stdout(),
             "{} rows of {} profiles in {}",
@@ -76,14 +75,13 @@ impl RigDataArgs {
             stdout(),
             "compliance between nut and rod {:.2e} m/N; force errors of a row, root mean square: {:.0} N by the sensors alone (noise floor), {:.0} N from run to run (repeatability)",
             compliance(&p, &campaign),
-            trust.floor,
-            trust.repeatability
+            errors.floor,
+            errors.repeatability
         )?;
         Ok(())
     }
 }
 
-/// Arguments of `compare`.
 #[derive(Args)]
 pub struct RigCompareArgs {
     #[command(flatten)]
@@ -110,7 +108,6 @@ pub struct RigCompareArgs {
     out: Option<PathBuf>,
 }
 
-/// Arguments of `calibrate`.
 #[derive(Args)]
 pub struct CalibrateArgs {
     #[command(flatten)]
@@ -124,22 +121,20 @@ pub struct CalibrateArgs {
 }
 
 impl CalibrateArgs {
-    /// Calibrate and write.
     pub(crate) fn run(self) -> Result<()> {
         let p = machine_file::Machine::reference().emla.lift;
         let network = self.network.read_or(Surrogate::reference)?;
-        let driven = Driven::all(&p, &held_out_profiles(self.profiles, SECONDS, CALIBRATED))?;
+        let profiles = held_out_profiles(self.profiles, SECONDS, CALIBRATION_SEED);
+        let driven = drive(&p, &profiles)?;
         let bound = calibrate(&points(p, &network, &driven)?);
         let mut file = network.file();
         file.efficiency_bound = Some(bound);
-        let text = serde_json::to_string_pretty(&file).context("cannot write JSON")?;
-        write(&self.out, &text)?;
+        write_network(&self.out, &file)?;
         writeln!(stdout(), "{bound:?}\nnetwork in {}", self.out.display())?;
         Ok(())
     }
 }
 
-/// Arguments of `loop`.
 #[derive(Args)]
 pub struct RigLoopArgs {
     #[command(flatten)]
@@ -153,7 +148,6 @@ pub struct RigLoopArgs {
 }
 
 impl RigLoopArgs {
-    /// Read and print.
     pub(crate) fn run(self) -> Result<()> {
         let p = machine_file::Machine::reference().emla.lift;
         let surrogate = self.network.read_or(Surrogate::reference)?;
@@ -178,25 +172,24 @@ impl RigLoopArgs {
 }
 
 impl RigCompareArgs {
-    /// Judge and print.
     pub(crate) fn run(self) -> Result<()> {
         let p = machine_file::Machine::reference().emla.lift;
         let trained = || Surrogate::from_json(surrogate::RIG_NETWORK).expect("a valid network");
         let (shipped, network) = (Surrogate::reference(), self.network.read_or(trained)?);
-        let candidates = Candidates::of(&p, &network, self.seed)?;
-        writeln!(stdout(), "{}", candidates.identified.text(&p))?;
+        let candidates = Candidates::new(&p, &network, self.seed)?;
+        writeln!(stdout(), "{}", candidates.identification.text(&p))?;
         let judged = candidates.judge(&p, self.profiles, self.seconds)?;
         writeln!(stdout(), "{judged}")?;
         let networks = [("network", &network), ("shipped network", &shipped)];
         write!(stdout(), "{}", coverage(&p, &networks, self.covered)?)?;
         if let Some(machines) = self.machines {
-            in_loop(machines)?;
+            run_loop_table(machines)?;
         }
         if let Some(folder) = &self.out {
             let work = held_out_profiles(5, self.seconds, self.seed);
             let work = measure(&p, &work[4..], |profile| profile.seed)?;
             let models = MODELS.map(|(_, alpha)| Model::new(p, network.clone(), alpha));
-            for file in rig_plots::all(&models, &network, &work[0], folder)? {
+            for file in plots::comparison(&models, &network, &work[0], folder)? {
                 writeln!(stdout(), "{}", file.display())?;
             }
         }
@@ -204,8 +197,8 @@ impl RigCompareArgs {
     }
 }
 
-/// The table of the loop, by the program beside this one that runs coupled systems.
-fn in_loop(machines: u32) -> Result<()> {
+/// Prints the table of the loop by `hdrm-fmu`, which lies in the folder of this program.
+fn run_loop_table(machines: u32) -> Result<()> {
     let own = env::current_exe().context("where this program lies")?;
     let program = own.with_file_name(format!("hdrm-fmu{EXE_SUFFIX}"));
     let arguments = format!("table --world real --study surrogate --seeds {machines}");

@@ -9,18 +9,15 @@ use std::collections::BTreeMap;
 use crate::training::network::Shape;
 use crate::training::normal::{Form, TiledMatrix, residual_order};
 
-/// First `mu`.
+/// First `mu` of a training.
 pub const MU_START: f64 = 1e-3;
-/// Factor on `mu` after a step that lowers the error.
-pub const MU_DECREASE: f64 = 0.1;
-/// Factor on `mu` after one that does not.
-pub const MU_INCREASE: f64 = 10.0;
-/// Largest `mu`.
-pub const MU_MAX: f64 = 1e10;
-/// Smallest norm of the error's gradient.
-pub const GRADIENT_MIN: f64 = 1e-7;
+const MU_DECREASE: f64 = 0.1;
+const MU_INCREASE: f64 = 10.0;
+pub(crate) const MU_MAX: f64 = 1e10;
+/// Norm of the error's gradient below which the training ends.
+pub(crate) const GRADIENT_MIN: f64 = 1e-7;
 
-/// What is fitted: scaled inputs and targets.
+/// Scaled inputs and targets.
 #[derive(Clone, Debug)]
 pub struct Samples {
     /// One row per sample.
@@ -32,11 +29,11 @@ pub struct Samples {
 impl Samples {
     /// Means of the samples in each of `cells` × `cells` cells of the inputs' range [−1, 1], in the
     /// order of the cells.
-    pub fn gathered(&self, cells: u32) -> Self {
-        let place = |x: f64| (0.5 * (x + 1.0) * f64::from(cells)) as u32;
+    pub fn cell_means(&self, cells: u32) -> Self {
+        let cell = |x: f64| (0.5 * (x + 1.0) * f64::from(cells)) as u32;
         let mut sums: BTreeMap<[u32; 2], ([f64; 4], f64)> = BTreeMap::new();
         for (x, y) in self.inputs.iter().zip(&self.targets) {
-            let (sum, count) = sums.entry(x.map(place)).or_default();
+            let (sum, count) = sums.entry(x.map(cell)).or_default();
             for (sum, value) in sum.iter_mut().zip([x[0], x[1], y[0], y[1]]) {
                 *sum += value;
             }
@@ -71,7 +68,7 @@ fn mean_square(e: &[[f64; 2]]) -> f64 {
 /// How an iteration ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// The error fell.
+    /// The error decreased.
     Stepped,
     /// The gradient is below [`GRADIENT_MIN`]; nothing changed.
     FlatGradient,
@@ -79,7 +76,7 @@ pub enum Outcome {
     MuMax,
 }
 
-/// Take one iteration; changes `weights` and `mu`.
+/// Takes one iteration; changes `weights` and `mu`.
 pub fn iterate(shape: &Shape, samples: &Samples, weights: &mut Vec<f64>, mu: &mut f64) -> Outcome {
     let form = Form::cheaper(shape, samples.inputs.len());
     iterate_in(form, shape, samples, weights, mu)
@@ -126,9 +123,9 @@ pub fn iterate_in(
                     shape.jacobian_transposed_times(&views, &weighted)
                 }
             };
-            let trial: Vec<f64> = weights.iter().zip(&step).map(|(w, s)| w - s).collect();
-            if samples.mse(shape, &trial) < before {
-                *weights = trial;
+            let stepped: Vec<f64> = weights.iter().zip(&step).map(|(w, s)| w - s).collect();
+            if samples.mse(shape, &stepped) < before {
+                *weights = stepped;
                 *mu *= MU_DECREASE;
                 return Outcome::Stepped;
             }

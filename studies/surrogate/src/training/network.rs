@@ -1,4 +1,5 @@
-//! The network under training: any widths, tanh in the hidden layers, linear outputs.
+//! The network during training, of any widths, with tanh in the hidden layers and linear outputs:
+//! its outputs, and their derivatives by the weights.
 //!
 //! All weights stand in one vector, layer by layer: the matrix (one row per neuron), then the
 //! bias. `[paper]` Eq. (eq:dnn_structure).
@@ -8,7 +9,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-/// Samples that one task works on; fixed, so that no result depends on the number of threads.
+/// Samples per task; fixed, so that no result depends on the number of threads.
 const CHUNK: usize = 64;
 
 /// Shape of a network.
@@ -19,13 +20,13 @@ pub struct Shape {
     starts: Vec<usize>,
 }
 
-/// What one layer sees of a set of samples, sample after sample.
+/// Inputs and derivatives of one layer for a set of samples.
 #[derive(Clone, Debug)]
 pub struct LayerView {
     /// Inputs of the layer, one row per sample.
-    pub inputs: Vec<f64>,
+    pub(crate) inputs: Vec<f64>,
     /// For each network output: its derivative by the layer's weighted sums, one row per sample.
-    pub deltas: Vec<Vec<f64>>,
+    pub(crate) deltas: Vec<Vec<f64>>,
 }
 
 impl Shape {
@@ -46,18 +47,16 @@ impl Shape {
         self.starts[self.layers()]
     }
 
-    /// Number of layers.
-    pub fn layers(&self) -> usize {
+    pub(crate) fn layers(&self) -> usize {
         self.widths.len() - 1
     }
 
-    /// Number of outputs.
-    pub fn outputs(&self) -> usize {
+    pub(crate) fn outputs(&self) -> usize {
         self.widths[self.layers()]
     }
 
-    /// Inputs and outputs of layer `l`.
-    pub fn size(&self, l: usize) -> (usize, usize) {
+    /// Number of inputs and outputs of layer `l`.
+    pub(crate) fn size(&self, l: usize) -> (usize, usize) {
         (self.widths[l], self.widths[l + 1])
     }
 

@@ -19,7 +19,6 @@ use rayon::prelude::*;
 
 use crate::training::network::{LayerView, Shape};
 
-/// Rows of a tile.
 const TILE: usize = 256;
 /// Samples whose Jacobian rows are held at once in the `JᵀJ` form.
 const SAMPLES_AT_ONCE: usize = 512;
@@ -27,12 +26,12 @@ const SAMPLES_AT_ONCE: usize = 512;
 /// The lower tiles of a symmetric matrix, column after column.
 #[derive(Clone)]
 pub struct TiledMatrix {
-    /// Where each tile row begins; one more entry for the end.
+    /// First row of each tile row; one more entry for the end.
     starts: Vec<usize>,
     columns: Vec<Vec<Mat<f64>>>,
 }
 
-/// Which of the two equal forms of the step is solved.
+/// The two forms of the normal matrix, which give the same step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// `JᵀJ`, one row per weight.
@@ -42,8 +41,8 @@ pub enum Form {
 }
 
 impl Form {
-    /// The one with fewer operations: with R residuals, W weights, `W²R + W³/3` for forming and
-    /// factoring `JᵀJ`, `R³/3` and the tiles of `kernel_tile` for `J·Jᵀ`. Mostly the smaller one.
+    /// The form with fewer operations: with R residuals and W weights, `W²R + W³/3` for forming and
+    /// factoring `JᵀJ`, `R³/3` and the tiles of `kernel_tile` for `J·Jᵀ`.
     pub fn cheaper(shape: &Shape, samples: usize) -> Self {
         let outputs = shape.outputs() as f64;
         let (w, n) = (shape.weights() as f64, samples as f64);
@@ -62,7 +61,7 @@ impl Form {
     }
 }
 
-/// Not positive definite to working precision.
+/// The matrix is not positive definite to working precision.
 #[derive(Clone, Copy, Debug)]
 pub struct NotPositiveDefinite;
 
@@ -98,7 +97,7 @@ impl TiledMatrix {
         Self { starts, columns }
     }
 
-    /// Overwrite with the Cholesky factor of itself plus `c` times identity.
+    /// Replaces the matrix A by the Cholesky factor of A + c·I.
     pub fn factor(&mut self, c: f64) -> Result<(), NotPositiveDefinite> {
         for k in 0..self.columns.len() {
             let (done, later) = self.columns.split_at_mut(k + 1);
@@ -121,7 +120,7 @@ impl TiledMatrix {
         Ok(())
     }
 
-    /// Solve with the factor, in place.
+    /// Solves with the factor, in place.
     pub fn solve(&self, x: &mut [f64]) {
         let tiles = self.columns.len();
         let range = |k: usize| self.starts[k]..self.starts[k + 1];
@@ -155,9 +154,9 @@ fn column(x: &mut [f64]) -> faer::MatMut<'_, f64> {
     faer::MatMut::from_column_major_slice_mut(x, n, 1)
 }
 
-/// `factor·A·B`, put into `of` or added to it.
-fn product(of: &mut Mat<f64>, accum: Accum, a: MatRef<'_, f64>, b: MatRef<'_, f64>, factor: f64) {
-    matmul(of.as_mut(), accum, a, b, factor, Par::Seq);
+/// Writes `factor·A·B` into `to`, or adds it.
+fn product(to: &mut Mat<f64>, accum: Accum, a: MatRef<'_, f64>, b: MatRef<'_, f64>, factor: f64) {
+    matmul(to.as_mut(), accum, a, b, factor, Par::Seq);
 }
 
 /// `y −= A·x`.
@@ -196,7 +195,7 @@ fn fill(tiles: usize, tile: impl Fn(usize, usize) -> Mat<f64> + Sync) -> Vec<Vec
         .collect()
 }
 
-/// Visit the lower tiles of some trailing columns; `i ≥ j` count from the first of them.
+/// Visits the lower tiles of the last columns; `i ≥ j` count from the first of these.
 fn each_tile(columns: &mut [Vec<Mat<f64>>], visit: impl Fn(usize, usize, &mut Mat<f64>) + Sync) {
     columns.par_iter_mut().enumerate().for_each(|(j, column)| {
         column

@@ -1,10 +1,11 @@
-//! The training run: split, iterate, stop early, keep the best, resume.
+//! The training run: splits the data, iterates, stops early, keeps the best network, and resumes
+//! from a checkpoint.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
-use emla::{MinMax, Ranges, Split, SurrogateFile, TrainingRecord};
+use emla::{Ranges, Split, SurrogateFile, TrainingRecord};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
@@ -14,10 +15,10 @@ use crate::measurement::data::Data;
 use crate::training::lm::{self, Outcome, Samples};
 use crate::training::network::{Shape, column_range, scaled};
 
-/// Most epochs.
+/// Largest number of epochs.
 pub const EPOCHS: u32 = 1000;
-/// Epochs in a row without a new smallest validation error that end the training.
-pub const FAILURES: u32 = 30;
+/// Number of epochs in a row without a new smallest validation error that ends the training.
+const FAILURES: u32 = 30;
 
 /// Scaled and split data.
 #[derive(Clone, Debug)]
@@ -30,8 +31,8 @@ pub struct TrainingData {
 }
 
 impl TrainingData {
-    /// `mapminmax` over all rows, then a seeded split 70:20:10: of rows, or of profiles where the
-    /// data name them.
+    /// Scales all rows by `mapminmax`, then splits them 70:20:10 by seed: by rows, or by profiles
+    /// if the data name these.
     pub fn new(data: Data, seed: u64) -> Self {
         let ranges = Ranges {
             tau_e: column_range(&data.inputs, 0),
@@ -58,23 +59,10 @@ impl TrainingData {
         }
     }
 
-    /// Inputs and targets of the test rows, unscaled.
-    pub fn test_rows(&self) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
-        let (ranges, Samples { inputs, targets }) = (&self.ranges, &self.samples.test);
-        let unscaled = |rows: &[[f64; 2]], a: MinMax, b: MinMax| {
-            let rows = rows.iter();
-            rows.map(|r| [a.unscale(r[0]), b.unscale(r[1])]).collect()
-        };
-        (
-            unscaled(inputs, ranges.tau_e, ranges.w_m),
-            unscaled(targets, ranges.f_ext, ranges.x_dot),
-        )
-    }
-
-    /// The same with the rows of each part gathered into cells of its inputs, `cells` along torque
-    /// and speed, each replaced by its mean: dense data lose noise and weigh all of the map alike.
-    pub fn gathered(self, cells: u32) -> Self {
-        let samples = self.each(|s| s.gathered(cells));
+    /// Replaces the rows of each part by their means in `cells` × `cells` cells of torque and
+    /// speed: dense data lose noise, and all of the map has the same weight.
+    pub fn cell_means(self, cells: u32) -> Self {
+        let samples = self.each(|s| s.cell_means(cells));
         Self { samples, ..self }
     }
 
@@ -92,7 +80,15 @@ impl TrainingData {
     }
 }
 
-/// Rows in the order of the split, and where its first two parts end.
+/// Inputs and targets of the rows that a training with this seed would test.
+pub fn test_rows(data: &Data, seed: u64) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
+    let (order, ends) = shuffled(data, seed);
+    let rows = order[ends[1]..].iter();
+    rows.map(|&row| (data.inputs[row], data.targets[row]))
+        .unzip()
+}
+
+/// Rows in the order of the split, and the ends of its first two parts.
 fn shuffled(data: &Data, seed: u64) -> (Vec<usize>, [usize; 2]) {
     let rows = data.inputs.len();
     let rng = &mut ChaCha8Rng::seed_from_u64(seed);
@@ -118,7 +114,7 @@ fn shuffled(data: &Data, seed: u64) -> (Vec<usize>, [usize; 2]) {
     (order, ends)
 }
 
-/// Everything that a run needs to go on: the checkpoint file.
+/// State of a training run, and content of its checkpoint file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Progress {
@@ -141,7 +137,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// A run at its beginning.
+    /// A new run.
     pub fn start(widths: &[usize], seed: u64, prepared: &TrainingData) -> Self {
         let shape = Shape::new(widths);
         let weights = shape.initial_weights(seed);
@@ -161,7 +157,7 @@ impl Progress {
         }
     }
 
-    /// A run from its checkpoint; it must be of the same data and seed.
+    /// A run from its checkpoint, which must belong to the same data and seed.
     pub fn resume(
         path: &Path,
         widths: &[usize],
@@ -198,16 +194,17 @@ impl Progress {
         Ok(progress)
     }
 
-    /// Keep the run in a file; written beside it first, so that an interruption cannot damage it.
+    /// Writes the checkpoint: to another file that is then renamed, so that an interruption cannot
+    /// damage it.
     pub fn save(&self, path: &Path) -> Result<()> {
-        let beside = path.with_extension("tmp");
+        let new = path.with_extension("tmp");
         let text = serde_json::to_string(self).context("cannot write the checkpoint as JSON")?;
-        std::fs::write(&beside, text)
-            .and_then(|()| std::fs::rename(&beside, path))
+        std::fs::write(&new, text)
+            .and_then(|()| std::fs::rename(&new, path))
             .with_context(|| format!("cannot write {}", path.display()))
     }
 
-    /// One iteration and what follows from it.
+    /// Takes one iteration, and decides whether the training ends.
     pub fn epoch(&mut self, prepared: &TrainingData, epochs: u32) {
         let clock = Instant::now();
         let shape = Shape::new(&self.widths);
@@ -239,7 +236,7 @@ impl Progress {
         self.seconds += clock.elapsed().as_secs_f64();
     }
 
-    /// One line: epoch, mu, the three errors, time left if it runs to the last epoch.
+    /// One line of text: epoch, mu, the three errors, time left if it runs to the last epoch.
     pub fn line(&self, epochs: u32) -> String {
         let mse = self.curve[self.curve.len() - 1];
         let left = self.seconds / f64::from(self.epoch.max(1)) * f64::from(epochs - self.epoch);
@@ -256,7 +253,7 @@ impl Progress {
         )
     }
 
-    /// The best network so far, with its record.
+    /// The best network so far, with the record of its training.
     pub fn network(&self, prepared: &TrainingData) -> SurrogateFile {
         let shape = Shape::new(&self.widths);
         let correlation = |column: usize| {

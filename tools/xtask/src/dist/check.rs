@@ -1,4 +1,5 @@
-//! Runs of what was built, by the script `tests/handed_out.py`.
+//! Tries the folder that is handed out, by the script `tests/handed_out.py`: runs its programs and
+//! FMUs, builds it again, installs its wheel.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -29,8 +30,8 @@ fn folder(workspace: &Workspace) -> PathBuf {
     workspace.target.join("dist-check")
 }
 
-/// Run what can be run here: on this machine, in an old Debian, under Wine and QEMU, with equal
-/// numbers. What cannot is listed.
+/// Runs what can be run here, on this machine, in an old Debian, under Wine and QEMU, and compares
+/// the numbers. Runs that are not possible here are listed.
 pub fn run(workspace: &Workspace, dist: &Dist, listing: &mut Listing) -> Result<()> {
     let work = folder(workspace);
     fs::create_dir_all(&work).with_context(|| work.display().to_string())?;
@@ -49,7 +50,7 @@ pub fn run(workspace: &Workspace, dist: &Dist, listing: &mut Listing) -> Result<
     done
 }
 
-/// Build the committed source once more in another folder, and compare the checksums.
+/// Builds the committed source again in another folder, and compares the checksums.
 pub fn build_again(workspace: &Workspace, dist: &Dist, without_experiments: bool) -> Result<()> {
     let mut script = script(workspace, "again");
     script.arg(&dist.folder).args(platforms(dist));
@@ -62,8 +63,8 @@ fn platforms(dist: &Dist) -> impl Iterator<Item = &'static str> {
     targets.flat_map(|target| ["--platform", target.platform.folder])
 }
 
-/// Install a wheel in an empty environment and run its demo with nothing in the search path: here,
-/// and one for any Linux in an old Debian too.
+/// Installs a wheel in an empty environment and runs its demo with an empty search path: here, and
+/// a wheel for any Linux also in an old Debian.
 pub fn try_wheel(workspace: &Workspace, wheel: &Path) -> Result<()> {
     let mut script = script(workspace, "wheel");
     script.arg(wheel);

@@ -1,4 +1,4 @@
-//! The folder that is handed out, and the files in it.
+//! The folder that `cargo xtask dist` makes, and the files in it.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,7 +10,7 @@ use cargo_fmu::target::Target;
 
 /// Name of the list of checksums, in the form of `sha256sum`.
 pub const CHECKSUMS: &str = "SHA256SUMS";
-/// What was built, and where it lies.
+
 pub struct Dist {
     pub folder: PathBuf,
     pub targets: Vec<&'static Target>,
@@ -26,19 +26,18 @@ impl Dist {
         archives(&self.folder, "fmu")
     }
 
-    /// Those of FMI 3.0.
+    /// The FMUs of FMI 3.0.
     pub fn fmus_3(&self) -> Result<Vec<PathBuf>> {
         archives(&self.folder.join(FMI3_FOLDER), "fmu")
     }
 
-    /// The systems.
     pub fn systems(&self) -> Result<Vec<PathBuf>> {
         archives(&self.folder, "ssp")
     }
 }
 
-/// Files in a folder with this suffix, by name.
-pub fn archives(folder: &Path, suffix: &str) -> Result<Vec<PathBuf>> {
+/// The files with this suffix in a folder itself, sorted by name.
+fn archives(folder: &Path, suffix: &str) -> Result<Vec<PathBuf>> {
     let mut all = files(folder)?;
     let is_one = |path: &PathBuf| {
         path.parent() == Some(folder) && path.extension().is_some_and(|e| e == suffix)
@@ -47,7 +46,7 @@ pub fn archives(folder: &Path, suffix: &str) -> Result<Vec<PathBuf>> {
     Ok(all)
 }
 
-/// All files below a folder, by name.
+/// All files below a folder, sorted by name.
 pub fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
@@ -61,7 +60,6 @@ pub fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(found)
 }
 
-/// The last part of a path.
 pub fn file_name(path: &Path) -> String {
     path.file_name()
         .unwrap_or_default()

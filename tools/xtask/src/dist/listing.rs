@@ -1,4 +1,5 @@
-//! What was built, what was run, what was not and why, platform by platform.
+//! The listing that `cargo xtask dist` prints: for each platform, what was built, what was run, and
+//! what was not and why.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,7 +13,6 @@ use fmi_import::portability::Needs;
 
 use super::folder::{Dist, file_name};
 
-/// The lines so far.
 #[derive(Default)]
 pub struct Listing {
     /// By platform folder.
@@ -21,24 +21,14 @@ pub struct Listing {
 }
 
 impl Listing {
-    /// A platform that nothing was built for.
-    pub fn not_built(&mut self, platform: &str, why: &str) {
-        self.add(platform, "not built", why);
-    }
-
-    /// A run that was not made.
-    pub fn not_run(&mut self, platform: &str, why: &str) {
-        self.add(platform, "not run", why);
-    }
-
-    /// Runs of what was built, a line each: platform, kind and text, with tabs between. The kind is
-    /// `run`, `not run`, or `lacks` where this machine should have made it and could not.
+    /// Adds runs, a line each: platform, kind and text, separated by tabs. The kind is `run`, `not
+    /// run`, or `lacks` if this machine should have made the run and could not.
     pub fn add_runs(&mut self, lines: &str) -> Result<()> {
         for line in lines.lines() {
             let mut parts = line.splitn(3, '\t');
             match [parts.next(), parts.next(), parts.next()] {
                 [Some(platform), Some("lacks"), Some(why)] => {
-                    self.not_run(platform, why);
+                    self.add(platform, "not run", why);
                     self.lacking.push(format!("{platform}: {why}"));
                 }
                 [Some(platform), Some(kind @ ("run" | "not run")), Some(text)] => {
@@ -55,12 +45,13 @@ impl Listing {
         self.lacking.join("; ")
     }
 
-    fn add(&mut self, platform: &str, kind: &str, text: &str) {
+    /// Adds a line; the kind is one such as `not built`.
+    pub fn add(&mut self, platform: &str, kind: &str, text: &str) {
         let lines = self.lines.entry(platform.to_string()).or_default();
         lines.push(format!("{kind:<10} {text}"));
     }
 
-    /// Every library and program in the folder, by what its own headers say.
+    /// Adds every library and program in the folder, with what its headers say it needs.
     pub fn built(&mut self, dist: &Dist) -> Result<()> {
         for fmu in dist.fmus_3()? {
             let entries = entries::read(&fmu)?;

@@ -124,7 +124,9 @@ impl Axis {
             power: Size::new(both().map(|(tau, w)| tau * w)),
             continuous: motor.continuous(speed.rms, ratings),
             beyond_peak: both().filter(drives_beyond).count() as f64 / tau.len().max(1) as f64,
-            temperatures: own.unwrap_or(HeatNetwork::TYPICAL).after(&cycle, HOUR),
+            temperatures: own
+                .unwrap_or(HeatNetwork::TYPICAL)
+                .temperatures_after(&cycle, HOUR),
             is_own_heat: own.is_some(),
             ratings: *ratings,
             motor,

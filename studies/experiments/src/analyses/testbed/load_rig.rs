@@ -106,7 +106,7 @@ impl LoadDrive {
     /// A drive that holds the present state.
     fn holding(p: &Emla, [F, i_d, i_q, ..]: Readings) -> Self {
         let tau = torque_per_ampere(p) * i_q - maps::travel_per_radian(p) * F;
-        Self(DriveControl::holding(p, tau, [i_d, i_q]))
+        Self(DriveControl::new(p, tau, [i_d, i_q]))
     }
 
     /// Voltages for the force `F_r` while the nut accelerates by `x_ddot`. The spring between nut and

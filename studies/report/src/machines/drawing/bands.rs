@@ -1,31 +1,26 @@
-//! Bands of payload and their colours.
+//! The bands of payload that the workspace is coloured by.
 
 use plotters::style::{Color as _, HSLColor, RGBColor};
 
-/// First digits of the payload from one colour to the next.
+/// First digits of a band's width.
 const STEPS: [f64; 4] = [1.0, 2.0, 2.5, 5.0];
-/// Most bands of payload in the chart.
 const BANDS: usize = 7;
 
-/// Bands of payload.
 pub(super) struct Bands {
-    /// Lower ends, kg, rising.
+    /// Lower ends, kg, ascending.
     pub(super) lows: Vec<f64>,
 }
 
 impl Bands {
-    /// Multiples of a round payload that part the range up to `greatest` into at most [`BANDS`],
-    /// from 0 on.
+    /// Divides the range from 0 to `greatest`, kg, into at most [`BANDS`] bands of a round width.
     pub(super) fn new(greatest: f64) -> Self {
         let rounds = (0..6).flat_map(|power| STEPS.map(|step| step * 10.0_f64.powi(power)));
         let most = BANDS as f64;
         let step = rounds.into_iter().find(|step| most * step >= greatest);
         let step = step.unwrap_or(greatest / most);
         let lows = (0..BANDS).map(|k| step * k as f64);
-        let lows = lows.filter(|low| *low == 0.0 || *low < greatest);
-        Self {
-            lows: lows.collect(),
-        }
+        let lows = lows.filter(|low| *low == 0.0 || *low < greatest).collect();
+        Self { lows }
     }
 
     /// Colour of a payload, kg, from red to green; grey for none.

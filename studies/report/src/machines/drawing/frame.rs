@@ -1,4 +1,4 @@
-//! Axes of the views.
+//! Axes that the side view and the workspace share.
 
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
@@ -8,7 +8,7 @@ use charts::{Area, DrawResult};
 
 pub(super) type Chart<'a, B> = ChartContext<'a, B, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
-/// Equal scales for both axes around everything in `places`.
+/// Axes of equal scale around all `places`.
 pub(super) fn frame<'a, B: DrawingBackend>(
     area: &Area<'a, B>,
     caption: &str,
@@ -46,7 +46,6 @@ pub(super) fn frame<'a, B: DrawingBackend>(
     Ok(chart)
 }
 
-/// Draws the names of the series.
 pub(super) fn series_names<'a, B: DrawingBackend + 'a>(
     chart: &mut Chart<'a, B>,
     at: SeriesLabelPosition,

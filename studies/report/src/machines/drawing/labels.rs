@@ -1,4 +1,4 @@
-//! Texts beside points.
+//! Labels of points and lengths, placed so that they do not cover each other.
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -6,21 +6,20 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::frame::Chart;
 use charts::DrawResult;
 
-/// Half the size of what a point takes, pixels.
+/// Half the width of the square that a point covers, pixels.
 const POINT: i32 = 6;
 
-/// Texts that do not cover each other: each goes to the nearest free place beside its point,
-/// pixels.
+/// The areas that are covered already; a label goes to the nearest free area next to its point.
 pub(super) struct Labels {
-    /// Left, top, right, bottom of what is covered.
+    /// Left, top, right, bottom of each covered area, pixels.
     taken: Vec<[i32; 4]>,
-    /// The same of the plotting area, in which texts stay.
+    /// The same of the plotting area, in which labels stay.
     within: [i32; 4],
 }
 
 impl Labels {
-    /// None yet; points at `places` stay free.
-    pub(super) fn beside<B: DrawingBackend>(
+    /// No labels yet; points at `places` are not covered.
+    pub(super) fn new<B: DrawingBackend>(
         chart: &Chart<'_, B>,
         places: impl Iterator<Item = [f64; 2]>,
     ) -> Self {

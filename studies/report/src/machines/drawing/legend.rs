@@ -1,4 +1,4 @@
-//! What the points are, and what limits the machine.
+//! The sheet's legend: what the points mean, and the machine's limits.
 
 use plotters::prelude::*;
 
@@ -33,7 +33,7 @@ impl Sheet {
                 "wrist torques: {:.0}, {:.0}, {:.0} N·m; own weight of arm and wrist {:.0} kg",
                 limits.tau_wrist_max[0], limits.tau_wrist_max[1], limits.tau_wrist_max[2], self.own_weight()
             ),
-            self.lasting(),
+            self.continuous_torques(),
             "The payload's centre of mass is that of the machine file. Air of 40 °C. Statics only, whatever the structure bears.".into(),
         ];
         for (text, row) in stated.into_iter().zip(0..) {
@@ -43,8 +43,8 @@ impl Sheet {
         Ok(())
     }
 
-    /// Torques that the motors may give for ever at standstill.
-    fn lasting(&self) -> String {
+    /// Torques that the motors may give continuously at standstill.
+    fn continuous_torques(&self) -> String {
         let each = machine_file::AXES
             .into_iter()
             .zip(ContinuousTorque::from_machine(&self.machine));

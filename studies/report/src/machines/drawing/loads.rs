@@ -1,4 +1,4 @@
-//! The workspace, coloured by the greatest payload.
+//! The view of the workspace, coloured by the greatest payload.
 
 use plotters::prelude::*;
 
@@ -8,7 +8,7 @@ use charts::{Area, DrawResult};
 
 impl Sheet {
     pub(super) fn loads<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
-        let places = || self.chart.places().map(|p| [p.reach, p.height]);
+        let places = || self.chart.points().map(|p| [p.reach, p.height]);
         let all = places().chain([[0.0, 0.0]]).collect::<Vec<_>>();
         let caption = format!(
             "Workspace and greatest payload at rest; dynamic factor {}",
@@ -46,7 +46,7 @@ impl Sheet {
             };
             legend_entry(&mut chart, &text, self.bands.color(Some(*low)))?;
         }
-        if self.chart.places().any(|p| p.payload.is_none()) {
+        if self.chart.points().any(|p| p.payload.is_none()) {
             legend_entry(&mut chart, "cannot hold itself", self.bands.color(None))?;
         }
         series_names(&mut chart, SeriesLabelPosition::UpperRight)

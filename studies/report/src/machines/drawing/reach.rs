@@ -1,4 +1,4 @@
-//! Payload over reach.
+//! The view of the greatest payload over reach.
 
 use plotters::prelude::*;
 
@@ -7,12 +7,12 @@ use super::sheet::{FONT, SMALL, Sheet};
 use crate::machines::load_chart::LoadPoint;
 use charts::{Area, DrawResult, wheel};
 
-/// Classes of reach.
+/// Number of intervals that the reach is divided into.
 const CLASSES: usize = 60;
 
 impl Sheet {
-    /// Payload over reach: the greatest at any height, coloured by what limits it, and the one that
-    /// holds at every height.
+    /// Draws the greatest payload at any height, coloured by what limits it, the one that holds at
+    /// every height, and the greatest that may be held continuously.
     pub(super) fn over_reach<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         let classes = self.classes();
         let last = classes.iter().map(|c| c.best.reach).fold(0.0, f64::max);
@@ -80,9 +80,9 @@ impl Sheet {
     }
 
     fn classes(&self) -> Vec<Class> {
-        let last = self.chart.places().map(|p| p.reach).fold(0.0, f64::max);
+        let last = self.chart.points().map(|p| p.reach).fold(0.0, f64::max);
         let mut classes: Vec<Option<Class>> = vec![None; CLASSES + 1];
-        for place in self.chart.places() {
+        for place in self.chart.points() {
             let payload = place.payload.unwrap_or(0.0);
             let k = (CLASSES as f64 * place.reach / last) as usize;
             let class = classes[k].get_or_insert(Class {
@@ -100,13 +100,13 @@ impl Sheet {
     }
 }
 
-/// Places of about one reach.
+/// The points in one interval of reach.
 #[derive(Clone, Copy)]
 struct Class {
     /// Where the payload is greatest.
     best: LoadPoint,
     /// Payload that holds at every height, kg.
     least: f64,
-    /// Greatest payload that may be held for ever, kg.
+    /// Greatest payload that may be held continuously, kg.
     lasting: f64,
 }

@@ -1,4 +1,4 @@
-//! What a sheet shows, and its letters.
+//! The data of a sheet, which all its views draw, and its fonts.
 
 use machine_file::Machine;
 
@@ -10,7 +10,7 @@ pub(super) const FONT: (&str, i32) = ("sans-serif", 15);
 pub(super) const SMALL: (&str, i32) = ("sans-serif", 13);
 pub(super) const HEAD: (&str, i32) = ("sans-serif", 20);
 
-/// The machine on a sheet.
+/// A machine with all that its sheet shows.
 pub struct Sheet {
     pub(super) name: String,
     pub(super) machine: Machine,

@@ -7,7 +7,7 @@ use super::labels::Labels;
 use super::sheet::{HEAD, SMALL, Sheet};
 use charts::{Area, DrawResult};
 
-/// Ends and names of the lengths that the side view tells.
+/// Ends and names of the lengths that the side view states.
 const DIMENSIONS: [(&str, &str, &str); 15] = [
     ("T1", "O", "T1–O"),
     ("O", "P", "L1_2"),
@@ -58,22 +58,22 @@ impl Sheet {
             chart.draw_series(LineSeries::new(line(inner, pin), rod.stroke_width(3)))?;
             chart.draw_series(LineSeries::new(barrel, rod.stroke_width(8)))?;
         }
-        let mut labels = Labels::beside(&chart, places);
-        let (of_points, of_lengths) = (RGBColor(150, 0, 0), RGBColor(20, 60, 130));
+        let mut labels = Labels::new(&chart, places);
+        let (point_color, length_color) = (RGBColor(150, 0, 0), RGBColor(20, 60, 130));
         for point in &self.view.points {
             let (x, y) = (point.place[0], point.place[1]);
             chart.draw_series([Circle::new((x, y), 4, WHITE.filled())])?;
             chart.draw_series([Circle::new((x, y), 4, BLACK.stroke_width(1))])?;
         }
         for point in &self.view.points {
-            labels.add(&chart, point.place, point.name, &of_points, HEAD.1)?;
+            labels.add(&chart, point.place, point.name, &point_color, HEAD.1)?;
         }
         for (from, to, name) in DIMENSIONS {
             let (from, to) = (at(from), at(to));
             let length = (from[0] - to[0]).hypot(from[1] - to[1]);
             if length > 1e-3 {
                 let text = format!("{name} {:.0}", 1e3 * length);
-                labels.add(&chart, middle(from, to), &text, &of_lengths, SMALL.1)?;
+                labels.add(&chart, middle(from, to), &text, &length_color, SMALL.1)?;
             }
         }
         Ok(())
