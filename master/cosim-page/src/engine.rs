@@ -54,10 +54,10 @@ impl Engine {
     /// # Errors
     /// It is neither, or it is damaged.
     pub fn open(bytes: Vec<u8>) -> Result<Self> {
-        let package = Package::of_bytes(NAME, bytes)?;
+        let package = Package::from_bytes(NAME, bytes)?;
         let source = if package.holds("modelDescription.xml") {
             let files = vec![(PathBuf::from(ALONE), package.into_bytes())];
-            let mut system = System::of_archives(files, &[])?;
+            let mut system = System::from_archives(files, &[])?;
             // As `cosim run` calls it, whose files are named so.
             system.structure.components[0].name = system.fmus[0].description.identifier.clone();
             Source::Fmu(system)
@@ -134,12 +134,12 @@ impl Engine {
             None => {
                 let else_in = Vec::new();
                 let place = FmuPlace::Structure { else_in };
-                let system = System::of_package(package, structure, &place, &[], &[], fmus)?;
+                let system = System::from_package(package, structure, &place, &[], &[], fmus)?;
                 systems.entry(key).or_insert(system).clone()
             }
         };
         for set in sets {
-            system.apply_set_of(package, Path::new(set))?;
+            system.apply_set_from(package, Path::new(set))?;
         }
         Ok(system)
     }

@@ -72,7 +72,7 @@ pub struct Exchange {
     /// Outputs that depend on each other over a step: [`Order::AtOnce`] only.
     pub(crate) over_step: Option<Unknowns>,
     /// Instances are in several threads, so calls are begun for all before they are ended.
-    pub(crate) is_beside: bool,
+    pub(crate) is_multi_threaded: bool,
     /// Components that have no communication point now; empty where all have.
     pub(crate) resting: Vec<bool>,
     /// What is done to values on their way.
@@ -157,7 +157,7 @@ impl Exchange {
             wide_buffer: Vec::new(),
             slots,
             over_step,
-            is_beside: false,
+            is_multi_threaded: false,
             resting: Vec::new(),
             faults: None,
         })
@@ -258,14 +258,14 @@ impl Exchange {
     }
 
     /// Read all outputs of one component.
-    pub fn read_of(&mut self, component: usize, instances: &[Instance], at: At) -> Result<()> {
+    pub fn read_component(&mut self, component: usize, instances: &[Instance], at: At) -> Result<()> {
         let reads = self.stages.iter().flat_map(|stage| &stage.reads);
         let mut own = reads.filter(|read| read.instance == component);
         own.try_for_each(|read| read.run_any(instances, &mut self.values, &mut self.wide, at))
     }
 
     /// Set all inputs of one component.
-    pub fn write_of(&mut self, component: usize, instances: &[Instance], at: At) -> Result<()> {
+    pub fn write_component(&mut self, component: usize, instances: &[Instance], at: At) -> Result<()> {
         let chosen = Some(component);
         (0..self.stages.len()).try_for_each(|k| self.write_stage(k, chosen, instances, at))
     }
@@ -281,15 +281,15 @@ impl Exchange {
     }
 
     fn read_stage(&mut self, k: usize, instances: &[Instance], at: At) -> Result<()> {
-        if self.is_beside && self.wide.is_empty() {
-            return self.read_beside(k, instances, at);
+        if self.is_multi_threaded && self.wide.is_empty() {
+            return self.read_in_threads(k, instances, at);
         }
         let (all, resting) = (&self.stages[k].reads, &self.resting);
         let mut reads = all.iter().filter(|read| !rests(resting, read.instance));
         reads.try_for_each(|read| read.run_any(instances, &mut self.values, &mut self.wide, at))
     }
 
-    fn read_beside(&mut self, k: usize, instances: &[Instance], at: At) -> Result<()> {
+    fn read_in_threads(&mut self, k: usize, instances: &[Instance], at: At) -> Result<()> {
         let (all, values) = (&self.stages[k].reads, &mut self.values);
         let reads = (all.iter()).filter(|read| !rests(&self.resting, read.instance));
         reads.clone().for_each(|read| read.begin(instances));
@@ -316,8 +316,8 @@ impl Exchange {
         if let (Some(faults), At::Time(t), None) = (&mut faults, at, only) {
             faults.begin(t);
         }
-        if self.is_beside && self.wide.is_empty() && only.is_none() {
-            return self.write_beside(k, instances, at);
+        if self.is_multi_threaded && self.wide.is_empty() && only.is_none() {
+            return self.write_in_threads(k, instances, at);
         }
         for write in &self.stages[k].writes {
             if only.is_some_and(|instance| instance != write.instance)
@@ -336,7 +336,7 @@ impl Exchange {
     }
 
     /// Values are gathered in order, as faults draw their random numbers.
-    fn write_beside(&mut self, k: usize, instances: &[Instance], at: At) -> Result<()> {
+    fn write_in_threads(&mut self, k: usize, instances: &[Instance], at: At) -> Result<()> {
         let mut faults = self.faults.as_mut();
         let all = self.stages[k].writes.iter();
         let writes = all.filter(|write| !rests(&self.resting, write.instance));
@@ -432,7 +432,7 @@ impl LoopStage for SolvedStage<'_> {
     }
 
     /// What is done to values on their way is in no derivative of an FMU.
-    fn derivatives_of(&self) -> Option<&[Instance]> {
+    fn differentiable_instances(&self) -> Option<&[Instance]> {
         self.exchange.faults.is_none().then_some(self.instances)
     }
 }

@@ -2,7 +2,7 @@
 //! (`standard`), or by stages in the order of direct feedthrough (`staged`).
 
 mod choice;
-pub mod crew;
+pub mod thread_plan;
 pub(crate) mod rates;
 mod staged;
 mod standard;

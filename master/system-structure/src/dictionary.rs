@@ -1,23 +1,19 @@
-//! Signal dictionaries (`.ssb`): signals by name that connections of several systems share.
+//! Signal dictionaries (`.ssb`): named signals that connections in several systems share, like a bus.
 
 use fmi_description::Unit;
 use fmi_description::xml::{Element, XmlError};
 
-use crate::common::{DataType, units};
-use crate::connector::Connector;
+use crate::connector::{Connector, DataType, units};
 
 /// The signals of a dictionary.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SignalDictionary {
-    /// Names and types.
+    /// Name, type and unit of each signal.
     pub entries: Vec<(String, DataType, Option<Unit>)>,
 }
 
 impl SignalDictionary {
     /// Read the text of a `.ssb`; `file` is its name for messages.
-    ///
-    /// # Errors
-    /// What is wrong, and where.
     pub fn parse(text: &str, file: &str) -> Result<Self, XmlError> {
         Self::read(&Element::parse(text, file, "SignalDictionary")?)
     }
@@ -41,13 +37,13 @@ impl SignalDictionary {
     }
 }
 
-/// A place in a system where the signals of a dictionary can be connected.
+/// An element of a system to which connections to the signals of a dictionary attach.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DictionaryReference {
     /// Name of the element.
     pub name: String,
-    /// Name of the dictionary, of this system or of one around it.
+    /// Name of the dictionary, which this system or an enclosing one has.
     pub dictionary: String,
-    /// Its signals that are connected here.
+    /// The signals that are connected here.
     pub connectors: Vec<Connector>,
 }

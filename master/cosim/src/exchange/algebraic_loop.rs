@@ -39,7 +39,7 @@ pub(crate) trait LoopStage {
         Ok(())
     }
     /// The instances whose directional derivatives are those of what is passed, if they are.
-    fn derivatives_of(&self) -> Option<&[Instance]> {
+    fn differentiable_instances(&self) -> Option<&[Instance]> {
         None
     }
 }
@@ -66,7 +66,7 @@ fn influences(wiring: &Wiring, ports: &[Port], unknown: Port) -> Option<Vec<Infl
     }
     let mut inputs: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
     for link in links {
-        let input = (link.to.variable, link.transformation.of_derivative(1.0));
+        let input = (link.to.variable, link.transformation.apply_rate(1.0));
         inputs.entry(link.to.component).or_default().push(input);
     }
     let mut found = Vec::new();
@@ -207,7 +207,7 @@ impl Unknowns {
             row[self.slots.len()] = *residual;
         }
         for j in 0..self.slots.len() {
-            if let (Some(all), Some(instances)) = (&mut self.influences[j], stage.derivatives_of())
+            if let (Some(all), Some(instances)) = (&mut self.influences[j], stage.differentiable_instances())
             {
                 for (i, row) in self.rows.iter_mut().enumerate() {
                     row[j] = f64::from(i == j);

@@ -234,7 +234,7 @@ impl Coupling {
             rates.rest(&mut self.exchange.resting, t + h);
         }
         // With faults the order of components is also that of their random numbers.
-        if !self.exchange.is_beside || gives_means && self.exchange.faults.is_some() {
+        if !self.exchange.is_multi_threaded || gives_means && self.exchange.faults.is_some() {
             for k in 0..self.count() {
                 if gives_means {
                     self.give_means(k, t)?;
@@ -244,7 +244,7 @@ impl Coupling {
         } else {
             let ranks = std::mem::take(&mut self.ranks);
             let mut ranked = ranks.iter();
-            let done = ranked.try_for_each(|rank| self.step_beside(rank, [t, h], gives_means));
+            let done = ranked.try_for_each(|rank| self.step_in_threads(rank, [t, h], gives_means));
             self.ranks = ranks;
             done?;
         }
@@ -255,7 +255,7 @@ impl Coupling {
     }
 
     /// Those of other threads are begun before those of this one are made.
-    fn step_beside(&mut self, rank: &[usize], [t, h]: [f64; 2], gives_means: bool) -> Result<()> {
+    fn step_in_threads(&mut self, rank: &[usize], [t, h]: [f64; 2], gives_means: bool) -> Result<()> {
         let mut failure = Failure::default();
         let is_elsewhere = |coupling: &Self, k: usize| coupling.instances[k].is_elsewhere();
         for k in rank.iter().copied() {
@@ -348,7 +348,7 @@ impl Coupling {
             }
             is_any = true;
             if !is_staged {
-                self.exchange.write_of(k, &self.instances, at)?;
+                self.exchange.write_component(k, &self.instances, at)?;
             }
             instance
                 .call(Call::Tick(t, tolerance), at)
@@ -360,7 +360,7 @@ impl Coupling {
                 })?;
             if !is_staged {
                 instance.call(Call::Settle, at)?;
-                self.exchange.read_of(k, &self.instances, at)?;
+                self.exchange.read_component(k, &self.instances, at)?;
             }
         }
         if is_any && is_staged {
@@ -384,14 +384,14 @@ impl Coupling {
         };
         for (k, (bond_step, bond)) in self.bond_steps.iter_mut().zip(&self.bonds).enumerate() {
             let mean = self.means.values[bond.mean_slot];
-            let effort_exerted = bond.transformation.of(mean);
+            let effort_exerted = bond.transformation.apply(mean);
             let effort_before = self.exchange.values[bond.effort_slot];
             let flow_before = self.exchange.values[bond.flow_slot];
             let balance = self.balance.as_ref();
             let before = [effort_before, flow_before];
             let [effort, flow] = balance.map_or(before, |balance| balance.given(k));
             let held = effort + rise(bond.derivative_slots.0);
-            let held = bond.transformation.of(held);
+            let held = bond.transformation.apply(held);
             let effort_given = match gives_means && bond.mean_given {
                 true => effort_exerted,
                 false => held,

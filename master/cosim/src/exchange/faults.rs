@@ -379,7 +379,7 @@ impl Alteration {
     }
 
     /// The altered value of a channel.
-    pub fn of(&mut self, channel: usize, value: f64) -> f64 {
+    pub fn alter(&mut self, channel: usize, value: f64) -> f64 {
         let channel = &mut self.channels[channel];
         let before = channel.before;
         let given = channel.states.iter_mut().fold(value, |value, state| {
@@ -390,7 +390,7 @@ impl Alteration {
     }
 
     /// The rate of change of an altered value.
-    pub fn of_derivative(&self, channel: usize, rate: f64) -> f64 {
+    pub fn alter_rate(&self, channel: usize, rate: f64) -> f64 {
         let states = self.channels[channel].states.iter();
         let active = states.map(|state| &self.faults[state.fault]);
         let mut on = active.filter(|active| active.is_on);

@@ -147,12 +147,12 @@ impl Write {
         let mut alter = |altered: &[(usize, usize)], buffer: &mut [f64]| {
             let Some(faults) = &mut faults else { return };
             for (k, channel) in altered {
-                buffer[*k] = faults.of(*channel, buffer[*k]);
+                buffer[*k] = faults.alter(*channel, buffer[*k]);
             }
         };
         alter(&self.altered[0], buffer);
         for (k, transformation) in &self.transformed {
-            buffer[*k] = transformation.of(buffer[*k]);
+            buffer[*k] = transformation.apply(buffer[*k]);
         }
         alter(&self.altered[1], buffer);
         buffer
@@ -170,7 +170,7 @@ impl Write {
         buffer.extend(self.slots.iter().map(|slot| wide[*slot].clone()));
         for (k, transformation) in &self.transformed {
             if let Value::Whole(number) = &mut buffer[*k] {
-                *number = transformation.of_whole(*number);
+                *number = transformation.apply_whole(*number);
             }
         }
         instances[self.instance].set_whole(&self.batch, buffer, at)
@@ -185,11 +185,11 @@ impl Write {
     ) -> &'a mut [f64] {
         let buffer = self.gather_raw(values, buffer);
         for (k, transformation) in &self.transformed {
-            buffer[*k] = transformation.of_derivative(buffer[*k]);
+            buffer[*k] = transformation.apply_rate(buffer[*k]);
         }
         if let Some(faults) = faults {
             for (k, channel) in self.altered.iter().flatten() {
-                buffer[*k] = faults.of_derivative(*channel, buffer[*k]);
+                buffer[*k] = faults.alter_rate(*channel, buffer[*k]);
             }
         }
         buffer

@@ -13,7 +13,7 @@ use crate::io::numbers::{allowed, fits, number};
 use crate::structure::Hop;
 use crate::structure::package::read_text;
 use crate::structure::system::System;
-use crate::structure::units::{common, named};
+use crate::structure::units::{common_unit, find_unit};
 use crate::wiring::transformation::{Transformation, along, conversion, unit_of};
 use crate::wiring::{Port, Wiring};
 
@@ -382,7 +382,7 @@ fn goals<'a>(
 fn ends(system: &System, column: &Column) -> Result<Vec<(Port, Transformation)>> {
     let name = &column.name;
     let unit = column.unit.as_deref().filter(|unit| *unit != "1");
-    let unit = unit.map(|unit| named(system, unit));
+    let unit = unit.map(|unit| find_unit(system, unit));
     let mut inputs = system.structure.inputs.iter();
     if let Some(input) = inputs.find(|input| input.name == *name) {
         let first = match (&unit, &input.unit) {
@@ -425,7 +425,7 @@ fn ends(system: &System, column: &Column) -> Result<Vec<(Port, Transformation)>>
 fn converted(unit: &Unit, own: &Unit) -> Result<Transformation> {
     let known = match own.exponents {
         Some(_) => own.clone(),
-        None => common(&own.name),
+        None => common_unit(&own.name),
     };
     let linear = conversion(unit, own).or_else(|| conversion(unit, &known));
     linear.map(Transformation::Linear).with_context(|| {

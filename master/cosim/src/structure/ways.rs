@@ -1,4 +1,5 @@
-//! Connections that lead through connectors of systems, resolved into connections between components.
+//! Joins connections that lead through connectors of nested systems into connections between
+//! components. The last part of flattening a structure.
 
 use std::collections::HashMap;
 
@@ -12,7 +13,7 @@ use super::flat::{Connection, Hop, OuterInput, OuterOutput, Parameter, Structure
 /// path that no element has.
 pub(super) type Key = (String, String);
 
-/// The path of what has this name in the element with a path.
+/// The path of the element `name` in the system with the path `path`.
 pub(super) fn join(path: &str, name: &str) -> String {
     match path.is_empty() {
         true => name.to_string(),
@@ -20,7 +21,7 @@ pub(super) fn join(path: &str, name: &str) -> String {
     }
 }
 
-/// A connection with its direction of flow resolved.
+/// A connection of the file, directed from its source to its sink.
 pub(super) struct Flow {
     pub from: Key,
     pub to: Key,
@@ -31,7 +32,7 @@ pub(super) struct Flow {
     pub place: String,
 }
 
-/// All flows, and which leads to a connector.
+/// All flows, by the connector that they lead to.
 struct Network<'a> {
     drivers: HashMap<&'a Key, &'a Flow>,
     components: Vec<String>,
@@ -42,7 +43,7 @@ impl<'a> Network<'a> {
         self.components.contains(&key.0)
     }
 
-    /// The flows that lead to a connector, the first one first.
+    /// The chain of flows that leads to a connector, from its source on.
     fn way(&self, to: &Key) -> Result<Vec<&'a Flow>> {
         let (mut way, mut key) = (Vec::new(), to);
         while let Some(flow) = self.drivers.get(key) {
@@ -67,8 +68,7 @@ fn hops(way: &[&Flow]) -> Vec<Hop> {
     way.iter().map(|flow| flow.hop.clone()).collect()
 }
 
-/// Give a structure its connections, the connectors of the outermost system, and values for
-/// variables.
+/// Give a structure its connections, its inputs and outputs, and the values of its variables.
 pub(super) fn resolve(
     structure: &mut Structure,
     flows: &[Flow],
@@ -80,7 +80,7 @@ pub(super) fn resolve(
         drivers: flows.iter().map(|flow| (&flow.to, flow)).collect(),
         components: names.collect(),
     };
-    // Values for connectors of systems go on to the components that these feed.
+    // A value for a connector of a system is passed on to the components that the connector feeds.
     let mut fed: Vec<(&Key, String, Vec<Hop>)> = Vec::new();
     for flow in flows.iter().filter(|flow| network.is_component(&flow.to)) {
         let way = network.way(&flow.to)?;

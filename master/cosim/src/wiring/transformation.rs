@@ -23,7 +23,7 @@ impl Linear {
     };
 
     /// The value at the end.
-    pub fn of(&self, value: f64) -> f64 {
+    pub fn apply(&self, value: f64) -> f64 {
         self.factor * value + self.offset
     }
 
@@ -31,7 +31,7 @@ impl Linear {
     fn then(&self, next: Self) -> Self {
         Self {
             factor: next.factor * self.factor,
-            offset: next.of(self.offset),
+            offset: next.apply(self.offset),
         }
     }
 }
@@ -50,9 +50,9 @@ impl Transformation {
     pub const NONE: Self = Self::Linear(Linear::NONE);
 
     /// The value at the end.
-    pub fn of(&self, value: f64) -> f64 {
+    pub fn apply(&self, value: f64) -> f64 {
         match self {
-            Self::Linear(linear) => linear.of(value),
+            Self::Linear(linear) => linear.apply(value),
             Self::Map(entries) => {
                 let found = entries.iter().find(|(source, _)| *source == value);
                 found.map_or(value, |(_, target)| *target)
@@ -61,7 +61,7 @@ impl Transformation {
     }
 
     /// The whole number at the end; what a map does not name stays, however large.
-    pub fn of_whole(&self, value: i128) -> i128 {
+    pub fn apply_whole(&self, value: i128) -> i128 {
         let Self::Map(entries) = self else {
             return value;
         };
@@ -71,7 +71,7 @@ impl Transformation {
     }
 
     /// The rate of change at the end.
-    pub fn of_derivative(&self, rate: f64) -> f64 {
+    pub fn apply_rate(&self, rate: f64) -> f64 {
         match self {
             Self::Linear(linear) => linear.factor * rate,
             Self::Map(_) => rate,
@@ -93,7 +93,7 @@ impl Transformation {
             (a, Self::Linear(Linear::NONE)) => a,
             (Self::Linear(Linear::NONE), b) => b,
             (Self::Map(a), b) => {
-                let mut entries: Vec<_> = a.iter().map(|(s, t)| (*s, b.of(*t))).collect();
+                let mut entries: Vec<_> = a.iter().map(|(s, t)| (*s, b.apply(*t))).collect();
                 if let Self::Map(b) = b {
                     entries.extend(b.into_iter().filter(|(s, _)| a.iter().all(|(k, _)| k != s)));
                 }
@@ -257,8 +257,8 @@ mod tests {
                 std::f64::consts::TAU,
             ),
         ] {
-            let there = conversion(&a, &b).unwrap().of(value);
-            let back = conversion(&b, &a).unwrap().of(expected);
+            let there = conversion(&a, &b).unwrap().apply(value);
+            let back = conversion(&b, &a).unwrap().apply(expected);
             // Two rounded operations each.
             assert!(
                 (there - expected).abs() <= 2.0 * f64::EPSILON * 300.0,
@@ -281,13 +281,13 @@ mod tests {
     fn transformations_follow_each_other() {
         let linear = |factor, offset| Transformation::Linear(Linear { factor, offset });
         let both = linear(2.0, 1.0).then(linear(3.0, -1.0));
-        assert_eq!((both.of(5.0), both.of_derivative(1.0)), (32.0, 6.0));
+        assert_eq!((both.apply(5.0), both.apply_rate(1.0)), (32.0, 6.0));
         let map = |entries: &[(f64, f64)]| Transformation::Map(entries.to_vec());
         let both = map(&[(1.0, 2.0)]).then(map(&[(2.0, 5.0), (3.0, 4.0), (1.0, 9.0)]));
-        let values = [1.0, 2.0, 3.0, 7.0].map(|k| both.of(k));
+        let values = [1.0, 2.0, 3.0, 7.0].map(|k| both.apply(k));
         assert_eq!(values, [5.0, 5.0, 4.0, 7.0]);
-        assert_eq!(map(&[(1.0, 0.0)]).then(Transformation::NONE).of(1.0), 0.0);
-        let whole = [1, i128::from(u64::MAX)].map(|k| map(&[(1.0, -2.0)]).of_whole(k));
+        assert_eq!(map(&[(1.0, 0.0)]).then(Transformation::NONE).apply(1.0), 0.0);
+        let whole = [1, i128::from(u64::MAX)].map(|k| map(&[(1.0, -2.0)]).apply_whole(k));
         assert_eq!(whole, [-2, i128::from(u64::MAX)]);
     }
 }

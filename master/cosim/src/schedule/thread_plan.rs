@@ -11,7 +11,7 @@ use crate::structure::system::System;
 use crate::wiring::{Link, Wiring};
 
 /// Threads beside this one, and the thread of each component: 0 is this one.
-pub(crate) struct Crew {
+pub(crate) struct ThreadPlan {
     workers: Vec<Worker>,
     threads: Vec<usize>,
 }
@@ -21,7 +21,7 @@ pub fn cores() -> usize {
     available_parallelism().map_or(1, NonZero::get)
 }
 
-impl Crew {
+impl ThreadPlan {
     /// For components that make up to `parts` steps at a time. Components of one kind go round, so
     /// that each thread has as many of them as another.
     pub fn new(system: &System, count: usize, parts: usize) -> Result<Self> {
