@@ -1,6 +1,6 @@
-//! One exchange over all connections, as precomputed batches: per stage one read per component that
-//! has outputs there, then one write per component that receives them. Running it neither looks
-//! anything up nor allocates.
+//! Passes values over all connections of a system, at every communication point of a run. The plan
+//! is made once: in each stage one read per component with outputs in it, then one write per
+//! component that receives them. Running it neither looks anything up nor allocates.
 
 pub(crate) mod algebraic_loop;
 pub(crate) mod balance;
@@ -17,7 +17,7 @@ use crate::exchange::faults::Alteration;
 use crate::instance::{At, Failure, Instance};
 use crate::wiring::{Feedthrough, Link, Port, Undeclared, Wiring};
 use anyhow::Result;
-use fmi_description::{Access, Variability};
+use fmi_description::Access;
 use fmi_import::value::{Value, is_wide};
 use serde::{Deserialize, Serialize};
 
@@ -27,61 +27,61 @@ pub use transfers::{Read, Write, reads, writes};
 struct Stage {
     reads: Vec<Read>,
     writes: Vec<Write>,
-    /// Outputs that depend on each other through this stage.
+    /// Outputs of algebraic loops through this stage.
     unknowns: Option<Unknowns>,
 }
 
-/// What may be read together before which inputs are set.
+/// Which outputs are read before which inputs are set.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Order {
-    /// Stages in the order of direct feedthrough in initialization mode.
+    /// Stages in the order of direct feedthrough in Initialization Mode.
     Initialization,
-    /// The same where what is not declared forms a loop: in the order of what is declared, to be
-    /// repeated until nothing changes.
+    /// The same by declared dependencies alone, to be repeated until nothing changes: for systems
+    /// that undeclared dependencies would make a loop of.
     Repeated,
-    /// One stage in initialization mode, to be repeated until nothing changes.
+    /// One stage in Initialization Mode, to be repeated until nothing changes.
     RepeatedAtOnce,
     /// Stages in the order of direct feedthrough at a communication point, after the outputs that
-    /// can be read once only.
+    /// can be read only once.
     Stages,
     /// One stage: all outputs, then all inputs.
     AtOnce,
 }
 
-/// What an exchange remembers from one communication point to the next.
+/// State of an exchange between communication points, for saved states.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub(crate) struct Passed {
+pub(crate) struct ExchangeState {
     values: Vec<f64>,
-    wide: Vec<Value>,
+    non_numeric: Vec<Value>,
     faults: Option<Alteration>,
 }
 
-/// The connections in the order of direct feedthrough, with the values last passed.
+/// The plan of an exchange, with the values last passed.
 #[derive(Debug)]
 pub struct Exchange {
-    /// Outputs that are read right after the step, before any input is set.
+    /// Reads right after the step, before any input is set.
     first: Vec<Read>,
     stages: Vec<Stage>,
     slots: BTreeMap<Port, usize>,
-    /// Values last passed, one slot per connected output.
+    /// Values last passed: one slot per connected output.
     pub values: Vec<f64>,
-    /// Those of outputs that do not pass as numbers; empty where there is none.
-    wide: Vec<Value>,
+    /// Values that an f64 cannot hold, in the same slots; empty if no output has such values.
+    non_numeric: Vec<Value>,
     buffer: Vec<f64>,
-    wide_buffer: Vec<Value>,
-    /// Outputs that depend on each other over a step: [`Order::AtOnce`] only.
+    non_numeric_buffer: Vec<Value>,
+    /// Outputs that depend on each other over a step; with [`Order::AtOnce`] only.
     pub(crate) over_step: Option<Unknowns>,
-    /// Instances are in several threads, so calls are begun for all before they are ended.
+    /// Instances run in several threads: calls are begun for all before any is ended.
     pub(crate) is_multi_threaded: bool,
-    /// Components that have no communication point now; empty where all have.
+    /// Components that have no communication point now; empty if all have one.
     pub(crate) resting: Vec<bool>,
-    /// What is done to values on their way.
+    /// Alterations of the values: faults and scenarios.
     pub(crate) faults: Option<Alteration>,
 }
 
 impl Exchange {
-    /// Plan the exchange over the connections that `chosen` keeps. Stages fail on an algebraic
-    /// loop.
+    /// Plan the exchange over the connections that `chosen` keeps. An algebraic loop is an error for
+    /// the orders with stages.
     pub fn new(wiring: &Wiring, order: Order, chosen: impl Fn(&Link) -> bool) -> Result<Self> {
         let is_initial = !matches!(order, Order::Stages | Order::AtOnce);
         let undeclared = match order {
@@ -109,23 +109,23 @@ impl Exchange {
             let links: Vec<&Link> = own.map(|(link, _)| link).collect();
             let outputs = links.iter().map(|link| link.from);
             let reads = reads(wiring, outputs.filter(|port| !is_first(port)), &mut slots);
-            let writes = [false, true].map(|wide| {
-                let own = links
-                    .iter()
-                    .filter(|l| is_wide(wiring.access(l.from)) == wide);
+            let mut stage_writes = Vec::new();
+            for non_numeric in [false, true] {
+                let links = links.iter();
+                let own = links.filter(|l| is_wide(wiring.access(l.from)) == non_numeric);
                 let inputs = own.map(|l| (l.to, slots[&l.from], l.transformation.clone()));
-                let mut writes = writes(wiring, inputs);
-                writes.iter_mut().for_each(|write| write.is_wide = wide);
-                writes
-            });
-            let writes = writes.into_iter().flatten().collect();
+                stage_writes.extend(writes(wiring, inputs).into_iter().map(|write| Write {
+                    is_non_numeric: non_numeric,
+                    ..write
+                }));
+            }
             let read: BTreeSet<_> = reads.iter().flat_map(Read::slots).collect();
             let is_read = |port: &Port| slots.get(port).is_some_and(|slot| read.contains(slot));
-            let of_stage = loops.iter().flatten().copied().filter(is_read);
-            let unknowns = Unknowns::new(wiring, &slots, of_stage)?;
+            let in_loops = loops.iter().flatten().copied().filter(is_read);
+            let unknowns = Unknowns::new(wiring, &slots, in_loops)?;
             stages.push(Stage {
                 reads,
-                writes,
+                writes: stage_writes,
                 unknowns,
             });
         }
@@ -135,26 +135,23 @@ impl Exchange {
                 is_initial: false,
                 undeclared: Undeclared::AllOverStep,
             });
-            let is_continuous = |port: &Port| {
-                let variability = wiring.variable(*port).variability;
-                wiring.access(*port) == Access::Real && variability == Variability::Continuous
-            };
-            let outputs = loops.into_iter().flatten().filter(is_continuous);
+            let outputs = loops.into_iter().flatten();
+            let outputs = outputs.filter(|port| wiring.is_continuous(*port));
             over_step = Unknowns::new(wiring, &slots, outputs)?;
         }
         let all_writes = stages.iter().flat_map(|stage| &stage.writes);
-        let widest = all_writes.map(Write::len).max().unwrap_or(0);
-        let mut wide = Vec::new();
+        let most_values = all_writes.map(Write::len).max().unwrap_or(0);
+        let mut non_numeric = Vec::new();
         if slots.keys().any(|port| is_wide(wiring.access(*port))) {
-            wide = vec![Value::none(Access::Int64); slots.len()];
+            non_numeric = vec![Value::none(Access::Int64); slots.len()];
         }
         Ok(Self {
             first,
             stages,
             values: vec![0.0; slots.len()],
-            wide,
-            buffer: vec![0.0; widest],
-            wide_buffer: Vec::new(),
+            non_numeric,
+            buffer: vec![0.0; most_values],
+            non_numeric_buffer: Vec::new(),
             slots,
             over_step,
             is_multi_threaded: false,
@@ -163,33 +160,33 @@ impl Exchange {
         })
     }
 
-    /// What was last passed.
-    pub(crate) fn save(&self) -> Passed {
-        Passed {
+    /// The present state.
+    pub(crate) fn save(&self) -> ExchangeState {
+        ExchangeState {
             values: self.values.clone(),
-            wide: self.wide.clone(),
+            non_numeric: self.non_numeric.clone(),
             faults: self.faults.clone(),
         }
     }
 
-    /// Whether this was passed by an exchange of the same values, altered in the same way.
-    pub(crate) fn fits(&self, passed: &Passed) -> bool {
-        let sizes = [self.values.len(), self.wide.len()];
+    /// Whether a state is of an exchange of the same values with the same alterations.
+    pub(crate) fn fits(&self, passed: &ExchangeState) -> bool {
+        let sizes = [self.values.len(), self.non_numeric.len()];
         let altered = match (&self.faults, &passed.faults) {
             (Some(own), Some(other)) => own.is_like(other),
             (own, other) => own.is_none() && other.is_none(),
         };
-        sizes == [passed.values.len(), passed.wide.len()] && altered
+        sizes == [passed.values.len(), passed.non_numeric.len()] && altered
     }
 
-    /// As if this had been passed last.
-    pub(crate) fn restore(&mut self, passed: &Passed) {
+    /// Back to a state.
+    pub(crate) fn restore(&mut self, passed: &ExchangeState) {
         self.values.clone_from(&passed.values);
-        self.wide.clone_from(&passed.wide);
+        self.non_numeric.clone_from(&passed.non_numeric);
         self.faults.clone_from(&passed.faults);
     }
 
-    /// What is set at a communication point.
+    /// All writes at a communication point.
     pub(crate) fn writes(&mut self) -> impl Iterator<Item = &mut Write> {
         self.stages.iter_mut().flat_map(|stage| &mut stage.writes)
     }
@@ -209,13 +206,13 @@ impl Exchange {
     pub fn run(&mut self, instances: &[Instance], at: At) -> Result<()> {
         let resting = &self.resting;
         for read in self.first.iter().filter(|r| !rests(resting, r.instance)) {
-            read.run_any(instances, &mut self.values, &mut self.wide, at)?;
+            read.run_any(instances, &mut self.values, &mut self.non_numeric, at)?;
         }
         self.run_again(instances, at)
     }
 
-    /// Pass all values once more at the same communication point: outputs that can be read once
-    /// only keep their values.
+    /// Pass all values once more at the same communication point. Outputs that can be read only once
+    /// keep their values.
     pub fn run_again(&mut self, instances: &[Instance], at: At) -> Result<()> {
         for k in 0..self.stages.len() {
             self.read_stage(k, instances, at)?;
@@ -237,16 +234,16 @@ impl Exchange {
         Ok(())
     }
 
-    /// Pass all values until none changes any more, bit for bit, at most `passes` times; the
-    /// outputs that still change.
+    /// Pass all values until none changes, bit for bit, at most `passes` times. Returns the outputs
+    /// that still change.
     pub fn settle(&mut self, instances: &[Instance], at: At, passes: usize) -> Result<Vec<Port>> {
         let mut changed = Vec::new();
         for _ in 0..passes {
-            let (before, wide) = (self.values.clone(), self.wide.clone());
+            let (before, non_numeric) = (self.values.clone(), self.non_numeric.clone());
             self.run(instances, at)?;
             let differs = |(_, k): &(&Port, &usize)| {
                 before[**k].to_bits() != self.values[**k].to_bits()
-                    || wide.get(**k) != self.wide.get(**k)
+                    || non_numeric.get(**k) != self.non_numeric.get(**k)
             };
             let slots = self.slots.iter().filter(differs);
             changed = slots.map(|(port, _)| *port).collect();
@@ -261,7 +258,7 @@ impl Exchange {
     pub fn read_component(&mut self, component: usize, instances: &[Instance], at: At) -> Result<()> {
         let reads = self.stages.iter().flat_map(|stage| &stage.reads);
         let mut own = reads.filter(|read| read.instance == component);
-        own.try_for_each(|read| read.run_any(instances, &mut self.values, &mut self.wide, at))
+        own.try_for_each(|read| read.run_any(instances, &mut self.values, &mut self.non_numeric, at))
     }
 
     /// Set all inputs of one component.
@@ -281,14 +278,15 @@ impl Exchange {
     }
 
     fn read_stage(&mut self, k: usize, instances: &[Instance], at: At) -> Result<()> {
-        if self.is_multi_threaded && self.wide.is_empty() {
+        if self.is_multi_threaded && self.non_numeric.is_empty() {
             return self.read_in_threads(k, instances, at);
         }
         let (all, resting) = (&self.stages[k].reads, &self.resting);
         let mut reads = all.iter().filter(|read| !rests(resting, read.instance));
-        reads.try_for_each(|read| read.run_any(instances, &mut self.values, &mut self.wide, at))
+        reads.try_for_each(|read| read.run_any(instances, &mut self.values, &mut self.non_numeric, at))
     }
 
+    /// Read a stage; instances in other threads read at the same time.
     fn read_in_threads(&mut self, k: usize, instances: &[Instance], at: At) -> Result<()> {
         let (all, values) = (&self.stages[k].reads, &mut self.values);
         let reads = (all.iter()).filter(|read| !rests(&self.resting, read.instance));
@@ -312,11 +310,11 @@ impl Exchange {
         at: At,
     ) -> Result<()> {
         let mut faults = self.faults.as_mut();
-        // What one component is given by itself is between two communication points.
+        // A write to a single component happens between two communication points.
         if let (Some(faults), At::Time(t), None) = (&mut faults, at, only) {
             faults.begin(t);
         }
-        if self.is_multi_threaded && self.wide.is_empty() && only.is_none() {
+        if self.is_multi_threaded && self.non_numeric.is_empty() && only.is_none() {
             return self.write_in_threads(k, instances, at);
         }
         for write in &self.stages[k].writes {
@@ -325,8 +323,8 @@ impl Exchange {
             {
                 continue;
             }
-            if write.is_wide {
-                write.run_wide(instances, &self.wide, &mut self.wide_buffer, at)?;
+            if write.is_non_numeric {
+                write.run_non_numeric(instances, &self.non_numeric, &mut self.non_numeric_buffer, at)?;
                 continue;
             }
             let faults = faults.as_deref_mut();
@@ -335,7 +333,8 @@ impl Exchange {
         Ok(())
     }
 
-    /// Values are gathered in order, as faults draw their random numbers.
+    /// Set the inputs of a stage; instances in other threads do so at the same time. The values are
+    /// gathered in order, in which faults draw their random numbers.
     fn write_in_threads(&mut self, k: usize, instances: &[Instance], at: At) -> Result<()> {
         let mut faults = self.faults.as_mut();
         let all = self.stages[k].writes.iter();
@@ -352,7 +351,7 @@ impl Exchange {
         failure.into()
     }
 
-    /// Pass all first time derivatives; [`Exchange::values`] then holds derivatives.
+    /// Pass all first time derivatives; [`Exchange::values`] then holds them.
     pub fn run_derivatives(
         &mut self,
         instances: &[Instance],
@@ -377,7 +376,7 @@ impl Exchange {
         Ok(())
     }
 
-    /// Text that shows the stages, for people.
+    /// The stages as text for the user.
     pub fn describe(&self, wiring: &Wiring) -> String {
         let mut text = String::new();
         let count = |n: usize| match n {
@@ -431,7 +430,7 @@ impl LoopStage for SolvedStage<'_> {
         self.exchange.read_stage(k, instances, at)
     }
 
-    /// What is done to values on their way is in no derivative of an FMU.
+    /// The FMUs' derivatives do not know of alterations.
     fn differentiable_instances(&self) -> Option<&[Instance]> {
         self.exchange.faults.is_none().then_some(self.instances)
     }

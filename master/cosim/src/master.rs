@@ -209,7 +209,7 @@ impl Master {
                 table.hold(&wiring, port, value);
             }
         }
-        faults.described(system, &wiring, self.fed())?;
+        faults.describe(system, &wiring, self.fed())?;
         let mut alteration = Alteration::new(system, faults, self.stepping)?;
         let Coupling {
             exchange,

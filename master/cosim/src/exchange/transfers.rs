@@ -1,4 +1,5 @@
-//! What one component's variables of one type pass in one call: read together, or set together.
+//! Batched reads and writes: variables of one component and one type that one call of the FMU gets
+//! or sets, with the slots of their values. The parts that exchanges are planned from.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -12,7 +13,7 @@ use crate::wiring::{Port, Wiring};
 use fmi_import::batch::Batch;
 use fmi_import::value::Value;
 
-/// Values of one component's variables of one type, read together.
+/// Outputs of one component and one type that are read together.
 #[derive(Debug)]
 pub struct Read {
     pub(super) instance: usize,
@@ -31,22 +32,24 @@ impl Read {
         self.slots.clone()
     }
 
-    /// Begin to read where the instance is in another thread.
+    /// Begin the read of an instance in another thread.
     pub(crate) fn begin(&self, instances: &[Instance]) {
         instances[self.instance].begin(BegunCall::Get(&self.batch));
     }
 
+    /// Read the values into their slots, whether an f64 can hold them or not.
     pub(super) fn run_any(
         &self,
         instances: &[Instance],
         values: &mut [f64],
-        wide: &mut [Value],
+        non_numeric: &mut [Value],
         at: At,
     ) -> Result<()> {
         match self.batch.is_wide {
             false => self.run(instances, values, at),
             true => {
-                instances[self.instance].get_whole(&self.batch, &mut wide[self.slots.clone()], at)
+                let values = &mut non_numeric[self.slots.clone()];
+                instances[self.instance].get_whole(&self.batch, values, at)
             }
         }
     }
@@ -57,19 +60,18 @@ impl Read {
     }
 }
 
-/// Values of one component's inputs of one type, set together.
+/// Inputs of one component and one type that are set together.
 #[derive(Debug)]
 pub struct Write {
     pub(super) instance: usize,
     pub(super) batch: Batch,
     slots: Vec<usize>,
-    /// What becomes of some of the values on their way, by place.
+    /// Transformations, by place of the value in the batch.
     transformed: Vec<(usize, Transformation)>,
-    /// Which values are altered, by place and channel: as outputs give them, and as inputs take
-    /// them.
+    /// Altered values, by place and channel: alterations at the outputs, and at the inputs.
     altered: [Vec<(usize, usize)>; 2],
-    /// The values come from outputs that do not pass as numbers.
-    pub(super) is_wide: bool,
+    /// The values come from outputs whose values an f64 cannot hold.
+    pub(super) is_non_numeric: bool,
 }
 
 impl Write {
@@ -83,7 +85,7 @@ impl Write {
         self.slots.len()
     }
 
-    /// From now on values are altered on their way.
+    /// From now on alter the values that `faults` concern.
     pub(crate) fn attach(&mut self, wiring: &Wiring, faults: &mut Alteration) {
         for (place, variable) in self.batch.variables.iter().enumerate() {
             let input = Port {
@@ -98,7 +100,7 @@ impl Write {
         }
     }
 
-    /// Set the inputs to the values in their slots; `buffer` has room for all of them.
+    /// Set the inputs to the values in their slots; `buffer` is workspace for all of them.
     pub fn run(
         &self,
         instances: &[Instance],
@@ -111,7 +113,7 @@ impl Write {
         instances[self.instance].set(&self.batch, buffer, at)
     }
 
-    /// Set the inputs of an instance in this thread; of one in another, begin to.
+    /// Set the inputs of an instance in this thread, or begin to set those of one in another thread.
     pub(crate) fn begin(
         &self,
         instances: &[Instance],
@@ -129,7 +131,7 @@ impl Write {
         Ok(())
     }
 
-    /// The end of what was begun.
+    /// End what [`Write::begin`] began.
     pub(crate) fn end(&self, instances: &[Instance], at: At) -> Result<()> {
         match instances[self.instance].is_elsewhere() {
             true => instances[self.instance].set(&self.batch, &[], at),
@@ -137,6 +139,7 @@ impl Write {
         }
     }
 
+    /// The values with alterations and transformations.
     fn gather<'a>(
         &self,
         values: &[f64],
@@ -158,16 +161,16 @@ impl Write {
         buffer
     }
 
-    /// Set the inputs to whole values, which `buffer` takes up.
-    pub(super) fn run_wide(
+    /// Set the inputs to values that an f64 cannot hold; `buffer` is workspace.
+    pub(super) fn run_non_numeric(
         &self,
         instances: &[Instance],
-        wide: &[Value],
+        non_numeric: &[Value],
         buffer: &mut Vec<Value>,
         at: At,
     ) -> Result<()> {
         buffer.clear();
-        buffer.extend(self.slots.iter().map(|slot| wide[*slot].clone()));
+        buffer.extend(self.slots.iter().map(|slot| non_numeric[*slot].clone()));
         for (k, transformation) in &self.transformed {
             if let Value::Whole(number) = &mut buffer[*k] {
                 *number = transformation.apply_whole(*number);
@@ -176,7 +179,7 @@ impl Write {
         instances[self.instance].set_whole(&self.batch, buffer, at)
     }
 
-    /// Of time derivatives: an offset has none.
+    /// The same for time derivatives.
     pub(super) fn gather_derivatives<'a>(
         &self,
         values: &[f64],
@@ -204,8 +207,7 @@ impl Write {
     }
 }
 
-/// One read per component, type and clocks; new slots are numbered on in `slots` so that each read fills a
-/// contiguous range.
+/// One read per component, type and clocks. New slots are added to `slots`, contiguous for each read.
 pub fn reads(
     wiring: &Wiring,
     ports: impl Iterator<Item = Port>,
@@ -213,7 +215,7 @@ pub fn reads(
 ) -> Vec<Read> {
     let mut together: BTreeMap<_, Vec<Port>> = BTreeMap::new();
     for port in ports {
-        let key = (port.component, wiring.access(port), wiring.clocks(port));
+        let key = (port.component, wiring.access(port), &wiring.variable(port).clocks);
         let list = together.entry(key).or_default();
         if !list.contains(&port) {
             list.push(port);
@@ -234,8 +236,8 @@ pub fn reads(
     reads
 }
 
-/// One write per component, type and clocks, of inputs, the slots their values come from, and what becomes
-/// of them on the way.
+/// One write per component, type and clocks, of inputs with the slots and transformations of their
+/// values.
 pub fn writes(
     wiring: &Wiring,
     inputs: impl Iterator<Item = (Port, usize, Transformation)>,
@@ -243,7 +245,7 @@ pub fn writes(
     let mut together: BTreeMap<_, Vec<_>> = BTreeMap::new();
     for input in inputs {
         let port = input.0;
-        let key = (port.component, wiring.access(port), wiring.clocks(port));
+        let key = (port.component, wiring.access(port), &wiring.variable(port).clocks);
         together.entry(key).or_default().push(input);
     }
     let mut writes = Vec::new();
@@ -257,7 +259,7 @@ pub fn writes(
                 .filter(|(_, t)| *t != Transformation::NONE)
                 .collect(),
             altered: Default::default(),
-            is_wide: false,
+            is_non_numeric: false,
         });
     }
     writes

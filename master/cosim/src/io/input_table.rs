@@ -14,7 +14,7 @@ use crate::structure::Hop;
 use crate::structure::package::read_text;
 use crate::structure::system::System;
 use crate::structure::units::{common_unit, find_unit};
-use crate::wiring::transformation::{Transformation, along, conversion, unit_of};
+use crate::wiring::transformation::{Transformation, compose, conversion, unit_of};
 use crate::wiring::{Port, Wiring};
 
 /// Values over time as a user has them.
@@ -393,8 +393,8 @@ fn ends(system: &System, column: &Column) -> Result<Vec<(Port, Transformation)>>
         let end = |((component, variable), way): &((String, String), Vec<Hop>)| {
             let port = system.port(&format!("{component}.{variable}"))?;
             let ends = [None, Some(system.variable(port))];
-            let along = along(way, unit.clone(), ends, &mut None)?;
-            Ok((port, first.clone().then(along)))
+            let rest = compose(way, unit.clone(), ends, &mut None)?;
+            Ok((port, first.clone().then(rest)))
         };
         return input.ends.iter().map(end).collect();
     }

@@ -1,5 +1,5 @@
-//! What becomes of a value on its way: units converted, scaled and shifted, or mapped to other
-//! values (SSP 1.0).
+//! Transformations of values between an output and an input (SSP 1.0): unit conversion, scaling and
+//! offset, and mapping of values. The transformations along a connection are composed into one.
 
 use anyhow::{Result, bail};
 use fmi_description::{Description, Item, Kind, Unit, Variable};
@@ -16,13 +16,13 @@ pub struct Linear {
 }
 
 impl Linear {
-    /// What leaves every value as it is.
+    /// Leaves every value as it is.
     pub const NONE: Self = Self {
         factor: 1.0,
         offset: 0.0,
     };
 
-    /// The value at the end.
+    /// The transformed value.
     pub fn apply(&self, value: f64) -> f64 {
         self.factor * value + self.offset
     }
@@ -36,20 +36,20 @@ impl Linear {
     }
 }
 
-/// What becomes of a value between an output and an input.
+/// Transformation of a value between an output and an input.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Transformation {
-    /// Of numbers.
+    /// Factor and offset, for Reals.
     Linear(Linear),
-    /// Of whole numbers and truth values: what some of them become; others stay.
+    /// Replacements for integers and Booleans; other values stay.
     Map(Vec<(f64, f64)>),
 }
 
 impl Transformation {
-    /// What leaves every value as it is.
+    /// Leaves every value as it is.
     pub const NONE: Self = Self::Linear(Linear::NONE);
 
-    /// The value at the end.
+    /// The transformed value.
     pub fn apply(&self, value: f64) -> f64 {
         match self {
             Self::Linear(linear) => linear.apply(value),
@@ -60,7 +60,7 @@ impl Transformation {
         }
     }
 
-    /// The whole number at the end; what a map does not name stays, however large.
+    /// The transformed integer. A value that the map does not contain stays exactly as it is.
     pub fn apply_whole(&self, value: i128) -> i128 {
         let Self::Map(entries) = self else {
             return value;
@@ -70,7 +70,7 @@ impl Transformation {
         found.map_or(value, |(_, target)| target)
     }
 
-    /// The rate of change at the end.
+    /// The rate of change of the transformed value.
     pub fn apply_rate(&self, rate: f64) -> f64 {
         match self {
             Self::Linear(linear) => linear.factor * rate,
@@ -78,7 +78,7 @@ impl Transformation {
         }
     }
 
-    /// Scale and shift; nothing of a map.
+    /// The factor and offset; of a map, those that change nothing.
     pub fn linear(&self) -> Linear {
         match self {
             Self::Linear(linear) => *linear,
@@ -104,8 +104,8 @@ impl Transformation {
     }
 }
 
-/// What to do about units that differ.
-pub(crate) const UNITS: &str = "they are converted where both are defined with the same base units; where the numbers are right as they are, \
+/// What the user can do about different units.
+const UNIT_ADVICE: &str = "they are converted where both are defined with the same base units; where the numbers are right as they are, \
      or are made right by a LinearTransformation, the connection must say suppressUnitConversion=\"true\"";
 
 /// The unit of a variable with its definition.
@@ -114,7 +114,7 @@ pub(crate) fn unit_of(description: &Description, variable: &Variable) -> Option<
     Some(Unit::among(&description.units, name))
 }
 
-/// From values in the unit `a` to values in the unit `b`; None where that is not known.
+/// Conversion from the unit `a` to the unit `b`; None if their definitions do not allow it.
 pub(crate) fn conversion(a: &Unit, b: &Unit) -> Option<Linear> {
     let is_same = (a.factor, a.offset, a.exponents) == (b.factor, b.offset, b.exponents);
     if a.name == b.name && (is_same || a.exponents.is_none() || b.exponents.is_none()) {
@@ -129,22 +129,22 @@ pub(crate) fn conversion(a: &Unit, b: &Unit) -> Option<Linear> {
     })
 }
 
-/// What becomes of a value on a `way` from one variable, in the unit `unit`, to another, in the
-/// unit of the last hop; the variables say which items their enumerations have, and whether they
-/// are differences, to which offsets of units do not apply. A unit at one end only changes nothing,
-/// and is named in `lone`.
-pub(crate) fn along(
+/// The transformations along a `way`, composed: from a variable with the unit `unit` to one with the
+/// unit of the last hop. The variables give the items of their enumerations, and whether they are
+/// differences, to which offsets of units do not apply. If only one end has a unit, nothing is
+/// converted, and `single_unit` receives its name.
+pub(crate) fn compose(
     way: &[Hop],
     unit: Option<Unit>,
     [from, to]: [Option<&Variable>; 2],
-    lone: &mut Option<String>,
+    single_unit: &mut Option<String>,
 ) -> Result<Transformation> {
     let (mut whole, mut unit) = (Transformation::NONE, unit);
     let is_relative = [from, to].into_iter().flatten().any(|v| v.is_relative);
     for hop in way {
         if let (Some(a), Some(b), false) = (&unit, &hop.unit, hop.keeps_units) {
             let Some(mut linear) = conversion(a, b) else {
-                bail!("the units differ, {} and {}; {UNITS}", a.name, b.name);
+                bail!("the units differ, {} and {}; {UNIT_ADVICE}", a.name, b.name);
             };
             if is_relative {
                 linear.offset = 0.0;
@@ -152,7 +152,7 @@ pub(crate) fn along(
             whole = whole.then(Transformation::Linear(linear));
         }
         if let Some(transformation) = &hop.transformation {
-            whole = whole.then(own(transformation, [from, to])?);
+            whole = whole.then(to_numbers(transformation, [from, to])?);
         }
         unit = match hop.keeps_units {
             true => hop.unit.clone(),
@@ -165,13 +165,13 @@ pub(crate) fn along(
         && from.is_some() == to.is_some()
         && way.iter().all(|hop| !hop.keeps_units)
     {
-        *lone = Some(unit.clone());
+        *single_unit = Some(unit.clone());
     }
     Ok(whole)
 }
 
-/// A transformation of the file as numbers.
-fn own(
+/// A transformation of the file in terms of numbers.
+fn to_numbers(
     transformation: &system_structure::Transformation,
     [from, to]: [Option<&Variable>; 2],
 ) -> Result<Transformation> {

@@ -13,7 +13,7 @@ use crate::structure::arrays;
 use crate::structure::package::{Package, read_text};
 use crate::structure::{Parameter, parse_set};
 use crate::wiring::Port;
-use crate::wiring::transformation::{Linear, Transformation, along, conversion, unit_of};
+use crate::wiring::transformation::{Linear, Transformation, compose, conversion, unit_of};
 
 /// A start value for a variable, as text.
 #[derive(Clone, Debug, PartialEq)]
@@ -188,7 +188,7 @@ fn convert(component: &str, fmu: &Fmu, parameter: Parameter) -> Result<Parameter
     last.unit = unit_of(&fmu.description, variable);
     way.push(last);
     let ends = [None, Some(variable)];
-    let transformation = along(&way, unit.clone(), ends, &mut None).map_err(|_| {
+    let transformation = compose(&way, unit.clone(), ends, &mut None).map_err(|_| {
         anyhow!(
             "{origin}: `{component}.{name}` = {value} {}: it must be in the unit of the variable, {}, or in one that is defined with the \
              same base units",
