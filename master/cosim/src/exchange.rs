@@ -21,7 +21,7 @@ use fmi_description::Access;
 use fmi_import::value::{Value, is_wide};
 use serde::{Deserialize, Serialize};
 
-pub use transfers::{Read, Write, reads, writes};
+pub(crate) use transfers::{Read, Write, reads, writes};
 
 #[derive(Debug, Default)]
 struct Stage {
@@ -52,7 +52,7 @@ pub enum Order {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(crate) struct ExchangeState {
     values: Vec<f64>,
-    non_numeric: Vec<Value>,
+    exact: Vec<Value>,
     faults: Option<Alteration>,
 }
 
@@ -65,10 +65,11 @@ pub struct Exchange {
     slots: BTreeMap<Port, usize>,
     /// Values last passed: one slot per connected output.
     pub values: Vec<f64>,
-    /// Values that an f64 cannot hold, in the same slots; empty if no output has such values.
-    non_numeric: Vec<Value>,
+    /// Values that pass exactly because an f64 cannot hold them (64-bit integers, strings, binaries),
+    /// in the same slots; empty if there are none.
+    exact: Vec<Value>,
     buffer: Vec<f64>,
-    non_numeric_buffer: Vec<Value>,
+    exact_buffer: Vec<Value>,
     /// Outputs that depend on each other over a step; with [`Order::AtOnce`] only.
     pub(crate) over_step: Option<Unknowns>,
     /// Instances run in several threads: calls are begun for all before any is ended.
@@ -110,14 +111,14 @@ impl Exchange {
             let outputs = links.iter().map(|link| link.from);
             let reads = reads(wiring, outputs.filter(|port| !is_first(port)), &mut slots);
             let mut stage_writes = Vec::new();
-            for non_numeric in [false, true] {
+            for exact in [false, true] {
                 let links = links.iter();
-                let own = links.filter(|l| is_wide(wiring.access(l.from)) == non_numeric);
+                let own = links.filter(|l| is_wide(wiring.access(l.from)) == exact);
                 let inputs = own.map(|l| (l.to, slots[&l.from], l.transformation.clone()));
-                stage_writes.extend(writes(wiring, inputs).into_iter().map(|write| Write {
-                    is_non_numeric: non_numeric,
-                    ..write
-                }));
+                let mut planned = writes(wiring, inputs);
+                let all = planned.iter_mut();
+                all.for_each(|write| write.is_exact = exact);
+                stage_writes.extend(planned);
             }
             let read: BTreeSet<_> = reads.iter().flat_map(Read::slots).collect();
             let is_read = |port: &Port| slots.get(port).is_some_and(|slot| read.contains(slot));
@@ -141,17 +142,17 @@ impl Exchange {
         }
         let all_writes = stages.iter().flat_map(|stage| &stage.writes);
         let most_values = all_writes.map(Write::len).max().unwrap_or(0);
-        let mut non_numeric = Vec::new();
+        let mut exact = Vec::new();
         if slots.keys().any(|port| is_wide(wiring.access(*port))) {
-            non_numeric = vec![Value::none(Access::Int64); slots.len()];
+            exact = vec![Value::none(Access::Int64); slots.len()];
         }
         Ok(Self {
             first,
             stages,
             values: vec![0.0; slots.len()],
-            non_numeric,
+            exact,
             buffer: vec![0.0; most_values],
-            non_numeric_buffer: Vec::new(),
+            exact_buffer: Vec::new(),
             slots,
             over_step,
             is_multi_threaded: false,
@@ -164,25 +165,25 @@ impl Exchange {
     pub(crate) fn save(&self) -> ExchangeState {
         ExchangeState {
             values: self.values.clone(),
-            non_numeric: self.non_numeric.clone(),
+            exact: self.exact.clone(),
             faults: self.faults.clone(),
         }
     }
 
     /// Whether a state is of an exchange of the same values with the same alterations.
     pub(crate) fn fits(&self, passed: &ExchangeState) -> bool {
-        let sizes = [self.values.len(), self.non_numeric.len()];
+        let sizes = [self.values.len(), self.exact.len()];
         let altered = match (&self.faults, &passed.faults) {
             (Some(own), Some(other)) => own.is_like(other),
             (own, other) => own.is_none() && other.is_none(),
         };
-        sizes == [passed.values.len(), passed.non_numeric.len()] && altered
+        sizes == [passed.values.len(), passed.exact.len()] && altered
     }
 
     /// Back to a state.
     pub(crate) fn restore(&mut self, passed: &ExchangeState) {
         self.values.clone_from(&passed.values);
-        self.non_numeric.clone_from(&passed.non_numeric);
+        self.exact.clone_from(&passed.exact);
         self.faults.clone_from(&passed.faults);
     }
 
@@ -206,7 +207,7 @@ impl Exchange {
     pub fn run(&mut self, instances: &[Instance], at: At) -> Result<()> {
         let resting = &self.resting;
         for read in self.first.iter().filter(|r| !rests(resting, r.instance)) {
-            read.run_any(instances, &mut self.values, &mut self.non_numeric, at)?;
+            read.run_any(instances, &mut self.values, &mut self.exact, at)?;
         }
         self.run_again(instances, at)
     }
@@ -239,11 +240,11 @@ impl Exchange {
     pub fn settle(&mut self, instances: &[Instance], at: At, passes: usize) -> Result<Vec<Port>> {
         let mut changed = Vec::new();
         for _ in 0..passes {
-            let (before, non_numeric) = (self.values.clone(), self.non_numeric.clone());
+            let (before, exact) = (self.values.clone(), self.exact.clone());
             self.run(instances, at)?;
             let differs = |(_, k): &(&Port, &usize)| {
                 before[**k].to_bits() != self.values[**k].to_bits()
-                    || non_numeric.get(**k) != self.non_numeric.get(**k)
+                    || exact.get(**k) != self.exact.get(**k)
             };
             let slots = self.slots.iter().filter(differs);
             changed = slots.map(|(port, _)| *port).collect();
@@ -255,14 +256,24 @@ impl Exchange {
     }
 
     /// Read all outputs of one component.
-    pub fn read_component(&mut self, component: usize, instances: &[Instance], at: At) -> Result<()> {
+    pub fn read_component(
+        &mut self,
+        component: usize,
+        instances: &[Instance],
+        at: At,
+    ) -> Result<()> {
         let reads = self.stages.iter().flat_map(|stage| &stage.reads);
         let mut own = reads.filter(|read| read.instance == component);
-        own.try_for_each(|read| read.run_any(instances, &mut self.values, &mut self.non_numeric, at))
+        own.try_for_each(|read| read.run_any(instances, &mut self.values, &mut self.exact, at))
     }
 
     /// Set all inputs of one component.
-    pub fn write_component(&mut self, component: usize, instances: &[Instance], at: At) -> Result<()> {
+    pub fn write_component(
+        &mut self,
+        component: usize,
+        instances: &[Instance],
+        at: At,
+    ) -> Result<()> {
         let chosen = Some(component);
         (0..self.stages.len()).try_for_each(|k| self.write_stage(k, chosen, instances, at))
     }
@@ -278,12 +289,12 @@ impl Exchange {
     }
 
     fn read_stage(&mut self, k: usize, instances: &[Instance], at: At) -> Result<()> {
-        if self.is_multi_threaded && self.non_numeric.is_empty() {
+        if self.is_multi_threaded && self.exact.is_empty() {
             return self.read_in_threads(k, instances, at);
         }
         let (all, resting) = (&self.stages[k].reads, &self.resting);
         let mut reads = all.iter().filter(|read| !rests(resting, read.instance));
-        reads.try_for_each(|read| read.run_any(instances, &mut self.values, &mut self.non_numeric, at))
+        reads.try_for_each(|read| read.run_any(instances, &mut self.values, &mut self.exact, at))
     }
 
     /// Read a stage; instances in other threads read at the same time.
@@ -314,7 +325,7 @@ impl Exchange {
         if let (Some(faults), At::Time(t), None) = (&mut faults, at, only) {
             faults.begin(t);
         }
-        if self.is_multi_threaded && self.non_numeric.is_empty() && only.is_none() {
+        if self.is_multi_threaded && self.exact.is_empty() && only.is_none() {
             return self.write_in_threads(k, instances, at);
         }
         for write in &self.stages[k].writes {
@@ -323,8 +334,8 @@ impl Exchange {
             {
                 continue;
             }
-            if write.is_non_numeric {
-                write.run_non_numeric(instances, &self.non_numeric, &mut self.non_numeric_buffer, at)?;
+            if write.is_exact {
+                write.run_exact(instances, &self.exact, &mut self.exact_buffer, at)?;
                 continue;
             }
             let faults = faults.as_deref_mut();

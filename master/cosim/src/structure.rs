@@ -149,8 +149,7 @@ mod tests {
         let inner = format!(r#"<ssd:System name="in">{inner}</ssd:System>"#);
         // The ends of a connection stand in either order.
         let links = link("in.w", "a.y", "") + &link("in.z", "a.u", "");
-        let s =
-            parse(&file(&system(&[], "", &(inner + &fmu("a", "")), &links))).unwrap();
+        let s = parse(&file(&system(&[], "", &(inner + &fmu("a", "")), &links))).unwrap();
         let names: Vec<_> = s.components.iter().map(|c| c.name.as_str()).collect();
         assert_eq!(names, ["in.b", "in.deep.c", "a"]);
         assert_eq!(
@@ -211,10 +210,7 @@ mod tests {
             &elements,
             &link("a.y", "there.f", ""),
         ));
-        assert_eq!(
-            connections(&parse(&text).unwrap()),
-            ["a.y -> in.b.u"]
-        );
+        assert_eq!(connections(&parse(&text).unwrap()), ["a.y -> in.b.u"]);
         let lost = parse(&text.replace("name=\"Bus\"", "name=\"Other\"")).unwrap_err();
         assert!(
             format!("{lost:#}").contains("refers to the signal dictionary `Bus`"),

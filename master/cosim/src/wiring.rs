@@ -3,7 +3,7 @@
 
 mod order;
 pub mod probing;
-pub mod transformation;
+pub(crate) mod transformation;
 
 use std::collections::HashMap;
 
@@ -243,7 +243,10 @@ impl<'a> Wiring<'a> {
         let is_declared = || {
             let declared = description.declared_feedthrough(output.variable, false);
             let trusted = &self.structure.feedthrough;
-            declared.is_some() || trusted.iter().any(|c| c == self.component(output.component))
+            declared.is_some()
+                || trusted
+                    .iter()
+                    .any(|c| c == self.component(output.component))
         };
         !(has_events && is_declared())
     }

@@ -201,7 +201,8 @@ impl Unknowns {
             row[self.slots.len()] = *residual;
         }
         for j in 0..self.slots.len() {
-            if let (Some(all), Some(instances)) = (&mut self.influences[j], stage.differentiable_instances())
+            if let (Some(all), Some(instances)) =
+                (&mut self.influences[j], stage.differentiable_instances())
             {
                 for (i, row) in self.rows.iter_mut().enumerate() {
                     row[j] = f64::from(i == j);

@@ -174,19 +174,12 @@ impl Coupling {
 
     /// Set the component's inputs to the mean efforts of components stepped before it.
     fn give_means(&mut self, component: usize, t: f64) -> Result<()> {
-        let Means {
-            writes,
-            values,
-            buffer,
-            ..
-        } = &mut self.means;
-        match &writes[component] {
-            Some(write) => {
-                let faults = self.exchange.faults.as_mut();
-                write.run(&self.instances, values, buffer, faults, At::Time(t))
-            }
-            None => Ok(()),
-        }
+        let Some(write) = &self.means.writes[component] else {
+            return Ok(());
+        };
+        let (values, buffer) = (&self.means.values, &mut self.means.buffer);
+        let faults = self.exchange.faults.as_mut();
+        write.run(&self.instances, values, buffer, faults, At::Time(t))
     }
 
     /// Step a component from `t` by `h`, s, and read the mean efforts that it exerted.
@@ -205,9 +198,10 @@ impl Coupling {
     /// Estimate the component's inputs at the end of the step, if they are not held.
     fn look_ahead(&mut self, component: usize, t: f64, h: f64) -> Result<()> {
         let values = &self.exchange.values;
-        self.rates.as_mut().map_or(Ok(()), |rates| {
-            rates.look_ahead(component, &self.instances, values, [t, h])
-        })
+        match &mut self.rates {
+            Some(rates) => rates.look_ahead(component, &self.instances, values, [t, h]),
+            None => Ok(()),
+        }
     }
 
     /// Make the steps of a component that has steps of its own, or begin them in its thread.
@@ -224,7 +218,7 @@ impl Coupling {
             faults: self.exchange.faults.as_mut(),
             begins,
         };
-        rates.make(steps, time)
+        rates.step(steps, time)
     }
 
     /// Step all components: with `gives_means` one after the other, passing mean efforts on, else all
@@ -259,7 +253,12 @@ impl Coupling {
     }
 
     /// Step a rank: components of other threads are begun first, then those of this one are stepped.
-    fn step_in_threads(&mut self, rank: &[usize], [t, h]: [f64; 2], gives_means: bool) -> Result<()> {
+    fn step_in_threads(
+        &mut self,
+        rank: &[usize],
+        [t, h]: [f64; 2],
+        gives_means: bool,
+    ) -> Result<()> {
         let mut failure = Failure::default();
         let is_elsewhere = |coupling: &Self, k: usize| coupling.instances[k].is_elsewhere();
         for k in rank.iter().copied() {
@@ -285,14 +284,9 @@ impl Coupling {
     /// Begin what [`Coupling::give_means`] and [`Coupling::step_component`] then end.
     fn begin_step(&mut self, k: usize, [t, h]: [f64; 2], gives_means: bool) -> Result<()> {
         let (at, instances) = (At::Time(t), &self.instances);
-        let Means {
-            writes,
-            values,
-            buffer,
-            ..
-        } = &mut self.means;
-        if let Some(write) = writes[k].as_ref().filter(|_| gives_means) {
-            write.begin(instances, values, buffer, None, at)?;
+        let means = &mut self.means;
+        if let Some(write) = means.writes[k].as_ref().filter(|_| gives_means) {
+            write.begin(instances, &means.values, &mut means.buffer, None, at)?;
         }
         if self.rates.is_some() {
             self.look_ahead(k, t, h)?;

@@ -8,7 +8,7 @@ use fmi_description::Access;
 
 use crate::exchange::bond::BondSlots;
 use crate::exchange::{Exchange, Read, Write, reads, writes};
-use crate::wiring::{Port, Wiring};
+use crate::wiring::Wiring;
 
 /// How the mean efforts of the bonds are read and set, with their values.
 pub(crate) struct Means {
@@ -30,7 +30,12 @@ impl Means {
         derivatives: Option<&Exchange>,
     ) -> Result<(Self, Vec<BondSlots>)> {
         let mut slots = BTreeMap::new();
-        let all_bonds = || wiring.links.iter().filter_map(|link| Some((link, link.bond?)));
+        let all_bonds = || {
+            wiring
+                .links
+                .iter()
+                .filter_map(|link| Some((link, link.bond?)))
+        };
         let reads = reads(wiring, all_bonds().map(|(_, b)| b.step_mean), &mut slots);
         let mut bonds = Vec::new();
         let mut given = Vec::new();

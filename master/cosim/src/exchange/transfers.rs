@@ -22,12 +22,10 @@ pub struct Read {
 }
 
 impl Read {
-    /// Component that is read.
     pub fn component(&self) -> usize {
         self.instance
     }
 
-    /// Slots of the values.
     pub(crate) fn slots(&self) -> Range<usize> {
         self.slots.clone()
     }
@@ -37,19 +35,18 @@ impl Read {
         instances[self.instance].begin(BegunCall::Get(&self.batch));
     }
 
-    /// Read the values into their slots, whether an f64 can hold them or not.
+    /// Read the values into their slots, as f64 or exactly.
     pub(super) fn run_any(
         &self,
         instances: &[Instance],
         values: &mut [f64],
-        non_numeric: &mut [Value],
+        exact: &mut [Value],
         at: At,
     ) -> Result<()> {
         match self.batch.is_wide {
             false => self.run(instances, values, at),
             true => {
-                let values = &mut non_numeric[self.slots.clone()];
-                instances[self.instance].get_whole(&self.batch, values, at)
+                instances[self.instance].get_whole(&self.batch, &mut exact[self.slots.clone()], at)
             }
         }
     }
@@ -70,17 +67,15 @@ pub struct Write {
     transformed: Vec<(usize, Transformation)>,
     /// Altered values, by place and channel: alterations at the outputs, and at the inputs.
     altered: [Vec<(usize, usize)>; 2],
-    /// The values come from outputs whose values an f64 cannot hold.
-    pub(super) is_non_numeric: bool,
+    /// The values are passed exactly, not as f64.
+    pub(super) is_exact: bool,
 }
 
 impl Write {
-    /// Component that is written to.
     pub fn component(&self) -> usize {
         self.instance
     }
 
-    /// Number of values.
     pub(crate) fn len(&self) -> usize {
         self.slots.len()
     }
@@ -161,16 +156,16 @@ impl Write {
         buffer
     }
 
-    /// Set the inputs to values that an f64 cannot hold; `buffer` is workspace.
-    pub(super) fn run_non_numeric(
+    /// Set the inputs to exact values; `buffer` is workspace.
+    pub(super) fn run_exact(
         &self,
         instances: &[Instance],
-        non_numeric: &[Value],
+        exact: &[Value],
         buffer: &mut Vec<Value>,
         at: At,
     ) -> Result<()> {
         buffer.clear();
-        buffer.extend(self.slots.iter().map(|slot| non_numeric[*slot].clone()));
+        buffer.extend(self.slots.iter().map(|slot| exact[*slot].clone()));
         for (k, transformation) in &self.transformed {
             if let Value::Whole(number) = &mut buffer[*k] {
                 *number = transformation.apply_whole(*number);
@@ -215,7 +210,11 @@ pub fn reads(
 ) -> Vec<Read> {
     let mut together: BTreeMap<_, Vec<Port>> = BTreeMap::new();
     for port in ports {
-        let key = (port.component, wiring.access(port), &wiring.variable(port).clocks);
+        let key = (
+            port.component,
+            wiring.access(port),
+            &wiring.variable(port).clocks,
+        );
         let list = together.entry(key).or_default();
         if !list.contains(&port) {
             list.push(port);
@@ -245,7 +244,11 @@ pub fn writes(
     let mut together: BTreeMap<_, Vec<_>> = BTreeMap::new();
     for input in inputs {
         let port = input.0;
-        let key = (port.component, wiring.access(port), &wiring.variable(port).clocks);
+        let key = (
+            port.component,
+            wiring.access(port),
+            &wiring.variable(port).clocks,
+        );
         together.entry(key).or_default().push(input);
     }
     let mut writes = Vec::new();
@@ -259,7 +262,7 @@ pub fn writes(
                 .filter(|(_, t)| *t != Transformation::NONE)
                 .collect(),
             altered: Default::default(),
-            is_non_numeric: false,
+            is_exact: false,
         });
     }
     writes

@@ -97,7 +97,8 @@ impl Rates {
         let mut components = Vec::new();
         for (k, component) in structure.components.iter().enumerate() {
             let own = structure.rates.iter().rfind(|(c, _)| *c == component.name);
-            let [parts, every] = own.map_or(Ok([1, 1]), |(name, own)| step_ratio(step, *own, name))?;
+            let [parts, every] =
+                own.map_or(Ok([1, 1]), |(name, own)| step_ratio(step, *own, name))?;
             let is_taken = |link: &Link| {
                 let is_before = is_sequential && link.from.component < k;
                 link.to.component == k
@@ -185,7 +186,7 @@ impl Rates {
 
     /// Make the steps of a component from `t` by `h`, both s, or only begin them in its thread. The
     /// mean efforts are those over all of the steps.
-    pub fn make(&mut self, step: ComponentStep, [t, h]: [f64; 2]) -> Result<()> {
+    pub fn step(&mut self, step: ComponentStep, [t, h]: [f64; 2]) -> Result<()> {
         let (k, at) = (step.component, At::Time(t));
         if !self.is_due(k, t + h) {
             return Ok(());

@@ -9,7 +9,6 @@ use crate::structure::Hop;
 /// `factor · value + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Linear {
-    /// Factor.
     pub factor: f64,
     /// Offset, in the unit of the end.
     pub offset: f64,
@@ -286,7 +285,10 @@ mod tests {
         let both = map(&[(1.0, 2.0)]).then(map(&[(2.0, 5.0), (3.0, 4.0), (1.0, 9.0)]));
         let values = [1.0, 2.0, 3.0, 7.0].map(|k| both.apply(k));
         assert_eq!(values, [5.0, 5.0, 4.0, 7.0]);
-        assert_eq!(map(&[(1.0, 0.0)]).then(Transformation::NONE).apply(1.0), 0.0);
+        assert_eq!(
+            map(&[(1.0, 0.0)]).then(Transformation::NONE).apply(1.0),
+            0.0
+        );
         let whole = [1, i128::from(u64::MAX)].map(|k| map(&[(1.0, -2.0)]).apply_whole(k));
         assert_eq!(whole, [-2, i128::from(u64::MAX)]);
     }

@@ -49,7 +49,9 @@ impl System {
         let rated = names.map(|known| (strsim::jaro_winkler(name, &known), known));
         let best = rated.max_by(|a, b| a.0.total_cmp(&b.0));
         match best {
-            Some((likeness, known)) if likeness > LEAST_SIMILARITY => format!("; did you mean `{known}`?"),
+            Some((likeness, known)) if likeness > LEAST_SIMILARITY => {
+                format!("; did you mean `{known}`?")
+            }
             _ => String::new(),
         }
     }
