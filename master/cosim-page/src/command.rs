@@ -58,7 +58,6 @@ pub fn answer(engine: &mut Engine, text: &str) -> Result<Value> {
 /// The opened system and the settings of its run.
 fn describe_run(engine: &mut Engine) -> Result<Value> {
     let (structures, sets) = (json!(engine.files(".ssd")), json!(engine.files(".ssv")));
-    let watched = json!(engine.watched());
     let run = engine.run()?;
     let (stepping, structure) = (run.master.stepping(), &run.system.structure);
     let all = structure.components.iter().zip(&run.system.fmus);
@@ -66,7 +65,7 @@ fn describe_run(engine: &mut Engine) -> Result<Value> {
         |(c, fmu)| json!({"name": c.name, "source": c.source, "model": fmu.description.model}),
     );
     Ok(json!({
-        "name": structure.name, "structures": structures, "parameters": sets, "watched": watched,
+        "name": structure.name, "structures": structures, "parameters": sets, "watched": run.watched(),
         "components": components.collect::<Value>(),
         "start": stepping.start, "step": stepping.step, "stop": run.system.structure.stop_time.unwrap_or(run.system.preferred_stop()),
     }))

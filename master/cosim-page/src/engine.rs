@@ -31,7 +31,6 @@ const STEP_SIZE: &str = "step";
 pub struct Engine {
     source: Source,
     run: Option<Run>,
-    names: Vec<String>,
     /// Rows of time and watched values, from the last call that made some.
     pub history: Vec<f64>,
 }
@@ -72,7 +71,6 @@ impl Engine {
         Ok(Self {
             source,
             run: None,
-            names: Vec::new(),
             history: Vec::new(),
         })
     }
@@ -182,22 +180,19 @@ impl Engine {
         let forgotten = system.forgotten(&experiment.settings)?;
         let verdict = forgotten.judge(&system, experiment.stepping.schedule, false)?;
         let mut run = Run::start(system, &experiment, verdict)?;
-        let known = self
-            .names
-            .iter()
-            .filter(|name| run.system.port(name).is_ok());
-        let names: Vec<String> = known.cloned().collect();
-        run.watch(&names)?;
-        self.names = names;
+        let watched = self.run.iter().flat_map(|before| before.watched());
+        let known = watched.filter(|name| run.system.port(name).is_ok());
+        let known = known.cloned().collect();
+        run.watch(known)?;
         self.run = Some(run);
         self.restart_history()
     }
 
     /// Watch these variables from now on; `history` starts again.
     pub fn watch(&mut self, names: Vec<String>) -> Result<()> {
-        let names: Vec<String> = names.into_iter().map(|name| self.full_name(name)).collect();
-        self.run()?.watch(&names)?;
-        self.names = names;
+        let names = names.into_iter().map(|name| self.full_name(name));
+        let names = names.collect();
+        self.run()?.watch(names)?;
         self.restart_history()
     }
 
@@ -211,11 +206,6 @@ impl Engine {
     fn restart_history(&mut self) -> Result<()> {
         self.history.clear();
         self.run.as_mut().context(NO_RUN)?.record(&mut self.history)
-    }
-
-    /// The watched variables.
-    pub fn watched(&self) -> &[String] {
-        &self.names
     }
 
     /// Make communication steps, each with a row in `history`, which starts again. If a step fails,

@@ -25,7 +25,8 @@ pub struct Run {
     /// The master that runs it.
     pub master: Master,
     supervision: Supervision,
-    watched: Option<Signals>,
+    names: Vec<String>,
+    signals: Option<Signals>,
     /// Error that has ended the run.
     end: Option<String>,
     /// Settings that take effect at the next step.
@@ -43,7 +44,8 @@ impl Run {
             system,
             master,
             supervision,
-            watched: None,
+            names: Vec::new(),
+            signals: None,
             end: None,
             waiting: Vec::new(),
             saved: BTreeMap::new(),
@@ -52,19 +54,24 @@ impl Run {
     }
 
     /// Watch these variables from now on.
-    pub fn watch(&mut self, names: &[String]) -> Result<()> {
+    pub fn watch(&mut self, names: Vec<String>) -> Result<()> {
         let ports = names.iter().map(|name| self.system.port(name));
         let ports = ports.collect::<Result<Vec<_>>>()?;
-        self.watched = (!ports.is_empty())
-            .then(|| Signals::new(&self.system, &ports))
-            .transpose()?;
+        let signals = (!ports.is_empty()).then(|| Signals::new(&self.system, &ports));
+        self.signals = signals.transpose()?;
+        self.names = names;
         Ok(())
+    }
+
+    /// Names of the watched variables.
+    pub fn watched(&self) -> &[String] {
+        &self.names
     }
 
     /// Add a row to `history`: the present time, s, and the values of the watched variables.
     pub fn record(&mut self, history: &mut Vec<f64>) -> Result<()> {
         history.push(self.master.time());
-        if let Some(signals) = &mut self.watched {
+        if let Some(signals) = &mut self.signals {
             history.extend_from_slice(signals.read(&self.master)?);
         }
         Ok(())

@@ -42,8 +42,9 @@ impl DataType {
         }
     }
 
-    fn from_tag(tag: &str) -> Option<Self> {
-        Some(match tag {
+    /// Type of this name in SSP or FMI.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Some(match name {
             "Real" | "Float64" | "Float32" => Self::Real,
             "Integer" | "Int8" | "UInt8" | "Int16" | "UInt16" | "Int32" | "UInt32" | "Int64"
             | "UInt64" => Self::Integer,
@@ -61,7 +62,7 @@ impl DataType {
         let mut typed = node
             .children
             .iter()
-            .filter_map(|c| Some((Self::from_tag(&c.tag)?, c)));
+            .filter_map(|c| Some((Self::from_name(&c.tag)?, c)));
         typed.next()
     }
 }

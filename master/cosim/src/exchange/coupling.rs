@@ -136,19 +136,9 @@ impl Coupling {
         Ok(())
     }
 
-    /// Number of components.
-    pub fn count(&self) -> usize {
-        self.instances.len()
-    }
-
     /// Read all outputs at `t`, s.
     pub fn read(&mut self, t: f64) -> Result<()> {
         self.exchange.read(&self.instances, At::Time(t))
-    }
-
-    /// Set all inputs to the values last read.
-    pub fn write(&mut self, t: f64) -> Result<()> {
-        self.exchange.write(&self.instances, At::Time(t))
     }
 
     /// Pass all connections, stage by stage.
@@ -233,7 +223,7 @@ impl Coupling {
         }
         // With faults, the order of components is also the order of their random numbers.
         if !self.exchange.is_multi_threaded || gives_means && self.exchange.faults.is_some() {
-            for k in 0..self.count() {
+            for k in 0..self.instances.len() {
                 if gives_means {
                     self.give_means(k, t)?;
                 }

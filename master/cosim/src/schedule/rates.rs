@@ -75,12 +75,7 @@ impl Rates {
         exchange: &Exchange,
         stepping: Stepping,
     ) -> Result<Option<Self>> {
-        let Stepping {
-            step,
-            schedule,
-            between,
-            ..
-        } = stepping;
+        let (step, schedule, between) = (stepping.step, stepping.schedule, stepping.between);
         if structure.rates.is_empty() && matches!(between, Between::Held | Between::Balanced) {
             return Ok(None);
         }

@@ -9,7 +9,7 @@ use crate::instance::At;
 
 /// Set all inputs, in Event Mode if discrete ones change.
 pub fn prepare(coupling: &mut Coupling, t: f64) -> Result<()> {
-    coupling.write(t)?;
+    coupling.exchange.write(&coupling.instances, At::Time(t))?;
     coupling.settle(t)
 }
 

@@ -7,7 +7,7 @@ use anyhow::{Result, ensure};
 use system_structure::Connector;
 
 use crate::fmu::Fmu;
-use crate::structure::{Connection, OuterInput, OuterOutput, Structure};
+use crate::structure::{Connection, OuterOutput, Structure};
 
 /// Component and variable.
 type End = (String, String);
@@ -78,12 +78,7 @@ pub(crate) fn resolve(structure: &mut Structure, fmus: &[Arc<Fmu>]) -> Result<()
         for (end, way) in &input.ends {
             for one in elements_of(end) {
                 let name = input.name.clone() + one.1.strip_prefix(&end.1).unwrap_or_default();
-                let (unit, ends) = (input.unit.clone(), vec![(one, way.clone())]);
-                let mut known = structure.inputs.iter_mut();
-                match known.find(|other| other.name == name) {
-                    Some(known) => known.ends.extend(ends),
-                    None => structure.inputs.push(OuterInput { name, unit, ends }),
-                }
+                structure.feed(name, input.unit.clone(), (one, way.clone()));
             }
         }
     }

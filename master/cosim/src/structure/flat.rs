@@ -64,7 +64,7 @@ pub struct Hop {
 }
 
 /// A connection from an output to an input.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Connection {
     /// Component and output.
     pub start: (String, String),
@@ -186,11 +186,23 @@ impl Structure {
         self.connections.push(Connection {
             start,
             end,
-            unit: None,
             way: vec![Hop::default()],
-            is_initial: false,
-            bond: None,
-            place: String::new(),
+            ..Connection::default()
         });
+    }
+
+    /// Let the input `name` of the system feed an input of a component.
+    pub(super) fn feed(
+        &mut self,
+        name: String,
+        unit: Option<Unit>,
+        end: ((String, String), Vec<Hop>),
+    ) {
+        let mut inputs = self.inputs.iter_mut();
+        let ends = vec![end];
+        match inputs.find(|input| input.name == name) {
+            Some(input) => input.ends.extend(ends),
+            None => self.inputs.push(OuterInput { name, unit, ends }),
+        }
     }
 }

@@ -10,10 +10,10 @@ use system_structure::{
 };
 
 use super::bond::PowerBond;
-use super::flat::{Component, Hop, Parameter, Structure};
+use super::flat::{Component, Connection, Hop, Parameter, Structure};
 use super::package::DEFAULT;
 use super::values::{Files, binding_values};
-use super::ways::{Flow, Key, join, resolve};
+use super::ways::{Key, join, resolve};
 
 /// Type of the annotation of a component whose outputs may be read again after its inputs were set.
 const FEEDTHROUGH: &str = "io.github.hdrm-fmu.feedthrough";
@@ -44,7 +44,7 @@ pub fn read(text: &str, file: &str, files: &mut Files<'_>) -> Result<Structure> 
             ..Structure::default()
         },
         files,
-        flows: Vec::new(),
+        parts: Vec::new(),
         values: Vec::new(),
         references: HashMap::new(),
     };
@@ -56,11 +56,11 @@ pub fn read(text: &str, file: &str, files: &mut Files<'_>) -> Result<Structure> 
     flattening.system(&read.system, "", &place, &[])?;
     let Flattening {
         mut structure,
-        flows,
+        parts,
         values,
         ..
     } = flattening;
-    resolve(&mut structure, &flows, values, &read.system)?;
+    resolve(&mut structure, &parts, values, &read.system)?;
     Ok(structure)
 }
 
@@ -86,7 +86,8 @@ struct SourceFile<'a> {
 struct Flattening<'a> {
     structure: Structure,
     files: &'a mut Files<'a>,
-    flows: Vec<Flow>,
+    /// Connections of all systems, directed from their sources to their sinks.
+    parts: Vec<Connection>,
     /// Values with full names, in the order in which they are applied.
     values: Vec<Parameter>,
     /// Path of the dictionary, by the path of the element that refers to it.
@@ -128,9 +129,9 @@ impl Flattening<'_> {
         }
         for wire in &system.connections {
             let place = format!("`{}`, line {}", place.file, wire.line);
-            let flow = self.flow(system, path, wire, &place);
-            let flow = flow.with_context(|| place.clone())?;
-            self.flows.push(flow);
+            let part = self.connection(system, path, wire, &place);
+            let part = part.with_context(|| place.clone())?;
+            self.parts.push(part);
         }
         let owner = format!("system `{}`", system.name);
         self.bind(&system.bindings, &owner, path, place)
@@ -204,7 +205,13 @@ impl Flattening<'_> {
     }
 
     /// A connection, directed as its connectors require.
-    fn flow(&mut self, system: &System, path: &str, wire: &Wire, place: &str) -> Result<Flow> {
+    fn connection(
+        &self,
+        system: &System,
+        path: &str,
+        wire: &Wire,
+        place: &str,
+    ) -> Result<Connection> {
         let [(start, start_side), (end, end_side)] =
             [self.end(system, &wire.start)?, self.end(system, &wire.end)?];
         let misused = |end: &End, connector: &Connector, used: &str| {
@@ -264,24 +271,25 @@ impl Flattening<'_> {
         if is_turned {
             ends.reverse();
         }
-        let [(first, from), (last, to)] = ends;
-        let [from, to] = [from, to].map(|end| self.key(path, end));
-        if let Some(other) = self.flows.iter().find(|other| other.to == to) {
-            let [to, first, second] = [&to, &other.from, &from].map(|(a, b)| format!("{a}.{b}"));
-            bail!("input {to} is driven twice, by {first} and by {second}");
+        let [(first, start), (last, end)] = ends;
+        let [start, end] = [start, end].map(|end| self.key(path, end));
+        if let Some(other) = self.parts.iter().find(|other| other.end == end) {
+            let [input, first, second] =
+                [&end, &other.start, &start].map(|(a, b)| format!("{a}.{b}"));
+            bail!("input {input} is driven twice, by {first} and by {second}");
         }
         let is_parameter = |connector: &Connector| {
             use Direction::{CalculatedParameter, Parameter};
             matches!(connector.direction, Parameter | CalculatedParameter)
         };
-        Ok(Flow {
-            from,
-            to,
-            hop: Hop {
+        Ok(Connection {
+            start,
+            end,
+            way: vec![Hop {
                 transformation: wire.transformation.clone(),
                 keeps_units: wire.keeps_units,
                 unit: last.unit.clone(),
-            },
+            }],
             unit: first.unit.clone(),
             is_initial: is_parameter(first) || is_parameter(last),
             bond,

@@ -34,20 +34,17 @@ pub struct Feedthrough {
 impl Wiring<'_> {
     /// The inputs on which an output depends directly.
     fn dependencies(&self, output: Port, which: Feedthrough) -> Vec<usize> {
-        let Feedthrough {
-            is_initial,
-            undeclared,
-        } = which;
+        let (variable, is_initial) = (output.variable, which.is_initial);
         let description = self.description(output.component);
-        let is_over_step = undeclared == Undeclared::AllOverStep;
+        let is_over_step = which.undeclared == Undeclared::AllOverStep;
         if !is_initial && !is_over_step && self.is_read_once(output) {
             return Vec::new();
         }
-        if undeclared == Undeclared::None {
-            let declared = description.declared_feedthrough(output.variable, is_initial);
-            return declared.unwrap_or_default();
+        match which.undeclared {
+            Undeclared::None => description.declared_feedthrough(variable, is_initial),
+            _ => Some(description.feedthrough(variable, is_initial)),
         }
-        description.feedthrough(output.variable, is_initial)
+        .unwrap_or_default()
     }
 
     /// The connected inputs on which an output depends directly, each with the output that drives it.

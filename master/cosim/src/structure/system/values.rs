@@ -4,7 +4,6 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use fmi_description::Kind;
 use system_structure::DataType;
 
 use super::System;
@@ -98,17 +97,11 @@ impl System {
         for ((component, variable), way) in &input.ends {
             let port = self.port(&format!("{component}.{variable}"))?;
             let fmu = &self.fmus[port.component];
-            let data_type = match self.variable(port).kind {
-                Kind::Real => DataType::Real,
-                Kind::Boolean => DataType::Boolean,
-                Kind::String => DataType::String,
-                Kind::Binary => DataType::Binary,
-                _ => DataType::Integer,
-            };
+            let data_type = DataType::from_name(self.variable(port).kind.name());
             let parameter = Parameter {
                 name: variable.clone(),
                 value: value.trim().to_string(),
-                data_type,
+                data_type: data_type.unwrap_or(DataType::Integer),
                 unit: input.unit.clone(),
                 way: way.clone(),
                 origin: format!("input `{}` of the system", input.name),
