@@ -68,8 +68,6 @@ pub struct Exchange {
     /// Values that pass exactly because an f64 cannot hold them (64-bit integers, strings, binaries),
     /// in the same slots; empty if there are none.
     exact: Vec<Value>,
-    buffer: Vec<f64>,
-    exact_buffer: Vec<Value>,
     /// Outputs that depend on each other over a step; with [`Order::AtOnce`] only.
     pub(crate) over_step: Option<Unknowns>,
     /// Instances run in several threads: calls are begun for all before any is ended.
@@ -140,8 +138,6 @@ impl Exchange {
             let outputs = outputs.filter(|port| wiring.is_continuous(*port));
             over_step = Unknowns::new(wiring, &slots, outputs)?;
         }
-        let all_writes = stages.iter().flat_map(|stage| &stage.writes);
-        let most_values = all_writes.map(Write::len).max().unwrap_or(0);
         let mut exact = Vec::new();
         if slots.keys().any(|port| is_wide(wiring.access(*port))) {
             exact = vec![Value::none(Access::Int64); slots.len()];
@@ -151,8 +147,6 @@ impl Exchange {
             stages,
             values: vec![0.0; slots.len()],
             exact,
-            buffer: vec![0.0; most_values],
-            exact_buffer: Vec::new(),
             slots,
             over_step,
             is_multi_threaded: false,
@@ -328,18 +322,17 @@ impl Exchange {
         if self.is_multi_threaded && self.exact.is_empty() && only.is_none() {
             return self.write_in_threads(k, instances, at);
         }
-        for write in &self.stages[k].writes {
+        for write in &mut self.stages[k].writes {
             if only.is_some_and(|instance| instance != write.instance)
                 || rests(&self.resting, write.instance)
             {
                 continue;
             }
             if write.is_exact {
-                write.run_exact(instances, &self.exact, &mut self.exact_buffer, at)?;
+                write.run_exact(instances, &self.exact, at)?;
                 continue;
             }
-            let faults = faults.as_deref_mut();
-            write.run(instances, &self.values, &mut self.buffer, faults, at)?;
+            write.run(instances, &self.values, faults.as_deref_mut(), at)?;
         }
         Ok(())
     }
@@ -348,15 +341,13 @@ impl Exchange {
     /// gathered in order, in which faults draw their random numbers.
     fn write_in_threads(&mut self, k: usize, instances: &[Instance], at: At) -> Result<()> {
         let mut faults = self.faults.as_mut();
-        let all = self.stages[k].writes.iter();
-        let writes = all.filter(|write| !rests(&self.resting, write.instance));
+        let (writes, resting) = (&mut self.stages[k].writes, &self.resting);
         let mut failure = Failure::default();
-        for write in writes.clone() {
-            let (values, buffer) = (&self.values, &mut self.buffer);
-            let begun = write.begin(instances, values, buffer, faults.as_deref_mut(), at);
+        for write in writes.iter_mut().filter(|w| !rests(resting, w.instance)) {
+            let begun = write.begin(instances, &self.values, faults.as_deref_mut(), at);
             failure.add(write.instance, begun);
         }
-        for write in writes {
+        for write in writes.iter().filter(|w| !rests(resting, w.instance)) {
             failure.add(write.instance, write.end(instances, at));
         }
         failure.into()
@@ -369,7 +360,7 @@ impl Exchange {
         faults: Option<&Alteration>,
         at: At,
     ) -> Result<()> {
-        for stage in &self.stages {
+        for stage in &mut self.stages {
             for Read {
                 instance,
                 batch,
@@ -379,9 +370,8 @@ impl Exchange {
                 let values = &mut self.values[slots.clone()];
                 instances[*instance].get_derivatives(batch, values, at)?;
             }
-            for write in &stage.writes {
-                let derivatives = write.gather_derivatives(&self.values, &mut self.buffer, faults);
-                instances[write.instance].set_derivatives(&write.batch, derivatives, at)?;
+            for write in &mut stage.writes {
+                write.run_derivatives(instances, &self.values, faults, at)?;
             }
         }
         Ok(())

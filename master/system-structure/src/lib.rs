@@ -28,5 +28,5 @@ pub use description::{
     System, SystemStructure,
 };
 pub use mapping::{MappingEntry, ParameterMapping};
-pub use parameters::{Binding, Parameter, ParameterSet, SourceBase, Sourced};
+pub use parameters::{Binding, Parameter, ParameterSet, Sourced};
 pub use transformation::Transformation;

@@ -54,28 +54,13 @@ impl ParameterSet {
     }
 }
 
-/// What the name of a source file is relative to, attribute `sourceBase`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SourceBase {
-    /// The structure that names it.
-    #[default]
-    Structure,
-    /// The source of the component, such as its FMU.
-    Component,
-}
-
 /// Content that a structure holds inline or refers to as a file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Sourced<T> {
     /// Inline.
     Inline(T),
-    /// In a file.
-    File {
-        /// File name, relative to the base.
-        source: String,
-        /// Base of the name.
-        base: SourceBase,
-    },
+    /// In a file with this name, relative to the structure.
+    File(String),
 }
 
 impl<T> Sourced<T> {
@@ -88,18 +73,12 @@ impl<T> Sourced<T> {
     ) -> Result<Self, XmlError> {
         match (inline(node)?, node.get("source")) {
             (Some(inline), None) => Ok(Self::Inline(inline)),
-            (None, Some(source)) => Ok(Self::File {
-                source: source.to_string(),
-                base: match node.get("sourceBase") {
-                    None | Some("SSD") => SourceBase::Structure,
-                    Some("component") => SourceBase::Component,
-                    Some(other) => {
-                        return Err(node.error(format!(
-                            "{what} has sourceBase = `{other}`; it must be SSD or component"
-                        )));
-                    }
-                },
-            }),
+            (None, Some(source)) => match node.get("sourceBase") {
+                None | Some("SSD") => Ok(Self::File(source.to_string())),
+                Some(base) => Err(node.error(format!(
+                    "{what} `{source}` with sourceBase = `{base}`: only sources relative to the system structure are supported"
+                ))),
+            },
             _ => Err(node.error(format!(
                 "{what} needs either a source or values, and not both"
             ))),

@@ -25,7 +25,6 @@ pub(crate) struct Balance {
     pub writes: Vec<Write>,
     /// Effort and flow of each bond in turn, as given over the step.
     values: Vec<f64>,
-    buffer: Vec<f64>,
 }
 
 impl Balance {
@@ -55,11 +54,9 @@ impl Balance {
             count > 0,
             "the system has no power bond whose inputs could be balanced"
         );
-        let buffer = vec![0.0; inputs.len()];
         Ok(Some(Self {
             writes: writes(wiring, inputs.into_iter()),
             values: vec![0.0; count],
-            buffer,
         }))
     }
 
@@ -83,15 +80,9 @@ impl Balance {
             self.values[2 * k] = effort + share * last.effort_lacked;
             self.values[2 * k + 1] = flow + share * last.flow_lacked;
         }
-        for write in &self.writes {
+        for write in &mut self.writes {
             let faults = exchange.faults.as_mut();
-            write.run(
-                instances,
-                &self.values,
-                &mut self.buffer,
-                faults,
-                At::Time(t),
-            )?;
+            write.run(instances, &self.values, faults, At::Time(t))?;
         }
         Ok(())
     }

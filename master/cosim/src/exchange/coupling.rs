@@ -164,12 +164,11 @@ impl Coupling {
 
     /// Set the component's inputs to the mean efforts of components stepped before it.
     fn give_means(&mut self, component: usize, t: f64) -> Result<()> {
-        let Some(write) = &self.means.writes[component] else {
+        let Some(write) = &mut self.means.writes[component] else {
             return Ok(());
         };
-        let (values, buffer) = (&self.means.values, &mut self.means.buffer);
         let faults = self.exchange.faults.as_mut();
-        write.run(&self.instances, values, buffer, faults, At::Time(t))
+        write.run(&self.instances, &self.means.values, faults, At::Time(t))
     }
 
     /// Step a component from `t` by `h`, s, and read the mean efforts that it exerted.
@@ -275,8 +274,8 @@ impl Coupling {
     fn begin_step(&mut self, k: usize, [t, h]: [f64; 2], gives_means: bool) -> Result<()> {
         let (at, instances) = (At::Time(t), &self.instances);
         let means = &mut self.means;
-        if let Some(write) = means.writes[k].as_ref().filter(|_| gives_means) {
-            write.begin(instances, &means.values, &mut means.buffer, None, at)?;
+        if let Some(write) = means.writes[k].as_mut().filter(|_| gives_means) {
+            write.begin(instances, &means.values, None, at)?;
         }
         if self.rates.is_some() {
             self.look_ahead(k, t, h)?;

@@ -18,8 +18,6 @@ pub(crate) struct Means {
     pub writes: Vec<Option<Write>>,
     /// Values last read.
     pub values: Vec<f64>,
-    /// Workspace for the values of a write.
-    pub buffer: Vec<f64>,
 }
 
 impl Means {
@@ -69,13 +67,12 @@ impl Means {
                 power: b.power,
             });
         }
-        let (count, buffer) = (wiring.components.len(), vec![0.0; given.len()]);
+        let count = wiring.components.len();
         let writes = writes(wiring, given.into_iter());
         let means = Self {
             reads: by_component(reads, Read::component, count),
             writes: by_component(writes, Write::component, count),
             values: vec![0.0; slots.len()],
-            buffer,
         };
         Ok((means, bonds))
     }

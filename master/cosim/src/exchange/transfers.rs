@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use anyhow::Result;
+use fmi_description::Access;
 
 use crate::exchange::faults::Alteration;
 use crate::instance::{At, BegunCall, Instance};
@@ -69,6 +70,8 @@ pub struct Write {
     altered: [Vec<(usize, usize)>; 2],
     /// The values are passed exactly, not as f64.
     pub(super) is_exact: bool,
+    buffer: Vec<f64>,
+    exact_buffer: Vec<Value>,
 }
 
 impl Write {
@@ -76,12 +79,8 @@ impl Write {
         self.instance
     }
 
-    pub(crate) fn len(&self) -> usize {
-        self.slots.len()
-    }
-
     /// From now on alter the values that `faults` concern.
-    pub(crate) fn attach(&mut self, wiring: &Wiring, faults: &mut Alteration) {
+    pub fn attach(&mut self, wiring: &Wiring, faults: &mut Alteration) {
         for (place, variable) in self.batch.variables.iter().enumerate() {
             let input = Port {
                 component: self.instance,
@@ -95,53 +94,47 @@ impl Write {
         }
     }
 
-    /// Set the inputs to the values in their slots; `buffer` is workspace for all of them.
+    /// Set the inputs to the values in their slots.
     pub fn run(
-        &self,
+        &mut self,
         instances: &[Instance],
         values: &[f64],
-        buffer: &mut [f64],
         faults: Option<&mut Alteration>,
         at: At,
     ) -> Result<()> {
-        let buffer = self.gather(values, buffer, faults);
-        instances[self.instance].set(&self.batch, buffer, at)
+        self.gather(values, faults);
+        instances[self.instance].set(&self.batch, &self.buffer, at)
     }
 
     /// Set the inputs of an instance in this thread, or begin to set those of one in another thread.
-    pub(crate) fn begin(
-        &self,
+    pub fn begin(
+        &mut self,
         instances: &[Instance],
         values: &[f64],
-        buffer: &mut [f64],
         faults: Option<&mut Alteration>,
         at: At,
     ) -> Result<()> {
+        self.gather(values, faults);
         let instance = &instances[self.instance];
         if !instance.is_elsewhere() {
-            return self.run(instances, values, buffer, faults, at);
+            return instance.set(&self.batch, &self.buffer, at);
         }
-        let buffer = self.gather(values, buffer, faults);
-        instance.begin(BegunCall::Set(&self.batch, buffer));
+        instance.begin(BegunCall::Set(&self.batch, &self.buffer));
         Ok(())
     }
 
     /// End what [`Write::begin`] began.
-    pub(crate) fn end(&self, instances: &[Instance], at: At) -> Result<()> {
+    pub fn end(&self, instances: &[Instance], at: At) -> Result<()> {
         match instances[self.instance].is_elsewhere() {
             true => instances[self.instance].set(&self.batch, &[], at),
             false => Ok(()),
         }
     }
 
-    /// The values with alterations and transformations.
-    fn gather<'a>(
-        &self,
-        values: &[f64],
-        buffer: &'a mut [f64],
-        mut faults: Option<&mut Alteration>,
-    ) -> &'a mut [f64] {
-        let buffer = self.gather_raw(values, buffer);
+    /// Gather the values, with alterations and transformations.
+    fn gather(&mut self, values: &[f64], mut faults: Option<&mut Alteration>) {
+        self.gather_raw(values);
+        let buffer = &mut self.buffer;
         let mut alter = |altered: &[(usize, usize)], buffer: &mut [f64]| {
             let Some(faults) = &mut faults else { return };
             for (k, channel) in altered {
@@ -153,19 +146,19 @@ impl Write {
             buffer[*k] = transformation.apply(buffer[*k]);
         }
         alter(&self.altered[1], buffer);
-        buffer
     }
 
-    /// Set the inputs to exact values; `buffer` is workspace.
-    pub(super) fn run_exact(
-        &self,
-        instances: &[Instance],
-        exact: &[Value],
-        buffer: &mut Vec<Value>,
-        at: At,
-    ) -> Result<()> {
+    fn gather_raw(&mut self, values: &[f64]) {
+        for (b, slot) in self.buffer.iter_mut().zip(&self.slots) {
+            *b = values[*slot];
+        }
+    }
+
+    /// Set the inputs to exact values.
+    pub fn run_exact(&mut self, instances: &[Instance], values: &[Value], at: At) -> Result<()> {
+        let buffer = &mut self.exact_buffer;
         buffer.clear();
-        buffer.extend(self.slots.iter().map(|slot| exact[*slot].clone()));
+        buffer.extend(self.slots.iter().map(|slot| values[*slot].clone()));
         for (k, transformation) in &self.transformed {
             if let Value::Whole(number) = &mut buffer[*k] {
                 *number = transformation.apply_whole(*number);
@@ -174,14 +167,16 @@ impl Write {
         instances[self.instance].set_whole(&self.batch, buffer, at)
     }
 
-    /// The same for time derivatives.
-    pub(super) fn gather_derivatives<'a>(
-        &self,
-        values: &[f64],
-        buffer: &'a mut [f64],
+    /// Set the first time derivatives of the inputs.
+    pub fn run_derivatives(
+        &mut self,
+        instances: &[Instance],
+        rates: &[f64],
         faults: Option<&Alteration>,
-    ) -> &'a mut [f64] {
-        let buffer = self.gather_raw(values, buffer);
+        at: At,
+    ) -> Result<()> {
+        self.gather_raw(rates);
+        let buffer = &mut self.buffer;
         for (k, transformation) in &self.transformed {
             buffer[*k] = transformation.apply_rate(buffer[*k]);
         }
@@ -190,16 +185,14 @@ impl Write {
                 buffer[*k] = faults.alter_rate(*channel, buffer[*k]);
             }
         }
-        buffer
+        instances[self.instance].set_derivatives(&self.batch, buffer, at)
     }
+}
 
-    fn gather_raw<'a>(&self, values: &[f64], buffer: &'a mut [f64]) -> &'a mut [f64] {
-        let buffer = &mut buffer[..self.slots.len()];
-        for (b, slot) in buffer.iter_mut().zip(&self.slots) {
-            *b = values[*slot];
-        }
-        buffer
-    }
+/// Variables of the same component, type and clocks pass in one call.
+fn call_key(wiring: &Wiring, port: Port) -> (usize, Access, Vec<u32>) {
+    let v = wiring.variable(port);
+    (port.component, v.access(), v.clocks.clone())
 }
 
 /// One read per component, type and clocks. New slots are added to `slots`, contiguous for each read.
@@ -210,12 +203,7 @@ pub fn reads(
 ) -> Vec<Read> {
     let mut together: BTreeMap<_, Vec<Port>> = BTreeMap::new();
     for port in ports {
-        let key = (
-            port.component,
-            wiring.access(port),
-            &wiring.variable(port).clocks,
-        );
-        let list = together.entry(key).or_default();
+        let list = together.entry(call_key(wiring, port)).or_default();
         if !list.contains(&port) {
             list.push(port);
         }
@@ -243,12 +231,7 @@ pub fn writes(
 ) -> Vec<Write> {
     let mut together: BTreeMap<_, Vec<_>> = BTreeMap::new();
     for input in inputs {
-        let port = input.0;
-        let key = (
-            port.component,
-            wiring.access(port),
-            &wiring.variable(port).clocks,
-        );
+        let key = call_key(wiring, input.0);
         together.entry(key).or_default().push(input);
     }
     let mut writes = Vec::new();
@@ -263,6 +246,8 @@ pub fn writes(
                 .collect(),
             altered: Default::default(),
             is_exact: false,
+            buffer: vec![0.0; inputs.len()],
+            exact_buffer: Vec::new(),
         });
     }
     writes

@@ -173,7 +173,6 @@ pub struct InputTable {
     pub(crate) writes: Vec<Write>,
     /// Present value of each column.
     values: Vec<f64>,
-    buffer: Vec<f64>,
     /// Last row that the time has reached.
     row: usize,
 }
@@ -220,7 +219,6 @@ impl InputTable {
             times: table.times.clone(),
             values: vec![0.0; columns.len()],
             columns,
-            buffer: vec![0.0; inputs.len()],
             ports: inputs.iter().map(|(port, ..)| *port).collect(),
             writes: writes(&wiring, inputs.into_iter()),
             row: 0,
@@ -250,7 +248,6 @@ impl InputTable {
         let target = (port, slot, Transformation::NONE);
         self.writes.extend(writes(wiring, std::iter::once(target)));
         self.values.push(value);
-        self.buffer.push(value);
         self.ports.push(port);
     }
 
@@ -285,14 +282,13 @@ impl InputTable {
                 _ => here,
             };
         }
-        let (values, buffer) = (&self.values, &mut self.buffer);
         if let Some(faults) = &mut faults {
             faults.begin(t);
         }
-        let mut writes = self.writes.iter();
+        let mut writes = self.writes.iter_mut();
         writes.try_for_each(|write| {
             let faults = faults.as_deref_mut();
-            write.run(instances, values, buffer, faults, At::Time(t))
+            write.run(instances, &self.values, faults, At::Time(t))
         })
     }
 }

@@ -5,18 +5,15 @@ use serde::{Deserialize, Serialize};
 
 /// When values are exchanged, and in which order components are stepped.
 ///
-/// The staged exchange of all but [`Schedule::Standard`] reads outputs again after inputs were set
-/// at the same communication point, in the order of direct feedthrough. FMI 2.0 (section 4.2.4)
-/// does not guarantee that. FMI 3.0 allows it in Event Mode, in which instances of that version are
-/// during the exchange.
+/// All but [`Schedule::Standard`] exchange values by stages: they read outputs again after inputs were
+/// set at the same communication point, in the order of direct feedthrough. FMI 2.0 (section 4.2.4)
+/// does not guarantee that; FMI 3.0 allows it in Event Mode.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
 pub enum Schedule {
-    /// Only what FMI 2.0 guarantees. In Initialization Mode values are passed in the order of the
-    /// initial dependencies, as by every schedule. Then, at every communication point t_k, all
-    /// connected outputs are read once, all connected inputs are set once, and all components are
-    /// stepped to t_(k+1). Nothing is read between a set and the next step, so a value that passes
-    /// through a component arrives one step later. An FMU of FMI 3.0 enters Event Mode when one of
-    /// its clocks ticks or one of its discrete inputs changes.
+    /// Only what FMI 2.0 guarantees: at every communication point all connected outputs are read
+    /// once, all connected inputs are set once, and all components are stepped. Nothing is read
+    /// between a set and the next step, so a value that passes through a component arrives one step
+    /// later. An FMU of FMI 3.0 enters Event Mode when a clock ticks or a discrete input changes.
     Standard,
     /// Components are stepped one after the other in the order of the system structure. A component
     /// stepped later than the one that exerts an effort on it gets the mean effort over the step.
@@ -44,17 +41,14 @@ pub enum Between {
     /// Held at its value at the communication point before: first order in the communication step.
     #[default]
     Held,
-    /// Extrapolated linearly from the last two communication points to the middle of each step of the
-    /// component: second order.
+    /// Extrapolated from the last two points to the middle of each component step: second order.
     Extrapolated,
-    /// Interpolated linearly to the value at the end, in the middle of each step of the component, if
-    /// its source was stepped before (Gauss–Seidel): second order. Else held.
+    /// Interpolated to the middle of each component step, if the source was stepped before
+    /// (Gauss–Seidel): second order. Else held.
     Interpolated,
-    /// The value at the end, if its source was stepped before (Gauss–Seidel), as in textbooks: first
-    /// order. Else held.
+    /// The value at the end, if the source was stepped before (Gauss–Seidel): first order. Else held.
     End,
-    /// Effort and flow of power bonds are corrected by their errors over the step before: second
-    /// order. Others are held.
+    /// Effort and flow of power bonds corrected by their last errors: second order. Others held.
     Balanced,
 }
 

@@ -47,9 +47,8 @@ pub(crate) struct ComponentRate {
     sources: Vec<usize>,
     /// Values at the end of the step.
     ends: Vec<f64>,
-    /// Workspace: values within the step, of a write, and sums of the mean efforts.
+    /// Workspace: values within the step, and sums of the mean efforts.
     mixed: Vec<f64>,
-    buffer: Vec<f64>,
     sums: Vec<f64>,
 }
 
@@ -274,8 +273,6 @@ impl ComponentRate {
         }
         self.ends = vec![0.0; slots.len()];
         self.mixed = self.ends.clone();
-        let widest = self.writes.iter().map(Write::len).max();
-        self.buffer = vec![0.0; widest.unwrap_or(0)];
         if reads_ends {
             self.reads = planned;
         }
@@ -298,11 +295,11 @@ impl ComponentRate {
                 false => now + share * (end - now),
             };
         }
-        for write in &self.writes {
-            let (mixed, buffer, faults) = (&self.mixed, &mut self.buffer, faults.as_deref_mut());
+        for write in &mut self.writes {
+            let faults = faults.as_deref_mut();
             match begins {
-                true => write.begin(instances, mixed, buffer, faults, at)?,
-                false => write.run(instances, mixed, buffer, faults, at)?,
+                true => write.begin(instances, &self.mixed, faults, at)?,
+                false => write.run(instances, &self.mixed, faults, at)?,
             }
         }
         Ok(())

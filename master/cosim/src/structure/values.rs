@@ -1,8 +1,8 @@
 //! Reads the parameter values that a binding of the structure or a parameter set gives, with
 //! prefixes and mappings applied to their names.
 
-use anyhow::{Context, Result, bail};
-use system_structure::{Binding, ParameterMapping, ParameterSet, SourceBase, Sourced};
+use anyhow::{Context, Result};
+use system_structure::{Binding, ParameterMapping, ParameterSet, Sourced};
 
 use super::flat::{Hop, Parameter};
 
@@ -23,18 +23,13 @@ pub(super) fn binding_values(
     base: &str,
     files: &mut Files<'_>,
 ) -> Result<Vec<Parameter>> {
-    let mut file = |source: &str, base_kind: SourceBase, what: &str| {
-        if base_kind == SourceBase::Component {
-            bail!(
-                "{owner}: {what} `{source}`: only sources relative to the system structure are supported"
-            );
-        }
+    let mut file = |source: &str, what: &str| {
         files(&format!("{base}{source}")).with_context(|| format!("{owner}: {what}"))
     };
     let mut parameters = match &binding.set {
         Sourced::Inline(set) => set_values(set.clone(), "the system structure"),
-        Sourced::File { source, base } => {
-            let text = file(source, *base, "parameter set")?;
+        Sourced::File(source) => {
+            let text = file(source, "parameter set")?;
             parse_set(&text, source).with_context(|| owner.to_string())?
         }
     };
@@ -44,8 +39,8 @@ pub(super) fn binding_values(
     let mapping = match &binding.mapping {
         None => return Ok(parameters),
         Some(Sourced::Inline(mapping)) => mapping.clone(),
-        Some(Sourced::File { source, base }) => {
-            let text = file(source, *base, "parameter mapping")?;
+        Some(Sourced::File(source)) => {
+            let text = file(source, "parameter mapping")?;
             ParameterMapping::parse(&text, source).with_context(|| owner.to_string())?
         }
     };
