@@ -85,7 +85,8 @@ impl Engine {
         }
     }
 
-    /// The name of a variable with its component, which may be left out for an FMU opened by itself.
+    /// The name of a variable with its component, which may be left out for an FMU opened by
+    /// itself.
     pub fn full_name(&self, name: String) -> String {
         let Source::Fmu(system) = &self.source else {
             return name;
@@ -137,7 +138,8 @@ impl Engine {
     }
 
     /// Start a new run. The settings are start values by the names of variables, and `structure`,
-    /// `parameters` (names of sets), `schedule` and `step`, s. If this fails, the run before goes on.
+    /// `parameters` (names of sets), `schedule` and `step`, s. If this fails, the run before goes
+    /// on.
     pub fn restart(&mut self, settings: &Map<String, Value>) -> Result<()> {
         let word = |key: &str| {
             settings

@@ -83,8 +83,8 @@ fn with_engine<T>(work: impl FnOnce(&mut Engine) -> Result<T>) -> Result<T> {
     })
 }
 
-/// Open a package in place of the one before; returns the size of the answer. Takes ownership of the
-/// bytes, because a copy would enlarge a memory that never shrinks.
+/// Open a package in place of the one before; returns the size of the answer. Takes ownership of
+/// the bytes, because a copy would enlarge a memory that never shrinks.
 ///
 /// # Safety
 /// `size` bytes, at least one, from [`engine_allocate`].

@@ -1,11 +1,11 @@
-//! The co-simulation master as a WebAssembly module for web pages: it opens a packed system or an FMU
-//! and runs it in the page.
+//! The co-simulation master as a WebAssembly module for web pages: it opens a packed system or an
+//! FMU and runs it in the page.
 //!
-//! `worker.js` of `page-files` instantiates this module and hosts the WebAssembly modules of the FMUs,
-//! which `cosim` calls. Commands and answers are JSON ([`command`]); the values of a run are an array
-//! ([`engine`]). [`exports`] are the functions that the worker calls by name, with addresses in this
-//! module's memory, which needs `unsafe`. The crate compiles for other targets so that tests can use
-//! it; there FMUs are loaded as by `cosim`.
+//! `worker.js` of `page-files` instantiates this module and hosts the WebAssembly modules of the
+//! FMUs, which `cosim` calls. Commands and answers are JSON ([`command`]); the values of a run are
+//! an array ([`engine`]). [`exports`] are the functions that the worker calls by name, with
+//! addresses in this module's memory, which needs `unsafe`. The crate compiles for other targets so
+//! that tests can use it; there FMUs are loaded as by `cosim`.
 #![deny(unsafe_code)]
 
 pub mod command;

@@ -1,5 +1,5 @@
-//! A run in a page: steps the system, records the watched variables, sets inputs and parameters, and
-//! keeps saved states.
+//! A run in a page: steps the system, records the watched variables, sets inputs and parameters,
+//! and keeps saved states.
 
 use std::collections::BTreeMap;
 
@@ -112,9 +112,9 @@ impl Run {
         })
     }
 
-    /// Set an input that no connection drives, or a tunable parameter; an input of the system sets all
-    /// inputs that it feeds. It takes effect at the present communication point, but with the schedule
-    /// `standard` just before the next step, because nothing may be read after it.
+    /// Set an input that no connection drives, or a tunable parameter; an input of the system sets
+    /// all inputs that it feeds. It takes effect at the present communication point, but with the
+    /// schedule `standard` just before the next step, because nothing may be read after it.
     pub fn set(&mut self, name: &str, text: &str) -> Result<()> {
         let settings = self.system.parse_settings(&format!("{name}={text}"))?;
         for setting in &settings {

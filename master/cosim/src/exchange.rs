@@ -65,8 +65,8 @@ pub struct Exchange {
     slots: BTreeMap<Port, usize>,
     /// Values last passed: one slot per connected output.
     pub values: Vec<f64>,
-    /// Values that pass exactly because an f64 cannot hold them (64-bit integers, strings, binaries),
-    /// in the same slots; empty if there are none.
+    /// Values that pass exactly because an f64 cannot hold them (64-bit integers, strings,
+    /// binaries), in the same slots; empty if there are none.
     exact: Vec<Value>,
     /// Outputs that depend on each other over a step; with [`Order::AtOnce`] only.
     pub(crate) over_step: Option<Unknowns>,
@@ -79,8 +79,8 @@ pub struct Exchange {
 }
 
 impl Exchange {
-    /// Plan the exchange over the connections that `chosen` keeps. An algebraic loop is an error for
-    /// the orders with stages.
+    /// Plan the exchange over the connections that `chosen` keeps. An algebraic loop is an error
+    /// for the orders with stages.
     pub fn new(wiring: &Wiring, order: Order, chosen: impl Fn(&Link) -> bool) -> Result<Self> {
         let is_initial = !matches!(order, Order::Stages | Order::AtOnce);
         let undeclared = match order {
@@ -206,8 +206,8 @@ impl Exchange {
         self.run_again(instances, at)
     }
 
-    /// Pass all values once more at the same communication point. Outputs that can be read only once
-    /// keep their values.
+    /// Pass all values once more at the same communication point. Outputs that can be read only
+    /// once keep their values.
     pub fn run_again(&mut self, instances: &[Instance], at: At) -> Result<()> {
         for k in 0..self.stages.len() {
             self.read_stage(k, instances, at)?;

@@ -1,5 +1,5 @@
-//! Reads a system structure of SSP into the flat system that the master runs ([`Structure`]), and loads
-//! its FMUs ([`system`]).
+//! Reads a system structure of SSP into the flat system that the master runs ([`Structure`]), and
+//! loads its FMUs ([`system`]).
 
 pub(crate) mod arrays;
 mod bond;

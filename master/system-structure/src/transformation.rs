@@ -1,5 +1,5 @@
-//! Transformations of values, which connections and parameter mappings have: linear, or from value to
-//! value.
+//! Transformations of values, which connections and parameter mappings have: linear, or from value
+//! to value.
 
 use fmi_description::xml::{self, Element, XmlError};
 

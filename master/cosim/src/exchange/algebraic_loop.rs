@@ -1,8 +1,8 @@
 //! Solves algebraic loops, outputs that depend directly on each other, by Newton's method.
 //!
 //! The unknowns `y` are the values that the outputs of a loop pass on; `g(y)` are the outputs after
-//! the inputs were set to `y`. The solution is `g(y) = y`. The derivatives of `g` with respect to an
-//! unknown are directional derivatives if all FMUs that receive it have them, else finite
+//! the inputs were set to `y`. The solution is `g(y) = y`. The derivatives of `g` with respect to
+//! an unknown are directional derivatives if all FMUs that receive it have them, else finite
 //! differences. Nothing here allocates unless it fails.
 
 use std::cmp::Ordering;
@@ -21,8 +21,8 @@ const MAX_ITERATIONS: usize = 50;
 const ROUNDING: f64 = 1e-14;
 /// The same once iterations no longer reduce the residual.
 const TOLERANCE: f64 = 1e-10;
-/// Change of an unknown for finite differences, relative to 1 plus the value: the square root of the
-/// rounding.
+/// Change of an unknown for finite differences, relative to 1 plus the value: the square root of
+/// the rounding.
 const CHANGE: f64 = 1.5e-8;
 /// Pivot relative to the largest element, up to which a loop has no unique solution: finite
 /// differences are accurate to about [`CHANGE`].
@@ -140,8 +140,8 @@ impl Unknowns {
         }))
     }
 
-    /// Solve the loops of a stage whose outputs have just been read. Afterwards its inputs are set to
-    /// the solution, and its outputs belong to it.
+    /// Solve the loops of a stage whose outputs have just been read. Afterwards its inputs are set
+    /// to the solution, and its outputs belong to it.
     pub fn solve(&mut self, stage: &mut dyn LoopStage, at: At) -> Result<()> {
         for (y, slot) in self.y.iter_mut().zip(&self.slots) {
             *y = stage.values()[*slot];
@@ -248,9 +248,9 @@ impl Unknowns {
 }
 
 /// Solve linear equations by Gaussian elimination with scaling of rows and columns and partial
-/// pivoting. Each row ends with its right side, which becomes the solution; `sizes` is workspace, one
-/// per column. False if there is no unique solution. (`nalgebra` would allocate a permutation in each
-/// solution.)
+/// pivoting. Each row ends with its right side, which becomes the solution; `sizes` is workspace,
+/// one per column. False if there is no unique solution. (`nalgebra` would allocate a permutation
+/// in each solution.)
 fn eliminate(rows: &mut [Vec<f64>], sizes: &mut [f64]) -> bool {
     let n = rows.len();
     let largest = |all: &mut dyn Iterator<Item = f64>| all.fold(0.0, |a: f64, x| a.max(x.abs()));

@@ -1,16 +1,17 @@
-//! Corrects the inputs of power bonds so that the coupling nearly conserves energy (`--inputs
+//! Corrects the inputs of power bonds so that the coupling nearly conserves energy (`--between
 //! balanced`): the error of effort and flow over a step is added to them over the next one (NEPCE:
 //! Benedikt et al. 2013; Sadjina and Pedersen 2019, arXiv 1606.05168). Outputs are read with the
 //! uncorrected inputs: the correction holds for the step alone.
 //!
-//! Over a step of `h` the receiver of an effort was given `F` where its mean was `F̄`. Over the next
-//! one, of `h'` from `F'` and `v'`,
+//! Over a step of `h` the receiver of an effort was given `F` where its mean was `F̄`. Over the
+//! next one, of `h'` from `F'` and `v'`,
 //! ```text
 //! u_F = F' + (F̄ − F) r     u_v = v' + (v̄ − v) r     r = min(1, h/h')
 //! ```
-//! `F̄` is the mean that the bond names, `v̄` the mean of the flows at both ends of the step. Effort
-//! and flow then are those of the middle of the step, to second order, and errors do not accumulate.
-//! A longer step gets back the missing impulse, a shorter one no more than the mean error.
+//! `F̄` is the mean that the bond names, `v̄` the mean of the flows at both ends of the step.
+//! Effort and flow then are those of the middle of the step, to second order, and errors do not
+//! accumulate. A longer step gets back the missing impulse, a shorter one no more than the mean
+//! error.
 
 use anyhow::{Result, ensure};
 
@@ -28,8 +29,8 @@ pub(crate) struct Balance {
 }
 
 impl Balance {
-    /// Corrections for all bonds, except for efforts whose receiver gets the mean itself. None if the
-    /// run does not correct inputs.
+    /// Corrections for all bonds, except for efforts whose receiver gets the mean itself. None if
+    /// the run does not correct inputs.
     pub fn new(wiring: &Wiring, stepping: Stepping, has_rates: bool) -> Result<Option<Self>> {
         if stepping.between != Between::Balanced {
             return Ok(None);

@@ -1,6 +1,6 @@
 //! The instances of a run with the plans of what is passed between them. The schedules are made of
-//! the operations here: pass values, step components, handle events, account for power bonds. Nothing
-//! here looks anything up or allocates.
+//! the operations here: pass values, step components, handle events, account for power bonds.
+//! Nothing here looks anything up or allocates.
 
 use anyhow::{Result, bail, ensure};
 use serde::{Deserialize, Serialize};
@@ -18,8 +18,8 @@ const MAX_PASSES: usize = 100;
 /// The instances of a run with their plans.
 pub(crate) struct Coupling {
     pub instances: Vec<Instance>,
-    /// Ranks of components that Gauss–Seidel may step at the same time: a component is in a later rank
-    /// than those whose mean effort it gets. Components of this thread come first in a rank.
+    /// Ranks of components that Gauss–Seidel may step at the same time: a component is in a later
+    /// rank than those whose mean effort it gets. Components of this thread come first in a rank.
     pub ranks: Vec<Vec<usize>>,
     /// Components with an Event Mode, which may have events at times of their own.
     pub timed: Vec<usize>,
@@ -146,8 +146,8 @@ impl Coupling {
         self.exchange.run(&self.instances, At::Time(t))
     }
 
-    /// Pass all connections once more at the same communication point, and the derivatives, which an
-    /// input loses when it is set.
+    /// Pass all connections once more at the same communication point, and the derivatives, which
+    /// an input loses when it is set.
     pub fn pass_again(&mut self, t: f64) -> Result<()> {
         self.exchange.run_again(&self.instances, At::Time(t))?;
         self.pass_derivatives(t)
@@ -210,8 +210,8 @@ impl Coupling {
         rates.step(steps, time)
     }
 
-    /// Step all components: with `gives_means` one after the other, passing mean efforts on, else all
-    /// from the same values.
+    /// Step all components: with `gives_means` one after the other, passing mean efforts on, else
+    /// all from the same values.
     pub fn step_all(&mut self, t: f64, h: f64, gives_means: bool) -> Result<()> {
         if let Some(balance) = &mut self.balance {
             let bonds = self.bonds.iter().zip(&self.bond_steps);
@@ -241,7 +241,8 @@ impl Coupling {
         Ok(())
     }
 
-    /// Step a rank: components of other threads are begun first, then those of this one are stepped.
+    /// Step a rank: components of other threads are begun first, then those of this one are
+    /// stepped.
     fn step_in_threads(
         &mut self,
         rank: &[usize],
@@ -317,15 +318,15 @@ impl Coupling {
             .try_for_each(|s| s.call(Call::Settle, At::Time(t)).map(drop))
     }
 
-    /// Time of the first event before `end`, s, at which the step is split; None if a component cannot
-    /// vary its step.
+    /// Time of the first event before `end`, s, at which the step is split; None if a component
+    /// cannot vary its step.
     pub fn split(&self, end: f64) -> Option<f64> {
         let first = self.timed().map(Instance::next_event).reduce(f64::min)?;
         (first < end && self.fixed.is_none()).then_some(first)
     }
 
-    /// Tick the clocks that are due at `t` within `tolerance`, both s, and pass what they change. With
-    /// a staged exchange the instances are in Event Mode before and after.
+    /// Tick the clocks that are due at `t` within `tolerance`, both s, and pass what they change.
+    /// With a staged exchange the instances are in Event Mode before and after.
     pub fn tick(&mut self, t: f64, tolerance: f64, is_staged: bool) -> Result<()> {
         let (at, mut is_any) = (At::Time(t), false);
         for k in self.timed.iter().copied() {

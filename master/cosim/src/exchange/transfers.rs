@@ -106,7 +106,8 @@ impl Write {
         instances[self.instance].set(&self.batch, &self.buffer, at)
     }
 
-    /// Set the inputs of an instance in this thread, or begin to set those of one in another thread.
+    /// Set the inputs of an instance in this thread, or begin to set those of one in another
+    /// thread.
     pub fn begin(
         &mut self,
         instances: &[Instance],
@@ -195,7 +196,8 @@ fn call_key(wiring: &Wiring, port: Port) -> (usize, Access, Vec<u32>) {
     (port.component, v.access(), v.clocks.clone())
 }
 
-/// One read per component, type and clocks. New slots are added to `slots`, contiguous for each read.
+/// One read per component, type and clocks. New slots are added to `slots`, contiguous for each
+/// read.
 pub fn reads(
     wiring: &Wiring,
     ports: impl Iterator<Item = Port>,

@@ -1,5 +1,5 @@
-//! Feeds inputs that no connection drives with values over time, from a CSV file (`--input`) or from
-//! memory (the Python API).
+//! Feeds inputs that no connection drives with values over time, from a CSV file (`--input`) or
+//! from memory (the Python API).
 
 use std::path::Path;
 
@@ -39,9 +39,10 @@ pub struct Column {
 }
 
 impl Table {
-    /// Read a CSV file for `system`: a line of names, `time` first, then rows of values. The units are
-    /// those of the file `NAME.units.csv` in the same folder, if there is one. `chosen` pairs inputs
-    /// with the columns that feed them; if it is empty, each column feeds the input of its name.
+    /// Read a CSV file for `system`: a line of names, `time` first, then rows of values. The units
+    /// are those of the file `NAME.units.csv` in the same folder, if there is one. `chosen` pairs
+    /// inputs with the columns that feed them; if it is empty, each column feeds the input of its
+    /// name.
     pub fn load(path: &Path, system: &System, chosen: &[(String, String)]) -> Result<Self> {
         let mut units = Vec::new();
         let units_file = path.with_extension("units.csv");

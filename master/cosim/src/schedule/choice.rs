@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 
 /// When values are exchanged, and in which order components are stepped.
 ///
-/// All but [`Schedule::Standard`] exchange values by stages: they read outputs again after inputs were
-/// set at the same communication point, in the order of direct feedthrough. FMI 2.0 (section 4.2.4)
-/// does not guarantee that; FMI 3.0 allows it in Event Mode.
+/// All but [`Schedule::Standard`] exchange values by stages: they read outputs again after inputs
+/// were set at the same communication point, in the order of direct feedthrough. FMI 2.0 (section
+/// 4.2.4) does not guarantee that; FMI 3.0 allows it in Event Mode.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
 pub enum Schedule {
     /// Only what FMI 2.0 guarantees: at every communication point all connected outputs are read
@@ -46,7 +46,8 @@ pub enum Between {
     /// Interpolated to the middle of each component step, if the source was stepped before
     /// (Gauss–Seidel): second order. Else held.
     Interpolated,
-    /// The value at the end, if the source was stepped before (Gauss–Seidel): first order. Else held.
+    /// The value at the end, if the source was stepped before (Gauss–Seidel): first order. Else
+    /// held.
     End,
     /// Effort and flow of power bonds corrected by their last errors: second order. Others held.
     Balanced,
@@ -75,16 +76,16 @@ pub struct Stepping {
 pub struct Jitter {
     /// Equal seeds give equal runs.
     pub seed: u64,
-    /// Largest change of a communication step, as a fraction of it. Each point is early or late by up
-    /// to half of that, uniformly distributed about its place on the grid.
+    /// Largest change of a communication step, as a fraction of it. Each point is early or late by
+    /// up to half of that, uniformly distributed about its place on the grid.
     pub part: f64,
     /// Fraction of the points that are lost: the step over such a point has twice the length.
     pub lost: f64,
 }
 
 impl Jitter {
-    /// Lateness of point `k` as a fraction of a step, or `None` if it is lost. The random numbers are
-    /// a hash of seed and `k` (SplitMix64: Steele, Lea, Flood 2014).
+    /// Lateness of point `k` as a fraction of a step, or `None` if it is lost. The random numbers
+    /// are a hash of seed and `k` (SplitMix64: Steele, Lea, Flood 2014).
     pub fn lateness(&self, k: u64) -> Option<f64> {
         let mut state = self.seed ^ k.wrapping_mul(0x9E37_79B9_7F4A_7C15);
         let mut uniform = || {

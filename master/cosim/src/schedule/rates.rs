@@ -1,5 +1,5 @@
-//! Components with steps of their own (`--rate`), a whole part or multiple of the communication step,
-//! and the course of continuous inputs between communication points (`--inputs`).
+//! Components with steps of their own (`--rate`), a whole part or multiple of the communication
+//! step, and the course of continuous inputs between communication points (`--between`).
 
 use std::collections::BTreeMap;
 
@@ -67,7 +67,8 @@ fn step_ratio(step: f64, own: f64, name: &str) -> Result<[usize; 2]> {
 }
 
 impl Rates {
-    /// The rates of a system; None if every component makes each communication step with held inputs.
+    /// The rates of a system; None if every component makes each communication step with held
+    /// inputs.
     pub fn new(
         structure: &Structure,
         wiring: &Wiring,
@@ -138,7 +139,8 @@ impl Rates {
         every == 1.0 || end - self.known.reached[component] > (every - 0.5) * self.step
     }
 
-    /// Before a step to `end`, s: components that make no step to there are left out of the exchange.
+    /// Before a step to `end`, s: components that make no step to there are left out of the
+    /// exchange.
     pub fn rest(&self, resting: &mut Vec<bool>, end: f64) {
         if self.components.iter().any(|rate| rate.every > 1) {
             resting.clear();
@@ -306,8 +308,8 @@ impl ComponentRate {
     }
 }
 
-/// Parse `COMPONENT=TIME`: a pattern for the names of components, and their step, `0.25ms`, `60s` or
-/// `0.001` in s.
+/// Parse `COMPONENT=TIME`: a pattern for the names of components, and their step, `0.25ms`, `60s`
+/// or `0.001` in s.
 pub fn parse_rate(text: &str) -> Result<(&str, f64)> {
     let parsed = text.split_once('=').and_then(|(name, length)| {
         let length = length.trim();

@@ -1,5 +1,5 @@
-//! The schedule `standard`: get all outputs, set all inputs, step all components. FMI 2.0 guarantees
-//! nothing more.
+//! The schedule `standard`: get all outputs, set all inputs, step all components. FMI 2.0
+//! guarantees nothing more.
 
 use anyhow::Result;
 
@@ -13,8 +13,8 @@ pub fn prepare(coupling: &mut Coupling, t: f64) -> Result<()> {
     coupling.settle(t)
 }
 
-/// Step all components from `t` by `h` and read all outputs at `end`, all s. If loops are solved, the
-/// step is repeated until the inputs of a loop over the step equal its outputs at the end.
+/// Step all components from `t` by `h` and read all outputs at `end`, all s. If loops are solved,
+/// the step is repeated until the inputs of a loop over the step equal its outputs at the end.
 pub fn advance(coupling: &mut Coupling, [t, h, end]: [f64; 3]) -> Result<()> {
     match coupling.exchange.over_step.take() {
         None => step(coupling, [t, h, end])?,

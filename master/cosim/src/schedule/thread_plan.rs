@@ -1,5 +1,5 @@
-//! Distributes the components of a run over threads, and sorts them into ranks that may be stepped at
-//! the same time.
+//! Distributes the components of a run over threads, and sorts them into ranks that may be stepped
+//! at the same time.
 
 use std::num::NonZero;
 use std::sync::Arc;
@@ -23,8 +23,8 @@ pub fn cores() -> usize {
 }
 
 impl ThreadPlan {
-    /// Start `count` threads, the calling one included, for components that make up to `parts` steps
-    /// at a time. The components of one FMU are distributed evenly.
+    /// Start `count` threads, the calling one included, for components that make up to `parts`
+    /// steps at a time. The components of one FMU are distributed evenly.
     pub fn new(system: &System, count: usize, parts: usize) -> Result<Self> {
         ensure!(count > 0, "{count} threads: there must be at least 1");
         let fmus = &system.fmus;
@@ -47,8 +47,8 @@ impl ThreadPlan {
         Some(&self.workers[thread])
     }
 
-    /// Ranks of components: a component comes after the earlier components of the system from which it
-    /// gets values over a `passing` link. Those of the calling thread come first in a rank.
+    /// Ranks of components: a component comes after the earlier components of the system from which
+    /// it gets values over a `passing` link. Those of the calling thread come first in a rank.
     pub fn ranks(&self, wiring: &Wiring, passing: impl Fn(&Link) -> bool) -> Vec<Vec<usize>> {
         let mut links: Vec<&Link> = wiring.links.iter().collect();
         links.retain(|l| l.from.component < l.to.component && passing(l));

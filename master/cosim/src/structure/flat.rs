@@ -20,7 +20,8 @@ pub struct Component {
 }
 
 impl Component {
-    /// Replace all values bound to a variable by one; `origin` says where it comes from, for messages.
+    /// Replace all values bound to a variable by one; `origin` says where it comes from, for
+    /// messages.
     pub fn bind(&mut self, name: &str, value: String, data_type: DataType, origin: &str) {
         self.parameters.retain(|p| p.name != name);
         self.parameters.push(Parameter {

@@ -116,8 +116,8 @@ impl System {
         Ok(())
     }
 
-    /// A system of FMUs without a structure, each a component named after its file; `connections` are
-    /// written `a.y=b.u`.
+    /// A system of FMUs without a structure, each a component named after its file; `connections`
+    /// are written `a.y=b.u`.
     pub fn from_fmus(files: &[PathBuf], connections: &[String]) -> Result<Self> {
         let read = files.iter().map(|file| Ok((file.clone(), read(file)?)));
         Self::from_archives(read.collect::<Result<_>>()?, connections)
@@ -182,8 +182,8 @@ impl System {
         latest.reduce(f64::max).unwrap_or(start + 1.0)
     }
 
-    /// The communication step, s, that the structure requests, else the smallest that an FMU prefers;
-    /// and which of them it is.
+    /// The communication step, s, that the structure requests, else the smallest that an FMU
+    /// prefers; and which of them it is.
     pub fn preferred_step(&self) -> Option<(f64, String)> {
         if let Some(step) = self.structure.step {
             return Some((step, "the system structure".into()));
@@ -203,7 +203,8 @@ impl System {
         Wiring::new(&self.structure, &descriptions)
     }
 
-    /// Connected outputs that staged schedules read only right after the step, before inputs are set.
+    /// Connected outputs that staged schedules read only right after the step, before inputs are
+    /// set.
     pub fn read_once(&self) -> Result<Vec<String>> {
         let wiring = self.wiring()?;
         let outputs = wiring.links.iter().map(|link| link.from);
@@ -220,7 +221,8 @@ impl System {
         fixed.map(|(component, _)| component.name.as_str())
     }
 
-    /// A component with a fixed internal step, s, of which the communication step, s, is no multiple.
+    /// A component with a fixed internal step, s, of which the communication step, s, is no
+    /// multiple.
     pub fn uneven_step(&self, step: f64) -> Option<(&str, f64)> {
         let mut all = self.structure.components.iter().zip(&self.fmus);
         all.find_map(|(component, fmu)| {

@@ -47,7 +47,8 @@ impl Wiring<'_> {
         .unwrap_or_default()
     }
 
-    /// The connected inputs on which an output depends directly, each with the output that drives it.
+    /// The connected inputs on which an output depends directly, each with the output that drives
+    /// it.
     fn needed(&self, output: Port, which: Feedthrough) -> impl Iterator<Item = [Port; 2]> {
         let inputs = self.dependencies(output, which).into_iter();
         let inputs = inputs.map(move |variable| Port { variable, ..output });

@@ -1,6 +1,6 @@
 //! Finds direct feedthrough by experiment: changes each input of an FMU in Initialization Mode and
-//! looks which outputs change. `cosim info --probe` prints the result as a hint, because a dependency
-//! may show only at other values; no run uses it.
+//! looks which outputs change. `cosim wiring --try` prints the result as a hint, because a
+//! dependency may show only at other values; no run uses it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -22,7 +22,8 @@ pub struct FoundFeedthrough {
 }
 
 /// Change each input of the component with the index `k` by itself and note which outputs change:
-/// from the start values, then from values moved away from them, where products with zero show, too.
+/// from the start values, then from values moved away from them, where products with zero show,
+/// too.
 pub fn probe(system: &System, k: usize) -> Result<FoundFeedthrough> {
     let variables = &system.fmus[k].description.variables;
     let numbers = |is_taken: fn(&Variable) -> bool| -> Vec<usize> {
@@ -72,8 +73,8 @@ fn set(instance: &Instance, input: usize, value: f64) -> Result<()> {
     instance.set(&batch, &[value], At::Initialization)
 }
 
-/// An instance in Initialization Mode at its start values; or with Reals moved away from them, if the
-/// FMU accepts that.
+/// An instance in Initialization Mode at its start values; or with Reals moved away from them, if
+/// the FMU accepts that.
 fn at_point(system: &System, k: usize, inputs: &[usize], is_moved: bool) -> Result<Instance> {
     let variables = &system.fmus[k].description.variables;
     let new = || -> Result<Instance> {

@@ -128,9 +128,9 @@ pub(crate) fn conversion(a: &Unit, b: &Unit) -> Option<Linear> {
     })
 }
 
-/// The transformations along a `way`, composed: from a variable with the unit `unit` to one with the
-/// unit of the last hop. The variables give the items of their enumerations, and whether they are
-/// differences, to which offsets of units do not apply. If only one end has a unit, nothing is
+/// The transformations along a `way`, composed: from a variable with the unit `unit` to one with
+/// the unit of the last hop. The variables give the items of their enumerations, and whether they
+/// are differences, to which offsets of units do not apply. If only one end has a unit, nothing is
 /// converted, and `single_unit` receives its name.
 pub(crate) fn compose(
     way: &[Hop],

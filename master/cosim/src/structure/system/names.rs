@@ -10,8 +10,8 @@ use crate::wiring::Port;
 const LEAST_SIMILARITY: f64 = 0.85;
 
 impl System {
-    /// The variable named `component.variable`, or `variable` if only one component has it, or named
-    /// as an output of the system.
+    /// The variable named `component.variable`, or `variable` if only one component has it, or
+    /// named as an output of the system.
     pub fn port(&self, name: &str) -> Result<Port> {
         if let Some(output) = self.structure.outputs.iter().find(|o| o.name == name)
             && let Some(component) = self.structure.component(&output.start.0)

@@ -44,8 +44,8 @@ impl System {
         Ok(())
     }
 
-    /// Apply a parameter set (`.ssv`) after the values of the structure: a file of the packed system,
-    /// else one on disk. Its names are those of [`System::port`].
+    /// Apply a parameter set (`.ssv`) after the values of the structure: a file of the packed
+    /// system, else one on disk. Its names are those of [`System::port`].
     pub fn apply_set(&mut self, file: &Path) -> Result<()> {
         self.apply_set_from(&mut Package::open(&self.path)?, file)
     }
@@ -81,8 +81,8 @@ impl System {
         })
     }
 
-    /// Parse `name=value` with a name as in [`System::port`]. For an input of the system these are the
-    /// start values of all inputs that it feeds.
+    /// Parse `name=value` with a name as in [`System::port`]. For an input of the system these are
+    /// the start values of all inputs that it feeds.
     pub fn parse_settings(&self, text: &str) -> Result<Vec<Setting>> {
         let (name, value) = text.split_once('=').unwrap_or((text, ""));
         let mut inputs = self.structure.inputs.iter();
