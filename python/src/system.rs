@@ -105,7 +105,7 @@ impl System {
             [path] if !is_fmu(path) => {
                 Loaded::load(path, variant, &place, &source.replaced, &source.maps)?
             }
-            files => Loaded::of_fmus(files, &source.connect)?,
+            files => Loaded::from_fmus(files, &source.connect)?,
         };
         for name in source.feedthrough {
             ensure!(

@@ -1,56 +1,45 @@
-//! Commands of a page and their answers, as JSON.
+//! Executes the JSON commands of a page: restart, watch, get, set, save, restore and so on.
 
 use anyhow::{Context, Result, bail};
 use cosim::describe;
 use serde_json::{Map, Value, json};
 
-use crate::engine::{Engine, text};
+use crate::engine::{Engine, setting_text};
 
-/// Do what `text` asks for: an object with the name of a `command` and what it takes.
-///
-/// # Errors
-/// What is wrong with it, or what the run says.
+/// Execute the command in `text`: an object with the name of a `command` and its arguments.
 pub fn answer(engine: &mut Engine, text: &str) -> Result<Value> {
     let command: Map<String, Value> = serde_json::from_str(text).context("the command")?;
     let name = command.get("command").and_then(Value::as_str);
     let name = name.context("a command has the name `command`")?;
-    obey(engine, name, &command)
-}
-
-fn obey(engine: &mut Engine, name: &str, command: &Map<String, Value>) -> Result<Value> {
-    let variable = engine.full(command.get("name").map(text).unwrap_or_default());
-    let id = || {
-        command
-            .get("id")
-            .and_then(Value::as_u64)
-            .unwrap_or_default()
-    };
+    let variable = engine.full_name(command.get("name").map(setting_text).unwrap_or_default());
+    let id = command.get("id").and_then(Value::as_u64);
+    let id = id.unwrap_or_default();
     match name {
         "restart" => {
             let settings = command.get("settings").and_then(Value::as_object);
             engine.restart(settings.unwrap_or(&Map::new()))?;
-            about(engine)
+            describe_run(engine)
         }
         "watch" => {
             let names = command.get("names").and_then(Value::as_array);
             let names = names.context("`names` are missing")?;
-            engine.watch(names.iter().map(text).collect())?;
+            engine.watch(names.iter().map(setting_text).collect())?;
             Ok(Value::Null)
         }
         "get" => engine.run()?.get(&variable),
         "set" => {
-            let value = command.get("value").map(text);
+            let value = command.get("value").map(setting_text);
             let value = value.context("`value` is missing")?;
             engine.run()?.set(&variable, &value)?;
             Ok(Value::Null)
         }
         "save" => Ok(engine.run()?.save()?.into()),
         "restore" => {
-            engine.restore(id())?;
+            engine.restore(id)?;
             Ok(Value::Null)
         }
         "forget" => {
-            engine.run()?.forget(id());
+            engine.run()?.forget(id);
             Ok(Value::Null)
         }
         "variables" => variables(engine),
@@ -66,10 +55,9 @@ fn obey(engine: &mut Engine, name: &str, command: &Map<String, Value>) -> Result
     }
 }
 
-/// What was opened and how it runs.
-fn about(engine: &mut Engine) -> Result<Value> {
+/// The opened system and the settings of its run.
+fn describe_run(engine: &mut Engine) -> Result<Value> {
     let (structures, sets) = (json!(engine.files(".ssd")), json!(engine.files(".ssv")));
-    let watched = json!(engine.watched());
     let run = engine.run()?;
     let (stepping, structure) = (run.master.stepping(), &run.system.structure);
     let all = structure.components.iter().zip(&run.system.fmus);
@@ -77,13 +65,13 @@ fn about(engine: &mut Engine) -> Result<Value> {
         |(c, fmu)| json!({"name": c.name, "source": c.source, "model": fmu.description.model}),
     );
     Ok(json!({
-        "name": structure.name, "structures": structures, "parameters": sets, "watched": watched,
+        "name": structure.name, "structures": structures, "parameters": sets, "watched": run.watched(),
         "components": components.collect::<Value>(),
         "start": stepping.start, "step": stepping.step, "stop": run.system.structure.stop_time.unwrap_or(run.system.preferred_stop()),
     }))
 }
 
-/// All variables of the system, by `component.variable`.
+/// All variables of the system, named `component.variable`.
 fn variables(engine: &mut Engine) -> Result<Value> {
     let system = &engine.run()?.system;
     let mut all = Vec::new();

@@ -1,4 +1,4 @@
-//! What a page has opened, and the run of it.
+//! The state of a page: the system or FMU that it has opened, and the run of it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -17,28 +17,27 @@ use crate::run::Run;
 
 /// Name of the package in messages.
 const NAME: &str = "the package";
-/// Name of an FMU by itself, which it may be called by.
-const ALONE: &str = "fmu";
+/// Component name that stands for an FMU opened by itself.
+const FMU_NAME: &str = "fmu";
 const NO_RUN: &str = "nothing runs yet: start it with `restart`";
 
-/// Settings that are no start values of variables.
+/// Settings other than start values.
 const STRUCTURE: &str = "structure";
 const PARAMETERS: &str = "parameters";
 const SCHEDULE: &str = "schedule";
 const STEP_SIZE: &str = "step";
 
-/// A package with what was loaded of it.
+/// An opened package and its run.
 pub struct Engine {
     source: Source,
     run: Option<Run>,
-    names: Vec<String>,
-    /// Rows of time and watched values, since it was emptied last.
+    /// Rows of time and watched values, from the last call that made some.
     pub history: Vec<f64>,
 }
 
-/// What was opened.
+/// An opened package.
 enum Source {
-    /// A packed system; the structures and FMUs of it that were loaded, by name.
+    /// A packed system, with the structures and FMUs loaded from it, by name.
     Package {
         package: Package,
         systems: BTreeMap<String, System>,
@@ -50,15 +49,12 @@ enum Source {
 
 impl Engine {
     /// Open a packed system or an FMU.
-    ///
-    /// # Errors
-    /// It is neither, or it is damaged.
     pub fn open(bytes: Vec<u8>) -> Result<Self> {
-        let package = Package::of_bytes(NAME, bytes)?;
+        let package = Package::from_bytes(NAME, bytes)?;
         let source = if package.holds("modelDescription.xml") {
-            let files = vec![(PathBuf::from(ALONE), package.into_bytes())];
-            let mut system = System::of_archives(files, &[])?;
-            // As `cosim run` calls it, whose files are named so.
+            let files = vec![(PathBuf::from(FMU_NAME), package.into_bytes())];
+            let mut system = System::from_archives(files, &[])?;
+            // The name that `cosim run` gives it, from its file.
             system.structure.components[0].name = system.fmus[0].description.identifier.clone();
             Source::Fmu(system)
         } else {
@@ -75,12 +71,11 @@ impl Engine {
         Ok(Self {
             source,
             run: None,
-            names: Vec::new(),
             history: Vec::new(),
         })
     }
 
-    /// Files of the package whose names end so.
+    /// Files of the package whose names end with `end`.
     pub fn files(&self, end: &str) -> Vec<&str> {
         match &self.source {
             Source::Package { package, .. } => {
@@ -90,13 +85,14 @@ impl Engine {
         }
     }
 
-    /// A variable's name with its component, which an FMU by itself does without.
-    pub fn full(&self, name: String) -> String {
+    /// The name of a variable with its component, which may be left out for an FMU opened by
+    /// itself.
+    pub fn full_name(&self, name: String) -> String {
         let Source::Fmu(system) = &self.source else {
             return name;
         };
         let own = name
-            .strip_prefix(ALONE)
+            .strip_prefix(FMU_NAME)
             .and_then(|own| own.strip_prefix('.'));
         let own = own.unwrap_or(&name);
         let full = format!("{}.{own}", system.structure.components[0].name);
@@ -104,15 +100,12 @@ impl Engine {
         if needs_it { full } else { name }
     }
 
-    /// The run.
-    ///
-    /// # Errors
-    /// Nothing was started yet.
+    /// The run, if one was started.
     pub fn run(&mut self) -> Result<&mut Run> {
         self.run.as_mut().context(NO_RUN)
     }
 
-    /// The system by this name, with the values of these parameter sets.
+    /// The system of a structure, else of the default one, with the values of these parameter sets.
     fn system(&mut self, structure: Option<&str>, sets: &[String]) -> Result<System> {
         let (package, systems, fmus) = match &mut self.source {
             Source::Package {
@@ -134,44 +127,43 @@ impl Engine {
             None => {
                 let else_in = Vec::new();
                 let place = FmuPlace::Structure { else_in };
-                let system = System::of_package(package, structure, &place, &[], &[], fmus)?;
+                let system = System::from_package(package, structure, &place, &[], &[], fmus)?;
                 systems.entry(key).or_insert(system).clone()
             }
         };
         for set in sets {
-            system.apply_set_of(package, Path::new(set))?;
+            system.apply_set_from(package, Path::new(set))?;
         }
         Ok(system)
     }
 
-    /// Start anew: settings are start values by the names of variables, and `structure`,
-    /// `parameters` (names of sets), `schedule` and `step`, s. The run before is over only when the
-    /// new one has begun.
-    ///
-    /// # Errors
-    /// What is wrong with the settings, or what the initialization says.
+    /// Start a new run. The settings are start values by the names of variables, and `structure`,
+    /// `parameters` (names of sets), `schedule` and `step`, s. If this fails, the run before goes
+    /// on.
     pub fn restart(&mut self, settings: &Map<String, Value>) -> Result<()> {
-        let word = |key: &str| settings.get(key).map(text).filter(|text| !text.is_empty());
+        let word = |key: &str| {
+            settings
+                .get(key)
+                .map(setting_text)
+                .filter(|text| !text.is_empty())
+        };
         let sets = match settings.get(PARAMETERS) {
-            Some(Value::Array(sets)) => sets.iter().map(text).collect(),
+            Some(Value::Array(sets)) => sets.iter().map(setting_text).collect(),
             _ => word(PARAMETERS).into_iter().collect::<Vec<_>>(),
         };
         let system = self.system(word(STRUCTURE).as_deref(), &sets)?;
         let mut start_values = Vec::new();
         for (name, value) in settings {
             if ![STRUCTURE, PARAMETERS, SCHEDULE, STEP_SIZE].contains(&name.as_str()) {
-                let setting = format!("{}={}", self.full(name.clone()), text(value));
+                let setting = format!("{}={}", self.full_name(name.clone()), setting_text(value));
                 start_values.extend(system.parse_settings(&setting)?);
             }
         }
-        let preferred = || system.preferred_step().map_or(STEP, |(step, _)| step);
         let step = match word(STEP_SIZE) {
-            Some(step) => step
-                .parse()
-                .ok()
-                .filter(|h: &f64| h.is_finite() && *h > 0.0),
-            None => Some(preferred()),
+            Some(step) => step.parse().ok(),
+            None => Some(system.preferred_step().map_or(STEP, |(step, _)| step)),
         };
+        let step = step.filter(|h: &f64| h.is_finite() && *h > 0.0);
         let experiment = Experiment {
             threads: 1,
             stepping: Stepping {
@@ -190,51 +182,36 @@ impl Engine {
         let forgotten = system.forgotten(&experiment.settings)?;
         let verdict = forgotten.judge(&system, experiment.stepping.schedule, false)?;
         let mut run = Run::start(system, &experiment, verdict)?;
-        let known = self
-            .names
-            .iter()
-            .filter(|name| run.system.port(name).is_ok());
-        let names: Vec<String> = known.cloned().collect();
-        run.watch(&names)?;
-        self.names = names;
+        let watched = self.run.iter().flat_map(|before| before.watched());
+        let known = watched.filter(|name| run.system.port(name).is_ok());
+        let known = known.cloned().collect();
+        run.watch(known)?;
         self.run = Some(run);
-        self.look()
+        self.restart_history()
     }
 
-    /// Watch these variables from now on; `history` begins anew.
-    ///
-    /// # Errors
-    /// A name that is not known.
+    /// Watch these variables from now on; `history` starts again.
     pub fn watch(&mut self, names: Vec<String>) -> Result<()> {
-        let names: Vec<String> = names.into_iter().map(|name| self.full(name)).collect();
-        self.run()?.watch(&names)?;
-        self.names = names;
-        self.look()
+        let names = names.into_iter().map(|name| self.full_name(name));
+        let names = names.collect();
+        self.run()?.watch(names)?;
+        self.restart_history()
     }
 
-    /// Back to a saved state; `history` begins anew.
-    ///
-    /// # Errors
-    /// It is not known, or an FMU refuses it.
+    /// Return to a saved state; `history` starts again.
     pub fn restore(&mut self, id: u64) -> Result<()> {
         self.run()?.restore(id)?;
-        self.look()
+        self.restart_history()
     }
 
-    fn look(&mut self) -> Result<()> {
+    /// Start `history` with the present values.
+    fn restart_history(&mut self) -> Result<()> {
         self.history.clear();
-        self.run.as_mut().context(NO_RUN)?.look(&mut self.history)
+        self.run.as_mut().context(NO_RUN)?.record(&mut self.history)
     }
 
-    /// The variables that are watched.
-    pub fn watched(&self) -> &[String] {
-        &self.names
-    }
-
-    /// Make communication steps, each with a row in `history`, which begins anew.
-    ///
-    /// # Errors
-    /// The number of steps that were made is that of the rows.
+    /// Make communication steps, each with a row in `history`, which starts again. If a step fails,
+    /// the rows tell how many were made.
     pub fn advance(&mut self, steps: u32) -> Result<()> {
         let run = self.run.as_mut().context(NO_RUN)?;
         self.history.clear();
@@ -242,8 +219,8 @@ impl Engine {
     }
 }
 
-/// A value as it stands after `--set NAME=`.
-pub fn text(value: &Value) -> String {
+/// A value as `--set NAME=` takes it.
+pub fn setting_text(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),
         other => other.to_string(),

@@ -1,5 +1,5 @@
-//! A run in a page: the running system, what watches it, the variables that are looked at, and its
-//! saved states.
+//! A run in a page: steps the system, records the watched variables, sets inputs and parameters,
+//! and keeps saved states.
 
 use std::collections::BTreeMap;
 
@@ -20,22 +20,23 @@ use serde_json::Value;
 
 /// A run.
 pub struct Run {
-    /// What runs.
+    /// The system.
     pub system: System,
-    /// It, running.
+    /// The master that runs it.
     pub master: Master,
     supervision: Supervision,
-    watched: Option<Signals>,
-    /// Why it goes on no more.
+    names: Vec<String>,
+    signals: Option<Signals>,
+    /// Error that has ended the run.
     end: Option<String>,
-    /// To be set at the next step.
+    /// Settings that take effect at the next step.
     waiting: Vec<Setting>,
     saved: BTreeMap<u64, (Saved, Supervision)>,
     next_id: u64,
 }
 
 impl Run {
-    /// At its start; `verdict` is what there is to be said of it already.
+    /// Start a run; `verdict` has the findings so far.
     pub fn start(system: System, experiment: &Experiment, verdict: Verdict) -> Result<Self> {
         let master = experiment.start(&system)?;
         let supervision = Supervision::new(&system, &master, verdict);
@@ -43,7 +44,8 @@ impl Run {
             system,
             master,
             supervision,
-            watched: None,
+            names: Vec::new(),
+            signals: None,
             end: None,
             waiting: Vec::new(),
             saved: BTreeMap::new(),
@@ -51,20 +53,25 @@ impl Run {
         })
     }
 
-    /// Look at these variables from now on.
-    pub fn watch(&mut self, names: &[String]) -> Result<()> {
+    /// Watch these variables from now on.
+    pub fn watch(&mut self, names: Vec<String>) -> Result<()> {
         let ports = names.iter().map(|name| self.system.port(name));
         let ports = ports.collect::<Result<Vec<_>>>()?;
-        self.watched = (!ports.is_empty())
-            .then(|| Signals::new(&self.system, &ports))
-            .transpose()?;
+        let signals = (!ports.is_empty()).then(|| Signals::new(&self.system, &ports));
+        self.signals = signals.transpose()?;
+        self.names = names;
         Ok(())
     }
 
+    /// Names of the watched variables.
+    pub fn watched(&self) -> &[String] {
+        &self.names
+    }
+
     /// Add a row to `history`: the present time, s, and the values of the watched variables.
-    pub fn look(&mut self, history: &mut Vec<f64>) -> Result<()> {
+    pub fn record(&mut self, history: &mut Vec<f64>) -> Result<()> {
         history.push(self.master.time());
-        if let Some(signals) = &mut self.watched {
+        if let Some(signals) = &mut self.signals {
             history.extend_from_slice(signals.read(&self.master)?);
         }
         Ok(())
@@ -88,7 +95,7 @@ impl Run {
             return Err(error);
         }
         self.supervision.add(&self.master);
-        self.look(history)
+        self.record(history)
     }
 
     /// Present value of a variable.
@@ -105,8 +112,8 @@ impl Run {
         })
     }
 
-    /// Set an input that no connection drives, or a tunable parameter. An input of the system stands
-    /// for all inputs that it feeds. It takes effect at the present communication point; with the
+    /// Set an input that no connection drives, or a tunable parameter; an input of the system sets
+    /// all inputs that it feeds. It takes effect at the present communication point, but with the
     /// schedule `standard` just before the next step, because nothing may be read after it.
     pub fn set(&mut self, name: &str, text: &str) -> Result<()> {
         let settings = self.system.parse_settings(&format!("{name}={text}"))?;
@@ -122,9 +129,8 @@ impl Run {
             self.waiting.extend(settings);
             return Ok(());
         }
-        settings
-            .iter()
-            .try_for_each(|setting| self.apply(setting))?;
+        let mut settings = settings.iter();
+        settings.try_for_each(|setting| self.apply(setting))?;
         self.master.pass()
     }
 
@@ -140,6 +146,7 @@ impl Run {
         set.with_context(|| At::Time(self.master.time()).to_string())
     }
 
+    /// Refuse variables that cannot be set during a run.
     fn refuse_fixed(&self, port: Port) -> Result<()> {
         let (v, name) = (self.system.variable(port), self.system.name(port));
         ensure!(
@@ -163,7 +170,7 @@ impl Run {
         Ok(())
     }
 
-    /// Save the state of the whole; its number.
+    /// Save the state of the run; returns its number.
     pub fn save(&mut self) -> Result<u64> {
         let saved = (self.master.save()?, self.supervision.clone());
         self.next_id += 1;
@@ -171,7 +178,7 @@ impl Run {
         Ok(self.next_id)
     }
 
-    /// Back to a saved state.
+    /// Return to a saved state.
     pub fn restore(&mut self, id: u64) -> Result<()> {
         let saved = self.saved.get(&id);
         let (saved, supervision) =
@@ -183,12 +190,12 @@ impl Run {
         Ok(())
     }
 
-    /// A saved state is not needed any more.
+    /// Drop a saved state.
     pub fn forget(&mut self, id: u64) {
         self.saved.remove(&id);
     }
 
-    /// What is to be said of the run so far.
+    /// The findings of the run so far.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = self.supervision.verdict(&self.system, &self.master);
         for message in messages::present() {

@@ -303,7 +303,7 @@ impl InputArgs {
             .map(|table| InputTable::new(system, table));
         let table = table.transpose()?;
         let fed = table.as_ref().map_or(&[][..], InputTable::ports);
-        let lines = faults.described(system, &system.wiring()?, fed);
+        let lines = faults.describe(system, &system.wiring()?, fed);
         for line in lines.context("--fault")? {
             verdict.note(line);
         }

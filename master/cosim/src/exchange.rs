@@ -1,6 +1,6 @@
-//! One exchange over all connections, as precomputed batches: per stage one read per component that
-//! has outputs there, then one write per component that receives them. Running it neither looks
-//! anything up nor allocates.
+//! Passes values over all connections of a system, at every communication point of a run. The plan
+//! is made once: in each stage one read per component with outputs in it, then one write per
+//! component that receives them. Running it neither looks anything up nor allocates.
 
 pub(crate) mod algebraic_loop;
 pub(crate) mod balance;
@@ -17,71 +17,70 @@ use crate::exchange::faults::Alteration;
 use crate::instance::{At, Failure, Instance};
 use crate::wiring::{Feedthrough, Link, Port, Undeclared, Wiring};
 use anyhow::Result;
-use fmi_description::{Access, Variability};
+use fmi_description::Access;
 use fmi_import::value::{Value, is_wide};
 use serde::{Deserialize, Serialize};
 
-pub use transfers::{Read, Write, reads, writes};
+pub(crate) use transfers::{Read, Write, reads, writes};
 
 #[derive(Debug, Default)]
 struct Stage {
     reads: Vec<Read>,
     writes: Vec<Write>,
-    /// Outputs that depend on each other through this stage.
+    /// Outputs of algebraic loops through this stage.
     unknowns: Option<Unknowns>,
 }
 
-/// What may be read together before which inputs are set.
+/// Which outputs are read before which inputs are set.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Order {
-    /// Stages in the order of direct feedthrough in initialization mode.
+    /// Stages in the order of direct feedthrough in Initialization Mode.
     Initialization,
-    /// The same where what is not declared forms a loop: in the order of what is declared, to be
-    /// repeated until nothing changes.
+    /// The same by declared dependencies alone, to be repeated until nothing changes: for systems
+    /// that undeclared dependencies would make a loop of.
     Repeated,
-    /// One stage in initialization mode, to be repeated until nothing changes.
+    /// One stage in Initialization Mode, to be repeated until nothing changes.
     RepeatedAtOnce,
     /// Stages in the order of direct feedthrough at a communication point, after the outputs that
-    /// can be read once only.
+    /// can be read only once.
     Stages,
     /// One stage: all outputs, then all inputs.
     AtOnce,
 }
 
-/// What an exchange remembers from one communication point to the next.
+/// State of an exchange between communication points, for saved states.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub(crate) struct Passed {
+pub(crate) struct ExchangeState {
     values: Vec<f64>,
-    wide: Vec<Value>,
+    exact: Vec<Value>,
     faults: Option<Alteration>,
 }
 
-/// The connections in the order of direct feedthrough, with the values last passed.
+/// The plan of an exchange, with the values last passed.
 #[derive(Debug)]
 pub struct Exchange {
-    /// Outputs that are read right after the step, before any input is set.
+    /// Reads right after the step, before any input is set.
     first: Vec<Read>,
     stages: Vec<Stage>,
     slots: BTreeMap<Port, usize>,
-    /// Values last passed, one slot per connected output.
+    /// Values last passed: one slot per connected output.
     pub values: Vec<f64>,
-    /// Those of outputs that do not pass as numbers; empty where there is none.
-    wide: Vec<Value>,
-    buffer: Vec<f64>,
-    wide_buffer: Vec<Value>,
-    /// Outputs that depend on each other over a step: [`Order::AtOnce`] only.
+    /// Values that pass exactly because an f64 cannot hold them (64-bit integers, strings,
+    /// binaries), in the same slots; empty if there are none.
+    exact: Vec<Value>,
+    /// Outputs that depend on each other over a step; with [`Order::AtOnce`] only.
     pub(crate) over_step: Option<Unknowns>,
-    /// Instances are in several threads, so calls are begun for all before they are ended.
-    pub(crate) is_beside: bool,
-    /// Components that have no communication point now; empty where all have.
+    /// Instances run in several threads: calls are begun for all before any is ended.
+    pub(crate) is_multi_threaded: bool,
+    /// Components that have no communication point now; empty if all have one.
     pub(crate) resting: Vec<bool>,
-    /// What is done to values on their way.
+    /// Alterations of the values: faults and scenarios.
     pub(crate) faults: Option<Alteration>,
 }
 
 impl Exchange {
-    /// Plan the exchange over the connections that `chosen` keeps. Stages fail on an algebraic
-    /// loop.
+    /// Plan the exchange over the connections that `chosen` keeps. An algebraic loop is an error
+    /// for the orders with stages.
     pub fn new(wiring: &Wiring, order: Order, chosen: impl Fn(&Link) -> bool) -> Result<Self> {
         let is_initial = !matches!(order, Order::Stages | Order::AtOnce);
         let undeclared = match order {
@@ -109,23 +108,23 @@ impl Exchange {
             let links: Vec<&Link> = own.map(|(link, _)| link).collect();
             let outputs = links.iter().map(|link| link.from);
             let reads = reads(wiring, outputs.filter(|port| !is_first(port)), &mut slots);
-            let writes = [false, true].map(|wide| {
-                let own = links
-                    .iter()
-                    .filter(|l| is_wide(wiring.access(l.from)) == wide);
+            let mut stage_writes = Vec::new();
+            for exact in [false, true] {
+                let links = links.iter();
+                let own = links.filter(|l| is_wide(wiring.access(l.from)) == exact);
                 let inputs = own.map(|l| (l.to, slots[&l.from], l.transformation.clone()));
-                let mut writes = writes(wiring, inputs);
-                writes.iter_mut().for_each(|write| write.is_wide = wide);
-                writes
-            });
-            let writes = writes.into_iter().flatten().collect();
+                let mut planned = writes(wiring, inputs);
+                let all = planned.iter_mut();
+                all.for_each(|write| write.is_exact = exact);
+                stage_writes.extend(planned);
+            }
             let read: BTreeSet<_> = reads.iter().flat_map(Read::slots).collect();
             let is_read = |port: &Port| slots.get(port).is_some_and(|slot| read.contains(slot));
-            let of_stage = loops.iter().flatten().copied().filter(is_read);
-            let unknowns = Unknowns::new(wiring, &slots, of_stage)?;
+            let in_loops = loops.iter().flatten().copied().filter(is_read);
+            let unknowns = Unknowns::new(wiring, &slots, in_loops)?;
             stages.push(Stage {
                 reads,
-                writes,
+                writes: stage_writes,
                 unknowns,
             });
         }
@@ -135,61 +134,54 @@ impl Exchange {
                 is_initial: false,
                 undeclared: Undeclared::AllOverStep,
             });
-            let is_continuous = |port: &Port| {
-                let variability = wiring.variable(*port).variability;
-                wiring.access(*port) == Access::Real && variability == Variability::Continuous
-            };
-            let outputs = loops.into_iter().flatten().filter(is_continuous);
+            let outputs = loops.into_iter().flatten();
+            let outputs = outputs.filter(|port| wiring.is_continuous(*port));
             over_step = Unknowns::new(wiring, &slots, outputs)?;
         }
-        let all_writes = stages.iter().flat_map(|stage| &stage.writes);
-        let widest = all_writes.map(Write::len).max().unwrap_or(0);
-        let mut wide = Vec::new();
+        let mut exact = Vec::new();
         if slots.keys().any(|port| is_wide(wiring.access(*port))) {
-            wide = vec![Value::none(Access::Int64); slots.len()];
+            exact = vec![Value::none(Access::Int64); slots.len()];
         }
         Ok(Self {
             first,
             stages,
             values: vec![0.0; slots.len()],
-            wide,
-            buffer: vec![0.0; widest],
-            wide_buffer: Vec::new(),
+            exact,
             slots,
             over_step,
-            is_beside: false,
+            is_multi_threaded: false,
             resting: Vec::new(),
             faults: None,
         })
     }
 
-    /// What was last passed.
-    pub(crate) fn save(&self) -> Passed {
-        Passed {
+    /// The present state.
+    pub(crate) fn save(&self) -> ExchangeState {
+        ExchangeState {
             values: self.values.clone(),
-            wide: self.wide.clone(),
+            exact: self.exact.clone(),
             faults: self.faults.clone(),
         }
     }
 
-    /// Whether this was passed by an exchange of the same values, altered in the same way.
-    pub(crate) fn fits(&self, passed: &Passed) -> bool {
-        let sizes = [self.values.len(), self.wide.len()];
+    /// Whether a state is of an exchange of the same values with the same alterations.
+    pub(crate) fn fits(&self, passed: &ExchangeState) -> bool {
+        let sizes = [self.values.len(), self.exact.len()];
         let altered = match (&self.faults, &passed.faults) {
             (Some(own), Some(other)) => own.is_like(other),
             (own, other) => own.is_none() && other.is_none(),
         };
-        sizes == [passed.values.len(), passed.wide.len()] && altered
+        sizes == [passed.values.len(), passed.exact.len()] && altered
     }
 
-    /// As if this had been passed last.
-    pub(crate) fn restore(&mut self, passed: &Passed) {
+    /// Back to a state.
+    pub(crate) fn restore(&mut self, passed: &ExchangeState) {
         self.values.clone_from(&passed.values);
-        self.wide.clone_from(&passed.wide);
+        self.exact.clone_from(&passed.exact);
         self.faults.clone_from(&passed.faults);
     }
 
-    /// What is set at a communication point.
+    /// All writes at a communication point.
     pub(crate) fn writes(&mut self) -> impl Iterator<Item = &mut Write> {
         self.stages.iter_mut().flat_map(|stage| &mut stage.writes)
     }
@@ -209,13 +201,13 @@ impl Exchange {
     pub fn run(&mut self, instances: &[Instance], at: At) -> Result<()> {
         let resting = &self.resting;
         for read in self.first.iter().filter(|r| !rests(resting, r.instance)) {
-            read.run_any(instances, &mut self.values, &mut self.wide, at)?;
+            read.run_any(instances, &mut self.values, &mut self.exact, at)?;
         }
         self.run_again(instances, at)
     }
 
-    /// Pass all values once more at the same communication point: outputs that can be read once
-    /// only keep their values.
+    /// Pass all values once more at the same communication point. Outputs that can be read only
+    /// once keep their values.
     pub fn run_again(&mut self, instances: &[Instance], at: At) -> Result<()> {
         for k in 0..self.stages.len() {
             self.read_stage(k, instances, at)?;
@@ -237,16 +229,16 @@ impl Exchange {
         Ok(())
     }
 
-    /// Pass all values until none changes any more, bit for bit, at most `passes` times; the
-    /// outputs that still change.
+    /// Pass all values until none changes, bit for bit, at most `passes` times. Returns the outputs
+    /// that still change.
     pub fn settle(&mut self, instances: &[Instance], at: At, passes: usize) -> Result<Vec<Port>> {
         let mut changed = Vec::new();
         for _ in 0..passes {
-            let (before, wide) = (self.values.clone(), self.wide.clone());
+            let (before, exact) = (self.values.clone(), self.exact.clone());
             self.run(instances, at)?;
             let differs = |(_, k): &(&Port, &usize)| {
                 before[**k].to_bits() != self.values[**k].to_bits()
-                    || wide.get(**k) != self.wide.get(**k)
+                    || exact.get(**k) != self.exact.get(**k)
             };
             let slots = self.slots.iter().filter(differs);
             changed = slots.map(|(port, _)| *port).collect();
@@ -258,14 +250,24 @@ impl Exchange {
     }
 
     /// Read all outputs of one component.
-    pub fn read_of(&mut self, component: usize, instances: &[Instance], at: At) -> Result<()> {
+    pub fn read_component(
+        &mut self,
+        component: usize,
+        instances: &[Instance],
+        at: At,
+    ) -> Result<()> {
         let reads = self.stages.iter().flat_map(|stage| &stage.reads);
         let mut own = reads.filter(|read| read.instance == component);
-        own.try_for_each(|read| read.run_any(instances, &mut self.values, &mut self.wide, at))
+        own.try_for_each(|read| read.run_any(instances, &mut self.values, &mut self.exact, at))
     }
 
     /// Set all inputs of one component.
-    pub fn write_of(&mut self, component: usize, instances: &[Instance], at: At) -> Result<()> {
+    pub fn write_component(
+        &mut self,
+        component: usize,
+        instances: &[Instance],
+        at: At,
+    ) -> Result<()> {
         let chosen = Some(component);
         (0..self.stages.len()).try_for_each(|k| self.write_stage(k, chosen, instances, at))
     }
@@ -281,15 +283,16 @@ impl Exchange {
     }
 
     fn read_stage(&mut self, k: usize, instances: &[Instance], at: At) -> Result<()> {
-        if self.is_beside && self.wide.is_empty() {
-            return self.read_beside(k, instances, at);
+        if self.is_multi_threaded && self.exact.is_empty() {
+            return self.read_in_threads(k, instances, at);
         }
         let (all, resting) = (&self.stages[k].reads, &self.resting);
         let mut reads = all.iter().filter(|read| !rests(resting, read.instance));
-        reads.try_for_each(|read| read.run_any(instances, &mut self.values, &mut self.wide, at))
+        reads.try_for_each(|read| read.run_any(instances, &mut self.values, &mut self.exact, at))
     }
 
-    fn read_beside(&mut self, k: usize, instances: &[Instance], at: At) -> Result<()> {
+    /// Read a stage; instances in other threads read at the same time.
+    fn read_in_threads(&mut self, k: usize, instances: &[Instance], at: At) -> Result<()> {
         let (all, values) = (&self.stages[k].reads, &mut self.values);
         let reads = (all.iter()).filter(|read| !rests(&self.resting, read.instance));
         reads.clone().for_each(|read| read.begin(instances));
@@ -312,54 +315,52 @@ impl Exchange {
         at: At,
     ) -> Result<()> {
         let mut faults = self.faults.as_mut();
-        // What one component is given by itself is between two communication points.
+        // A write to a single component happens between two communication points.
         if let (Some(faults), At::Time(t), None) = (&mut faults, at, only) {
             faults.begin(t);
         }
-        if self.is_beside && self.wide.is_empty() && only.is_none() {
-            return self.write_beside(k, instances, at);
+        if self.is_multi_threaded && self.exact.is_empty() && only.is_none() {
+            return self.write_in_threads(k, instances, at);
         }
-        for write in &self.stages[k].writes {
+        for write in &mut self.stages[k].writes {
             if only.is_some_and(|instance| instance != write.instance)
                 || rests(&self.resting, write.instance)
             {
                 continue;
             }
-            if write.is_wide {
-                write.run_wide(instances, &self.wide, &mut self.wide_buffer, at)?;
+            if write.is_exact {
+                write.run_exact(instances, &self.exact, at)?;
                 continue;
             }
-            let faults = faults.as_deref_mut();
-            write.run(instances, &self.values, &mut self.buffer, faults, at)?;
+            write.run(instances, &self.values, faults.as_deref_mut(), at)?;
         }
         Ok(())
     }
 
-    /// Values are gathered in order, as faults draw their random numbers.
-    fn write_beside(&mut self, k: usize, instances: &[Instance], at: At) -> Result<()> {
+    /// Set the inputs of a stage; instances in other threads do so at the same time. The values are
+    /// gathered in order, in which faults draw their random numbers.
+    fn write_in_threads(&mut self, k: usize, instances: &[Instance], at: At) -> Result<()> {
         let mut faults = self.faults.as_mut();
-        let all = self.stages[k].writes.iter();
-        let writes = all.filter(|write| !rests(&self.resting, write.instance));
+        let (writes, resting) = (&mut self.stages[k].writes, &self.resting);
         let mut failure = Failure::default();
-        for write in writes.clone() {
-            let (values, buffer) = (&self.values, &mut self.buffer);
-            let begun = write.begin(instances, values, buffer, faults.as_deref_mut(), at);
+        for write in writes.iter_mut().filter(|w| !rests(resting, w.instance)) {
+            let begun = write.begin(instances, &self.values, faults.as_deref_mut(), at);
             failure.add(write.instance, begun);
         }
-        for write in writes {
+        for write in writes.iter().filter(|w| !rests(resting, w.instance)) {
             failure.add(write.instance, write.end(instances, at));
         }
         failure.into()
     }
 
-    /// Pass all first time derivatives; [`Exchange::values`] then holds derivatives.
+    /// Pass all first time derivatives; [`Exchange::values`] then holds them.
     pub fn run_derivatives(
         &mut self,
         instances: &[Instance],
         faults: Option<&Alteration>,
         at: At,
     ) -> Result<()> {
-        for stage in &self.stages {
+        for stage in &mut self.stages {
             for Read {
                 instance,
                 batch,
@@ -369,15 +370,14 @@ impl Exchange {
                 let values = &mut self.values[slots.clone()];
                 instances[*instance].get_derivatives(batch, values, at)?;
             }
-            for write in &stage.writes {
-                let derivatives = write.gather_derivatives(&self.values, &mut self.buffer, faults);
-                instances[write.instance].set_derivatives(&write.batch, derivatives, at)?;
+            for write in &mut stage.writes {
+                write.run_derivatives(instances, &self.values, faults, at)?;
             }
         }
         Ok(())
     }
 
-    /// Text that shows the stages, for people.
+    /// The stages as text for the user.
     pub fn describe(&self, wiring: &Wiring) -> String {
         let mut text = String::new();
         let count = |n: usize| match n {
@@ -431,8 +431,8 @@ impl LoopStage for SolvedStage<'_> {
         self.exchange.read_stage(k, instances, at)
     }
 
-    /// What is done to values on their way is in no derivative of an FMU.
-    fn derivatives_of(&self) -> Option<&[Instance]> {
+    /// The FMUs' derivatives do not know of alterations.
+    fn differentiable_instances(&self) -> Option<&[Instance]> {
         self.exchange.faults.is_none().then_some(self.instances)
     }
 }

@@ -1,4 +1,4 @@
-//! Values as people and files write them: tables, scenarios.
+//! Files and texts with values: CSV logs, input tables, scenarios, and numbers as users write them.
 
 pub mod cells;
 #[cfg(feature = "native")]

@@ -141,7 +141,7 @@ fn system_of(args: &OneRunArgs) -> Result<System> {
                 ..args.system.clone()
             })
         }
-        files => System::of_fmus(files, &args.connect),
+        files => System::from_fmus(files, &args.connect),
     }
 }
 

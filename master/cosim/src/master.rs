@@ -14,8 +14,8 @@ use crate::instance::{At, Call, Instance, State, all};
 use crate::io::input_table::InputTable;
 use crate::run::instances::make;
 use crate::run::spare;
-use crate::schedule::crew::Crew;
 use crate::schedule::rates::Rates;
+use crate::schedule::thread_plan::ThreadPlan;
 use crate::schedule::{self, Between};
 use crate::structure::system::{Setting, System};
 use crate::wiring::{Link, Port, Wiring};
@@ -99,11 +99,11 @@ impl Master {
         let balance = Balance::new(&wiring, stepping, rates.is_some())?;
         let (means, bonds) = Means::new(&wiring, &exchange, derivatives.as_ref())?;
         let parts = Rates::most_parts(&system.structure, stepping.step);
-        let crew = Crew::new(system, threads, parts)?;
+        let thread_plan = ThreadPlan::new(system, threads, parts)?;
         let start = stepping.start;
-        let of = |k| make(system, k, settings, is_staged, start, crew.worker(k));
+        let of = |k| make(system, k, settings, is_staged, start, thread_plan.worker(k));
         let instances: Vec<Instance> = (0..system.fmus.len()).map(of).collect::<Result<_>>()?;
-        exchange.is_beside = instances.iter().any(Instance::is_elsewhere);
+        exchange.is_multi_threaded = instances.iter().any(Instance::is_elsewhere);
         initialize(&instances, &wiring, stepping)?;
         let residuals = bonds.iter().map(|b| Residual::new(wiring.name(b.effort)));
         let residuals = residuals.collect();
@@ -112,7 +112,7 @@ impl Master {
             timed: timed.collect(),
             fixed: system.fixed_step().map(str::to_string),
             bond_steps: vec![BondStep::default(); bonds.len()],
-            ranks: crew.ranks(&wiring, |link| {
+            ranks: thread_plan.ranks(&wiring, |link| {
                 is_sequential && (link.bond.is_some() || has_ends)
             }),
             instances,
@@ -209,7 +209,7 @@ impl Master {
                 table.hold(&wiring, port, value);
             }
         }
-        faults.described(system, &wiring, self.fed())?;
+        faults.describe(system, &wiring, self.fed())?;
         let mut alteration = Alteration::new(system, faults, self.stepping)?;
         let Coupling {
             exchange,
@@ -392,7 +392,7 @@ fn initialize(instances: &[Instance], wiring: &Wiring, stepping: Stepping) -> Re
     all(instances.iter(), enter, At::Initialization)?;
     match ordered {
         Ok(mut exchange) => {
-            exchange.is_beside = instances.iter().any(Instance::is_elsewhere);
+            exchange.is_multi_threaded = instances.iter().any(Instance::is_elsewhere);
             exchange.run(instances, At::Initialization)?;
         }
         Err(_) => {

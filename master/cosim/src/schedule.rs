@@ -1,11 +1,11 @@
-//! In which order outputs are read, inputs are set and components are stepped: at once
-//! (`standard`), or by stages in the order of direct feedthrough (`staged`).
+//! The schedules of a run: in which order outputs are read, inputs are set and components are
+//! stepped. `standard` does each once for all components ([`standard`]). The others pass values by
+//! stages in the order of direct feedthrough, so that outputs are read again after inputs were set.
 
 mod choice;
-pub mod crew;
 pub(crate) mod rates;
-mod staged;
 mod standard;
+pub(crate) mod thread_plan;
 
 use anyhow::Result;
 
@@ -17,13 +17,16 @@ use crate::exchange::coupling::Coupling;
 /// The first exchange, at the start time `t`, s.
 pub(crate) fn begin(schedule: Schedule, coupling: &mut Coupling, t: f64) -> Result<()> {
     match schedule {
-        Schedule::Standard => standard::begin(coupling, t),
-        _ => staged::pass(coupling, t),
+        Schedule::Standard => coupling.read(t),
+        _ => {
+            coupling.pass(t)?;
+            coupling.pass_derivatives(t)
+        }
     }
 }
 
-/// What the instances are given at `t`, s, before the step from there; afterwards it is known when
-/// their next events are.
+/// Prepare the instances at `t`, s, for the step from there; afterwards the times of their next
+/// events are known.
 pub(crate) fn prepare(schedule: Schedule, coupling: &mut Coupling, t: f64) -> Result<()> {
     match schedule {
         Schedule::Standard => standard::prepare(coupling, t),
@@ -37,14 +40,14 @@ pub(crate) fn advance(
     coupling: &mut Coupling,
     [t, h, end]: [f64; 3],
 ) -> Result<()> {
-    match schedule {
-        Schedule::Standard => standard::advance(coupling, t, h, end),
-        // One component after the other: a later one gets the mean effort that an earlier one
-        // exerted over the step.
-        Schedule::GaussSeidel => staged::advance(coupling, t, h, end, true),
-        // All from the values at the communication point, held over the step or with derivatives.
-        Schedule::Jacobi | Schedule::JacobiDerivatives => {
-            staged::advance(coupling, t, h, end, false)
-        }
+    if schedule == Schedule::Standard {
+        return standard::advance(coupling, [t, h, end]);
     }
+    let gives_means = schedule == Schedule::GaussSeidel;
+    coupling.step_all(t, h, gives_means)?;
+    coupling.record_bonds(h, gives_means);
+    coupling.enter_events(end)?;
+    coupling.pass(end)?;
+    coupling.account(h);
+    coupling.pass_derivatives(end)
 }

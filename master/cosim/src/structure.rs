@@ -1,14 +1,14 @@
-//! The system as the master runs it: what a system structure of SSP says, with systems in systems
-//! resolved ([`flat`]).
+//! Reads a system structure of SSP into the flat system that the master runs ([`Structure`]), and
+//! loads its FMUs ([`system`]).
 
 pub(crate) mod arrays;
 mod bond;
-pub mod flat;
+mod flat;
 mod flatten;
 pub mod package;
 pub(crate) mod renaming;
 pub mod system;
-pub mod units;
+pub(crate) mod units;
 mod values;
 mod ways;
 
@@ -16,28 +16,26 @@ pub use bond::{Power, PowerBond};
 pub use flat::{Component, Connection, Hop, OuterInput, OuterOutput, Parameter, Structure};
 pub use flatten::read;
 pub use system_structure::DataType;
-pub use values::parse_set;
-
-use anyhow::{Result, bail};
-
-impl Structure {
-    /// Read the text of a `.ssd` file that names no other files with texts.
-    pub fn parse(text: &str) -> Result<Self> {
-        read(text, "SystemStructure.ssd", &mut |source| {
-            bail!("the file `{source}` is not at hand")
-        })
-    }
-}
+pub(crate) use values::parse_set;
 
 #[cfg(test)]
 mod tests {
+    use anyhow::{Result, bail};
+
     use super::*;
+
+    /// Read a structure that names no parameter sets or other files with texts.
+    fn parse(text: &str) -> Result<Structure> {
+        read(text, package::DEFAULT, &mut |source| {
+            bail!("the file `{source}` is not at hand")
+        })
+    }
 
     const REPOSITORY: &str = include_str!("../../../system/SystemStructure.ssd");
 
     #[test]
     fn the_repository_system_is_read_whole() {
-        let s = Structure::parse(REPOSITORY).unwrap();
+        let s = parse(REPOSITORY).unwrap();
         let names: Vec<_> = s.components.iter().map(|c| c.name.as_str()).collect();
         assert_eq!(names, ["controller", "emla_1", "emla_2", "emla_3", "hdrm"]);
         // 3 actuators × (3 motion + 1 force + 4 measurements + 2 voltages) + 12 joint + 3 rod
@@ -129,7 +127,7 @@ mod tests {
     const TWICE: &str = r#"<ssc:LinearTransformation factor="2"/>"#;
 
     /// a.y goes through the input of a nested system, and of one in that, to two components; each
-    /// connection may do something to it.
+    /// connection may transform it.
     #[test]
     fn nested_systems_are_resolved_to_paths() {
         let innermost = format!(
@@ -151,8 +149,7 @@ mod tests {
         let inner = format!(r#"<ssd:System name="in">{inner}</ssd:System>"#);
         // The ends of a connection stand in either order.
         let links = link("in.w", "a.y", "") + &link("in.z", "a.u", "");
-        let s =
-            Structure::parse(&file(&system(&[], "", &(inner + &fmu("a", "")), &links))).unwrap();
+        let s = parse(&file(&system(&[], "", &(inner + &fmu("a", "")), &links))).unwrap();
         let names: Vec<_> = s.components.iter().map(|c| c.name.as_str()).collect();
         assert_eq!(names, ["in.b", "in.deep.c", "a"]);
         assert_eq!(
@@ -173,7 +170,7 @@ mod tests {
         let links = link("x", "a.u", TWICE) + &link("x", "b.u", "") + &link("b.y", "out", "");
         let outer = [("x", "input"), ("out", "output"), ("idle", "input")];
         let text = file(&system(&outer, "", &(fmu("a", "") + &fmu("b", "")), &links));
-        let s = Structure::parse(&text).unwrap();
+        let s = parse(&text).unwrap();
         assert!(s.connections.is_empty());
         let ends: Vec<_> = s.inputs[0]
             .ends
@@ -213,21 +210,18 @@ mod tests {
             &elements,
             &link("a.y", "there.f", ""),
         ));
-        assert_eq!(
-            connections(&Structure::parse(&text).unwrap()),
-            ["a.y -> in.b.u"]
-        );
-        let lost = Structure::parse(&text.replace("name=\"Bus\"", "name=\"Other\"")).unwrap_err();
+        assert_eq!(connections(&parse(&text).unwrap()), ["a.y -> in.b.u"]);
+        let lost = parse(&text.replace("name=\"Bus\"", "name=\"Other\"")).unwrap_err();
         assert!(
             format!("{lost:#}").contains("refers to the signal dictionary `Bus`"),
             "{lost:#}"
         );
     }
 
-    /// Values of the outer element come last, and so count; in one element the later binding; names
-    /// of a set may be prefixed and mapped.
+    /// Values of the outer element are applied last, so they count; within an element the later
+    /// binding counts. Names of a set may be prefixed and mapped.
     #[test]
-    fn the_binding_further_out_has_the_last_word() {
+    fn the_outer_binding_counts() {
         let bindings = r#"<ssd:ParameterBindings><ssd:ParameterBinding source="k1"/><ssd:ParameterBinding source="k2"/></ssd:ParameterBindings>"#;
         let inner = system(
             &[("p", "parameter")],
@@ -268,7 +262,7 @@ mod tests {
             "the connection from p, and the mapping"
         );
         assert_eq!(s.unmatched, ["`nowhere` (parameter set `nowhere`)"]);
-        let missing = Structure::parse(&text).unwrap_err();
+        let missing = parse(&text).unwrap_err();
         assert!(
             format!("{missing:#}").contains("component `in.a`: parameter set"),
             "{missing:#}"
@@ -358,7 +352,7 @@ mod tests {
                 "a BooleanMappingTransformation is for Boolean connectors; these are Real",
             ),
         ] {
-            let error = format!("{:#}", Structure::parse(&text(&links)).unwrap_err());
+            let error = format!("{:#}", parse(&text(&links)).unwrap_err());
             assert!(error.contains(expected), "{error}");
         }
     }

@@ -1,23 +1,23 @@
-//! Who must be read before whom: connections resolved against the model descriptions and put in the
-//! order of direct feedthrough.
+//! The connections of a system, resolved against the model descriptions of its FMUs: types, units
+//! and causalities are checked here. [`order`] sorts them by direct feedthrough.
 
 mod order;
 pub mod probing;
-pub mod transformation;
+pub(crate) mod transformation;
 
 use std::collections::HashMap;
 
 use crate::structure::{Connection, Power, Structure};
-use crate::wiring::transformation::{Linear, Transformation, along, unit_of};
+use crate::wiring::transformation::{Linear, Transformation, compose, unit_of};
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use fmi_description::{Access, Causality, Description, Kind, Variable, Version};
+use fmi_description::{Access, Causality, Description, Kind, Variability, Variable, Version};
 use fmi_import::batch::{Batch, Layout};
 use serde::{Deserialize, Serialize};
 use system_structure::DataType;
 
 pub use order::{Feedthrough, Undeclared};
 
-/// A variable of a component: both as indices.
+/// A variable of a component, by indices.
 #[derive(Clone, Copy, Debug, Deserialize, Eq, Hash, Ord, PartialEq, PartialOrd, Serialize)]
 pub struct Port {
     /// Index of the component in the structure.
@@ -26,18 +26,18 @@ pub struct Port {
     pub variable: usize,
 }
 
-/// A resolved connection.
+/// A resolved connection from an output to an input.
 #[derive(Clone, Debug)]
 pub struct Link {
     /// Output.
     pub from: Port,
     /// Input.
     pub to: Port,
-    /// What becomes of a value on its way.
+    /// Transformation of the values.
     pub transformation: Transformation,
     /// Passed in initialization only.
     pub is_initial: bool,
-    /// Power bond of which it carries the effort.
+    /// Power bond whose effort it carries.
     pub bond: Option<BondPorts>,
 }
 
@@ -52,19 +52,16 @@ pub struct BondPorts {
     pub power: Power,
 }
 
-/// The system's connections with everything that is needed to order them.
+/// The connections of a system, with what is needed to order them.
 pub struct Wiring<'a> {
-    components: Vec<(&'a str, &'a Description)>,
+    /// Name and description of each component.
+    pub(crate) components: Vec<(&'a str, &'a Description)>,
     /// The connections, in file order.
     pub links: Vec<Link>,
-    /// What is odd about them, but does no harm.
+    /// Oddities that do no harm, for the user.
     pub remarks: Vec<String>,
     driver: HashMap<Port, usize>,
-    /// Components of which outputs may be read again after inputs were set although they declare no
-    /// dependencies.
-    trusted: Vec<bool>,
-    /// Algebraic loops are solved.
-    solves_loops: bool,
+    structure: &'a Structure,
 }
 
 impl<'a> Wiring<'a> {
@@ -76,13 +73,10 @@ impl<'a> Wiring<'a> {
             links: Vec::new(),
             remarks: Vec::new(),
             driver: HashMap::new(),
-            solves_loops: structure.solves_loops,
-            trusted: (structure.components.iter())
-                .map(|c| structure.feedthrough.contains(&c.name))
-                .collect(),
+            structure,
         };
         for c in &structure.connections {
-            let link = wiring.resolve(structure, c);
+            let link = wiring.resolve(c);
             let link = match c.place.is_empty() {
                 true => link?,
                 false => link.with_context(|| c.place.clone())?,
@@ -93,9 +87,9 @@ impl<'a> Wiring<'a> {
         Ok(wiring)
     }
 
-    fn resolve(&mut self, structure: &Structure, c: &Connection) -> Result<Link> {
-        let from = self.port(structure, &c.start, Side::Start)?;
-        let to = self.port(structure, &c.end, Side::End)?;
+    fn resolve(&mut self, c: &Connection) -> Result<Link> {
+        let from = self.port(&c.start, Side::Start)?;
+        let to = self.port(&c.end, Side::End)?;
         let [start, end] = [from, to].map(|p| self.variable(p));
         if start.kind.name() != end.kind.name() && !(is_whole(start) && is_whole(end)) {
             bail!(
@@ -110,7 +104,7 @@ impl<'a> Wiring<'a> {
                 "connection {c} connects clocks, which is not supported: only the clocks tick whose FMU says when"
             );
         }
-        // An end without a declared unit has that of its FMU.
+        // An end without a declared unit has the unit of its FMU.
         let [unit_of_start, unit_of_end] =
             [from, to].map(|p| unit_of(self.description(p.component), self.variable(p)));
         let mut way = c.way.clone();
@@ -121,8 +115,8 @@ impl<'a> Wiring<'a> {
         }
         let is_declared = c.unit.is_some() || c.way.iter().any(|hop| hop.unit.is_some());
         let unit = c.unit.clone().or(unit_of_start);
-        let mut lone = None;
-        let transformation = along(&way, unit, [Some(start), Some(end)], &mut lone);
+        let mut single_unit = None;
+        let transformation = compose(&way, unit, [Some(start), Some(end)], &mut single_unit);
         let transformation = transformation.map_err(|error| {
             let mut text = error.to_string();
             if !is_declared {
@@ -136,7 +130,7 @@ impl<'a> Wiring<'a> {
                 start.kind.name()
             );
         }
-        if let Some(unit) = lone {
+        if let Some(unit) = single_unit {
             self.remarks.push(format!(
                 "connection {c}: only one end has a unit, {unit}; values pass unchanged"
             ));
@@ -144,15 +138,15 @@ impl<'a> Wiring<'a> {
         let bond = c.bond.as_ref().map(|bond| {
             let ((component, effort), [step_mean, flow]) =
                 (&c.start, [&bond.step_mean, &bond.flow]);
-            let of_start = |variable: &String, side| {
-                let port = self.port(structure, &(component.clone(), variable.clone()), side);
+            let port_of_start = |variable: &String, side| {
+                let port = self.port(&(component.clone(), variable.clone()), side);
                 port.with_context(|| {
                     format!("power bond of {component}.{effort}: {component}.{variable}")
                 })
             };
             anyhow::Ok(BondPorts {
-                step_mean: of_start(step_mean, Side::Start)?,
-                flow: of_start(flow, Side::End)?,
+                step_mean: port_of_start(step_mean, Side::Start)?,
+                flow: port_of_start(flow, Side::End)?,
                 power: bond.power,
             })
         });
@@ -166,19 +160,14 @@ impl<'a> Wiring<'a> {
         })
     }
 
-    /// The variable at one end of a connection, of the type that is declared for it.
-    fn port(
-        &self,
-        structure: &Structure,
-        (component, variable): &(String, String),
-        side: Side,
-    ) -> Result<Port> {
-        let Some(k) = structure.component(component) else {
+    /// The variable at an end of a connection; checks its declared type and its causality.
+    fn port(&self, (component, variable): &(String, String), side: Side) -> Result<Port> {
+        let Some(k) = self.structure.component(component) else {
             bail!("the system has no component `{component}`")
         };
         let description = self.components[k].1;
         let v = description.variable(variable)?;
-        let connectors = &structure.components[k].connectors;
+        let connectors = &self.structure.components[k].connectors;
         let connector = connectors.iter().find(|c| c.name == *variable);
         let declared = connector.and_then(|c| c.data_type);
         let kind = v.kind.name();
@@ -208,38 +197,34 @@ impl<'a> Wiring<'a> {
         format!("{}.{}", self.component(p.component), self.variable(p).name)
     }
 
-    /// Number of components.
-    pub fn component_count(&self) -> usize {
-        self.components.len()
-    }
-
     /// Name of a component.
-    pub fn component(&self, index: usize) -> &str {
+    pub(crate) fn component(&self, index: usize) -> &str {
         self.components[index].0
     }
 
     /// The functions that read and write a variable.
-    pub fn access(&self, p: Port) -> Access {
+    pub(crate) fn access(&self, p: Port) -> Access {
         self.variable(p).access()
     }
 
-    /// The clocks at whose ticks alone a variable is exchanged.
-    pub fn clocks(&self, p: Port) -> &[u32] {
-        &self.variable(p).clocks
+    /// Whether a variable is a continuous Real.
+    pub(crate) fn is_continuous(&self, p: Port) -> bool {
+        let v = self.variable(p);
+        v.kind == Kind::Real && v.variability == Variability::Continuous
     }
 
-    /// Variables of a component that are read or written together.
-    pub fn batch(&self, component: usize, variables: impl Iterator<Item = usize>) -> Batch {
+    /// A batch that reads or writes variables of a component together.
+    pub(crate) fn batch(&self, component: usize, variables: impl Iterator<Item = usize>) -> Batch {
         let description = self.description(component);
         Batch::new(description, &Layout::new(description), variables.collect())
     }
 
     /// Description of a component.
-    pub fn description(&self, component: usize) -> &Description {
+    pub(crate) fn description(&self, component: usize) -> &Description {
         self.components[component].1
     }
 
-    /// Index of the connection that drives an input.
+    /// Index in [`Wiring::links`] of the connection that drives an input.
     pub fn driver(&self, input: Port) -> Option<usize> {
         self.driver.get(&input).copied()
     }
@@ -249,14 +234,21 @@ impl<'a> Wiring<'a> {
         self.driver(input).map(|link| self.links[link].from)
     }
 
-    /// Whether an output can be read once only at a communication point, right after the step and
-    /// before any input is set: its dependencies are not declared, or its FMU is of FMI 3.0 and has
-    /// no Event Mode, outside of which no output may be read after an input was set.
+    /// Whether an output can be read only once at a communication point, right after the step and
+    /// before inputs are set: because its dependencies are not declared, or because its FMU of
+    /// FMI 3.0 has no Event Mode, without which an output cannot be read after an input was set.
     pub fn is_read_once(&self, output: Port) -> bool {
         let description = self.description(output.component);
         let has_events = description.fmi == Version::Fmi2 || description.capabilities.event_mode;
-        let declared = || description.declared_feedthrough(output.variable, false);
-        !has_events || !(self.trusted[output.component] || declared().is_some())
+        let is_declared = || {
+            let declared = description.declared_feedthrough(output.variable, false);
+            let trusted = &self.structure.feedthrough;
+            declared.is_some()
+                || trusted
+                    .iter()
+                    .any(|c| c == self.component(output.component))
+        };
+        !(has_events && is_declared())
     }
 }
 
@@ -268,7 +260,7 @@ enum Side {
 }
 
 impl Side {
-    /// Its name, and whether a variable of this causality may stand there.
+    /// Causality that this end needs, for messages, and whether it accepts a variable of this one.
     fn takes(self, causality: Causality) -> (&'static str, bool) {
         use Causality::{CalculatedParameter, Input, Local, Output, Parameter};
         match self {
@@ -281,7 +273,7 @@ impl Side {
     }
 }
 
-/// Integers and enumerations, which pass as the same numbers.
+/// Integers and enumerations, which pass as integers.
 fn is_whole(v: &Variable) -> bool {
     matches!(v.kind, Kind::Integer | Kind::Enumeration(_))
 }

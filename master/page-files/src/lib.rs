@@ -1,5 +1,6 @@
-//! The page of any FMU or packed system, as files to be put together into one: `cargo fmu web` does,
-//! and pages of particular systems take their common parts from here.
+//! The HTML, CSS and JavaScript files of the page that runs an FMU or a packed system in a browser.
+//! `cargo fmu web` joins them into one file; the page of the machine takes its common parts from
+//! here.
 //!
 //! ```
 //! let page = page_files::file("model.html").unwrap();
@@ -19,7 +20,7 @@ const FILES: [(&str, &str); 10] = files!(
     "variables.js" "worker.js"
 );
 
-/// The text of a file, if there is one of this name.
+/// The text of the file `name`.
 pub fn file(name: &str) -> Option<&'static str> {
     let mut files = FILES.iter();
     files.find(|(file, _)| *file == name).map(|(_, text)| *text)

@@ -1,11 +1,73 @@
-//! Connectors of elements and systems: what is declared of a variable.
+//! Connectors of components and systems: the declared name, direction, type, unit and size of a
+//! variable.
 
 use fmi_description::Unit;
 use fmi_description::xml::{Element, XmlError};
 
-use crate::common::DataType;
+/// The units that a file defines.
+pub(crate) fn units(file: &Element) -> Result<Vec<Unit>, XmlError> {
+    file.listed("Units", "Unit").map(Unit::read).collect()
+}
 
-/// Which way values go through a connector, `kind`.
+/// Type of a connector or a parameter. The bit widths of FMI 3.0 are not distinguished.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DataType {
+    /// Real, Float64, Float32.
+    Real,
+    /// Integer, and Int8 to UInt64.
+    Integer,
+    /// Boolean.
+    Boolean,
+    /// String.
+    String,
+    /// Enumeration.
+    Enumeration,
+    /// Binary.
+    Binary,
+    /// Clock.
+    Clock,
+}
+
+impl DataType {
+    /// Name in SSP 1.0.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Real => "Real",
+            Self::Integer => "Integer",
+            Self::Boolean => "Boolean",
+            Self::String => "String",
+            Self::Enumeration => "Enumeration",
+            Self::Binary => "Binary",
+            Self::Clock => "Clock",
+        }
+    }
+
+    /// Type of this name in SSP or FMI.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Some(match name {
+            "Real" | "Float64" | "Float32" => Self::Real,
+            "Integer" | "Int8" | "UInt8" | "Int16" | "UInt16" | "Int32" | "UInt32" | "Int64"
+            | "UInt64" => Self::Integer,
+            "Boolean" => Self::Boolean,
+            "String" => Self::String,
+            "Enumeration" => Self::Enumeration,
+            "Binary" => Self::Binary,
+            "Clock" => Self::Clock,
+            _ => return None,
+        })
+    }
+
+    /// The type that `node` declares, and the element that declares it.
+    pub(crate) fn declared(node: &Element) -> Option<(Self, &Element)> {
+        let mut typed = node
+            .children
+            .iter()
+            .filter_map(|c| Some((Self::from_name(&c.tag)?, c)));
+        typed.next()
+    }
+}
+
+/// Direction of the values through a connector, attribute `kind`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// Into the element.
@@ -16,12 +78,12 @@ pub enum Direction {
     Parameter,
     /// Out of the element, known after initialization.
     CalculatedParameter,
-    /// Either, as its connections need it (inout, unspecified).
+    /// Either way, as the connections require (inout, unspecified).
     Either,
 }
 
 impl Direction {
-    /// As the file writes it.
+    /// Name in the file.
     pub fn name(self) -> &'static str {
         match self {
             Self::Input => "input",
@@ -33,25 +95,25 @@ impl Direction {
     }
 }
 
-/// A variable of an element that is declared.
+/// A declared variable of a component or a system.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Connector {
     /// Name.
     pub name: String,
-    /// Which way values go.
+    /// Direction of the values.
     pub direction: Direction,
     /// Type, where one is declared.
     pub data_type: Option<DataType>,
     /// Unit of a real connector, where one is declared.
     pub unit: Option<Unit>,
-    /// Lengths of an array, None where another connector or the component says it; empty for a
-    /// scalar (SSP 2.0).
+    /// Sizes of an array (SSP 2.0), None where the file leaves one to the FMU; empty for a scalar.
     pub dimensions: Vec<Option<usize>>,
-    /// Line of the file.
+    /// Line in the file, for messages.
     pub line: usize,
 }
 
-pub(crate) fn connectors(node: &Element, units: &[Unit]) -> Result<Vec<Connector>, XmlError> {
+/// The connectors that the element `node` declares.
+pub(crate) fn read_connectors(node: &Element, units: &[Unit]) -> Result<Vec<Connector>, XmlError> {
     let read = |c: &Element| {
         let name = c.required("name")?;
         let direction = match c.required("kind")?.as_str() {

@@ -4,37 +4,36 @@
 use fmi_description::Unit;
 use fmi_description::xml::{self, XmlError};
 
-use crate::common::{Transformation, units};
-use crate::connector::{Connector, connectors};
-use crate::dictionary::{DictionaryReference, SignalDictionary};
-use crate::parameters::{Binding, Sourced};
+use crate::connector::{Connector, read_connectors, units};
+use crate::parameters::Binding;
+use crate::transformation::Transformation;
 
 /// A system structure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SystemStructure {
     /// The outermost system.
     pub system: System,
-    /// Start and stop of a run if the user says nothing else.
+    /// Start and stop times of a run, unless the user gives others.
     pub default_experiment: DefaultExperiment,
 }
 
 /// `DefaultExperiment`; times in s.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DefaultExperiment {
-    /// First time.
+    /// Start time.
     pub start: Option<f64>,
-    /// Last time.
+    /// Stop time.
     pub stop: Option<f64>,
-    /// What tools have written there.
+    /// Annotations of tools.
     pub annotations: Vec<Annotation>,
 }
 
-/// Something for those that know its type.
+/// An annotation: content for the tools that know its type.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Annotation {
     /// Type, in reverse domain notation.
     pub kind: String,
-    /// The annotation with its content.
+    /// XML element of the annotation.
     pub content: xml::Element,
 }
 
@@ -56,7 +55,7 @@ impl Annotation {
 pub struct System {
     /// Name.
     pub name: String,
-    /// What it offers to the system around it.
+    /// Connectors to the enclosing system.
     pub connectors: Vec<Connector>,
     /// Parameter values, in the order in which they are applied.
     pub bindings: Vec<Binding>,
@@ -64,8 +63,9 @@ pub struct System {
     pub elements: Vec<Element>,
     /// Connections, in the order of the file.
     pub connections: Vec<Connection>,
-    /// Signal dictionaries by name.
-    pub dictionaries: Vec<(String, Sourced<SignalDictionary>)>,
+    /// Names of its signal dictionaries: named signals that connections in several systems share,
+    /// like a bus.
+    pub dictionaries: Vec<String>,
 }
 
 /// An element of a system.
@@ -75,7 +75,7 @@ pub enum Element {
     Component(Component),
     /// A system.
     System(System),
-    /// A place where signals of a dictionary are connected.
+    /// A reference to a signal dictionary.
     Dictionary(DictionaryReference),
 }
 
@@ -99,7 +99,7 @@ impl Element {
     }
 }
 
-/// What a component is made of, `type`.
+/// Kind of a component's source file, attribute `type`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Kind {
     /// An FMU.
@@ -111,30 +111,40 @@ pub enum Kind {
     Package,
 }
 
-/// An element with a source of its own.
+/// An element that has a source file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Component {
     /// Name.
     pub name: String,
-    /// File, relative to the structure.
+    /// Source file, relative to the structure.
     pub source: String,
-    /// What the file is.
+    /// Kind of the file.
     pub kind: Kind,
-    /// Variables that it declares.
+    /// Declared variables.
     pub connectors: Vec<Connector>,
     /// Parameter values, in the order in which they are applied.
     pub bindings: Vec<Binding>,
-    /// What tools have written there.
+    /// Annotations of tools.
     pub annotations: Vec<Annotation>,
 }
 
-/// One end of a connection: an element and its connector; without an element the system's own
-/// connector.
+/// An element of a system to which connections to the signals of a dictionary attach.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DictionaryReference {
+    /// Name of the element.
+    pub name: String,
+    /// Name of the dictionary, which this system or an enclosing one has.
+    pub dictionary: String,
+    /// The signals that are connected here.
+    pub connectors: Vec<Connector>,
+}
+
+/// One end of a connection: a connector of an element, or of the system itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct End {
-    /// Element.
+    /// Name of the element; None for the system itself.
     pub element: Option<String>,
-    /// Connector.
+    /// Name of the connector.
     pub connector: String,
 }
 
@@ -147,29 +157,26 @@ impl std::fmt::Display for End {
     }
 }
 
-/// A connection; which end the values come from is said by the connectors, not by the names of the
-/// ends.
+/// A connection. The directions of the connectors decide which end the values come from, not the
+/// names `start` and `end`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Connection {
     /// One end.
     pub start: End,
     /// The other end.
     pub end: End,
-    /// What becomes of a value on its way.
+    /// Transformation of the values.
     pub transformation: Option<Transformation>,
-    /// `suppressUnitConversion`: the numbers are meant as the transformation leaves them.
+    /// `suppressUnitConversion`: units are not converted.
     pub keeps_units: bool,
-    /// What tools have written there.
+    /// Annotations of tools.
     pub annotations: Vec<Annotation>,
-    /// Line of the file.
+    /// Line in the file, for messages.
     pub line: usize,
 }
 
 impl SystemStructure {
     /// Read the text of a `.ssd`; `file` is its name for messages.
-    ///
-    /// # Errors
-    /// What is wrong, and where.
     pub fn parse(text: &str, file: &str) -> Result<Self, XmlError> {
         let root = xml::Element::parse(text, file, "SystemStructureDescription")?;
         if let Some(version) = root.get("version")
@@ -191,23 +198,23 @@ impl SystemStructure {
             })
         });
         Ok(Self {
-            system: self::system(system, &units(&root)?)?,
+            system: read_system(system, &units(&root)?)?,
             default_experiment: experiment.transpose()?.unwrap_or_default(),
         })
     }
 }
 
-fn system(node: &xml::Element, units: &[Unit]) -> Result<System, XmlError> {
+fn read_system(node: &xml::Element, units: &[Unit]) -> Result<System, XmlError> {
     let name = node.required("name")?;
     let mut elements: Vec<Element> = Vec::new();
     for child in node.child("Elements").into_iter().flat_map(|e| &e.children) {
         let element = match child.tag.as_str() {
-            "Component" => Element::Component(component(child, units)?),
-            "System" => Element::System(system(child, units)?),
+            "Component" => Element::Component(read_component(child, units)?),
+            "System" => Element::System(read_system(child, units)?),
             "SignalDictionaryReference" => Element::Dictionary(DictionaryReference {
                 name: child.required("name")?,
                 dictionary: child.required("dictionary")?,
-                connectors: connectors(child, units)?,
+                connectors: read_connectors(child, units)?,
             }),
             _ => continue,
         };
@@ -223,21 +230,13 @@ fn system(node: &xml::Element, units: &[Unit]) -> Result<System, XmlError> {
         }
         elements.push(element);
     }
-    let connections = node.listed("Connections", "Connection").map(connection);
+    let connections = node
+        .listed("Connections", "Connection")
+        .map(read_connection);
     let dictionaries = node.listed("SignalDictionaries", "SignalDictionary");
-    let dictionaries = dictionaries.map(|dictionary| {
-        let inline = |node: &xml::Element| {
-            let inline = node.child("SignalDictionary");
-            inline.map(SignalDictionary::read).transpose()
-        };
-        let name = dictionary.required("name")?;
-        Ok((
-            name,
-            Sourced::read(dictionary, "a signal dictionary", inline)?,
-        ))
-    });
+    let dictionaries = dictionaries.map(|dictionary| dictionary.required("name"));
     Ok(System {
-        connectors: connectors(node, units)?,
+        connectors: read_connectors(node, units)?,
         bindings: Binding::read_all(node)?,
         connections: connections.collect::<Result<_, _>>()?,
         dictionaries: dictionaries.collect::<Result<_, _>>()?,
@@ -246,7 +245,7 @@ fn system(node: &xml::Element, units: &[Unit]) -> Result<System, XmlError> {
     })
 }
 
-fn component(node: &xml::Element, units: &[Unit]) -> Result<Component, XmlError> {
+fn read_component(node: &xml::Element, units: &[Unit]) -> Result<Component, XmlError> {
     let (name, source) = (node.required("name")?, node.required("source")?);
     let kind = match node.get("type") {
         None | Some("application/x-fmu-sharedlibrary") => Kind::Fmu,
@@ -269,13 +268,13 @@ fn component(node: &xml::Element, units: &[Unit]) -> Result<Component, XmlError>
         name,
         source,
         kind,
-        connectors: connectors(node, units)?,
+        connectors: read_connectors(node, units)?,
         bindings: Binding::read_all(node)?,
         annotations: Annotation::read_all(node)?,
     })
 }
 
-fn connection(node: &xml::Element) -> Result<Connection, XmlError> {
+fn read_connection(node: &xml::Element) -> Result<Connection, XmlError> {
     let end = |element, connector| {
         Ok(End {
             element: node.get(element).map(str::to_string),
@@ -290,11 +289,8 @@ fn connection(node: &xml::Element) -> Result<Connection, XmlError> {
         annotations: Annotation::read_all(node)?,
         line: node.line,
     };
-    if node
-        .get("startIndices")
-        .or(node.get("endIndices"))
-        .is_some()
-    {
+    let indices = node.get("startIndices").or(node.get("endIndices"));
+    if indices.is_some() {
         return Err(node.error(format!(
             "connection {} -> {}: connections of some elements of an array (indices) are not supported",
             connection.start, connection.end
@@ -306,8 +302,7 @@ fn connection(node: &xml::Element) -> Result<Connection, XmlError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::common::DataType;
-    use crate::connector::Direction;
+    use crate::connector::{DataType, Direction};
 
     const TEXT: &str = r#"<?xml version="1.0"?>
 <ssd:SystemStructureDescription xmlns:ssd="d" xmlns:ssc="c" xmlns:ssv="v" version="1.0" name="s">
@@ -362,7 +357,7 @@ mod tests {
             panic!("a system")
         };
         assert!(matches!(&inner.elements[0], Element::Component(c) if c.kind == Kind::Package));
-        assert_eq!(read.system.dictionaries[0].0, "Bus");
+        assert_eq!(read.system.dictionaries, ["Bus"]);
     }
 
     /// Each edit makes one thing wrong; the message says what and on which line.

@@ -1,11 +1,11 @@
-//! What the files of SSP say, typed: system structures (`.ssd`), parameter sets (`.ssv`), parameter
-//! mappings (`.ssm`) and signal dictionaries (`.ssb`). Texts in, types out: nothing here opens a
-//! file, and nothing knows FMUs.
+//! Parses the XML files of the SSP standard into Rust types: system structures (`.ssd`), parameter
+//! sets (`.ssv`) and parameter mappings (`.ssm`). Of signal dictionaries only the names are needed.
+//! The co-simulation master `cosim` uses it. The functions take texts: nothing here opens a file or
+//! knows FMUs.
 //!
-//! Read is SSP 1.0; of SSP 2.0 the types of FMI 3.0. Names of elements are compared without their
-//! namespace prefix, elements may stand in every order, and what the standard does not name
-//! (geometry, annotations of tools, comments) is passed over. An error names the file, the line and
-//! what is wrong there.
+//! SSP 1.0 is read, and the FMI 3.0 types of SSP 2.0. Namespace prefixes are ignored, elements may
+//! come in any order, and unknown content (geometry, annotations of other tools, comments) is
+//! skipped. An error names the file, the line and the fault.
 //!
 //! ```
 //! let text = r#"<ssd:SystemStructureDescription xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" version="1.0" name="S">
@@ -16,19 +16,17 @@
 //! ```
 #![forbid(unsafe_code)]
 
-mod common;
 mod connector;
 mod description;
-mod dictionary;
 mod mapping;
 mod parameters;
+mod transformation;
 
-pub use common::{DataType, Transformation};
-pub use connector::{Connector, Direction};
+pub use connector::{Connector, DataType, Direction};
 pub use description::{
-    Annotation, Component, Connection, DefaultExperiment, Element, End, Kind, System,
-    SystemStructure,
+    Annotation, Component, Connection, DefaultExperiment, DictionaryReference, Element, End, Kind,
+    System, SystemStructure,
 };
-pub use dictionary::{DictionaryReference, SignalDictionary};
 pub use mapping::{MappingEntry, ParameterMapping};
-pub use parameters::{Binding, Parameter, ParameterSet, SourceBase, Sourced};
+pub use parameters::{Binding, Parameter, ParameterSet, Sourced};
+pub use transformation::Transformation;

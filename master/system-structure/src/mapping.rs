@@ -1,35 +1,32 @@
-//! Parameter mappings (`.ssm`): other names for the parameters of a set, and what becomes of their
-//! values.
+//! Parameter mappings (`.ssm`): they rename the parameters of a set for a component, and transform
+//! their values.
 
 use fmi_description::xml::{Element, XmlError};
 
-use crate::common::Transformation;
+use crate::transformation::Transformation;
 
-/// A parameter mapping; parameters that it does not name are not applied.
+/// A parameter mapping. Parameters that it does not name are not applied.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ParameterMapping {
-    /// Its entries.
+    /// Entries, in the order of the file.
     pub entries: Vec<MappingEntry>,
 }
 
-/// One parameter of the set and the name that it is applied to.
+/// A parameter of the set and the variable it is applied to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MappingEntry {
     /// Name in the set.
     pub source: String,
     /// Name in the component or system.
     pub target: String,
-    /// `suppressUnitConversion`.
+    /// `suppressUnitConversion`: the value is not converted to the target's unit.
     pub keeps_units: bool,
-    /// What becomes of the value.
+    /// Transformation of the value.
     pub transformation: Option<Transformation>,
 }
 
 impl ParameterMapping {
     /// Read the text of a `.ssm`; `file` is its name for messages.
-    ///
-    /// # Errors
-    /// What is wrong, and where.
     pub fn parse(text: &str, file: &str) -> Result<Self, XmlError> {
         Self::read(&Element::parse(text, file, "ParameterMapping")?)
     }

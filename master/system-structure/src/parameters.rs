@@ -1,17 +1,18 @@
-//! Parameter sets (`.ssv`), and the bindings that apply them to a component or a system.
+//! Parameter sets (`.ssv`), and the bindings by which a structure applies them to a component or a
+//! system.
 
 use fmi_description::Unit;
 use fmi_description::xml::{Element, XmlError};
 
-use crate::common::{DataType, units};
+use crate::connector::{DataType, units};
 use crate::mapping::ParameterMapping;
 
-/// A value for a parameter, or for any variable that has a start value.
+/// The value of a parameter, or the start value of another variable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
     /// Name, relative to the element that the set is bound to.
     pub name: String,
-    /// Type in which it is given.
+    /// Type of the value.
     pub data_type: DataType,
     /// Value.
     pub value: String,
@@ -22,15 +23,12 @@ pub struct Parameter {
 /// A parameter set.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ParameterSet {
-    /// Its parameters, in the order of the file.
+    /// Parameters, in the order of the file.
     pub parameters: Vec<Parameter>,
 }
 
 impl ParameterSet {
     /// Read the text of a `.ssv`; `file` is its name for messages.
-    ///
-    /// # Errors
-    /// What is wrong, and where.
     pub fn parse(text: &str, file: &str) -> Result<Self, XmlError> {
         Self::read(&Element::parse(text, file, "ParameterSet")?)
     }
@@ -56,32 +54,18 @@ impl ParameterSet {
     }
 }
 
-/// What a source is relative to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SourceBase {
-    /// The file that names it.
-    #[default]
-    Structure,
-    /// The source of the component, such as its FMU.
-    Component,
-}
-
-/// Something that stands in place, or in a file of its own.
+/// Content that a structure holds inline or refers to as a file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Sourced<T> {
-    /// In place.
+    /// Inline.
     Inline(T),
-    /// In the file with this name.
-    File {
-        /// Name, relative to the base.
-        source: String,
-        /// What it is relative to.
-        base: SourceBase,
-    },
+    /// In a file with this name, relative to the structure.
+    File(String),
 }
 
 impl<T> Sourced<T> {
-    /// What `node`, a `what`, names as its source, else the content that `inline` finds in it.
+    /// The source file that `node` names, else the content that `inline` finds in it; `what` is the
+    /// kind of `node` in messages.
     pub(crate) fn read(
         node: &Element,
         what: &str,
@@ -89,18 +73,12 @@ impl<T> Sourced<T> {
     ) -> Result<Self, XmlError> {
         match (inline(node)?, node.get("source")) {
             (Some(inline), None) => Ok(Self::Inline(inline)),
-            (None, Some(source)) => Ok(Self::File {
-                source: source.to_string(),
-                base: match node.get("sourceBase") {
-                    None | Some("SSD") => SourceBase::Structure,
-                    Some("component") => SourceBase::Component,
-                    Some(other) => {
-                        return Err(node.error(format!(
-                            "{what} has sourceBase = `{other}`; it must be SSD or component"
-                        )));
-                    }
-                },
-            }),
+            (None, Some(source)) => match node.get("sourceBase") {
+                None | Some("SSD") => Ok(Self::File(source.to_string())),
+                Some(base) => Err(node.error(format!(
+                    "{what} `{source}` with sourceBase = `{base}`: only sources relative to the system structure are supported"
+                ))),
+            },
             _ => Err(node.error(format!(
                 "{what} needs either a source or values, and not both"
             ))),
@@ -111,11 +89,11 @@ impl<T> Sourced<T> {
 /// A parameter set applied to an element.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Binding {
-    /// Put before every name of the set.
+    /// Prefix for every name of the set.
     pub prefix: String,
-    /// The set.
+    /// Parameter set.
     pub set: Sourced<ParameterSet>,
-    /// What becomes of its names and values.
+    /// Mapping of the set's names and values.
     pub mapping: Option<Sourced<ParameterMapping>>,
 }
 

@@ -1,8 +1,8 @@
-//! Algebraic loops: outputs that depend on each other at once, solved by Newton's method.
+//! Solves algebraic loops, outputs that depend directly on each other, by Newton's method.
 //!
-//! The unknowns `y` are what the outputs of a loop pass on, `g(y)` is what they are after the inputs
-//! were set to it; sought is `g(y) = y`. The derivatives of `g` with respect to one of the unknowns
-//! are directional derivatives of the FMUs that it is passed to where all of them have some, else
+//! The unknowns `y` are the values that the outputs of a loop pass on; `g(y)` are the outputs after
+//! the inputs were set to `y`. The solution is `g(y) = y`. The derivatives of `g` with respect to
+//! an unknown are directional derivatives if all FMUs that receive it have them, else finite
 //! differences. Nothing here allocates unless it fails.
 
 use std::cmp::Ordering;
@@ -15,50 +15,49 @@ use crate::instance::{At, Instance};
 use crate::wiring::{Port, Wiring};
 use fmi_import::batch::Batch;
 
-/// Iterations after which a loop is not solved.
-const ITERATIONS: usize = 50;
-/// Residual beside 1 and the value up to which it is solved at once.
+/// Iterations after which a loop counts as unsolved.
+const MAX_ITERATIONS: usize = 50;
+/// Residual relative to 1 plus the value, up to which a loop is solved.
 const ROUNDING: f64 = 1e-14;
-/// The same where iterations do not make the residual smaller any more.
+/// The same once iterations no longer reduce the residual.
 const TOLERANCE: f64 = 1e-10;
-/// Change of an unknown for derivatives by differences, beside 1 and the value: the square root of
+/// Change of an unknown for finite differences, relative to 1 plus the value: the square root of
 /// the rounding.
 const CHANGE: f64 = 1.5e-8;
-/// Pivot beside the largest element up to which a loop has no one solution: derivatives by
-/// differences are known to about [`CHANGE`].
+/// Pivot relative to the largest element, up to which a loop has no unique solution: finite
+/// differences are accurate to about [`CHANGE`].
 const SINGULAR: f64 = 1e-7;
 
-/// What makes the outputs of loops depend on each other.
+/// The exchange or step through which the outputs of loops depend on each other.
 pub(crate) trait LoopStage {
-    /// What is passed, by slot.
+    /// Values passed, by slot.
     fn values(&mut self) -> &mut [f64];
-    /// Set the inputs to that, then read the outputs.
+    /// Set the inputs to the values, then read the outputs.
     fn write_and_read(&mut self) -> Result<()>;
-    /// Back to before that was done, with the values from then.
+    /// Undo [`LoopStage::write_and_read`], values included.
     fn rewind(&mut self) -> Result<()> {
         Ok(())
     }
-    /// The instances whose directional derivatives are those of what is passed, if they are.
-    fn derivatives_of(&self) -> Option<&[Instance]> {
+    /// The instances, if their directional derivatives are those of the values passed.
+    fn differentiable_instances(&self) -> Option<&[Instance]> {
         None
     }
 }
 
-/// How the outputs of one component change with an unknown that is passed to it.
+/// Directional derivative of the outputs of one component in the direction of an unknown.
 #[derive(Debug)]
 struct Influence {
     component: usize,
-    /// Outputs and inputs.
-    of: [Batch; 2],
-    /// How fast the inputs change with the unknown.
+    outputs_and_inputs: [Batch; 2],
+    /// Derivatives of the inputs with respect to the unknown.
     seeds: Vec<f64>,
-    /// The outputs among the unknowns.
+    /// Indices of the outputs among the unknowns.
     rows: Vec<usize>,
     rates: Vec<f64>,
 }
 
-/// How the outputs `ports` change with one of them, for each component that it is passed to; none
-/// where one of these has no directional derivatives.
+/// The influences of an unknown on the outputs `ports`, one for each component that receives it;
+/// None if one of these has no directional derivatives.
 fn influences(wiring: &Wiring, ports: &[Port], unknown: Port) -> Option<Vec<Influence>> {
     let links = wiring.links.iter().filter(|link| link.from == unknown);
     if links.clone().any(|link| link.is_initial) {
@@ -66,7 +65,7 @@ fn influences(wiring: &Wiring, ports: &[Port], unknown: Port) -> Option<Vec<Infl
     }
     let mut inputs: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
     for link in links {
-        let input = (link.to.variable, link.transformation.of_derivative(1.0));
+        let input = (link.to.variable, link.transformation.apply_rate(1.0));
         inputs.entry(link.to.component).or_default().push(input);
     }
     let mut found = Vec::new();
@@ -82,7 +81,7 @@ fn influences(wiring: &Wiring, ports: &[Port], unknown: Port) -> Option<Vec<Infl
         }
         found.push(Influence {
             component,
-            of: [
+            outputs_and_inputs: [
                 wiring.batch(component, rows.iter().map(|k| ports[*k].variable)),
                 wiring.batch(component, inputs.iter().map(|(variable, _)| *variable)),
             ],
@@ -94,27 +93,25 @@ fn influences(wiring: &Wiring, ports: &[Port], unknown: Port) -> Option<Vec<Infl
     Some(found)
 }
 
-/// The unknowns of the loops of a stage.
+/// The unknowns of the loops of a stage, with the workspace of the solver.
 #[derive(Debug)]
 pub(crate) struct Unknowns {
     names: Vec<String>,
     slots: Vec<usize>,
     y: Vec<f64>,
     residual: Vec<f64>,
-    /// By unknown, where directional derivatives say how the outputs change with it.
+    /// Directional derivatives for each unknown; None where finite differences are needed.
     influences: Vec<Option<Vec<Influence>>>,
-    /// Derivatives of `y − g(y)`, row by row, with the residual as the last column.
+    /// Jacobian of `y − g(y)`, row by row, with the residual as the last column.
     rows: Vec<Vec<f64>>,
-    /// Those of the last solution.
+    /// Iterations of the last solution.
     iterations: usize,
+    /// Scale of each column.
     sizes: Vec<f64>,
 }
 
 impl Unknowns {
-    /// None where there are no such outputs.
-    ///
-    /// # Errors
-    /// An output that is not Real.
+    /// The unknowns of these outputs, which must be Real; None if there are no outputs.
     pub fn new(
         wiring: &Wiring,
         slots: &BTreeMap<Port, usize>,
@@ -143,21 +140,18 @@ impl Unknowns {
         }))
     }
 
-    /// Solve the loops of a stage whose outputs have just been read; then its inputs are set to
-    /// the solution, and its outputs are those.
-    ///
-    /// # Errors
-    /// No solution is found; what the FMUs refuse.
+    /// Solve the loops of a stage whose outputs have just been read. Afterwards its inputs are set
+    /// to the solution, and its outputs belong to it.
     pub fn solve(&mut self, stage: &mut dyn LoopStage, at: At) -> Result<()> {
         for (y, slot) in self.y.iter_mut().zip(&self.slots) {
             *y = stage.values()[*slot];
         }
         let mut before = f64::INFINITY;
-        for iterations in 0..ITERATIONS {
+        for iterations in 0..MAX_ITERATIONS {
             self.iterations = iterations;
             self.evaluate(stage)?;
             let residual = self.largest();
-            // The second clause: the best that rounding allows.
+            // Rounding allows no better solution.
             let is_best = residual <= TOLERANCE && residual > 0.5 * before;
             if residual <= ROUNDING || is_best {
                 return Ok(());
@@ -174,7 +168,7 @@ impl Unknowns {
         self.fail(at, "Newton's method does not find a solution")
     }
 
-    /// `g(y) − y`, whatever the unknowns are.
+    /// Compute the residual `g(y) − y`.
     fn evaluate(&mut self, stage: &mut dyn LoopStage) -> Result<()> {
         stage.rewind()?;
         self.put(stage);
@@ -183,7 +177,7 @@ impl Unknowns {
         for ((residual, y), found) in self.residual.iter_mut().zip(&self.y).zip(found) {
             *residual = found - y;
         }
-        // What goes on is what was set.
+        // The values passed on are those that were set.
         self.put(stage);
         Ok(())
     }
@@ -194,28 +188,30 @@ impl Unknowns {
         }
     }
 
-    /// Largest residual, beside 1 and the value.
+    /// Largest residual, relative to 1 plus the value.
     fn largest(&self) -> f64 {
         let all = self.residual.iter().zip(&self.y);
         all.map(|(residual, y)| residual.abs() / (1.0 + y.abs()))
             .fold(0.0, |a: f64, b| if b.is_nan() { b } else { a.max(b) })
     }
 
-    /// Derivatives at `y`, a column for each unknown.
+    /// Compute the Jacobian at `y`, column by column.
     fn differentiate(&mut self, stage: &mut dyn LoopStage, at: At) -> Result<()> {
         for (row, residual) in self.rows.iter_mut().zip(&self.residual) {
             row[self.slots.len()] = *residual;
         }
         for j in 0..self.slots.len() {
-            if let (Some(all), Some(instances)) = (&mut self.influences[j], stage.derivatives_of())
+            if let (Some(all), Some(instances)) =
+                (&mut self.influences[j], stage.differentiable_instances())
             {
                 for (i, row) in self.rows.iter_mut().enumerate() {
                     row[j] = f64::from(i == j);
                 }
-                for on in all {
-                    let of = on.of.each_ref();
-                    instances[on.component].directional(of, &on.seeds, &mut on.rates, at)?;
-                    for (i, rate) in on.rows.iter().zip(&on.rates) {
+                for one in all {
+                    let batches = one.outputs_and_inputs.each_ref();
+                    let instance = &instances[one.component];
+                    instance.directional(batches, &one.seeds, &mut one.rates, at)?;
+                    for (i, rate) in one.rows.iter().zip(&one.rates) {
                         self.rows[*i][j] -= rate;
                     }
                 }
@@ -251,10 +247,10 @@ impl Unknowns {
     }
 }
 
-/// Solve equations, given row by row with the right side last, by elimination with partial pivoting
-/// after the rows and columns are brought to one size, which needs room for `sizes` of columns; the
-/// solution is where the right side was. False where they have no one solution. A decomposition of
-/// `nalgebra` would allocate its permutation in each solution, and a step allocates nothing.
+/// Solve linear equations by Gaussian elimination with scaling of rows and columns and partial
+/// pivoting. Each row ends with its right side, which becomes the solution; `sizes` is workspace,
+/// one per column. False if there is no unique solution. (`nalgebra` would allocate a permutation
+/// in each solution.)
 fn eliminate(rows: &mut [Vec<f64>], sizes: &mut [f64]) -> bool {
     let n = rows.len();
     let largest = |all: &mut dyn Iterator<Item = f64>| all.fold(0.0, |a: f64, x| a.max(x.abs()));
@@ -269,7 +265,7 @@ fn eliminate(rows: &mut [Vec<f64>], sizes: &mut [f64]) -> bool {
     for k in 0..n {
         let largest = (k..n).max_by(|a, b| rows[*a][k].abs().total_cmp(&rows[*b][k].abs()));
         rows.swap(k, largest.unwrap_or(k));
-        // Also where it is no number.
+        // Also false for a NaN.
         if rows[k][k].abs().partial_cmp(&SINGULAR) != Some(Ordering::Greater) {
             return false;
         }
@@ -296,7 +292,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn equations_are_solved_with_pivots_and_singular_ones_are_told() {
+    fn equations_are_solved_with_pivots_and_singular_ones_are_detected() {
         let mut rows = vec![
             vec![0.0, 2.0, 0.0, 4.0],
             vec![1.0, 0.0, 1.0, 3.0],

@@ -1,17 +1,17 @@
-//! Corrections of the inputs along power bonds, so that the coupling nearly keeps energy: what effort
-//! and flow lacked over a step is added to them over the next one (NEPCE: Benedikt et al. 2013;
-//! Sadjina and Pedersen 2019, arXiv 1606.05168). Where an output depends on a corrected input at once,
-//! it is read with the input as it is: the correction is for the step alone.
+//! Corrects the inputs of power bonds so that the coupling nearly conserves energy (`--between
+//! balanced`): the error of effort and flow over a step is added to them over the next one (NEPCE:
+//! Benedikt et al. 2013; Sadjina and Pedersen 2019, arXiv 1606.05168). Outputs are read with the
+//! uncorrected inputs: the correction holds for the step alone.
 //!
-//! Over a step of `h` the receiver of an effort was given `F` where its mean was `F̄`. Over the next
-//! one, of `h'` from `F'` and `v'`,
+//! Over a step of `h` the receiver of an effort was given `F` where its mean was `F̄`. Over the
+//! next one, of `h'` from `F'` and `v'`,
 //! ```text
 //! u_F = F' + (F̄ − F) r     u_v = v' + (v̄ − v) r     r = min(1, h/h')
 //! ```
-//! `F̄` is the mean that the bond names, `v̄` that of the ends of the step. So effort and flow are
-//! those of the middle of the step, to the second order, and what is lacked does not add up. A
-//! longer step gets back the impulse that was lacked, a shorter one no more than was lacked on
-//! average.
+//! `F̄` is the mean that the bond names, `v̄` the mean of the flows at both ends of the step.
+//! Effort and flow then are those of the middle of the step, to second order, and errors do not
+//! accumulate. A longer step gets back the missing impulse, a shorter one no more than the mean
+//! error.
 
 use anyhow::{Result, ensure};
 
@@ -21,20 +21,16 @@ use crate::instance::{At, Instance};
 use crate::schedule::{Between, Schedule, Stepping};
 use crate::wiring::Wiring;
 
-/// The corrected inputs.
+/// How the corrected inputs are set, with their values.
 pub(crate) struct Balance {
     pub writes: Vec<Write>,
     /// Effort and flow of each bond in turn, as given over the step.
     values: Vec<f64>,
-    buffer: Vec<f64>,
 }
 
 impl Balance {
-    /// Of all bonds, but for efforts of which the receiver is given the mean itself; none where the
-    /// inputs of bonds are not corrected.
-    ///
-    /// # Errors
-    /// Components with steps of their own; input derivatives.
+    /// Corrections for all bonds, except for efforts whose receiver gets the mean itself. None if
+    /// the run does not correct inputs.
     pub fn new(wiring: &Wiring, stepping: Stepping, has_rates: bool) -> Result<Option<Self>> {
         if stepping.between != Between::Balanced {
             return Ok(None);
@@ -59,20 +55,18 @@ impl Balance {
             count > 0,
             "the system has no power bond whose inputs could be balanced"
         );
-        let buffer = vec![0.0; inputs.len()];
         Ok(Some(Self {
             writes: writes(wiring, inputs.into_iter()),
             values: vec![0.0; count],
-            buffer,
         }))
     }
 
-    /// Effort and flow of a bond as given over the step.
+    /// Corrected effort and flow of a bond over the step.
     pub fn given(&self, bond: usize) -> [f64; 2] {
         [self.values[2 * bond], self.values[2 * bond + 1]]
     }
 
-    /// Give them for a step from `t` by `h`, both s.
+    /// Set the corrected inputs for a step from `t` by `h`, both s.
     pub fn set<'a>(
         &mut self,
         bonds: impl Iterator<Item = (&'a BondSlots, &'a BondStep)>,
@@ -87,15 +81,9 @@ impl Balance {
             self.values[2 * k] = effort + share * last.effort_lacked;
             self.values[2 * k + 1] = flow + share * last.flow_lacked;
         }
-        for write in &self.writes {
+        for write in &mut self.writes {
             let faults = exchange.faults.as_mut();
-            write.run(
-                instances,
-                &self.values,
-                &mut self.buffer,
-                faults,
-                At::Time(t),
-            )?;
+            write.run(instances, &self.values, faults, At::Time(t))?;
         }
         Ok(())
     }

@@ -1,16 +1,15 @@
-//! Power that the coupling itself creates or destroys in a bond of effort and flow: force and
-//! velocity, voltage and current.
+//! Power residual of a bond of effort and flow (force and velocity, voltage and current): the power
+//! that the coupling itself creates or destroys. It is reported at the end of every run.
 //!
 //! The component that exerts the effort delivers over a step the mean power `F̄·u_v`: its mean
 //! effort times the flow it was given. The other one receives `u_F·v̄`: the effort it was given
-//! times its own mean flow. Were both solved together the two would be equal; the residual `P =
-//! F̄·u_v − u_F·v̄` is the error of the coupling, measurable while it runs (power bonds in
-//! co-simulation, Sadjina et al. 2017, here with means over the step in place of end values). `P <
-//! 0`: the coupling creates energy.
+//! times its own mean flow. Solved together, the two would be equal. The residual
+//! `P = F̄·u_v − u_F·v̄` is the error of the coupling, measured while it runs (Sadjina et al. 2017,
+//! here with means over the step in place of end values). With `P < 0` the coupling creates energy.
 //!
-//! Where the component takes the power that effort times flow is, as a drive by the current it
-//! draws (`power="drawn"`), the same holds with the signs of both turned. Where connections
-//! transform the values, all are counted as the receiver of the effort has them.
+//! If the component takes the power instead, as a drive does by the current it draws
+//! (`power="drawn"`), both signs are reversed. Where connections transform values, all powers are
+//! counted in the values of the receiver of the effort.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,38 +17,34 @@ use crate::structure::Power;
 use crate::wiring::Port;
 use crate::wiring::transformation::Linear;
 
-/// Where the values of a bond are found.
+/// Slots of the values of a bond.
 #[derive(Clone, Copy, Debug)]
-pub struct BondSlots {
-    /// The effort output, for names.
+pub(crate) struct BondSlots {
+    /// Effort output.
     pub effort: Port,
-    /// Slot of the effort as exchanged.
     pub effort_slot: usize,
-    /// Slot of the flow as exchanged.
     pub flow_slot: usize,
-    /// Slot of the mean effort among the step means.
+    /// Slot among the means.
     pub mean_slot: usize,
-    /// True where the component that receives the effort is stepped later, so that the Gauss–Seidel
-    /// schedule gives it the mean.
+    /// The receiver of the effort is stepped later: the Gauss–Seidel schedule gives it the mean.
     pub mean_given: bool,
-    /// Slots of the effort's and the flow's derivative where derivatives are passed.
+    /// Slots of the derivatives of effort and flow, if derivatives are passed.
     pub derivative_slots: (Option<usize>, Option<usize>),
-    /// What becomes of the effort on its way.
+    /// Transformation of the effort.
     pub transformation: Linear,
-    /// Direction of the power effort times flow.
     pub power: Power,
 }
 
-/// What went through a bond in the step just made.
+/// What a bond passed in the step just made.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 pub(crate) struct BondStep {
     pub effort_exerted: f64,
     pub flow_given: f64,
     pub effort_given: f64,
     pub flow_before: f64,
-    /// s.
+    /// Length of the step, s.
     pub length: f64,
-    /// Mean effort and flow beside those at the beginning, as outputs have them.
+    /// Mean effort and flow less those at the beginning, in the values of the outputs.
     pub effort_lacked: f64,
     pub flow_lacked: f64,
 }
@@ -67,12 +62,12 @@ pub struct Residual {
     pub energy: f64,
     /// Energy that went through the bond in either direction, J.
     pub turnover: f64,
-    /// Energy that the receiver of the effort counts in the direction of the bond's power, J.
+    /// Energy that the receiver of the effort counts, J, positive in the direction of the power.
     pub passed: f64,
 }
 
 impl Residual {
-    /// Nothing yet.
+    /// A residual before the first step.
     pub fn new(bond: String) -> Self {
         Self {
             bond,

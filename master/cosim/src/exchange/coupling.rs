@@ -1,5 +1,6 @@
-//! The coupled instances with the plans of what is passed between them: what every schedule is made
-//! of. Nothing here looks up or allocates.
+//! The instances of a run with the plans of what is passed between them. The schedules are made of
+//! the operations here: pass values, step components, handle events, account for power bonds.
+//! Nothing here looks anything up or allocates.
 
 use anyhow::{Result, bail, ensure};
 use serde::{Deserialize, Serialize};
@@ -7,29 +8,29 @@ use serde::{Deserialize, Serialize};
 use crate::exchange::balance::Balance;
 use crate::exchange::bond::{BondSlots, BondStep, Residual};
 use crate::exchange::means::Means;
-use crate::exchange::{Exchange, Passed};
+use crate::exchange::{Exchange, ExchangeState};
 use crate::instance::{At, BegunCall, Call, Failure, Instance, State, all};
 use crate::schedule::rates::{ComponentStep, PastValues, Rates};
 
-/// Passes of Event Mode after which discrete states that still change are a failure.
-const PASSES: usize = 100;
+/// Passes of Event Mode after which discrete states that still change are an error.
+const MAX_PASSES: usize = 100;
 
-/// The coupled instances.
+/// The instances of a run with their plans.
 pub(crate) struct Coupling {
     pub instances: Vec<Instance>,
-    /// Components that Gauss–Seidel may step side by side: each after those whose mean effort it
-    /// gets. Those of this thread come first.
+    /// Ranks of components that Gauss–Seidel may step at the same time: a component is in a later
+    /// rank than those whose mean effort it gets. Components of this thread come first in a rank.
     pub ranks: Vec<Vec<usize>>,
-    /// Those that have an Event Mode, and so may have events at times of their own.
+    /// Components with an Event Mode, which may have events at times of their own.
     pub timed: Vec<usize>,
-    /// A component whose step may not be varied.
+    /// A component that cannot vary its step.
     pub fixed: Option<String>,
     pub exchange: Exchange,
-    /// Where components have steps of their own, or inputs that are not held.
+    /// Set if components have steps of their own, or inputs that are not held.
     pub rates: Option<Rates>,
-    /// Where the inputs of power bonds are corrected.
+    /// Set if the inputs of power bonds are corrected.
     pub balance: Option<Balance>,
-    /// Where the schedule passes derivatives.
+    /// Set if the schedule passes derivatives.
     pub derivatives: Option<Exchange>,
     pub means: Means,
     pub bonds: Vec<BondSlots>,
@@ -37,13 +38,13 @@ pub(crate) struct Coupling {
     pub bond_steps: Vec<BondStep>,
 }
 
-/// What the instances and the plans remember from one communication point to the next; states of
-/// instances, or bytes of them.
+/// State of the instances and the plans at a communication point; `S` is the state of an instance,
+/// or its bytes.
 #[derive(Deserialize, Serialize)]
 pub(crate) struct Saved<S = State> {
     instances: Vec<S>,
-    passed: Passed,
-    derivatives: Option<Passed>,
+    passed: ExchangeState,
+    derivatives: Option<ExchangeState>,
     means: Vec<f64>,
     residuals: Vec<Residual>,
     bond_steps: Vec<BondStep>,
@@ -51,18 +52,18 @@ pub(crate) struct Saved<S = State> {
 }
 
 impl<S> Saved<S> {
-    /// The same with what `of` makes of the state of each instance.
-    fn with<T>(
+    /// The same with the state of each instance converted.
+    fn convert<T>(
         self,
         coupling: &Coupling,
-        of: impl Fn(&Instance, S) -> Result<T>,
+        convert: impl Fn(&Instance, S) -> Result<T>,
     ) -> Result<Saved<T>> {
         ensure!(
             self.instances.len() == coupling.instances.len(),
             "a state of another run"
         );
         let instances = coupling.instances.iter().zip(self.instances);
-        let instances = instances.map(|(instance, state)| of(instance, state));
+        let instances = instances.map(|(instance, state)| convert(instance, state));
         Ok(Saved {
             instances: instances.collect::<Result<_>>()?,
             passed: self.passed,
@@ -76,14 +77,14 @@ impl<S> Saved<S> {
 }
 
 impl Coupling {
-    /// The state at `t`, s, with those of the instances as bytes.
+    /// The state at `t`, s, with the states of the instances as bytes.
     pub fn save_bytes(&self, t: f64) -> Result<Saved<Vec<u8>>> {
-        self.save(t)?.with(self, |instance, state| {
+        self.save(t)?.convert(self, |instance, state| {
             instance.state_to_bytes(&state, At::Time(t))
         })
     }
 
-    /// Back to such a state.
+    /// Back to a state from [`Coupling::save_bytes`].
     pub fn restore_bytes(&mut self, saved: Saved<Vec<u8>>, t: f64) -> Result<()> {
         ensure!(
             self.exchange.fits(&saved.passed)
@@ -93,7 +94,7 @@ impl Coupling {
                 && self.rates.is_some() == saved.rates.is_some(),
             "a state of a system or of faults that differ from these"
         );
-        let saved = saved.with(self, |instance, bytes| {
+        let saved = saved.convert(self, |instance, bytes| {
             instance.state_from_bytes(&bytes, At::Time(t))
         })?;
         self.restore(&saved, t)
@@ -135,19 +136,9 @@ impl Coupling {
         Ok(())
     }
 
-    /// Number of components.
-    pub fn count(&self) -> usize {
-        self.instances.len()
-    }
-
     /// Read all outputs at `t`, s.
     pub fn read(&mut self, t: f64) -> Result<()> {
         self.exchange.read(&self.instances, At::Time(t))
-    }
-
-    /// Set all inputs to what was last read.
-    pub fn write(&mut self, t: f64) -> Result<()> {
-        self.exchange.write(&self.instances, At::Time(t))
     }
 
     /// Pass all connections, stage by stage.
@@ -155,43 +146,36 @@ impl Coupling {
         self.exchange.run(&self.instances, At::Time(t))
     }
 
-    /// Pass all connections once more at the same communication point, and derivatives, which an
-    /// input forgets when it is set.
+    /// Pass all connections once more at the same communication point, and the derivatives, which
+    /// an input loses when it is set.
     pub fn pass_again(&mut self, t: f64) -> Result<()> {
         self.exchange.run_again(&self.instances, At::Time(t))?;
         self.pass_derivatives(t)
     }
 
-    /// Pass first time derivatives.
+    /// Pass first time derivatives, if the schedule has them.
     pub fn pass_derivatives(&mut self, t: f64) -> Result<()> {
         let faults = self.exchange.faults.as_ref();
-        let derivatives = self.derivatives.iter_mut();
-        let mut all = derivatives.map(|d| d.run_derivatives(&self.instances, faults, At::Time(t)));
-        all.try_for_each(|done| done)
-    }
-
-    /// Give the component the mean efforts of those that were stepped before it.
-    pub fn give_means(&mut self, component: usize, t: f64) -> Result<()> {
-        let Means {
-            writes,
-            values,
-            buffer,
-            ..
-        } = &mut self.means;
-        match &writes[component] {
-            Some(write) => {
-                let faults = self.exchange.faults.as_mut();
-                write.run(&self.instances, values, buffer, faults, At::Time(t))
-            }
+        match &mut self.derivatives {
+            Some(plan) => plan.run_derivatives(&self.instances, faults, At::Time(t)),
             None => Ok(()),
         }
     }
 
+    /// Set the component's inputs to the mean efforts of components stepped before it.
+    fn give_means(&mut self, component: usize, t: f64) -> Result<()> {
+        let Some(write) = &mut self.means.writes[component] else {
+            return Ok(());
+        };
+        let faults = self.exchange.faults.as_mut();
+        write.run(&self.instances, &self.means.values, faults, At::Time(t))
+    }
+
     /// Step a component from `t` by `h`, s, and read the mean efforts that it exerted.
-    pub fn step(&mut self, component: usize, t: f64, h: f64) -> Result<()> {
+    fn step_component(&mut self, component: usize, t: f64, h: f64) -> Result<()> {
         if self.rates.is_some() {
             self.look_ahead(component, t, h)?;
-            return self.make(component, [t, h], false);
+            return self.step_at_own_rate(component, [t, h], false);
         }
         self.instances[component].step(t, h)?;
         match &self.means.reads[component] {
@@ -200,15 +184,17 @@ impl Coupling {
         }
     }
 
+    /// Estimate the component's inputs at the end of the step, if they are not held.
     fn look_ahead(&mut self, component: usize, t: f64, h: f64) -> Result<()> {
         let values = &self.exchange.values;
-        self.rates.as_mut().map_or(Ok(()), |rates| {
-            rates.look_ahead(component, &self.instances, values, [t, h])
-        })
+        match &mut self.rates {
+            Some(rates) => rates.look_ahead(component, &self.instances, values, [t, h]),
+            None => Ok(()),
+        }
     }
 
-    /// The steps of a component that has its own, or their beginning.
-    fn make(&mut self, component: usize, time: [f64; 2], begins: bool) -> Result<()> {
+    /// Make the steps of a component that has steps of its own, or begin them in its thread.
+    fn step_at_own_rate(&mut self, component: usize, time: [f64; 2], begins: bool) -> Result<()> {
         let Some(rates) = &mut self.rates else {
             return Ok(());
         };
@@ -221,10 +207,11 @@ impl Coupling {
             faults: self.exchange.faults.as_mut(),
             begins,
         };
-        rates.make(steps, time)
+        rates.step(steps, time)
     }
 
-    /// Step all components, by their means one after the other or all from the same values.
+    /// Step all components: with `gives_means` one after the other, passing mean efforts on, else
+    /// all from the same values.
     pub fn step_all(&mut self, t: f64, h: f64, gives_means: bool) -> Result<()> {
         if let Some(balance) = &mut self.balance {
             let bonds = self.bonds.iter().zip(&self.bond_steps);
@@ -233,18 +220,18 @@ impl Coupling {
         if let Some(rates) = &self.rates {
             rates.rest(&mut self.exchange.resting, t + h);
         }
-        // With faults the order of components is also that of their random numbers.
-        if !self.exchange.is_beside || gives_means && self.exchange.faults.is_some() {
-            for k in 0..self.count() {
+        // With faults, the order of components is also the order of their random numbers.
+        if !self.exchange.is_multi_threaded || gives_means && self.exchange.faults.is_some() {
+            for k in 0..self.instances.len() {
                 if gives_means {
                     self.give_means(k, t)?;
                 }
-                self.step(k, t, h)?;
+                self.step_component(k, t, h)?;
             }
         } else {
             let ranks = std::mem::take(&mut self.ranks);
             let mut ranked = ranks.iter();
-            let done = ranked.try_for_each(|rank| self.step_beside(rank, [t, h], gives_means));
+            let done = ranked.try_for_each(|rank| self.step_in_threads(rank, [t, h], gives_means));
             self.ranks = ranks;
             done?;
         }
@@ -254,8 +241,14 @@ impl Coupling {
         Ok(())
     }
 
-    /// Those of other threads are begun before those of this one are made.
-    fn step_beside(&mut self, rank: &[usize], [t, h]: [f64; 2], gives_means: bool) -> Result<()> {
+    /// Step a rank: components of other threads are begun first, then those of this one are
+    /// stepped.
+    fn step_in_threads(
+        &mut self,
+        rank: &[usize],
+        [t, h]: [f64; 2],
+        gives_means: bool,
+    ) -> Result<()> {
         let mut failure = Failure::default();
         let is_elsewhere = |coupling: &Self, k: usize| coupling.instances[k].is_elsewhere();
         for k in rank.iter().copied() {
@@ -269,8 +262,8 @@ impl Coupling {
                 false => Ok(()),
             };
             let done = given.and_then(|()| match is_elsewhere(self, k) && self.rates.is_some() {
-                true => self.make(k, [t, h], false),
-                false => self.step(k, t, h),
+                true => self.step_at_own_rate(k, [t, h], false),
+                false => self.step_component(k, t, h),
             });
             self.instances[k].drain();
             failure.add(k, done);
@@ -278,21 +271,16 @@ impl Coupling {
         failure.into()
     }
 
-    /// Begin what [`Coupling::give_means`] and [`Coupling::step`] then make.
+    /// Begin what [`Coupling::give_means`] and [`Coupling::step_component`] then end.
     fn begin_step(&mut self, k: usize, [t, h]: [f64; 2], gives_means: bool) -> Result<()> {
         let (at, instances) = (At::Time(t), &self.instances);
-        let Means {
-            writes,
-            values,
-            buffer,
-            ..
-        } = &mut self.means;
-        if let Some(write) = writes[k].as_ref().filter(|_| gives_means) {
-            write.begin(instances, values, buffer, None, at)?;
+        let means = &mut self.means;
+        if let Some(write) = means.writes[k].as_mut().filter(|_| gives_means) {
+            write.begin(instances, &means.values, None, at)?;
         }
         if self.rates.is_some() {
             self.look_ahead(k, t, h)?;
-            return self.make(k, [t, h], true);
+            return self.step_at_own_rate(k, [t, h], true);
         }
         instances[k].begin(BegunCall::Plain(Call::Step(t, h)));
         if let Some(read) = &self.means.reads[k] {
@@ -301,44 +289,44 @@ impl Coupling {
         Ok(())
     }
 
-    /// Those that have an Event Mode.
+    /// The instances that have an Event Mode.
     fn timed(&self) -> impl Iterator<Item = &Instance> + Clone {
         self.timed.iter().map(|k| &self.instances[*k])
     }
 
-    /// All instances into Event Mode, where they have one.
+    /// All instances enter Event Mode, if they have one.
     pub fn enter_events(&self, t: f64) -> Result<()> {
         all(self.timed(), Call::EnterEvents, At::Time(t)).map(drop)
     }
 
-    /// Out of Event Mode, once no discrete state changes any more; where one does, the values are
-    /// passed again.
+    /// All instances leave Event Mode together: values are passed again until no discrete state
+    /// changes.
     pub fn leave_events(&mut self, t: f64) -> Result<()> {
         let at = At::Time(t);
-        for _ in 0..PASSES {
+        for _ in 0..MAX_PASSES {
             if all(self.timed(), Call::UpdateEvents, at)? == 0.0 {
                 return all(self.timed(), Call::LeaveEvents, at).map(drop);
             }
             self.pass_again(t)?;
         }
-        bail!("{at}: discrete states still change after {PASSES} passes of Event Mode")
+        bail!("{at}: discrete states still change after {MAX_PASSES} passes of Event Mode")
     }
 
-    /// All instances out of Event Mode, each for itself.
+    /// Each instance leaves Event Mode by itself.
     pub fn settle(&self, t: f64) -> Result<()> {
         self.timed()
             .try_for_each(|s| s.call(Call::Settle, At::Time(t)).map(drop))
     }
 
-    /// Time of the first event before `end`, s, at which a step is split; none where a component
+    /// Time of the first event before `end`, s, at which the step is split; None if a component
     /// cannot vary its step.
     pub fn split(&self, end: f64) -> Option<f64> {
         let first = self.timed().map(Instance::next_event).reduce(f64::min)?;
         (first < end && self.fixed.is_none()).then_some(first)
     }
 
-    /// Let the clocks tick that are due at `t` up to `tolerance`, both s, and pass what they change.
-    /// With a staged exchange the instances are in Event Mode, before and after.
+    /// Tick the clocks that are due at `t` within `tolerance`, both s, and pass what they change.
+    /// With a staged exchange the instances are in Event Mode before and after.
     pub fn tick(&mut self, t: f64, tolerance: f64, is_staged: bool) -> Result<()> {
         let (at, mut is_any) = (At::Time(t), false);
         for k in self.timed.iter().copied() {
@@ -348,7 +336,7 @@ impl Coupling {
             }
             is_any = true;
             if !is_staged {
-                self.exchange.write_of(k, &self.instances, at)?;
+                self.exchange.write_component(k, &self.instances, at)?;
             }
             instance
                 .call(Call::Tick(t, tolerance), at)
@@ -360,11 +348,11 @@ impl Coupling {
                 })?;
             if !is_staged {
                 instance.call(Call::Settle, at)?;
-                self.exchange.read_of(k, &self.instances, at)?;
+                self.exchange.read_component(k, &self.instances, at)?;
             }
         }
         if is_any && is_staged {
-            // To the end of these events and back, so that what they change is passed, too.
+            // Finish these events, so that what they change is passed, too.
             self.pass_again(t)?;
             self.leave_events(t)?;
             self.enter_events(t)?;
@@ -373,10 +361,10 @@ impl Coupling {
         Ok(())
     }
 
-    /// Note, before the next exchange overwrites them, the means of effort and flow that the
-    /// components were given. With `gives_means` a component that was stepped later was given the
-    /// mean effort.
-    pub fn note_bonds(&mut self, h: f64, gives_means: bool) {
+    /// Record the mean effort and flow that the components were given, before the next exchange
+    /// overwrites them. With `gives_means` a component that was stepped later was given the mean
+    /// effort.
+    pub fn record_bonds(&mut self, h: f64, gives_means: bool) {
         let (half, derivatives) = (0.5 * h, self.derivatives.as_ref());
         let rise = |slot: Option<usize>| {
             let both = derivatives.zip(slot);
@@ -384,14 +372,14 @@ impl Coupling {
         };
         for (k, (bond_step, bond)) in self.bond_steps.iter_mut().zip(&self.bonds).enumerate() {
             let mean = self.means.values[bond.mean_slot];
-            let effort_exerted = bond.transformation.of(mean);
+            let effort_exerted = bond.transformation.apply(mean);
             let effort_before = self.exchange.values[bond.effort_slot];
             let flow_before = self.exchange.values[bond.flow_slot];
             let balance = self.balance.as_ref();
             let before = [effort_before, flow_before];
             let [effort, flow] = balance.map_or(before, |balance| balance.given(k));
             let held = effort + rise(bond.derivative_slots.0);
-            let held = bond.transformation.of(held);
+            let held = bond.transformation.apply(held);
             let effort_given = match gives_means && bond.mean_given {
                 true => effort_exerted,
                 false => held,
@@ -415,14 +403,14 @@ impl Coupling {
         bonds.map(|b| self.exchange.values[b.flow_slot]).collect()
     }
 
-    /// The flows were these before the step, whatever was given over it.
-    pub fn note_flows_before(&mut self, flows: &[f64]) {
+    /// Record the flows before the step, which differ from those given over a repeated step.
+    pub fn record_flows_before(&mut self, flows: &[f64]) {
         for (bond_step, flow) in self.bond_steps.iter_mut().zip(flows) {
             bond_step.flow_before = *flow;
         }
     }
 
-    /// Add the step to the bonds' residuals; the velocities at its end have just been read.
+    /// Add the step to the bonds' residuals, once the flows at its end have been read.
     pub fn account(&mut self, h: f64) {
         let bonds = self.bond_steps.iter_mut().zip(&self.bonds);
         for (residual, (given, bond)) in self.residuals.iter_mut().zip(bonds) {

@@ -1,5 +1,5 @@
-//! Values that are altered on their way to an input: noise and other faults of wires, and what a
-//! scenario does. Off unless asked for. Equal seeds give equal runs.
+//! Alters values on their way to inputs: the faults of wires (`--fault`) and the events of
+//! scenarios (`--scenario`). Off unless requested. Equal seeds give equal runs.
 
 use anyhow::{Context, Result, bail, ensure};
 use fmi_description::{Causality, Kind};
@@ -14,52 +14,51 @@ use crate::structure::system::System;
 use crate::wiring::{Port, Wiring};
 use fmi_import::value::is_wide;
 
-/// What becomes of a value; numbers are in the unit of the variable.
+/// What is done to a value; numbers are in the unit of the variable.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub enum Effect {
-    /// This is added.
+    /// Add this.
     Bias(f64),
-    /// It is multiplied by this.
+    /// Multiply by this.
     Gain(f64),
-    /// This takes its place.
+    /// Replace by this.
     Override(f64),
-    /// It goes from where it is to this value, linearly over a time, s, and stays there.
+    /// Go linearly from the present value to this one over a time, s, and stay there.
     Ramp(f64, f64),
-    /// It stays as it is when this begins.
+    /// Hold the value from the beginning of the fault.
     Freeze,
-    /// At each communication point it is lost with this probability; the one before then stays.
+    /// Lose the value with this probability at each communication point, and hold the one before.
     Drop(f64),
-    /// It arrives later by this time, s, a multiple of the communication step.
+    /// Delay by this time, s, a multiple of the communication step.
     Delay(f64),
-    /// A Gaussian number of this standard deviation is added, drawn anew at each communication
-    /// point.
+    /// Add Gaussian noise of this standard deviation, drawn at each communication point.
     Noise(f64),
 }
 
-/// What a user writes for the effects of a wire.
-const WORDS: &str = "bias:NUMBER, gain:NUMBER, override:VALUE, freeze, drop:PROBABILITY, delay:SECONDS or noise:DEVIATION";
+/// The effects as a user writes them.
+const EFFECT_FORMS: &str = "bias:NUMBER, gain:NUMBER, override:VALUE, freeze, drop:PROBABILITY, delay:SECONDS or noise:DEVIATION";
 
-/// One thing that is done to a variable's values for some time.
+/// An effect on the values of a variable for some time.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Fault {
-    /// An input; or an output, of which all connections then carry the altered value.
+    /// An input; or an output, of which all connections carry the altered value.
     pub port: Port,
-    /// What is done.
+    /// Effect.
     pub effect: Effect,
     /// From this communication point on, s.
     pub from: f64,
     /// Until before this communication point, s.
     pub until: f64,
-    /// It is one of a scenario: also inputs without a connection are altered.
+    /// It is an event of a scenario, which also alters inputs without a connection.
     pub is_event: bool,
 }
 
-/// All that is altered in a run; what is done to one variable follows in this order.
+/// All faults of a run. Those of one variable apply in this order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Faults {
     /// The faults.
     pub list: Vec<Fault>,
-    /// Seed of the generator.
+    /// Seed of the random numbers.
     pub seed: u64,
 }
 
@@ -78,12 +77,12 @@ pub fn elements(system: &System, name: &str) -> Result<Vec<Port>> {
 }
 
 impl Faults {
-    /// Add what is done to a variable, or to the elements of an array, written
-    /// `component.variable=effect:number@from..until`; the times, s, may be left out.
+    /// Add a fault of a variable, or of the elements of an array, written
+    /// `component.variable=effect:number@from..until`; the times, s, are optional.
     pub fn add(&mut self, system: &System, text: &str) -> Result<()> {
         let parts = text.split_once('=');
         let (name, what) =
-            parts.with_context(|| format!("it must be WIRE=EFFECT, and EFFECT {WORDS}"))?;
+            parts.with_context(|| format!("it must be WIRE=EFFECT, and EFFECT {EFFECT_FORMS}"))?;
         let (what, times) = what.rsplit_once('@').unwrap_or((what, ""));
         let (from, until) = times.split_once("..").unwrap_or((times, ""));
         let time = |text: &str, without: f64| {
@@ -110,12 +109,9 @@ impl Faults {
         Ok(())
     }
 
-    /// What is altered, a line for each, for the verdict; `fed` are inputs that an input file
-    /// gives.
-    ///
-    /// # Errors
-    /// Nothing gives a value that would be altered.
-    pub fn described(&self, system: &System, wiring: &Wiring, fed: &[Port]) -> Result<Vec<String>> {
+    /// One line per fault for the verdict; `fed` are the inputs of an input file. A fault of a
+    /// variable that gets or passes on no value is an error.
+    pub fn describe(&self, system: &System, wiring: &Wiring, fed: &[Port]) -> Result<Vec<String>> {
         let mut lines = Vec::new();
         for fault in &self.list {
             let (port, name) = (fault.port, system.name(fault.port));
@@ -149,7 +145,7 @@ impl Faults {
                 (None, _) => bail!("no connection passes on `{name}`"),
             };
             let unit = system.variable(port).unit.as_deref().filter(|u| *u != "1");
-            let effect = fault.effect.described(unit.unwrap_or_default());
+            let effect = fault.effect.describe(unit.unwrap_or_default());
             let mut line = format!("on {what}: {effect}");
             for (word, time) in [(", from", fault.from), (" until", fault.until)] {
                 if time.is_finite() {
@@ -162,14 +158,14 @@ impl Faults {
     }
 }
 
-/// Whether the values of a variable are altered where they come from; else where they go to.
+/// Whether a variable is altered as the source of values, else as their target.
 pub fn is_source(system: &System, port: Port) -> bool {
     use Causality::{Input, Parameter};
     !matches!(system.variable(port).causality, Input | Parameter)
 }
 
-/// An effect by its word, on this variable.
-pub fn effect(system: &System, port: Port, word: &str, value: &str) -> Result<Effect> {
+/// Parse an effect on the variable `port` from its name and value.
+pub(crate) fn effect(system: &System, port: Port, word: &str, value: &str) -> Result<Effect> {
     let variable = system.variable(port);
     let name = system.name(port);
     ensure!(
@@ -212,12 +208,12 @@ pub fn effect(system: &System, port: Port, word: &str, value: &str) -> Result<Ef
             Effect::Drop(number("a probability from 0 to 1", fits)?)
         }
         "delay" => Effect::Delay(number("a time in s, greater than 0", |x| x > 0.0)?),
-        _ => bail!("`{word}` is nothing that can be done to a value; it must be {WORDS}"),
+        _ => bail!("`{word}` is nothing that can be done to a value; it must be {EFFECT_FORMS}"),
     })
 }
 
 impl Effect {
-    fn described(self, unit: &str) -> String {
+    fn describe(self, unit: &str) -> String {
         let text = match self {
             Self::Bias(x) => format!("bias of {x} {unit}"),
             Self::Gain(x) => format!("gain of {x}"),
@@ -232,11 +228,11 @@ impl Effect {
     }
 }
 
-/// The faults of a run that is being made.
+/// The faults of a run, with what they remember from one communication point to the next.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Alteration {
-    faults: Vec<Active>,
-    /// Faults that draw numbers, in the order in which they do.
+    faults: Vec<FaultState>,
+    /// Faults that draw random numbers, in this order.
     draws: Vec<usize>,
     channels: Vec<Channel>,
     generator: ChaCha8Rng,
@@ -246,45 +242,42 @@ pub struct Alteration {
 }
 
 #[derive(Clone, Debug, Deserialize, Serialize)]
-struct Active {
+struct FaultState {
     fault: Fault,
     is_on: bool,
-    /// Normal number.
+    /// Standard normal random number of this communication point.
     drawn: f64,
-    /// The value of this communication point is lost.
+    /// The value at this communication point is lost.
     is_lost: bool,
 }
 
-/// The values of one wire, or of the mean effort that goes over it.
+/// The values of a wire, or of the mean effort that passes over it.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 struct Channel {
-    states: Vec<State>,
-    /// What was given last.
-    given: Option<f64>,
-    /// What was given at the communication point before.
+    states: Vec<ChannelState>,
+    /// Value passed last.
+    passed: Option<f64>,
+    /// Value passed at the communication point before.
     before: Option<f64>,
 }
 
-/// What one fault remembers of one channel. At one communication point values may pass several
-/// times; the last counts.
+/// What one fault remembers of one channel. Values may pass several times at a communication point;
+/// the last one counts.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
-struct State {
+struct ChannelState {
     fault: usize,
     value: f64,
     has_value: bool,
     /// The value is that of an earlier communication point.
     is_held: bool,
-    /// Values of earlier communication points, as many as the delay has steps.
+    /// Ring buffer of earlier values, as many as the delay has steps.
     before: Vec<f64>,
     oldest: usize,
     steps: usize,
 }
 
 impl Alteration {
-    /// Of `faults`, in a run with these steps.
-    ///
-    /// # Errors
-    /// A delay is no multiple of the communication step.
+    /// Begin with `faults`, whose delays must be multiples of the communication step.
     pub fn new(system: &System, faults: &Faults, stepping: Stepping) -> Result<Self> {
         let mut active = Vec::new();
         for fault in &faults.list {
@@ -296,7 +289,7 @@ impl Alteration {
                     stepping.step
                 );
             }
-            active.push(Active {
+            active.push(FaultState {
                 fault: fault.clone(),
                 is_on: false,
                 drawn: 0.0,
@@ -313,26 +306,25 @@ impl Alteration {
         })
     }
 
-    /// A delay, s: it counts communication steps.
+    /// The delay of a fault, s, if there is one.
     pub fn delay(&self) -> Option<f64> {
-        self.faults
-            .iter()
-            .find_map(|active| match active.fault.effect {
-                Effect::Delay(delay) => Some(delay),
-                _ => None,
-            })
+        let mut faults = self.faults.iter();
+        faults.find_map(|active| match active.fault.effect {
+            Effect::Delay(delay) => Some(delay),
+            _ => None,
+        })
     }
 
-    /// Whether the same is done to the same values.
+    /// Whether the same faults concern the same channels.
     pub fn is_like(&self, other: &Self) -> bool {
         let [own, others] = [self, other].map(|of| of.faults.iter().map(|a| &a.fault));
         own.eq(others) && self.channels.len() == other.channels.len()
     }
 
-    /// A channel for values of `port`; none where nothing is done to them.
+    /// Add a channel for values of `port`; None if no fault concerns them.
     pub fn channel(&mut self, port: Port) -> Option<usize> {
         let mut states = Vec::new();
-        for (k, Active { fault, .. }) in self.faults.iter().enumerate() {
+        for (k, FaultState { fault, .. }) in self.faults.iter().enumerate() {
             if fault.port != port {
                 continue;
             }
@@ -340,20 +332,20 @@ impl Alteration {
             if draws && !self.draws.contains(&k) {
                 self.draws.push(k);
             }
-            states.push(State::new(k, fault, self.stepping));
+            states.push(ChannelState::new(k, fault, self.stepping));
         }
         if states.is_empty() {
             return None;
         }
         self.channels.push(Channel {
             states,
-            given: None,
+            passed: None,
             before: None,
         });
         Some(self.channels.len() - 1)
     }
 
-    /// The communication point at `t`, s, begins, unless it has begun.
+    /// Begin the communication point at `t`, s, unless it has begun.
     pub fn begin(&mut self, t: f64) {
         if t == self.time {
             return;
@@ -371,26 +363,26 @@ impl Alteration {
             }
         }
         for channel in &mut self.channels {
-            channel.before = channel.given;
+            channel.before = channel.passed;
             for state in &mut channel.states {
                 state.advance();
             }
         }
     }
 
-    /// The altered value of a channel.
-    pub fn of(&mut self, channel: usize, value: f64) -> f64 {
+    /// The altered value.
+    pub fn alter(&mut self, channel: usize, value: f64) -> f64 {
         let channel = &mut self.channels[channel];
         let before = channel.before;
-        let given = channel.states.iter_mut().fold(value, |value, state| {
+        let passed = channel.states.iter_mut().fold(value, |value, state| {
             state.pass(&self.faults[state.fault], self.time, value, before)
         });
-        channel.given = Some(given);
-        given
+        channel.passed = Some(passed);
+        passed
     }
 
     /// The rate of change of an altered value.
-    pub fn of_derivative(&self, channel: usize, rate: f64) -> f64 {
+    pub fn alter_rate(&self, channel: usize, rate: f64) -> f64 {
         let states = self.channels[channel].states.iter();
         let active = states.map(|state| &self.faults[state.fault]);
         let mut on = active.filter(|active| active.is_on);
@@ -403,27 +395,27 @@ impl Alteration {
     }
 }
 
-/// A number from 0 to 1, 1 excluded.
+/// A random number in [0, 1).
 fn uniform(generator: &mut ChaCha8Rng) -> f64 {
     (generator.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
 
-impl State {
-    fn new(fault: usize, of: &Fault, stepping: Stepping) -> Self {
-        let steps = match of.effect {
+impl ChannelState {
+    fn new(index: usize, fault: &Fault, stepping: Stepping) -> Self {
+        let steps = match fault.effect {
             Effect::Delay(delay) => steps_in(delay, stepping.step),
             _ => None,
         };
         let steps = steps.map_or(0, |n| usize::try_from(n).unwrap_or(usize::MAX));
         Self {
-            fault,
+            fault: index,
             before: Vec::with_capacity(steps),
             steps,
             ..Self::default()
         }
     }
 
-    /// The next communication point begins.
+    /// Begin the next communication point.
     fn advance(&mut self) {
         self.is_held = self.has_value;
         if self.steps == 0 || !self.has_value {
@@ -437,8 +429,8 @@ impl State {
         }
     }
 
-    /// The value after this fault; `before` is what was given at the communication point before.
-    fn pass(&mut self, active: &Active, time: f64, value: f64, before: Option<f64>) -> f64 {
+    /// The value after this fault; `before` is the value passed at the communication point before.
+    fn pass(&mut self, active: &FaultState, time: f64, value: f64, before: Option<f64>) -> f64 {
         let captures = matches!(active.fault.effect, Effect::Freeze | Effect::Ramp(..));
         let keeps = active.is_on && (captures || active.is_lost);
         if !(keeps && self.is_held) {

@@ -1,4 +1,5 @@
-//! Mean efforts of power bonds over a step: planned once, read and given by the schedules.
+//! Mean efforts of power bonds over a step. The Gauss–Seidel schedule reads them from a component
+//! after its step, and sets them as inputs of the components that it steps later.
 
 use std::collections::BTreeMap;
 
@@ -7,20 +8,16 @@ use fmi_description::Access;
 
 use crate::exchange::bond::BondSlots;
 use crate::exchange::{Exchange, Read, Write, reads, writes};
-use crate::wiring::{Port, Wiring};
+use crate::wiring::Wiring;
 
-/// Step means of the bonds' efforts: read after a component was stepped, given to those stepped
-/// later (Gauss–Seidel).
-#[derive(Default)]
-pub struct Means {
-    /// After the step of each component.
+/// How the mean efforts of the bonds are read and set, with their values.
+pub(crate) struct Means {
+    /// For each component, the read after its step.
     pub reads: Vec<Option<Read>>,
-    /// Before the step of each component.
+    /// For each component, the write before its step.
     pub writes: Vec<Option<Write>>,
-    /// Last read.
+    /// Values last read.
     pub values: Vec<f64>,
-    /// Room for what a write passes.
-    pub buffer: Vec<f64>,
 }
 
 impl Means {
@@ -31,38 +28,26 @@ impl Means {
         derivatives: Option<&Exchange>,
     ) -> Result<(Self, Vec<BondSlots>)> {
         let mut slots = BTreeMap::new();
-        let ports = wiring
-            .links
-            .iter()
-            .filter_map(|link| link.bond.map(|b| b.step_mean));
-        let count = wiring.component_count();
-        let mut means = Self {
-            reads: by_component(count),
-            writes: by_component(count),
-            ..Self::default()
+        let all_bonds = || {
+            wiring
+                .links
+                .iter()
+                .filter_map(|link| Some((link, link.bond?)))
         };
-        for read in reads(wiring, ports, &mut slots) {
-            let k = read.component();
-            means.reads[k] = Some(read);
-        }
+        let reads = reads(wiring, all_bonds().map(|(_, b)| b.step_mean), &mut slots);
         let mut bonds = Vec::new();
         let mut given = Vec::new();
-        for link in &wiring.links {
-            let Some(b) = link.bond else { continue };
+        for (link, b) in all_bonds() {
+            let bond = wiring.name(link.from);
             let Some(flow) = wiring.source(b.flow) else {
                 bail!(
-                    "power bond of {}: no connection drives its flow {}",
-                    wiring.name(link.from),
+                    "power bond of {bond}: no connection drives its flow {}",
                     wiring.name(b.flow)
                 );
             };
-            let is_no_real = |port: &Port| wiring.access(*port) != Access::Real;
-            if let Some(port) = [link.from, b.step_mean, flow]
-                .iter()
-                .find(|p| is_no_real(p))
-            {
-                let (bond, name) = (wiring.name(link.from), wiring.name(*port));
-                bail!("power bond of {bond}: {name} must be Real");
+            let mut ports = [link.from, b.step_mean, flow].into_iter();
+            if let Some(port) = ports.find(|port| wiring.access(*port) != Access::Real) {
+                bail!("power bond of {bond}: {} must be Real", wiring.name(port));
             }
             let slot = |port| exchange.slot(port).context("every connection has a slot");
             let (mean_slot, mean_given) =
@@ -82,16 +67,23 @@ impl Means {
                 power: b.power,
             });
         }
-        for write in writes(wiring, given.iter().cloned()) {
-            let k = write.component();
-            means.writes[k] = Some(write);
-        }
-        means.values = vec![0.0; slots.len()];
-        means.buffer = vec![0.0; given.len()];
+        let count = wiring.components.len();
+        let writes = writes(wiring, given.into_iter());
+        let means = Self {
+            reads: by_component(reads, Read::component, count),
+            writes: by_component(writes, Write::component, count),
+            values: vec![0.0; slots.len()],
+        };
         Ok((means, bonds))
     }
 }
 
-fn by_component<T>(count: usize) -> Vec<Option<T>> {
-    std::iter::repeat_with(|| None).take(count).collect()
+/// At most one item for each of `count` components.
+fn by_component<T>(items: Vec<T>, component: fn(&T) -> usize, count: usize) -> Vec<Option<T>> {
+    let mut sorted: Vec<Option<T>> = (0..count).map(|_| None).collect();
+    for item in items {
+        let k = component(&item);
+        sorted[k] = Some(item);
+    }
+    sorted
 }

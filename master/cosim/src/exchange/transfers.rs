@@ -1,9 +1,11 @@
-//! What one component's variables of one type pass in one call: read together, or set together.
+//! Batched reads and writes: variables of one component and one type that one call of the FMU gets
+//! or sets, with the slots of their values. The parts that exchanges are planned from.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 use anyhow::Result;
+use fmi_description::Access;
 
 use crate::exchange::faults::Alteration;
 use crate::instance::{At, BegunCall, Instance};
@@ -12,7 +14,7 @@ use crate::wiring::{Port, Wiring};
 use fmi_import::batch::Batch;
 use fmi_import::value::Value;
 
-/// Values of one component's variables of one type, read together.
+/// Outputs of one component and one type that are read together.
 #[derive(Debug)]
 pub struct Read {
     pub(super) instance: usize,
@@ -21,32 +23,31 @@ pub struct Read {
 }
 
 impl Read {
-    /// Component that is read.
     pub fn component(&self) -> usize {
         self.instance
     }
 
-    /// Slots of the values.
     pub(crate) fn slots(&self) -> Range<usize> {
         self.slots.clone()
     }
 
-    /// Begin to read where the instance is in another thread.
+    /// Begin the read of an instance in another thread.
     pub(crate) fn begin(&self, instances: &[Instance]) {
         instances[self.instance].begin(BegunCall::Get(&self.batch));
     }
 
+    /// Read the values into their slots, as f64 or exactly.
     pub(super) fn run_any(
         &self,
         instances: &[Instance],
         values: &mut [f64],
-        wide: &mut [Value],
+        exact: &mut [Value],
         at: At,
     ) -> Result<()> {
         match self.batch.is_wide {
             false => self.run(instances, values, at),
             true => {
-                instances[self.instance].get_whole(&self.batch, &mut wide[self.slots.clone()], at)
+                instances[self.instance].get_whole(&self.batch, &mut exact[self.slots.clone()], at)
             }
         }
     }
@@ -57,34 +58,29 @@ impl Read {
     }
 }
 
-/// Values of one component's inputs of one type, set together.
+/// Inputs of one component and one type that are set together.
 #[derive(Debug)]
 pub struct Write {
     pub(super) instance: usize,
     pub(super) batch: Batch,
     slots: Vec<usize>,
-    /// What becomes of some of the values on their way, by place.
+    /// Transformations, by place of the value in the batch.
     transformed: Vec<(usize, Transformation)>,
-    /// Which values are altered, by place and channel: as outputs give them, and as inputs take
-    /// them.
+    /// Altered values, by place and channel: alterations at the outputs, and at the inputs.
     altered: [Vec<(usize, usize)>; 2],
-    /// The values come from outputs that do not pass as numbers.
-    pub(super) is_wide: bool,
+    /// The values are passed exactly, not as f64.
+    pub(super) is_exact: bool,
+    buffer: Vec<f64>,
+    exact_buffer: Vec<Value>,
 }
 
 impl Write {
-    /// Component that is written to.
     pub fn component(&self) -> usize {
         self.instance
     }
 
-    /// Number of values.
-    pub(crate) fn len(&self) -> usize {
-        self.slots.len()
-    }
-
-    /// From now on values are altered on their way.
-    pub(crate) fn attach(&mut self, wiring: &Wiring, faults: &mut Alteration) {
+    /// From now on alter the values that `faults` concern.
+    pub fn attach(&mut self, wiring: &Wiring, faults: &mut Alteration) {
         for (place, variable) in self.batch.variables.iter().enumerate() {
             let input = Port {
                 component: self.instance,
@@ -98,114 +94,110 @@ impl Write {
         }
     }
 
-    /// Set the inputs to the values in their slots; `buffer` has room for all of them.
+    /// Set the inputs to the values in their slots.
     pub fn run(
-        &self,
+        &mut self,
         instances: &[Instance],
         values: &[f64],
-        buffer: &mut [f64],
         faults: Option<&mut Alteration>,
         at: At,
     ) -> Result<()> {
-        let buffer = self.gather(values, buffer, faults);
-        instances[self.instance].set(&self.batch, buffer, at)
+        self.gather(values, faults);
+        instances[self.instance].set(&self.batch, &self.buffer, at)
     }
 
-    /// Set the inputs of an instance in this thread; of one in another, begin to.
-    pub(crate) fn begin(
-        &self,
+    /// Set the inputs of an instance in this thread, or begin to set those of one in another
+    /// thread.
+    pub fn begin(
+        &mut self,
         instances: &[Instance],
         values: &[f64],
-        buffer: &mut [f64],
         faults: Option<&mut Alteration>,
         at: At,
     ) -> Result<()> {
+        self.gather(values, faults);
         let instance = &instances[self.instance];
         if !instance.is_elsewhere() {
-            return self.run(instances, values, buffer, faults, at);
+            return instance.set(&self.batch, &self.buffer, at);
         }
-        let buffer = self.gather(values, buffer, faults);
-        instance.begin(BegunCall::Set(&self.batch, buffer));
+        instance.begin(BegunCall::Set(&self.batch, &self.buffer));
         Ok(())
     }
 
-    /// The end of what was begun.
-    pub(crate) fn end(&self, instances: &[Instance], at: At) -> Result<()> {
+    /// End what [`Write::begin`] began.
+    pub fn end(&self, instances: &[Instance], at: At) -> Result<()> {
         match instances[self.instance].is_elsewhere() {
             true => instances[self.instance].set(&self.batch, &[], at),
             false => Ok(()),
         }
     }
 
-    fn gather<'a>(
-        &self,
-        values: &[f64],
-        buffer: &'a mut [f64],
-        mut faults: Option<&mut Alteration>,
-    ) -> &'a mut [f64] {
-        let buffer = self.gather_raw(values, buffer);
+    /// Gather the values, with alterations and transformations.
+    fn gather(&mut self, values: &[f64], mut faults: Option<&mut Alteration>) {
+        self.gather_raw(values);
+        let buffer = &mut self.buffer;
         let mut alter = |altered: &[(usize, usize)], buffer: &mut [f64]| {
             let Some(faults) = &mut faults else { return };
             for (k, channel) in altered {
-                buffer[*k] = faults.of(*channel, buffer[*k]);
+                buffer[*k] = faults.alter(*channel, buffer[*k]);
             }
         };
         alter(&self.altered[0], buffer);
         for (k, transformation) in &self.transformed {
-            buffer[*k] = transformation.of(buffer[*k]);
+            buffer[*k] = transformation.apply(buffer[*k]);
         }
         alter(&self.altered[1], buffer);
-        buffer
     }
 
-    /// Set the inputs to whole values, which `buffer` takes up.
-    pub(super) fn run_wide(
-        &self,
-        instances: &[Instance],
-        wide: &[Value],
-        buffer: &mut Vec<Value>,
-        at: At,
-    ) -> Result<()> {
+    fn gather_raw(&mut self, values: &[f64]) {
+        for (b, slot) in self.buffer.iter_mut().zip(&self.slots) {
+            *b = values[*slot];
+        }
+    }
+
+    /// Set the inputs to exact values.
+    pub fn run_exact(&mut self, instances: &[Instance], values: &[Value], at: At) -> Result<()> {
+        let buffer = &mut self.exact_buffer;
         buffer.clear();
-        buffer.extend(self.slots.iter().map(|slot| wide[*slot].clone()));
+        buffer.extend(self.slots.iter().map(|slot| values[*slot].clone()));
         for (k, transformation) in &self.transformed {
             if let Value::Whole(number) = &mut buffer[*k] {
-                *number = transformation.of_whole(*number);
+                *number = transformation.apply_whole(*number);
             }
         }
         instances[self.instance].set_whole(&self.batch, buffer, at)
     }
 
-    /// Of time derivatives: an offset has none.
-    pub(super) fn gather_derivatives<'a>(
-        &self,
-        values: &[f64],
-        buffer: &'a mut [f64],
+    /// Set the first time derivatives of the inputs.
+    pub fn run_derivatives(
+        &mut self,
+        instances: &[Instance],
+        rates: &[f64],
         faults: Option<&Alteration>,
-    ) -> &'a mut [f64] {
-        let buffer = self.gather_raw(values, buffer);
+        at: At,
+    ) -> Result<()> {
+        self.gather_raw(rates);
+        let buffer = &mut self.buffer;
         for (k, transformation) in &self.transformed {
-            buffer[*k] = transformation.of_derivative(buffer[*k]);
+            buffer[*k] = transformation.apply_rate(buffer[*k]);
         }
         if let Some(faults) = faults {
             for (k, channel) in self.altered.iter().flatten() {
-                buffer[*k] = faults.of_derivative(*channel, buffer[*k]);
+                buffer[*k] = faults.alter_rate(*channel, buffer[*k]);
             }
         }
-        buffer
-    }
-
-    fn gather_raw<'a>(&self, values: &[f64], buffer: &'a mut [f64]) -> &'a mut [f64] {
-        let buffer = &mut buffer[..self.slots.len()];
-        for (b, slot) in buffer.iter_mut().zip(&self.slots) {
-            *b = values[*slot];
-        }
-        buffer
+        instances[self.instance].set_derivatives(&self.batch, buffer, at)
     }
 }
 
-/// One read per component, type and clocks; new slots are numbered on in `slots` so that each read fills a
-/// contiguous range.
+/// Variables of the same component, type and clocks pass in one call.
+fn call_key(wiring: &Wiring, port: Port) -> (usize, Access, Vec<u32>) {
+    let v = wiring.variable(port);
+    (port.component, v.access(), v.clocks.clone())
+}
+
+/// One read per component, type and clocks. New slots are added to `slots`, contiguous for each
+/// read.
 pub fn reads(
     wiring: &Wiring,
     ports: impl Iterator<Item = Port>,
@@ -213,8 +205,7 @@ pub fn reads(
 ) -> Vec<Read> {
     let mut together: BTreeMap<_, Vec<Port>> = BTreeMap::new();
     for port in ports {
-        let key = (port.component, wiring.access(port), wiring.clocks(port));
-        let list = together.entry(key).or_default();
+        let list = together.entry(call_key(wiring, port)).or_default();
         if !list.contains(&port) {
             list.push(port);
         }
@@ -234,16 +225,15 @@ pub fn reads(
     reads
 }
 
-/// One write per component, type and clocks, of inputs, the slots their values come from, and what becomes
-/// of them on the way.
+/// One write per component, type and clocks, of inputs with the slots and transformations of their
+/// values.
 pub fn writes(
     wiring: &Wiring,
     inputs: impl Iterator<Item = (Port, usize, Transformation)>,
 ) -> Vec<Write> {
     let mut together: BTreeMap<_, Vec<_>> = BTreeMap::new();
     for input in inputs {
-        let port = input.0;
-        let key = (port.component, wiring.access(port), wiring.clocks(port));
+        let key = call_key(wiring, input.0);
         together.entry(key).or_default().push(input);
     }
     let mut writes = Vec::new();
@@ -257,7 +247,9 @@ pub fn writes(
                 .filter(|(_, t)| *t != Transformation::NONE)
                 .collect(),
             altered: Default::default(),
-            is_wide: false,
+            is_exact: false,
+            buffer: vec![0.0; inputs.len()],
+            exact_buffer: Vec::new(),
         });
     }
     writes

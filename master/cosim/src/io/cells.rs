@@ -1,17 +1,17 @@
-//! Lines of comma-separated values as cells, and back.
+//! Splits lines of CSV files into cells, and quotes cells.
 
 use std::borrow::Cow;
 
-/// A text as a cell, in quotes where it needs them: names of elements hold commas, `a[1,2]`.
-pub fn cell(text: &str) -> Cow<'_, str> {
+/// A text as a cell, quoted if necessary: names of array elements contain commas, `a[1,2]`.
+pub(crate) fn cell(text: &str) -> Cow<'_, str> {
     match text.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", text.replace('"', "\"\"")).into(),
         false => text.into(),
     }
 }
 
-/// The cells of a line, without the quotes and blanks around them.
-pub fn cells(line: &str) -> Vec<String> {
+/// The cells of a line, without quotes and surrounding blanks.
+pub(crate) fn cells(line: &str) -> Vec<String> {
     let mut cells = vec![String::new()];
     let (mut is_quoted, mut letters) = (false, line.trim().chars().peekable());
     while let Some(letter) = letters.next() {

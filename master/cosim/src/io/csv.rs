@@ -1,5 +1,5 @@
-//! Signals written as comma-separated values: one line of plain names, then one row per
-//! communication point; the units stand in a second file beside it, `NAME.units.csv`.
+//! Logs the signals of a run to a CSV file (`--csv`): a line of names, then a row for each
+//! communication point. The units are in a second file, `NAME.units.csv`.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
@@ -17,18 +17,18 @@ use crate::structure::system::System;
 use crate::wiring::Port;
 use fmi_import::value::is_wide;
 
-/// A file that is being written under another name; it gets its own when it is complete, and leaves
-/// nothing when it is not.
+/// A CSV file that is written under a temporary name and gets its own when it is complete. If it is
+/// dropped before that, nothing is left.
 pub struct CsvFile {
     path: PathBuf,
     part: PathBuf,
-    /// Nothing after the file was completed.
+    /// None once the file is complete.
     out: Option<BufWriter<File>>,
     row: Vec<u8>,
 }
 
 impl CsvFile {
-    /// Begin a file with the columns `time` and `names`.
+    /// Create a file with the columns `time` and `names`.
     pub fn create(path: &Path, names: &[String]) -> Result<Self> {
         let mut part = path.as_os_str().to_owned();
         part.push(".part");
@@ -49,12 +49,12 @@ impl CsvFile {
         Ok(csv)
     }
 
-    /// Add a row; the numbers are the shortest that read back bit for bit.
+    /// Add a row. Numbers have the fewest digits that read back bit for bit.
     pub fn row(&mut self, time: f64, values: &[f64]) -> Result<()> {
         self.row_with(time, values, &[])
     }
 
-    /// The same with texts, each in its column, counted from 0 after the time.
+    /// Add a row with texts, each with its column, counted from 0 after the time.
     fn row_with(&mut self, time: f64, values: &[f64], texts: &[(usize, String)]) -> Result<()> {
         let mut digits = zmij::Buffer::new();
         self.row.extend_from_slice(digits.format(time).as_bytes());
@@ -80,7 +80,7 @@ impl CsvFile {
         written.with_context(|| format!("`{}` cannot be written", self.path.display()))
     }
 
-    /// The file is complete.
+    /// Complete the file.
     pub fn finish(mut self) -> Result<()> {
         let complete = |mut out: BufWriter<File>| {
             out.flush()?;
@@ -94,30 +94,31 @@ impl CsvFile {
 impl Drop for CsvFile {
     fn drop(&mut self) {
         if self.out.take().is_some() {
-            // Not complete; nobody is left to be told where this fails.
+            // A failure cannot be reported from here.
             let _ = fs::remove_file(&self.part);
         }
     }
 }
 
-/// Writes signals of a run to a file, and their units beside it.
+/// Logs signals of a run to a file, and their units to a second one.
 pub struct Log {
     file: CsvFile,
     signals: Signals,
-    /// Columns of what does not pass as numbers, and texts for them.
-    whole: Vec<(usize, Port)>,
+    /// Columns of values that an f64 cannot hold, and their present texts.
+    non_numeric: Vec<(usize, Port)>,
     texts: Vec<(usize, String)>,
-    /// Text of the file of units.
+    /// Text of the units file.
     units: String,
-    /// Communication steps from row to row.
+    /// Communication steps between rows.
     stride: u64,
-    /// The last columns are length and error of the step.
+    /// The last columns are the length and the error of the step.
     has_steps: bool,
 }
 
 impl Log {
-    /// Log the variables `ports` every `interval`, s, else at every communication point. Where
-    /// lengths are chosen, the last columns are `step`, s, and `step_error`, beside what is allowed.
+    /// Log the variables `ports` every `interval`, s, or at every communication point. With
+    /// `has_steps`, for chosen step lengths, the last columns are `step`, s, and `step_error`,
+    /// relative to the allowed error.
     pub fn create(
         path: &Path,
         system: &System,
@@ -137,31 +138,31 @@ impl Log {
             names.extend(["step", "step_error"].map(String::from));
             units += "step,s\nstep_error,1\n";
         }
-        let is_whole = |port: &Port| {
+        let is_text = |port: &Port| {
             let v = system.variable(*port);
             is_wide(v.access()) && !matches!(v.kind, Kind::Enumeration(_))
         };
         let columns = ports.iter().copied().enumerate();
-        let (whole, numbers): (Vec<_>, Vec<_>) = columns.partition(|(_, port)| is_whole(port));
+        let (non_numeric, numbers): (Vec<_>, Vec<_>) = columns.partition(|(_, port)| is_text(port));
         let numbers: Vec<Port> = numbers.into_iter().map(|(_, port)| port).collect();
         Ok(Self {
             file: CsvFile::create(path, &names)?,
             units,
             signals: Signals::new(system, &numbers)?,
-            whole,
+            non_numeric,
             texts: Vec::new(),
             stride,
             has_steps,
         })
     }
 
-    /// Add the present communication point, where one is due.
+    /// Add a row for the present communication point, if one is due.
     pub fn add(&mut self, master: &Master) -> Result<()> {
         if !master.steps().is_multiple_of(self.stride) {
             return Ok(());
         }
         self.texts.clear();
-        for (column, port) in &self.whole {
+        for (column, port) in &self.non_numeric {
             self.texts.push((*column, master.text(*port)?));
         }
         let values = self.signals.read(master)?;
@@ -173,12 +174,12 @@ impl Log {
         self.file.row_with(master.time(), values, &self.texts)
     }
 
-    /// The run has ended.
+    /// Complete the files at the end of the run.
     pub fn finish(self) -> Result<()> {
-        let beside = self.file.path.with_extension("units.csv");
+        let units_file = self.file.path.with_extension("units.csv");
         self.file.finish()?;
-        let written = fs::write(&beside, self.units);
-        written.with_context(|| format!("`{}` cannot be written", beside.display()))
+        let written = fs::write(&units_file, self.units);
+        written.with_context(|| format!("`{}` cannot be written", units_file.display()))
     }
 }
 
@@ -188,10 +189,8 @@ impl Observer for Log {
     }
 }
 
-/// Communication steps in an interval, s; without one every step counts.
-///
-/// # Errors
-/// The interval is not a multiple of the step.
+/// Number of communication steps in an interval, s, which must be a multiple of the step; 1 without
+/// an interval.
 pub fn stride(interval: Option<f64>, step: f64) -> Result<u64> {
     let steps = interval.map_or(Some(1), |interval| steps_in(interval, step));
     steps.with_context(|| {

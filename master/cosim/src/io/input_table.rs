@@ -1,4 +1,5 @@
-//! Values over time for inputs that no connection drives, from a file or from memory.
+//! Feeds inputs that no connection drives with values over time, from a CSV file (`--input`) or
+//! from memory (the Python API).
 
 use std::path::Path;
 
@@ -13,11 +14,11 @@ use crate::io::numbers::{allowed, fits, number};
 use crate::structure::Hop;
 use crate::structure::package::read_text;
 use crate::structure::system::System;
-use crate::structure::units::{common, named};
-use crate::wiring::transformation::{Transformation, along, conversion, unit_of};
+use crate::structure::units::{common_unit, find_unit};
+use crate::wiring::transformation::{Transformation, compose, conversion, unit_of};
 use crate::wiring::{Port, Wiring};
 
-/// Values over time as a user has them.
+/// Values over time as a user gives them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
     /// Times of the rows, s, increasing.
@@ -29,30 +30,26 @@ pub struct Table {
 /// Values of one input.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Column {
-    /// An input, or a parameter that may be set between steps, `component.variable`; or an input of
-    /// the system.
+    /// An input or a tunable parameter, `component.variable`; or an input of the system.
     pub name: String,
-    /// Unit of the values; none: that of the input.
+    /// Unit of the values; None for the unit of the input.
     pub unit: Option<String>,
-    /// A value for each time; of a Boolean 0 or 1, of an enumeration the number of the item.
+    /// A value for each time: of a Boolean 0 or 1, of an enumeration the number of the item.
     pub values: Vec<f64>,
 }
 
 impl Table {
-    /// Read a CSV file for `system`: a line of names, the first of which is `time`, the others
-    /// inputs; then rows of values. The units are those in the file `NAME.units.csv` beside it,
-    /// where there is one. `chosen` names inputs and the columns that are for them; where it is
-    /// empty, each column is for the input of its name.
-    ///
-    /// # Errors
-    /// File, row and column of what is wrong.
+    /// Read a CSV file for `system`: a line of names, `time` first, then rows of values. The units
+    /// are those of the file `NAME.units.csv` in the same folder, if there is one. `chosen` pairs
+    /// inputs with the columns that feed them; if it is empty, each column feeds the input of its
+    /// name.
     pub fn load(path: &Path, system: &System, chosen: &[(String, String)]) -> Result<Self> {
         let mut units = Vec::new();
-        let beside = path.with_extension("units.csv");
-        if beside.is_file() {
-            let text = read_text(&beside)?;
+        let units_file = path.with_extension("units.csv");
+        if units_file.is_file() {
+            let text = read_text(&units_file)?;
             let read = parse_units(&text);
-            units = read.with_context(|| format!("units `{}`", beside.display()))?;
+            units = read.with_context(|| format!("units `{}`", units_file.display()))?;
         }
         let text = read_text(path).context("input file")?;
         let table = Self::parse(&text, &units, system, chosen);
@@ -81,19 +78,15 @@ impl Table {
         let mut table = Self::default();
         let mut places = Vec::new();
         for (place, name) in names.iter().enumerate().skip(1) {
-            ensure!(
-                !names[1..place].contains(name),
-                "row 1: two columns are named `{name}`"
-            );
-            let targets = chosen.iter().filter(|(_, column)| column == name);
-            let targets: Vec<&String> = match chosen.is_empty() {
+            let inputs = chosen.iter().filter(|(_, column)| column == name);
+            let inputs: Vec<&String> = match chosen.is_empty() {
                 true => vec![name],
-                false => targets.map(|(input, _)| input).collect(),
+                false => inputs.map(|(input, _)| input).collect(),
             };
-            for target in targets {
+            for input in inputs {
                 let unit = units.iter().find(|(signal, _)| signal == name);
                 table.columns.push(Column {
-                    name: target.clone(),
+                    name: input.clone(),
                     unit: unit.map(|(_, unit)| unit.clone()),
                     values: Vec::new(),
                 });
@@ -108,7 +101,7 @@ impl Table {
             );
         }
         let wiring = system.wiring()?;
-        let goals = goals(system, &wiring, &table.columns, "row 1, ")?;
+        let targets = targets(system, &wiring, &table.columns, "row 1, ")?;
         for (row, line) in lines {
             let cells = cells(line);
             ensure!(
@@ -121,10 +114,10 @@ impl Table {
             let time = text.parse().ok().filter(|t: &f64| t.is_finite());
             let unfit = || format!("row {row}, column `time`: `{text}` is not a finite number");
             let time = time.with_context(unfit)?;
-            follows(&table.times, time).with_context(place)?;
+            check_order(&table.times, time).with_context(place)?;
             table.times.push(time);
-            for ((column, goal), place) in table.columns.iter_mut().zip(&goals).zip(&places) {
-                let (value, name) = (goal.number(&cells[*place]), &names[*place]);
+            for ((column, target), place) in table.columns.iter_mut().zip(&targets).zip(&places) {
+                let (value, name) = (target.number(&cells[*place]), &names[*place]);
                 let value = value.with_context(|| format!("row {row}, column `{name}`"))?;
                 column.values.push(value);
             }
@@ -134,13 +127,13 @@ impl Table {
     }
 }
 
-/// Lines that are not empty, with their numbers.
+/// The lines that are not empty, with their numbers.
 fn rows(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let lines = (1..).zip(text.lines());
     lines.filter(|(_, line)| !line.trim().is_empty())
 }
 
-/// Signals and their units, as [`crate::io::csv::Log`] writes them.
+/// Signals and their units, from a file as [`crate::io::csv::Log`] writes it.
 fn parse_units(text: &str) -> Result<Vec<(String, String)>> {
     let header = text.lines().next().map(cells);
     ensure!(
@@ -162,8 +155,8 @@ fn parse_units(text: &str) -> Result<Vec<(String, String)>> {
     Ok(units)
 }
 
-/// Times increase.
-fn follows(times: &[f64], time: f64) -> Result<()> {
+/// Check that a time is greater than the last one.
+fn check_order(times: &[f64], time: f64) -> Result<()> {
     let last = times.last().copied().unwrap_or(f64::NEG_INFINITY);
     ensure!(
         time > last,
@@ -172,40 +165,36 @@ fn follows(times: &[f64], time: f64) -> Result<()> {
     Ok(())
 }
 
-/// Columns of values over time, and the inputs that they go to.
+/// A table that feeds the inputs of a run.
 #[derive(Default)]
 pub struct InputTable {
     times: Vec<f64>,
-    columns: Vec<Values>,
+    columns: Vec<ColumnValues>,
     ports: Vec<Port>,
     pub(crate) writes: Vec<Write>,
-    /// Present values, a slot for each column.
+    /// Present value of each column.
     values: Vec<f64>,
-    buffer: Vec<f64>,
-    /// Row that the last time was found in.
+    /// Last row that the time has reached.
     row: usize,
 }
 
-struct Values {
+struct ColumnValues {
     values: Vec<f64>,
-    /// Between two rows the value lies between theirs; else that of the row before holds.
+    /// Interpolate linearly between rows; else hold the value of the row before.
     is_linear: bool,
 }
 
 impl InputTable {
-    /// Of a table in memory.
-    ///
-    /// # Errors
-    /// Column and time of what is wrong.
+    /// Check a table and plan how it feeds its inputs.
     pub fn new(system: &System, table: &Table) -> Result<Self> {
         let wiring = system.wiring()?;
-        let goals = goals(system, &wiring, &table.columns, "")?;
+        let targets = targets(system, &wiring, &table.columns, "")?;
         ensure!(!table.times.is_empty(), "the input table has no rows");
         for (k, time) in table.times.iter().enumerate() {
             ensure!(time.is_finite(), "the time {time} s must be finite");
-            follows(&table.times[..k], *time)?;
+            check_order(&table.times[..k], *time)?;
         }
-        for (column, goal) in table.columns.iter().zip(&goals) {
+        for (column, target) in table.columns.iter().zip(&targets) {
             ensure!(
                 column.values.len() == table.times.len(),
                 "column `{}` has {} values at {} times",
@@ -214,36 +203,35 @@ impl InputTable {
                 table.times.len()
             );
             for (t, value) in table.times.iter().zip(&column.values) {
-                let checked = goal.check(*value);
+                let checked = target.check(*value);
                 checked.map_err(|unfit| anyhow!("column `{}`: at {t} s {unfit}", column.name))?;
             }
         }
-        let (mut columns, mut targets) = (Vec::new(), Vec::new());
-        for (slot, (column, goal)) in table.columns.iter().zip(goals).enumerate() {
-            columns.push(Values {
+        let (mut columns, mut inputs) = (Vec::new(), Vec::new());
+        for (slot, (column, target)) in table.columns.iter().zip(targets).enumerate() {
+            columns.push(ColumnValues {
                 values: column.values.clone(),
-                is_linear: goal.is_linear,
+                is_linear: target.is_linear,
             });
-            let ends = goal.ends.into_iter();
-            targets.extend(ends.map(|(port, transformation)| (port, slot, transformation)));
+            let ends = target.ends.into_iter();
+            inputs.extend(ends.map(|(port, transformation)| (port, slot, transformation)));
         }
         Ok(Self {
             times: table.times.clone(),
             values: vec![0.0; columns.len()],
             columns,
-            buffer: vec![0.0; targets.len()],
-            ports: targets.iter().map(|(port, ..)| *port).collect(),
-            writes: writes(&wiring, targets.into_iter()),
+            ports: inputs.iter().map(|(port, ..)| *port).collect(),
+            writes: writes(&wiring, inputs.into_iter()),
             row: 0,
         })
     }
 
-    /// The inputs that it gives values to.
+    /// The inputs that it feeds.
     pub fn ports(&self) -> &[Port] {
         &self.ports
     }
 
-    /// A table without inputs; `t`, s, is any time.
+    /// A table without inputs; `t`, s, may be any time.
     pub(crate) fn empty(t: f64) -> Self {
         Self {
             times: vec![t],
@@ -251,34 +239,33 @@ impl InputTable {
         }
     }
 
-    /// An input that has this value all the time.
+    /// Feed an input with a constant.
     pub(crate) fn hold(&mut self, wiring: &Wiring, port: Port, value: f64) {
         let slot = self.columns.len();
-        self.columns.push(Values {
+        self.columns.push(ColumnValues {
             values: vec![value; self.times.len()],
             is_linear: false,
         });
         let target = (port, slot, Transformation::NONE);
         self.writes.extend(writes(wiring, std::iter::once(target)));
         self.values.push(value);
-        self.buffer.push(value);
         self.ports.push(port);
     }
 
-    /// Times may be earlier again from now on.
+    /// Allow earlier times again, after a state was restored.
     pub(crate) fn rewind(&mut self) {
         self.row = 0;
     }
 
-    /// Set the inputs to their values at `t`, s; before the first row and after the last one those
-    /// hold.
+    /// Set the inputs to their values at `t`, s. Before the first row and after the last one, the
+    /// values of that row hold.
     pub(crate) fn set(
         &mut self,
         instances: &[Instance],
         mut faults: Option<&mut Alteration>,
         t: f64,
     ) -> Result<()> {
-        // Times of steps are products, which may end one rounding before the time that is written.
+        // Rounding may put the time of a step just before the time in the table.
         let reached = t + 4.0 * f64::EPSILON * t.abs();
         let next = |row: usize| self.times.get(row + 1);
         while next(self.row).is_some_and(|next| *next <= reached) {
@@ -296,28 +283,27 @@ impl InputTable {
                 _ => here,
             };
         }
-        let (values, buffer) = (&self.values, &mut self.buffer);
         if let Some(faults) = &mut faults {
             faults.begin(t);
         }
-        let mut writes = self.writes.iter();
+        let mut writes = self.writes.iter_mut();
         writes.try_for_each(|write| {
             let faults = faults.as_deref_mut();
-            write.run(instances, values, buffer, faults, At::Time(t))
+            write.run(instances, &self.values, faults, At::Time(t))
         })
     }
 }
 
-/// What the values of a column are for.
-struct Goal<'a> {
-    /// Inputs, and what becomes of values on their way there.
+/// The inputs that a column feeds.
+struct Target<'a> {
+    /// Inputs, with the transformations of the values.
     ends: Vec<(Port, Transformation)>,
-    /// The input whose values the column has; none where they are transformed.
+    /// The input whose values the column has; None if they are transformed.
     variable: Option<&'a Variable>,
     is_linear: bool,
 }
 
-impl Goal<'_> {
+impl Target<'_> {
     fn number(&self, text: &str) -> Result<f64> {
         if let Some(variable) = self.variable {
             return number(variable, text);
@@ -338,15 +324,15 @@ impl Goal<'_> {
     }
 }
 
-/// What each column is for; `place` says where the names stand.
-fn goals<'a>(
+/// The inputs that each column feeds; `place` begins the messages about a column.
+fn targets<'a>(
     system: &'a System,
     wiring: &Wiring,
     columns: &[Column],
     place: &str,
-) -> Result<Vec<Goal<'a>>> {
+) -> Result<Vec<Target<'a>>> {
     let mut taken: Vec<(Port, &str)> = Vec::new();
-    let mut goals = Vec::new();
+    let mut targets = Vec::new();
     for (k, column) in columns.iter().enumerate() {
         let name = column.name.as_str();
         ensure!(
@@ -369,32 +355,32 @@ fn goals<'a>(
         let is_plain = ends.iter().all(|(_, t)| *t == Transformation::NONE);
         let is_linear =
             |v: &Variable| v.kind == Kind::Real && v.variability == Variability::Continuous;
-        goals.push(Goal {
+        targets.push(Target {
             is_linear: variables.clone().all(is_linear),
             variable: variables.next().filter(|_| is_plain),
             ends,
         });
     }
-    Ok(goals)
+    Ok(targets)
 }
 
-/// The inputs that a column is for, and what becomes of its values on their way there.
+/// The inputs that a column feeds, with the transformations of its values.
 fn ends(system: &System, column: &Column) -> Result<Vec<(Port, Transformation)>> {
     let name = &column.name;
     let unit = column.unit.as_deref().filter(|unit| *unit != "1");
-    let unit = unit.map(|unit| named(system, unit));
+    let unit = unit.map(|unit| find_unit(system, unit));
     let mut inputs = system.structure.inputs.iter();
     if let Some(input) = inputs.find(|input| input.name == *name) {
         let first = match (&unit, &input.unit) {
-            (Some(unit), Some(own)) => converted(unit, own)?,
+            (Some(unit), Some(own)) => unit_conversion(unit, own)?,
             _ => Transformation::NONE,
         };
         let unit = input.unit.clone().or(unit);
         let end = |((component, variable), way): &((String, String), Vec<Hop>)| {
             let port = system.port(&format!("{component}.{variable}"))?;
             let ends = [None, Some(system.variable(port))];
-            let along = along(way, unit.clone(), ends, &mut None)?;
-            Ok((port, first.clone().then(along)))
+            let rest = compose(way, unit.clone(), ends, &mut None)?;
+            Ok((port, first.clone().then(rest)))
         };
         return input.ends.iter().map(end).collect();
     }
@@ -409,10 +395,10 @@ fn ends(system: &System, column: &Column) -> Result<Vec<(Port, Transformation)>>
     );
     let own = unit_of(&system.fmus[port.component].description, variable);
     let mut transformation = match (&unit, own) {
-        (Some(unit), Some(own)) => converted(unit, &own)?,
+        (Some(unit), Some(own)) => unit_conversion(unit, &own)?,
         _ => Transformation::NONE,
     };
-    // A difference of values takes no offset.
+    // Offsets of units do not apply to differences.
     if let Transformation::Linear(linear) = &mut transformation
         && variable.is_relative
     {
@@ -421,11 +407,11 @@ fn ends(system: &System, column: &Column) -> Result<Vec<(Port, Transformation)>>
     Ok(vec![(port, transformation)])
 }
 
-/// From the unit of a column to that of an input.
-fn converted(unit: &Unit, own: &Unit) -> Result<Transformation> {
+/// The conversion from the unit of a column to that of an input.
+fn unit_conversion(unit: &Unit, own: &Unit) -> Result<Transformation> {
     let known = match own.exponents {
         Some(_) => own.clone(),
-        None => common(&own.name),
+        None => common_unit(&own.name),
     };
     let linear = conversion(unit, own).or_else(|| conversion(unit, &known));
     linear.map(Transformation::Linear).with_context(|| {

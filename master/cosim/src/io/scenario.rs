@@ -1,5 +1,5 @@
-//! Scenarios in the format of libcosim: events at which variables are overridden, shifted, moved
-//! along a ramp, or left to themselves again. They become [`Faults`] with a start and an end.
+//! Reads scenarios in the format of libcosim (`--scenario`): timed events that override a variable,
+//! add a bias, ramp it, or reset it. They become [`Faults`] with a start and an end.
 
 use std::path::Path;
 
@@ -13,26 +13,27 @@ use crate::structure::package::read;
 use crate::structure::system::System;
 use crate::wiring::Port;
 
-/// Keys of an event that are nothing but words for people, and those of older versions of the
-/// format, which say what the FMU says.
-const PASSED_OVER: [&str; 4] = ["id", "description", "type", "causality"];
+/// Keys that are ignored: comments, and keys of older versions of the format that repeat the model
+/// description.
+const IGNORED: [&str; 4] = ["id", "description", "type", "causality"];
 const DEFAULTS: [&str; 3] = ["model", "variable", "action"];
 
-/// An event that has been read.
+/// An event of the scenario.
 struct Event {
     /// Since the start of the run, s.
     time: f64,
     port: Port,
-    /// None: from now on nothing is done to the variable.
+    /// None resets the variable: from now on it is not altered.
     effect: Option<Effect>,
 }
 
-/// Add the events of the scenario in `file`, for a run with these steps; a line that says what it
-/// is.
-///
-/// # Errors
-/// File, event and what is wrong.
-pub fn add(file: &Path, system: &System, stepping: Stepping, to: &mut Faults) -> Result<String> {
+/// Add the events of the scenario in `file` to `faults`. Returns a line about it for the verdict.
+pub fn add(
+    file: &Path,
+    system: &System,
+    stepping: Stepping,
+    faults: &mut Faults,
+) -> Result<String> {
     let context = || format!("scenario `{}`", file.display());
     let is_yaml = file
         .extension()
@@ -46,9 +47,9 @@ pub fn add(file: &Path, system: &System, stepping: Stepping, to: &mut Faults) ->
     let scenario: Value = serde_json::from_slice(&bytes)
         .context("it is no JSON")
         .with_context(context)?;
-    let (events, end) = events(&scenario, system).with_context(context)?;
+    let (events, end) = read_events(&scenario, system).with_context(context)?;
     let last = events.iter().map(|e| e.time).fold(0.0, f64::max);
-    // As in libcosim all ends at `end`, but not before the step after the last event.
+    // As in libcosim the scenario ends at `end`, but not before the step after the last event.
     let steps = |time: f64| (time / stepping.step - 1e-6).ceil();
     let over = steps(end.unwrap_or(0.0)).max(steps(last) + 1.0);
     let over = stepping.start + over * stepping.step;
@@ -57,7 +58,7 @@ pub fn add(file: &Path, system: &System, stepping: Stepping, to: &mut Faults) ->
         let others = events.iter().filter(|other| other.port == event.port);
         let next = others.map(|o| o.time).filter(|time| *time > event.time);
         let until = next.reduce(f64::min).map(|time| stepping.start + time);
-        to.list.push(Fault {
+        faults.list.push(Fault {
             port: event.port,
             effect,
             from: stepping.start + event.time,
@@ -77,23 +78,23 @@ pub fn add(file: &Path, system: &System, stepping: Stepping, to: &mut Faults) ->
     ))
 }
 
-/// The events in the order of their times, and when all ends, s.
-fn events(scenario: &Value, system: &System) -> Result<(Vec<Event>, Option<f64>)> {
+/// The events, and the end of the scenario, s.
+fn read_events(scenario: &Value, system: &System) -> Result<(Vec<Event>, Option<f64>)> {
     let scenario = object(scenario, "it")?;
-    known(scenario, &["events", "defaults", "end"])?;
+    check_keys(scenario, &["events", "defaults", "end"])?;
     let nothing = Map::new();
     let defaults = match scenario.get("defaults") {
         Some(defaults) => object(defaults, "`defaults`")?,
         None => &nothing,
     };
-    known(defaults, &DEFAULTS).context("`defaults`")?;
+    check_keys(defaults, &DEFAULTS).context("`defaults`")?;
     let end = scenario.get("end").map(|end| time(end, "`end`"));
     let list = scenario.get("events").and_then(Value::as_array);
     let list = list.context("it must have a list `events`")?;
     let mut events: Vec<Event> = Vec::new();
     for (k, event) in (1..).zip(list) {
         let event = read_event(event, defaults, system).with_context(|| format!("event {k}"))?;
-        // Of two events of one variable at one time the later counts.
+        // Of two events of a variable at the same time the later one counts.
         events.retain(|e| e.port != event.port || e.time != event.time);
         events.push(event);
     }
@@ -103,7 +104,7 @@ fn events(scenario: &Value, system: &System) -> Result<(Vec<Event>, Option<f64>)
 
 fn read_event(event: &Value, defaults: &Map<String, Value>, system: &System) -> Result<Event> {
     let event = object(event, "it")?;
-    known(
+    check_keys(
         event,
         &["time", "model", "variable", "action", "value", "duration"],
     )?;
@@ -187,10 +188,10 @@ fn object<'a>(value: &'a Value, what: &str) -> Result<&'a Map<String, Value>> {
         .with_context(|| format!("{what} must be an object, {{ ... }}"))
 }
 
-/// Refuse keys that are misspelt.
-fn known(object: &Map<String, Value>, keys: &[&str]) -> Result<()> {
+/// Refuse unknown keys.
+fn check_keys(object: &Map<String, Value>, keys: &[&str]) -> Result<()> {
     let is_unknown =
-        |key: &&String| !keys.contains(&key.as_str()) && !PASSED_OVER.contains(&key.as_str());
+        |key: &&String| !keys.contains(&key.as_str()) && !IGNORED.contains(&key.as_str());
     match object.keys().find(is_unknown) {
         Some(key) => bail!(
             "the key `{key}` is not known; it must be one of {}",

@@ -61,7 +61,6 @@ impl Signals {
 /// Inputs that no connection drives and that the caller sets together.
 pub struct Inputs {
     writes: Vec<Write>,
-    buffer: Vec<f64>,
 }
 
 impl Inputs {
@@ -71,15 +70,14 @@ impl Inputs {
         let inputs = slots.map(|(port, slot)| (*port, slot, Transformation::NONE));
         Ok(Self {
             writes: writes(&system.wiring()?, inputs),
-            buffer: vec![0.0; ports.len()],
         })
     }
 
     /// Set them at the present time, in the order of the ports.
     pub fn set(&mut self, master: &Master, values: &[f64]) -> Result<()> {
         let at = At::Time(master.time());
-        let mut writes = self.writes.iter();
-        writes.try_for_each(|w| w.run(master.instances(), values, &mut self.buffer, None, at))
+        let mut writes = self.writes.iter_mut();
+        writes.try_for_each(|write| write.run(master.instances(), values, None, at))
     }
 }
 

@@ -11,7 +11,7 @@ use crate::master::Master;
 use crate::run::experiment::Experiment;
 use crate::run::plan::Plan;
 use crate::run::supervision::Supervision;
-use crate::schedule::crew::cores;
+use crate::schedule::thread_plan::cores;
 use crate::stepping::Steps;
 use crate::structure::system::System;
 use fmi_import::messages;

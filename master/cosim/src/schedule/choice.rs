@@ -1,36 +1,33 @@
-//! The schedules to choose from, and the times of a run.
+//! The settings of a run's steps that users choose: schedule, communication step, inputs between
+//! communication points, jitter.
 
 use serde::{Deserialize, Serialize};
 
-/// What is exchanged when, and in which order the components are stepped.
+/// When values are exchanged, and in which order components are stepped.
 ///
-/// The staged exchange of all but [`Schedule::Standard`] reads outputs again after inputs were set
-/// at the same communication point, in the order of direct feedthrough. FMI 2.0 (section 4.2.4)
-/// does not promise that: it asks an FMU for it. FMI 3.0 allows it in Event Mode, which the
-/// instances of that version are in during the exchange; one that has none is refused.
+/// All but [`Schedule::Standard`] exchange values by stages: they read outputs again after inputs
+/// were set at the same communication point, in the order of direct feedthrough. FMI 2.0 (section
+/// 4.2.4) does not guarantee that; FMI 3.0 allows it in Event Mode.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
 pub enum Schedule {
-    /// All that FMI 2.0 promises between masters and FMUs. In initialization mode values are passed
-    /// in the order of the initial dependencies, as by every schedule. Then, at every communication
-    /// point t_k: all connected outputs of all components are read, once; all connected inputs of
-    /// all components are set from them, once; all components are stepped to t_(k+1). Nothing is
-    /// read between a set and the step that follows it, so a value that goes through a component
-    /// arrives one step later. An FMU of FMI 3.0 with clocks or discrete inputs goes through Event
-    /// Mode where a clock ticks or such an input changes.
+    /// Only what FMI 2.0 guarantees: at every communication point all connected outputs are read
+    /// once, all connected inputs are set once, and all components are stepped. Nothing is read
+    /// between a set and the next step, so a value that passes through a component arrives one step
+    /// later. An FMU of FMI 3.0 enters Event Mode when a clock ticks or a discrete input changes.
     Standard,
-    /// One after the other in the order of the system structure; a component stepped later than the
-    /// one that exerts an effort on it gets the mean of that effort over the step.
+    /// Components are stepped one after the other in the order of the system structure. A component
+    /// stepped later than the one that exerts an effort on it gets the mean effort over the step.
     #[default]
     GaussSeidel,
-    /// All from the values at the communication point, held over the step.
+    /// All components are stepped with the values at the communication point, held over the step.
     Jacobi,
-    /// As [`Schedule::Jacobi`], with the first time derivatives of continuous outputs passed on to
-    /// the inputs that can use them.
+    /// As [`Schedule::Jacobi`], and inputs that can use them get the first time derivatives of
+    /// continuous outputs.
     JacobiDerivatives,
 }
 
 impl Schedule {
-    /// Those to choose from, by name.
+    /// The schedules that users choose from, by name.
     pub const NAMED: [(&str, Self); 3] = [
         ("standard", Self::Standard),
         ("jacobi", Self::Jacobi),
@@ -38,28 +35,25 @@ impl Schedule {
     ];
 }
 
-/// What a continuous input is over a communication step.
+/// Course of a continuous input over a communication step.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
 pub enum Between {
-    /// Its value at the communication point before: an error of first order in the communication
-    /// step.
+    /// Held at its value at the communication point before: first order in the communication step.
     #[default]
     Held,
-    /// On the line through the last two communication points, in the middle of each step of the
-    /// component: second order.
+    /// Extrapolated from the last two points to the middle of each component step: second order.
     Extrapolated,
-    /// On the line to the value at the end, where the giver was stepped before (Gauss–Seidel), in
-    /// the middle of each step of the component: second order; else held.
+    /// Interpolated to the middle of each component step, if the source was stepped before
+    /// (Gauss–Seidel): second order. Else held.
     Interpolated,
-    /// The value at the end, where the giver was stepped before (Gauss–Seidel), as the textbook has
-    /// it: first order; else held.
+    /// The value at the end, if the source was stepped before (Gauss–Seidel): first order. Else
+    /// held.
     End,
-    /// Effort and flow of power bonds with what they lacked over the step before: second order;
-    /// others held.
+    /// Effort and flow of power bonds corrected by their last errors: second order. Others held.
     Balanced,
 }
 
-/// Communication step where nobody asks for one, s.
+/// Default communication step, s.
 pub const STEP: f64 = 1e-3;
 
 /// Times and schedule of a run.
@@ -71,27 +65,27 @@ pub struct Stepping {
     pub step: f64,
     /// Order of stepping.
     pub schedule: Schedule,
-    /// What continuous inputs are between communication points.
+    /// Continuous inputs between communication points.
     pub between: Between,
-    /// How communication points stray from their grid, if they do.
+    /// Deviation of communication points from their grid, if any.
     pub jitter: Option<Jitter>,
 }
 
-/// A clock that wakes up early and late, and now and then not at all.
+/// Jitter of the communication points: early, late or lost ones.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Jitter {
     /// Equal seeds give equal runs.
     pub seed: u64,
-    /// Largest change of a communication step, as a part of it: each point is early or late by up
-    /// to half of that, uniformly; points do not drift away from their grid.
+    /// Largest change of a communication step, as a fraction of it. Each point is early or late by
+    /// up to half of that, uniformly distributed about its place on the grid.
     pub part: f64,
-    /// Share of the points that are lost: the step over such a point is one of twice the length.
+    /// Fraction of the points that are lost: the step over such a point has twice the length.
     pub lost: f64,
 }
 
 impl Jitter {
-    /// By what part of a step point `k` is late, or `None` where it is lost. A hash of seed and
-    /// number (Steele, Lea, Flood 2014: SplitMix64) stands for the random numbers.
+    /// Lateness of point `k` as a fraction of a step, or `None` if it is lost. The random numbers
+    /// are a hash of seed and `k` (SplitMix64: Steele, Lea, Flood 2014).
     pub fn lateness(&self, k: u64) -> Option<f64> {
         let mut state = self.seed ^ k.wrapping_mul(0x9E37_79B9_7F4A_7C15);
         let mut uniform = || {
@@ -106,7 +100,7 @@ impl Jitter {
     }
 }
 
-/// Communication steps in a time, s; none where it is no multiple of the step.
+/// Number of communication steps in a time, s; None if it is no multiple of the step.
 pub fn steps_in(time: f64, step: f64) -> Option<u64> {
     let steps = time / step;
     let is_whole =

@@ -1,10 +1,9 @@
-//! Steps of components that are a whole part or a whole multiple of the communication step, and
-//! what continuous inputs are between communication points.
+//! Components with steps of their own (`--rate`), a whole part or multiple of the communication
+//! step, and the course of continuous inputs between communication points (`--between`).
 
 use std::collections::BTreeMap;
 
 use anyhow::{Result, anyhow, bail, ensure};
-use fmi_description::{Access, Variability};
 use serde::{Deserialize, Serialize};
 
 use super::choice::{Between, Schedule, Stepping};
@@ -23,11 +22,12 @@ pub(crate) struct Rates {
     pub known: PastValues,
 }
 
-/// What is remembered from one communication point to the next.
+/// Values remembered from one communication point to the next.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub(crate) struct PastValues {
-    /// Values at the communication point before, and the step from there, s: 0 where there is none.
+    /// Values at the communication point before.
     before: Vec<f64>,
+    /// Length of the step from there, s; 0 if there is none.
     length: f64,
     /// Time that each component has reached, s.
     pub reached: Vec<f64>,
@@ -40,19 +40,20 @@ pub(crate) struct ComponentRate {
     parts: usize,
     /// Communication steps in a step.
     every: usize,
-    /// Ends of inputs, from those that were stepped before.
+    /// Reads of the values at the end, from components that were stepped before.
     reads: Vec<Read>,
     pub writes: Vec<Write>,
     /// Slots of the inputs' values in the exchange.
     sources: Vec<usize>,
+    /// Values at the end of the step.
     ends: Vec<f64>,
+    /// Workspace: values within the step, and sums of the mean efforts.
     mixed: Vec<f64>,
-    buffer: Vec<f64>,
     sums: Vec<f64>,
 }
 
-/// Parts of a communication step in a step of `own`, s, or communication steps in it.
-fn whole(step: f64, own: f64, name: &str) -> Result<[usize; 2]> {
+/// Steps of length `own` in a communication step, and communication steps in one of these, both s.
+fn step_ratio(step: f64, own: f64, name: &str) -> Result<[usize; 2]> {
     let is_whole = |ratio: f64| (ratio - ratio.round()).abs() <= 1e-9 * ratio && ratio < 1e6;
     if own > 0.0 && own <= step && is_whole(step / own) {
         return Ok([(step / own).round() as usize, 1]);
@@ -66,19 +67,15 @@ fn whole(step: f64, own: f64, name: &str) -> Result<[usize; 2]> {
 }
 
 impl Rates {
-    /// Of a system; none where every component makes each communication step with held inputs.
+    /// The rates of a system; None if every component makes each communication step with held
+    /// inputs.
     pub fn new(
         structure: &Structure,
         wiring: &Wiring,
         exchange: &Exchange,
         stepping: Stepping,
     ) -> Result<Option<Self>> {
-        let Stepping {
-            step,
-            schedule,
-            between,
-            ..
-        } = stepping;
+        let (step, schedule, between) = (stepping.step, stepping.schedule, stepping.between);
         if structure.rates.is_empty() && matches!(between, Between::Held | Between::Balanced) {
             return Ok(None);
         }
@@ -95,17 +92,14 @@ impl Rates {
         let mut components = Vec::new();
         for (k, component) in structure.components.iter().enumerate() {
             let own = structure.rates.iter().rfind(|(c, _)| *c == component.name);
-            let [parts, every] = own.map_or(Ok([1, 1]), |(name, own)| whole(step, *own, name))?;
-            let is_continuous = |port| {
-                let variability = wiring.variable(port).variability;
-                wiring.access(port) == Access::Real && variability == Variability::Continuous
-            };
+            let [parts, every] =
+                own.map_or(Ok([1, 1]), |(name, own)| step_ratio(step, *own, name))?;
             let is_taken = |link: &Link| {
                 let is_before = is_sequential && link.from.component < k;
                 link.to.component == k
                     && !link.is_initial
-                    && is_continuous(link.from)
-                    && is_continuous(link.to)
+                    && wiring.is_continuous(link.from)
+                    && wiring.is_continuous(link.to)
                     && !(is_before && link.bond.is_some())
                     && (is_before || !needs_order)
             };
@@ -145,7 +139,8 @@ impl Rates {
         every == 1.0 || end - self.known.reached[component] > (every - 0.5) * self.step
     }
 
-    /// Before a step by `h`, s: what is to be passed at its end rests where no step is made to there.
+    /// Before a step to `end`, s: components that make no step to there are left out of the
+    /// exchange.
     pub fn rest(&self, resting: &mut Vec<bool>, end: f64) {
         if self.components.iter().any(|rate| rate.every > 1) {
             resting.clear();
@@ -153,13 +148,13 @@ impl Rates {
         }
     }
 
-    /// After a step by `h`, s.
+    /// Remember the values before the exchange after a step by `h`, s.
     pub fn remember(&mut self, values: &[f64], h: f64) {
         self.known.before.copy_from_slice(values);
         self.known.length = h;
     }
 
-    /// What the inputs of a component come to at the end of a step from `t` by `h`, both s.
+    /// Estimate the inputs of a component at the end of a step from `t` by `h`, both s.
     pub fn look_ahead(
         &mut self,
         component: usize,
@@ -185,9 +180,9 @@ impl Rates {
         Ok(())
     }
 
-    /// Make the steps of a component from `t` by `h`, both s, or begin them where it is in another
-    /// thread and `begins` says so; the mean that is left is that over all of them.
-    pub fn make(&mut self, step: ComponentStep, [t, h]: [f64; 2]) -> Result<()> {
+    /// Make the steps of a component from `t` by `h`, both s, or only begin them in its thread. The
+    /// mean efforts are those over all of the steps.
+    pub fn step(&mut self, step: ComponentStep, [t, h]: [f64; 2]) -> Result<()> {
         let (k, at) = (step.component, At::Time(t));
         if !self.is_due(k, t + h) {
             return Ok(());
@@ -247,21 +242,22 @@ impl Rates {
     }
 }
 
-/// What the steps of a component need.
+/// The arguments of the steps of a component.
 pub(crate) struct ComponentStep<'a> {
     pub component: usize,
     pub instances: &'a [Instance],
     /// Values last passed.
     pub values: &'a [f64],
-    /// How the mean efforts are read, and where to.
+    /// Read of the mean efforts, and their values.
     pub mean: Option<&'a Read>,
     pub means: &'a mut [f64],
     pub faults: Option<&'a mut Alteration>,
-    /// Calls are begun, not made.
+    /// Calls are only begun.
     pub begins: bool,
 }
 
 impl ComponentRate {
+    /// Plan the reads and writes of the inputs that `links` drive.
     fn plan<'a>(
         &mut self,
         wiring: &Wiring,
@@ -279,14 +275,12 @@ impl ComponentRate {
         }
         self.ends = vec![0.0; slots.len()];
         self.mixed = self.ends.clone();
-        let widest = self.writes.iter().map(Write::len).max();
-        self.buffer = vec![0.0; widest.unwrap_or(0)];
         if reads_ends {
             self.reads = planned;
         }
     }
 
-    /// Set the inputs to what they are at this share of the step.
+    /// Set the inputs to their values at this fraction of the step.
     fn set(
         &mut self,
         share: f64,
@@ -303,21 +297,19 @@ impl ComponentRate {
                 false => now + share * (end - now),
             };
         }
-        for write in &self.writes {
-            let (mixed, buffer, faults) = (&self.mixed, &mut self.buffer, faults.as_deref_mut());
+        for write in &mut self.writes {
+            let faults = faults.as_deref_mut();
             match begins {
-                true => write.begin(instances, mixed, buffer, faults, at)?,
-                false => write.run(instances, mixed, buffer, faults, at)?,
+                true => write.begin(instances, &self.mixed, faults, at)?,
+                false => write.run(instances, &self.mixed, faults, at)?,
             }
         }
         Ok(())
     }
 }
 
-/// A component's step, `0.25ms`, `60s` or `0.001` in s, and the pattern that names the components.
-///
-/// # Errors
-/// Another text.
+/// Parse `COMPONENT=TIME`: a pattern for the names of components, and their step, `0.25ms`, `60s`
+/// or `0.001` in s.
 pub fn parse_rate(text: &str) -> Result<(&str, f64)> {
     let parsed = text.split_once('=').and_then(|(name, length)| {
         let length = length.trim();
@@ -342,8 +334,8 @@ mod tests {
         assert_eq!(parse_rate("emla_*= 0.25ms").unwrap(), ("emla_*", 0.25e-3));
         assert_eq!(parse_rate("a=60s").unwrap(), ("a", 60.0));
         assert!(parse_rate("a=0ms").is_err() && parse_rate("a").is_err());
-        assert_eq!(whole(1e-3, 0.25e-3, "a").unwrap(), [4, 1]);
-        assert_eq!(whole(0.1, 0.3, "a").unwrap(), [1, 3]);
-        assert!(whole(1e-3, 0.3e-3, "a").is_err() && whole(1e-3, 1.5e-3, "a").is_err());
+        assert_eq!(step_ratio(1e-3, 0.25e-3, "a").unwrap(), [4, 1]);
+        assert_eq!(step_ratio(0.1, 0.3, "a").unwrap(), [1, 3]);
+        assert!(step_ratio(1e-3, 0.3e-3, "a").is_err() && step_ratio(1e-3, 1.5e-3, "a").is_err());
     }
 }

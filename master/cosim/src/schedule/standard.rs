@@ -1,4 +1,5 @@
-//! Get all, set all, step all: what FMI 2.0 promises between masters and FMUs.
+//! The schedule `standard`: get all outputs, set all inputs, step all components. FMI 2.0
+//! guarantees nothing more.
 
 use anyhow::Result;
 
@@ -6,51 +7,46 @@ use crate::exchange::algebraic_loop::LoopStage;
 use crate::exchange::coupling::{Coupling, Saved};
 use crate::instance::At;
 
-/// Read all outputs at the start time.
-pub fn begin(coupling: &mut Coupling, t: f64) -> Result<()> {
-    coupling.read(t)
-}
-
-/// Set all inputs, in Event Mode where discrete ones change.
+/// Set all inputs, in Event Mode if discrete ones change.
 pub fn prepare(coupling: &mut Coupling, t: f64) -> Result<()> {
-    coupling.write(t)?;
+    coupling.exchange.write(&coupling.instances, At::Time(t))?;
     coupling.settle(t)
 }
 
-/// Step all components, read all outputs. Where loops are solved, that is repeated until the inputs
-/// of a loop have had over the step what its outputs are at the end.
-pub fn advance(coupling: &mut Coupling, t: f64, h: f64, end: f64) -> Result<()> {
+/// Step all components from `t` by `h` and read all outputs at `end`, all s. If loops are solved,
+/// the step is repeated until the inputs of a loop over the step equal its outputs at the end.
+pub fn advance(coupling: &mut Coupling, [t, h, end]: [f64; 3]) -> Result<()> {
     match coupling.exchange.over_step.take() {
-        None => make(coupling, t, h, end)?,
+        None => step(coupling, [t, h, end])?,
         Some(mut unknowns) => {
             let saved = &coupling.save(t)?;
             let flows = coupling.flows();
-            let step = &mut RepeatedStep {
+            let repeated = &mut RepeatedStep {
                 coupling,
                 saved,
                 time: [t, h, end],
             };
-            let solved = unknowns.solve(step, At::Time(end));
+            let solved = unknowns.solve(repeated, At::Time(end));
             coupling.exchange.over_step = Some(unknowns);
             solved?;
-            coupling.note_flows_before(&flows);
+            coupling.record_flows_before(&flows);
         }
     }
     coupling.account(h);
     Ok(())
 }
 
-fn make(coupling: &mut Coupling, t: f64, h: f64, end: f64) -> Result<()> {
+fn step(coupling: &mut Coupling, [t, h, end]: [f64; 3]) -> Result<()> {
     coupling.step_all(t, h, false)?;
-    coupling.note_bonds(h, false);
+    coupling.record_bonds(h, false);
     coupling.read(end)
 }
 
-/// A step whose inputs are sought.
+/// A step that is repeated until the unknowns among its inputs are found.
 struct RepeatedStep<'a> {
     coupling: &'a mut Coupling,
     saved: &'a Saved,
-    /// From, by and to, s.
+    /// Start, length and end of the step, s.
     time: [f64; 3],
 }
 
@@ -60,9 +56,8 @@ impl LoopStage for RepeatedStep<'_> {
     }
 
     fn write_and_read(&mut self) -> Result<()> {
-        let [t, h, end] = self.time;
-        prepare(self.coupling, t)?;
-        make(self.coupling, t, h, end)
+        prepare(self.coupling, self.time[0])?;
+        step(self.coupling, self.time)
     }
 
     fn rewind(&mut self) -> Result<()> {

@@ -1,5 +1,5 @@
-//! Array connectors of SSP 2.0: what is connected as a whole becomes a connection for each element,
-//! which is how FMUs are seen here.
+//! Array connectors of SSP 2.0: a connection of whole arrays becomes one connection per element,
+//! because the master treats each element of an array as a variable.
 
 use std::sync::Arc;
 
@@ -7,23 +7,20 @@ use anyhow::{Result, ensure};
 use system_structure::Connector;
 
 use crate::fmu::Fmu;
-use crate::structure::{Connection, OuterInput, OuterOutput, Structure};
+use crate::structure::{Connection, OuterOutput, Structure};
 
 /// Component and variable.
 type End = (String, String);
 
-/// Names of the elements of an array, `x[1]`, `x[2]`; none where the FMU has no such array.
-pub fn elements(fmu: &Fmu, array: &str) -> Vec<String> {
+/// Names of the elements of an array, `x[1]`, `x[2]`; empty if the FMU has no such array.
+pub(crate) fn elements(fmu: &Fmu, array: &str) -> Vec<String> {
     let names = fmu.description.variables.iter().map(|v| &v.name);
     let is_element = |name: &&String| name.strip_prefix(array).is_some_and(|n| n.starts_with('['));
     names.filter(is_element).cloned().collect()
 }
 
-/// Resolve the connectors that have dimensions.
-///
-/// # Errors
-/// Numbers of elements that differ, by name.
-pub fn resolve(structure: &mut Structure, fmus: &[Arc<Fmu>]) -> Result<()> {
+/// Replace connectors that have dimensions, and their connections, by those of the elements.
+pub(crate) fn resolve(structure: &mut Structure, fmus: &[Arc<Fmu>]) -> Result<()> {
     let mut arrays: Vec<(End, Vec<String>)> = Vec::new();
     for (component, fmu) in structure.components.iter_mut().zip(fmus) {
         for connector in std::mem::take(&mut component.connectors) {
@@ -50,13 +47,13 @@ pub fn resolve(structure: &mut Structure, fmus: &[Arc<Fmu>]) -> Result<()> {
             arrays.push(((component.name.clone(), connector.name), all));
         }
     }
-    let of = |end: &End| {
+    let elements_of = |end: &End| {
         let found = arrays.iter().find(|(array, _)| array == end);
         let each = |name: &String| (end.0.clone(), name.clone());
         found.map_or(vec![end.clone()], |(_, all)| all.iter().map(each).collect())
     };
     for connection in std::mem::take(&mut structure.connections) {
-        let (starts, ends) = (of(&connection.start), of(&connection.end));
+        let (starts, ends) = (elements_of(&connection.start), elements_of(&connection.end));
         let (from, to) = (starts.len(), ends.len());
         ensure!(
             from == to,
@@ -71,7 +68,7 @@ pub fn resolve(structure: &mut Structure, fmus: &[Arc<Fmu>]) -> Result<()> {
         }
     }
     for output in std::mem::take(&mut structure.outputs) {
-        for start in of(&output.start) {
+        for start in elements_of(&output.start) {
             let index = start.1.strip_prefix(&output.start.1).unwrap_or_default();
             let name = output.name.clone() + index;
             structure.outputs.push(OuterOutput { name, start });
@@ -79,14 +76,9 @@ pub fn resolve(structure: &mut Structure, fmus: &[Arc<Fmu>]) -> Result<()> {
     }
     for input in std::mem::take(&mut structure.inputs) {
         for (end, way) in &input.ends {
-            for one in of(end) {
+            for one in elements_of(end) {
                 let name = input.name.clone() + one.1.strip_prefix(&end.1).unwrap_or_default();
-                let (unit, ends) = (input.unit.clone(), vec![(one, way.clone())]);
-                let mut known = structure.inputs.iter_mut();
-                match known.find(|other| other.name == name) {
-                    Some(known) => known.ends.extend(ends),
-                    None => structure.inputs.push(OuterInput { name, unit, ends }),
-                }
+                structure.feed(name, input.unit.clone(), (one, way.clone()));
             }
         }
     }

@@ -1,34 +1,35 @@
-//! Power bonds: which connection is the effort of one, and where its flow is.
+//! Power bonds as system structures declare them: an annotation on the connection that carries the
+//! effort names the conjugate flow. The master reports the power residual of each bond.
 
 use anyhow::{Result, bail};
 use system_structure::Annotation;
 
-/// Type of the annotation that makes a connection half of a power bond.
+/// Type of the annotation that makes a connection the effort of a power bond.
 const POWER_BOND: &str = "io.github.hdrm-fmu.power-bond";
 
-/// Annotation `io.github.hdrm-fmu.power-bond` of a connection.
+/// Power bond of a connection that carries its effort.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PowerBond {
     /// Output of the start element: mean of the connected effort over the last step.
     pub step_mean: String,
     /// Input of the start element that receives the conjugate flow.
     pub flow: String,
-    /// Which way power goes where effort times flow is positive.
+    /// Direction of the power where effort times flow is positive.
     pub power: Power,
 }
 
 /// Direction of the power `effort · flow` of a bond.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Power {
-    /// The start element delivers it, as an actuator that pushes.
+    /// The start element delivers it, as a pushing actuator does.
     #[default]
     Delivered,
-    /// The start element takes it, as a drive by the current that it draws.
+    /// The start element takes it, as a drive does by the current that it draws.
     Drawn,
 }
 
 impl PowerBond {
-    /// The bond among the annotations of a connection, if there is one.
+    /// The bond among the annotations of a connection.
     pub(super) fn read(annotations: &[Annotation]) -> Result<Option<Self>> {
         let mut bond = None;
         for annotation in annotations {

@@ -1,13 +1,12 @@
-//! A system without systems in it: components and the connections between them, as the master runs
-//! them.
+//! The flat system that the master runs: FMU components, the connections between them and their
+//! start values, without nested systems.
 
 use fmi_description::Unit;
 use system_structure::{Connector, DataType, Direction, Transformation};
 
 use super::bond::PowerBond;
 
-/// One FMU instance of the system; the order in the file is the stepping order of the Gauss–Seidel
-/// schedule.
+/// One FMU instance of the system. The Gauss–Seidel schedule steps components in file order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Component {
     /// Name of the instance; in a nested system its path, `system.component`.
@@ -21,7 +20,7 @@ pub struct Component {
 }
 
 impl Component {
-    /// Give a variable a value in place of all that it is bound to; `origin` says who does, for
+    /// Replace all values bound to a variable by one; `origin` says where it comes from, for
     /// messages.
     pub fn bind(&mut self, name: &str, value: String, data_type: DataType, origin: &str) {
         self.parameters.retain(|p| p.name != name);
@@ -43,44 +42,44 @@ pub struct Parameter {
     pub name: String,
     /// Value.
     pub value: String,
-    /// Type in which it is given.
+    /// Type of the value.
     pub data_type: DataType,
     /// Unit of a real value.
     pub unit: Option<Unit>,
-    /// What becomes of the value before it reaches the variable.
+    /// Transformations of the value before it reaches the variable.
     pub way: Vec<Hop>,
-    /// Where the value stands, for messages.
+    /// Where the value comes from, for messages.
     pub origin: String,
 }
 
-/// One connection on the way of a value, which may lead through connectors of systems.
+/// One of the connections that a value passes: more than one where it leads through connectors of
+/// nested systems.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Hop {
-    /// What becomes of the value.
+    /// Transformation of the value.
     pub transformation: Option<Transformation>,
-    /// The units of both ends may differ, because the numbers are meant as the transformation
-    /// leaves them.
+    /// Units are not converted (`suppressUnitConversion`).
     pub keeps_units: bool,
-    /// Unit that is declared at its end.
+    /// Unit declared at its end.
     pub unit: Option<Unit>,
 }
 
 /// A connection from an output to an input.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Connection {
     /// Component and output.
     pub start: (String, String),
     /// Component and input.
     pub end: (String, String),
-    /// Unit that is declared at the start.
+    /// Unit declared at the start.
     pub unit: Option<Unit>,
-    /// What becomes of a value on its way.
+    /// Transformations of the values, in order.
     pub way: Vec<Hop>,
-    /// Of a parameter: passed in initialization only.
+    /// Between parameters: passed in initialization only.
     pub is_initial: bool,
-    /// Set where the connection carries the effort of a power bond.
+    /// Power bond whose effort the connection carries.
     pub bond: Option<PowerBond>,
-    /// File and line, for messages; empty where no file has it.
+    /// File and line, for messages; empty for a connection made by the program.
     pub place: String,
 }
 
@@ -91,18 +90,18 @@ impl std::fmt::Display for Connection {
     }
 }
 
-/// A connector of the outermost system that gives its value to inputs of components.
+/// An input of the outermost system, which feeds inputs of components.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OuterInput {
     /// Name.
     pub name: String,
-    /// Unit that is declared.
+    /// Declared unit.
     pub unit: Option<Unit>,
-    /// Component, input, and what becomes of a value on its way there.
+    /// Component and input, with the transformations on the way there.
     pub ends: Vec<((String, String), Vec<Hop>)>,
 }
 
-/// A connector of the outermost system that shows the output of a component.
+/// An output of the outermost system, which shows the output of a component.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OuterOutput {
     /// Name.
@@ -128,24 +127,24 @@ pub struct Structure {
     pub start_time: f64,
     /// Stop time of the default experiment, s.
     pub stop_time: Option<f64>,
-    /// Communication step that the structure asks for, s.
+    /// Communication step that the structure requests, s.
     pub step: Option<f64>,
-    /// Components whose outputs may be read again after inputs were set although they declare no
-    /// dependencies.
+    /// Components without declared dependencies whose outputs may nevertheless be read again after
+    /// inputs were set.
     pub feedthrough: Vec<String>,
-    /// Components with steps of their own, s; the last of several counts.
+    /// Components with communication steps of their own, s; the last entry of a component counts.
     pub rates: Vec<(String, f64)>,
-    /// Declared algebraic loops are solved.
+    /// Algebraic loops are solved instead of refused.
     pub solves_loops: bool,
-    /// What was made of it that its file does not say.
+    /// Changes to the structure as its file has it, for the user.
     pub remarks: Vec<String>,
-    /// Parameter values that match nothing, with their origin: by the standard they are passed
-    /// over.
+    /// Parameter values that match no variable, with their origin; the standard has them ignored.
     pub unmatched: Vec<String>,
 }
 
 impl Structure {
-    /// Component and variable of a name `component.variable`; names of components may hold dots.
+    /// Component and variable of a name `component.variable`. Names of components may contain dots:
+    /// the longest matching one counts.
     pub fn split<'a>(&self, name: &'a str) -> Option<(usize, &'a str)> {
         let fits = |(k, c): (usize, &Component)| {
             let variable = name.strip_prefix(&c.name)?.strip_prefix('.')?;
@@ -166,8 +165,7 @@ impl Structure {
         names.join(", ")
     }
 
-    /// Connect an output with an input that no connection drives yet; both get connectors where
-    /// they have none.
+    /// Connect an output to an input that no connection drives yet. Missing connectors are added.
     pub fn connect(&mut self, start: (String, String), end: (String, String)) {
         for ((component, name), direction) in
             [(&start, Direction::Output), (&end, Direction::Input)]
@@ -189,11 +187,23 @@ impl Structure {
         self.connections.push(Connection {
             start,
             end,
-            unit: None,
             way: vec![Hop::default()],
-            is_initial: false,
-            bond: None,
-            place: String::new(),
+            ..Connection::default()
         });
+    }
+
+    /// Let the input `name` of the system feed an input of a component.
+    pub(super) fn feed(
+        &mut self,
+        name: String,
+        unit: Option<Unit>,
+        end: ((String, String), Vec<Hop>),
+    ) {
+        let mut inputs = self.inputs.iter_mut();
+        let ends = vec![end];
+        match inputs.find(|input| input.name == name) {
+            Some(input) => input.ends.extend(ends),
+            None => self.inputs.push(OuterInput { name, unit, ends }),
+        }
     }
 }

@@ -1,31 +1,19 @@
-//! Systems in systems, connectors of systems, dictionaries and nested packages resolved into one
-//! flat system.
+//! Flattens a system structure: nested systems, signal dictionaries and structures in other files
+//! become one list of components and connections ([`Structure`]).
 
 use std::collections::HashMap;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use system_structure::{
-    Connection as Wire, Connector, DataType, Direction, Element, End, Kind, SignalDictionary,
-    Sourced, System, SystemStructure, Transformation,
+    Connection as Wire, Connector, DataType, Direction, Element, End, Kind, System,
+    SystemStructure, Transformation,
 };
 
 use super::bond::PowerBond;
-use super::flat::{Component, Hop, Parameter, Structure};
-use super::values::{Files, bound};
-use super::ways::{Flow, Key, join, resolve};
-
-/// Types of connectors that can be connected.
-const CONNECTED: [DataType; 6] = [
-    DataType::Real,
-    DataType::Integer,
-    DataType::Boolean,
-    DataType::Enumeration,
-    DataType::String,
-    DataType::Binary,
-];
-
-/// Name of the default structure in a packed system.
-const DEFAULT: &str = "SystemStructure.ssd";
+use super::flat::{Component, Connection, Hop, Parameter, Structure};
+use super::package::DEFAULT;
+use super::values::{Files, binding_values};
+use super::ways::{Key, join, resolve};
 
 /// Type of the annotation of a component whose outputs may be read again after its inputs were set.
 const FEEDTHROUGH: &str = "io.github.hdrm-fmu.feedthrough";
@@ -33,10 +21,10 @@ const FEEDTHROUGH: &str = "io.github.hdrm-fmu.feedthrough";
 /// Type of the annotation that gives a component a step of its own: `<Rate step="0.25e-3"/>`, s.
 const RATE: &str = "io.github.hdrm-fmu.rate";
 
-/// Deepest nesting of files, so that a file that names itself ends somewhere.
-const DEPTH: usize = 16;
+/// Deepest nesting of files; stops a file that names itself.
+const MAX_DEPTH: usize = 16;
 
-/// Which way values go through a connector, seen from the system that connects it.
+/// Direction of values at a connector, seen from the system that connects it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Side {
     Source,
@@ -44,8 +32,7 @@ enum Side {
     Either,
 }
 
-/// Read the text of the system structure `file`; `files` gives the texts of files by the names that
-/// they have there.
+/// Read the text of the system structure `file`; `files` reads the files that it names.
 pub fn read(text: &str, file: &str, files: &mut Files<'_>) -> Result<Structure> {
     let read = SystemStructure::parse(text, file)?;
     let mut flattening = Flattening {
@@ -57,31 +44,27 @@ pub fn read(text: &str, file: &str, files: &mut Files<'_>) -> Result<Structure> 
             ..Structure::default()
         },
         files,
-        flows: Vec::new(),
+        parts: Vec::new(),
         values: Vec::new(),
         references: HashMap::new(),
     };
-    flattening.system(
-        &read.system,
-        "",
-        &Place {
-            file,
-            base: "",
-            depth: 0,
-        },
-        &[],
-    )?;
+    let place = SourceFile {
+        file,
+        base: "",
+        depth: 0,
+    };
+    flattening.system(&read.system, "", &place, &[])?;
     let Flattening {
         mut structure,
-        flows,
+        parts,
         values,
         ..
     } = flattening;
-    resolve(&mut structure, &flows, values, &read.system)?;
+    resolve(&mut structure, &parts, values, &read.system)?;
     Ok(structure)
 }
 
-/// The communication step that an annotation of the Open Simulation Platform asks for.
+/// The communication step that an annotation of the Open Simulation Platform requests.
 fn base_step(read: &SystemStructure) -> Result<Option<f64>> {
     for annotation in &read.default_experiment.annotations {
         let algorithm = annotation.content.child("Algorithm");
@@ -93,9 +76,9 @@ fn base_step(read: &SystemStructure) -> Result<Option<f64>> {
 }
 
 /// The file that is being read.
-struct Place<'a> {
+struct SourceFile<'a> {
     file: &'a str,
-    /// What is put before the names of files.
+    /// Prefix for the names of files that it names: its folder.
     base: &'a str,
     depth: usize,
 }
@@ -103,30 +86,27 @@ struct Place<'a> {
 struct Flattening<'a> {
     structure: Structure,
     files: &'a mut Files<'a>,
-    flows: Vec<Flow>,
-    /// Values with whole names, in the order in which they are applied.
+    /// Connections of all systems, directed from their sources to their sinks.
+    parts: Vec<Connection>,
+    /// Values with full names, in the order in which they are applied.
     values: Vec<Parameter>,
-    /// Dictionaries by the path of the element that refers to them.
+    /// Path of the dictionary, by the path of the element that refers to it.
     references: HashMap<String, String>,
 }
 
 impl Flattening<'_> {
-    /// Take in a system that has the path `path`; `around` are the dictionaries of the systems
-    /// around it, by name and path.
+    /// Add a system with the path `path`; `around` are the names and paths of the dictionaries of
+    /// the enclosing systems.
     fn system(
         &mut self,
         system: &System,
         path: &str,
-        place: &Place,
+        place: &SourceFile,
         around: &[(String, String)],
     ) -> Result<()> {
         let mut dictionaries = around.to_vec();
-        for (name, dictionary) in &system.dictionaries {
-            if let Sourced::File { source, .. } = dictionary {
-                let text = (self.files)(&format!("{}{source}", place.base))?;
-                SignalDictionary::parse(&text, source)?;
-            }
-            // No element's path begins so.
+        for name in &system.dictionaries {
+            // No path of an element begins with this character.
             dictionaries.push((name.clone(), format!("\0{}", join(path, name))));
         }
         for element in &system.elements {
@@ -149,9 +129,9 @@ impl Flattening<'_> {
         }
         for wire in &system.connections {
             let place = format!("`{}`, line {}", place.file, wire.line);
-            let flow = self.flow(system, path, wire, &place);
-            let flow = flow.with_context(|| place.clone())?;
-            self.flows.push(flow);
+            let part = self.connection(system, path, wire, &place);
+            let part = part.with_context(|| place.clone())?;
+            self.parts.push(part);
         }
         let owner = format!("system `{}`", system.name);
         self.bind(&system.bindings, &owner, path, place)
@@ -161,7 +141,7 @@ impl Flattening<'_> {
         &mut self,
         component: &system_structure::Component,
         path: &str,
-        place: &Place,
+        place: &SourceFile,
     ) -> Result<()> {
         let source = format!("{}{}", place.base, component.source);
         let file = match component.kind {
@@ -191,12 +171,12 @@ impl Flattening<'_> {
             Kind::Package => Some(format!("{source}/{DEFAULT}")),
         };
         if let Some(file) = file {
-            if place.depth == DEPTH {
-                bail!("`{file}`: files of systems in systems are nested deeper than {DEPTH}");
+            if place.depth == MAX_DEPTH {
+                bail!("`{file}`: files of systems in systems are nested deeper than {MAX_DEPTH}");
             }
             let text = (self.files)(&file).with_context(|| format!("component `{path}`"))?;
             let read = SystemStructure::parse(&text, &file)?;
-            let inner = Place {
+            let inner = SourceFile {
                 file: &file,
                 base: &file[..file.rfind('/').map_or(0, |slash| slash + 1)],
                 depth: place.depth + 1,
@@ -207,16 +187,16 @@ impl Flattening<'_> {
         self.bind(&component.bindings, &owner, path, place)
     }
 
-    /// Note the values of bindings with their whole names.
+    /// Add the values of bindings, with their full names.
     fn bind(
         &mut self,
         bindings: &[system_structure::Binding],
         owner: &str,
         path: &str,
-        place: &Place,
+        place: &SourceFile,
     ) -> Result<()> {
         for binding in bindings {
-            for mut parameter in bound(binding, owner, place.base, self.files)? {
+            for mut parameter in binding_values(binding, owner, place.base, self.files)? {
                 parameter.name = join(path, &parameter.name);
                 self.values.push(parameter);
             }
@@ -224,7 +204,14 @@ impl Flattening<'_> {
         Ok(())
     }
 
-    fn flow(&mut self, system: &System, path: &str, wire: &Wire, place: &str) -> Result<Flow> {
+    /// A connection, directed as its connectors require.
+    fn connection(
+        &self,
+        system: &System,
+        path: &str,
+        wire: &Wire,
+        place: &str,
+    ) -> Result<Connection> {
         let [(start, start_side), (end, end_side)] =
             [self.end(system, &wire.start)?, self.end(system, &wire.end)?];
         let misused = |end: &End, connector: &Connector, used: &str| {
@@ -242,14 +229,10 @@ impl Flattening<'_> {
         let name = format!("connection {} -> {}", wire.start, wire.end);
         let mut ends = [(start, &wire.start), (end, &wire.end)];
         for (connector, end) in ends {
-            let data_type = connector.data_type;
-            if let Some(data_type) = data_type.filter(|t| !CONNECTED.contains(t)) {
-                bail!(
-                    "connector `{end}` is declared as {}; only connectors of the types {} can be connected",
-                    data_type.name(),
-                    CONNECTED.map(DataType::name).join(", ")
-                );
-            }
+            ensure!(
+                connector.data_type != Some(DataType::Clock),
+                "connector `{end}` is declared as Clock; only connectors of the types Real, Integer, Boolean, Enumeration, String, Binary can be connected"
+            );
         }
         let whole = |t| matches!(t, DataType::Integer | DataType::Enumeration);
         let data_type = start.data_type.or(end.data_type);
@@ -288,24 +271,25 @@ impl Flattening<'_> {
         if is_turned {
             ends.reverse();
         }
-        let [(first, from), (last, to)] = ends;
-        let [from, to] = [from, to].map(|end| self.key(path, end));
-        if let Some(other) = self.flows.iter().find(|other| other.to == to) {
-            let [to, first, second] = [&to, &other.from, &from].map(|(a, b)| format!("{a}.{b}"));
-            bail!("input {to} is driven twice, by {first} and by {second}");
+        let [(first, start), (last, end)] = ends;
+        let [start, end] = [start, end].map(|end| self.key(path, end));
+        if let Some(other) = self.parts.iter().find(|other| other.end == end) {
+            let [input, first, second] =
+                [&end, &other.start, &start].map(|(a, b)| format!("{a}.{b}"));
+            bail!("input {input} is driven twice, by {first} and by {second}");
         }
         let is_parameter = |connector: &Connector| {
             use Direction::{CalculatedParameter, Parameter};
             matches!(connector.direction, Parameter | CalculatedParameter)
         };
-        Ok(Flow {
-            from,
-            to,
-            hop: Hop {
+        Ok(Connection {
+            start,
+            end,
+            way: vec![Hop {
                 transformation: wire.transformation.clone(),
                 keeps_units: wire.keeps_units,
                 unit: last.unit.clone(),
-            },
+            }],
             unit: first.unit.clone(),
             is_initial: is_parameter(first) || is_parameter(last),
             bond,
@@ -313,7 +297,7 @@ impl Flattening<'_> {
         })
     }
 
-    /// The connector at one end of a connection, and which way values go there.
+    /// The connector at one end of a connection, and the direction of values there.
     fn end<'s>(&self, system: &'s System, end: &End) -> Result<(&'s Connector, Side)> {
         let (owner, connectors) = match &end.element {
             None => (format!("system `{}`", system.name), &system.connectors[..]),
@@ -341,7 +325,7 @@ impl Flattening<'_> {
         Ok((found, if is_source { Side::Source } else { Side::Sink }))
     }
 
-    /// The connector at the end of a connection in the system with the path `path`.
+    /// The path and name of the connector at an end of a connection in the system with this path.
     fn key(&self, path: &str, end: &End) -> Key {
         let owner = match &end.element {
             Some(element) => join(path, element),

@@ -1,4 +1,4 @@
-//! Where a system's files are read from: a packed system (`.ssp`), or the folder of a `.ssd`.
+//! Reads the files of a system: from a packed system (`.ssp`), or from the folder of a `.ssd`.
 
 use std::borrow::Cow;
 use std::fs;
@@ -9,9 +9,9 @@ use fmi_description::Archive;
 use percent_encoding::percent_decode_str;
 
 /// Name of the default structure in a packed system.
-const DEFAULT: &str = "SystemStructure.ssd";
+pub(super) const DEFAULT: &str = "SystemStructure.ssd";
 
-/// An opened package.
+/// An open packed system, or the folder of a structure.
 pub struct Package {
     path: PathBuf,
     archive: Option<Archive>,
@@ -22,7 +22,7 @@ impl Package {
     pub fn open(path: &Path) -> Result<Self> {
         if path.extension().is_some_and(|e| e == "ssp") {
             let bytes = read(path).context("system")?;
-            return Self::of_bytes(&path.display().to_string(), bytes);
+            return Self::from_bytes(&path.display().to_string(), bytes);
         }
         Ok(Self {
             path: path.to_path_buf(),
@@ -30,8 +30,8 @@ impl Package {
         })
     }
 
-    /// A packed system by its bytes; `name` is its name for messages.
-    pub fn of_bytes(name: &str, bytes: Vec<u8>) -> Result<Self> {
+    /// Open the bytes of a packed system; `name` is its name for messages.
+    pub fn from_bytes(name: &str, bytes: Vec<u8>) -> Result<Self> {
         let archive = Archive::open(bytes).with_context(|| format!("`{name}`"))?;
         Ok(Self {
             path: PathBuf::from(name),
@@ -39,12 +39,12 @@ impl Package {
         })
     }
 
-    /// The bytes of a packed system, empty of a folder.
+    /// The bytes of a packed system; empty for a folder.
     pub fn into_bytes(self) -> Vec<u8> {
         self.archive.map_or_else(Vec::new, Archive::into_bytes)
     }
 
-    /// Where it came from.
+    /// Path of the packed system or the structure.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -54,8 +54,8 @@ impl Package {
         self.archive.iter().flat_map(Archive::names)
     }
 
-    /// Text of the system structure: of a packed system the one named `variant`, without a name the
-    /// default.
+    /// Text of the system structure; of a packed system the structure named `variant`, else the
+    /// default one.
     pub fn structure(&mut self, variant: Option<&str>) -> Result<String> {
         if self.archive.is_some() {
             return self.text(variant.unwrap_or(DEFAULT));
@@ -87,9 +87,9 @@ impl Package {
         }
     }
 
-    /// A file of the package, by its name relative to the system structure; `%20` and the like in
-    /// it may stand for other characters. What lies in a packed system of its own is named after
-    /// that, `parts/inner.ssp/resources/A.fmu`.
+    /// A file of the package, by its name relative to the system structure, which may be
+    /// percent-encoded. The name of a file in a nested packed system begins with the name of that
+    /// system, `parts/inner.ssp/resources/A.fmu`.
     pub fn file(&mut self, name: &str) -> Result<Vec<u8>> {
         let name = name.strip_prefix("file://").unwrap_or(name);
         if let Some((outer, inner)) = name.split_once(".ssp/") {
@@ -107,13 +107,13 @@ impl Package {
         }
     }
 
-    /// A text of the package.
+    /// A text file of the package.
     pub fn text(&mut self, name: &str) -> Result<String> {
         let bytes = self.file(name)?;
         self.utf8(bytes, &format!("`{name}`"))
     }
 
-    /// True where a packed system holds the file.
+    /// Whether a packed system contains the file.
     pub fn holds(&self, name: &str) -> bool {
         self.names().any(|n| n == name)
     }
@@ -124,12 +124,12 @@ impl Package {
     }
 }
 
-/// Where the FMUs of a system lie.
+/// Where the FMUs of a system are.
 #[derive(Clone, Debug)]
 pub enum FmuPlace {
     /// In this folder, by file name.
     Folder(PathBuf),
-    /// Where the structure says, else in the first of these folders that has the file.
+    /// Where the structure says, else in the first of these folders that contains the file.
     Structure {
         /// Further folders.
         else_in: Vec<PathBuf>,
@@ -169,7 +169,7 @@ impl FmuPlace {
     }
 }
 
-/// A file of the archive `whole`.
+/// A file of the archive named `whole`.
 fn in_archive(archive: &mut Archive, name: &str, whole: &str) -> Result<Vec<u8>> {
     let decoded = decoded(name);
     let mut path: Vec<&str> = Vec::new();
@@ -185,15 +185,14 @@ fn in_archive(archive: &mut Archive, name: &str, whole: &str) -> Result<Vec<u8>>
     }
     let kind = Path::new(name).extension();
     let alike = archive.names().filter(|n| Path::new(n).extension() == kind);
-    let alike: Vec<_> = alike.collect();
-    let alike = match alike.is_empty() {
-        true => "none".to_string(),
-        false => alike.join(", "),
-    };
-    bail!("`{whole}` holds no {name}; of this kind it has {alike}")
+    let alike = Some(alike.collect::<Vec<_>>().join(", ")).filter(|names| !names.is_empty());
+    bail!(
+        "`{whole}` holds no {name}; of this kind it has {}",
+        alike.as_deref().unwrap_or("none")
+    )
 }
 
-/// A name as a URI writes it, with `%20` and the like replaced.
+/// A name with percent-encoded characters replaced.
 fn decoded(name: &str) -> Cow<'_, str> {
     let decoded = percent_decode_str(name).decode_utf8();
     decoded.unwrap_or(name.into())
@@ -205,7 +204,7 @@ pub fn read_text(path: &Path) -> Result<String> {
     text.with_context(|| format!("`{}` is not UTF-8 text", path.display()))
 }
 
-/// The file at `path`; an error names the path as it was given, and where that is.
+/// The bytes of the file at `path`; an error names the path as given, and the absolute path.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     let file = path.display();
     fs::read(path).with_context(|| match std::path::absolute(path) {

@@ -1,14 +1,14 @@
-//! An FMU with names of its own in the place of another: a parameter mapping (`.ssm`) says what the
-//! structure's names are called there.
+//! Replacing a component's FMU by one with other variable names (`cosim run --fmu --map`): a
+//! parameter mapping (`.ssm`) gives the FMU's name for each name of the structure.
 
 use fmi_description::Description;
 use system_structure::{MappingEntry, ParameterMapping, Transformation};
 
 use crate::structure::{Hop, Structure};
 
-/// Give the connections, connectors and values of the component with the index `component` the
-/// names of its FMU. What the FMU does not have then is not connected, with a remark; a bond whose
-/// mean effort it does not have is none.
+/// Rename the connections, connectors and values of the component with the index `component` to the
+/// names of its FMU. Connections to variables that the FMU lacks, and power bonds whose mean effort
+/// it lacks, are dropped with a remark.
 pub(crate) fn rename(
     structure: &mut Structure,
     component: usize,
@@ -24,9 +24,8 @@ pub(crate) fn rename(
             && let Some(entry) = entry(&connection.end.1)
         {
             connection.end.1.clone_from(&entry.target);
-            connection
-                .way
-                .push(hop(entry, entry.transformation.clone()));
+            let last = hop(entry, entry.transformation.clone());
+            connection.way.push(last);
         }
         if connection.start.0 != name {
             continue;
@@ -88,21 +87,19 @@ fn hop(entry: &MappingEntry, transformation: Option<Transformation>) -> Hop {
     }
 }
 
-/// From the FMU's values to those of the structure.
+/// The transformation from the FMU's values to those of the structure.
 fn inverse(transformation: &Transformation) -> Transformation {
-    fn turned<T: Clone>(entries: &[(T, T)]) -> Vec<(T, T)> {
-        entries
-            .iter()
-            .map(|(s, t)| (t.clone(), s.clone()))
-            .collect()
+    fn swapped<T: Clone>(entries: &[(T, T)]) -> Vec<(T, T)> {
+        let all = entries.iter().cloned();
+        all.map(|(source, target)| (target, source)).collect()
     }
     match transformation {
         Transformation::Linear { factor, offset } => Transformation::Linear {
             factor: 1.0 / factor,
             offset: -offset / factor,
         },
-        Transformation::Booleans(entries) => Transformation::Booleans(turned(entries)),
-        Transformation::Integers(entries) => Transformation::Integers(turned(entries)),
-        Transformation::Items(entries) => Transformation::Items(turned(entries)),
+        Transformation::Booleans(entries) => Transformation::Booleans(swapped(entries)),
+        Transformation::Integers(entries) => Transformation::Integers(swapped(entries)),
+        Transformation::Items(entries) => Transformation::Items(swapped(entries)),
     }
 }

@@ -1,5 +1,5 @@
-//! A loaded system: the structure and its FMUs, ready to be run as often and in as many threads as
-//! wanted.
+//! A loaded system: the structure and its FMUs. Programs load it once and run it as often and in as
+//! many threads as they like.
 
 mod names;
 mod values;
@@ -24,7 +24,7 @@ pub use values::Setting;
 /// A system structure with one loaded FMU per component (shared where the source is the same).
 #[derive(Clone)]
 pub struct System {
-    /// Where it came from.
+    /// File that it was loaded from.
     pub path: PathBuf,
     /// Components and connections.
     pub structure: Structure,
@@ -34,10 +34,9 @@ pub struct System {
 
 impl System {
     /// Load a packed system (`.ssp`; of it the structure named `variant`, else the default one), or
-    /// a `.ssd` with its FMUs from `place`. The components named in `replaced` get the FMU in that
-    /// file instead, of whichever version of FMI. The FMUs of those named in `mappings` have names
-    /// of their own, by parameter mappings (`.ssm`): `source` is the name in the structure, `target`
-    /// that of the FMU.
+    /// a `.ssd`, with its FMUs from `place`. `replaced` gives components other FMU files, of any
+    /// version of FMI. `mappings` gives components parameter mappings (`.ssm`) for FMUs with other
+    /// variable names: `source` is the name in the structure, `target` that of the FMU.
     pub fn load(
         path: &Path,
         variant: Option<&str>,
@@ -46,12 +45,12 @@ impl System {
         mappings: &[(String, PathBuf)],
     ) -> Result<Self> {
         let (package, loaded) = (&mut Package::open(path)?, &mut BTreeMap::new());
-        Self::of_package(package, variant, place, replaced, mappings, loaded)
+        Self::from_package(package, variant, place, replaced, mappings, loaded)
     }
 
-    /// The same of an opened package; `loaded` are FMUs of it that are loaded already, by the names
-    /// that structures have for them, and takes up those that are not.
-    pub fn of_package(
+    /// As [`System::load`], from an open package. `loaded` caches its FMUs, by their names in the
+    /// structures.
+    pub fn from_package(
         package: &mut Package,
         variant: Option<&str>,
         place: &FmuPlace,
@@ -101,7 +100,7 @@ impl System {
         Ok(system)
     }
 
-    /// Give the component `name` the names of its FMU, by the mapping in `file`.
+    /// Rename the variables of the component `name` by the mapping in `file`.
     fn map(&mut self, name: &str, file: &Path) -> Result<()> {
         let text = read_text(file).context("mapping")?;
         let mapping = ParameterMapping::parse(&text, &file.display().to_string())?;
@@ -117,15 +116,15 @@ impl System {
         Ok(())
     }
 
-    /// FMUs without a structure, each a component named after its file; `connections` are written
-    /// `a.y=b.u`.
-    pub fn of_fmus(files: &[PathBuf], connections: &[String]) -> Result<Self> {
+    /// A system of FMUs without a structure, each a component named after its file; `connections`
+    /// are written `a.y=b.u`.
+    pub fn from_fmus(files: &[PathBuf], connections: &[String]) -> Result<Self> {
         let read = files.iter().map(|file| Ok((file.clone(), read(file)?)));
-        Self::of_archives(read.collect::<Result<_>>()?, connections)
+        Self::from_archives(read.collect::<Result<_>>()?, connections)
     }
 
-    /// The same of the bytes of each file.
-    pub fn of_archives(files: Vec<(PathBuf, Vec<u8>)>, connections: &[String]) -> Result<Self> {
+    /// As [`System::from_fmus`], from the bytes of the files.
+    pub fn from_archives(files: Vec<(PathBuf, Vec<u8>)>, connections: &[String]) -> Result<Self> {
         let mut structure = Structure::default();
         let mut fmus: Vec<Arc<Fmu>> = Vec::new();
         let path = files.first().map(|(file, _)| file.clone());
@@ -171,7 +170,7 @@ impl System {
         Ok(system)
     }
 
-    /// The latest stop time that an FMU prefers, s, else 1 s after the start.
+    /// The latest default stop time of the FMUs, s, else 1 s after the start.
     pub fn preferred_stop(&self) -> f64 {
         let start = self.structure.start_time;
         let experiments = self
@@ -183,8 +182,8 @@ impl System {
         latest.reduce(f64::max).unwrap_or(start + 1.0)
     }
 
-    /// The communication step that the structure asks for, else the smallest that an FMU prefers,
-    /// s, and who it is.
+    /// The communication step, s, that the structure requests, else the smallest that an FMU
+    /// prefers; and which of them it is.
     pub fn preferred_step(&self) -> Option<(f64, String)> {
         if let Some(step) = self.structure.step {
             return Some((step, "the system structure".into()));
@@ -204,7 +203,8 @@ impl System {
         Wiring::new(&self.structure, &descriptions)
     }
 
-    /// Connected outputs that staged schedules read right after the step, before any input is set.
+    /// Connected outputs that staged schedules read only right after the step, before inputs are
+    /// set.
     pub fn read_once(&self) -> Result<Vec<String>> {
         let wiring = self.wiring()?;
         let outputs = wiring.links.iter().map(|link| link.from);
@@ -214,14 +214,15 @@ impl System {
         Ok(ports.into_iter().map(|port| self.name(port)).collect())
     }
 
-    /// A component whose step may not be varied.
+    /// A component that cannot vary its communication step.
     pub fn fixed_step(&self) -> Option<&str> {
         let mut all = self.structure.components.iter().zip(&self.fmus);
         let fixed = all.find(|(_, fmu)| !fmu.description.capabilities.variable_step);
         fixed.map(|(component, _)| component.name.as_str())
     }
 
-    /// A component whose internal step, s, is fixed and does not fit the communication step, s.
+    /// A component with a fixed internal step, s, of which the communication step, s, is no
+    /// multiple.
     pub fn uneven_step(&self, step: f64) -> Option<(&str, f64)> {
         let mut all = self.structure.components.iter().zip(&self.fmus);
         all.find_map(|(component, fmu)| {

@@ -1,13 +1,13 @@
-//! Units by their names: as the files of a system define them, else as everybody knows them.
+//! Looks up units by name: as the files of a system define them, else among the common units. For
+//! columns of input files, which have unit names only.
 
 use fmi_description::Unit;
 
 use crate::structure::system::System;
 use crate::wiring::transformation::unit_of;
 
-/// The unit `name`: as an FMU or the structure of a system defines it, else a common one, else by
-/// its name alone.
-pub fn named(system: &System, name: &str) -> Unit {
+/// The unit `name`: as an FMU or the structure defines it, else the common unit of this name.
+pub(crate) fn find_unit(system: &System, name: &str) -> Unit {
     let descriptions = system.fmus.iter().map(|fmu| &fmu.description);
     let of_fmus = descriptions.flat_map(|d| d.variables.iter().filter_map(|v| unit_of(d, v)));
     let components = system.structure.components.iter();
@@ -16,11 +16,11 @@ pub fn named(system: &System, name: &str) -> Unit {
     let outer = inputs.filter_map(|input| input.unit.clone());
     let mut all = of_fmus.chain(connectors).chain(outer);
     let defined = all.find(|unit| unit.name == name && unit.exponents.is_some());
-    defined.unwrap_or_else(|| common(name))
+    defined.unwrap_or_else(|| common_unit(name))
 }
 
-/// A common unit, else one that is known by its name alone.
-pub fn common(name: &str) -> Unit {
+/// The common unit `name`; without a definition if there is none.
+pub(crate) fn common_unit(name: &str) -> Unit {
     let unit = Unit::named(name);
     match fmi_units::named(name) {
         Some(common) => Unit {

@@ -1,39 +1,35 @@
-//! Parameter values on their way to the variables that they are for: sets, mappings, prefixes.
+//! Reads the parameter values that a binding of the structure or a parameter set gives, with
+//! prefixes and mappings applied to their names.
 
-use anyhow::{Context, Result, bail};
-use system_structure::{Binding, ParameterMapping, ParameterSet, SourceBase, Sourced};
+use anyhow::{Context, Result};
+use system_structure::{Binding, ParameterMapping, ParameterSet, Sourced};
 
 use super::flat::{Hop, Parameter};
 
-/// Gives the text of a file that a structure names.
+/// Reads the text of a file that a structure names.
 pub(super) type Files<'a> = dyn FnMut(&str) -> Result<String> + 'a;
 
-/// Read the text of the parameter set `file`.
+/// Parse the text of the parameter set `file`.
 pub fn parse_set(text: &str, file: &str) -> Result<Vec<Parameter>> {
     let set = ParameterSet::parse(text, file).context("parameter set")?;
-    Ok(values(set, &format!("parameter set `{file}`")))
+    Ok(set_values(set, &format!("parameter set `{file}`")))
 }
 
-/// The values of a binding in the element `owner`, with the names that they have there; `files`
-/// gives texts, by names relative to `base`.
-pub(super) fn bound(
+/// The values of a binding of the element `owner`, with the names that they have there; `files`
+/// reads files, by names relative to `base`.
+pub(super) fn binding_values(
     binding: &Binding,
     owner: &str,
     base: &str,
     files: &mut Files<'_>,
 ) -> Result<Vec<Parameter>> {
-    let mut file = |source: &str, of: SourceBase, what: &str| {
-        if of == SourceBase::Component {
-            bail!(
-                "{owner}: {what} `{source}`: only sources relative to the system structure are supported"
-            );
-        }
+    let mut file = |source: &str, what: &str| {
         files(&format!("{base}{source}")).with_context(|| format!("{owner}: {what}"))
     };
     let mut parameters = match &binding.set {
-        Sourced::Inline(set) => values(set.clone(), "the system structure"),
-        Sourced::File { source, base } => {
-            let text = file(source, *base, "parameter set")?;
+        Sourced::Inline(set) => set_values(set.clone(), "the system structure"),
+        Sourced::File(source) => {
+            let text = file(source, "parameter set")?;
             parse_set(&text, source).with_context(|| owner.to_string())?
         }
     };
@@ -43,8 +39,8 @@ pub(super) fn bound(
     let mapping = match &binding.mapping {
         None => return Ok(parameters),
         Some(Sourced::Inline(mapping)) => mapping.clone(),
-        Some(Sourced::File { source, base }) => {
-            let text = file(source, *base, "parameter mapping")?;
+        Some(Sourced::File(source)) => {
+            let text = file(source, "parameter mapping")?;
             ParameterMapping::parse(&text, source).with_context(|| owner.to_string())?
         }
     };
@@ -65,7 +61,7 @@ pub(super) fn bound(
     Ok(mapped)
 }
 
-fn values(set: ParameterSet, origin: &str) -> Vec<Parameter> {
+fn set_values(set: ParameterSet, origin: &str) -> Vec<Parameter> {
     let all = set.parameters.into_iter();
     let parameter = |p: system_structure::Parameter| Parameter {
         name: p.name,

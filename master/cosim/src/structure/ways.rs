@@ -1,18 +1,18 @@
-//! Connections that lead through connectors of systems, resolved into connections between components.
+//! Joins connections that lead through connectors of nested systems into connections between
+//! components. The last part of flattening a structure.
 
 use std::collections::HashMap;
 
 use anyhow::{Result, bail};
 use system_structure::System;
 
-use super::bond::PowerBond;
-use super::flat::{Connection, Hop, OuterInput, OuterOutput, Parameter, Structure};
+use super::flat::{Connection, Hop, OuterOutput, Parameter, Structure};
 
 /// A connector: the path of the element that owns it, and its name. Signals of dictionaries have a
 /// path that no element has.
 pub(super) type Key = (String, String);
 
-/// The path of what has this name in the element with a path.
+/// The path of the element `name` in the system with the path `path`.
 pub(super) fn join(path: &str, name: &str) -> String {
     match path.is_empty() {
         true => name.to_string(),
@@ -20,20 +20,9 @@ pub(super) fn join(path: &str, name: &str) -> String {
     }
 }
 
-/// A connection with its direction of flow resolved.
-pub(super) struct Flow {
-    pub from: Key,
-    pub to: Key,
-    pub hop: Hop,
-    pub unit: Option<fmi_description::Unit>,
-    pub is_initial: bool,
-    pub bond: Option<PowerBond>,
-    pub place: String,
-}
-
-/// All flows, and which leads to a connector.
+/// The connections of all systems, by the connector that they lead to.
 struct Network<'a> {
-    drivers: HashMap<&'a Key, &'a Flow>,
+    drivers: HashMap<&'a Key, &'a Connection>,
     components: Vec<String>,
 }
 
@@ -42,10 +31,10 @@ impl<'a> Network<'a> {
         self.components.contains(&key.0)
     }
 
-    /// The flows that lead to a connector, the first one first.
-    fn way(&self, to: &Key) -> Result<Vec<&'a Flow>> {
+    /// The chain of connections that leads to a connector, from its source on.
+    fn way(&self, to: &Key) -> Result<Vec<&'a Connection>> {
         let (mut way, mut key) = (Vec::new(), to);
-        while let Some(flow) = self.drivers.get(key) {
+        while let Some(last) = self.drivers.get(key) {
             if way.len() > self.drivers.len() {
                 bail!(
                     "the connections through {}.{} lead round in a circle",
@@ -53,8 +42,8 @@ impl<'a> Network<'a> {
                     to.1
                 );
             }
-            way.insert(0, *flow);
-            key = &flow.from;
+            way.insert(0, *last);
+            key = &last.start;
             if self.is_component(key) {
                 break;
             }
@@ -63,65 +52,55 @@ impl<'a> Network<'a> {
     }
 }
 
-fn hops(way: &[&Flow]) -> Vec<Hop> {
-    way.iter().map(|flow| flow.hop.clone()).collect()
+fn hops(way: &[&Connection]) -> Vec<Hop> {
+    way.iter().flat_map(|part| part.way.clone()).collect()
 }
 
-/// Give a structure its connections, the connectors of the outermost system, and values for
-/// variables.
+/// Give a structure its connections, its inputs and outputs, and the values of its variables.
 pub(super) fn resolve(
     structure: &mut Structure,
-    flows: &[Flow],
+    parts: &[Connection],
     values: Vec<Parameter>,
     outermost: &System,
 ) -> Result<()> {
     let names = structure.components.iter().map(|c| c.name.clone());
     let network = Network {
-        drivers: flows.iter().map(|flow| (&flow.to, flow)).collect(),
+        drivers: parts.iter().map(|part| (&part.end, part)).collect(),
         components: names.collect(),
     };
-    // Values for connectors of systems go on to the components that these feed.
+    // A value for a connector of a system is passed on to the components that the connector feeds.
     let mut fed: Vec<(&Key, String, Vec<Hop>)> = Vec::new();
-    for flow in flows.iter().filter(|flow| network.is_component(&flow.to)) {
-        let way = network.way(&flow.to)?;
+    for part in parts.iter().filter(|part| network.is_component(&part.end)) {
+        let way = network.way(&part.end)?;
         for (k, inner) in way.iter().enumerate() {
-            if !network.is_component(&inner.from) {
-                let (owner, connector) = &inner.from;
-                fed.push((&flow.to, join(owner, connector), hops(&way[k..])));
+            if !network.is_component(&inner.start) {
+                let (owner, connector) = &inner.start;
+                fed.push((&part.end, join(owner, connector), hops(&way[k..])));
             }
         }
         let Some(first) = way.first() else { continue };
-        if network.is_component(&first.from) {
+        if network.is_component(&first.start) {
             structure.connections.push(Connection {
-                start: first.from.clone(),
-                end: flow.to.clone(),
+                start: first.start.clone(),
                 unit: first.unit.clone(),
                 way: hops(&way),
-                is_initial: way.iter().any(|flow| flow.is_initial),
-                bond: way.iter().find_map(|flow| flow.bond.clone()),
-                place: flow.place.clone(),
+                is_initial: way.iter().any(|part| part.is_initial),
+                bond: way.iter().find_map(|part| part.bond.clone()),
+                ..part.clone()
             });
-        } else if first.from.0.is_empty() {
-            let (name, end) = (&first.from.1, (flow.to.clone(), hops(&way)));
-            let mut inputs = structure.inputs.iter_mut();
-            match inputs.find(|input| input.name == *name) {
-                Some(input) => input.ends.push(end),
-                None => structure.inputs.push(OuterInput {
-                    name: name.clone(),
-                    unit: first.unit.clone(),
-                    ends: vec![end],
-                }),
-            }
+        } else if first.start.0.is_empty() {
+            let (name, end) = (first.start.1.clone(), (part.end.clone(), hops(&way)));
+            structure.feed(name, first.unit.clone(), end);
         }
     }
     for connector in &outermost.connectors {
         let way = network.way(&(String::new(), connector.name.clone()))?;
         if let Some(first) = way.first()
-            && network.is_component(&first.from)
+            && network.is_component(&first.start)
         {
             structure.outputs.push(OuterOutput {
                 name: connector.name.clone(),
-                start: first.from.clone(),
+                start: first.start.clone(),
             });
         }
     }

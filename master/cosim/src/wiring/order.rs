@@ -1,5 +1,5 @@
-//! The order of direct feedthrough: which outputs can be read together, and which depend on each
-//! other.
+//! Sorts the connections by direct feedthrough: which outputs can be read together after which
+//! inputs are set, and which form algebraic loops. For the plans in [`crate::exchange`].
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -7,65 +7,59 @@ use anyhow::{Result, bail};
 
 use super::{Port, Wiring};
 
-/// What breaks an algebraic loop.
+/// What the user can do about an algebraic loop.
 pub(super) const REMEDY: &str = "no order of exchange resolves it. One of these components must have a state, or a delay of a communication step, between \
      its input and its output, and must not list that input among the output's dependencies; or one of the connections must go; or it is solved, which --solve-loops asks for";
 
-/// Which dependencies count where an output declares none.
+/// Which dependencies an output has that declares none.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Undeclared {
-    /// All inputs, as the standards have it.
+    /// All inputs, as the standards say.
     All,
-    /// None: the order is that of what is declared.
+    /// None: only declared dependencies count.
     None,
-    /// All inputs, also of outputs that are read right after the step: they depend on what inputs
-    /// are over it.
+    /// All inputs, and outputs that are read right after the step depend on the inputs over it.
     AllOverStep,
 }
 
 /// Which dependencies count.
 #[derive(Clone, Copy, Debug)]
 pub struct Feedthrough {
-    /// Those in initialization mode; else those at a communication point.
+    /// Dependencies in Initialization Mode; else at a communication point.
     pub is_initial: bool,
-    /// Of an output that declares none.
+    /// Dependencies of an output that declares none.
     pub undeclared: Undeclared,
 }
 
 impl Wiring<'_> {
-    /// The inputs on which an output depends at once.
+    /// The inputs on which an output depends directly.
     fn dependencies(&self, output: Port, which: Feedthrough) -> Vec<usize> {
-        let Feedthrough {
-            is_initial,
-            undeclared,
-        } = which;
+        let (variable, is_initial) = (output.variable, which.is_initial);
         let description = self.description(output.component);
-        let is_over_step = undeclared == Undeclared::AllOverStep;
+        let is_over_step = which.undeclared == Undeclared::AllOverStep;
         if !is_initial && !is_over_step && self.is_read_once(output) {
             return Vec::new();
         }
-        if undeclared == Undeclared::None {
-            let declared = description.declared_feedthrough(output.variable, is_initial);
-            return declared.unwrap_or_default();
+        match which.undeclared {
+            Undeclared::None => description.declared_feedthrough(variable, is_initial),
+            _ => Some(description.feedthrough(variable, is_initial)),
         }
-        description.feedthrough(output.variable, is_initial)
+        .unwrap_or_default()
     }
 
-    /// The connected inputs on which an output depends at once, each with the output that drives it.
+    /// The connected inputs on which an output depends directly, each with the output that drives
+    /// it.
     fn needed(&self, output: Port, which: Feedthrough) -> impl Iterator<Item = [Port; 2]> {
         let inputs = self.dependencies(output, which).into_iter();
         let inputs = inputs.map(move |variable| Port { variable, ..output });
         inputs.filter_map(|input| Some([input, self.source(input)?]))
     }
 
-    /// Level of the output of each connection: 0 where it depends on no connected input, else one
-    /// more than the highest level it depends on; outputs that no other one waits for come with the
-    /// last ones of their component. All outputs of one level can be read together after the inputs
-    /// from all lower levels are set.
-    ///
-    /// # Errors
-    /// An algebraic loop, by the names along it.
-    pub fn levels(&self, which: Feedthrough) -> Result<Vec<usize>> {
+    /// Level of the output of each connection: 0 if it depends on no connected input, else one more
+    /// than the highest level it depends on. An output that no other one depends on has the last
+    /// level of its component. All outputs of a level can be read together once the inputs fed by
+    /// lower levels are set. An algebraic loop is an error that names it.
+    pub(crate) fn levels(&self, which: Feedthrough) -> Result<Vec<usize>> {
         let mut search = Search {
             wiring: self,
             which,
@@ -75,8 +69,7 @@ impl Wiring<'_> {
         };
         let levels = self.links.iter().map(|link| search.level(link.from));
         let mut levels: Vec<usize> = levels.collect::<Result<_>>()?;
-        // What no connected output waits for is read with the component's last ones, which saves
-        // the component an evaluation of its own.
+        // Saves the component an evaluation for outputs that no connected output depends on.
         for (k, link) in self.links.iter().enumerate() {
             let is_free = which.is_initial || !self.is_read_once(link.from);
             if is_free && !self.is_awaited(link.to, which) {
@@ -88,9 +81,9 @@ impl Wiring<'_> {
         Ok(levels)
     }
 
-    /// Outputs that depend on each other at once, loop by loop; none where loops are not solved.
-    pub fn loops(&self, which: Feedthrough) -> Vec<Vec<Port>> {
-        if !self.solves_loops {
+    /// Outputs that depend on each other directly, loop by loop; empty if loops are not solved.
+    pub(crate) fn loops(&self, which: Feedthrough) -> Vec<Vec<Port>> {
+        if !self.structure.solves_loops {
             return Vec::new();
         }
         let all_needed = |output: Port| {
@@ -114,7 +107,7 @@ impl Wiring<'_> {
         loops
     }
 
-    /// Whether a connected output depends on an input at once.
+    /// Whether a connected output depends directly on an input.
     fn is_awaited(&self, input: Port, which: Feedthrough) -> bool {
         let outputs = self.links.iter().map(|link| link.from);
         let mut own = outputs.filter(|output| output.component == input.component);
@@ -126,10 +119,10 @@ impl Wiring<'_> {
 struct Search<'a> {
     wiring: &'a Wiring<'a>,
     which: Feedthrough,
-    /// Those that are solved: all outputs of one are on one level.
+    /// Loops that are solved: all outputs of one have the same level.
     loops: &'a [Vec<Port>],
     known: HashMap<Port, usize>,
-    /// Outputs and the inputs between them, each depending on the next one.
+    /// Outputs and the inputs between them; each depends on the next one.
     path: Vec<Port>,
 }
 

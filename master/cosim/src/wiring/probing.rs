@@ -1,5 +1,6 @@
-//! Which inputs act at once on which outputs, found by trying in Initialization Mode. A hint: what
-//! shows at two points may hide elsewhere. No run uses it.
+//! Finds direct feedthrough by experiment: changes each input of an FMU in Initialization Mode and
+//! looks which outputs change. `cosim wiring --try` prints the result as a hint, because a
+//! dependency may show only at other values; no run uses it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,21 +12,19 @@ use crate::io::numbers::fits;
 use crate::run::instances::instantiate;
 use crate::structure::system::System;
 
-/// What was found of a component; variables are indices in its description.
+/// Feedthrough found in a component; variables are indices in its description.
 #[derive(Debug, Default)]
-pub struct Found {
-    /// Inputs that change an output at once.
+pub struct FoundFeedthrough {
+    /// For each output the inputs that change it.
     pub acting: BTreeMap<usize, BTreeSet<usize>>,
-    /// Inputs whose other values the FMU refuses.
+    /// Inputs of which the FMU refuses other values.
     pub refused: BTreeSet<usize>,
 }
 
-/// Change each input of the component with the index `k` by itself, from its start value and from
-/// another point, at which products with zero show too, and see which outputs change.
-///
-/// # Errors
-/// The FMU cannot be instantiated or read.
-pub fn probe(system: &System, k: usize) -> Result<Found> {
+/// Change each input of the component with the index `k` by itself and note which outputs change:
+/// from the start values, then from values moved away from them, where products with zero show,
+/// too.
+pub fn probe(system: &System, k: usize) -> Result<FoundFeedthrough> {
     let variables = &system.fmus[k].description.variables;
     let numbers = |is_taken: fn(&Variable) -> bool| -> Vec<usize> {
         let all = (0..variables.len()).filter(|k| variables[*k].access().is_number());
@@ -33,9 +32,9 @@ pub fn probe(system: &System, k: usize) -> Result<Found> {
     };
     let inputs = numbers(Variable::is_input);
     let outputs = numbers(|v| v.causality == Causality::Output);
-    let mut found = Found::default();
+    let mut found = FoundFeedthrough::default();
     for is_moved in [false, true] {
-        // After an error an instance is good for nothing: the next input gets another one.
+        // After an error an instance cannot be used: the next input gets another one.
         let mut kept = None;
         for input in &inputs {
             let instance = match kept.take() {
@@ -74,8 +73,8 @@ fn set(instance: &Instance, input: usize, value: f64) -> Result<()> {
     instance.set(&batch, &[value], At::Initialization)
 }
 
-/// An instance in Initialization Mode at its start values; or with Reals moved away from them,
-/// where the FMU takes that.
+/// An instance in Initialization Mode at its start values; or with Reals moved away from them, if
+/// the FMU accepts that.
 fn at_point(system: &System, k: usize, inputs: &[usize], is_moved: bool) -> Result<Instance> {
     let variables = &system.fmus[k].description.variables;
     let new = || -> Result<Instance> {
@@ -87,7 +86,7 @@ fn at_point(system: &System, k: usize, inputs: &[usize], is_moved: bool) -> Resu
     for (place, input) in inputs.iter().enumerate().filter(|_| is_moved) {
         let v = &variables[*input];
         let start = instance.number(*input, At::Initialization)?;
-        // No two inputs are moved alike.
+        // Each input is moved by a different share.
         let share = 0.1 + 0.05 * (place as f64).sin();
         let moved = start + share * scale(v, start);
         if v.kind == Kind::Real && fits(v, moved) && set(&instance, *input, moved).is_err() {
@@ -102,7 +101,7 @@ fn scale(v: &Variable, value: f64) -> f64 {
     value.abs().max(v.nominal.unwrap_or(1.0).abs())
 }
 
-/// Values beside `value` that a variable may have.
+/// Values on both sides of `value` that a variable accepts.
 fn others(v: &Variable, value: f64) -> impl Iterator<Item = f64> {
     let by = match v.kind {
         Kind::Real => 0.1 * scale(v, value),

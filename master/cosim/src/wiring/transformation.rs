@@ -1,5 +1,5 @@
-//! What becomes of a value on its way: units converted, scaled and shifted, or mapped to other
-//! values (SSP 1.0).
+//! Transformations of values between an output and an input (SSP 1.0): unit conversion, scaling and
+//! offset, and mapping of values. The transformations along a connection are composed into one.
 
 use anyhow::{Result, bail};
 use fmi_description::{Description, Item, Kind, Unit, Variable};
@@ -9,21 +9,20 @@ use crate::structure::Hop;
 /// `factor · value + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Linear {
-    /// Factor.
     pub factor: f64,
     /// Offset, in the unit of the end.
     pub offset: f64,
 }
 
 impl Linear {
-    /// What leaves every value as it is.
+    /// Leaves every value as it is.
     pub const NONE: Self = Self {
         factor: 1.0,
         offset: 0.0,
     };
 
-    /// The value at the end.
-    pub fn of(&self, value: f64) -> f64 {
+    /// The transformed value.
+    pub fn apply(&self, value: f64) -> f64 {
         self.factor * value + self.offset
     }
 
@@ -31,28 +30,28 @@ impl Linear {
     fn then(&self, next: Self) -> Self {
         Self {
             factor: next.factor * self.factor,
-            offset: next.of(self.offset),
+            offset: next.apply(self.offset),
         }
     }
 }
 
-/// What becomes of a value between an output and an input.
+/// Transformation of a value between an output and an input.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Transformation {
-    /// Of numbers.
+    /// Factor and offset, for Reals.
     Linear(Linear),
-    /// Of whole numbers and truth values: what some of them become; others stay.
+    /// Replacements for integers and Booleans; other values stay.
     Map(Vec<(f64, f64)>),
 }
 
 impl Transformation {
-    /// What leaves every value as it is.
+    /// Leaves every value as it is.
     pub const NONE: Self = Self::Linear(Linear::NONE);
 
-    /// The value at the end.
-    pub fn of(&self, value: f64) -> f64 {
+    /// The transformed value.
+    pub fn apply(&self, value: f64) -> f64 {
         match self {
-            Self::Linear(linear) => linear.of(value),
+            Self::Linear(linear) => linear.apply(value),
             Self::Map(entries) => {
                 let found = entries.iter().find(|(source, _)| *source == value);
                 found.map_or(value, |(_, target)| *target)
@@ -60,8 +59,8 @@ impl Transformation {
         }
     }
 
-    /// The whole number at the end; what a map does not name stays, however large.
-    pub fn of_whole(&self, value: i128) -> i128 {
+    /// The transformed integer. A value that the map does not contain stays exactly as it is.
+    pub fn apply_whole(&self, value: i128) -> i128 {
         let Self::Map(entries) = self else {
             return value;
         };
@@ -70,15 +69,15 @@ impl Transformation {
         found.map_or(value, |(_, target)| target)
     }
 
-    /// The rate of change at the end.
-    pub fn of_derivative(&self, rate: f64) -> f64 {
+    /// The rate of change of the transformed value.
+    pub fn apply_rate(&self, rate: f64) -> f64 {
         match self {
             Self::Linear(linear) => linear.factor * rate,
             Self::Map(_) => rate,
         }
     }
 
-    /// Scale and shift; nothing of a map.
+    /// The factor and offset; of a map, those that change nothing.
     pub fn linear(&self) -> Linear {
         match self {
             Self::Linear(linear) => *linear,
@@ -93,7 +92,7 @@ impl Transformation {
             (a, Self::Linear(Linear::NONE)) => a,
             (Self::Linear(Linear::NONE), b) => b,
             (Self::Map(a), b) => {
-                let mut entries: Vec<_> = a.iter().map(|(s, t)| (*s, b.of(*t))).collect();
+                let mut entries: Vec<_> = a.iter().map(|(s, t)| (*s, b.apply(*t))).collect();
                 if let Self::Map(b) = b {
                     entries.extend(b.into_iter().filter(|(s, _)| a.iter().all(|(k, _)| k != s)));
                 }
@@ -104,8 +103,8 @@ impl Transformation {
     }
 }
 
-/// What to do about units that differ.
-pub(crate) const UNITS: &str = "they are converted where both are defined with the same base units; where the numbers are right as they are, \
+/// What the user can do about different units.
+const UNIT_ADVICE: &str = "they are converted where both are defined with the same base units; where the numbers are right as they are, \
      or are made right by a LinearTransformation, the connection must say suppressUnitConversion=\"true\"";
 
 /// The unit of a variable with its definition.
@@ -114,7 +113,7 @@ pub(crate) fn unit_of(description: &Description, variable: &Variable) -> Option<
     Some(Unit::among(&description.units, name))
 }
 
-/// From values in the unit `a` to values in the unit `b`; None where that is not known.
+/// Conversion from the unit `a` to the unit `b`; None if their definitions do not allow it.
 pub(crate) fn conversion(a: &Unit, b: &Unit) -> Option<Linear> {
     let is_same = (a.factor, a.offset, a.exponents) == (b.factor, b.offset, b.exponents);
     if a.name == b.name && (is_same || a.exponents.is_none() || b.exponents.is_none()) {
@@ -129,22 +128,22 @@ pub(crate) fn conversion(a: &Unit, b: &Unit) -> Option<Linear> {
     })
 }
 
-/// What becomes of a value on a `way` from one variable, in the unit `unit`, to another, in the
-/// unit of the last hop; the variables say which items their enumerations have, and whether they
-/// are differences, to which offsets of units do not apply. A unit at one end only changes nothing,
-/// and is named in `lone`.
-pub(crate) fn along(
+/// The transformations along a `way`, composed: from a variable with the unit `unit` to one with
+/// the unit of the last hop. The variables give the items of their enumerations, and whether they
+/// are differences, to which offsets of units do not apply. If only one end has a unit, nothing is
+/// converted, and `single_unit` receives its name.
+pub(crate) fn compose(
     way: &[Hop],
     unit: Option<Unit>,
     [from, to]: [Option<&Variable>; 2],
-    lone: &mut Option<String>,
+    single_unit: &mut Option<String>,
 ) -> Result<Transformation> {
     let (mut whole, mut unit) = (Transformation::NONE, unit);
     let is_relative = [from, to].into_iter().flatten().any(|v| v.is_relative);
     for hop in way {
         if let (Some(a), Some(b), false) = (&unit, &hop.unit, hop.keeps_units) {
             let Some(mut linear) = conversion(a, b) else {
-                bail!("the units differ, {} and {}; {UNITS}", a.name, b.name);
+                bail!("the units differ, {} and {}; {UNIT_ADVICE}", a.name, b.name);
             };
             if is_relative {
                 linear.offset = 0.0;
@@ -152,7 +151,7 @@ pub(crate) fn along(
             whole = whole.then(Transformation::Linear(linear));
         }
         if let Some(transformation) = &hop.transformation {
-            whole = whole.then(own(transformation, [from, to])?);
+            whole = whole.then(to_numbers(transformation, [from, to])?);
         }
         unit = match hop.keeps_units {
             true => hop.unit.clone(),
@@ -165,13 +164,13 @@ pub(crate) fn along(
         && from.is_some() == to.is_some()
         && way.iter().all(|hop| !hop.keeps_units)
     {
-        *lone = Some(unit.clone());
+        *single_unit = Some(unit.clone());
     }
     Ok(whole)
 }
 
-/// A transformation of the file as numbers.
-fn own(
+/// A transformation of the file in terms of numbers.
+fn to_numbers(
     transformation: &system_structure::Transformation,
     [from, to]: [Option<&Variable>; 2],
 ) -> Result<Transformation> {
@@ -257,8 +256,8 @@ mod tests {
                 std::f64::consts::TAU,
             ),
         ] {
-            let there = conversion(&a, &b).unwrap().of(value);
-            let back = conversion(&b, &a).unwrap().of(expected);
+            let there = conversion(&a, &b).unwrap().apply(value);
+            let back = conversion(&b, &a).unwrap().apply(expected);
             // Two rounded operations each.
             assert!(
                 (there - expected).abs() <= 2.0 * f64::EPSILON * 300.0,
@@ -281,13 +280,16 @@ mod tests {
     fn transformations_follow_each_other() {
         let linear = |factor, offset| Transformation::Linear(Linear { factor, offset });
         let both = linear(2.0, 1.0).then(linear(3.0, -1.0));
-        assert_eq!((both.of(5.0), both.of_derivative(1.0)), (32.0, 6.0));
+        assert_eq!((both.apply(5.0), both.apply_rate(1.0)), (32.0, 6.0));
         let map = |entries: &[(f64, f64)]| Transformation::Map(entries.to_vec());
         let both = map(&[(1.0, 2.0)]).then(map(&[(2.0, 5.0), (3.0, 4.0), (1.0, 9.0)]));
-        let values = [1.0, 2.0, 3.0, 7.0].map(|k| both.of(k));
+        let values = [1.0, 2.0, 3.0, 7.0].map(|k| both.apply(k));
         assert_eq!(values, [5.0, 5.0, 4.0, 7.0]);
-        assert_eq!(map(&[(1.0, 0.0)]).then(Transformation::NONE).of(1.0), 0.0);
-        let whole = [1, i128::from(u64::MAX)].map(|k| map(&[(1.0, -2.0)]).of_whole(k));
+        assert_eq!(
+            map(&[(1.0, 0.0)]).then(Transformation::NONE).apply(1.0),
+            0.0
+        );
+        let whole = [1, i128::from(u64::MAX)].map(|k| map(&[(1.0, -2.0)]).apply_whole(k));
         assert_eq!(whole, [-2, i128::from(u64::MAX)]);
     }
 }

@@ -1,4 +1,4 @@
-//! Variables of a system by their names.
+//! Finds the variables of a system by name, and suggests a known name for an unknown one.
 
 use anyhow::{Context, Result, bail};
 use fmi_description::Variable;
@@ -6,12 +6,12 @@ use fmi_description::Variable;
 use super::System;
 use crate::wiring::Port;
 
-/// Likeness from which on a known name is suggested for an unknown one; 1 is the same name.
-const LIKE: f64 = 0.85;
+/// Least similarity of a known name that is suggested for an unknown one; 1 is the same name.
+const LEAST_SIMILARITY: f64 = 0.85;
 
 impl System {
-    /// The variable `component.variable`, or `variable` where one component alone has it; the name
-    /// of an output of the system is that of the output that it shows.
+    /// The variable named `component.variable`, or `variable` if only one component has it, or
+    /// named as an output of the system.
     pub fn port(&self, name: &str) -> Result<Port> {
         if let Some(output) = self.structure.outputs.iter().find(|o| o.name == name)
             && let Some(component) = self.structure.component(&output.start.0)
@@ -36,7 +36,7 @@ impl System {
         }
     }
 
-    /// The name that is most like an unknown one, as the end of an error text.
+    /// A suggestion for an unknown name, as the end of an error message.
     fn nearest(&self, name: &str) -> String {
         let all = self.structure.components.iter().zip(&self.fmus);
         let names = all.flat_map(|(c, fmu)| {
@@ -49,7 +49,9 @@ impl System {
         let rated = names.map(|known| (strsim::jaro_winkler(name, &known), known));
         let best = rated.max_by(|a, b| a.0.total_cmp(&b.0));
         match best {
-            Some((likeness, known)) if likeness > LIKE => format!("; did you mean `{known}`?"),
+            Some((likeness, known)) if likeness > LEAST_SIMILARITY => {
+                format!("; did you mean `{known}`?")
+            }
             _ => String::new(),
         }
     }
@@ -75,7 +77,7 @@ impl System {
             .collect()
     }
 
-    /// What the model description says of a variable.
+    /// A variable in the model description.
     pub fn variable(&self, port: Port) -> &Variable {
         &self.fmus[port.component].description.variables[port.variable]
     }

@@ -1,59 +1,57 @@
-//! Start values: those of the structure, of parameter sets and of the user, in the types and units of
-//! their variables.
+//! Start values from the structure, from parameter sets and from the user, converted to the types
+//! and units of their variables.
 
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use fmi_description::Kind;
-use system_structure::{Connector, DataType};
+use system_structure::DataType;
 
 use super::System;
 use crate::fmu::Fmu;
 use crate::structure::arrays;
 use crate::structure::package::{Package, read_text};
-use crate::structure::{Hop, Parameter, parse_set};
+use crate::structure::{Parameter, parse_set};
 use crate::wiring::Port;
-use crate::wiring::transformation::{Linear, Transformation, along, conversion, unit_of};
+use crate::wiring::transformation::{Linear, Transformation, compose, conversion, unit_of};
 
-/// A start value as text for a variable.
+/// A start value for a variable, as text.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setting {
-    /// The variable.
+    /// Variable.
     pub port: Port,
     /// A number, `true` or `false`, the name or number of an enumeration item, or a string.
     pub value: String,
 }
 
 impl System {
-    /// Bring the bound values to the units of their variables; those of variables that the FMUs do
-    /// not have are passed over, as the standard has it, and noted.
+    /// Convert the bound values to the units of their variables. Values for variables that the FMUs
+    /// lack are ignored, as the standard requires, and noted.
     pub(super) fn fit_values(&mut self) -> Result<()> {
         let (structure, fmus) = (&mut self.structure, &self.fmus);
         for (component, fmu) in structure.components.iter_mut().zip(fmus) {
             let values = std::mem::take(&mut component.parameters);
-            for parameter in values.into_iter().flat_map(|value| by_element(fmu, value)) {
+            for parameter in values.into_iter().flat_map(|value| split_array(fmu, value)) {
                 if fmu.description.index(&parameter.name).is_none() {
                     let (name, origin) = (&parameter.name, &parameter.origin);
                     let text = format!("`{}.{name}` ({origin})", component.name);
                     structure.unmatched.push(text);
                     continue;
                 }
-                let parameter = fitted(&component.name, fmu, parameter)?;
+                let parameter = convert(&component.name, fmu, parameter)?;
                 component.parameters.push(parameter);
             }
         }
         Ok(())
     }
 
-    /// Apply a parameter set (`.ssv`) after the values that the structure binds: a file of the
-    /// packed system, else one on disk. Its parameters are named `component.variable`, or only by
-    /// variable where one component alone has it.
+    /// Apply a parameter set (`.ssv`) after the values of the structure: a file of the packed
+    /// system, else one on disk. Its names are those of [`System::port`].
     pub fn apply_set(&mut self, file: &Path) -> Result<()> {
-        self.apply_set_of(&mut Package::open(&self.path)?, file)
+        self.apply_set_from(&mut Package::open(&self.path)?, file)
     }
 
-    /// The same where the packed system is opened already.
-    pub fn apply_set_of(&mut self, package: &mut Package, file: &Path) -> Result<()> {
+    /// As [`System::apply_set`], with the packed system open already.
+    pub fn apply_set_from(&mut self, package: &mut Package, file: &Path) -> Result<()> {
         let name = file.display().to_string();
         let text = if package.holds(&name) {
             package.text(&name)?
@@ -69,7 +67,7 @@ impl System {
             let parameter = Parameter { name, ..parameter };
             let component = &mut self.structure.components[port.component];
             let fmu = &self.fmus[port.component];
-            let parameter = fitted(&component.name, fmu, parameter)?;
+            let parameter = convert(&component.name, fmu, parameter)?;
             component.parameters.push(parameter);
         }
         Ok(())
@@ -83,8 +81,8 @@ impl System {
         })
     }
 
-    /// Parse `component.variable=value`, or `variable=value` where one component alone has the
-    /// variable; of an input of the system the start values of all inputs that it feeds.
+    /// Parse `name=value` with a name as in [`System::port`]. For an input of the system these are
+    /// the start values of all inputs that it feeds.
     pub fn parse_settings(&self, text: &str) -> Result<Vec<Setting>> {
         let (name, value) = text.split_once('=').unwrap_or((text, ""));
         let mut inputs = self.structure.inputs.iter();
@@ -99,57 +97,46 @@ impl System {
         for ((component, variable), way) in &input.ends {
             let port = self.port(&format!("{component}.{variable}"))?;
             let fmu = &self.fmus[port.component];
-            let data_type = match self.variable(port).kind {
-                Kind::Real => DataType::Real,
-                Kind::Boolean => DataType::Boolean,
-                Kind::String => DataType::String,
-                Kind::Binary => DataType::Binary,
-                _ => DataType::Integer,
-            };
+            let data_type = DataType::from_name(self.variable(port).kind.name());
             let parameter = Parameter {
                 name: variable.clone(),
                 value: value.trim().to_string(),
-                data_type,
+                data_type: data_type.unwrap_or(DataType::Integer),
                 unit: input.unit.clone(),
                 way: way.clone(),
                 origin: format!("input `{}` of the system", input.name),
             };
-            let value = fitted(component, fmu, parameter)?.value;
+            let value = convert(component, fmu, parameter)?.value;
             settings.push(Setting { port, value });
         }
         Ok(settings)
     }
 
-    /// Declared units must be those of the FMUs, where they tell some.
+    /// Check that the units of connectors are those of the FMUs, where both are declared.
     pub(super) fn check_units(&self) -> Result<()> {
         for (c, fmu) in self.structure.components.iter().zip(&self.fmus) {
             for connector in &c.connectors {
-                check_unit(&c.name, fmu, connector)?;
+                let variable = fmu.description.variable(&connector.name).ok();
+                let unit = variable.and_then(|v| unit_of(&fmu.description, v));
+                if let (Some(declared), Some(unit)) = (&connector.unit, unit)
+                    && conversion(declared, &unit) != Some(Linear::NONE)
+                {
+                    bail!(
+                        "connector `{}.{}` is declared in {}, but its FMU has it in {}",
+                        c.name,
+                        connector.name,
+                        declared.name,
+                        unit.name
+                    );
+                }
             }
         }
         Ok(())
     }
 }
 
-/// A declared unit must be that of the FMU, where the FMU tells one.
-fn check_unit(component: &str, fmu: &Fmu, connector: &Connector) -> Result<()> {
-    let index = fmu.description.index(&connector.name);
-    let unit = index.and_then(|k| unit_of(&fmu.description, &fmu.description.variables[k]));
-    if let (Some(declared), Some(unit)) = (&connector.unit, unit)
-        && conversion(declared, &unit) != Some(Linear::NONE)
-    {
-        bail!(
-            "connector `{component}.{}` is declared in {}, but its FMU has it in {}",
-            connector.name,
-            declared.name,
-            unit.name
-        );
-    }
-    Ok(())
-}
-
-/// The values of an array, one for each element; any other value as it is.
-fn by_element(fmu: &Fmu, parameter: Parameter) -> Vec<Parameter> {
+/// Split the values of an array into one for each element; any other value stays as it is.
+fn split_array(fmu: &Fmu, parameter: Parameter) -> Vec<Parameter> {
     let names = match fmu.description.index(&parameter.name) {
         Some(_) => Vec::new(),
         None => arrays::elements(fmu, &parameter.name),
@@ -167,9 +154,9 @@ fn by_element(fmu: &Fmu, parameter: Parameter) -> Vec<Parameter> {
     each.collect()
 }
 
-/// A value of the type of its variable, in the variable's unit. An Integer may be given for a Real
-/// and for an enumeration.
-fn fitted(component: &str, fmu: &Fmu, parameter: Parameter) -> Result<Parameter> {
+/// Check that a value has the type of its variable, and convert it to the variable's unit. An
+/// Integer may be given for a Real and for an enumeration.
+fn convert(component: &str, fmu: &Fmu, parameter: Parameter) -> Result<Parameter> {
     let Parameter {
         name,
         value,
@@ -189,15 +176,12 @@ fn fitted(component: &str, fmu: &Fmu, parameter: Parameter) -> Result<Parameter>
             data_type.name()
         );
     }
-    let mut way = match way.is_empty() {
-        true => vec![Hop::default()],
-        false => way.clone(),
-    };
-    if let Some(last) = way.last_mut() {
-        last.unit = unit_of(&fmu.description, variable);
-    }
+    let mut way = way.clone();
+    let mut last = way.pop().unwrap_or_default();
+    last.unit = unit_of(&fmu.description, variable);
+    way.push(last);
     let ends = [None, Some(variable)];
-    let transformation = along(&way, unit.clone(), ends, &mut None).map_err(|_| {
+    let transformation = compose(&way, unit.clone(), ends, &mut None).map_err(|_| {
         anyhow!(
             "{origin}: `{component}.{name}` = {value} {}: it must be in the unit of the variable, {}, or in one that is defined with the \
              same base units",
@@ -210,7 +194,7 @@ fn fitted(component: &str, fmu: &Fmu, parameter: Parameter) -> Result<Parameter>
     }
     if let (Transformation::Map(_), Ok(number)) = (&transformation, value.trim().parse()) {
         return Ok(Parameter {
-            value: transformation.of_whole(number).to_string(),
+            value: transformation.apply_whole(number).to_string(),
             way: Vec::new(),
             ..parameter
         });
@@ -221,7 +205,7 @@ fn fitted(component: &str, fmu: &Fmu, parameter: Parameter) -> Result<Parameter>
         (_, Ok(number)) => number,
         _ => bail!("{origin}: `{component}.{name}` = {value}: it is not a number"),
     };
-    let number = transformation.of(number);
+    let number = transformation.apply(number);
     let value = match data_type {
         DataType::Boolean => (number != 0.0).to_string(),
         _ => number.to_string(),

@@ -1,5 +1,5 @@
-//! What the worker calls. Texts and bytes lie in memory that it has allocated here; an answer lies
-//! where [`answer_address`] says until the next call.
+//! The functions that the page's worker calls. It passes texts and bytes in memory that it has
+//! allocated here; an answer is valid at [`answer_address`] until the next call.
 #![allow(unsafe_code)]
 
 use std::alloc::{Layout, alloc, dealloc};
@@ -19,22 +19,22 @@ thread_local! {
     static ANSWER: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
-/// Of bytes, so that a `Vec` of them can be made of what is passed.
+/// Layout of a byte array, as a `Vec` of bytes needs it.
 fn layout(size: usize) -> Option<Layout> {
     Layout::array::<u8>(size.max(1)).ok()
 }
 
-/// Memory of this size; 0 where there is none.
+/// Allocate memory; 0 if there is none.
 #[unsafe(no_mangle)]
 pub extern "C" fn engine_allocate(size: usize) -> *mut u8 {
     // SAFETY: the size is not 0.
     layout(size).map_or(std::ptr::null_mut(), |layout| unsafe { alloc(layout) })
 }
 
-/// Give memory back.
+/// Free memory.
 ///
 /// # Safety
-/// It was allocated with this size, and is given back once.
+/// It was allocated with this size, and is freed once.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn engine_free(address: *mut u8, size: usize) {
     if let Some(layout) = layout(size) {
@@ -43,17 +43,17 @@ pub unsafe extern "C" fn engine_free(address: *mut u8, size: usize) {
     }
 }
 
-/// What the worker passes, as our own.
+/// Copy the bytes that the worker passes.
 ///
 /// # Safety
-/// As many bytes as said, which may be 0.
+/// `size` bytes, possibly none, are readable at `address`.
 unsafe fn bytes(address: *const u8, size: usize) -> Vec<u8> {
     // SAFETY: as the caller promises.
     unsafe { std::slice::from_raw_parts(address, size) }.to_vec()
 }
 
-/// Keep an answer: an object with what is `ok` or with the text of an `error`; its size.
-fn answered(result: Result<Value>) -> usize {
+/// Store an answer, an object with a result `ok` or a message `error`; returns its size.
+fn store_answer(result: Result<Value>) -> usize {
     let answer = match result {
         Ok(value) => json!({ "ok": value }),
         Err(error) => json!({ "error": format!("{error:#}") }),
@@ -64,87 +64,83 @@ fn answered(result: Result<Value>) -> usize {
     })
 }
 
-/// Where the last answer is.
+/// Address of the last answer.
 #[unsafe(no_mangle)]
 pub extern "C" fn answer_address() -> *const u8 {
     ANSWER.with_borrow(|text| text.as_ptr())
 }
 
-/// Its size: after a panic it says what failed.
+/// Size of the last answer; after a panic it is an error message.
 #[unsafe(no_mangle)]
 pub extern "C" fn answer_size() -> usize {
     ANSWER.with_borrow(String::len)
 }
 
-fn with_engine(work: impl FnOnce(&mut Engine) -> Result<Value>) -> usize {
-    answered(ENGINE.with_borrow_mut(|engine| {
+fn with_engine<T>(work: impl FnOnce(&mut Engine) -> Result<T>) -> Result<T> {
+    ENGINE.with_borrow_mut(|engine| {
         let engine = engine.as_mut();
         work(engine.context("no package is open")?)
-    }))
+    })
 }
 
-/// Open a package in place of the one before; the size of the answer. The bytes are ours from now
-/// on: a copy of them would stay in a memory that never shrinks.
+/// Open a package in place of the one before; returns the size of the answer. Takes ownership of
+/// the bytes, because a copy would enlarge a memory that never shrinks.
 ///
 /// # Safety
-/// As many bytes as said, at least one, from [`engine_allocate`].
+/// `size` bytes, at least one, from [`engine_allocate`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn engine_open(address: *mut u8, size: usize) -> usize {
     panic::set_hook(Box::new(|panicked| {
-        answered(Err(anyhow::anyhow!(
+        store_answer(Err(anyhow::anyhow!(
             "the engine failed in an unforeseen way: {panicked}"
         )));
     }));
     // SAFETY: as the caller promises.
     let opened = Engine::open(unsafe { Vec::from_raw_parts(address, size, size) });
-    answered(opened.map(|engine| {
+    store_answer(opened.map(|engine| {
         ENGINE.set(Some(engine));
         Value::Null
     }))
 }
 
-/// Obey a command; the size of the answer.
+/// Execute a command; returns the size of the answer.
 ///
 /// # Safety
-/// As many bytes as said.
+/// `size` bytes are readable at `address`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn engine_command(address: *const u8, size: usize) -> usize {
     // SAFETY: as the caller promises.
     let text = unsafe { bytes(address, size) };
-    with_engine(|engine| command::answer(engine, &String::from_utf8_lossy(&text)))
+    let text = String::from_utf8_lossy(&text);
+    store_answer(with_engine(|engine| command::answer(engine, &text)))
 }
 
-/// Make communication steps; 0, or the size of the answer where one of them failed.
+/// Make communication steps; returns 0, or the size of the answer if one of them failed.
 #[unsafe(no_mangle)]
 pub extern "C" fn engine_advance(steps: u32) -> usize {
-    let made = ENGINE.with_borrow_mut(|engine| {
-        let engine = engine.as_mut();
-        engine.context("no package is open")?.advance(steps)
-    });
-    made.map_or_else(|error| answered(Err(error)), |()| 0)
+    let made = with_engine(|engine| engine.advance(steps));
+    made.map_or_else(|error| store_answer(Err(error)), |()| 0)
 }
 
-/// Where the rows of time and watched values are that were made since the last call that made
-/// some.
+/// Address of the history: rows of time and watched values from the last call that made some.
 #[unsafe(no_mangle)]
 pub extern "C" fn history_address() -> *const f64 {
     ENGINE.with_borrow(|engine| {
-        engine
-            .as_ref()
-            .map_or(std::ptr::null(), |e| e.history.as_ptr())
+        let engine = engine.as_ref();
+        engine.map_or(std::ptr::null(), |e| e.history.as_ptr())
     })
 }
 
-/// Number of values in them.
+/// Number of values in the history.
 #[unsafe(no_mangle)]
 pub extern "C" fn history_size() -> usize {
     ENGINE.with_borrow(|engine| engine.as_ref().map_or(0, |e| e.history.len()))
 }
 
-/// A message of the instance with this environment, or of the host itself, 0.
+/// Receive a message of the instance with this environment, or of the host itself (0).
 ///
 /// # Safety
-/// As many bytes as said.
+/// `size` bytes are readable at `address`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn engine_message(
     environment: usize,

@@ -1,4 +1,5 @@
-//! Which thread has which component, and which components may be stepped side by side.
+//! Distributes the components of a run over threads, and sorts them into ranks that may be stepped
+//! at the same time.
 
 use std::num::NonZero;
 use std::sync::Arc;
@@ -10,8 +11,8 @@ use crate::instance::workers::Worker;
 use crate::structure::system::System;
 use crate::wiring::{Link, Wiring};
 
-/// Threads beside this one, and the thread of each component: 0 is this one.
-pub(crate) struct Crew {
+/// The further threads of a run, and the thread of each component: 0 is the calling one.
+pub(crate) struct ThreadPlan {
     workers: Vec<Worker>,
     threads: Vec<usize>,
 }
@@ -21,9 +22,9 @@ pub fn cores() -> usize {
     available_parallelism().map_or(1, NonZero::get)
 }
 
-impl Crew {
-    /// For components that make up to `parts` steps at a time. Components of one kind go round, so
-    /// that each thread has as many of them as another.
+impl ThreadPlan {
+    /// Start `count` threads, the calling one included, for components that make up to `parts`
+    /// steps at a time. The components of one FMU are distributed evenly.
     pub fn new(system: &System, count: usize, parts: usize) -> Result<Self> {
         ensure!(count > 0, "{count} threads: there must be at least 1");
         let fmus = &system.fmus;
@@ -40,24 +41,24 @@ impl Crew {
         Ok(Self { workers, threads })
     }
 
-    /// The worker of a component, where it is not in this thread.
+    /// The worker of a component; None for those of the calling thread.
     pub fn worker(&self, component: usize) -> Option<&Worker> {
         let thread = self.threads[component].checked_sub(1)?;
         Some(&self.workers[thread])
     }
 
-    /// Ranks of components: each comes after those before it in the order of the system from which
-    /// it gets something over a `passing` link. This thread's own come first in a rank.
+    /// Ranks of components: a component comes after the earlier components of the system from which
+    /// it gets values over a `passing` link. Those of the calling thread come first in a rank.
     pub fn ranks(&self, wiring: &Wiring, passing: impl Fn(&Link) -> bool) -> Vec<Vec<usize>> {
         let mut links: Vec<&Link> = wiring.links.iter().collect();
         links.retain(|l| l.from.component < l.to.component && passing(l));
         links.sort_by_key(|link| link.to.component);
-        let mut of = vec![0; self.threads.len()];
-        for link in links {
-            of[link.to.component] = of[link.to.component].max(of[link.from.component] + 1);
+        let mut rank_of = vec![0; self.threads.len()];
+        for Link { from, to, .. } in links {
+            rank_of[to.component] = rank_of[to.component].max(rank_of[from.component] + 1);
         }
-        let mut ranks = vec![Vec::new(); of.iter().max().map_or(0, |last| last + 1)];
-        for (k, rank) in of.into_iter().enumerate() {
+        let mut ranks = vec![Vec::new(); rank_of.iter().max().map_or(0, |last| last + 1)];
+        for (k, rank) in rank_of.into_iter().enumerate() {
             ranks[rank].push(k);
         }
         for rank in &mut ranks {
