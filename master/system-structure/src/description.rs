@@ -5,7 +5,8 @@ use fmi_description::Unit;
 use fmi_description::xml::{self, XmlError};
 
 use crate::connector::{Connector, read_connectors, units};
-use crate::parameters::Binding;
+use crate::dictionary::{DictionaryReference, SignalDictionary};
+use crate::parameters::{Binding, Sourced};
 use crate::transformation::Transformation;
 
 /// A system structure.
@@ -63,9 +64,8 @@ pub struct System {
     pub elements: Vec<Element>,
     /// Connections, in the order of the file.
     pub connections: Vec<Connection>,
-    /// Names of its signal dictionaries: named signals that connections in several systems share,
-    /// like a bus.
-    pub dictionaries: Vec<String>,
+    /// Signal dictionaries by name.
+    pub dictionaries: Vec<(String, Sourced<SignalDictionary>)>,
 }
 
 /// An element of a system.
@@ -126,17 +126,6 @@ pub struct Component {
     pub bindings: Vec<Binding>,
     /// Annotations of tools.
     pub annotations: Vec<Annotation>,
-}
-
-/// An element of a system to which connections to the signals of a dictionary attach.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DictionaryReference {
-    /// Name of the element.
-    pub name: String,
-    /// Name of the dictionary, which this system or an enclosing one has.
-    pub dictionary: String,
-    /// The signals that are connected here.
-    pub connectors: Vec<Connector>,
 }
 
 /// One end of a connection: a connector of an element, or of the system itself.
@@ -230,11 +219,19 @@ fn read_system(node: &xml::Element, units: &[Unit]) -> Result<System, XmlError> 
         }
         elements.push(element);
     }
-    let connections = node
-        .listed("Connections", "Connection")
-        .map(read_connection);
+    let connections = node.listed("Connections", "Connection").map(read_connection);
     let dictionaries = node.listed("SignalDictionaries", "SignalDictionary");
-    let dictionaries = dictionaries.map(|dictionary| dictionary.required("name"));
+    let dictionaries = dictionaries.map(|dictionary| {
+        let inline = |node: &xml::Element| {
+            let inline = node.child("SignalDictionary");
+            inline.map(SignalDictionary::read).transpose()
+        };
+        let name = dictionary.required("name")?;
+        Ok((
+            name,
+            Sourced::read(dictionary, "a signal dictionary", inline)?,
+        ))
+    });
     Ok(System {
         connectors: read_connectors(node, units)?,
         bindings: Binding::read_all(node)?,
@@ -357,7 +354,7 @@ mod tests {
             panic!("a system")
         };
         assert!(matches!(&inner.elements[0], Element::Component(c) if c.kind == Kind::Package));
-        assert_eq!(read.system.dictionaries, ["Bus"]);
+        assert_eq!(read.system.dictionaries[0].0, "Bus");
     }
 
     /// Each edit makes one thing wrong; the message says what and on which line.

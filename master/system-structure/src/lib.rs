@@ -1,7 +1,6 @@
 //! Parses the XML files of the SSP standard into Rust types: system structures (`.ssd`), parameter
-//! sets (`.ssv`) and parameter mappings (`.ssm`). Of signal dictionaries only the names are needed.
-//! The co-simulation master `cosim` uses it. The functions take texts: nothing here opens a file or
-//! knows FMUs.
+//! sets (`.ssv`), parameter mappings (`.ssm`) and signal dictionaries (`.ssb`). The co-simulation
+//! master `cosim` uses it. The functions take texts: nothing here opens a file or knows FMUs.
 //!
 //! SSP 1.0 is read, and the FMI 3.0 types of SSP 2.0. Namespace prefixes are ignored, elements may
 //! come in any order, and unknown content (geometry, annotations of other tools, comments) is
@@ -18,15 +17,17 @@
 
 mod connector;
 mod description;
+mod dictionary;
 mod mapping;
 mod parameters;
 mod transformation;
 
 pub use connector::{Connector, DataType, Direction};
 pub use description::{
-    Annotation, Component, Connection, DefaultExperiment, DictionaryReference, Element, End, Kind,
-    System, SystemStructure,
+    Annotation, Component, Connection, DefaultExperiment, Element, End, Kind, System,
+    SystemStructure,
 };
+pub use dictionary::{DictionaryReference, SignalDictionary};
 pub use mapping::{MappingEntry, ParameterMapping};
 pub use parameters::{Binding, Parameter, ParameterSet, Sourced};
 pub use transformation::Transformation;

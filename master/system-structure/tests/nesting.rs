@@ -2,7 +2,7 @@
 //! recursion, which would exhaust the stack otherwise.
 
 use fmi_description::Description;
-use system_structure::{ParameterMapping, ParameterSet, SystemStructure};
+use system_structure::{ParameterMapping, ParameterSet, SignalDictionary, SystemStructure};
 
 const LEVELS: usize = 200_000;
 
@@ -17,6 +17,7 @@ fn files_nested_too_deeply_are_refused() {
     let structure = nested("ssd:SystemStructureDescription", "ssd:System");
     let set = nested("ssv:ParameterSet", "ssv:Parameters");
     let mapping = nested("ssm:ParameterMapping", "ssm:MappingEntry");
+    let dictionary = nested("ssb:SignalDictionary", "ssb:DictionaryEntry");
     let description = nested("fmiModelDescription", "ModelVariables");
     let errors = [
         SystemStructure::parse(&structure, "f")
@@ -26,6 +27,9 @@ fn files_nested_too_deeply_are_refused() {
             .map(drop)
             .map_err(|e| e.to_string()),
         ParameterMapping::parse(&mapping, "f")
+            .map(drop)
+            .map_err(|e| e.to_string()),
+        SignalDictionary::parse(&dictionary, "f")
             .map(drop)
             .map_err(|e| e.to_string()),
         Description::parse(&description)

@@ -1,14 +1,16 @@
-//! A system structure, a parameter set or a mapping is read or refused with its place.
+//! A system structure, a parameter set, a mapping or a dictionary is read or refused with its
+//! place.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use system_structure::{ParameterMapping, ParameterSet, SystemStructure};
+use system_structure::{ParameterMapping, ParameterSet, SignalDictionary, SystemStructure};
 
 fuzz_target!(|text: &str| {
     let errors = [
         SystemStructure::parse(text, "a.ssd").err(),
         ParameterSet::parse(text, "a.ssv").err(),
         ParameterMapping::parse(text, "a.ssm").err(),
+        SignalDictionary::parse(text, "a.ssb").err(),
     ];
     let lines = 1 + text.matches('\n').count();
     for error in errors.into_iter().flatten() {

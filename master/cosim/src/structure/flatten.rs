@@ -5,8 +5,8 @@ use std::collections::HashMap;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use system_structure::{
-    Connection as Wire, Connector, DataType, Direction, Element, End, Kind, System,
-    SystemStructure, Transformation,
+    Connection as Wire, Connector, DataType, Direction, Element, End, Kind, SignalDictionary,
+    Sourced, System, SystemStructure, Transformation,
 };
 
 use super::bond::PowerBond;
@@ -105,7 +105,11 @@ impl Flattening<'_> {
         around: &[(String, String)],
     ) -> Result<()> {
         let mut dictionaries = around.to_vec();
-        for name in &system.dictionaries {
+        for (name, dictionary) in &system.dictionaries {
+            if let Sourced::File { source, .. } = dictionary {
+                let text = (self.files)(&format!("{}{source}", place.base))?;
+                SignalDictionary::parse(&text, source)?;
+            }
             // No path of an element begins with this character.
             dictionaries.push((name.clone(), format!("\0{}", join(path, name))));
         }
