@@ -219,7 +219,9 @@ fn read_system(node: &xml::Element, units: &[Unit]) -> Result<System, XmlError> 
         }
         elements.push(element);
     }
-    let connections = node.listed("Connections", "Connection").map(read_connection);
+    let connections = node
+        .listed("Connections", "Connection")
+        .map(read_connection);
     let dictionaries = node.listed("SignalDictionaries", "SignalDictionary");
     let dictionaries = dictionaries.map(|dictionary| {
         let inline = |node: &xml::Element| {

@@ -106,7 +106,7 @@ impl Flattening<'_> {
     ) -> Result<()> {
         let mut dictionaries = around.to_vec();
         for (name, dictionary) in &system.dictionaries {
-            if let Sourced::File { source, .. } = dictionary {
+            if let Sourced::File(source) = dictionary {
                 let text = (self.files)(&format!("{}{source}", place.base))?;
                 SignalDictionary::parse(&text, source)?;
             }
