@@ -39,7 +39,7 @@ pub struct BatchPlan {
     pub variables: Vec<usize>,
     /// References as the call passes them.
     pub references: Vec<u32>,
-    /// The same number of first_orders: orders of first derivatives.
+    /// The order 1 for each reference, for calls that pass first derivatives.
     pub first_orders: Vec<i32>,
     /// Number of values that the call passes.
     pub passed: usize,

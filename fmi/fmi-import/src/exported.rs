@@ -1,5 +1,12 @@
-//! The files that a library made with `fmu_export::export_fmu!` carries, received through its
-//! functions `fmi2ExportFiles` and `fmi3ExportFiles`.
+//! The files of an FMU that a library made with `fmu_export::export_fmu!` carries, received through
+//! its functions `fmi2ExportFiles` and `fmi3ExportFiles`.
+//!
+//! ```no_run
+//! use fmi_description::Version;
+//! let files = fmi_import::exported::files("target/release/libmy.so".as_ref(), Version::Fmi3)?;
+//! assert!(files.contains_key("modelDescription.xml"));
+//! # anyhow::Ok(())
+//! ```
 
 use std::error::Error;
 use std::ffi::{CStr, c_char, c_int, c_void};
@@ -17,17 +24,17 @@ type Receive = unsafe extern "C" fn(*mut c_void, *const c_char, *const u8, usize
 /// The C functions `fmi2ExportFiles` and `fmi3ExportFiles`.
 type ExportFiles = unsafe extern "C" fn(*mut c_void, Option<Receive>) -> c_int;
 
-/// A variable of a type that FMI 2.0 does not have, in words.
+/// Why there is no FMU of this version: a variable has a type that only FMI 3.0 has.
 #[derive(Debug)]
-pub struct Lacking(String);
+pub struct UnsupportedType(String);
 
-impl fmt::Display for Lacking {
+impl fmt::Display for UnsupportedType {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
     }
 }
 
-impl Error for Lacking {}
+impl Error for UnsupportedType {}
 
 #[derive(Default)]
 struct ReceivedFiles {
@@ -35,16 +42,20 @@ struct ReceivedFiles {
     reason: Option<String>,
 }
 
-/// Opens a library that hands out its own files, as an FMU of FMI 2.0.
-pub fn open(library: &Path) -> Result<Fmu> {
+/// Opens a library that carries its own files, as an FMU of FMI 2.0.
+pub(crate) fn open(library: &Path) -> Result<Fmu> {
     let files = files(library, Version::Fmi2)?;
     let text = files.get("modelDescription.xml");
     let text = text.context("the library carries no modelDescription.xml")?;
-    Fmu::bare(library, Description::read(text)?)
+    Fmu::from_library(library, Description::read(text)?)
 }
 
-/// All files of the FMU of a version of FMI but for its binaries. The library must be one that this
-/// machine can load.
+/// All files of the FMU of this version except its binaries. The library must be one that this machine
+/// can load.
+///
+/// # Errors
+/// The library cannot be loaded or carries no files; [`UnsupportedType`] if the version of FMI does
+/// not have a type that it uses.
 pub fn files(library: &Path, version: Version) -> Result<Entries> {
     let function = match version {
         Version::Fmi2 => "fmi2ExportFiles",
@@ -58,19 +69,19 @@ pub fn files(library: &Path, version: Version) -> Result<Entries> {
         format!("{name} exports no {function}; does the crate use fmu_export::export_fmu!?")
     })?;
     // SAFETY: the function of a library that stays loaded until it has returned.
-    unsafe { received(export) }.with_context(|| name.to_string())
+    unsafe { receive_files(export) }.with_context(|| name.to_string())
 }
 
-/// The files that the function hands out.
+/// Calls the function, and returns the files that it hands out.
 ///
 /// # Safety
 /// `export` must be what `fmu_export::export_fmu!` makes, and callable.
-unsafe fn received(export: ExportFiles) -> Result<Entries> {
+unsafe fn receive_files(export: ExportFiles) -> Result<Entries> {
     let mut received = ReceivedFiles::default();
     // SAFETY: the context is what `receive` expects, and outlives the call.
     let status = unsafe { export((&raw mut received).cast(), Some(receive)) };
     match received.reason {
-        Some(reason) if status == 2 => Err(Lacking(reason).into()),
+        Some(reason) if status == 2 => Err(UnsupportedType(reason).into()),
         Some(reason) => bail!("{reason}"),
         None if status != 0 => bail!("the function for the files returned {status}"),
         None => Ok(received.files),
@@ -129,9 +140,9 @@ mod tests {
         // SAFETY: the functions above keep to the contract.
         let (files, refused, failed) = unsafe {
             (
-                received(two_files).unwrap(),
-                received(refusal).unwrap_err(),
-                received(silent_failure).unwrap_err(),
+                receive_files(two_files).unwrap(),
+                receive_files(refusal).unwrap_err(),
+                receive_files(silent_failure).unwrap_err(),
             )
         };
         let expected = [("a/b.txt", b"text".to_vec()), ("empty", vec![])];

@@ -164,7 +164,7 @@ type Library = (Platform, Vec<u8>);
 fn read(library: &Path) -> Result<Library> {
     let name = || library.display().to_string();
     let bytes = fs::read(library).with_context(name)?;
-    Ok((platform::of(&bytes).with_context(name)?, bytes))
+    Ok((platform::detect(&bytes).with_context(name)?, bytes))
 }
 
 /// A library that was built for any machine of a platform.

@@ -117,13 +117,13 @@ impl Target {
     /// Why a library or program that was built for it would not run on every machine of its kind,
     /// or tells of the one that built it; none where all is well.
     pub fn faults(&self, binary: &[u8], workspace: &Workspace) -> Result<Vec<String>> {
-        let mut faults = Needs::of(binary)?.faults(self.platform.folder);
-        let platform = platform::of(binary)?;
+        let mut faults = Needs::read(binary)?.faults(self.platform.folder);
+        let platform = platform::detect(binary)?;
         if platform != self.platform {
             faults.push(format!("is built for {}", platform.folder));
         }
         let folders = private_folders(workspace)?;
-        let named = portability::named(binary, &folders);
+        let named = portability::folders_in(binary, &folders);
         faults.extend(named.iter().map(|path| format!("names {path}")));
         Ok(faults)
     }

@@ -32,7 +32,7 @@ pub fn add(
     for ((module, _), fmu) in built.iter().zip(fmus) {
         let name = module.display();
         let bytes = fs::read(module).with_context(|| name.to_string())?;
-        let named = portability::named(&bytes, &folders);
+        let named = portability::folders_in(&bytes, &folders);
         ensure!(
             named.is_empty(),
             "{name} is not for every machine: it names {}",

@@ -18,7 +18,7 @@ use crate::instance::{At, Failure, Instance};
 use crate::wiring::{Feedthrough, Link, Port, Undeclared, Wiring};
 use anyhow::Result;
 use fmi_description::{Access, Variability};
-use fmi_import::value::{Value, is_wide};
+use fmi_import::value::{Value, is_non_numeric};
 use serde::{Deserialize, Serialize};
 
 pub use transfers::{Read, Write, reads, writes};
@@ -112,7 +112,7 @@ impl Exchange {
             let writes = [false, true].map(|wide| {
                 let own = links
                     .iter()
-                    .filter(|l| is_wide(wiring.access(l.from)) == wide);
+                    .filter(|l| is_non_numeric(wiring.access(l.from)) == wide);
                 let inputs = own.map(|l| (l.to, slots[&l.from], l.transformation.clone()));
                 let mut writes = writes(wiring, inputs);
                 writes.iter_mut().for_each(|write| write.is_wide = wide);
@@ -145,8 +145,8 @@ impl Exchange {
         let all_writes = stages.iter().flat_map(|stage| &stage.writes);
         let widest = all_writes.map(Write::len).max().unwrap_or(0);
         let mut wide = Vec::new();
-        if slots.keys().any(|port| is_wide(wiring.access(*port))) {
-            wide = vec![Value::none(Access::Int64); slots.len()];
+        if slots.keys().any(|port| is_non_numeric(wiring.access(*port))) {
+            wide = vec![Value::empty(Access::Int64); slots.len()];
         }
         Ok(Self {
             first,

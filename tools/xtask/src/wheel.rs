@@ -248,7 +248,7 @@ fn check_wheel(workspace: &Workspace, wheel: &Path, target: &Target) -> Result<(
     ensure!(faults.is_empty(), "{name} {}", faults.join("; it "));
     let folders = private_folders(&workspace.cargo)?;
     for (name, bytes) in entries.iter().filter(|(name, _)| !is_archive(name)) {
-        let named = portability::named(bytes, &folders);
+        let named = portability::folders_in(bytes, &folders);
         ensure!(named.is_empty(), "{name} names {}", named.join(", "));
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! Clocks of FMI 3.0 (sections 2.2.8 and 2.4.7.4), and the variables that belong to them.
+//! Checks clocks of FMI 3.0 (sections 2.2.8 and 2.4.7.4), and the variables that belong to them.
 
 use fmi_description::xml::Element;
 
@@ -10,7 +10,6 @@ const CLOCKS: Promise = Promise {
     why: "importers tick clocks by it, and read clocked variables only when their clock ticks",
 };
 
-/// Clocks and clocked variables.
 pub fn check(root: &Element, variables: &[Variable]) -> (Promise, Outcome) {
     let mut outcome = Outcome::default();
     let is_scheduled = root.child("ScheduledExecution").is_some();
@@ -60,14 +59,10 @@ fn clock(v: &Variable, is_scheduled: bool, outcome: &mut Outcome) {
             "clock `{name}` is {kind} and must have an interval"
         ));
     }
-    if v.number("intervalDecimal")
-        .is_some_and(|t| t.is_nan() || t <= 0.0)
-    {
+    if v.number("intervalDecimal").is_some_and(|t| t.is_nan() || t <= 0.0) {
         outcome.fail(format!("clock `{name}`: intervalDecimal must be above 0"));
     }
-    if v.number("shiftDecimal")
-        .is_some_and(|t| t.is_nan() || t < 0.0)
-    {
+    if v.number("shiftDecimal").is_some_and(|t| t.is_nan() || t < 0.0) {
         outcome.fail(format!("clock `{name}`: shiftDecimal must be at least 0"));
     }
     if v.number("intervalCounter") == Some(0.0) {

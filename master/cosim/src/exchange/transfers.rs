@@ -43,7 +43,7 @@ impl Read {
         wide: &mut [Value],
         at: At,
     ) -> Result<()> {
-        match self.batch.is_wide {
+        match self.batch.is_non_numeric {
             false => self.run(instances, values, at),
             true => {
                 instances[self.instance].get_whole(&self.batch, &mut wide[self.slots.clone()], at)

@@ -15,7 +15,7 @@ use crate::run::signals::Signals;
 use crate::schedule::steps_in;
 use crate::structure::system::System;
 use crate::wiring::Port;
-use fmi_import::value::is_wide;
+use fmi_import::value::is_non_numeric;
 
 /// A file that is being written under another name; it gets its own when it is complete, and leaves
 /// nothing when it is not.
@@ -139,7 +139,7 @@ impl Log {
         }
         let is_whole = |port: &Port| {
             let v = system.variable(*port);
-            is_wide(v.access()) && !matches!(v.kind, Kind::Enumeration(_))
+            is_non_numeric(v.access()) && !matches!(v.kind, Kind::Enumeration(_))
         };
         let columns = ports.iter().copied().enumerate();
         let (whole, numbers): (Vec<_>, Vec<_>) = columns.partition(|(_, port)| is_whole(port));

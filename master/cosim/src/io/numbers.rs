@@ -14,7 +14,7 @@ const WHOLE: f64 = 9_007_199_254_740_992.0;
 /// # Errors
 /// What the text has to be.
 pub fn number(v: &Variable, text: &str) -> Result<f64> {
-    let number = match Value::of_variable(v, text) {
+    let number = match Value::parse_for(v, text) {
         Ok(Value::Whole(number)) => Some(whole(number)),
         _ => text.parse().ok(),
     };
@@ -49,7 +49,7 @@ pub fn allowed(v: &Variable) -> String {
         (Kind::Integer, Some(bounds)) => format!("a whole number {bounds}"),
         (Kind::Real, None) => "a finite number".into(),
         (Kind::Boolean, _) => "true (1) or false (0)".into(),
-        _ => Value::of_variable(v, "").err().unwrap_or("a number".into()),
+        _ => Value::parse_for(v, "").err().unwrap_or("a number".into()),
     }
 }
 
