@@ -1,5 +1,10 @@
 //! Errors of a C function that a co-simulation master called: which function, the status that it
 //! returned, and when in the run that was.
+//!
+//! ```
+//! use fmi_import::answer::At;
+//! assert_eq!(At::Time(0.5).to_string(), "at t = 0.5 s");
+//! ```
 
 use std::ffi::c_int;
 

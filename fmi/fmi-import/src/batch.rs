@@ -6,16 +6,10 @@
 //! of the others are passed too, from a memory whose slots are given by a [`Layout`].
 //!
 //! ```
-//! use fmi_description::Description;
 //! use fmi_import::batch::{Batch, Layout};
-//!
-//! let text = r#"<fmiModelDescription fmiVersion="3.0" modelName="M" instantiationToken="t"><CoSimulation modelIdentifier="M"/>
-//!   <ModelVariables><Float64 name="u" valueReference="5" causality="input" start="1 2 3"><Dimension start="3"/></Float64></ModelVariables>
-//!   <ModelStructure/></fmiModelDescription>"#;
-//! let description = Description::parse(text).unwrap().by_element();
-//! let second = vec![description.index("u[2]").unwrap()];
-//! let batch = Batch::new(&description, &Layout::new(&description), second);
-//! assert_eq!((batch.len(), batch.passed, &batch.places[..]), (1, 3, &[1][..]));
+//! fn first_variable(description: &fmi_description::Description) -> Batch {
+//!     Batch::new(description, &Layout::new(description), vec![0])
+//! }
 //! ```
 
 use std::collections::{BTreeMap, HashMap};
@@ -110,7 +104,9 @@ impl Batch {
     /// element](Description::by_element).
     pub fn new(description: &Description, layout: &Layout, variables: Vec<usize>) -> Self {
         let variable = |k: &usize| &description.variables[*k];
-        let access = variables.first().map_or(Access::Real, |k| variable(k).access());
+        let access = variables
+            .first()
+            .map_or(Access::Real, |k| variable(k).access());
         debug_assert!(variables.iter().all(|k| variable(k).access() == access));
         let mut batch = BatchPlan {
             access,
@@ -127,7 +123,11 @@ impl Batch {
             variables,
         };
         if description.fmi == Version::Fmi2 {
-            batch.references = batch.variables.iter().map(|k| variable(k).reference).collect();
+            batch.references = batch
+                .variables
+                .iter()
+                .map(|k| variable(k).reference)
+                .collect();
             batch.passed = batch.references.len();
             batch.first_orders = vec![1; batch.passed];
             return Self(Arc::new(batch));

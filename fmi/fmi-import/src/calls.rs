@@ -1,15 +1,15 @@
 //! The C functions of an FMU as pointers, looked up by name in what was loaded. Many libraries lack
 //! functions that are never called, so a missing one is no error at loading: what is called instead
 //! of it returns [`ABSENT`].
-#![allow(unsafe_code, non_snake_case, missing_docs)] // named as in the standard
+#![allow(unsafe_code, non_snake_case)] // named as in the standard
 
 use std::any::Any;
 use std::ffi::{c_int, c_void};
 use std::ptr;
 
 use crate::standard::{Pointer, Text};
+use crate::standard::{fmi2_functions, fmi3_functions};
 use crate::status::ABSENT;
-use crate::{fmi2_functions, fmi3_functions};
 
 /// A loaded library or module, which exports functions for as long as it lives.
 pub trait Exports: Any + Send + Sync {
@@ -68,6 +68,7 @@ impl Absent for Text {
 macro_rules! functions {
     ($api:ident $($name:ident $interface:ident [$($states:tt)*] ($($type:ty),*) $(-> $result:ty)?;)*) => {
         /// One pointer for each function of this version.
+        #[allow(dead_code)] // all are looked up, so that `exports` knows which are there
         pub struct $api {
             $(pub $name: unsafe extern "C" fn($($type),*) $(-> $result)?,)*
             absent: Vec<&'static str>,

@@ -3,19 +3,6 @@
 //!
 //! Clocked variables may be set and read only while a clock of theirs is active, that is at its ticks
 //! in Event Mode. Between ticks the instance's memory has their values.
-//!
-//! ```
-//! use fmi_description::Description;
-//! use fmi_import::batch::Layout;
-//! use fmi_import::clocks::ClockPlan;
-//!
-//! let text = r#"<fmiModelDescription fmiVersion="3.0" modelName="M" instantiationToken="t"><CoSimulation modelIdentifier="M"/>
-//!   <ModelVariables><Clock name="c" valueReference="7" causality="input" intervalVariability="constant" intervalDecimal="0.1"/></ModelVariables>
-//!   <ModelStructure/></fmiModelDescription>"#;
-//! let description = Description::parse(text).unwrap().by_element();
-//! let plan = ClockPlan::new(&description, &Layout::new(&description));
-//! assert!(plan.clocks[0].is_periodic());
-//! ```
 
 use anyhow::{Result, bail};
 use fmi_description::{ClockInterval, ClockTiming, Description, Kind, Variable};
@@ -26,12 +13,11 @@ use crate::batch::{Batch, Layout};
 /// The time-based input clocks of an FMU, and its clocked variables.
 #[derive(Debug, Default)]
 pub struct ClockPlan {
-    /// Clocks whose ticks the importer knows in advance.
-    pub clocks: Vec<Clock>,
+    pub(crate) clocks: Vec<Clock>,
     /// Clocked inputs, set at a tick.
-    pub inputs: Vec<Batch>,
+    pub(crate) inputs: Vec<Batch>,
     /// Clocked outputs and local variables, read at a tick.
-    pub computed: Vec<Batch>,
+    pub(crate) computed: Vec<Batch>,
 }
 
 impl ClockPlan {
@@ -69,20 +55,17 @@ pub fn is_triggered(v: &Variable) -> bool {
 
 /// The interval of a clock as the FMU reports it.
 pub enum Interval {
-    /// `fmi3IntervalNotYetKnown`.
     Unknown,
-    /// `fmi3IntervalUnchanged`, s.
+    /// s.
     Unchanged(f64),
-    /// `fmi3IntervalChanged`, s.
+    /// s.
     Changed(f64),
 }
 
 /// A clock whose ticks the importer knows in advance.
 #[derive(Debug)]
 pub struct Clock {
-    /// Name.
     pub name: String,
-    /// Value reference.
     pub reference: u32,
     timing: ClockTiming,
 }
@@ -127,9 +110,6 @@ impl Clock {
 
     /// Sets the first tick of a run that starts at `start`, s. `interval` and, for a periodic clock,
     /// `shift`, s, are what the FMU reported if it was asked.
-    ///
-    /// # Errors
-    /// The interval is not a positive number.
     pub fn start(
         &self,
         ticks: &mut TickTimes,
@@ -153,9 +133,6 @@ impl Clock {
     }
 
     /// Takes over the interval that the FMU reports after an event at `now`, s.
-    ///
-    /// # Errors
-    /// The interval is not a positive number.
     pub fn update(&self, ticks: &mut TickTimes, now: f64, interval: &Interval) -> Result<()> {
         let Interval::Changed(interval) = *interval else {
             return Ok(());
@@ -209,9 +186,7 @@ mod tests {
     }
 
     fn next(ticks: &mut TickTimes, count: usize) -> Vec<f64> {
-        (0..count)
-            .map(|_| (ticks.next, ticks.tick()).0)
-            .collect()
+        (0..count).map(|_| (ticks.next, ticks.tick()).0).collect()
     }
 
     #[test]
@@ -226,7 +201,10 @@ mod tests {
         let (asked, mut ticks) = clock(ClockInterval::Tunable, None);
         let interval = Some(Interval::Changed(0.5));
         asked.start(&mut ticks, 2.0, interval, Some(1.0)).unwrap();
-        assert_eq!((asked.asks_fmu(), next(&mut ticks, 2)), (true, vec![3.0, 3.5]));
+        assert_eq!(
+            (asked.asks_fmu(), next(&mut ticks, 2)),
+            (true, vec![3.0, 3.5])
+        );
         // A new interval counts from the event that brings it.
         asked
             .update(&mut ticks, 3.75, &Interval::Unchanged(0.5))

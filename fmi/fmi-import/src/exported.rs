@@ -1,12 +1,5 @@
 //! The files of an FMU that a library made with `fmu_export::export_fmu!` carries, received through
 //! its functions `fmi2ExportFiles` and `fmi3ExportFiles`.
-//!
-//! ```no_run
-//! use fmi_description::Version;
-//! let files = fmi_import::exported::files("target/release/libmy.so".as_ref(), Version::Fmi3)?;
-//! assert!(files.contains_key("modelDescription.xml"));
-//! # anyhow::Ok(())
-//! ```
 
 use std::error::Error;
 use std::ffi::{CStr, c_char, c_int, c_void};
@@ -44,7 +37,7 @@ struct ReceivedFiles {
 
 /// Opens a library that carries its own files, as an FMU of FMI 2.0.
 pub(crate) fn open(library: &Path) -> Result<Fmu> {
-    let files = files(library, Version::Fmi2)?;
+    let files = exported_files(library, Version::Fmi2)?;
     let text = files.get("modelDescription.xml");
     let text = text.context("the library carries no modelDescription.xml")?;
     Fmu::from_library(library, Description::read(text)?)
@@ -56,7 +49,7 @@ pub(crate) fn open(library: &Path) -> Result<Fmu> {
 /// # Errors
 /// The library cannot be loaded or carries no files; [`UnsupportedType`] if the version of FMI does
 /// not have a type that it uses.
-pub fn files(library: &Path, version: Version) -> Result<Entries> {
+pub fn exported_files(library: &Path, version: Version) -> Result<Entries> {
     let function = match version {
         Version::Fmi2 => "fmi2ExportFiles",
         Version::Fmi3 => "fmi3ExportFiles",

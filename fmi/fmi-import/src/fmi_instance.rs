@@ -1,15 +1,10 @@
 //! [`FmiInstance`]: the interface by which a co-simulation master calls an instance, whatever version
 //! of FMI it has and wherever it is: in this thread, in another one, or in a page.
 //!
-//! ```no_run
-//! use fmi_import::batch::Batch;
+//! ```
 //! use fmi_import::fmi_instance::{Call, FmiInstance};
-//!
-//! fn step(instance: &dyn FmiInstance, outputs: &Batch, t: f64, h: f64) -> anyhow::Result<Vec<f64>> {
-//!     instance.call(Call::Step(t, h))?;
-//!     let mut values = vec![0.0; outputs.len()];
-//!     instance.get(outputs, &mut values)?;
-//!     Ok(values)
+//! fn step(instance: &dyn FmiInstance, t: f64, h: f64) -> anyhow::Result<f64> {
+//!     instance.call(Call::Step(t, h))
 //! }
 //! ```
 

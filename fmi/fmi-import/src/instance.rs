@@ -1,14 +1,10 @@
 //! [`Instance`]: an instance that is called in the order of the standard, with its time and its log,
 //! for programs that test FMUs. It calls no functions for types of which the FMU has no variable.
 //!
-//! ```no_run
-//! # fn main() -> anyhow::Result<()> {
-//! let fmu = fmi_import::Fmu::open("My.fmu".as_ref())?;
-//! let mut instance = fmi_import::Instance::started(&fmu, "my instance")?;
-//! instance.step(0.01)?;
-//! println!("y = {:?}", instance.read(fmu.description.variable("y")?)?);
-//! # Ok(())
-//! # }
+//! ```
+//! fn first_step(fmu: &fmi_import::Fmu) -> anyhow::Result<()> {
+//!     fmi_import::Instance::started(fmu, "my instance")?.step(0.01)
+//! }
 //! ```
 
 use std::ffi::{CString, c_int};
@@ -105,7 +101,9 @@ impl<'a> Instance<'a> {
         let made = RawInstance::new(&fmu.functions, &request, Log::new(name));
         Ok(Self {
             fmu,
-            raw: made.map_err(|messages| anyhow!("fmi2Instantiate gave NULL{}", last_message(&messages)))?,
+            raw: made.map_err(|messages| {
+                anyhow!("fmi2Instantiate gave NULL{}", last_message(&messages))
+            })?,
             name: name.to_string(),
             time: 0.0,
             experiment: Experiment::default(),

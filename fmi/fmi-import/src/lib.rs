@@ -29,12 +29,12 @@
 pub mod answer;
 #[cfg(feature = "master")]
 pub mod batch;
-pub mod calls;
+mod calls;
 #[cfg(feature = "master")]
-pub mod clocks;
+mod clocks;
 mod encoding;
 #[cfg(feature = "native")]
-pub mod exported;
+mod exported;
 #[cfg(all(feature = "master", feature = "native"))]
 mod fmi2;
 #[cfg(feature = "master")]
@@ -42,25 +42,25 @@ mod fmi3;
 #[cfg(feature = "master")]
 pub mod fmi_instance;
 mod fmu;
-pub mod functions;
+mod functions;
 #[cfg(feature = "native")]
 pub mod instance;
 #[cfg(feature = "master")]
 mod instantiate;
 #[cfg(feature = "native")]
-pub mod library;
+mod library;
 pub mod log;
 pub mod messages;
 #[cfg(not(feature = "native"))]
 mod module;
-pub mod names;
+mod names;
 pub mod output;
 #[cfg(feature = "native")]
 pub mod platform;
 #[cfg(feature = "native")]
 pub mod portability;
 #[cfg(feature = "native")]
-pub mod process;
+mod process;
 pub mod raw;
 #[cfg(feature = "master")]
 mod saved;
@@ -68,13 +68,21 @@ pub mod standard;
 #[cfg(feature = "native")]
 mod states;
 pub mod status;
-pub mod text;
+mod text;
 pub mod value;
 #[cfg(feature = "native")]
 mod values;
 
+#[cfg(feature = "master")]
+pub use clocks::{ClockPlan, is_triggered};
+#[cfg(feature = "native")]
+pub use exported::{UnsupportedType, exported_files};
 pub use fmu::Fmu;
+pub use functions::Functions;
 #[cfg(feature = "native")]
 pub use instance::Instance;
 #[cfg(feature = "master")]
 pub use instantiate::instantiate;
+pub use names::with_fmi3_names;
+#[cfg(feature = "native")]
+pub use process::wait_with_limit;

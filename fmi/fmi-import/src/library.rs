@@ -1,9 +1,4 @@
 //! Loads the shared library of an FMU, together with libraries in its folder that it needs.
-//!
-//! ```no_run
-//! let library = fmi_import::library::Library::open("binaries/linux64/My.so".as_ref())?;
-//! # anyhow::Ok(())
-//! ```
 use std::fs;
 use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 use std::sync::Arc;

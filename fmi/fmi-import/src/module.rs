@@ -7,8 +7,9 @@ use anyhow::{Context, Result, bail, ensure};
 use fmi_description::{Archive, Description, Version};
 
 use crate::calls::{Exports, Logger};
+use crate::messages;
+use crate::standard::fmi3_functions;
 use crate::standard::{Pointer, Text};
-use crate::{fmi3_functions, messages};
 
 /// Folders of an archive for a plain module, and for a module in a component.
 const FOLDERS: [&str; 2] = ["binaries/wasm32-unknown-unknown", "binaries/wasm32-wasip2"];

@@ -1,10 +1,5 @@
 //! Names of functions and statuses of FMI 2.0 translated to FMI 3.0, for messages that are written with
 //! those of FMI 2.0.
-//!
-//! ```
-//! let text = fmi_import::names::with_fmi3_names("fmi2GetReal gave fmi2Error");
-//! assert_eq!(text, "fmi3GetFloat64 gave fmi3Error");
-//! ```
 
 use crate::standard::FMI3;
 

@@ -11,9 +11,6 @@ pub use fmi_description::platform::{LINUX, LINUX_ARM, MACOS, MACOS_ARM, Platform
 use object::{Architecture, BinaryFormat, Object};
 
 /// The platform that a library or program was built for.
-///
-/// # Errors
-/// It is no library, or for a platform without a folder in FMUs.
 pub fn detect(library: &[u8]) -> Result<Platform> {
     let file = object::File::parse(library).context("not a library")?;
     match (file.format(), file.architecture()) {
@@ -29,9 +26,6 @@ pub fn detect(library: &[u8]) -> Result<Platform> {
 }
 
 /// The platform of this machine.
-///
-/// # Errors
-/// FMUs have no folder for it.
 pub fn host() -> Result<Platform> {
     let (os, processor) = (std::env::consts::OS, std::env::consts::ARCH);
     fmi_description::platform::host()

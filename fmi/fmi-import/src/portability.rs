@@ -93,9 +93,6 @@ pub struct Needs {
 
 impl Needs {
     /// Reads the headers of a library or program for Linux, Windows or macOS.
-    ///
-    /// # Errors
-    /// It is neither, or its headers are damaged.
     pub fn read(binary: &[u8]) -> Result<Self> {
         let file = object::File::parse(binary).context("neither library nor program")?;
         let imports = file.imports()?;

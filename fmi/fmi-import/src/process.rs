@@ -1,11 +1,4 @@
 //! Waits for a process that runs an FMU, which may hang.
-//!
-//! ```
-//! use std::{process::Command, time::Duration};
-//! let child = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into())).arg("-V").spawn()?;
-//! assert!(fmi_import::process::wait(child, Duration::from_secs(60))?.is_some());
-//! # anyhow::Ok(())
-//! ```
 
 use std::process::{Child, ExitStatus};
 use std::thread;
@@ -15,10 +8,7 @@ use anyhow::Result;
 
 /// Waits until a process ends; returns its status, or None if it was killed because it took longer
 /// than the limit.
-///
-/// # Errors
-/// The system cannot wait for it or kill it.
-pub fn wait(mut child: Child, limit: Duration) -> Result<Option<ExitStatus>> {
+pub fn wait_with_limit(mut child: Child, limit: Duration) -> Result<Option<ExitStatus>> {
     let begun = Instant::now();
     loop {
         if let Some(status) = child.try_wait()? {

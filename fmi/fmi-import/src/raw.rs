@@ -5,26 +5,11 @@
 //! still crash when it is called out of order, with NULL or with a freed handle: call it so only to
 //! find that out.
 //!
-//! ```no_run
-//! use fmi_import::log::Log;
-//! use fmi_import::raw::{CallbackSet, InstanceKind, RawInstance, Request};
-//!
-//! # fn main() -> anyhow::Result<()> {
-//! let fmu = fmi_import::Fmu::open("My.fmu".as_ref())?;
-//! let request = Request {
-//!     kind: InstanceKind::CoSimulation,
-//!     name: Some(c"my instance"),
-//!     token: Some(c"{1}"),
-//!     resources: None,
-//!     is_logging: false,
-//!     has_events: false,
-//!     returns_early: false,
-//!     given: CallbackSet::Logger,
-//! };
-//! let instance = RawInstance::new(&fmu.functions, &request, Log::new("my instance"));
-//! println!("terminated too early: {}", instance.expect("an instance").terminate());
-//! # Ok(())
-//! # }
+//! ```
+//! /// Whether an FMU refuses a call that passes NULL instead of an instance.
+//! fn refuses_null(fmu: &fmi_import::Fmu) -> bool {
+//!     fmi_import::raw::RawInstance::null(&fmu.functions).terminate() > 1
+//! }
 //! ```
 
 mod calls;

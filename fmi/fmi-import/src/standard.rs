@@ -2,10 +2,6 @@
 //! an importer may call it, and C type. Enumerations are plain integers here, so that a broken FMU
 //! that returns an unknown value causes no undefined behaviour.
 //!
-//! [`fmi2_functions`](crate::fmi2_functions) and [`fmi3_functions`](crate::fmi3_functions) pass the
-//! rows to another macro. Where they are used, `c_int`, `Pointer`, `Text`, and `Callbacks` and
-//! `Logger` of [`calls`](crate::calls) must be in scope.
-//!
 //! ```
 //! use fmi_import::standard::{Mode, is_allowed};
 //! assert!(is_allowed("fmi2DoStep", Mode::Stepping) && !is_allowed("fmi2DoStep", Mode::Instantiated));
@@ -127,8 +123,8 @@ macro_rules! list {
 }
 
 /// Calls the macro `$make`, after the tokens `$first`, with a row for each function of FMI 2.0:
-/// name, interface, states in brackets, type.
-#[macro_export]
+/// name, interface, states in brackets, type. `c_int`, `Pointer`, `Text`, `Callbacks` and `Logger` must
+/// be in scope.
 macro_rules! fmi2_functions {
     ($make:ident! $($first:tt)*) => {
         $make! {
@@ -184,8 +180,7 @@ macro_rules! fmi2_functions {
     };
 }
 
-/// As [`fmi2_functions`], with the functions of FMI 3.0.
-#[macro_export]
+/// As `fmi2_functions`, with the functions of FMI 3.0.
 macro_rules! fmi3_functions {
     ($make:ident! $($first:tt)*) => {
         $make! {
@@ -283,6 +278,7 @@ macro_rules! fmi3_functions {
 
 fmi2_functions!(list! FMI2);
 fmi3_functions!(list! FMI3);
+pub(crate) use {fmi2_functions, fmi3_functions};
 
 #[cfg(test)]
 mod tests {

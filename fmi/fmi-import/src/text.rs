@@ -1,10 +1,4 @@
 //! Reads C strings that an FMU returns, without trusting that the pointers lead to memory.
-//!
-//! ```
-//! // SAFETY: a C string.
-//! let text = unsafe { fmi_import::text::read(c"hot".as_ptr()) };
-//! assert_eq!(text.as_deref(), Some(c"hot"));
-//! ```
 
 use std::ffi::{CStr, CString};
 

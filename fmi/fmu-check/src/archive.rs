@@ -166,7 +166,10 @@ mod tests {
     fn misplaced_files_are_found() {
         let sound = entries(&["modelDescription.xml", "binaries/linux64/X.so"]);
         assert_eq!(places(&sound), Outcome::default());
-        let nested = places(&entries(&["X/modelDescription.xml", "X/binaries/linux64/X.so"]));
+        let nested = places(&entries(&[
+            "X/modelDescription.xml",
+            "X/binaries/linux64/X.so",
+        ]));
         assert_eq!(nested.fails.len(), 2, "{nested:?}");
         assert_eq!(nested.remarks, ["the standard knows no `X` at the top"]);
         let odd = places(&entries(&["modelDescription.xml", "binaries/amiga/X.so"]));

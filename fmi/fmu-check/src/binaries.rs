@@ -113,7 +113,12 @@ pub fn check(
     report.push(AREA, ORIGIN, origin);
 }
 
-fn check_processor(platform: &PlatformFolder, path: &str, file: &object::File, outcome: &mut Outcome) {
+fn check_processor(
+    platform: &PlatformFolder,
+    path: &str,
+    file: &object::File,
+    outcome: &mut Outcome,
+) {
     let (format, processor) = (file.format(), file.architecture());
     if format != platform.format || !platform.processors.contains(&processor) {
         outcome.fail(format!("{path} is built for {processor:?} ({format:?})"));

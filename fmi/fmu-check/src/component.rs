@@ -31,9 +31,6 @@ pub fn path(identifier: &str) -> String {
 }
 
 /// The interface, and in it the world that a component must implement.
-///
-/// # Errors
-/// None, since `fmi3.wit` is valid.
 pub fn interface() -> Result<(Resolve, WorldId)> {
     let mut resolve = Resolve::default();
     let package = resolve.push_str("fmi3.wit", INTERFACE)?;
@@ -55,9 +52,6 @@ pub fn world_fault(component: &[u8]) -> Option<String> {
 }
 
 /// Names of the imports of a component.
-///
-/// # Errors
-/// It is no valid WebAssembly.
 pub fn imports(component: &[u8]) -> Result<Vec<String>> {
     let (mut names, mut depth) = (Vec::new(), 0);
     for payload in Parser::new(0).parse_all(component) {
@@ -76,9 +70,6 @@ pub fn imports(component: &[u8]) -> Result<Vec<String>> {
 }
 
 /// The first module in a component, of which it was made; None in a module.
-///
-/// # Errors
-/// It is no valid WebAssembly.
 pub fn module(component: &[u8]) -> Result<Option<&[u8]>> {
     for payload in Parser::new(0).parse_all(component) {
         if let Payload::ModuleSection {
@@ -93,9 +84,6 @@ pub fn module(component: &[u8]) -> Result<Option<&[u8]>> {
 }
 
 /// Names of the exports of a module.
-///
-/// # Errors
-/// It is no valid WebAssembly.
 pub fn exports(module: &[u8]) -> Result<Vec<String>> {
     let mut names = Vec::new();
     for payload in Parser::new(0).parse_all(module) {

@@ -63,34 +63,29 @@ pub struct Report {
 const MAX_SHOWN: usize = 5;
 
 impl Outcome {
-    /// The promise cannot be checked.
-    pub fn not_checked(reason: impl Into<String>) -> Self {
+    pub(crate) fn not_checked(reason: impl Into<String>) -> Self {
         Self {
             not_checked: Some(reason.into()),
             ..Self::default()
         }
     }
 
-    /// The promise does not hold.
-    pub fn failed(reason: impl Into<String>) -> Self {
+    pub(crate) fn failed(reason: impl Into<String>) -> Self {
         Self {
             fails: vec![reason.into()],
             ..Self::default()
         }
     }
 
-    /// Adds a violation.
-    pub fn fail(&mut self, reason: impl Into<String>) {
+    pub(crate) fn fail(&mut self, reason: impl Into<String>) {
         self.fails.push(reason.into());
     }
 
-    /// Adds a remark.
-    pub fn remark(&mut self, remark: impl Into<String>) {
+    pub(crate) fn remark(&mut self, remark: impl Into<String>) {
         self.remarks.push(remark.into());
     }
 
-    /// Adds a note.
-    pub fn note(&mut self, note: impl Into<String>) {
+    pub(crate) fn note(&mut self, note: impl Into<String>) {
         self.notes.push(note.into());
     }
 
@@ -115,8 +110,7 @@ impl Report {
         verdicts.filter(|v| *v == verdict).count()
     }
 
-    /// Adds a row.
-    pub fn push(&mut self, area: &'static str, promise: Promise, outcome: Outcome) {
+    pub(crate) fn push(&mut self, area: &'static str, promise: Promise, outcome: Outcome) {
         self.rows.push(Row {
             area,
             promise,

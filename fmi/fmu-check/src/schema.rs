@@ -93,7 +93,11 @@ mod tests {
             ("<Real start=\"1\"/>", "<Real begin=\"1\"/>"),
             ("<CoSimulation modelIdentifier=\"Lag\"/>", "<Foo/>"),
         ] {
-            assert_ne!(fails(Version::Fmi2, &SMALL.replace(was, is)), [""; 0], "{is}");
+            assert_ne!(
+                fails(Version::Fmi2, &SMALL.replace(was, is)),
+                [""; 0],
+                "{is}"
+            );
         }
     }
 
@@ -121,7 +125,11 @@ mod tests {
             ("instantiationToken=\"{1}\"", ""),
             ("hasEventMode=\"true\"", "hasEventMode=\"yes\""),
         ] {
-            assert_ne!(fails(Version::Fmi3, &RICH.replacen(was, is, 1)), [""; 0], "{is}");
+            assert_ne!(
+                fails(Version::Fmi3, &RICH.replacen(was, is, 1)),
+                [""; 0],
+                "{is}"
+            );
         }
     }
 

@@ -159,12 +159,9 @@ fn whole(root: &Element, version: Version) -> Outcome {
             outcome.fail("DefaultExperiment: tolerance must be above 0");
         }
     }
-    let categories = root.child("LogCategories");
-    let names = categories
-        .into_iter()
-        .flat_map(|l| l.all("Category").collect::<Vec<_>>());
+    let categories = root.listed("LogCategories", "Category");
     let mut seen = BTreeSet::new();
-    for name in names.filter_map(|c| c.get("name")) {
+    for name in categories.filter_map(|category| category.get("name")) {
         if !seen.insert(name) {
             outcome.fail(format!("log category `{name}` is there twice"));
         }

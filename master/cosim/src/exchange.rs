@@ -145,7 +145,10 @@ impl Exchange {
         let all_writes = stages.iter().flat_map(|stage| &stage.writes);
         let widest = all_writes.map(Write::len).max().unwrap_or(0);
         let mut wide = Vec::new();
-        if slots.keys().any(|port| is_non_numeric(wiring.access(*port))) {
+        if slots
+            .keys()
+            .any(|port| is_non_numeric(wiring.access(*port)))
+        {
             wide = vec![Value::empty(Access::Int64); slots.len()];
         }
         Ok(Self {

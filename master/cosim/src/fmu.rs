@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Context, Result, bail};
 use fmi_description::{Archive, Description};
+use fmi_import::Functions;
 use fmi_import::batch::{Batch, Layout};
-use fmi_import::clocks::{ClockPlan, is_triggered};
 use fmi_import::fmi_instance::{Arguments, FmiInstance};
-use fmi_import::functions::Functions;
+use fmi_import::{ClockPlan, is_triggered};
 use fmi_import::{instantiate, output};
 
 /// A loaded FMU, shared by all its instances.

@@ -19,7 +19,7 @@ pub fn run(workspace: &Workspace, check: bool) -> Result<()> {
     let mut described = Vec::new();
     for library in &built {
         for version in [Version::Fmi2, Version::Fmi3] {
-            described.push((version, library::files_of(library, version)?));
+            described.push((version, library::exported_files(library, version)?));
         }
     }
     compare(workspace, described, check)

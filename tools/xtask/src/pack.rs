@@ -110,7 +110,7 @@ pub fn fmus(
 /// FMUs of FMI 2.0, and after them those of FMI 3.0, which are packed beside them, in the same
 /// order.
 pub fn both_versions(fmus: Vec<PathBuf>) -> Result<Vec<PathBuf>> {
-    let of_3 = cargo_fmu::pack::of_fmi3(&fmus)?;
+    let of_3 = cargo_fmu::pack::fmi3_files(&fmus)?;
     Ok([fmus, of_3].concat())
 }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result};
-use cargo_fmu::pack::{Platforms, of_fmi3};
+use cargo_fmu::pack::{Platforms, fmi3_files};
 use cargo_fmu::process::execute;
 use cargo_fmu::target;
 use cargo_fmu::workspace::Source;
@@ -39,7 +39,7 @@ pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()
         &Platforms::default(),
         &folder,
     )?;
-    make(workspace, &of_fmi3(&packed)?, &options.profile, &out)
+    make(workspace, &fmi3_files(&packed)?, &options.profile, &out)
 }
 
 /// Make the page of these FMUs of FMI 3.0, in the order of [`Workspace::suite`], which get

@@ -6,7 +6,9 @@ use std::ptr;
 
 use fmi_description::Access;
 
-use super::{Array, ContinuousValues, Experiment, RawInstance, StateHandle, StepEnd, result_pointer};
+use super::{
+    Array, ContinuousValues, Experiment, RawInstance, StateHandle, StepEnd, result_pointer,
+};
 use crate::functions::VersionFunctions::{Fmi2, Fmi3};
 use crate::status::{ABSENT, DISCARD};
 

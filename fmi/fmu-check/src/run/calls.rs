@@ -2,8 +2,8 @@
 
 use std::ffi::c_int;
 
-use super::simulation::is_odd;
 use super::probe::probes;
+use super::simulation::is_odd;
 use crate::outcome::Outcome;
 use anyhow::Result;
 use fmi_description::{Access, Variable};

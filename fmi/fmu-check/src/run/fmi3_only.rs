@@ -65,7 +65,10 @@ fn counts(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
         let n = values.len();
         // One value more than there are elements.
         let mut numbers = vec![0; n + 1];
-        for (to, value) in numbers.iter_mut().zip(values.iter().chain(&values[n - 1..])) {
+        for (to, value) in numbers
+            .iter_mut()
+            .zip(values.iter().chain(&values[n - 1..]))
+        {
             *to = value.to_bits();
         }
         for wrong in [n - 1, n + 1] {

@@ -92,7 +92,9 @@ fn versions(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
 }
 
 fn plain_run(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
-    Instance::started(fmu, "spaced")?.run_excited(3, 0).map(drop)
+    Instance::started(fmu, "spaced")?
+        .run_excited(3, 0)
+        .map(drop)
 }
 
 fn guid(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {

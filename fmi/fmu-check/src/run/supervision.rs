@@ -15,8 +15,7 @@ use super::{
 };
 use crate::CheckOptions;
 use crate::outcome::{Outcome, Promise, Report};
-use fmi_import::process::wait;
-use fmi_import::{Fmu, names};
+use fmi_import::{Fmu, wait_with_limit, with_fmi3_names};
 
 /// After this a probe counts as hanging; after less if the plain run was quick.
 const LONGEST: Duration = Duration::from_secs(120);
@@ -157,7 +156,7 @@ fn run_process(
     folder: &Path,
     scratch: &Path,
     limit: Duration,
-) -> Result<Answer> {
+) -> Result<ProbeResult> {
     let [result, output] = ["result.json", "output.txt"].map(|name| scratch.join(name));
     let _ = fs::remove_file(&result); // left by the probe before; there is none at first
     let sink = File::create(&output).with_context(|| output.display().to_string())?;
@@ -168,7 +167,7 @@ fn run_process(
     command.stdin(Stdio::null());
     command.stdout(sink.try_clone()?).stderr(sink);
     let child = command.spawn();
-    let status = wait(
+    let status = wait_with_limit(
         child.with_context(|| options.program.display().to_string())?,
         limit,
     )?;
@@ -200,7 +199,7 @@ pub fn one(name: &str, folder: &Path, result: &Path) -> Result<()> {
     if Fmu::from_folder(folder).is_ok_and(|fmu| fmu.functions.is_fmi3()) {
         let texts = [&mut outcome.fails, &mut outcome.remarks, &mut outcome.notes];
         let texts = texts.into_iter().flatten();
-        texts.for_each(|text| *text = names::with_fmi3_names(text));
+        texts.for_each(|text| *text = with_fmi3_names(text));
     }
     fs::write(result, serde_json::to_vec(&outcome)?)?;
     Ok(())

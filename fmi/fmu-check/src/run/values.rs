@@ -6,7 +6,7 @@ use fmi_description::{Access, Causality, Initial, Variability, Variable};
 use super::probe::probes;
 use crate::outcome::Outcome;
 use fmi_import::Fmu;
-use fmi_import::instance::{Instance, start_and_scale, references, step_size, last_message};
+use fmi_import::instance::{Instance, last_message, references, start_and_scale, step_size};
 use fmi_import::status::{OK, WARNING};
 
 probes! {

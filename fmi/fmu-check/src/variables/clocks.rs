@@ -59,10 +59,14 @@ fn clock(v: &Variable, is_scheduled: bool, outcome: &mut Outcome) {
             "clock `{name}` is {kind} and must have an interval"
         ));
     }
-    if v.number("intervalDecimal").is_some_and(|t| t.is_nan() || t <= 0.0) {
+    if v.number("intervalDecimal")
+        .is_some_and(|t| t.is_nan() || t <= 0.0)
+    {
         outcome.fail(format!("clock `{name}`: intervalDecimal must be above 0"));
     }
-    if v.number("shiftDecimal").is_some_and(|t| t.is_nan() || t < 0.0) {
+    if v.number("shiftDecimal")
+        .is_some_and(|t| t.is_nan() || t < 0.0)
+    {
         outcome.fail(format!("clock `{name}`: shiftDecimal must be at least 0"));
     }
     if v.number("intervalCounter") == Some(0.0) {

@@ -31,21 +31,18 @@ pub struct DeclaredType<'a> {
 
 impl<'a> Variable<'a> {
     pub fn all(root: &'a Element, version: Version) -> Vec<Self> {
-        let list = root.child("ModelVariables");
-        let elements = list.into_iter().flat_map(|list| &list.children);
         let read = |element| match version {
             Version::Fmi2 => Self::from_fmi2(root, element),
             Version::Fmi3 => Some(Self::from_fmi3(root, element)),
         };
-        elements.filter_map(read).collect()
+        root.all_in("ModelVariables").filter_map(read).collect()
     }
 
     fn from_fmi2(root: &'a Element, element: &'a Element) -> Option<Self> {
         let kind = |e: &'a Element| e.children.iter().find(|c| KINDS.contains(&c.tag.as_str()));
         let typed = kind(element)?;
         let declared = typed.get("declaredType").and_then(|name| {
-            let types = root.child("TypeDefinitions")?;
-            let mut types = types.all("SimpleType");
+            let mut types = root.listed("TypeDefinitions", "SimpleType");
             let attributes = kind(types.find(|t| t.get("name") == Some(name))?)?;
             let kind = attributes.tag.as_str();
             Some(DeclaredType { kind, attributes })
@@ -55,7 +52,7 @@ impl<'a> Variable<'a> {
 
     fn from_fmi3(root: &'a Element, element: &'a Element) -> Self {
         let declared = element.get("declaredType").and_then(|name| {
-            let mut types = root.child("TypeDefinitions")?.children.iter();
+            let mut types = root.all_in("TypeDefinitions");
             let attributes = types.find(|t| t.get("name") == Some(name))?;
             let kind = attributes.tag.as_str().strip_suffix("Type")?;
             Some(DeclaredType { kind, attributes })

@@ -111,7 +111,7 @@ pub(crate) const UNITS: &str = "they are converted where both are defined with t
 /// The unit of a variable with its definition.
 pub(crate) fn unit_of(description: &Description, variable: &Variable) -> Option<Unit> {
     let name = variable.unit.as_ref()?;
-    Some(Unit::among(&description.units, name))
+    Some(Unit::find_or_named(&description.units, name))
 }
 
 /// From values in the unit `a` to values in the unit `b`; None where that is not known.
