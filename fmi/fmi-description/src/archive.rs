@@ -1,6 +1,6 @@
-//! [`Archive`]: the ZIP archive of an FMU or of a system. Whatever ZIP allows is accepted (folders as
-//! entries, data descriptors, zip64), but nothing is written outside the folder that it is unpacked
-//! to.
+//! [`Archive`]: the ZIP archive of an FMU or of a system. Whatever ZIP allows is accepted (folders
+//! as entries, data descriptors, zip64), but nothing is written outside the folder that it is
+//! unpacked to.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -81,8 +81,8 @@ impl Archive {
     /// # Errors
     /// It is no ZIP archive, or it contains an unsafe path or a link.
     pub fn open(bytes: Vec<u8>) -> Result<Self, ArchiveError> {
-        // It must begin with the first byte: else a truncated package would be opened as the last FMU
-        // that is stored in it.
+        // It must begin with the first byte: else a truncated package would be opened as the last
+        // FMU that is stored in it.
         let archive_offset = ArchiveOffset::Known(0);
         let mut zip = ZipArchive::with_config(Config { archive_offset }, Cursor::new(bytes))?;
         let (mut files, mut remarks) = (BTreeMap::new(), Vec::new());
@@ -181,8 +181,8 @@ impl Archive {
     }
 }
 
-/// Finds the path of the library for a platform among the files of an FMU. If none is named after the
-/// identifier, but there is only one in the platform's folder, that is taken, with a remark.
+/// Finds the path of the library for a platform among the files of an FMU. If none is named after
+/// the identifier, but there is only one in the platform's folder, that is taken, with a remark.
 pub fn library_among<'a>(
     names: impl Iterator<Item = &'a str>,
     description: &Description,

@@ -1,5 +1,5 @@
-//! [`Description`]: a whole model description, with identity, capabilities, units, variables and their
-//! dependencies.
+//! [`Description`]: a whole model description, with identity, capabilities, units, variables and
+//! their dependencies.
 
 use std::collections::HashMap;
 
@@ -73,12 +73,13 @@ pub struct Description {
 pub struct Unknown {
     /// Index into [`Description::variables`].
     pub variable: usize,
-    /// Indices of the variables that it depends on. None if nothing is declared, which means all inputs.
+    /// Indices of the variables that it depends on. None if nothing is declared, which means all
+    /// inputs.
     pub dependencies: Option<Vec<usize>>,
 }
 
-/// Capability flags of co-simulation (FMI 2.0, section 4.3.1; FMI 3.0, section 4.4.1). Flags that are
-/// left out, or that the version does not have, are false or 0.
+/// Capability flags of co-simulation (FMI 2.0, section 4.3.1; FMI 3.0, section 4.4.1). Flags that
+/// are left out, or that the version does not have, are false or 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Capabilities {
     /// `needsExecutionTool`.

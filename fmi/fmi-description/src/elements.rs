@@ -1,12 +1,13 @@
-//! Splits arrays of FMI 3.0 into a variable for each element, such as `zeta[3]` or `A[2,1]`, as FMI 2.0
-//! and SSP 1.0 have them.
+//! Splits arrays of FMI 3.0 into a variable for each element, such as `zeta[3]` or `A[2,1]`, as FMI
+//! 2.0 and SSP 1.0 have them.
 
 use crate::description::{Description, Unknown};
 use crate::variable::Variable;
 
 impl Description {
-    /// The description with a variable for each element of every array. If an array depends on another,
-    /// each of its elements depends on all elements of the other, since the file says no more.
+    /// The description with a variable for each element of every array. If an array depends on
+    /// another, each of its elements depends on all elements of the other, since the file says no
+    /// more.
     pub fn by_element(&self) -> Self {
         let mut ranges = Vec::with_capacity(self.variables.len());
         let mut variables = Vec::with_capacity(self.variables.len());

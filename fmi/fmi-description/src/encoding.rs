@@ -1,9 +1,10 @@
-//! Decodes the bytes of an XML file by its byte order mark or by the encoding named in its first line.
+//! Decodes the bytes of an XML file by its byte order mark or by the encoding named in its first
+//! line.
 
 use crate::error::DescriptionError;
 
-/// The letters of Windows-1252 from 0x80 to 0x9F, where ISO-8859-1 has control characters; U+FFFD for
-/// unused codes.
+/// The letters of Windows-1252 from 0x80 to 0x9F, where ISO-8859-1 has control characters; U+FFFD
+/// for unused codes.
 const WINDOWS: [char; 32] = [
     '€', '\u{fffd}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{fffd}', 'Ž',
     '\u{fffd}', '\u{fffd}', '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{fffd}',

@@ -44,7 +44,8 @@ fn zipped(entries: &Entries, options: SimpleFileOptions) -> ZipResult<Vec<u8>> {
     Ok(zip.finish()?.into_inner())
 }
 
-/// Writes an archive; returns its size in bytes. The file appears only once the archive is complete.
+/// Writes an archive; returns its size in bytes. The file appears only once the archive is
+/// complete.
 pub fn write(path: &Path, entries: &Entries) -> Result<usize, ArchiveError> {
     let at_path = |error: ArchiveError| ArchiveError::At(path.to_path_buf(), Box::new(error));
     let smallest = SimpleFileOptions::default().compression_level(Some(SMALLEST));

@@ -1,5 +1,5 @@
-//! Reads what model descriptions of both versions have in common: identity, capabilities, units, and
-//! attributes of a variable that it may inherit from its declared type.
+//! Reads what model descriptions of both versions have in common: identity, capabilities, units,
+//! and attributes of a variable that it may inherit from its declared type.
 
 use std::collections::HashMap;
 
@@ -142,8 +142,8 @@ pub fn unknown(
     })
 }
 
-/// The elements that describe a variable: its own, that of its type (in FMI 3.0 the same), and that of
-/// its declared type.
+/// The elements that describe a variable: its own, that of its type (in FMI 3.0 the same), and that
+/// of its declared type.
 #[derive(Clone, Copy)]
 pub struct VariableElements<'a> {
     pub variable: &'a Element,

@@ -73,7 +73,8 @@ fn variables(root: &Element) -> Result<Vec<Variable>, XmlError> {
     Ok(variables)
 }
 
-/// The functions for variables with this tag: `Some(None)` for an enumeration, None for no variable.
+/// The functions for variables with this tag: `Some(None)` for an enumeration, None for no
+/// variable.
 fn access(tag: &str) -> Option<Option<Access>> {
     match Access::WORDS.iter().find(|(word, _)| *word == tag) {
         Some((_, access)) => Some(Some(*access)),

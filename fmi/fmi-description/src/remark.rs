@@ -6,7 +6,8 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum Remark {
-    /// The identifier, which must be valid in C names, has another character or begins with a digit.
+    /// The identifier, which must be valid in C names, has another character or begins with a
+    /// digit.
     #[error("modelIdentifier `{0}` is no C identifier")]
     Identifier(String),
     /// The library is the only one in its folder, and is not named after the identifier.

@@ -1,5 +1,5 @@
-//! [`Variable`]: a variable of a model description (FMI 2.0, section 2.2.7; FMI 3.0, section 2.4.7). It
-//! is a scalar, an array of FMI 3.0, or an element of an array.
+//! [`Variable`]: a variable of a model description (FMI 2.0, section 2.2.7; FMI 3.0, section
+//! 2.4.7). It is a scalar, an array of FMI 3.0, or an element of an array.
 
 /// Defines an enumeration with the words for its values in a model description.
 macro_rules! words {
@@ -59,8 +59,8 @@ pub struct Variable {
     pub is_relative: bool,
     /// Value references of the clocks at whose ticks it may change (FMI 3.0).
     pub clocks: Vec<u32>,
-    /// The variable that it is the derivative of: by number from 1 in FMI 2.0, by value reference in FMI
-    /// 3.0.
+    /// The variable that it is the derivative of: by number from 1 in FMI 2.0, by value reference
+    /// in FMI 3.0.
     pub derivative: Option<u32>,
     /// How a clock ticks (FMI 3.0).
     pub timing: Option<ClockTiming>,
@@ -107,8 +107,8 @@ impl Kind {
 pub struct ClockTiming {
     /// `intervalVariability`.
     pub interval: ClockInterval,
-    /// Time between ticks, s, if the description has it: `intervalDecimal`, else `intervalCounter` /
-    /// `resolution`.
+    /// Time between ticks, s, if the description has it: `intervalDecimal`, else `intervalCounter`
+    /// / `resolution`.
     pub period: Option<f64>,
     /// Delay of the first tick, s: `shiftDecimal`, else `shiftCounter` / `resolution`.
     pub shift: f64,

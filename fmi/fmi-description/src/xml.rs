@@ -1,8 +1,8 @@
 //! Reads an XML file as a tree of elements: model descriptions, and the files of SSP.
 //!
-//! Names are compared without their namespace prefix, and attributes are read by name. Whatever nobody
-//! reads, such as comments and additions of vendors, is ignored. An error names the file, the line,
-//! the element and the value.
+//! Names are compared without their namespace prefix, and attributes are read by name. Whatever
+//! nobody reads, such as comments and additions of vendors, is ignored. An error names the file,
+//! the line, the element and the value.
 //!
 //! ```
 //! use fmi_description::xml::Element;
@@ -21,7 +21,8 @@ use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 use thiserror::Error;
 
-/// Largest depth of nested elements. Trees are walked by recursion, and files of tools are far from it.
+/// Largest depth of nested elements. Trees are walked by recursion, and files of tools are far from
+/// it.
 const MAX_DEPTH: usize = 256;
 
 /// What is wrong with a file, and where.
@@ -274,8 +275,8 @@ struct Lines {
 }
 
 impl Lines {
-    /// The line, counted from 1, of the first character from `place` on that is not blank. `place` must
-    /// not decrease from call to call.
+    /// The line, counted from 1, of the first character from `place` on that is not blank. `place`
+    /// must not decrease from call to call.
     fn at(&mut self, text: &str, place: usize) -> usize {
         let rest = text.get(place..).unwrap_or_default();
         let place = place + (rest.len() - rest.trim_start().len());

@@ -1,9 +1,9 @@
-//! A [`Batch`] says what one call of a co-simulation master reads or sets: which value references, and
-//! where each value stands among those that the call passes. It is planned before the run, so that
-//! nothing is looked up in a step.
+//! A [`Batch`] says what one call of a co-simulation master reads or sets: which value references,
+//! and where each value stands among those that the call passes. It is planned before the run, so
+//! that nothing is looked up in a step.
 //!
-//! FMI 2.0 passes single elements. FMI 3.0 passes whole arrays: to set some elements, the last values
-//! of the others are passed too, from a memory whose slots are given by a [`Layout`].
+//! FMI 2.0 passes single elements. FMI 3.0 passes whole arrays: to set some elements, the last
+//! values of the others are passed too, from a memory whose slots are given by a [`Layout`].
 //!
 //! ```
 //! use fmi_import::batch::{Batch, Layout};
@@ -53,8 +53,8 @@ pub struct BatchPlan {
     pub is_non_numeric: bool,
 }
 
-/// The memory of an instance of FMI 3.0: a slot for each element, which holds the bits of the number
-/// that it was last set to. Empty for FMI 2.0.
+/// The memory of an instance of FMI 3.0: a slot for each element, which holds the bits of the
+/// number that it was last set to. Empty for FMI 2.0.
 #[derive(Debug, Default)]
 pub struct Layout {
     spans: HashMap<u32, Range<usize>>,

@@ -1,8 +1,8 @@
 //! The clocks of an FMU of FMI 3.0 for a co-simulation master: when they tick, and which variables
 //! belong to them.
 //!
-//! Clocked variables may be set and read only while a clock of theirs is active, that is at its ticks
-//! in Event Mode. Between ticks the instance's memory has their values.
+//! Clocked variables may be set and read only while a clock of theirs is active, that is at its
+//! ticks in Event Mode. Between ticks the instance's memory has their values.
 
 use anyhow::{Result, bail};
 use fmi_description::{ClockInterval, ClockTiming, Description, Kind, Variable};
@@ -108,8 +108,8 @@ impl Clock {
         }
     }
 
-    /// Sets the first tick of a run that starts at `start`, s. `interval` and, for a periodic clock,
-    /// `shift`, s, are what the FMU reported if it was asked.
+    /// Sets the first tick of a run that starts at `start`, s. `interval` and, for a periodic
+    /// clock, `shift`, s, are what the FMU reported if it was asked.
     pub fn start(
         &self,
         ticks: &mut TickTimes,

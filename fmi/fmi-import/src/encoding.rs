@@ -1,5 +1,5 @@
-//! Conversion of numbers between the 64 bits in which this crate keeps them, their C type in an array
-//! that a call passes, and `f64`.
+//! Conversion of numbers between the 64 bits in which this crate keeps them, their C type in an
+//! array that a call passes, and `f64`.
 
 use fmi_description::Access;
 

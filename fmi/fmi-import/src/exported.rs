@@ -43,8 +43,8 @@ pub(crate) fn open(library: &Path) -> Result<Fmu> {
     Fmu::from_library(library, Description::read(text)?)
 }
 
-/// All files of the FMU of this version except its binaries. The library must be one that this machine
-/// can load.
+/// All files of the FMU of this version except its binaries. The library must be one that this
+/// machine can load.
 ///
 /// # Errors
 /// The library cannot be loaded or carries no files; [`UnsupportedType`] if the version of FMI does

@@ -44,8 +44,8 @@ struct Tracked {
     mode: Cell<Mode>,
     /// End of the last step, s.
     time: Cell<f64>,
-    /// Last value of each element that was set, and of clocked ones that was read at a tick, by slot of
-    /// the [`Layout`].
+    /// Last value of each element that was set, and of clocked ones that was read at a tick, by
+    /// slot of the [`Layout`].
     memory: RefCell<Vec<u64>>,
     /// The same for texts and bytes.
     texts: RefCell<BTreeMap<usize, Value>>,

@@ -1,5 +1,5 @@
-//! [`FmiInstance`]: the interface by which a co-simulation master calls an instance, whatever version
-//! of FMI it has and wherever it is: in this thread, in another one, or in a page.
+//! [`FmiInstance`]: the interface by which a co-simulation master calls an instance, whatever
+//! version of FMI it has and wherever it is: in this thread, in another one, or in a page.
 //!
 //! ```
 //! use fmi_import::fmi_instance::{Call, FmiInstance};
@@ -34,8 +34,8 @@ pub struct Arguments {
 /// A call that passes no values of variables. It returns a number, 0 unless said otherwise.
 #[derive(Clone, Copy, Debug)]
 pub enum Call {
-    /// fmi2SetupExperiment with the start of the run, s. It comes before start values are set, since
-    /// FMUs of 20-sim lose them here.
+    /// fmi2SetupExperiment with the start of the run, s. It comes before start values are set,
+    /// since FMUs of 20-sim lose them here.
     SetUp(f64),
     /// From Instantiated to Initialization Mode at this time, s, with or without [`Self::SetUp`].
     EnterInitialization(f64),
@@ -45,8 +45,8 @@ pub enum Call {
     Step(f64, f64),
     /// Returns the time that the instance has reached, s.
     Time,
-    /// Whether a step that the FMU ends early fails with [`Stopped`](crate::answer::Stopped) instead of
-    /// being continued.
+    /// Whether a step that the FMU ends early fails with [`Stopped`](crate::answer::Stopped)
+    /// instead of being continued.
     StopEarly(bool),
     /// To Event Mode, where an output may be read after an input was set.
     EnterEvents,
@@ -78,8 +78,8 @@ pub enum BegunCall<'a> {
 /// An instance that a co-simulation master steps. Errors are an [`Answer`](crate::answer::Answer),
 /// [`Ended`](crate::answer::Ended), [`Stopped`](crate::answer::Stopped), or a text.
 pub trait FmiInstance {
-    /// Begins a call, if the instance is in another thread. The same call, made later, waits for its
-    /// result; calls end in the order in which they were begun.
+    /// Begins a call, if the instance is in another thread. The same call, made later, waits for
+    /// its result; calls end in the order in which they were begun.
     fn begin(&self, _ahead: BegunCall) {}
     /// Waits for all calls that were begun, and drops their results.
     fn drain(&self) {}
@@ -99,7 +99,8 @@ pub trait FmiInstance {
     fn get_derivatives(&self, batch: &Batch, values: &mut [f64]) -> Result<()>;
     /// Sets first time derivatives of Real inputs.
     fn set_derivatives(&self, batch: &Batch, values: &[f64]) -> Result<()>;
-    /// Gets the rates of the Real outputs `of[0]` when the Real inputs `of[1]` change at the rates `seeds`.
+    /// Gets the rates of the Real outputs `of[0]` when the Real inputs `of[1]` change at the rates
+    /// `seeds`.
     fn directional(&self, of: [&Batch; 2], seeds: &[f64], rates: &mut [f64]) -> Result<()>;
     /// Saves the state of the instance, and what is tracked of it. The state is freed when dropped.
     fn save(&self) -> Result<Box<dyn Any>>;

@@ -1,5 +1,5 @@
-//! The C functions of a loaded library, of FMI 2.0 or 3.0, and what the model description says about
-//! how to call them: sizes of arrays, and whether there is Event Mode.
+//! The C functions of a loaded library, of FMI 2.0 or 3.0, and what the model description says
+//! about how to call them: sizes of arrays, and whether there is Event Mode.
 
 use std::collections::HashMap;
 use std::ffi::c_int;
@@ -78,8 +78,8 @@ impl Functions {
         self.has_event_mode && self.is_fmi3()
     }
 
-    /// Whether values may be read after others were set at a communication point: FMI 3.0 allows that
-    /// in Event Mode only.
+    /// Whether values may be read after others were set at a communication point: FMI 3.0 allows
+    /// that in Event Mode only.
     pub fn reads_after_set(&self) -> bool {
         self.has_event_mode || !self.is_fmi3()
     }
@@ -98,8 +98,8 @@ impl Functions {
         references.iter().map(size).sum()
     }
 
-    /// The texts that functions without arguments return, fmi2GetVersion for example, with the names
-    /// of the functions; None for NULL.
+    /// The texts that functions without arguments return, fmi2GetVersion for example, with the
+    /// names of the functions; None for NULL.
     pub fn versions(&self) -> Vec<(&'static str, Option<String>)> {
         // SAFETY: functions without arguments that give NULL or C strings.
         let texts = unsafe {
@@ -118,8 +118,8 @@ impl Functions {
     }
 }
 
-/// The functions that get and set numbers, one row for each type: their calls with common arguments,
-/// and their names.
+/// The functions that get and set numbers, one row for each type: their calls with common
+/// arguments, and their names.
 macro_rules! numbers {
     ($($version:ident $functions:ident { $($access:ident $get:ident $set:ident;)* })*) => {
         $(impl $functions {

@@ -1,5 +1,6 @@
-//! [`Instance`]: an instance that is called in the order of the standard, with its time and its log,
-//! for programs that test FMUs. It calls no functions for types of which the FMU has no variable.
+//! [`Instance`]: an instance that is called in the order of the standard, with its time and its
+//! log, for programs that test FMUs. It calls no functions for types of which the FMU has no
+//! variable.
 //!
 //! ```
 //! fn first_step(fmu: &fmi_import::Fmu) -> anyhow::Result<()> {
@@ -51,7 +52,8 @@ impl InstanceOptions<'_> {
     };
 }
 
-/// A live instance; freed when dropped. It dereferences to a [`RawInstance`] for single C functions.
+/// A live instance; freed when dropped. It dereferences to a [`RawInstance`] for single C
+/// functions.
 pub struct Instance<'a> {
     /// Its FMU.
     pub fmu: &'a Fmu,
@@ -141,7 +143,8 @@ impl<'a> Instance<'a> {
         self.raw.log().take()
     }
 
-    /// Fails unless the status is OK, or Warning where that is allowed. `call` is named in the error.
+    /// Fails unless the status is OK, or Warning where that is allowed. `call` is named in the
+    /// error.
     pub fn must(&self, call: &str, status: c_int) -> Result<()> {
         match status {
             OK => Ok(()),
@@ -312,8 +315,8 @@ impl<'a> Instance<'a> {
         Ok(bits)
     }
 
-    /// Sets Real inputs to values near their start values that depend on `k`, within their bounds. A
-    /// refusal is ignored.
+    /// Sets Real inputs to values near their start values that depend on `k`, within their bounds.
+    /// A refusal is ignored.
     pub fn excite(&self, k: usize) {
         let is_moving = |v: &&Variable| v.is_input() && v.access() == Access::Real;
         for (n, v) in self

@@ -1,14 +1,15 @@
-//! Imports FMUs of FMI 2.0 and 3.0: opens them, makes instances, and calls their functions. Programs
-//! that simulate, check or test FMUs are built on it.
+//! Imports FMUs of FMI 2.0 and 3.0: opens them, makes instances, and calls their functions.
+//! Programs that simulate, check or test FMUs are built on it.
 //!
 //! [`Fmu`] is an FMU whose library is loaded. There are three kinds of instances of it:
 //!
-//! - [`RawInstance`](raw::RawInstance): the C functions of either version, called with slices, in any
-//!   order and with NULL where that is wanted. All others are built on it.
-//! - [`Instance`]: calls in the order of the standard, with time, log and saved states; for programs
-//!   that test FMUs.
-//! - [`FmiInstance`](fmi_instance::FmiInstance) (feature `master`): the interface of a co-simulation
-//!   master to an instance in a library, in a page's WebAssembly module or in another thread.
+//! - [`RawInstance`](raw::RawInstance): the C functions of either version, called with slices, in
+//!   any order and with NULL where that is wanted. All others are built on it.
+//! - [`Instance`]: calls in the order of the standard, with time, log and saved states; for
+//!   programs that test FMUs.
+//! - [`FmiInstance`](fmi_instance::FmiInstance) (feature `master`): the interface of a
+//!   co-simulation master to an instance in a library, in a page's WebAssembly module or in another
+//!   thread.
 //!
 //! The functions themselves, and the states in which each may be called, are tables in
 //! [`standard`].
@@ -20,8 +21,8 @@
 //! assert!(step.is_allowed(Mode::Stepping) && !step.is_allowed(Mode::Instantiated));
 //! ```
 //!
-//! An FMU is foreign code with all rights of this process: open only FMUs that you trust. This crate
-//! ensures that all it passes to an FMU is valid for as long as the FMU may use it.
+//! An FMU is foreign code with all rights of this process: open only FMUs that you trust. This
+//! crate ensures that all it passes to an FMU is valid for as long as the FMU may use it.
 #![cfg_attr(all(doctest, feature = "native"), doc = include_str!("../README.md"))]
 #![allow(unsafe_code)] // loads libraries, and calls them
 

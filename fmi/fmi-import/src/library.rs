@@ -11,8 +11,8 @@ use tempfile::{Builder, TempDir, TempPath};
 use crate::calls::Exports;
 use crate::output;
 
-/// A loaded library. Fields are dropped in their order: the library is closed before those that were
-/// loaded for it, and its files are removed last.
+/// A loaded library. Fields are dropped in their order: the library is closed before those that
+/// were loaded for it, and its files are removed last.
 pub struct Library {
     own: libloading::Library,
     _others: Vec<libloading::Library>,
@@ -64,7 +64,8 @@ impl Unpacked {
     }
 }
 
-/// What to do if functions of Python are missing: libraries of pythonfmu expect them in the program.
+/// What to do if functions of Python are missing: libraries of pythonfmu expect them in the
+/// program.
 fn remedy(error: &str) -> &'static str {
     match error.contains("undefined symbol: Py") || error.contains("undefined symbol: _Py") {
         true => {
@@ -148,7 +149,8 @@ fn open(file: &Path) -> std::result::Result<libloading::Library, Error> {
     unsafe { libloading::Library::new(file) }
 }
 
-/// With this flag Windows looks for further libraries in the folder of the file, not of the program.
+/// With this flag Windows looks for further libraries in the folder of the file, not of the
+/// program.
 #[cfg(windows)]
 fn open(file: &Path) -> std::result::Result<libloading::Library, Error> {
     use libloading::os::windows::{LOAD_WITH_ALTERED_SEARCH_PATH, Library};
@@ -156,8 +158,8 @@ fn open(file: &Path) -> std::result::Result<libloading::Library, Error> {
     unsafe { Library::load_with_flags(file, LOAD_WITH_ALTERED_SEARCH_PATH) }.map(Into::into)
 }
 
-/// The resources of an FMU in a folder, as its version of FMI passes them: as a URI, or as a path with
-/// a separator at its end (FMI 3.0, section 2.3.1).
+/// The resources of an FMU in a folder, as its version of FMI passes them: as a URI, or as a path
+/// with a separator at its end (FMI 3.0, section 2.3.1).
 pub(crate) fn resources(folder: &Path, version: Version) -> String {
     let path = folder.join("resources");
     let path = std::path::absolute(&path).unwrap_or(path);

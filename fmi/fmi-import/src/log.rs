@@ -1,5 +1,5 @@
-//! The loggers that FMUs are passed. A message goes to the [`Log`] of its instance, which keeps it or
-//! adds it to the messages of this thread ([`messages`]).
+//! The loggers that FMUs are passed. A message goes to the [`Log`] of its instance, which keeps it
+//! or adds it to the messages of this thread ([`messages`]).
 //!
 //! The environment that an FMU passes to the logger is a number that is looked up, never a pointer
 //! that is followed, since some FMUs pass another one than they were given.
@@ -57,8 +57,8 @@ struct Listener {
     own: Option<Vec<Message>>,
 }
 
-/// A listener for each live instance, by the number that is its environment. Under [`STRAY`], once an
-/// instance keeps its messages, the messages that came with an unknown environment.
+/// A listener for each live instance, by the number that is its environment. Under [`STRAY`], once
+/// an instance keeps its messages, the messages that came with an unknown environment.
 static LISTENERS: Mutex<BTreeMap<usize, Listener>> = Mutex::new(BTreeMap::new());
 
 /// The environment of no instance: NULL.
@@ -117,7 +117,8 @@ impl Log {
         }
     }
 
-    /// Messages since the last call of this function, and those that came with an unknown environment.
+    /// Messages since the last call of this function, and those that came with an unknown
+    /// environment.
     pub fn take(&self) -> Vec<Message> {
         let mut messages = self.take_own();
         messages.extend(take(STRAY));
@@ -198,9 +199,9 @@ pub(crate) unsafe extern "C" fn logger_3(
     unsafe { record(environment, None, status, [category, message]) }
 }
 
-/// The logger of FMI 2.0, which does not read the arguments of the format. FMI declares it variadic; a
-/// variadic call with pointers and integers equals a plain one on Linux (x86-64, aarch64) and
-/// Windows, but not on Apple silicon.
+/// The logger of FMI 2.0, which does not read the arguments of the format. FMI declares it
+/// variadic; a variadic call with pointers and integers equals a plain one on Linux (x86-64,
+/// aarch64) and Windows, but not on Apple silicon.
 unsafe extern "C" fn logger(
     environment: Pointer,
     name: Text,

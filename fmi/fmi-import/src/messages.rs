@@ -1,7 +1,8 @@
 //! The messages that FMUs have logged in this thread, kept for error texts and for the verdict of a
 //! run. Messages that differ only in their numbers are counted, not repeated.
 //!
-//! FMUs log while they are called, so a buffer for each thread separates systems that run in parallel.
+//! FMUs log while they are called, so a buffer for each thread separates systems that run in
+//! parallel.
 //!
 //! ```
 //! assert!(fmi_import::messages::take().is_empty());
@@ -83,8 +84,8 @@ pub fn take() -> Vec<Message> {
     MESSAGES.take()
 }
 
-/// Removes the messages of this thread; returns those of an instance that say why a call failed, or if
-/// there are none its warnings.
+/// Removes the messages of this thread; returns those of an instance that say why a call failed, or
+/// if there are none its warnings.
 pub fn reasons(instance: &str) -> Vec<String> {
     let mut messages = take();
     messages.retain(|m| m.instance == instance || m.instance == NOBODY);

@@ -1,5 +1,5 @@
-//! The WebAssembly module of an FMU, used instead of a shared library when this crate runs in a page:
-//! the host of WebAssembly compiles it, and forwards the functions of FMI 3.0 to it.
+//! The WebAssembly module of an FMU, used instead of a shared library when this crate runs in a
+//! page: the host of WebAssembly compiles it, and forwards the functions of FMI 3.0 to it.
 
 use std::ffi::{c_int, c_void};
 
@@ -48,8 +48,8 @@ macro_rules! imports {
 fmi3_functions!(imports!);
 
 impl Library {
-    /// Lets the host compile the module of an FMU. The path that is returned as that of the resources,
-    /// which a module cannot read, identifies the module to the host.
+    /// Lets the host compile the module of an FMU. The path that is returned as that of the
+    /// resources, which a module cannot read, identifies the module to the host.
     ///
     /// # Errors
     /// The FMU has no module, or the host cannot compile it.
@@ -90,8 +90,8 @@ impl Exports for Library {
     }
 }
 
-/// The first module in a component of the Component Model. Each section is a kind, a size (LEB128) and
-/// that many bytes; kind 1 is a module.
+/// The first module in a component of the Component Model. Each section is a kind, a size (LEB128)
+/// and that many bytes; kind 1 is a module.
 fn first_module(component: &[u8]) -> Option<&[u8]> {
     const MODULE: u8 = 1;
     let mut rest = component.get(8..)?;

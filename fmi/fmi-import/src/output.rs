@@ -1,6 +1,6 @@
-//! Keeps what FMUs print apart from the standard output of this program. Many FMUs print banners there:
-//! once outputs are [separate], that goes to standard error, with the name of the FMU while it is
-//! loaded and instantiated.
+//! Keeps what FMUs print apart from the standard output of this program. Many FMUs print banners
+//! there: once outputs are [separate], that goes to standard error, with the name of the FMU while
+//! it is loaded and instantiated.
 //!
 //! ```
 //! fmi_import::output::write("0.01,1.5\n")?;
@@ -10,6 +10,8 @@
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::process::ExitCode;
+
+pub use own::{named, separate};
 
 /// Writes to the standard output of this program.
 pub fn write(text: impl Display) -> io::Result<()> {
@@ -21,15 +23,6 @@ pub fn write(text: impl Display) -> io::Result<()> {
             out.flush()
         }
     }
-}
-
-/// Redirects to standard error all that is printed to standard output other than by [`write`]. To be
-/// called at the start of a program.
-///
-/// # Errors
-/// What the system says.
-pub fn separate() -> io::Result<()> {
-    own::separate()
 }
 
 /// Ends a program with this exit code.
@@ -48,11 +41,6 @@ pub fn end(code: u8) -> ExitCode {
         }
     }
     ExitCode::from(code)
-}
-
-/// Calls a function that may print. If outputs are separate, its lines are printed with the name `who`.
-pub fn named<T>(who: &str, call: impl FnOnce() -> T) -> T {
-    own::named(who, call)
 }
 
 #[cfg(all(unix, feature = "native"))]
@@ -85,6 +73,11 @@ mod own {
         }
     }
 
+    /// Redirects to standard error all that is printed to standard output other than by
+    /// [`write`](super::write). To be called at the start of a program.
+    ///
+    /// # Errors
+    /// The system cannot redirect it.
     pub fn separate() -> io::Result<()> {
         if OWN.get().is_some() {
             return Ok(());
@@ -99,6 +92,8 @@ mod own {
         copy(libc::STDERR_FILENO, libc::STDOUT_FILENO)
     }
 
+    /// Calls a function that may print. If outputs are separate, its lines are printed with the
+    /// name `who`.
     pub fn named<T>(who: &str, call: impl FnOnce() -> T) -> T {
         if OWN.get().is_none() {
             return call();
@@ -132,10 +127,12 @@ mod own {
         None
     }
 
+    /// Does nothing here, where FMUs cannot print.
     pub fn separate() -> io::Result<()> {
         Ok(())
     }
 
+    /// Calls the function.
     pub fn named<T>(_: &str, call: impl FnOnce() -> T) -> T {
         call()
     }

@@ -1,4 +1,5 @@
-//! Finds for which platform a library was built, by its own header, and which platform this machine is.
+//! Finds for which platform a library was built, by its own header, and which platform this machine
+//! is.
 //!
 //! ```
 //! let program = std::fs::read(std::env::current_exe()?)?;

@@ -1,5 +1,5 @@
-//! What a library or program needs from the machine that loads it, and what it reveals of the machine
-//! that built it, read from its headers.
+//! What a library or program needs from the machine that loads it, and what it reveals of the
+//! machine that built it, read from its headers.
 //!
 //! ```
 //! use fmi_import::portability::Needs;
@@ -16,8 +16,8 @@ use anyhow::{Context, Result};
 use object::read::elf::FileHeader;
 use object::{Object, elf};
 
-/// Newest version of the GNU C library that a Linux binary may need: that of Red Hat Enterprise Linux
-/// 7 (2014).
+/// Newest version of the GNU C library that a Linux binary may need: that of Red Hat Enterprise
+/// Linux 7 (2014).
 const GLIBC: Version = Version(2, 17, 0);
 
 /// The libraries of the GNU C library, the only ones that may be needed on Linux.

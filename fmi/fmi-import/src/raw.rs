@@ -208,7 +208,8 @@ pub struct RawInstance {
 }
 
 impl RawInstance {
-    /// Makes an instance that logs to `log`. If the library returns NULL, its messages are the error.
+    /// Makes an instance that logs to `log`. If the library returns NULL, its messages are the
+    /// error.
     pub fn new(
         functions: &Arc<Functions>,
         request: &Request,

@@ -1,6 +1,6 @@
-//! The C functions of FMI 2.0 and 3.0 in two tables: name, interface, states of co-simulation in which
-//! an importer may call it, and C type. Enumerations are plain integers here, so that a broken FMU
-//! that returns an unknown value causes no undefined behaviour.
+//! The C functions of FMI 2.0 and 3.0 in two tables: name, interface, states of co-simulation in
+//! which an importer may call it, and C type. Enumerations are plain integers here, so that a
+//! broken FMU that returns an unknown value causes no undefined behaviour.
 //!
 //! ```
 //! use fmi_import::standard::{Mode, is_allowed};
@@ -123,8 +123,8 @@ macro_rules! list {
 }
 
 /// Calls the macro `$make`, after the tokens `$first`, with a row for each function of FMI 2.0:
-/// name, interface, states in brackets, type. `c_int`, `Pointer`, `Text`, `Callbacks` and `Logger` must
-/// be in scope.
+/// name, interface, states in brackets, type. `c_int`, `Pointer`, `Text`, `Callbacks` and `Logger`
+/// must be in scope.
 macro_rules! fmi2_functions {
     ($make:ident! $($first:tt)*) => {
         $make! {

@@ -31,8 +31,8 @@ pub unsafe fn read_or_explain(text: Text) -> String {
     read.unwrap_or_else(|| format!("(no text: {text:p} cannot be read)"))
 }
 
-/// Lets the system copy the text, which reports memory that is not there (`Some(None)`). None if the
-/// system does not let a process copy from itself.
+/// Lets the system copy the text, which reports memory that is not there (`Some(None)`). None if
+/// the system does not let a process copy from itself.
 #[cfg(all(target_os = "linux", feature = "native"))]
 fn read_by_system(text: Text) -> Option<Option<CString>> {
     let mut bytes = Vec::new();

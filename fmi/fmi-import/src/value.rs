@@ -39,8 +39,8 @@ impl Value {
         }
     }
 
-    /// Reads a number, `true` or `false`, a text, or bytes as hexadecimal digits; None if the type has no
-    /// such value.
+    /// Reads a number, `true` or `false`, a text, or bytes as hexadecimal digits; None if the type
+    /// has no such value.
     pub fn parse(access: Access, text: &str) -> Option<Self> {
         match access {
             Access::Real | Access::Float32 => text.parse().ok().map(Self::Real),
@@ -59,7 +59,8 @@ impl Value {
         }
     }
 
-    /// As [`Self::parse`], for the type of a variable; an enumeration item may be given by its name.
+    /// As [`Self::parse`], for the type of a variable; an enumeration item may be given by its
+    /// name.
     ///
     /// # Errors
     /// What the text must be instead.
@@ -90,7 +91,8 @@ impl Value {
         })
     }
 
-    /// The 64 bits of a number: those of an `f64`, or of an integer of 64 bits; 0 for texts and bytes.
+    /// The 64 bits of a number: those of an `f64`, or of an integer of 64 bits; 0 for texts and
+    /// bytes.
     pub fn bits(&self) -> u64 {
         match self {
             Self::Real(number) => number.to_bits(),

@@ -1,5 +1,5 @@
-//! Values of variables of any type and derivatives, read and set by an [`Instance`]. Values are texts:
-//! numbers in decimal, Booleans as `true` and `false`, bytes as hexadecimal digits.
+//! Values of variables of any type and derivatives, read and set by an [`Instance`]. Values are
+//! texts: numbers in decimal, Booleans as `true` and `false`, bytes as hexadecimal digits.
 
 use std::ffi::{CString, c_int};
 
@@ -46,8 +46,8 @@ impl Instance<'_> {
         }
     }
 
-    /// Sets variables of one type, all elements of arrays; returns the status. NULL is passed for the
-    /// references or the numbers on request.
+    /// Sets variables of one type, all elements of arrays; returns the status. NULL is passed for
+    /// the references or the numbers on request.
     pub fn set_values_of(
         &self,
         access: Access,
@@ -106,7 +106,8 @@ impl Instance<'_> {
         (status, result)
     }
 
-    /// The status, and the adjoint derivatives of FMI 3.0. A seed that is too short is passed as it is.
+    /// The status, and the adjoint derivatives of FMI 3.0. A seed that is too short is passed as it
+    /// is.
     pub fn adjoint(&self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> (c_int, Vec<f64>) {
         let mut result = vec![0.0; self.fmu.functions.count(knowns)];
         let status = self.get_adjoint_derivative(unknowns, knowns, seed, &mut result);

@@ -9,8 +9,8 @@ const fn shown(name: &'static str, factor: f64) -> DisplayUnit {
     DisplayUnit::new(name, factor)
 }
 
-/// Units of mechanics, electrical drives, heat and flow, with the usual display units. All but `degC`
-/// and `A.h` have factor 1 to the base units.
+/// Units of mechanics, electrical drives, heat and flow, with the usual display units. All but
+/// `degC` and `A.h` have factor 1 to the base units.
 #[rustfmt::skip]
 pub const KNOWN_UNITS: &[Unit] = &[
     Unit::new("1").display(&[shown("%", 100.0)]),

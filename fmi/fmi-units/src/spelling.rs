@@ -3,8 +3,8 @@
 use crate::known::KNOWN_UNITS;
 use crate::unit::Unit;
 
-/// Units that FMUs of `fmu-export` do not have. `bar` is here too, since the inverse of its factor as a
-/// display unit is not exactly 1e5.
+/// Units that FMUs of `fmu-export` do not have. `bar` is here too, since the inverse of its factor
+/// as a display unit is not exactly 1e5.
 const FURTHER: [Unit; 2] = [
     Unit::new("km/h").m(1).s(-1).factor(1.0 / 3.6),
     Unit::new("bar").kg(1).m(-1).s(-2).factor(1e5),

@@ -31,8 +31,8 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// Checks the FMUs and prints their reports; the exit code says whether all pass. `words` are the
-    /// arguments after which this program takes these, none for `fmu-check`.
+    /// Checks the FMUs and prints their reports; the exit code says whether all pass. `words` are
+    /// the arguments after which this program takes these, none for `fmu-check`.
     ///
     /// # Errors
     /// A file that cannot be read, or a process that cannot be started.

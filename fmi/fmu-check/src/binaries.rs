@@ -70,8 +70,8 @@ pub const PLATFORMS: [PlatformFolder; 13] = [
 /// How paths in a user's folder begin.
 const HOMES: [&[u8]; 4] = [b"/home/", b"/root/", b"/Users/", b":\\Users\\"];
 
-/// Checks the libraries of an FMU with these model identifiers, which must export these functions; None
-/// if this program does not know them.
+/// Checks the libraries of an FMU with these model identifiers, which must export these functions;
+/// None if this program does not know them.
 pub fn check(
     entries: &Entries,
     identifiers: &[&str],

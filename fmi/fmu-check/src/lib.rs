@@ -1,6 +1,6 @@
-//! Checks whether an FMU of any tool does what importers rely on: its archive, its model description,
-//! its libraries, and how it behaves when it is called. A violation of the standard is a failure;
-//! what the standard permits but importers have trouble with is a remark.
+//! Checks whether an FMU of any tool does what importers rely on: its archive, its model
+//! description, its libraries, and how it behaves when it is called. A violation of the standard is
+//! a failure; what the standard permits but importers have trouble with is a remark.
 #![cfg_attr(doctest, doc = include_str!("../README.md"))]
 #![forbid(unsafe_code)]
 
@@ -51,7 +51,8 @@ const RUNS: Promise = Promise {
 /// How an FMU is checked.
 #[derive(Clone, Copy, Debug)]
 pub struct CheckOptions<'a> {
-    /// A program that takes [`Arguments`] after `words`. It runs the probes, each in its own process.
+    /// A program that takes [`Arguments`] after `words`. It runs the probes, each in its own
+    /// process.
     pub program: &'a Path,
     /// See `program`.
     pub words: &'a [&'a str],
@@ -64,7 +65,8 @@ pub struct CheckOptions<'a> {
 /// Checks an FMU.
 ///
 /// # Errors
-/// The file cannot be read, or no process can be started. What is wrong with the FMU is in the report.
+/// The file cannot be read, or no process can be started. What is wrong with the FMU is in the
+/// report.
 pub fn check(path: &Path, options: CheckOptions) -> Result<Report> {
     let bytes = fs::read(path).with_context(|| path.display().to_string())?;
     let file = path.file_name().unwrap_or_default().to_string_lossy();
@@ -95,8 +97,8 @@ fn check_files(entries: &Entries, options: CheckOptions, report: &mut Report) ->
     Ok(())
 }
 
-/// Checks the text of the description, and all that needs it. `schema` has what is wrong with its bytes;
-/// a description in another encoding than UTF-8 is checked nevertheless.
+/// Checks the text of the description, and all that needs it. `schema` has what is wrong with its
+/// bytes; a description in another encoding than UTF-8 is checked nevertheless.
 fn check_description(
     text: &str,
     entries: &Entries,

@@ -1,5 +1,5 @@
-//! Makes FMUs of Rust models that use `fmu-export`: builds their libraries, gets the files that these
-//! carry, and packs both into archives.
+//! Makes FMUs of Rust models that use `fmu-export`: builds their libraries, gets the files that
+//! these carry, and packs both into archives.
 //!
 //! This is the library of the program `cargo fmu`, for tools that do the same. No model is linked:
 //! libraries are loaded, asked for their files, and closed again.

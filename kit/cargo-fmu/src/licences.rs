@@ -1,5 +1,5 @@
-//! Collects the licence texts of a package for the folder `documentation/licenses/` of its FMU, with
-//! `license.txt` as the first file to read (FMI 2.0.4, section 2.3).
+//! Collects the licence texts of a package for the folder `documentation/licenses/` of its FMU,
+//! with `license.txt` as the first file to read (FMI 2.0.4, section 2.3).
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -38,8 +38,8 @@ pub fn in_folder(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// The licence files of the first folder that has any, and `license.txt` with the licence expression
-/// and their names.
+/// The licence files of the first folder that has any, and `license.txt` with the licence
+/// expression and their names.
 pub fn files(folders: &[&Path], expression: Option<&str>) -> Result<Entries> {
     let mut found = Entries::new();
     for folder in folders {

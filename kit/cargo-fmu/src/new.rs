@@ -91,8 +91,8 @@ const RESERVED: &str = "\
     false final fn for if impl in let loop macro match mod move mut override priv proc-macro pub return \
     self static std struct super test trait true type use";
 
-/// Makes the crate at `path`, whose last part is its name. `fmu_export` is the folder of that crate if it
-/// is not the one that this program was built with. The default model is a first-order lag.
+/// Makes the crate at `path`, whose last part is its name. `fmu_export` is the folder of that crate
+/// if it is not the one that this program was built with. The default model is a first-order lag.
 pub fn new(path: &Path, fmu_export: Option<&Path>, example: Option<Name>) -> Result<()> {
     let example = match example {
         None => LAG,

@@ -59,8 +59,8 @@ impl Notices {
         serde_json::from_str(&output(&mut command)?).context("the answer of cargo metadata")
     }
 
-    /// The notices for a package's library or program, as files by name. `triples` are the compiler's
-    /// targets that it is built for; none means this machine.
+    /// The notices for a package's library or program, as files by name. `triples` are the
+    /// compiler's targets that it is built for; none means this machine.
     pub fn files(&self, workspace: &Workspace, package: &str, triples: &[&str]) -> Result<Entries> {
         let mut parts = BTreeSet::new();
         let host = [""];
@@ -228,7 +228,7 @@ fn spdx_texts(expression: &str, authors: &[String]) -> Result<String> {
 fn listing(package: &str, parts: &BTreeSet<ThirdParty>) -> String {
     let mut text =
         format!("What others wrote and is part of {package}, with the texts of its licences.\n\n");
-    let named = |part: &Part| format!("{} {}", part.name, part.version);
+    let named = |part: &ThirdParty| format!("{} {}", part.name, part.version);
     let mut owners: BTreeMap<&str, Vec<String>> = BTreeMap::new();
     for part in parts {
         let line = format!("{:<32} {:<32} {}", named(part), part.license, part.origin);

@@ -23,8 +23,8 @@ pub const FMU_PROFILE: &str = "fmu-release";
 /// Arguments of cargo for a profile. A library must unwind from a panic, which is caught in its C
 /// functions, and has no symbols but those that it exports.
 ///
-/// [`FMU_PROFILE`] needs no entry in the workspace's Cargo.toml. It is `release` with optimisation of the
-/// whole program, which takes longest to build and runs fastest.
+/// [`FMU_PROFILE`] needs no entry in the workspace's Cargo.toml. It is `release` with optimisation
+/// of the whole program, which takes longest to build and runs fastest.
 pub fn profile(name: &str) -> Vec<String> {
     let mut settings = vec!["panic=\"unwind\"", "strip=\"symbols\""];
     if name == FMU_PROFILE {
@@ -78,8 +78,9 @@ impl Platforms {
 /// Folder for FMUs of FMI 3.0, in that of the FMUs of FMI 2.0.
 pub const FMI3_FOLDER: &str = "fmi3";
 
-/// Builds and packs FMUs of FMI 2.0 into the folder `out`, and of FMI 3.0 into [`FMI3_FOLDER`] there.
-/// Returns the files of FMI 2.0; for a model with types that only FMI 3.0 has, that of FMI 3.0.
+/// Builds and packs FMUs of FMI 2.0 into the folder `out`, and of FMI 3.0 into [`FMI3_FOLDER`]
+/// there. Returns the files of FMI 2.0; for a model with types that only FMI 3.0 has, that of FMI
+/// 3.0.
 pub fn fmus(
     workspace: &Workspace,
     sources: &[Source],
@@ -98,8 +99,8 @@ pub fn fmus(
         targets[0].platform.folder
     );
     let is_host = |t: &&&Target| platform::host().is_ok_and(|host| t.platform == host);
-    // For each source one library for each platform; and those that this machine can load to get the
-    // other files.
+    // For each source one library for each platform; and those that this machine can load to get
+    // the other files.
     let mut libraries = vec![Vec::new(); sources.len()];
     let mut loaded = None;
     for target in targets {
@@ -190,7 +191,10 @@ fn pack_fmu(
     out: &Path,
 ) -> Result<PathBuf> {
     let mut entries = library::exported_files(loaded, version)?;
-    let identifier = identifier(&entries, loaded)?;
+    let description = library::description(&entries);
+    let identifier = description
+        .with_context(|| loaded.display().to_string())?
+        .identifier;
     for (platform, bytes) in libraries {
         if let Some(path) = platform.library(version, &identifier) {
             entries.insert(path, bytes.clone());
@@ -213,7 +217,8 @@ fn pack_fmu(
 /// The icon in an FMU of FMI 3.0.
 const ICON_3: &str = "terminalsAndIcons/icon.png";
 
-/// What a library does not carry itself: licences, notices, and files next to the package's Cargo.toml.
+/// What a library does not carry itself: licences, notices, and files next to the package's
+/// Cargo.toml.
 fn package_files(workspace: &Workspace, package: &Package, notices: Entries) -> Result<Entries> {
     let folders = [package.folder(), &workspace.root];
     let mut entries = licences::files(&folders, package.license.as_deref())?;
@@ -251,23 +256,6 @@ fn files_by_convention(folder: &Path) -> Result<Entries> {
         }
     }
     Ok(found)
-}
-
-fn identifier(files: &Entries, library: &Path) -> Result<String> {
-    let description = library::description(files);
-    let description = description.with_context(|| library.display().to_string())?;
-    Ok(description.identifier)
-}
-
-/// Model identifier and files of the FMU of FMI 2.0 that a library makes: those it carries, and itself.
-pub fn contents(library: &Path) -> Result<(String, Entries)> {
-    let mut entries = library::exported_files(library, Version::Fmi2)?;
-    let identifier = identifier(&entries, library)?;
-    let (platform, bytes) = read(library)?;
-    let path = platform.library(Version::Fmi2, &identifier);
-    let path = path.with_context(|| format!("FMI 2.0 has no folder for {}", platform.folder))?;
-    entries.insert(path, bytes);
-    Ok((identifier, entries))
 }
 
 #[cfg(test)]

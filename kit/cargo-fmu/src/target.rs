@@ -14,7 +14,8 @@ use crate::workspace::{Workspace, cargo};
 use fmi_import::platform::{self, Platform};
 use fmi_import::portability::{self, Needs};
 
-/// The PyPI packages of the linker for Linux and macOS: zig, and cargo-zigbuild, by which cargo calls it.
+/// The PyPI packages of the linker for Linux and macOS: zig, and cargo-zigbuild, by which cargo
+/// calls it.
 pub const ZIG: &str = "ziglang==0.17.1\ncargo-zigbuild==0.24.0\n";
 
 const ZIGBUILD: &str = "cargo-zigbuild";
@@ -44,7 +45,8 @@ enum Linker {
     Own,
 }
 
-/// For components of FMI-LS-WASM: a module without an operating system, which imports only callbacks.
+/// For components of FMI-LS-WASM: a module without an operating system, which imports only
+/// callbacks.
 pub const WASM: Target = Target::new(platform::WASM, "wasm32-unknown-unknown", Linker::Own);
 
 /// The GNU C library of an old Linux.
@@ -111,8 +113,8 @@ impl Target {
         missing
     }
 
-    /// Why a library or program that was built for it would not run on every machine of the platform, or
-    /// what it reveals of the machine that built it.
+    /// Why a library or program that was built for it would not run on every machine of the
+    /// platform, or what it reveals of the machine that built it.
     pub fn faults(&self, binary: &[u8], workspace: &Workspace) -> Result<Vec<String>> {
         let mut faults = Needs::read(binary)?.faults(self.platform.folder);
         let platform = platform::detect(binary)?;
@@ -262,8 +264,8 @@ fn flags() -> Result<Vec<String>> {
     Ok(flags)
 }
 
-/// Folders of this machine that the compiler would write into its output, innermost first, each with
-/// the name that replaces it on every machine.
+/// Folders of this machine that the compiler would write into its output, innermost first, each
+/// with the name that replaces it on every machine.
 fn private_paths(workspace: &Workspace) -> Result<Vec<(String, String)>> {
     let text = |path: &Path| {
         path.to_str()

@@ -14,7 +14,8 @@ use crate::workspace::{Source, Workspace};
 use fmi_description::entries;
 use fmi_import::portability;
 
-/// Builds modules of these sources, and adds each as a component to the FMU of FMI 3.0 at its place.
+/// Builds modules of these sources, and adds each as a component to the FMU of FMI 3.0 at its
+/// place.
 pub fn add(
     workspace: &Workspace,
     sources: &[Source],

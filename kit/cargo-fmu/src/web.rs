@@ -20,8 +20,8 @@ use fmu_check::component;
 
 /// The parts that a page is made of.
 pub struct Page<'a> {
-    /// An HTML file; files that it names are looked for in its folder, then among those of the page for
-    /// any model. None means that page.
+    /// An HTML file; files that it names are looked for in its folder, then among those of the page
+    /// for any model. None means that page.
     pub html: Option<&'a Path>,
     /// The master's module; None builds it from the source that this program was built from.
     pub engine: Option<&'a Path>,
@@ -98,8 +98,8 @@ impl Page<'_> {
         Ok(page)
     }
 
-    /// A module and those that it imports as one script. Each import must be in a line of its own, and
-    /// names must not clash between modules.
+    /// A module and those that it imports as one script. Each import must be in a line of its own,
+    /// and names must not clash between modules.
     fn bundle(&self, entry: &str) -> Result<String> {
         let (mut order, mut text) = (Vec::new(), String::new());
         self.visit(entry, &mut order, &mut text)?;

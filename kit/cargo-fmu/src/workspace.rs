@@ -113,7 +113,8 @@ impl Workspace {
         self.build_with(command, sources, profile)
     }
 
-    /// Builds the libraries with this build command, all at once, so that dependencies are built once.
+    /// Builds the libraries with this build command, all at once, so that dependencies are built
+    /// once.
     pub fn build_with(
         &self,
         mut command: Command,

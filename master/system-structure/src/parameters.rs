@@ -47,7 +47,9 @@ impl ParameterSet {
                 name: name,
                 data_type,
                 value: value.required("value")?,
-                unit: value.get("unit").map(|name| Unit::find_or_named(&units, name)),
+                unit: value
+                    .get("unit")
+                    .map(|name| Unit::find_or_named(&units, name)),
             })
         });
         Ok(Self {

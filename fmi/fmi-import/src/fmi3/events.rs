@@ -1,5 +1,5 @@
-//! Event Mode of an instance of FMI 3.0: entering and leaving it, updates of discrete states, and the
-//! clocks that tick in it.
+//! Event Mode of an instance of FMI 3.0: entering and leaving it, updates of discrete states, and
+//! the clocks that tick in it.
 
 use anyhow::{Result, bail};
 
@@ -61,9 +61,9 @@ impl Fmi3Instance {
         Answer::check(self.raw.enter_event_mode(), "fmi3EnterEventMode")
     }
 
-    /// Updates discrete states once in Event Mode; returns whether another update is needed. Clocked
-    /// outputs are read into the memory before, while their clock is active. A clock that ticks again
-    /// at the same time is active afterwards.
+    /// Updates discrete states once in Event Mode; returns whether another update is needed.
+    /// Clocked outputs are read into the memory before, while their clock is active. A clock that
+    /// ticks again at the same time is active afterwards.
     pub(super) fn update_events(&self) -> Result<bool> {
         if self.tracked.mode.get() != Mode::Event {
             return Ok(false);

@@ -1,5 +1,6 @@
-//! Setting and reading variables of an instance of FMI 3.0 through its memory: from there whole arrays
-//! are passed although some elements are set, and clocked variables although they were set earlier.
+//! Setting and reading variables of an instance of FMI 3.0 through its memory: from there whole
+//! arrays are passed although some elements are set, and clocked variables although they were set
+//! earlier.
 
 use anyhow::Result;
 use fmi_description::Access;
@@ -100,8 +101,8 @@ impl Fmi3Instance {
         Ok(())
     }
 
-    /// Whether these variables may be set and read now: clocked ones only while a clock of theirs is
-    /// active.
+    /// Whether these variables may be set and read now: clocked ones only while a clock of theirs
+    /// is active.
     pub(super) fn is_accessible(&self, batch: &Batch) -> bool {
         let is_active = |clock: &u32| self.tracked.active.borrow().contains(clock);
         let is_free = batch.clocks.is_empty() || !self.has_events;
@@ -110,8 +111,8 @@ impl Fmi3Instance {
             || batch.clocks.iter().any(is_active)
     }
 
-    /// Enters Event Mode if a discrete input of the batch is about to change, which is allowed there only.
-    /// `is_changed` is asked with its slot and its place in the batch.
+    /// Enters Event Mode if a discrete input of the batch is about to change, which is allowed
+    /// there only. `is_changed` is asked with its slot and its place in the batch.
     pub(super) fn enter_events_if(
         &self,
         batch: &Batch,

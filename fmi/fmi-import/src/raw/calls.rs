@@ -1,5 +1,5 @@
-//! The calls of a [`RawInstance`] in tables: each row has the function of FMI 2.0 and that of FMI 3.0
-//! with its arguments, or the status that is returned for a version without it.
+//! The calls of a [`RawInstance`] in tables: each row has the function of FMI 2.0 and that of FMI
+//! 3.0 with its arguments, or the status that is returned for a version without it.
 
 use std::ffi::c_int;
 use std::ptr;
@@ -12,8 +12,8 @@ use super::{
 use crate::functions::VersionFunctions::{Fmi2, Fmi3};
 use crate::status::{ABSENT, DISCARD};
 
-/// Makes a method of each row: its arguments, what must hold of them, and the call in either version.
-/// In a row `c` is the instance and `f` are its functions.
+/// Makes a method of each row: its arguments, what must hold of them, and the call in either
+/// version. In a row `c` is the instance and `f` are its functions.
 macro_rules! calls {
     ($self:ident, $c:ident, $f:ident: $(
         $(#[$about:meta])*

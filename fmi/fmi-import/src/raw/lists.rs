@@ -1,5 +1,5 @@
-//! Calls of a [`RawInstance`] that need more than a row of `calls.rs`: those that pass texts and bytes,
-//! and sequences of several calls.
+//! Calls of a [`RawInstance`] that need more than a row of `calls.rs`: those that pass texts and
+//! bytes, and sequences of several calls.
 
 use std::ffi::{CStr, CString, c_int};
 use std::ptr;
@@ -31,8 +31,8 @@ pub enum Inquiry {
 }
 
 impl RawInstance {
-    /// fmi2SetupExperiment. In FMI 3.0 fmi3EnterInitializationMode passes the experiment, and nothing
-    /// is called here.
+    /// fmi2SetupExperiment. In FMI 3.0 fmi3EnterInitializationMode passes the experiment, and
+    /// nothing is called here.
     pub fn setup_experiment(&self, experiment: Experiment) -> c_int {
         match self.functions.is_fmi3() {
             true => OK,
@@ -158,8 +158,8 @@ impl RawInstance {
         status
     }
 
-    /// In Event Mode of Model Exchange: updates discrete states until no further update is needed, at
-    /// most a thousand times, then enters Continuous-Time Mode.
+    /// In Event Mode of Model Exchange: updates discrete states until no further update is needed,
+    /// at most a thousand times, then enters Continuous-Time Mode.
     pub fn handle_events(&self, update: &mut Update) -> c_int {
         for _ in 0..1000 {
             let status = self.update_discrete_states(update);
@@ -193,7 +193,8 @@ impl RawInstance {
         }
     }
 
-    /// Asks for the status `kind` (`fmi2StatusKind`); returns the name of the function and its status.
+    /// Asks for the status `kind` (`fmi2StatusKind`); returns the name of the function and its
+    /// status.
     pub fn inquire(&self, by: Inquiry, kind: c_int, is_null: bool) -> (&'static str, c_int) {
         let Fmi2(f) = &self.version else {
             return ("fmi2GetStatus", ABSENT);
@@ -219,8 +220,8 @@ impl RawInstance {
         }
     }
 
-    /// Gets `n` dependencies of a variable: which of its elements depends on which variable. FMI 3.0
-    /// only.
+    /// Gets `n` dependencies of a variable: which of its elements depends on which variable. FMI
+    /// 3.0 only.
     pub fn get_dependencies(&self, vr: u32, n: usize) -> (c_int, Vec<usize>, Vec<u32>) {
         let Fmi3(f) = &self.version else {
             return (ABSENT, Vec::new(), Vec::new());

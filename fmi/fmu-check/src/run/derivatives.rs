@@ -119,8 +119,8 @@ fn products(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a * b).collect()
 }
 
-/// The outputs for values of an input below, at and above its present one, and the distance of these
-/// values. None if bounds or the model forbid one of them.
+/// The outputs for values of an input below, at and above its present one, and the distance of
+/// these values. None if bounds or the model forbid one of them.
 fn outputs_around(
     instance: &Instance,
     input: &Variable,

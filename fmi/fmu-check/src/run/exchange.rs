@@ -135,8 +135,8 @@ impl<'a> IntegratedInstance<'a> {
     }
 }
 
-/// Step of the integrator, s: that of the default experiment or a two-hundredth of the experiment, at
-/// most 1 ms.
+/// Step of the integrator, s: that of the default experiment or a two-hundredth of the experiment,
+/// at most 1 ms.
 fn step_length(fmu: &Fmu) -> f64 {
     let experiment = &fmu.description.default_experiment;
     let whole = experiment.stop.unwrap_or(1.0) - experiment.start.unwrap_or(0.0);

@@ -1,6 +1,6 @@
 //! Probes with wrong calls. They must be refused, and must not change what the instance does
-//! afterwards. The standard forbids importers to make them, so to accept one is a remark; a crash is a
-//! failure.
+//! afterwards. The standard forbids importers to make them, so to accept one is a remark; a crash
+//! is a failure.
 
 use std::ffi::c_int;
 
@@ -36,8 +36,9 @@ probes! {
     }
 }
 
-/// Lets `wrong` make calls on an instance in the middle of a run; it returns their names and statuses.
-/// Accepted calls are remarks, and so is a run that differs afterwards from one without these calls.
+/// Lets `wrong` make calls on an instance in the middle of a run; it returns their names and
+/// statuses. Accepted calls are remarks, and so is a run that differs afterwards from one without
+/// these calls.
 fn must_refuse(
     fmu: &Fmu,
     outcome: &mut Outcome,

@@ -17,7 +17,8 @@ use fmi_import::status::{self, OK, WARNING};
 /// Largest number of steps of a plain run.
 const STEPS: usize = 100;
 
-/// Number of steps of a plain run, which ends at the stop time of the default experiment at the latest.
+/// Number of steps of a plain run, which ends at the stop time of the default experiment at the
+/// latest.
 fn steps(fmu: &Fmu) -> usize {
     let stop = fmu.description.default_experiment.stop;
     let fitting = stop.map(|stop| ((stop - start_time(fmu)) / step_size(fmu) + 1e-6).floor());

@@ -64,8 +64,8 @@ struct ProbeResult {
     printed: Option<String>,
 }
 
-/// Tests the promises that apply to the version and interfaces of an FMU and are wanted. Its files are
-/// in two folders, of which the second has an odd name.
+/// Tests the promises that apply to the version and interfaces of an FMU and are wanted. Its files
+/// are in two folders, of which the second has an odd name.
 pub fn all(
     options: CheckOptions,
     (version, has_exchange): (Version, bool),

@@ -20,7 +20,8 @@ pub fn rewrite(schema: &mut Document) {
     }
 }
 
-/// Replaces each reference to a group by the content of the group, with the occurrence of the reference.
+/// Replaces each reference to a group by the content of the group, with the occurrence of the
+/// reference.
 fn write_groups_out(schema: &mut Document) {
     for reference in schema.get_elements_by_tag_name("group") {
         let Some(name) = schema.get_attribute(reference, "ref").map(str::to_string) else {

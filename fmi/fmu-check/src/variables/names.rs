@@ -44,7 +44,8 @@ pub fn check(root: &Element, variables: &[Variable]) -> (Promise, Outcome) {
     (NAMES, outcome)
 }
 
-/// The grammar of FMI 2.0, section 2.2.9: brackets, dots and `der(…)`. Quoted parts are not checked.
+/// The grammar of FMI 2.0, section 2.2.9: brackets, dots and `der(…)`. Quoted parts are not
+/// checked.
 fn is_structured_name(name: &str) -> bool {
     let inner = name.strip_prefix("der(").and_then(|n| n.strip_suffix(')'));
     if let Some(inner) = inner {

@@ -67,8 +67,8 @@ impl<'a> Variable<'a> {
         version: Version,
     ) -> Self {
         let causality = element.get("causality").unwrap_or("local");
-        // The default in the schema of FMI 2.0 is continuous, also where it makes no sense. Importers
-        // take other types as discrete, and parameters of both versions as fixed.
+        // The default in the schema of FMI 2.0 is continuous, also where it makes no sense.
+        // Importers take other types as discrete, and parameters of both versions as fixed.
         let default = if causality.to_lowercase().ends_with("parameter") {
             "fixed"
         } else if is_float(typed) {
