@@ -7,9 +7,8 @@ use std::fmt;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use fmi_description::{Description, Entries, Version};
+use fmi_description::{Entries, Version};
 
-use crate::Fmu;
 use crate::calls::Exports as _;
 use crate::library::Library;
 
@@ -33,14 +32,6 @@ impl Error for UnsupportedType {}
 struct ReceivedFiles {
     files: Entries,
     reason: Option<String>,
-}
-
-/// Opens a library that carries its own files, as an FMU of FMI 2.0.
-pub(crate) fn open(library: &Path) -> Result<Fmu> {
-    let files = exported_files(library, Version::Fmi2)?;
-    let text = files.get("modelDescription.xml");
-    let text = text.context("the library carries no modelDescription.xml")?;
-    Fmu::from_library(library, Description::read(text)?)
 }
 
 /// All files of the FMU of this version except its binaries. The library must be one that this

@@ -8,10 +8,12 @@ use std::{fs, path::Path};
 #[cfg(feature = "native")]
 use anyhow::Context;
 use anyhow::Result;
-#[cfg(feature = "native")]
-use fmi_description::library_among;
 use fmi_description::{Access, Archive, Description, Variable};
+#[cfg(feature = "native")]
+use fmi_description::{Version, library_among};
 
+#[cfg(feature = "native")]
+use crate::exported::exported_files;
 use crate::functions::Functions;
 #[cfg(feature = "native")]
 use crate::library::{Library, Unpacked, resources};
@@ -33,7 +35,10 @@ impl Fmu {
     #[cfg(feature = "native")]
     pub fn open(path: &Path) -> Result<Self> {
         if path.extension().is_none_or(|e| e != "fmu") {
-            return crate::exported::open(path);
+            let files = exported_files(path, Version::Fmi2)?;
+            let text = files.get("modelDescription.xml");
+            let text = text.context("the library carries no modelDescription.xml")?;
+            return Self::from_library(path, Description::read(text)?);
         }
         let open = || {
             let unpacked = Unpacked::new(&mut Archive::open(fs::read(path)?)?, String::new())?;

@@ -7,8 +7,9 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use clap::Args;
 
+use crate::options::CheckOptions;
 use crate::outcome::Verdict;
-use crate::{CheckOptions, check, run};
+use crate::{check, run};
 
 /// What to check, and how.
 #[derive(Args)]

@@ -10,6 +10,7 @@ mod binaries;
 #[cfg(feature = "wasm")]
 pub mod component;
 mod functions;
+mod options;
 mod outcome;
 mod run;
 mod schema;
@@ -21,7 +22,6 @@ mod wasm;
 
 use std::fs;
 use std::path::Path;
-use std::time::Duration;
 
 use anyhow::{Context, Result};
 use fmi_description::xml::Element;
@@ -31,6 +31,7 @@ use tempfile::TempDir;
 pub use arguments::Arguments;
 use fmi_description::Entries;
 use fmi_import::platform;
+pub use options::CheckOptions;
 pub use outcome::{Outcome, Promise, Report, Row, Verdict};
 
 const DESCRIPTION: &str = "model description";
@@ -47,20 +48,6 @@ const RUNS: Promise = Promise {
     text: "what it does when it is run",
     why: "",
 };
-
-/// How an FMU is checked.
-#[derive(Clone, Copy, Debug)]
-pub struct CheckOptions<'a> {
-    /// A program that takes [`Arguments`] after `words`. It runs the probes, each in its own
-    /// process.
-    pub program: &'a Path,
-    /// See `program`.
-    pub words: &'a [&'a str],
-    /// Only promises that contain this text are checked; all contain the empty text.
-    pub only: &'a str,
-    /// Time limit for all probes of an FMU together.
-    pub limit: Duration,
-}
 
 /// Checks an FMU.
 ///

@@ -13,7 +13,7 @@ use super::probe::Probe;
 use super::{
     calls, derivatives, exchange, fmi3_only, instances, misuse, simulation, states, values,
 };
-use crate::CheckOptions;
+use crate::options::CheckOptions;
 use crate::outcome::{Outcome, Promise, Report};
 use fmi_import::{Fmu, wait_with_limit, with_fmi3_names};
 
