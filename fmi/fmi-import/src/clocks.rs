@@ -13,7 +13,8 @@ use crate::batch::{Batch, Layout};
 /// The time-based input clocks of an FMU, and its clocked variables.
 #[derive(Debug, Default)]
 pub struct ClockPlan {
-    pub(crate) clocks: Vec<Clock>,
+    /// Clocks whose ticks the importer knows in advance.
+    pub clocks: Vec<Clock>,
     /// Clocked inputs, set at a tick.
     pub(crate) inputs: Vec<Batch>,
     /// Clocked outputs and local variables, read at a tick.
