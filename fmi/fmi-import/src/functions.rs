@@ -85,6 +85,7 @@ impl Functions {
     }
 
     /// The type that numbers of a type are passed as: in FMI 2.0 a Boolean is a C int.
+    #[cfg(feature = "native")]
     pub(crate) fn c_type(&self, access: Access) -> Access {
         match access {
             Access::Boolean if !self.is_fmi3() => Access::Integer,
