@@ -1,6 +1,6 @@
-//! An FMU's archive, from its bytes: opened as tolerantly as a ZIP archive can be (folders as
-//! entries, data descriptors, zip64), but nothing in it may be written outside the folder that it
-//! is unpacked to.
+//! [`Archive`]: the ZIP archive of an FMU or of a system. Whatever ZIP allows is accepted (folders
+//! as entries, data descriptors, zip64), but nothing is written outside the folder that it is
+//! unpacked to.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -20,7 +20,7 @@ use crate::remark::Remark;
 /// The files of an FMU or of another package, not yet unpacked.
 pub struct Archive {
     zip: ZipArchive<Cursor<Vec<u8>>>,
-    /// Place of each file by its path.
+    /// Index of each file in the ZIP archive, by its path.
     files: BTreeMap<String, usize>,
     remarks: Vec<Remark>,
 }
@@ -40,46 +40,49 @@ pub enum ArchiveError {
         /// Why.
         reason: String,
     },
-    /// A path that leads outside of the folder, or a link.
+    /// A path that leads out of the folder, or a link.
     #[error("`{name}` in it {reason}")]
     Unsafe {
         /// Path in the archive.
         name: String,
-        /// What it is.
+        /// What is wrong with it.
         reason: &'static str,
     },
-    /// It is no FMU.
+    /// It has no model description, so it is no FMU.
     #[error("it holds no modelDescription.xml")]
     NoDescription,
     /// The description cannot be used.
     #[error(transparent)]
     Description(#[from] DescriptionError),
-    /// It was not made for this platform.
+    /// It has no library for this platform.
     #[error("it holds no {expected}, the library for this platform; {has}")]
     NoLibrary {
         /// Where the library should be.
         expected: String,
-        /// What it has instead.
+        /// The libraries that it has.
         has: String,
     },
     /// A file of the system cannot be read or written.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// What is wrong with the file of this path.
+    /// An error with the path of the archive or file.
     #[error("{0}: {1}")]
     At(PathBuf, Box<ArchiveError>),
 }
 
 impl Archive {
-    /// The bytes that it was opened with.
+    /// The bytes of the archive.
     pub fn into_bytes(self) -> Vec<u8> {
         self.zip.into_inner().into_inner()
     }
 
-    /// Open an archive. One with an unsafe path or a link is refused as a whole.
+    /// Opens an archive.
+    ///
+    /// # Errors
+    /// It is no ZIP archive, or it contains an unsafe path or a link.
     pub fn open(bytes: Vec<u8>) -> Result<Self, ArchiveError> {
-        // From its first byte: else a package that was cut off would open as the last FMU that is
-        // stored in it.
+        // It must begin with the first byte: else a truncated package would be opened as the last
+        // FMU that is stored in it.
         let archive_offset = ArchiveOffset::Known(0);
         let mut zip = ZipArchive::with_config(Config { archive_offset }, Cursor::new(bytes))?;
         let (mut files, mut remarks) = (BTreeMap::new(), Vec::new());
@@ -114,12 +117,12 @@ impl Archive {
         })
     }
 
-    /// Paths of its files, with `/` between folders.
+    /// Paths of its files, with `/` as separator.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.files.keys().map(String::as_str)
     }
 
-    /// The content of a file, if there is one of this path.
+    /// The content of the file with this path; None if there is none.
     pub fn file(&mut self, name: &str) -> Result<Option<Vec<u8>>, ArchiveError> {
         let Some(index) = self.files.get(name) else {
             return Ok(None);
@@ -142,7 +145,7 @@ impl Archive {
         Ok(content)
     }
 
-    /// The model description, with what there is to remark on the archive.
+    /// Reads the model description, and adds remarks on the archive to it.
     pub fn description(&mut self) -> Result<Description, ArchiveError> {
         let bytes = self.file("modelDescription.xml")?;
         let mut description = Description::read(&bytes.ok_or(ArchiveError::NoDescription)?)?;
@@ -150,7 +153,7 @@ impl Archive {
         Ok(description)
     }
 
-    /// Path of the library for a platform, by [`library_among`] its files.
+    /// Path of the library for a platform, as [`library_among`] finds it.
     pub fn library(
         &self,
         description: &Description,
@@ -159,8 +162,7 @@ impl Archive {
         library_among(self.names(), description, platform)
     }
 
-    /// Write all files into a folder, which is made where it is not there; programs and libraries
-    /// may be executed.
+    /// Writes all files to a folder, which is made if necessary. The files are executable.
     pub fn unpack(&mut self, folder: &Path) -> Result<(), ArchiveError> {
         let write = |path: &Path, content: &[u8]| {
             if let Some(parent) = path.parent() {
@@ -179,8 +181,8 @@ impl Archive {
     }
 }
 
-/// Path of the library for a platform among the files of an FMU. Where none has the identifier's
-/// name but the platform's folder has a single one, that is taken, with a remark.
+/// Finds the path of the library for a platform among the files of an FMU. If none is named after
+/// the identifier, but there is only one in the platform's folder, that is taken, with a remark.
 pub fn library_among<'a>(
     names: impl Iterator<Item = &'a str>,
     description: &Description,
@@ -216,12 +218,12 @@ pub fn library_among<'a>(
     Err(ArchiveError::NoLibrary { expected, has })
 }
 
-/// It stays in the folder on every file system: no drive, no device, no way up.
+/// Whether a path stays in its folder on every file system: no drive, no device, no `..`.
 fn is_inside(name: &str) -> bool {
     !name.starts_with('/') && !name.contains(['\0', ':']) && name.split('/').all(|p| p != "..")
 }
 
-/// Tools that an FMU brings along are programs, and archives made on Windows do not say so.
+/// An FMU may contain programs, and archives made on Windows do not mark them as executable.
 #[cfg(unix)]
 fn allow_execution(path: &Path) -> io::Result<()> {
     use std::os::unix::fs::PermissionsExt;

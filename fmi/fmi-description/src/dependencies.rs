@@ -1,5 +1,5 @@
-//! Which variables each computed variable depends on (`ModelStructure`; FMI 2.0, section 2.2.8; FMI
-//! 3.0, section 2.4.8).
+//! Dependencies of the variables of a model description: derivatives on states, and outputs on
+//! inputs (`ModelStructure`; FMI 2.0, section 2.2.8; FMI 3.0, section 2.4.8).
 
 use crate::description::{Description, Unknown, Version};
 use crate::variable::{Causality, Initial};
@@ -16,9 +16,8 @@ impl Description {
         }
     }
 
-    /// Inputs on which the output with index `output` depends directly at a communication point
-    /// (`initialization` = false) or in Initialization Mode; all of them where [nothing is
-    /// declared](Self::declared_feedthrough).
+    /// The inputs on which the output with index `output` depends directly, at communication points
+    /// or in `initialization`; all inputs if [nothing is declared](Self::declared_feedthrough).
     pub fn feedthrough(&self, output: usize, initialization: bool) -> Vec<usize> {
         let declared = self.declared_feedthrough(output, initialization);
         declared.unwrap_or_else(|| {
@@ -27,21 +26,22 @@ impl Description {
         })
     }
 
-    /// The same, None where the description does not say it: `ModelStructure` lists the output
-    /// without `dependencies`, or does not list it at all.
+    /// As [`Self::feedthrough`], but None if the description does not declare it: `ModelStructure`
+    /// lists the output without `dependencies`, or not at all.
     ///
-    /// In Initialization Mode `InitialUnknowns` count; an output they leave out is taken by its
-    /// dependencies at communication points, or is given (`initial="exact"`) and depends on
-    /// nothing. What is no output depends on nothing unless it is listed.
+    /// In Initialization Mode `InitialUnknowns` count. An output that they do not list has its
+    /// dependencies at communication points, or none if it is given (`initial="exact"`). A variable
+    /// that is no output depends on nothing unless it is listed.
     pub fn declared_feedthrough(&self, output: usize, initialization: bool) -> Option<Vec<usize>> {
-        let of = |list: &'_ [Unknown]| list.iter().position(|u| self.is_same(u.variable, output));
-        let initially = of(&self.initial_unknowns).map(|k| &self.initial_unknowns[k]);
+        let entry =
+            |list: &'_ [Unknown]| list.iter().position(|u| self.is_same(u.variable, output));
+        let initially = entry(&self.initial_unknowns).map(|k| &self.initial_unknowns[k]);
         let initially = initially.filter(|_| initialization);
         let is_given = self.variables[output].initial == Some(Initial::Exact);
         if initialization && initially.is_none() && is_given {
             return Some(Vec::new());
         }
-        let always = || of(&self.outputs).map(|k| &self.outputs[k]);
+        let always = || entry(&self.outputs).map(|k| &self.outputs[k]);
         let Some(unknown) = initially.or_else(always) else {
             let is_output = self.variables[output].causality == Causality::Output;
             return (!is_output).then(Vec::new);
@@ -50,8 +50,8 @@ impl Description {
         Some(known.filter(|k| self.variables[*k].is_input()).collect())
     }
 
-    /// One entry of `ModelStructure` is for both: FMI 3.0 lists value references, which aliases
-    /// share.
+    /// Whether one entry of `ModelStructure` is about both variables: in FMI 3.0 aliases share
+    /// entries.
     pub(crate) fn is_same(&self, one: usize, other: usize) -> bool {
         let place = |k: usize| (self.variables[k].reference, self.variables[k].element);
         match self.fmi {

@@ -1,5 +1,5 @@
-//! What a model description says as a whole: identity, capabilities, units, variables by name, and
-//! what depends on what.
+//! [`Description`]: a whole model description, with identity, capabilities, units, variables and
+//! their dependencies.
 
 use std::collections::HashMap;
 
@@ -43,27 +43,27 @@ pub struct Description {
     /// Name of the shared library without its suffix; usually a C identifier, and always the name
     /// of a file.
     pub identifier: String,
-    /// What the FMU can do as a co-simulation slave.
+    /// Capabilities for co-simulation.
     pub capabilities: Capabilities,
     /// Names of the log categories.
     pub log_categories: Vec<String>,
     /// Units of the variables.
     pub units: Vec<Unit>,
-    /// How a simulation is set up if the user says nothing else.
+    /// The experiment that the FMU proposes.
     pub default_experiment: DefaultExperiment,
     /// Variables in the order of the file, which is how [`Unknown`] counts them.
     pub variables: Vec<Variable>,
     /// Outputs with their dependencies at a communication point.
     pub outputs: Vec<Unknown>,
-    /// Whether it is for Model Exchange too.
+    /// Whether it offers Model Exchange, too.
     pub model_exchange: bool,
     /// Derivatives of the continuous states, in the order of the states, with their dependencies.
     pub derivatives: Vec<Unknown>,
-    /// How many event indicators there are.
+    /// Number of event indicators.
     pub event_indicators: usize,
     /// Variables that are computed in Initialization Mode, with their dependencies there.
     pub initial_unknowns: Vec<Unknown>,
-    /// What is wrong by the standard, but does no harm.
+    /// Harmless violations of the standard.
     pub remarks: Vec<Remark>,
     pub(crate) by_name: HashMap<String, usize>,
 }
@@ -73,13 +73,13 @@ pub struct Description {
 pub struct Unknown {
     /// Index into [`Description::variables`].
     pub variable: usize,
-    /// Indices of the variables it depends on; None where nothing is said, which means: on all
+    /// Indices of the variables that it depends on. None if nothing is declared, which means all
     /// inputs.
     pub dependencies: Option<Vec<usize>>,
 }
 
-/// Capability flags of co-simulation (FMI 2.0, section 4.3.1; FMI 3.0, section 4.4.1); what is not
-/// named, or not known to the version, is false or 0.
+/// Capability flags of co-simulation (FMI 2.0, section 4.3.1; FMI 3.0, section 4.4.1). Flags that
+/// are left out, or that the version does not have, are false or 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Capabilities {
     /// `needsExecutionTool`.
@@ -130,7 +130,7 @@ pub struct DefaultExperiment {
 }
 
 impl Description {
-    /// Look names up among the present variables.
+    /// Rebuilds the index of names from the variables.
     pub(crate) fn index_names(&mut self) {
         let names = self.variables.iter().enumerate();
         self.by_name = names.map(|(k, v)| (v.name.clone(), k)).collect();
@@ -142,7 +142,7 @@ impl Description {
     }
 
     /// Whether a variable, or the array that it is an element of, is a continuous state of Model
-    /// Exchange: the variable that one of the [`derivatives`](Self::derivatives) is the derivative of.
+    /// Exchange, that is, one of the [`derivatives`](Self::derivatives) is its derivative.
     pub fn is_state(&self, v: &Variable) -> bool {
         let states = self
             .derivatives
@@ -153,8 +153,7 @@ impl Description {
         self.model_exchange && states.any(|state| place(state) == place(v))
     }
 
-    /// Whether Event Mode is needed, where the FMU has one: it has clocks, or inputs that change at
-    /// events only.
+    /// Whether the FMU needs Event Mode: it has clocks, or inputs that change only at events.
     pub fn needs_events(&self) -> bool {
         let is_discrete = |v: &Variable| v.is_input() && v.variability == Variability::Discrete;
         let mut variables = self.variables.iter();

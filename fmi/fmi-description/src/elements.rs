@@ -1,13 +1,13 @@
-//! Arrays of FMI 3.0 seen as FMI 2.0 and SSP 1.0 see them: a variable for each element, `zeta[3]`,
-//! `A[2,1]`.
+//! Splits arrays of FMI 3.0 into a variable for each element, such as `zeta[3]` or `A[2,1]`, as FMI
+//! 2.0 and SSP 1.0 have them.
 
 use crate::description::{Description, Unknown};
 use crate::variable::Variable;
 
 impl Description {
-    /// The same description with a variable for each element of every array. An output of which an
-    /// element depends on an element of an input is taken to depend, with all of its elements, on
-    /// all of the input's: the file says no more.
+    /// The description with a variable for each element of every array. If an array depends on
+    /// another, each of its elements depends on all elements of the other, since the file says no
+    /// more.
     pub fn by_element(&self) -> Self {
         let mut ranges = Vec::with_capacity(self.variables.len());
         let mut variables = Vec::with_capacity(self.variables.len());
@@ -45,7 +45,7 @@ impl Description {
     }
 }
 
-/// The element with this place, counted from 0, the last index running fastest.
+/// The element at this place, counted from 0, with the last index running fastest.
 fn element(array: &Variable, place: usize) -> Variable {
     let mut indices = Vec::new();
     let mut rest = place;

@@ -1,17 +1,20 @@
-//! The bytes of an XML file as text, by its byte order mark or by the encoding that its first line
-//! names.
+//! Decodes the bytes of an XML file by its byte order mark or by the encoding named in its first
+//! line.
 
 use crate::error::DescriptionError;
 
 /// The letters of Windows-1252 from 0x80 to 0x9F, where ISO-8859-1 has control characters; U+FFFD
-/// where there is none.
+/// for unused codes.
 const WINDOWS: [char; 32] = [
     '€', '\u{fffd}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{fffd}', 'Ž',
     '\u{fffd}', '\u{fffd}', '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{fffd}',
     'ž', 'Ÿ',
 ];
 
-/// The text of an XML file: UTF-8, UTF-16, ASCII, ISO-8859-1 or Windows-1252.
+/// Decodes an XML file in UTF-8, UTF-16, ASCII, ISO-8859-1 or Windows-1252.
+///
+/// # Errors
+/// It is in another encoding, or not in the one that it names.
 pub fn text(bytes: &[u8]) -> Result<String, DescriptionError> {
     match bytes {
         [0xef, 0xbb, 0xbf, rest @ ..] => utf8(rest),
@@ -23,7 +26,7 @@ pub fn text(bytes: &[u8]) -> Result<String, DescriptionError> {
     }
 }
 
-/// By the name in the first line, which is ASCII whatever follows; UTF-8 where none is named.
+/// Decodes by the name in the first line, which is ASCII in all of these; UTF-8 if there is none.
 fn named(bytes: &[u8]) -> Result<String, DescriptionError> {
     let end = bytes.windows(2).position(|two| two == b"?>");
     let head = end.filter(|_| bytes.starts_with(b"<?xml"));

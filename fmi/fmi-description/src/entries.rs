@@ -1,5 +1,11 @@
-//! All files of an archive at once, and archives whose bytes depend on nothing but their contents:
-//! entries in the order of their names, with one fixed time.
+//! Reads all files of an archive, and writes archives whose bytes depend only on their contents:
+//! entries are sorted by name and have a fixed time.
+//!
+//! ```
+//! use fmi_description::entries::{Entries, read_bytes, stored};
+//! let files = Entries::from([("a.txt".to_string(), b"text".to_vec())]);
+//! assert_eq!(read_bytes(stored(&files).unwrap()).unwrap(), files);
+//! ```
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -15,23 +21,17 @@ use crate::archive::{Archive, ArchiveError};
 /// Files of an archive: path inside it and content.
 pub type Entries = BTreeMap<String, Vec<u8>>;
 
-/// The level of deflate that makes the smallest archives: libraries take 3 % less than with the
-/// usual level, and packing some tenths of a second more.
+/// The deflate level of the smallest archives: libraries take 3 % less than at the usual level, and
+/// packing takes some tenths of a second more.
 const SMALLEST: i64 = 9;
 
-/// The bytes of an archive.
-pub fn packed(entries: &Entries) -> ZipResult<Vec<u8>> {
-    let smallest = SimpleFileOptions::default().compression_level(Some(SMALLEST));
-    with(entries, smallest)
-}
-
-/// The bytes of an archive without compression, for one that is compressed as a whole.
+/// The bytes of an archive without compression, for archives that are compressed as a whole.
 pub fn stored(entries: &Entries) -> ZipResult<Vec<u8>> {
     let plain = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
-    with(entries, plain)
+    zipped(entries, plain)
 }
 
-fn with(entries: &Entries, options: SimpleFileOptions) -> ZipResult<Vec<u8>> {
+fn zipped(entries: &Entries, options: SimpleFileOptions) -> ZipResult<Vec<u8>> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, bytes) in entries {
         let is_executable = name.starts_with("binaries/");
@@ -44,25 +44,27 @@ fn with(entries: &Entries, options: SimpleFileOptions) -> ZipResult<Vec<u8>> {
     Ok(zip.finish()?.into_inner())
 }
 
-/// Write an archive; its size in bytes. A file appears only once the archive is complete.
+/// Writes an archive; returns its size in bytes. The file appears only once the archive is
+/// complete.
 pub fn write(path: &Path, entries: &Entries) -> Result<usize, ArchiveError> {
     let at_path = |error: ArchiveError| ArchiveError::At(path.to_path_buf(), Box::new(error));
-    let bytes = packed(entries).map_err(|error| at_path(error.into()))?;
-    // Written beside and renamed: who reads meanwhile gets the file as it was, or as it is.
+    let smallest = SimpleFileOptions::default().compression_level(Some(SMALLEST));
+    let bytes = zipped(entries, smallest).map_err(|error| at_path(error.into()))?;
+    // Written under another name and renamed, so that readers never see half a file.
     let new = path.with_extension(format!("{}.new", std::process::id()));
     let written = fs::write(&new, &bytes).and_then(|()| fs::rename(&new, path));
     written.map_err(|error| at_path(error.into()))?;
     Ok(bytes.len())
 }
 
-/// Read all files of an archive.
+/// Reads all files of an archive.
 pub fn read(path: &Path) -> Result<Entries, ArchiveError> {
     let bytes = fs::read(path).map_err(ArchiveError::from);
     let read = bytes.and_then(read_bytes);
     read.map_err(|error| ArchiveError::At(path.to_path_buf(), Box::new(error)))
 }
 
-/// Read all files of an archive that is in memory.
+/// Reads all files of an archive in memory.
 pub fn read_bytes(bytes: Vec<u8>) -> Result<Entries, ArchiveError> {
     let mut archive = Archive::open(bytes)?;
     let names: Vec<_> = archive.names().map(str::to_string).collect();

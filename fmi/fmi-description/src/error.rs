@@ -1,4 +1,4 @@
-//! Why a model description cannot be used.
+//! [`DescriptionError`]: why a model description cannot be used.
 
 use thiserror::Error;
 
@@ -8,7 +8,7 @@ use crate::xml::XmlError;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum DescriptionError {
-    /// Letters of an encoding that is not known, or not those of the one that is named.
+    /// The encoding is unknown, or is not the one that is named.
     #[error("the model description cannot be read: {0}")]
     Encoding(String),
     /// Not well-formed, or an element or attribute is missing or has the wrong form.
@@ -22,7 +22,7 @@ pub enum DescriptionError {
         /// What it names.
         version: String,
     },
-    /// An FMU for other interfaces only.
+    /// The FMU offers no co-simulation.
     #[error("model `{model}` offers {offered}, no co-simulation")]
     NoCoSimulation {
         /// Model.
@@ -30,7 +30,7 @@ pub enum DescriptionError {
         /// What it offers instead.
         offered: &'static str,
     },
-    /// The identifier becomes the name of a file.
+    /// The identifier cannot be the name of a file, as it must.
     #[error("model `{model}`: modelIdentifier `{identifier}` cannot be the name of a file")]
     Identifier {
         /// Model.

@@ -1,5 +1,5 @@
-//! What the files of both versions have in common: identity, capabilities, units, and what a
-//! variable may inherit from its declared type.
+//! Reads what model descriptions of both versions have in common: identity, capabilities, units,
+//! and attributes of a variable that it may inherit from its declared type.
 
 use std::collections::HashMap;
 
@@ -10,8 +10,8 @@ use crate::unit::Unit;
 use crate::variable::{Access, Causality, Initial, Item, Kind, Variability, Variable};
 use crate::xml::{Element, XmlError};
 
-/// All but the variables and what they depend on.
-pub fn head(root: &Element, fmi: Version) -> Result<Description, DescriptionError> {
+/// Reads all but the variables and their dependencies.
+pub fn read_head(root: &Element, fmi: Version) -> Result<Description, DescriptionError> {
     let model = root.text("modelName");
     let guid = root.required(match fmi {
         Version::Fmi2 => "guid",
@@ -60,13 +60,13 @@ pub fn head(root: &Element, fmi: Version) -> Result<Description, DescriptionErro
     })
 }
 
-/// It names a file in a folder, and none elsewhere.
+/// Whether it names a file in a folder, and none elsewhere.
 fn is_file_name(identifier: &str) -> bool {
     let is_path = |c: char| c.is_control() || matches!(c, '/' | '\\' | ':');
     !matches!(identifier, "" | "." | "..") && !identifier.contains(is_path)
 }
 
-/// What one version does not know is not looked at in a file of it.
+/// Reads the capabilities; those that the version does not have are ignored.
 fn capabilities(slave: &Element, fmi: Version) -> Result<Capabilities, XmlError> {
     let both = |name| slave.flag(name);
     let in_2 = |name| Ok(fmi == Version::Fmi2 && slave.flag(name)?);
@@ -112,7 +112,7 @@ fn default_experiment(root: &Element) -> Result<DefaultExperiment, XmlError> {
     })
 }
 
-/// The named values of an enumeration's type.
+/// Reads the items of an enumeration type.
 pub fn items(declared: Option<&Element>) -> Result<Vec<Item>, XmlError> {
     let items = declared
         .into_iter()
@@ -126,8 +126,8 @@ pub fn items(declared: Option<&Element>) -> Result<Vec<Item>, XmlError> {
     items.map(item).collect()
 }
 
-/// An entry of `ModelStructure`: `index` finds the variables that it names, its own under `key`, or
-/// says why it does not.
+/// Reads an entry of `ModelStructure`. `index` finds the variables that it names, its own in the
+/// attribute `key`, or says why there is none.
 pub fn unknown(
     listed: &Element,
     key: &str,
@@ -142,34 +142,33 @@ pub fn unknown(
     })
 }
 
-/// Where a variable is described: its own element, the one with its type, which in FMI 3.0 is the
-/// same, and its declared type.
+/// The elements that describe a variable: its own, that of its type (in FMI 3.0 the same), and that
+/// of its declared type.
 #[derive(Clone, Copy)]
-pub struct Source<'a> {
+pub struct VariableElements<'a> {
     pub variable: &'a Element,
     pub typed: &'a Element,
     pub declared: Option<&'a Element>,
 }
 
-impl<'a> Source<'a> {
-    /// What the variable says itself, else its declared type.
-    pub fn of(&self, attribute: &str) -> Option<&'a Element> {
+impl<'a> VariableElements<'a> {
+    /// The element that has an attribute: the variable's, else that of its declared type.
+    pub fn element_with(&self, attribute: &str) -> Option<&'a Element> {
         let mut elements = [Some(self.typed), self.declared].into_iter().flatten();
         elements.find(|element| element.get(attribute).is_some())
     }
 
     fn number(&self, attribute: &str) -> Result<Option<f64>, XmlError> {
-        self.of(attribute)
+        self.element_with(attribute)
             .map_or(Ok(None), |element| element.number(attribute))
     }
 
     fn text(&self, attribute: &str) -> Option<String> {
-        let element = self.of(attribute);
+        let element = self.element_with(attribute);
         element.map(|element| element.text(attribute))
     }
 
-    /// The variable as a scalar without a start value, with the variability that it names or else
-    /// this one.
+    /// Reads the variable as a scalar without a start value. `variability` is the default.
     pub fn read(
         &self,
         kind: Kind,
@@ -179,7 +178,7 @@ impl<'a> Source<'a> {
         let v = self.variable;
         let causality = v.word("causality", Causality::WORDS)?.unwrap_or_default();
         let own = v.word("variability", Variability::WORDS)?;
-        let relative = self.of("relativeQuantity");
+        let relative = self.element_with("relativeQuantity");
         Ok(Variable {
             name: v.required("name")?,
             description: v.text("description"),

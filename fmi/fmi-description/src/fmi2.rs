@@ -1,13 +1,13 @@
-//! Variables and dependencies in a file of FMI 2.0.
+//! Reads variables and dependencies of a model description of FMI 2.0.
 
 use std::collections::HashMap;
 
 use crate::description::{Description, Unknown};
-use crate::file::{Source, items, unknown};
+use crate::file::{VariableElements, items, unknown};
 use crate::variable::{Access, Kind, Variability, Variable};
 use crate::xml::{Element, XmlError};
 
-/// Fill in what stands in this version's own way.
+/// Reads what FMI 2.0 describes in its own way.
 pub fn read(root: &Element, into: &mut Description) -> Result<(), XmlError> {
     let types = root.all_in("TypeDefinitions");
     let types: HashMap<_, _> = types.map(|t| (t.text("name"), t)).collect();
@@ -22,7 +22,7 @@ pub fn read(root: &Element, into: &mut Description) -> Result<(), XmlError> {
     Ok(())
 }
 
-/// The elements that say of which type a variable is.
+/// Tags of the elements that give a variable its type.
 const TYPES: [&str; 5] = ["Real", "Integer", "Boolean", "String", "Enumeration"];
 
 fn variable(v: &Element, types: &HashMap<String, &Element>) -> Result<Variable, XmlError> {
@@ -39,7 +39,7 @@ fn variable(v: &Element, types: &HashMap<String, &Element>) -> Result<Variable, 
         "String" => (Kind::String, Access::String),
         _ => (Kind::Enumeration(items(declared)?), Access::Integer),
     };
-    let source = Source {
+    let source = VariableElements {
         variable: v,
         typed,
         declared,
@@ -51,7 +51,7 @@ fn variable(v: &Element, types: &HashMap<String, &Element>) -> Result<Variable, 
     })
 }
 
-/// The specification counts variables from 1.
+/// Reads a list of `ModelStructure`, which counts variables from 1.
 fn unknowns(root: &Element, list: &str, count: usize) -> Result<Vec<Unknown>, XmlError> {
     let position = |index: &str| {
         let number = index.trim().parse::<usize>().ok();

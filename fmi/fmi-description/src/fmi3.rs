@@ -1,19 +1,19 @@
-//! Variables, clocks and dependencies in a file of FMI 3.0.
+//! Reads variables, clocks and dependencies of a model description of FMI 3.0.
 
 use std::collections::HashMap;
 
 use crate::description::{Description, Unknown};
-use crate::file::{Source, items, unknown};
+use crate::file::{VariableElements, items, unknown};
 use crate::variable::{Access, Causality, ClockInterval, ClockTiming, Kind, Variability, Variable};
 use crate::xml::{Element, XmlError};
 
-/// Elements of an array, at most.
-const LARGEST: usize = 1 << 24;
+/// Largest number of elements of an array.
+const MAX_ELEMENTS: usize = 1 << 24;
 
-/// Fill in what stands in this version's own way.
+/// Reads what FMI 3.0 describes in its own way.
 pub fn read(root: &Element, into: &mut Description) -> Result<(), XmlError> {
     into.variables = variables(root)?;
-    // Of aliases the first.
+    // The first of aliases.
     let pairs = into.variables.iter().enumerate().rev();
     let by_reference: HashMap<u32, usize> = pairs.map(|(k, v)| (v.reference, k)).collect();
     let index = |word: &str| {
@@ -37,7 +37,7 @@ pub fn read(root: &Element, into: &mut Description) -> Result<(), XmlError> {
     Ok(())
 }
 
-/// All variables and their aliases.
+/// Reads all variables and their aliases.
 fn variables(root: &Element) -> Result<Vec<Variable>, XmlError> {
     let types = root.all_in("TypeDefinitions");
     let types: HashMap<_, _> = types.map(|t| (t.text("name"), t)).collect();
@@ -48,7 +48,7 @@ fn variables(root: &Element) -> Result<Vec<Variable>, XmlError> {
             continue; // an annotation
         };
         let declared = element.get("declaredType").and_then(|name| types.get(name));
-        let source = Source {
+        let source = VariableElements {
             variable: element,
             typed: element,
             declared: declared.copied(),
@@ -73,7 +73,7 @@ fn variables(root: &Element) -> Result<Vec<Variable>, XmlError> {
     Ok(variables)
 }
 
-/// The functions for variables with this tag, None inside for an enumeration; None for what is no
+/// The functions for variables with this tag: `Some(None)` for an enumeration, None for no
 /// variable.
 fn access(tag: &str) -> Option<Option<Access>> {
     match Access::WORDS.iter().find(|(word, _)| *word == tag) {
@@ -82,7 +82,8 @@ fn access(tag: &str) -> Option<Option<Access>> {
     }
 }
 
-/// The length that a structural parameter gives to arrays whose dimension names it.
+/// Value reference and start value of a structural parameter, which is the length of arrays whose
+/// dimension names it.
 fn length(element: &Element) -> Option<(u32, usize)> {
     if element.tag != "UInt64" {
         return None;
@@ -106,17 +107,17 @@ fn dimensions(element: &Element, lengths: &HashMap<u32, usize>) -> Result<Vec<us
     let lengths = lengths.filter(|lengths| {
         let mut lengths = lengths.iter();
         let size = lengths.try_fold(1_usize, |size, length| size.checked_mul(*length));
-        size.is_some_and(|size| (1..=LARGEST).contains(&size))
+        size.is_some_and(|size| (1..=MAX_ELEMENTS).contains(&size))
     });
     lengths.ok_or_else(|| {
         element.error(format!(
-            "a dimension of `{}` must be a number of at least 1 or name a structural parameter that starts at one; an array has at most {LARGEST} elements",
+            "a dimension of `{}` must be a number of at least 1 or name a structural parameter that starts at one; an array has at most {MAX_ELEMENTS} elements",
             element.text("name")
         ))
     })
 }
 
-fn variable(source: Source, access: Option<Access>) -> Result<Variable, XmlError> {
+fn variable(source: VariableElements, access: Option<Access>) -> Result<Variable, XmlError> {
     let kind = match access {
         None => Kind::Enumeration(items(source.declared)?),
         Some(Access::Real | Access::Float32) => Kind::Real,
@@ -151,12 +152,12 @@ fn variable(source: Source, access: Option<Access>) -> Result<Variable, XmlError
             .split_whitespace()
             .map(clock)
             .collect::<Result<_, _>>()?,
-        ..source.read(kind, access.unwrap_or(Access::Int64), usual)?
+        ..source.read(kind, access.unwrap_or(Access::Int64), default_variability)?
     })
 }
 
-/// The variability of what names none.
-fn usual(causality: Causality, kind: &Kind) -> Variability {
+/// The default of the variability.
+fn default_variability(causality: Causality, kind: &Kind) -> Variability {
     match (causality, kind) {
         (
             Causality::Parameter | Causality::StructuralParameter | Causality::CalculatedParameter,
@@ -167,13 +168,13 @@ fn usual(causality: Causality, kind: &Kind) -> Variability {
     }
 }
 
-/// How a clock ticks; None where nothing is said.
-fn timing(source: Source) -> Result<Option<ClockTiming>, XmlError> {
+/// Reads how a clock ticks; None if nothing is said.
+fn timing(source: VariableElements) -> Result<Option<ClockTiming>, XmlError> {
     let number = |name: &str| {
-        let element = source.of(name);
+        let element = source.element_with(name);
         element.map_or(Ok(None), |element| element.number(name))
     };
-    let Some(element) = source.of("intervalVariability") else {
+    let Some(element) = source.element_with("intervalVariability") else {
         return Ok(None);
     };
     let interval = element.word("intervalVariability", ClockInterval::WORDS)?;

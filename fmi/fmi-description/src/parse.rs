@@ -1,4 +1,4 @@
-//! From the bytes or the text of a `modelDescription.xml` to a [`Description`].
+//! Reads a [`Description`] from the bytes or the text of a `modelDescription.xml`.
 
 use std::collections::HashSet;
 
@@ -10,12 +10,15 @@ use crate::xml::Element;
 use crate::{encoding, file, fmi2, fmi3};
 
 impl Description {
-    /// Read a `modelDescription.xml`, in whichever of the usual encodings it is.
+    /// Reads a `modelDescription.xml` in any of the usual encodings.
+    ///
+    /// # Errors
+    /// It is no valid model description for co-simulation by FMI 2.0 or 3.0.
     pub fn read(bytes: &[u8]) -> Result<Self, DescriptionError> {
         Self::parse(&encoding::text(bytes)?)
     }
 
-    /// Read the text of a `modelDescription.xml`.
+    /// Reads the text of a `modelDescription.xml`, with the errors of [`Self::read`].
     pub fn parse(text: &str) -> Result<Self, DescriptionError> {
         let root = Element::parse(text, "modelDescription.xml", "fmiModelDescription")?;
         let version = root.required("fmiVersion")?;
@@ -25,7 +28,7 @@ impl Description {
             two if two.starts_with("2.0") => Version::Fmi2,
             _ => return Err(DescriptionError::Version { model, version }),
         };
-        let mut description = file::head(&root, fmi)?;
+        let mut description = file::read_head(&root, fmi)?;
         if fmi == Version::Fmi2 && version != "2.0" {
             description.remarks.push(Remark::Version(version));
         }
@@ -33,14 +36,14 @@ impl Description {
             Version::Fmi2 => fmi2::read(&root, &mut description)?,
             Version::Fmi3 => fmi3::read(&root, &mut description)?,
         }
-        remark(&root, &mut description);
+        add_remarks(&root, &mut description);
         description.index_names();
         Ok(description)
     }
 }
 
-/// What a reader of the whole file notices.
-fn remark(root: &Element, description: &mut Description) {
+/// Adds remarks on the variables and outputs of the whole file.
+fn add_remarks(root: &Element, description: &mut Description) {
     let types = root.all_in("TypeDefinitions");
     let types: HashSet<_> = types.filter_map(|declared| declared.get("name")).collect();
     let unknown = |element: &Element| {

@@ -1,12 +1,17 @@
-//! Platform folders of FMI 2.0 (section 2.3) and 3.0 (section 2.5.1.4): each is claimed only for
-//! the processor that it is for.
+//! Platforms that FMUs have folders for, by FMI 2.0 (section 2.3) and 3.0 (section 2.5.1.4).
+//!
+//! ```
+//! use fmi_description::{Version, platform::WINDOWS};
+//! let library = WINDOWS.library(Version::Fmi3, "My");
+//! assert_eq!(library.as_deref(), Some("binaries/x86_64-windows/My.dll"));
+//! ```
 
 use crate::description::Version;
 
-/// Where a library belongs inside an FMU.
+/// A platform, with the folder and suffix of its libraries in an FMU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Platform {
-    /// Folder in `binaries/` of FMI 2.0; where that has none, the one of FMI 3.0.
+    /// Folder in `binaries/` of FMI 2.0, or of FMI 3.0 if FMI 2.0 has none.
     pub folder: &'static str,
     /// Folder in `binaries/` of FMI 3.0.
     pub folder_3: &'static str,
@@ -28,8 +33,7 @@ impl Platform {
         self.folder != self.folder_3
     }
 
-    /// Where the library of an FMU lies in its archive; None where the version has no folder for
-    /// it.
+    /// Path of the library of an FMU in its archive; None if the version has no folder for it.
     pub fn library(&self, version: Version, identifier: &str) -> Option<String> {
         let folder = match version {
             Version::Fmi2 => self.is_in_fmi2().then_some(self.folder)?,
@@ -50,7 +54,7 @@ pub const LINUX_ARM: Platform = Platform::new("aarch64-linux", "aarch64-linux", 
 /// macOS on 64-bit ARM.
 pub const MACOS_ARM: Platform = Platform::new("aarch64-darwin", "aarch64-darwin", ".dylib");
 
-/// WebAssembly, as the draft FMI-LS-WASM has it: for every machine.
+/// WebAssembly for every machine, by the draft FMI-LS-WASM.
 pub const WASM: Platform = Platform::new("wasm32-wasip2", "wasm32-wasip2", ".wasm");
 
 /// The platform of this machine, if FMUs have a folder for it.

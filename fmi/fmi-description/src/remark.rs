@@ -1,4 +1,4 @@
-//! What is wrong by the standard in an FMU but does no harm: it is read, and told to the user.
+//! [`Remark`]: a harmless violation of the standard by an FMU, which is read nevertheless.
 
 use thiserror::Error;
 
@@ -6,8 +6,8 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum Remark {
-    /// The identifier, which is to be a part of C names, has a letter that they cannot have, or
-    /// begins with a digit.
+    /// The identifier, which must be valid in C names, has another character or begins with a
+    /// digit.
     #[error("modelIdentifier `{0}` is no C identifier")]
     Identifier(String),
     /// The library is the only one in its folder, and is not named after the identifier.
@@ -31,7 +31,7 @@ pub enum Remark {
         /// Number of variables with such types.
         count: usize,
     },
-    /// Outputs that `ModelStructure` does not list, so that they are taken to depend on all inputs.
+    /// `ModelStructure` does not list outputs, so that they are taken to depend on all inputs.
     #[error(
         "ModelStructure does not list the output `{variable}`{}: taken to depend on all inputs",
         and_more(*.count)

@@ -1,4 +1,4 @@
-//! Units, which model descriptions and the files of SSP define alike.
+//! [`Unit`]: a unit as model descriptions and the files of SSP define it.
 
 use crate::xml::{Element, XmlError};
 
@@ -17,7 +17,7 @@ pub struct Unit {
 }
 
 impl Unit {
-    /// A unit that is known by its name alone.
+    /// A unit of which only the name is known.
     pub fn named(name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -27,10 +27,10 @@ impl Unit {
         }
     }
 
-    /// The unit that an element `Unit` defines.
+    /// Reads the unit that an element `Unit` defines.
     ///
     /// # Errors
-    /// It has no name, or numbers that are none.
+    /// It has no name, or attributes that are no numbers.
     pub fn read(element: &Element) -> Result<Self, XmlError> {
         let mut unit = Self::named(element.required("name")?);
         let Some(base) = element.child("BaseUnit") else {
@@ -54,8 +54,8 @@ impl Unit {
         Ok(unit)
     }
 
-    /// The unit `name` of a file; by its name alone where the file does not define it.
-    pub fn among(units: &[Self], name: &str) -> Self {
+    /// The unit `name` of a file, or a unit with only the name if the file does not define it.
+    pub fn find_or_named(units: &[Self], name: &str) -> Self {
         let found = units.iter().find(|unit| unit.name == name);
         found.cloned().unwrap_or_else(|| Self::named(name))
     }

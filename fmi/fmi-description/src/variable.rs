@@ -1,7 +1,7 @@
-//! A variable (FMI 2.0, section 2.2.7; FMI 3.0, section 2.4.7): a scalar, an array of FMI 3.0, or
-//! an element of one.
+//! [`Variable`]: a variable of a model description (FMI 2.0, section 2.2.7; FMI 3.0, section
+//! 2.4.7). It is a scalar, an array of FMI 3.0, or an element of an array.
 
-/// An enumeration with the word for each of its values in a model description.
+/// Defines an enumeration with the words for its values in a model description.
 macro_rules! words {
     (
         $(#[$attribute:meta])*
@@ -25,7 +25,7 @@ macro_rules! words {
 pub struct Variable {
     /// Name, unique in the FMU.
     pub name: String,
-    /// What it means, empty where nothing is said.
+    /// Its description; empty if there is none.
     pub description: String,
     /// Value reference: in FMI 2.0 unique among the variables with the same [`Access`], in FMI 3.0
     /// among all but aliases; elements have that of their array.
@@ -33,7 +33,7 @@ pub struct Variable {
     /// Lengths of an array of FMI 3.0, the last index runs fastest; empty for a scalar and for an
     /// element.
     pub dimensions: Vec<usize>,
-    /// Place of an element in its array, counted from 0; None for a whole variable.
+    /// Place of an element in its array, counted from 0; None for scalars and arrays.
     pub element: Option<usize>,
     /// Type.
     pub kind: Kind,
@@ -41,10 +41,9 @@ pub struct Variable {
     pub causality: Causality,
     /// When its value may change.
     pub variability: Variability,
-    /// How it gets its initial value, if that is said.
+    /// How it gets its initial value, if that is declared.
     pub initial: Option<Initial>,
-    /// Start values as written: none, one for the variable or for all elements, or one for each
-    /// element.
+    /// Start values as written: none, one for all elements, or one for each.
     pub start: Vec<String>,
     /// Least value allowed.
     pub min: Option<f64>,
@@ -54,14 +53,13 @@ pub struct Variable {
     pub nominal: Option<f64>,
     /// Unit of a Real.
     pub unit: Option<String>,
-    /// Unit in which people read a Real.
+    /// Unit in which a Real is shown to users.
     pub display_unit: Option<String>,
-    /// It is a difference of values, so that the offset of a unit does not apply
-    /// (`relativeQuantity`).
+    /// It is a difference, to which the offset of a unit does not apply (`relativeQuantity`).
     pub is_relative: bool,
     /// Value references of the clocks at whose ticks it may change (FMI 3.0).
     pub clocks: Vec<u32>,
-    /// Of what it is the derivative: the number of a variable from 1 in FMI 2.0, its value reference
+    /// The variable that it is the derivative of: by number from 1 in FMI 2.0, by value reference
     /// in FMI 3.0.
     pub derivative: Option<u32>,
     /// How a clock ticks (FMI 3.0).
@@ -104,14 +102,13 @@ impl Kind {
     }
 }
 
-/// How the ticks of a clock come about (FMI 3.0, section 2.4.7.3): `intervalVariability` and what
-/// goes with it.
+/// When a clock ticks (FMI 3.0, section 2.4.7.3).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClockTiming {
-    /// Who decides on its ticks, and when.
+    /// `intervalVariability`.
     pub interval: ClockInterval,
-    /// Time between ticks, s, where the description says it: `intervalDecimal`, else
-    /// `intervalCounter` / `resolution`.
+    /// Time between ticks, s, if the description has it: `intervalDecimal`, else `intervalCounter`
+    /// / `resolution`.
     pub period: Option<f64>,
     /// Delay of the first tick, s: `shiftDecimal`, else `shiftCounter` / `resolution`.
     pub shift: f64,
@@ -131,7 +128,7 @@ words! {
         Changing = "changing",
         /// The FMU says at events when it ticks next.
         Countdown = "countdown",
-        /// It ticks without a time being known.
+        /// No time determines its ticks.
         Triggered = "triggered",
     }
 }
@@ -235,7 +232,7 @@ words! {
 }
 
 impl Access {
-    /// True for numbers and truth values.
+    /// Whether it is a number or a Boolean.
     pub fn is_number(self) -> bool {
         !matches!(self, Self::String | Self::Binary | Self::Clock)
     }
@@ -272,7 +269,7 @@ impl Variable {
         self.start_number_of(0)
     }
 
-    /// The same of an element, counted from 0.
+    /// The start value of an element, counted from 0, as a number.
     pub fn start_number_of(&self, element: usize) -> Option<f64> {
         self.start_of(element)?.trim().parse().ok()
     }
@@ -286,7 +283,7 @@ impl Variable {
         own.map(String::as_str)
     }
 
-    /// Least and greatest value allowed: infinite where nothing is said, the items of an
+    /// Smallest and largest value allowed: infinite if not declared, or those of the items of an
     /// enumeration.
     pub fn bounds(&self) -> [f64; 2] {
         let items = match &self.kind {

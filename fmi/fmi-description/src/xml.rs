@@ -1,8 +1,8 @@
-//! An XML file as a tree of elements: model descriptions, and the files of SSP.
+//! Reads an XML file as a tree of elements: model descriptions, and the files of SSP.
 //!
-//! Names are compared without their namespace prefix, and attributes are read by name; what is not
-//! asked for, such as comments and what a vendor adds, is passed over. An error names the file, the
-//! line, the element and the value.
+//! Names are compared without their namespace prefix, and attributes are read by name. Whatever
+//! nobody reads, such as comments and additions of vendors, is ignored. An error names the file,
+//! the line, the element and the value.
 //!
 //! ```
 //! use fmi_description::xml::Element;
@@ -21,15 +21,15 @@ use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 use thiserror::Error;
 
-/// Elements nested in each other, at most: no file that a tool writes comes near, and trees are
-/// walked by recursion.
-const DEEPEST: usize = 256;
+/// Largest depth of nested elements. Trees are walked by recursion, and files of tools are far from
+/// it.
+const MAX_DEPTH: usize = 256;
 
 /// What is wrong with a file, and where.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("`{file}`, line {line}: {text}")]
 pub struct XmlError {
-    /// Name of the file, as the reader was told it.
+    /// Name of the file.
     pub file: Arc<str>,
     /// Line, counted from 1.
     pub line: usize,
@@ -46,7 +46,7 @@ pub struct Element {
     pub line: usize,
     /// The elements in it, in the order of the file.
     pub children: Vec<Element>,
-    /// Where it stands in the text (after a byte order mark), for those that change the text.
+    /// Its range in the text without byte order mark, for editing the text.
     pub range: Range<usize>,
     attributes: Vec<(String, String)>,
     file: Arc<str>,
@@ -82,8 +82,8 @@ impl Element {
                 element.map_err(unreadable)
             };
             let mut closed = match event.map_err(|e| unreadable(e.to_string()))? {
-                Event::Start(_) if open.len() == DEEPEST => {
-                    let text = format!("more than {DEEPEST} elements are nested in each other");
+                Event::Start(_) if open.len() == MAX_DEPTH => {
+                    let text = format!("more than {MAX_DEPTH} elements are nested in each other");
                     return Err(fail(line, text));
                 }
                 Event::Start(start) => {
@@ -138,17 +138,17 @@ impl Element {
         self.children.iter().find(|child| child.tag == tag)
     }
 
-    /// What stands in all elements in it with this tag: usually there is one at most.
+    /// The elements in all its elements with this tag, of which there usually is at most one.
     pub fn all_in<'a>(&'a self, tag: &str) -> impl Iterator<Item = &'a Self> {
         self.all(tag).flat_map(|child| child.children.iter())
     }
 
-    /// The elements with the tag `each` that stand in its elements with the tag `list`.
+    /// The elements with the tag `each` in its elements with the tag `list`.
     pub fn listed<'a>(&'a self, list: &str, each: &str) -> impl Iterator<Item = &'a Self> {
         self.all_in(list).filter(move |element| element.tag == each)
     }
 
-    /// An attribute as it is written; one with a prefix only where there is none without.
+    /// An attribute as it is written; one with a prefix only if there is none without.
     pub fn get(&self, name: &str) -> Option<&str> {
         let is_prefixed = |key: &str| key.rsplit_once(':').is_some_and(|(_, local)| local == name);
         let attributes = || self.attributes.iter();
@@ -157,7 +157,7 @@ impl Element {
         found.map(|(_, value)| value.as_str())
     }
 
-    /// An attribute as it is written, empty where there is none.
+    /// An attribute as it is written; empty if there is none.
     pub fn text(&self, name: &str) -> String {
         self.get(name).unwrap_or_default().to_string()
     }
@@ -204,7 +204,7 @@ impl Element {
         self.read(name, |text| text.parse().ok(), kind)
     }
 
-    /// A truth value, false where there is none.
+    /// A truth value; false if there is none.
     ///
     /// # Errors
     /// It is something else.
@@ -242,7 +242,7 @@ impl Element {
         value(text.trim()).map(Some).ok_or_else(unfit)
     }
 
-    /// What is wrong with this element; the text says its tag, and its name if it has one.
+    /// An error at this element, whose text has its tag, and its name if it has one.
     pub fn wrong(&self, what: impl std::fmt::Display) -> XmlError {
         let name = self.get("name").map(|name| format!(" (of `{name}`)"));
         self.error(format!("{} {what}{}", self.tag, name.unwrap_or_default()))
@@ -267,7 +267,7 @@ pub fn truth(text: &str) -> Option<bool> {
     }
 }
 
-/// Counts lines as reading goes on.
+/// Finds lines by position, counting on from the last one.
 #[derive(Default)]
 struct Lines {
     place: usize,
@@ -275,8 +275,8 @@ struct Lines {
 }
 
 impl Lines {
-    /// The line, counted from 1, of the first character from `place` on that is not blank; a place
-    /// before the last one counts as that.
+    /// The line, counted from 1, of the first character from `place` on that is not blank. `place`
+    /// must not decrease from call to call.
     fn at(&mut self, text: &str, place: usize) -> usize {
         let rest = text.get(place..).unwrap_or_default();
         let place = place + (rest.len() - rest.trim_start().len());

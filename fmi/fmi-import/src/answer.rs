@@ -1,10 +1,17 @@
-//! How a C function answered, and where in the run it was called: what the text of an error is made
-//! of.
+//! Errors of a C function that a co-simulation master called: which function, the status that it
+//! returned, and when in the run that was.
+//!
+//! ```
+//! use fmi_import::answer::At;
+//! assert_eq!(At::Time(0.5).to_string(), "at t = 0.5 s");
+//! ```
 
 use std::ffi::c_int;
 
 use anyhow::Result;
 use thiserror::Error;
+
+use crate::status::{OK, WARNING};
 
 /// Where in the run a call was made, for its error text.
 #[derive(Clone, Copy, Debug)]
@@ -24,56 +31,62 @@ impl std::fmt::Display for At {
     }
 }
 
-/// A C function that did not do what it was asked for: both versions of FMI number their statuses
-/// alike.
+/// A C function returned a status other than OK and Warning. Both versions of FMI number their
+/// statuses alike.
 #[derive(Clone, Copy, Debug, Error)]
 #[error("{call} answered {status}")]
 pub struct Answer {
-    /// Status, or [`status::ABSENT`] or [`status::UNFIT`].
+    /// Status, or one of the codes in its place that [`status`](crate::status) lists.
     pub status: c_int,
     /// C name of the function.
     pub call: &'static str,
 }
 
 impl Answer {
-    /// Good where the status is OK or Warning.
+    /// Ok if the status is OK or Warning, else an `Answer` of the function `call`.
     #[inline]
     pub fn check(status: c_int, call: &'static str) -> Result<()> {
+        Self::check_named(status, || call)
+    }
+
+    /// As [`Self::check`], for a function whose name is looked up only if it failed.
+    #[inline]
+    pub fn check_named(status: c_int, call: impl FnOnce() -> &'static str) -> Result<()> {
         match status {
-            0 | 1 => Ok(()),
-            _ => Self::refuse(status, call),
+            OK | WARNING => Ok(()),
+            _ => Self::refuse(status, call()),
         }
     }
 
-    /// As an error.
+    /// An `Answer` as an error.
     #[cold]
     pub fn refuse(status: c_int, call: &'static str) -> Result<()> {
         Err(Self { status, call }.into())
     }
 
-    /// Status in an error that is an answer.
+    /// The status, if the error is an `Answer`.
     pub fn status(error: &anyhow::Error) -> Option<c_int> {
         error.downcast_ref().map(|answer: &Self| answer.status)
     }
 }
 
-/// An FMU asks to end the simulation: the end of a run, not a failure.
+/// An FMU asked to end the simulation, which ends the run without being a failure.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("{call} asks to end the simulation at t = {time} s")]
 pub struct Ended {
-    /// C name of the function that said so.
+    /// C name of the function by which it asked.
     pub call: &'static str,
-    /// Its time, s.
+    /// Time that the instance has reached, s.
     pub time: f64,
 }
 
-/// A component did not come to the end of its step: with all others it may be repeated to where it
-/// stopped.
+/// An instance stopped before the end of its step. The master may repeat the step of the whole
+/// system up to that time.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub struct Stopped {
-    /// Name of the component.
+    /// Name of the instance.
     pub name: String,
-    /// Its last successful time, s, where it tells.
+    /// Its last successful time, s, if it reports one.
     pub time: Option<f64>,
 }
 
@@ -89,11 +102,3 @@ impl std::fmt::Display for Stopped {
         }
     }
 }
-
-/// Calls a function of a library; an error where it is missing or does not do it.
-macro_rules! call {
-    ($api:expr, $function:ident($($argument:expr),* $(,)?)) => {
-        Answer::check(($api.$function)($($argument),*), stringify!($function))
-    };
-}
-pub(crate) use call;

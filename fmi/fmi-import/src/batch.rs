@@ -1,8 +1,16 @@
-//! What one call reads or writes, planned before the run: which references, and where each value
-//! stands among those that the call passes.
+//! A [`Batch`] says what one call of a co-simulation master reads or sets: which value references,
+//! and where each value stands among those that the call passes. It is planned before the run, so
+//! that nothing is looked up in a step.
 //!
-//! FMI 2.0 passes elements. FMI 3.0 passes whole arrays: to set some elements of one, the others
-//! must be given too, as they were given last.
+//! FMI 2.0 passes single elements. FMI 3.0 passes whole arrays: to set some elements, the last
+//! values of the others are passed too, from a memory whose slots are given by a [`Layout`].
+//!
+//! ```
+//! use fmi_import::batch::{Batch, Layout};
+//! fn first_variable(description: &fmi_description::Description) -> Batch {
+//!     Batch::new(description, &Layout::new(description), vec![0])
+//! }
+//! ```
 
 use std::collections::{BTreeMap, HashMap};
 use std::ops::{Deref, Range};
@@ -10,55 +18,55 @@ use std::sync::Arc;
 
 use fmi_description::{Access, Description, Variability, Version};
 
-use crate::value::{Value, is_wide};
+use crate::value::{Value, is_non_numeric};
 
-/// Values of some variables of one instance and of one type. A clone is the same plan.
+/// Variables of one instance and of one type that one call reads or sets. Clones share the plan.
 #[derive(Clone, Debug)]
-pub struct Batch(Arc<Planned>);
+pub struct Batch(Arc<BatchPlan>);
 
-/// What a batch has planned.
+/// The plan of a [`Batch`].
 #[derive(Debug)]
-pub struct Planned {
+pub struct BatchPlan {
     /// Type of the values.
     pub access: Access,
     /// Variables by index in the description, one for each value.
     pub variables: Vec<usize>,
     /// References as the call passes them.
     pub references: Vec<u32>,
-    /// The same number of ones: orders of first derivatives.
-    pub ones: Vec<i32>,
+    /// The order 1 for each reference, for calls that pass first derivatives.
+    pub first_orders: Vec<i32>,
     /// Number of values that the call passes.
     pub passed: usize,
     /// Place of each value among those that are passed.
     pub places: Vec<usize>,
-    /// Slots of what is passed in the memory of an instance, for each reference. FMI 3.0 only, as
-    /// the next.
+    /// For each reference, the slots of its values in the memory. FMI 3.0 only.
     pub spans: Vec<Range<usize>>,
-    /// Slot of each value in that memory.
+    /// Slot of each value in the memory. FMI 3.0 only.
     pub slots: Vec<usize>,
-    /// The passed values are just the values.
+    /// The call passes exactly the values of the batch, in their order.
     pub is_whole: bool,
-    /// Slots and places of values that change at events only. FMI 3.0 only, as the next.
+    /// Slots of inputs that change at events only, and their places in the batch. FMI 3.0 only.
     pub discrete: Vec<(usize, usize)>,
-    /// Clocks at whose ticks alone the values are exchanged; the same for all of them.
+    /// Clocks at whose ticks the values are exchanged, all of the same clocks. FMI 3.0 only.
     pub clocks: Vec<u32>,
-    /// Values of this type do not pass as `f64`.
-    pub is_wide: bool,
+    /// The type is one that an `f64` cannot represent.
+    pub is_non_numeric: bool,
 }
 
-/// A memory for what was last given to the elements of an instance of FMI 3.0: a slot for each, as
-/// bits of the number.
+/// The memory of an instance of FMI 3.0: a slot for each element, which holds the bits of the
+/// number that it was last set to. Empty for FMI 2.0.
 #[derive(Debug, Default)]
 pub struct Layout {
     spans: HashMap<u32, Range<usize>>,
-    /// Start values.
+    /// Start values, by slot.
     pub initial: Vec<u64>,
-    /// Start values of texts and bytes.
+    /// Start values of texts and bytes, by slot.
     pub texts: BTreeMap<usize, Value>,
 }
 
 impl Layout {
-    /// Of the variables that a description has by element.
+    /// A slot for each element of a description that has its variables [by
+    /// element](Description::by_element).
     pub fn new(description: &Description) -> Self {
         let mut layout = Self::default();
         if description.fmi == Version::Fmi2 {
@@ -85,22 +93,25 @@ impl Layout {
         layout
     }
 
-    /// Slots of the variable or array with this reference.
+    /// Slots of the elements with this value reference.
     pub fn span(&self, reference: u32) -> Range<usize> {
         self.spans.get(&reference).cloned().unwrap_or(0..0)
     }
 }
 
 impl Batch {
-    /// Of variables of one type, by index in a description that has them by element.
+    /// Plans a call for variables of one type, by index in a description that has them [by
+    /// element](Description::by_element).
     pub fn new(description: &Description, layout: &Layout, variables: Vec<usize>) -> Self {
-        let of = |k: &usize| &description.variables[*k];
-        let access = variables.first().map_or(Access::Real, |k| of(k).access());
-        debug_assert!(variables.iter().all(|k| of(k).access() == access));
-        let mut batch = Planned {
+        let variable = |k: &usize| &description.variables[*k];
+        let access = variables
+            .first()
+            .map_or(Access::Real, |k| variable(k).access());
+        debug_assert!(variables.iter().all(|k| variable(k).access() == access));
+        let mut batch = BatchPlan {
             access,
             references: Vec::new(),
-            ones: Vec::new(),
+            first_orders: Vec::new(),
             passed: 0,
             places: Vec::new(),
             spans: Vec::new(),
@@ -108,19 +119,23 @@ impl Batch {
             is_whole: true,
             discrete: Vec::new(),
             clocks: Vec::new(),
-            is_wide: is_wide(access),
+            is_non_numeric: is_non_numeric(access),
             variables,
         };
         if description.fmi == Version::Fmi2 {
-            batch.references = batch.variables.iter().map(|k| of(k).reference).collect();
+            batch.references = batch
+                .variables
+                .iter()
+                .map(|k| variable(k).reference)
+                .collect();
             batch.passed = batch.references.len();
-            batch.ones = vec![1; batch.passed];
+            batch.first_orders = vec![1; batch.passed];
             return Self(Arc::new(batch));
         }
         let first = batch.variables.first();
-        batch.clocks = first.map_or(Vec::new(), |k| of(k).clocks.clone());
+        batch.clocks = first.map_or(Vec::new(), |k| variable(k).clocks.clone());
         let mut firsts = HashMap::new();
-        for (k, v) in batch.variables.iter().map(of).enumerate() {
+        for (k, v) in batch.variables.iter().map(variable).enumerate() {
             let first = *firsts.entry(v.reference).or_insert_with(|| {
                 let (span, first) = (layout.span(v.reference), batch.passed);
                 batch.passed += span.len();
@@ -138,7 +153,7 @@ impl Batch {
         }
         let in_order = batch.places.iter().copied().eq(0..batch.places.len());
         batch.is_whole = in_order && batch.passed == batch.places.len();
-        batch.ones = vec![1; batch.references.len()];
+        batch.first_orders = vec![1; batch.references.len()];
         Self(Arc::new(batch))
     }
 
@@ -147,16 +162,16 @@ impl Batch {
         self.variables.len()
     }
 
-    /// True without values.
+    /// Whether there are no values.
     pub fn is_empty(&self) -> bool {
         self.variables.is_empty()
     }
 }
 
 impl Deref for Batch {
-    type Target = Planned;
+    type Target = BatchPlan;
 
-    fn deref(&self) -> &Planned {
+    fn deref(&self) -> &BatchPlan {
         &self.0
     }
 }

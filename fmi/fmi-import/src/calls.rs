@@ -1,17 +1,17 @@
-//! The C functions of an FMU, by their names. A function that is missing is missed when it is
-//! called, not when the library is loaded: many libraries lack some that they never need. What is
-//! called in its place answers [`ABSENT`].
-#![allow(unsafe_code, non_snake_case, missing_docs)] // named as in the standard
+//! The C functions of an FMU as pointers, looked up by name in what was loaded. Many libraries lack
+//! functions that are never called, so a missing one is no error at loading: what is called instead
+//! of it returns [`ABSENT`].
+#![allow(unsafe_code, non_snake_case)] // named as in the standard
 
 use std::any::Any;
 use std::ffi::{c_int, c_void};
 use std::ptr;
 
 use crate::standard::{Pointer, Text};
+use crate::standard::{fmi2_functions, fmi3_functions};
 use crate::status::ABSENT;
-use crate::{fmi2_functions, fmi3_functions};
 
-/// What exports functions for as long as it lives.
+/// A loaded library or module, which exports functions for as long as it lives.
 pub trait Exports: Any + Send + Sync {
     /// The exported function `name`.
     ///
@@ -29,16 +29,16 @@ pub struct Callbacks {
     pub allocate_memory: Option<unsafe extern "C" fn(usize, usize) -> Pointer>,
     /// As `free`.
     pub free_memory: Option<unsafe extern "C" fn(Pointer)>,
-    /// NULL: steps are synchronous.
+    /// NULL, since steps are synchronous.
     pub step_finished: *const c_void,
-    /// Handed to the logger.
+    /// What the FMU passes to the logger.
     pub environment: Pointer,
 }
 
 /// `fmi3LogMessageCallback`: environment, status, category, message.
 pub type Logger = unsafe extern "C" fn(Pointer, c_int, Text, Text);
 
-/// What is answered in the place of a function that is missing.
+/// What is returned where a function is missing.
 trait Absent {
     fn absent() -> Self;
 }
@@ -68,6 +68,7 @@ impl Absent for Text {
 macro_rules! functions {
     ($api:ident $($name:ident $interface:ident [$($states:tt)*] ($($type:ty),*) $(-> $result:ty)?;)*) => {
         /// One pointer for each function of this version.
+        #[allow(dead_code)] // all are looked up, so that `exports` knows which are there
         pub struct $api {
             $(pub $name: unsafe extern "C" fn($($type),*) $(-> $result)?,)*
             absent: Vec<&'static str>,
@@ -75,8 +76,8 @@ macro_rules! functions {
         }
 
         impl $api {
-            /// The functions that `library` exports.
-            pub fn of(library: impl Exports) -> Self {
+            /// Looks up the functions that `library` exports.
+            pub fn load(library: impl Exports) -> Self {
                 let mut absent = Vec::new();
                 $(
                     unsafe extern "C" fn $name($(_: $type),*) $(-> $result)? {

@@ -1,7 +1,8 @@
-//! When the clocks of an instance of FMI 3.0 tick, and which variables belong to them.
+//! The clocks of an FMU of FMI 3.0 for a co-simulation master: when they tick, and which variables
+//! belong to them.
 //!
-//! Clocked variables may be set and read while a clock of theirs is active only, that is at its
-//! ticks, in Event Mode. Between ticks an instance remembers what they were given and had.
+//! Clocked variables may be set and read only while a clock of theirs is active, that is at its
+//! ticks in Event Mode. Between ticks the instance's memory has their values.
 
 use anyhow::{Result, bail};
 use fmi_description::{ClockInterval, ClockTiming, Description, Kind, Variable};
@@ -9,19 +10,19 @@ use serde::{Deserialize, Serialize};
 
 use crate::batch::{Batch, Layout};
 
-/// The clocks that time alone makes tick, and the clocked variables, of an FMU.
+/// The time-based input clocks of an FMU, and its clocked variables.
 #[derive(Debug, Default)]
-pub struct Plan {
-    /// Clocks.
+pub struct ClockPlan {
+    /// Clocks whose ticks the importer knows in advance.
     pub clocks: Vec<Clock>,
-    /// Inputs, set at a tick.
-    pub given: Vec<Batch>,
-    /// Outputs and local variables, read at a tick.
-    pub computed: Vec<Batch>,
+    /// Clocked inputs, set at a tick.
+    pub(crate) inputs: Vec<Batch>,
+    /// Clocked outputs and local variables, read at a tick.
+    pub(crate) computed: Vec<Batch>,
 }
 
-impl Plan {
-    /// Of a description that has its variables by element.
+impl ClockPlan {
+    /// From a description that has its variables [by element](Description::by_element).
     pub fn new(description: &Description, layout: &Layout) -> Self {
         let mut plan = Self::default();
         for (k, v) in description.variables.iter().enumerate() {
@@ -33,7 +34,7 @@ impl Plan {
                     timing,
                 }),
                 None if v.clocks.is_empty() || v.kind == Kind::Clock => {}
-                None if v.is_input() => plan.given.push(batch()),
+                None if v.is_input() => plan.inputs.push(batch()),
                 None if v.is_computed() => plan.computed.push(batch()),
                 None => {}
             }
@@ -47,46 +48,43 @@ fn timing(v: &Variable) -> Option<ClockTiming> {
     v.timing.filter(|_| v.is_input() && !is_triggered(v))
 }
 
-/// An input clock that ticks at no time that is known in advance.
+/// Whether this is an input clock whose ticks no time determines.
 pub fn is_triggered(v: &Variable) -> bool {
     let is_triggered = |t: &ClockTiming| t.interval == ClockInterval::Triggered;
     v.kind == Kind::Clock && v.is_input() && v.timing.as_ref().is_none_or(is_triggered)
 }
 
-/// What an FMU answers when it is asked for the interval of a clock.
+/// The interval of a clock as the FMU reports it.
 pub enum Interval {
-    /// `fmi3IntervalNotYetKnown`.
     Unknown,
-    /// `fmi3IntervalUnchanged`, s.
+    /// s.
     Unchanged(f64),
-    /// `fmi3IntervalChanged`, s.
+    /// s.
     Changed(f64),
 }
 
 /// A clock whose ticks the importer knows in advance.
 #[derive(Debug)]
 pub struct Clock {
-    /// Name.
     pub name: String,
-    /// Value reference.
     pub reference: u32,
     timing: ClockTiming,
 }
 
-/// When a clock of an instance ticks, as far as is known.
+/// When a clock of one instance ticks, as far as is known.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-pub struct Ticking {
-    /// s; none of an aperiodic clock.
+pub struct TickTimes {
+    /// s; None for an aperiodic clock.
     period: Option<f64>,
-    /// Ticks are counted from here, s; of a periodic clock the first one is here.
+    /// Time from which the ticks of a periodic clock are counted, s.
     origin: f64,
-    ticks: u32,
-    /// Time of the next tick, s; infinite where it is not known.
+    count: u32,
+    /// Time of the next tick, s; infinite while it is not known.
     pub next: f64,
 }
 
 impl Clock {
-    /// Whether its ticks are a period apart.
+    /// Whether it ticks periodically.
     pub fn is_periodic(&self) -> bool {
         let aperiodic = [ClockInterval::Changing, ClockInterval::Countdown];
         !aperiodic.contains(&self.timing.interval)
@@ -96,26 +94,26 @@ impl Clock {
         self.timing.period.filter(|_| self.is_periodic())
     }
 
-    /// Where the FMU is asked for intervals.
-    pub fn asks(&self) -> bool {
+    /// Whether the FMU must be asked for its interval.
+    pub fn asks_fmu(&self) -> bool {
         self.timing.interval != ClockInterval::Constant && self.period().is_none()
     }
 
-    /// In Initialization Mode, before anything is known of it.
-    pub fn ticking(&self) -> Ticking {
-        Ticking {
+    /// Its tick times before initialization: none is known.
+    pub fn initial_ticks(&self) -> TickTimes {
+        TickTimes {
             period: self.period(),
             origin: f64::NAN,
-            ticks: 0,
+            count: 0,
             next: f64::INFINITY,
         }
     }
 
-    /// The run starts at `start`, s. An FMU that was asked told the `interval` and, of a periodic
-    /// clock, the `shift`, s.
-    pub fn begin(
+    /// Sets the first tick of a run that starts at `start`, s. `interval` and, for a periodic
+    /// clock, `shift`, s, are what the FMU reported if it was asked.
+    pub fn start(
         &self,
-        ticking: &mut Ticking,
+        ticks: &mut TickTimes,
         start: f64,
         interval: Option<Interval>,
         shift: Option<f64>,
@@ -124,45 +122,45 @@ impl Clock {
             Some(Interval::Changed(s) | Interval::Unchanged(s)) => Some(s),
             Some(Interval::Unknown) | None => None,
         };
-        ticking.ticks = 0;
+        ticks.count = 0;
         if self.is_periodic() {
-            ticking.period = told.or(ticking.period);
-            ticking.origin = start + shift.unwrap_or(self.timing.shift);
-            ticking.next = ticking.origin;
+            ticks.period = told.or(ticks.period);
+            ticks.origin = start + shift.unwrap_or(self.timing.shift);
+            ticks.next = ticks.origin;
         } else {
-            ticking.next = told.map_or(f64::INFINITY, |s| start + s);
+            ticks.next = told.map_or(f64::INFINITY, |s| start + s);
         }
-        self.check(ticking)
+        self.check(ticks)
     }
 
-    /// What the FMU tells of it after an event at `now`, s.
-    pub fn told(&self, ticking: &mut Ticking, now: f64, interval: &Interval) -> Result<()> {
+    /// Takes over the interval that the FMU reports after an event at `now`, s.
+    pub fn update(&self, ticks: &mut TickTimes, now: f64, interval: &Interval) -> Result<()> {
         let Interval::Changed(interval) = *interval else {
             return Ok(());
         };
         if self.is_periodic() {
-            (ticking.period, ticking.origin, ticking.ticks) = (Some(interval), now, 1);
+            (ticks.period, ticks.origin, ticks.count) = (Some(interval), now, 1);
         }
-        ticking.next = now + interval;
-        self.check(ticking)
+        ticks.next = now + interval;
+        self.check(ticks)
     }
 
-    fn check(&self, Ticking { period, next, .. }: &Ticking) -> Result<()> {
+    fn check(&self, TickTimes { period, next, .. }: &TickTimes) -> Result<()> {
         let is_sound = period.is_some_and(|s| s.is_finite() && s > 0.0);
         if self.is_periodic() && !is_sound || next.is_nan() {
-            let told = period.map_or("none".into(), |s| format!("{s} s"));
-            bail!("its clock `{}` has the interval {told}", self.name);
+            let interval = period.map_or("none".into(), |s| format!("{s} s"));
+            bail!("its clock `{}` has the interval {interval}", self.name);
         }
         Ok(())
     }
 }
 
-impl Ticking {
-    /// It ticks now.
+impl TickTimes {
+    /// Moves on to the tick after the present one.
     pub fn tick(&mut self) {
-        self.ticks += 1;
+        self.count += 1;
         self.next = match self.period {
-            Some(period) => self.origin + f64::from(self.ticks) * period,
+            Some(period) => self.origin + f64::from(self.count) * period,
             None => f64::INFINITY,
         };
     }
@@ -173,7 +171,7 @@ mod tests {
     use super::*;
 
     /// A clock, and when it ticks.
-    fn clock(interval: ClockInterval, period: Option<f64>) -> (Clock, Ticking) {
+    fn clock(interval: ClockInterval, period: Option<f64>) -> (Clock, TickTimes) {
         let timing = ClockTiming {
             interval,
             period,
@@ -184,42 +182,43 @@ mod tests {
             reference: 7,
             timing,
         };
-        let ticking = clock.ticking();
-        (clock, ticking)
+        let ticks = clock.initial_ticks();
+        (clock, ticks)
     }
 
-    fn next(ticking: &mut Ticking, count: usize) -> Vec<f64> {
-        (0..count)
-            .map(|_| (ticking.next, ticking.tick()).0)
-            .collect()
+    fn next(ticks: &mut TickTimes, count: usize) -> Vec<f64> {
+        (0..count).map(|_| (ticks.next, ticks.tick()).0).collect()
     }
 
     #[test]
     fn a_periodic_clock_counts_from_its_first_tick() {
         let (own, mut ticks) = clock(ClockInterval::Constant, Some(0.1));
-        own.begin(&mut ticks, 2.0, None, None).unwrap();
+        own.start(&mut ticks, 2.0, None, None).unwrap();
         let expected = [2.25, 2.25 + 0.1, 2.25 + 0.2, 2.25 + 3.0 * 0.1];
         assert_eq!(
-            (own.asks(), next(&mut ticks, 4)),
+            (own.asks_fmu(), next(&mut ticks, 4)),
             (false, expected.to_vec())
         );
         let (asked, mut ticks) = clock(ClockInterval::Tunable, None);
         let interval = Some(Interval::Changed(0.5));
-        asked.begin(&mut ticks, 2.0, interval, Some(1.0)).unwrap();
-        assert_eq!((asked.asks(), next(&mut ticks, 2)), (true, vec![3.0, 3.5]));
+        asked.start(&mut ticks, 2.0, interval, Some(1.0)).unwrap();
+        assert_eq!(
+            (asked.asks_fmu(), next(&mut ticks, 2)),
+            (true, vec![3.0, 3.5])
+        );
         // A new interval counts from the event that brings it.
         asked
-            .told(&mut ticks, 3.75, &Interval::Unchanged(0.5))
+            .update(&mut ticks, 3.75, &Interval::Unchanged(0.5))
             .unwrap();
         assert_eq!(ticks.next, 4.0);
         asked
-            .told(&mut ticks, 3.75, &Interval::Changed(2.0))
+            .update(&mut ticks, 3.75, &Interval::Changed(2.0))
             .unwrap();
         assert_eq!(next(&mut ticks, 2), [5.75, 7.75]);
         for wrong in [0.0, f64::NAN, -1.0] {
             let (clock, mut ticks) = clock(ClockInterval::Fixed, None);
             let interval = Some(Interval::Changed(wrong));
-            let error = clock.begin(&mut ticks, 0.0, interval, Some(0.0));
+            let error = clock.start(&mut ticks, 0.0, interval, Some(0.0));
             let error = error.unwrap_err().to_string();
             assert!(error.contains("its clock `c` has the interval"), "{error}");
         }
@@ -229,13 +228,13 @@ mod tests {
     fn an_aperiodic_clock_ticks_when_the_fmu_says() {
         let (clock, mut ticks) = clock(ClockInterval::Countdown, None);
         let unknown = Some(Interval::Unknown);
-        clock.begin(&mut ticks, 2.0, unknown, None).unwrap();
+        clock.start(&mut ticks, 2.0, unknown, None).unwrap();
         assert_eq!(ticks.next, f64::INFINITY);
         clock
-            .told(&mut ticks, 3.0, &Interval::Changed(0.0))
+            .update(&mut ticks, 3.0, &Interval::Changed(0.0))
             .unwrap();
         assert_eq!(next(&mut ticks, 2), [3.0, f64::INFINITY]);
-        clock.told(&mut ticks, 3.0, &Interval::Unknown).unwrap();
+        clock.update(&mut ticks, 3.0, &Interval::Unknown).unwrap();
         assert_eq!(ticks.next, f64::INFINITY);
     }
 }

@@ -1,9 +1,9 @@
-//! Numbers as the memory of an instance has them, all in 64 bits, and as a call of their type passes
-//! them.
+//! Conversion of numbers between the 64 bits in which this crate keeps them, their C type in an
+//! array that a call passes, and `f64`.
 
 use fmi_description::Access;
 
-/// An expression by type: of floating-point numbers, or of integers of the type that it is given.
+/// Chooses an expression by type: for f64, for f32, or for integers of the type `$t`.
 macro_rules! by_type {
     ($access:expr, $real:expr, $single:expr, |$t:ident| $integer:expr) => {
         by_type!($access, $real, $single, $t $integer; Int8 i8 UInt8 u8 Int16 i16 UInt16 u16
@@ -22,7 +22,7 @@ macro_rules! by_type {
     };
 }
 
-/// Write a value of the memory to place `k` of an array of the type of `access`.
+/// Writes a number to place `k` of an array of the C type of `access`.
 pub fn store(access: Access, array: &mut [u64], k: usize, bits: u64) {
     assert!(k < array.len());
     let array = array.as_mut_ptr();
@@ -37,7 +37,7 @@ pub fn store(access: Access, array: &mut [u64], k: usize, bits: u64) {
     }
 }
 
-/// What is at place `k` of an array of the type of `access`, as the memory has it.
+/// Reads the number at place `k` of an array of the C type of `access`.
 #[expect(
     clippy::cast_lossless,
     clippy::unnecessary_cast,
@@ -58,7 +58,7 @@ pub fn load(access: Access, array: &[u64], k: usize) -> u64 {
 }
 
 #[cfg(feature = "master")]
-/// What the memory has, as a number: an integer beyond 2^53 as the nearest.
+/// A number as `f64`; integers beyond 2^53 are rounded.
 pub fn number(access: Access, bits: u64) -> f64 {
     match access {
         Access::Real | Access::Float32 => f64::from_bits(bits),
@@ -68,7 +68,7 @@ pub fn number(access: Access, bits: u64) -> f64 {
 }
 
 #[cfg(feature = "master")]
-/// A number as the memory has it.
+/// The 64 bits of a number that is given as `f64`.
 pub fn as_bits(access: Access, value: f64) -> u64 {
     match access {
         Access::Real | Access::Float32 => value.to_bits(),

@@ -1,5 +1,5 @@
-//! The files that a library made with `fmu_export::export_fmu!` carries, received through its
-//! functions `fmi2ExportFiles` and `fmi3ExportFiles`.
+//! The files of an FMU that a library made with `fmu_export::export_fmu!` carries, received through
+//! its functions `fmi2ExportFiles` and `fmi3ExportFiles`.
 
 use std::error::Error;
 use std::ffi::{CStr, c_char, c_int, c_void};
@@ -7,7 +7,7 @@ use std::fmt;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use fmi_description::{Description, Entries, Version};
+use fmi_description::{Entries, Version};
 
 use crate::calls::Exports as _;
 use crate::library::Library;
@@ -16,17 +16,17 @@ type Receive = unsafe extern "C" fn(*mut c_void, *const c_char, *const u8, usize
 /// The C functions `fmi2ExportFiles` and `fmi3ExportFiles`.
 type ExportFiles = unsafe extern "C" fn(*mut c_void, Option<Receive>) -> c_int;
 
-/// A variable of a type that FMI 2.0 does not have, in words.
+/// Why there is no FMU of this version: a variable has a type that only FMI 3.0 has.
 #[derive(Debug)]
-pub struct Lacking(String);
+pub struct UnsupportedType(String);
 
-impl fmt::Display for Lacking {
+impl fmt::Display for UnsupportedType {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
     }
 }
 
-impl Error for Lacking {}
+impl Error for UnsupportedType {}
 
 #[derive(Default)]
 struct ReceivedFiles {
@@ -34,17 +34,13 @@ struct ReceivedFiles {
     reason: Option<String>,
 }
 
-/// The model description of FMI 2.0 that a library hands out.
-pub fn description(library: &Path) -> Result<Description> {
-    let files = files(library, Version::Fmi2)?;
-    let text = files.get("modelDescription.xml");
-    let text = text.context("the library carries no modelDescription.xml")?;
-    Ok(Description::read(text)?)
-}
-
-/// All files of the FMU of a version of FMI but for its binaries. The library must be one that this
+/// All files of the FMU of this version except its binaries. The library must be one that this
 /// machine can load.
-pub fn files(library: &Path, version: Version) -> Result<Entries> {
+///
+/// # Errors
+/// The library cannot be loaded or carries no files; [`UnsupportedType`] if the version of FMI does
+/// not have a type that it uses.
+pub fn exported_files(library: &Path, version: Version) -> Result<Entries> {
     let function = match version {
         Version::Fmi2 => "fmi2ExportFiles",
         Version::Fmi3 => "fmi3ExportFiles",
@@ -57,19 +53,19 @@ pub fn files(library: &Path, version: Version) -> Result<Entries> {
         format!("{name} exports no {function}; does the crate use fmu_export::export_fmu!?")
     })?;
     // SAFETY: the function of a library that stays loaded until it has returned.
-    unsafe { received(export) }.with_context(|| name.to_string())
+    unsafe { receive_files(export) }.with_context(|| name.to_string())
 }
 
-/// The files that the function hands out.
+/// Calls the function, and returns the files that it hands out.
 ///
 /// # Safety
 /// `export` must be what `fmu_export::export_fmu!` makes, and callable.
-unsafe fn received(export: ExportFiles) -> Result<Entries> {
+unsafe fn receive_files(export: ExportFiles) -> Result<Entries> {
     let mut received = ReceivedFiles::default();
     // SAFETY: the context is what `receive` expects, and outlives the call.
     let status = unsafe { export((&raw mut received).cast(), Some(receive)) };
     match received.reason {
-        Some(reason) if status == 2 => Err(Lacking(reason).into()),
+        Some(reason) if status == 2 => Err(UnsupportedType(reason).into()),
         Some(reason) => bail!("{reason}"),
         None if status != 0 => bail!("the function for the files returned {status}"),
         None => Ok(received.files),
@@ -128,9 +124,9 @@ mod tests {
         // SAFETY: the functions above keep to the contract.
         let (files, refused, failed) = unsafe {
             (
-                received(two_files).unwrap(),
-                received(refusal).unwrap_err(),
-                received(silent_failure).unwrap_err(),
+                receive_files(two_files).unwrap(),
+                receive_files(refusal).unwrap_err(),
+                receive_files(silent_failure).unwrap_err(),
             )
         };
         let expected = [("a/b.txt", b"text".to_vec()), ("empty", vec![])];

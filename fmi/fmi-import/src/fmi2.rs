@@ -1,98 +1,88 @@
-//! The calls of FMI 2.0.
+//! An instance of FMI 2.0 behind [`FmiInstance`]: what a co-simulation master asks of it, done by
+//! the C functions of this version.
 
 use std::any::Any;
 use std::cell::Cell;
-use std::ffi::{CString, c_int};
+use std::ffi::CString;
 use std::rc::Rc;
-use std::sync::Arc;
+use std::slice::from_ref;
 
 use anyhow::{Result, bail};
 use fmi_description::Access;
 
-use crate::answer::{Answer, Ended, call};
+use crate::answer::{Answer, Ended};
 use crate::batch::Batch;
-use crate::calls::Functions2;
+use crate::encoding::{load, number, store};
 use crate::fmi_instance::{Call, FmiInstance};
-use crate::raw::{Array, Experiment, RawInstance};
+use crate::raw::{Array, Experiment, RawInstance, StepEnd};
 use crate::saved;
-use crate::standard::Pointer;
-use crate::status::{self, PENDING};
+use crate::status::{DISCARD, OK, PENDING, UNFIT, WARNING};
 use crate::value::{Value, fits};
 
-/// `fmi2Terminated`.
-const TERMINATED: c_int = 3;
-
-/// A component; freed when dropped.
-pub struct Component {
-    api: Arc<Functions2>,
-    component: Pointer,
-    /// Start of the run that it was set up for, s; NaN: for none.
+/// An instance of FMI 2.0; freed when dropped.
+pub struct Fmi2Instance {
+    /// Start time that fmi2SetupExperiment was given, s; NaN before that.
     start: Cell<f64>,
     raw: Rc<RawInstance>,
 }
 
-impl Component {
-    /// Of an instance whose functions these are.
-    pub fn new(api: Arc<Functions2>, raw: RawInstance) -> Self {
+impl Fmi2Instance {
+    pub fn new(raw: RawInstance) -> Self {
         Self {
-            api,
-            component: raw.pointer(),
             start: Cell::new(f64::NAN),
             raw: Rc::new(raw),
         }
     }
 
-    /// No stop time: a run may be continued.
     fn set_up(&self, start: f64) -> Result<()> {
         self.start.set(start);
-        let experiment = Experiment {
-            start,
-            ..Experiment::default()
-        };
-        Answer::check(self.raw.begin(experiment), "fmi2SetupExperiment")
+        let status = self.raw.begin(Experiment::from_start(start));
+        Answer::check(status, "fmi2SetupExperiment")
     }
 
     fn step(&self, t: f64, h: f64) -> Result<()> {
-        let (api, c) = (&self.api, self.component);
-        // SAFETY: plain values.
-        let Err(error) = (unsafe { call!(api, fmi2DoStep(c, t, h, 1)) }) else {
-            return Ok(());
-        };
-        let status = Answer::status(&error);
-        if status == Some(PENDING) {
+        let status = self.raw.do_step(t, h, 1, &mut StepEnd::default());
+        if status == PENDING {
             bail!("fmi2DoStep answered fmi2Pending, but steps in the background are not supported");
         }
-        let (mut ends, kind) = (0, TERMINATED);
-        if status == Some(status::DISCARD) {
-            // SAFETY: room for one value.
-            let told = unsafe { call!(api, fmi2GetBooleanStatus(c, kind, &mut ends)) };
-            if told.is_ok() && ends != 0 {
+        if status == DISCARD {
+            let mut ends = 0;
+            let told = self.raw.is_terminated(&mut ends);
+            if matches!(told, OK | WARNING) && ends != 0 {
                 let (call, time) = ("fmi2DoStep", self.time().unwrap_or(t));
                 bail!(Ended { call, time });
             }
         }
-        Err(error)
+        Answer::check(status, "fmi2DoStep")
     }
 
     fn time(&self) -> Result<f64> {
         let mut time = f64::NAN;
-        let told = Answer::check(self.raw.last_time(&mut time), "fmi2GetRealStatus");
-        match told {
-            Ok(()) => Ok(time),
-            Err(_) => bail!("fmi2GetRealStatus does not tell the last successful time"),
+        match self.raw.last_time(&mut time) {
+            OK | WARNING => Ok(time),
+            _ => bail!("fmi2GetRealStatus does not tell the last successful time"),
         }
+    }
+
+    /// Sets one number of a type, whose 64 bits are as in [`Value::bits`].
+    fn set_number(&self, access: Access, vr: &u32, bits: u64) -> Result<()> {
+        let (functions, mut passed) = (self.raw.functions(), [0]);
+        store(functions.c_type(access), &mut passed, 0, bits);
+        let (vr, passed) = (from_ref(vr), Array::Elements(&passed[..]));
+        let status = self.raw.set_numbers(access, Array::Elements(vr), passed, 1);
+        Answer::check_named(status, || functions.names_of(access)[1])
     }
 }
 
-impl FmiInstance for Component {
+impl FmiInstance for Fmi2Instance {
     fn log_only(&self, categories: &[CString]) -> Result<()> {
         let names: Vec<_> = categories.iter().map(|c| Some(c.as_c_str())).collect();
         let status = self.raw.set_debug_logging(true, Array::Elements(&names));
         Answer::check(status, "fmi2SetDebugLogging")
     }
 
-    /// Only texts do not pass as numbers.
-    fn get_whole(&self, batch: &Batch, values: &mut [Value]) -> Result<()> {
+    /// String is the only type of FMI 2.0 whose values are not numbers.
+    fn get_values(&self, batch: &Batch, values: &mut [Value]) -> Result<()> {
         assert!(batch.access == Access::String && batch.references.len() == values.len());
         for (vr, value) in batch.references.iter().zip(values) {
             let (status, texts) = self.raw.get_strings(&[*vr], 1);
@@ -102,105 +92,90 @@ impl FmiInstance for Component {
         Ok(())
     }
 
-    fn set_whole(&self, batch: &Batch, values: &[Value]) -> Result<()> {
-        let (api, c) = (&self.api, self.component);
+    fn set_values(&self, batch: &Batch, values: &[Value]) -> Result<()> {
         for (vr, value) in batch.references.iter().zip(values) {
-            // SAFETY: one reference and one value of the type of the call.
-            unsafe {
-                match (value, batch.access) {
-                    (Value::Real(number), _) => call!(api, fmi2SetReal(c, vr, 1, number)),
-                    (Value::Text(text), _) => call!(api, fmi2SetString(c, vr, 1, &text.as_ptr())),
-                    (_, Access::Boolean) => call!(api, fmi2SetBoolean(c, vr, 1, &int(value))),
-                    _ => call!(api, fmi2SetInteger(c, vr, 1, &int(value))),
-                }?;
+            if let Value::Text(text) = value {
+                let status = self.raw.set_strings(from_ref(vr), &[Some(text)]);
+                Answer::check(status, "fmi2SetString")?;
+            } else {
+                self.set_number(batch.access, vr, value.bits())?;
             }
         }
         Ok(())
     }
 
     fn call(&self, call: Call) -> Result<f64> {
-        let (api, c) = (&self.api, self.component);
-        // SAFETY: the component is alive.
-        let done = unsafe {
-            match call {
-                Call::Step(t, h) => self.step(t, h),
-                Call::SetUp(start) => self.set_up(start),
-                Call::EnterInitialization(start) => {
-                    if self.start.get() != start {
-                        self.set_up(start)?;
-                    }
-                    call!(api, fmi2EnterInitializationMode(c))
+        let raw = &self.raw;
+        let (status, name) = match call {
+            Call::Step(t, h) => return self.step(t, h).map(|()| 0.0),
+            Call::SetUp(start) => return self.set_up(start).map(|()| 0.0),
+            Call::EnterInitialization(start) => {
+                if self.start.get() != start {
+                    self.set_up(start)?;
                 }
-                Call::ExitInitialization => call!(api, fmi2ExitInitializationMode(c)),
-                Call::Time => return self.time(),
-                Call::NextEvent => return Ok(f64::INFINITY),
-                Call::Terminate => call!(api, fmi2Terminate(c)),
-                Call::StopEarly(_)
-                | Call::EnterEvents
-                | Call::UpdateEvents
-                | Call::LeaveEvents
-                | Call::Settle
-                | Call::Tick(..) => Ok(()),
+                let status = raw.enter_initialization_mode(Experiment::default());
+                (status, "fmi2EnterInitializationMode")
             }
+            Call::ExitInitialization => {
+                (raw.exit_initialization_mode(), "fmi2ExitInitializationMode")
+            }
+            Call::Time => return self.time(),
+            Call::NextEvent => return Ok(f64::INFINITY),
+            Call::Terminate => (raw.terminate(), "fmi2Terminate"),
+            Call::StopEarly(_)
+            | Call::EnterEvents
+            | Call::UpdateEvents
+            | Call::LeaveEvents
+            | Call::Settle
+            | Call::Tick(..) => return Ok(0.0),
         };
-        done.map(|()| 0.0)
+        Answer::check(status, name).map(|()| 0.0)
     }
 
     /// Values that are not Real are read one by one: there are few, and no buffer is needed.
     fn get(&self, batch: &Batch, values: &mut [f64]) -> Result<()> {
-        let (api, c, vr) = (&self.api, self.component, &batch.references);
-        assert_eq!(vr.len(), values.len());
-        if batch.access == Access::Real {
-            let (vr, n, values) = (vr.as_ptr(), vr.len(), values.as_mut_ptr());
-            // SAFETY: as many readable references as there is room for values.
-            return unsafe { call!(api, fmi2GetReal(c, vr, n, values)) };
+        let (access, references) = (batch.access, &batch.references[..]);
+        assert_eq!(references.len(), values.len());
+        if access == Access::Real {
+            let vr = Array::Elements(references);
+            return Answer::check(self.raw.get_reals(vr, Some(values)), "fmi2GetReal");
         }
-        for (vr, value) in vr.iter().zip(values) {
-            let mut read = 0;
-            // SAFETY: one reference and room for one value of the type of the call.
-            unsafe {
-                match batch.access {
-                    Access::Boolean => call!(api, fmi2GetBoolean(c, vr, 1, &mut read)),
-                    _ => call!(api, fmi2GetInteger(c, vr, 1, &mut read)),
-                }?;
-            }
-            *value = read.into();
+        let functions = self.raw.functions();
+        for (vr, value) in references.iter().zip(values) {
+            let (vr, mut read) = (Array::Elements(from_ref(vr)), [0]);
+            let status = self.raw.get_numbers(access, vr, Some(&mut read), 1);
+            Answer::check_named(status, || functions.names_of(access)[0])?;
+            *value = number(Access::Integer, load(Access::Integer, &read, 0));
         }
         Ok(())
     }
 
     fn set(&self, batch: &Batch, values: &[f64]) -> Result<()> {
-        let (api, c, vr) = (&self.api, self.component, &batch.references);
-        assert_eq!(vr.len(), values.len());
-        if batch.access == Access::Real {
-            // SAFETY: as many readable references as values.
-            return unsafe { call!(api, fmi2SetReal(c, vr.as_ptr(), vr.len(), values.as_ptr())) };
+        let (access, references) = (batch.access, &batch.references[..]);
+        assert_eq!(references.len(), values.len());
+        if access == Access::Real {
+            let (vr, values) = (Array::Elements(references), Array::Elements(values));
+            return Answer::check(self.raw.set_reals(vr, values), "fmi2SetReal");
         }
-        for (vr, value) in vr.iter().zip(values) {
-            if !fits(batch.access, *value as i128) {
-                return Answer::refuse(status::UNFIT, "fmi2SetInteger");
+        for (vr, value) in references.iter().zip(values) {
+            if !fits(access, *value as i128) {
+                return Answer::refuse(UNFIT, "fmi2SetInteger");
             }
-            let written = *value as i32;
-            // SAFETY: one reference and one value of the type of the call.
-            unsafe {
-                match batch.access {
-                    Access::Boolean => call!(api, fmi2SetBoolean(c, vr, 1, &written)),
-                    _ => call!(api, fmi2SetInteger(c, vr, 1, &written)),
-                }?;
-            }
+            let bits = i64::from(*value as i32).cast_unsigned();
+            self.set_number(access, vr, bits)?;
         }
         Ok(())
     }
 
     fn get_derivatives(&self, batch: &Batch, values: &mut [f64]) -> Result<()> {
-        let (vr, ones) = (&batch.references, &batch.ones);
-        let status = self.raw.get_output_derivatives(vr, ones, values);
+        let (vr, orders) = (&batch.references, &batch.first_orders);
+        let status = self.raw.get_output_derivatives(vr, orders, values);
         Answer::check(status, "fmi2GetRealOutputDerivatives")
     }
 
     fn set_derivatives(&self, batch: &Batch, values: &[f64]) -> Result<()> {
-        let (vr, ones) = (&batch.references, &batch.ones);
-        let status = self.raw.set_input_derivatives(vr, ones, values);
+        let (vr, orders) = (&batch.references, &batch.first_orders);
+        let status = self.raw.set_input_derivatives(vr, orders, values);
         Answer::check(status, "fmi2SetRealInputDerivatives")
     }
 
@@ -231,9 +206,4 @@ impl FmiInstance for Component {
         self.start.set(f64::NAN);
         Answer::check(self.raw.reset(), "fmi2Reset").is_ok()
     }
-}
-
-/// An `fmi2Integer` or `fmi2Boolean`, checked to fit before.
-fn int(value: &Value) -> i32 {
-    value.bits().cast_signed() as i32
 }

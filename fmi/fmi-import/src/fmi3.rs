@@ -1,4 +1,6 @@
-//! The calls of FMI 3.0.
+//! An instance of FMI 3.0 behind [`FmiInstance`]: what a co-simulation master asks of it, done by
+//! the C functions of this version. FMI 3.0 passes whole arrays and exchanges clocked variables at
+//! ticks only, so the instance keeps a memory of all values that it was given.
 
 mod events;
 mod values;
@@ -14,22 +16,20 @@ use anyhow::{Result, bail};
 use fmi_description::Access;
 use serde::{Deserialize, Serialize};
 
-use crate::answer::{Answer, Ended, Stopped, call};
+use crate::answer::{Answer, Ended, Stopped};
 use crate::batch::{Batch, Layout};
-use crate::calls::Functions3;
-use crate::clocks::{Clock, Plan, Ticking};
+use crate::clocks::{Clock, ClockPlan, TickTimes};
 use crate::encoding::{as_bits, load, number};
 use crate::fmi_instance::{Arguments, Call, FmiInstance};
-use crate::raw::{Array, Experiment, RawInstance};
+use crate::raw::{Array, Experiment, RawInstance, StepEnd};
 use crate::saved;
-use crate::standard::Pointer;
-use crate::status;
+use crate::status::UNFIT;
 use crate::value::{Value, fits};
 
-/// Updates of discrete states, or early returns, at one time after which that is a failure.
-const PASSES: usize = 100;
+/// How many updates of discrete states, or early returns, there may be at one time.
+const MAX_PASSES: usize = 100;
 
-/// Where an instance is in the state machine of the standard.
+/// The state of the instance in the state machine of the standard, as far as it matters here.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 enum Mode {
     /// Instantiated or Initialization Mode.
@@ -38,85 +38,79 @@ enum Mode {
     Step,
 }
 
-/// What is known of an instance beside what its FMU saves.
+/// What is tracked of an instance, and saved with the state of its FMU.
 #[derive(Clone, Deserialize, Serialize)]
-struct Known {
+struct Tracked {
     mode: Cell<Mode>,
     /// End of the last step, s.
     time: Cell<f64>,
-    /// What was last given to each element; of clocked ones also what they had at the last tick.
+    /// Last value of each element that was set, and of clocked ones that was read at a tick, by
+    /// slot of the [`Layout`].
     memory: RefCell<Vec<u64>>,
-    /// The same of texts and bytes, by slot of the memory.
+    /// The same for texts and bytes.
     texts: RefCell<BTreeMap<usize, Value>>,
-    /// When each clock ticks.
-    clocks: RefCell<Vec<Ticking>>,
+    clocks: RefCell<Vec<TickTimes>>,
     /// References of the clocks that are active.
     active: RefCell<Vec<u32>>,
     /// Time of the next event that the FMU announced, s.
     announced: Cell<f64>,
 }
 
-/// An instance; freed when dropped.
-pub struct Instance {
-    api: Arc<Functions3>,
-    instance: Pointer,
+/// An instance of FMI 3.0; freed when dropped.
+pub struct Fmi3Instance {
     has_events: bool,
     returns_early: bool,
-    /// A step that ends early is left there.
+    /// A step that ends early is not continued, but reported as [`Stopped`].
     stops_early: Cell<bool>,
-    known: Known,
-    /// Room for what one call passes.
+    tracked: Tracked,
+    /// Workspace for the values that one call passes.
     passed: RefCell<Vec<u64>>,
-    plan: Arc<Plan>,
+    /// Workspace for the derivatives that one call passes.
+    rates: RefCell<Vec<f64>>,
+    plan: Arc<ClockPlan>,
     raw: Rc<RawInstance>,
 }
 
-impl Instance {
-    /// Of an instance whose functions these are, as it was made.
+impl Fmi3Instance {
+    /// `raw` must have just been instantiated with these arguments.
     pub fn new(
-        api: Arc<Functions3>,
         raw: RawInstance,
         layout: &Layout,
-        plan: &Arc<Plan>,
+        plan: &Arc<ClockPlan>,
         arguments: &Arguments,
     ) -> Self {
         Self {
-            api,
-            instance: raw.pointer(),
             has_events: arguments.has_events,
             returns_early: arguments.returns_early,
             stops_early: Cell::new(false),
-            known: Known {
+            tracked: Tracked {
                 mode: Cell::new(Mode::Initialization),
                 time: Cell::new(f64::NAN),
                 memory: RefCell::new(layout.initial.clone()),
                 texts: RefCell::new(layout.texts.clone()),
-                clocks: RefCell::new(plan.clocks.iter().map(Clock::ticking).collect()),
+                clocks: RefCell::new(plan.clocks.iter().map(Clock::initial_ticks).collect()),
                 active: RefCell::new(Vec::with_capacity(plan.clocks.len())),
                 announced: Cell::new(f64::INFINITY),
             },
             passed: RefCell::new(vec![0; layout.initial.len()]),
+            rates: RefCell::new(vec![0.0; layout.initial.len()]),
             plan: plan.clone(),
             raw: Rc::new(raw),
         }
     }
 
-    /// No stop time: a run may be continued.
     fn enter_initialization(&self, start: f64) -> Result<()> {
-        self.known.time.set(start);
-        let experiment = Experiment {
-            start,
-            ..Experiment::default()
-        };
-        Answer::check(self.raw.begin(experiment), "fmi3EnterInitializationMode")
+        self.tracked.time.set(start);
+        let status = self.raw.begin(Experiment::from_start(start));
+        Answer::check(status, "fmi3EnterInitializationMode")
     }
 
-    /// Leads into Event Mode where the master uses it.
+    /// To Event Mode if the master uses it, else to Step Mode.
     fn exit_initialization(&self) -> Result<()> {
         if self.has_events {
-            self.begin_clocks()?;
+            self.start_clocks()?;
         }
-        self.known.mode.set(match self.has_events {
+        self.tracked.mode.set(match self.has_events {
             true => Mode::Event,
             false => Mode::Step,
         });
@@ -124,27 +118,22 @@ impl Instance {
         Answer::check(status, "fmi3ExitInitializationMode")
     }
 
-    /// A step that ends early is gone on with, after the event that ended it.
+    /// Makes a step. One that ends early is continued after its event, unless `stops_early` is set.
     fn step(&self, t: f64, h: f64) -> Result<()> {
-        if self.known.mode.get() == Mode::Event {
+        if self.tracked.mode.get() == Mode::Event {
             self.settle()?;
         }
         let (mut from, mut rest, mut stays) = (t, h, 0);
         loop {
-            let [mut event, mut ends, mut early] = [false; 3];
-            let mut time = self.known.time.get();
-            // SAFETY: plain values and places for the results.
-            unsafe {
-                let (api, i, time) = (&self.api, self.instance, &mut time);
-                let (event, ends, early) = (&mut event, &mut ends, &mut early);
-                call!(
-                    api,
-                    fmi3DoStep(i, from, rest, true, event, ends, early, time)
-                )?;
-            }
-            self.known.time.set(time);
-            if ends {
-                let call = "fmi3DoStep";
+            let mut step = StepEnd {
+                time: self.tracked.time.get(),
+                ..StepEnd::default()
+            };
+            let (call, status) = ("fmi3DoStep", self.raw.do_step(from, rest, 1, &mut step));
+            Answer::check(status, call)?;
+            let StepEnd { early, time, .. } = step;
+            self.tracked.time.set(time);
+            if step.terminates {
                 bail!(Ended { call, time });
             }
             if early && !self.returns_early {
@@ -156,7 +145,7 @@ impl Instance {
                 let (name, time) = (String::new(), Some(time));
                 bail!(Stopped { name, time });
             }
-            if event && self.has_events {
+            if step.event_needed && self.has_events {
                 self.enter_events()?;
                 self.settle()?;
             }
@@ -164,18 +153,18 @@ impl Instance {
                 return Ok(());
             }
             stays = if time > from { 0 } else { stays + 1 };
-            if stays == PASSES {
-                bail!("fmi3DoStep returned early {PASSES} times at {time} s");
+            if stays == MAX_PASSES {
+                bail!("fmi3DoStep returned early {MAX_PASSES} times at {time} s");
             }
             (from, rest) = (time, end - time);
         }
     }
 }
 
-impl FmiInstance for Instance {
+impl FmiInstance for Fmi3Instance {
     fn log_only(&self, categories: &[CString]) -> Result<()> {
         let names: Vec<_> = categories.iter().map(|c| Some(c.as_c_str())).collect();
-        // All categories are on from instantiation, so that it may say why it fails.
+        // Instantiation switches all categories on, so that the FMU can report why it fails.
         for (on, names) in [(false, Array::Null(0)), (true, Array::Elements(&names[..]))] {
             let status = self.raw.set_debug_logging(on, names);
             Answer::check(status, "fmi3SetDebugLogging")?;
@@ -186,11 +175,11 @@ impl FmiInstance for Instance {
     fn call(&self, call: Call) -> Result<f64> {
         let done = match call {
             Call::Step(t, h) => self.step(t, h),
-            // There is nothing to say before Initialization Mode is entered.
+            // FMI 3.0 has no call before Initialization Mode for this.
             Call::SetUp(_) => Ok(()),
             Call::EnterInitialization(start) => self.enter_initialization(start),
             Call::ExitInitialization => self.exit_initialization(),
-            Call::Time => return Ok(self.known.time.get()),
+            Call::Time => return Ok(self.tracked.time.get()),
             Call::StopEarly(stops) => {
                 self.stops_early.set(stops);
                 Ok(())
@@ -208,17 +197,17 @@ impl FmiInstance for Instance {
         done.map(|()| 0.0)
     }
 
-    fn get_whole(&self, batch: &Batch, values: &mut [Value]) -> Result<()> {
+    fn get_values(&self, batch: &Batch, values: &mut [Value]) -> Result<()> {
         assert_eq!(batch.len(), values.len());
-        if self.is_open(batch) {
-            self.remember(batch)?;
+        if self.is_accessible(batch) {
+            self.read_to_memory(batch)?;
         }
-        let (memory, texts) = (self.known.memory.borrow(), self.known.texts.borrow());
+        let (memory, texts) = (self.tracked.memory.borrow(), self.tracked.texts.borrow());
         for (value, slot) in values.iter_mut().zip(&batch.slots) {
             *value = match batch.access {
                 Access::String | Access::Binary => {
                     let text = texts.get(slot).cloned();
-                    text.unwrap_or_else(|| Value::none(batch.access))
+                    text.unwrap_or_else(|| Value::empty(batch.access))
                 }
                 Access::UInt64 => Value::Whole(memory[*slot].into()),
                 _ => Value::Whole(memory[*slot].cast_signed().into()),
@@ -227,43 +216,40 @@ impl FmiInstance for Instance {
         Ok(())
     }
 
-    fn set_whole(&self, batch: &Batch, values: &[Value]) -> Result<()> {
+    fn set_values(&self, batch: &Batch, values: &[Value]) -> Result<()> {
         assert_eq!(batch.len(), values.len());
         let is_text = matches!(batch.access, Access::String | Access::Binary);
-        self.open(batch, |slot, k| match is_text {
-            true => self.known.texts.borrow().get(&slot) != Some(&values[k]),
-            false => self.known.memory.borrow()[slot] != values[k].bits(),
+        self.enter_events_if(batch, |slot, k| match is_text {
+            true => self.tracked.texts.borrow().get(&slot) != Some(&values[k]),
+            false => self.tracked.memory.borrow()[slot] != values[k].bits(),
         })?;
         for (value, slot) in values.iter().zip(&batch.slots) {
             match is_text {
-                true => drop(self.known.texts.borrow_mut().insert(*slot, value.clone())),
-                false => self.known.memory.borrow_mut()[*slot] = value.bits(),
+                true => drop(self.tracked.texts.borrow_mut().insert(*slot, value.clone())),
+                false => self.tracked.memory.borrow_mut()[*slot] = value.bits(),
             }
         }
-        match self.is_open(batch) {
-            true => self.set_remembered(batch),
-            false => Ok(()),
-        }
+        self.set_if_accessible(batch)
     }
 
     fn get(&self, batch: &Batch, values: &mut [f64]) -> Result<()> {
         assert_eq!(batch.len(), values.len());
         if !batch.clocks.is_empty() {
-            if self.is_open(batch) {
-                self.remember(batch)?;
+            if self.is_accessible(batch) {
+                self.read_to_memory(batch)?;
             }
-            let memory = self.known.memory.borrow();
+            let memory = self.tracked.memory.borrow();
             for (value, slot) in values.iter_mut().zip(&batch.slots) {
                 *value = number(batch.access, memory[*slot]);
             }
             return Ok(());
         }
         if batch.is_whole && batch.access == Access::Real {
-            return self.get_numbers(batch, values.as_mut_ptr().cast());
+            let vr = Array::Elements(&batch.references[..]);
+            return Answer::check(self.raw.get_reals(vr, Some(values)), "fmi3GetFloat64");
         }
         let mut passed = self.passed.borrow_mut();
-        assert!(batch.passed <= passed.len());
-        self.get_numbers(batch, passed.as_mut_ptr())?;
+        self.get_numbers(batch, &mut passed)?;
         for (value, place) in values.iter_mut().zip(&batch.places) {
             *value = number(batch.access, load(batch.access, &passed, *place));
         }
@@ -275,36 +261,28 @@ impl FmiInstance for Instance {
         let access = batch.access;
         let is_float = matches!(access, Access::Real | Access::Float32);
         if !is_float && values.iter().any(|value| !fits(access, *value as i128)) {
-            return Answer::refuse(status::UNFIT, "fmi3Set");
+            return Answer::refuse(UNFIT, "fmi3Set");
         }
-        self.open(batch, |slot, k| {
-            as_bits(access, values[k]) != self.known.memory.borrow()[slot]
+        self.enter_events_if(batch, |slot, k| {
+            as_bits(access, values[k]) != self.tracked.memory.borrow()[slot]
         })?;
-        let mut memory = self.known.memory.borrow_mut();
+        let mut memory = self.tracked.memory.borrow_mut();
         for (value, slot) in values.iter().zip(&batch.slots) {
             memory[*slot] = as_bits(access, *value);
         }
         drop(memory);
-        match self.is_open(batch) {
-            true => self.set_remembered(batch),
-            false => Ok(()),
-        }
+        self.set_if_accessible(batch)
     }
 
     fn get_derivatives(&self, batch: &Batch, values: &mut [f64]) -> Result<()> {
         assert_eq!(batch.len(), values.len());
-        let mut passed = self.passed.borrow_mut();
-        assert!(batch.passed <= passed.len());
-        // SAFETY: as many readable references as orders, and room for the values that belong to
-        // them.
-        unsafe {
-            let (i, n, vr) = (self.instance, batch.passed, &batch.references);
-            let (m, vr) = (vr.len(), vr.as_ptr());
-            let (ones, room) = (batch.ones.as_ptr(), passed.as_mut_ptr().cast());
-            call!(self.api, fmi3GetOutputDerivatives(i, vr, m, ones, room, n))?;
-        }
+        let mut rates = self.rates.borrow_mut();
+        let (vr, orders) = (&batch.references, &batch.first_orders);
+        let passed = &mut rates[..batch.passed];
+        let status = self.raw.get_output_derivatives(vr, orders, passed);
+        Answer::check(status, "fmi3GetOutputDerivatives")?;
         for (value, place) in values.iter_mut().zip(&batch.places) {
-            *value = f64::from_bits(passed[*place]);
+            *value = rates[*place];
         }
         Ok(())
     }
@@ -313,43 +291,33 @@ impl FmiInstance for Instance {
         bail!("FMI 3.0 has no derivatives of inputs")
     }
 
-    /// Other elements of the arrays that are passed do not change.
+    /// The seeds of elements that are passed, but not in the batch, are 0.
     fn directional(&self, of: [&Batch; 2], seeds: &[f64], rates: &mut [f64]) -> Result<()> {
         let [outputs, inputs] = of;
         assert!(outputs.len() == rates.len() && inputs.len() == seeds.len());
-        let mut passed = self.passed.borrow_mut();
-        // Every variable has slots of its own there, so that there is room for both.
-        let (given, found) = passed.split_at_mut(inputs.passed);
-        assert!(outputs.passed <= found.len());
-        given.fill(0);
+        let mut workspace = self.rates.borrow_mut();
+        // It is large enough for both, since it has a place for each element of the FMU.
+        let (given, found) = workspace.split_at_mut(inputs.passed);
+        given.fill(0.0);
         for (seed, place) in seeds.iter().zip(&inputs.places) {
-            given[*place] = seed.to_bits();
+            given[*place] = *seed;
         }
         let (y, u) = (&outputs.references, &inputs.references);
-        let (n, m, y, u) = (y.len(), u.len(), y.as_ptr(), u.as_ptr());
-        // SAFETY: readable references, and as many seeds and as much room as their arrays have
-        // elements.
-        unsafe {
-            let (api, i) = (&self.api, self.instance);
-            let (seeds, a) = (given.as_ptr().cast(), given.len());
-            let (rates, b) = (found.as_mut_ptr().cast(), outputs.passed);
-            call!(
-                api,
-                fmi3GetDirectionalDerivative(i, y, n, u, m, seeds, a, rates, b)
-            )?;
-        }
+        let found = &mut found[..outputs.passed];
+        let status = self.raw.get_directional_derivative(y, u, given, found);
+        Answer::check(status, "fmi3GetDirectionalDerivative")?;
         for (rate, place) in rates.iter_mut().zip(&outputs.places) {
-            *rate = f64::from_bits(found[*place]);
+            *rate = found[*place];
         }
         Ok(())
     }
 
     fn save(&self) -> Result<Box<dyn Any>> {
-        saved::save(&self.raw, self.known.clone())
+        saved::save(&self.raw, self.tracked.clone())
     }
 
     fn restore(&self, state: &dyn Any) -> Result<()> {
-        let (saved, own): (&Known, _) = (saved::restore(&self.raw, state)?, &self.known);
+        let (saved, own): (&Tracked, _) = (saved::restore(&self.raw, state)?, &self.tracked);
         own.mode.set(saved.mode.get());
         own.time.set(saved.time.get());
         own.memory.borrow_mut().clone_from(&saved.memory.borrow());
@@ -361,15 +329,14 @@ impl FmiInstance for Instance {
     }
 
     fn state_to_bytes(&self, state: &dyn Any) -> Result<Vec<u8>> {
-        saved::to_bytes::<Known>(&self.raw, state)
+        saved::to_bytes::<Tracked>(&self.raw, state)
     }
 
     fn state_from_bytes(&self, bytes: &[u8]) -> Result<Box<dyn Any>> {
-        saved::from_bytes::<Known>(&self.raw, bytes)
+        saved::from_bytes::<Tracked>(&self.raw, bytes)
     }
 
-    /// The memory of what was last given would have to be as new, too: another instance is made
-    /// instead.
+    /// The memory would have to be reset too, so the master makes another instance instead.
     fn reset(&self) -> bool {
         false
     }

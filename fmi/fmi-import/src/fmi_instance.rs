@@ -1,5 +1,12 @@
-//! The calls that an instance of either version of FMI understands, which is all that the master
-//! knows of it.
+//! [`FmiInstance`]: the interface by which a co-simulation master calls an instance, whatever
+//! version of FMI it has and wherever it is: in this thread, in another one, or in a page.
+//!
+//! ```
+//! use fmi_import::fmi_instance::{Call, FmiInstance};
+//! fn step(instance: &dyn FmiInstance, t: f64, h: f64) -> anyhow::Result<f64> {
+//!     instance.call(Call::Step(t, h))
+//! }
+//! ```
 
 use std::any::Any;
 use std::ffi::CString;
@@ -9,97 +16,100 @@ use anyhow::Result;
 use crate::batch::Batch;
 use crate::value::Value;
 
-/// What an instance is made with.
+/// The arguments with which an instance is made.
 #[derive(Clone, Debug)]
 pub struct Arguments {
-    /// Name.
+    /// instanceName.
     pub name: CString,
     /// `guid` or `instantiationToken`.
     pub token: CString,
-    /// Folder of the unpacked resources, as the version wants it.
+    /// Folder of the unpacked resources: a URI in FMI 2.0, a path in FMI 3.0.
     pub resources: CString,
-    /// The master goes through Event Mode where it is needed.
+    /// The master enters Event Mode if it is needed (eventModeUsed).
     pub has_events: bool,
-    /// Steps may end early.
+    /// Steps may end early (earlyReturnAllowed).
     pub returns_early: bool,
 }
 
-/// A call that passes no values of variables. It answers a number, 0 where there is nothing to say.
+/// A call that passes no values of variables. It returns a number, 0 unless said otherwise.
 #[derive(Clone, Copy, Debug)]
 pub enum Call {
-    /// Say when the run starts, s. Before start values are set: FMUs of 20-sim forget them here.
+    /// fmi2SetupExperiment with the start of the run, s. It comes before start values are set,
+    /// since FMUs of 20-sim lose them here.
     SetUp(f64),
-    /// From Instantiated into Initialization Mode at this time, s, set up or not.
+    /// From Instantiated to Initialization Mode at this time, s, with or without [`Self::SetUp`].
     EnterInitialization(f64),
     /// From Initialization Mode to the first communication point.
     ExitInitialization,
     /// A communication step from a time by a length, both s.
     Step(f64, f64),
-    /// The instance's own time, s.
+    /// Returns the time that the instance has reached, s.
     Time,
-    /// Whether a step that the FMU ends early is left there, as [`Stopped`](crate::answer::Stopped).
+    /// Whether a step that the FMU ends early fails with [`Stopped`](crate::answer::Stopped)
+    /// instead of being continued.
     StopEarly(bool),
-    /// Into Event Mode, where an output may be read after an input was set.
+    /// To Event Mode, where an output may be read after an input was set.
     EnterEvents,
-    /// Let discrete states follow; 1 where they want to once more.
+    /// Updates discrete states; returns 1 if they must be updated once more.
     UpdateEvents,
-    /// From Event Mode back to where steps are made.
+    /// From Event Mode to Step Mode.
     LeaveEvents,
-    /// Event Mode to its end, where the instance is in it.
+    /// Completes Event Mode, if the instance is in it.
     Settle,
-    /// When Event Mode must be entered next, s: infinite where that is not known.
+    /// Returns when Event Mode must be entered next, s; infinite if that is not known.
     NextEvent,
-    /// Into Event Mode at a time, where an event is due then, up to a tolerance, both s; clocks
-    /// tick.
+    /// To Event Mode at a time, with a tolerance, both s; clocks that are due tick.
     Tick(f64, f64),
-    /// The end of the run.
+    /// Ends the run.
     Terminate,
 }
 
-/// A call that may be begun before it is made.
+/// A call that is begun ahead of the call itself, for an instance in another thread.
 #[derive(Clone, Copy, Debug)]
 pub enum BegunCall<'a> {
-    /// One without values.
+    /// A call without values.
     Plain(Call),
-    /// Values are read.
+    /// [`FmiInstance::get`].
     Get(&'a Batch),
-    /// Values are set.
+    /// [`FmiInstance::set`].
     Set(&'a Batch, &'a [f64]),
 }
 
-/// The calls of one version of FMI. An error is an [`Answer`](crate::answer::Answer), or says more.
+/// An instance that a co-simulation master steps. Errors are an [`Answer`](crate::answer::Answer),
+/// [`Ended`](crate::answer::Ended), [`Stopped`](crate::answer::Stopped), or a text.
 pub trait FmiInstance {
-    /// Begin a call where the instance is in another thread. The same call, made later, is its end; calls
-    /// end in the order in which they were begun.
+    /// Begins a call, if the instance is in another thread. The same call, made later, waits for
+    /// its result; calls end in the order in which they were begun.
     fn begin(&self, _ahead: BegunCall) {}
-    /// Await and forget what is begun.
+    /// Waits for all calls that were begun, and drops their results.
     fn drain(&self) {}
-    /// Switch these log categories on and no other.
+    /// Switches these log categories on, and all others off.
     fn log_only(&self, categories: &[CString]) -> Result<()>;
-    /// Whole values of a type that does not pass as numbers.
-    fn get_whole(&self, batch: &Batch, values: &mut [Value]) -> Result<()>;
-    /// Set whole values, of any type.
-    fn set_whole(&self, batch: &Batch, values: &[Value]) -> Result<()>;
-    /// A call without values. What the version does not have is left out.
+    /// Gets values of a type that an `f64` cannot represent.
+    fn get_values(&self, batch: &Batch, values: &mut [Value]) -> Result<()>;
+    /// Sets values of any type.
+    fn set_values(&self, batch: &Batch, values: &[Value]) -> Result<()>;
+    /// Makes a call without values. What the version of FMI does not have is skipped.
     fn call(&self, call: Call) -> Result<f64>;
-    /// Values as numbers.
+    /// Gets values as numbers.
     fn get(&self, batch: &Batch, values: &mut [f64]) -> Result<()>;
-    /// Set values from numbers.
+    /// Sets values from numbers.
     fn set(&self, batch: &Batch, values: &[f64]) -> Result<()>;
-    /// First time derivatives of Real outputs.
+    /// Gets first time derivatives of Real outputs.
     fn get_derivatives(&self, batch: &Batch, values: &mut [f64]) -> Result<()>;
-    /// First time derivatives of Real inputs.
+    /// Sets first time derivatives of Real inputs.
     fn set_derivatives(&self, batch: &Batch, values: &[f64]) -> Result<()>;
-    /// How fast Real outputs change with Real inputs that change as fast as `seeds` say.
+    /// Gets the rates of the Real outputs `of[0]` when the Real inputs `of[1]` change at the rates
+    /// `seeds`.
     fn directional(&self, of: [&Batch; 2], seeds: &[f64], rates: &mut [f64]) -> Result<()>;
-    /// The state of the instance, and what is known of it besides; freed when dropped.
+    /// Saves the state of the instance, and what is tracked of it. The state is freed when dropped.
     fn save(&self) -> Result<Box<dyn Any>>;
-    /// Back to a state that this instance was saved in.
+    /// Restores a state that this instance has saved.
     fn restore(&self, state: &dyn Any) -> Result<()>;
-    /// The bytes of a state that this instance was saved in, and of what is known of it besides.
+    /// The bytes of a state that this instance has saved, and of what is tracked of it.
     fn state_to_bytes(&self, state: &dyn Any) -> Result<Vec<u8>>;
-    /// A state of this instance, from the bytes of one of an instance of the same FMU.
+    /// A state of this instance, from the bytes of a state of any instance of the same FMU.
     fn state_from_bytes(&self, bytes: &[u8]) -> Result<Box<dyn Any>>;
-    /// Back to where it was when it was made; false where it cannot be.
+    /// Resets the instance to Instantiated; returns false if that is not possible.
     fn reset(&self) -> bool;
 }

@@ -1,4 +1,4 @@
-//! An FMU with its library loaded once, shared by all its instances.
+//! [`Fmu`]: an FMU whose library is loaded once and shared by all its instances.
 
 use std::ffi::CString;
 use std::sync::Arc;
@@ -8,24 +8,24 @@ use std::{fs, path::Path};
 #[cfg(feature = "native")]
 use anyhow::Context;
 use anyhow::Result;
-#[cfg(feature = "native")]
-use fmi_description::library_among;
 use fmi_description::{Access, Archive, Description, Variable};
+#[cfg(feature = "native")]
+use fmi_description::{Version, library_among};
 
+#[cfg(feature = "native")]
+use crate::exported::exported_files;
 use crate::functions::Functions;
 #[cfg(feature = "native")]
 use crate::library::{Library, Unpacked, resources};
 
-/// A loaded FMU. The library, and the files that were unpacked for it, live as long as any
-/// instance.
+/// A loaded FMU. The library and the files that were unpacked for it stay as long as any instance.
 pub struct Fmu {
     /// The C functions.
     pub functions: Arc<Functions>,
-    /// What it says about itself.
+    /// Its model description.
     pub description: Description,
-    /// fmuResourceLocation or resourcePath; empty for a bare library.
+    /// fmuResourceLocation or resourcePath; empty for a library without an archive.
     pub resources: CString,
-    /// The folder that it was unpacked to for this.
     #[cfg(feature = "native")]
     pub(crate) unpacked: Option<Unpacked>,
 }
@@ -35,20 +35,23 @@ impl Fmu {
     #[cfg(feature = "native")]
     pub fn open(path: &Path) -> Result<Self> {
         if path.extension().is_none_or(|e| e != "fmu") {
-            return Self::bare(path, crate::exported::description(path)?);
+            let files = exported_files(path, Version::Fmi2)?;
+            let text = files.get("modelDescription.xml");
+            let text = text.context("the library carries no modelDescription.xml")?;
+            return Self::from_library(path, Description::read(text)?);
         }
         let open = || {
             let unpacked = Unpacked::new(&mut Archive::open(fs::read(path)?)?, String::new())?;
-            let mut fmu = Self::unpacked(unpacked.folder())?;
+            let mut fmu = Self::from_folder(unpacked.folder())?;
             fmu.unpacked = Some(unpacked);
             anyhow::Ok(fmu)
         };
         open().with_context(|| path.display().to_string())
     }
 
-    /// Opens an FMU whose files lie in a folder.
+    /// Opens an FMU whose files are in a folder.
     #[cfg(feature = "native")]
-    pub fn unpacked(folder: &Path) -> Result<Self> {
+    pub fn from_folder(folder: &Path) -> Result<Self> {
         let description = Description::read(&fs::read(folder.join("modelDescription.xml"))?)?;
         let names = crate::library::binaries(folder)?;
         let names = names.iter().map(String::as_str);
@@ -56,13 +59,13 @@ impl Fmu {
         let resources = CString::new(resources(folder, description.fmi))?;
         Ok(Self {
             resources,
-            ..Self::bare(&folder.join(library), description)?
+            ..Self::from_library(&folder.join(library), description)?
         })
     }
 
-    /// A library by itself, of which this is known.
+    /// Opens a library without an archive, which has this description.
     #[cfg(feature = "native")]
-    pub fn bare(path: &Path, description: Description) -> Result<Self> {
+    pub(crate) fn from_library(path: &Path, description: Description) -> Result<Self> {
         let library = Library::open(path).context("the library cannot be loaded")?;
         Ok(Self {
             functions: Functions::load(library, &description),
@@ -72,10 +75,10 @@ impl Fmu {
         })
     }
 
-    /// Opens the archive of the FMU `file`; what is odd about its library, but does no harm.
+    /// Opens the archive of the FMU `file`; returns a remark if its library has an unexpected name.
     ///
     /// # Errors
-    /// What is wrong with the archive, the description or the library, or what the system says.
+    /// The archive has no library for this platform, or it cannot be unpacked or loaded.
     #[cfg(feature = "native")]
     pub fn from_archive(
         file: &str,
@@ -96,20 +99,20 @@ impl Fmu {
         Ok((fmu, remark))
     }
 
-    /// The functions of a copy of its library: global variables are not shared.
+    /// Loads a copy of the library, whose global variables are not shared.
     ///
     /// # Errors
-    /// It was not opened from an archive, or what the system says.
+    /// The FMU was not opened from an archive, or the copy cannot be written or loaded.
     #[cfg(feature = "native")]
-    pub fn copied(&self) -> Result<Arc<Functions>> {
+    pub fn load_copy(&self) -> Result<Arc<Functions>> {
         let unpacked = self.unpacked.as_ref().context("it was not unpacked here")?;
         Ok(Functions::load(unpacked.copy()?, &self.description))
     }
 
-    /// Has the host of WebAssembly compile the module of the FMU `file`.
+    /// Lets the host of WebAssembly compile the module of the FMU `file`.
     ///
     /// # Errors
-    /// The FMU has no module, or what the host says of it.
+    /// The FMU has no module, or the host cannot compile it.
     #[cfg(not(feature = "native"))]
     pub fn from_archive(
         file: &str,
@@ -125,14 +128,13 @@ impl Fmu {
         Ok((fmu, None))
     }
 
-    /// The variable with this value reference, which FMUs made with fmu-export give only once,
-    /// whatever its type; of aliases the first.
+    /// The first variable with this value reference, of whatever type.
     pub fn find(&self, reference: u32) -> Option<&Variable> {
         let mut variables = self.description.variables.iter();
         variables.find(|v| v.reference == reference)
     }
 
-    /// The types that it has variables of.
+    /// The types of its variables.
     pub fn accesses(&self) -> std::collections::BTreeSet<Access> {
         self.description
             .variables

@@ -1,5 +1,5 @@
-//! The functions of a loaded library, of either version, with what the model description says
-//! about how they are called.
+//! The C functions of a loaded library, of FMI 2.0 or 3.0, and what the model description says
+//! about how to call them: sizes of arrays, and whether there is Event Mode.
 
 use std::collections::HashMap;
 use std::ffi::c_int;
@@ -8,33 +8,33 @@ use std::sync::Arc;
 use fmi_description::{Access, Causality, Description, Version};
 
 use crate::calls::{Exports, Functions2, Functions3};
-use crate::names::in_3;
+use crate::names::fmi3_name;
 use crate::standard::{Pointer, Text};
 use crate::text;
 
 /// The functions of a loaded library.
 pub struct Functions {
-    pub(crate) own: OwnFunctions,
-    /// Number of values by value reference; scalars are left out.
+    pub(crate) version: VersionFunctions,
+    /// Number of elements of each array, by value reference.
     sizes: HashMap<u32, usize>,
-    /// Value reference of the time.
+    /// Value reference of the independent variable.
     pub(crate) time: Option<u32>,
     has_event_mode: bool,
 }
 
-/// Those of one version.
+/// The functions of one version.
 #[derive(Clone)]
-pub enum OwnFunctions {
+pub enum VersionFunctions {
     /// FMI 2.0.
     Fmi2(Arc<Functions2>),
     /// FMI 3.0.
     Fmi3(Arc<Functions3>),
 }
 
-use OwnFunctions::{Fmi2, Fmi3};
+use VersionFunctions::{Fmi2, Fmi3};
 
 impl Functions {
-    /// Those of the version that the description names.
+    /// Looks up the functions of the version of FMI that the description names.
     pub fn load(library: impl Exports, description: &Description) -> Arc<Self> {
         let variables = description.variables.iter();
         let arrays = variables.clone().filter(|v| v.size() > 1);
@@ -42,9 +42,9 @@ impl Functions {
             .clone()
             .find(|v| v.causality == Causality::Independent);
         Arc::new(Self {
-            own: match description.fmi {
-                Version::Fmi2 => Fmi2(Arc::new(Functions2::of(library))),
-                Version::Fmi3 => Fmi3(Arc::new(Functions3::of(library))),
+            version: match description.fmi {
+                Version::Fmi2 => Fmi2(Arc::new(Functions2::load(library))),
+                Version::Fmi3 => Fmi3(Arc::new(Functions3::load(library))),
             },
             sizes: arrays.map(|v| (v.reference, v.size())).collect(),
             time: time.map(|v| v.reference),
@@ -52,50 +52,59 @@ impl Functions {
         })
     }
 
-    /// They are those of FMI 3.0.
-    pub fn is_3(&self) -> bool {
-        matches!(self.own, Fmi3(_))
+    /// Whether they are those of FMI 3.0.
+    pub fn is_fmi3(&self) -> bool {
+        matches!(self.version, Fmi3(_))
     }
 
-    /// The name, in the version of the FMU, of a function named as in FMI 2.0.
+    /// The name that a function of FMI 2.0 has in the version of this FMU.
     pub fn name<'a>(&self, name: &'a str) -> &'a str {
-        match &self.own {
+        match &self.version {
             Fmi2(_) => name,
-            Fmi3(_) => in_3(name),
+            Fmi3(_) => fmi3_name(name),
         }
     }
 
     /// Whether the library exports the function of this name.
     pub fn exports(&self, name: &str) -> bool {
-        match &self.own {
+        match &self.version {
             Fmi2(f) => f.exports(name),
             Fmi3(f) => f.exports(name),
         }
     }
 
-    /// Instances go through Event Mode.
+    /// Whether the FMU has Event Mode for co-simulation (FMI 3.0).
     pub fn has_event_mode(&self) -> bool {
-        self.has_event_mode && self.is_3()
+        self.has_event_mode && self.is_fmi3()
     }
 
-    /// At a communication point values are read after others were set: in FMI 3.0 in Event Mode
-    /// only.
+    /// Whether values may be read after others were set at a communication point: FMI 3.0 allows
+    /// that in Event Mode only.
     pub fn reads_after_set(&self) -> bool {
-        self.has_event_mode || !self.is_3()
+        self.has_event_mode || !self.is_fmi3()
     }
 
-    /// Number of values of these variables.
+    /// The type that numbers of a type are passed as: in FMI 2.0 a Boolean is a C int.
+    #[cfg(feature = "native")]
+    pub(crate) fn c_type(&self, access: Access) -> Access {
+        match access {
+            Access::Boolean if !self.is_fmi3() => Access::Integer,
+            access => access,
+        }
+    }
+
+    /// Number of values of these variables, all elements of arrays included.
     pub fn count(&self, references: &[u32]) -> usize {
         let size = |r: &u32| self.sizes.get(r).copied().unwrap_or(1);
         references.iter().map(size).sum()
     }
 
-    /// What the library says about itself by functions without arguments: their names and texts,
-    /// None for NULL.
+    /// The texts that functions without arguments return, fmi2GetVersion for example, with the
+    /// names of the functions; None for NULL.
     pub fn versions(&self) -> Vec<(&'static str, Option<String>)> {
         // SAFETY: functions without arguments that give NULL or C strings.
         let texts = unsafe {
-            match &self.own {
+            match &self.version {
                 Fmi2(f) => vec![
                     ("fmi2GetVersion", (f.fmi2GetVersion)()),
                     ("fmi2GetTypesPlatform", (f.fmi2GetTypesPlatform)()),
@@ -104,18 +113,18 @@ impl Functions {
             }
         };
         // SAFETY: as above.
-        let read = |text: Text| (!text.is_null()).then(|| unsafe { text::shown(text) });
+        let read = |text: Text| (!text.is_null()).then(|| unsafe { text::read_or_explain(text) });
         let texts = texts.into_iter();
         texts.map(|(name, text)| (name, read(text))).collect()
     }
 }
 
-/// The functions that get and set numbers of each type, one row a type: where they are called with
-/// the same arguments, and what they are called.
+/// The functions that get and set numbers, one row for each type: their calls with common
+/// arguments, and their names.
 macro_rules! numbers {
     ($($version:ident $functions:ident { $($access:ident $get:ident $set:ident;)* })*) => {
         $(impl $functions {
-            /// Gets numbers of a type into `values`, which each have the size of their C type.
+            /// Gets numbers of a type into `values`, each in the size of its C type.
             ///
             /// # Safety
             /// A live instance or NULL, NULL or `m` references, NULL or room for `n` values.
@@ -130,7 +139,7 @@ macro_rules! numbers {
                 }
             }
 
-            /// Sets numbers of a type likewise.
+            /// Sets numbers of a type, each in the size of its C type.
             ///
             /// # Safety
             /// A live instance or NULL, NULL or `m` references, NULL or `n` values.
@@ -147,9 +156,9 @@ macro_rules! numbers {
         })*
 
         impl Functions {
-            /// The functions that get and set values of a type.
+            /// Names of the functions that get and set values of a type.
             pub fn names_of(&self, access: Access) -> [&'static str; 2] {
-                match (&self.own, access) {
+                match (&self.version, access) {
                     $($(($version(_), Access::$access) => [stringify!($get), stringify!($set)],)*)*
                     (Fmi2(_), _) => ["fmi2GetString", "fmi2SetString"],
                     (Fmi3(_), Access::Binary) => ["fmi3GetBinary", "fmi3SetBinary"],
@@ -158,10 +167,10 @@ macro_rules! numbers {
                 }
             }
 
-            /// Whether the version has functions for numbers of this type.
+            /// Whether this version of FMI has numbers of this type.
             #[cfg(feature = "native")]
             pub(crate) fn has_numbers(&self, access: Access) -> bool {
-                match (&self.own, access) {
+                match (&self.version, access) {
                     $($(($version(_), Access::$access) => true,)*)*
                     _ => false,
                 }
@@ -170,7 +179,7 @@ macro_rules! numbers {
     };
 }
 
-/// A call of FMI 2.0, which is not told the number of values.
+/// A call of FMI 2.0, which does not pass the number of values.
 macro_rules! Fmi2 {
     ($function:tt($($argument:expr),*), $n:expr) => {{
         let _ = $n;
@@ -178,7 +187,7 @@ macro_rules! Fmi2 {
     }};
 }
 
-/// A call of FMI 3.0, which is told it.
+/// A call of FMI 3.0, which passes the number of values last.
 macro_rules! Fmi3 {
     ($function:tt($($argument:expr),*), $n:expr) => { $function($($argument,)* $n) };
 }

@@ -1,5 +1,12 @@
-//! An instance of an FMU as a strict importer holds it: with its log, the time, and what can be
-//! read of it. The FMU is asked nothing of types of which it has no variable.
+//! [`Instance`]: an instance that is called in the order of the standard, with its time and its
+//! log, for programs that test FMUs. It calls no functions for types of which the FMU has no
+//! variable.
+//!
+//! ```
+//! fn first_step(fmu: &fmi_import::Fmu) -> anyhow::Result<()> {
+//!     fmi_import::Instance::started(fmu, "my instance")?.step(0.01)
+//! }
+//! ```
 
 use std::ffi::{CString, c_int};
 use std::ops::Deref;
@@ -13,23 +20,23 @@ use crate::raw::{Array, CallbackSet, Experiment, InstanceKind, RawInstance, Requ
 use crate::standard::Mode;
 use crate::status::{self, OK, WARNING};
 
-/// How an instance is made and what is asked of it.
+/// How an instance is made, and how strictly its statuses are judged.
 #[derive(Clone, Copy, Debug)]
-pub struct Manner<'a> {
-    /// GUID or instantiation token; None for that of the description.
+pub struct InstanceOptions<'a> {
+    /// GUID or instantiation token; None passes that of the description.
     pub token: Option<&'a str>,
-    /// What it is made for.
+    /// Interface that is instantiated.
     pub kind: InstanceKind,
     /// loggingOn.
     pub is_logging: bool,
-    /// It is given functions for memory (FMI 2.0).
+    /// It is passed functions for memory (FMI 2.0).
     pub gives_memory: bool,
-    /// A call that must succeed may also answer with a warning.
+    /// A call that must succeed may return Warning.
     pub may_warn: bool,
 }
 
-impl Manner<'_> {
-    /// As most importers do it.
+impl InstanceOptions<'_> {
+    /// As most importers make instances.
     pub const USUAL: Self = Self {
         token: None,
         kind: InstanceKind::CoSimulation,
@@ -37,7 +44,7 @@ impl Manner<'_> {
         gives_memory: true,
         may_warn: true,
     };
-    /// What FMUs made with fmu-export bear: no functions for memory, and no warnings from calls.
+    /// As FMUs made with fmu-export allow: no functions for memory, and no warnings from calls.
     pub const STRICT: Self = Self {
         gives_memory: false,
         may_warn: false,
@@ -45,7 +52,8 @@ impl Manner<'_> {
     };
 }
 
-/// A live instance; freed when dropped. Its C functions are those of a [`RawInstance`].
+/// A live instance; freed when dropped. It dereferences to a [`RawInstance`] for single C
+/// functions.
 pub struct Instance<'a> {
     /// Its FMU.
     pub fmu: &'a Fmu,
@@ -54,9 +62,9 @@ pub struct Instance<'a> {
     pub name: String,
     /// Time of the last communication point, s.
     pub time: f64,
-    /// What it was set up with.
+    /// What fmi2SetupExperiment was passed.
     experiment: Experiment,
-    /// It is in Event Mode between steps, where FMI 3.0 allows a get after a set.
+    /// It stays in Event Mode between steps, where FMI 3.0 allows a get after a set.
     in_events: bool,
     may_warn: bool,
 }
@@ -70,24 +78,24 @@ impl Deref for Instance<'_> {
 }
 
 impl<'a> Instance<'a> {
-    /// fmi2Instantiate as it should be done.
+    /// Makes an instance as most importers do (fmi2Instantiate).
     pub fn new(fmu: &'a Fmu, name: &str) -> Result<Self> {
-        Self::with(fmu, name, Manner::USUAL)
+        Self::with_options(fmu, name, InstanceOptions::USUAL)
     }
 
-    /// fmi2Instantiate.
-    pub fn with(fmu: &'a Fmu, name: &str, manner: Manner) -> Result<Self> {
-        let token = manner.token.unwrap_or(&fmu.description.guid);
+    /// Makes an instance (fmi2Instantiate).
+    pub fn with_options(fmu: &'a Fmu, name: &str, options: InstanceOptions) -> Result<Self> {
+        let token = options.token.unwrap_or(&fmu.description.guid);
         let [c_name, token] = [name, token].map(|s| CString::new(s).expect("no NUL in names"));
         let request = Request {
-            kind: manner.kind,
+            kind: options.kind,
             name: Some(&c_name),
             token: Some(&token),
             resources: (!fmu.resources.is_empty()).then_some(&fmu.resources),
-            is_logging: manner.is_logging,
+            is_logging: options.is_logging,
             has_events: fmu.functions.has_event_mode(),
             returns_early: false,
-            given: match manner.gives_memory {
+            given: match options.gives_memory {
                 true => CallbackSet::LoggerAndMemory,
                 false => CallbackSet::Logger,
             },
@@ -95,23 +103,25 @@ impl<'a> Instance<'a> {
         let made = RawInstance::new(&fmu.functions, &request, Log::new(name));
         Ok(Self {
             fmu,
-            raw: made.map_err(|said| anyhow!("fmi2Instantiate gave NULL{}", told(&said)))?,
+            raw: made.map_err(|messages| {
+                anyhow!("fmi2Instantiate gave NULL{}", last_message(&messages))
+            })?,
             name: name.to_string(),
             time: 0.0,
             experiment: Experiment::default(),
             in_events: false,
-            may_warn: manner.may_warn,
+            may_warn: options.may_warn,
         })
     }
 
-    /// At the first communication point, with the start values.
+    /// Makes an instance and initializes it, with the start values.
     pub fn started(fmu: &'a Fmu, name: &str) -> Result<Self> {
         let mut instance = Self::new(fmu, name)?;
         instance.initialize()?;
         Ok(instance)
     }
 
-    /// In Initialization Mode, at the default start time.
+    /// Makes an instance and enters Initialization Mode, at the default start time.
     pub fn initializing(fmu: &'a Fmu, name: &str) -> Result<Self> {
         let mut instance = Self::new(fmu, name)?;
         instance.setup(start_time(fmu), None)?;
@@ -119,9 +129,9 @@ impl<'a> Instance<'a> {
         Ok(instance)
     }
 
-    /// Where values may be read after others were set: at the first communication point, or where
-    /// FMI 3.0 forbids that there, in Initialization Mode.
-    pub fn exchanging(fmu: &'a Fmu, name: &str) -> Result<Self> {
+    /// Makes an instance in a state in which values may be read after others were set: at the first
+    /// communication point, or in Initialization Mode if FMI 3.0 forbids it there.
+    pub fn readable_after_set(fmu: &'a Fmu, name: &str) -> Result<Self> {
         match fmu.functions.reads_after_set() {
             true => Self::started(fmu, name),
             false => Self::initializing(fmu, name),
@@ -133,7 +143,8 @@ impl<'a> Instance<'a> {
         self.raw.log().take()
     }
 
-    /// A call that must be answered by fmi2OK; fmi2Warning is let through.
+    /// Fails unless the status is OK, or Warning where that is allowed. `call` is named in the
+    /// error.
     pub fn must(&self, call: &str, status: c_int) -> Result<()> {
         match status {
             OK => Ok(()),
@@ -141,29 +152,29 @@ impl<'a> Instance<'a> {
             _ => Err(anyhow!(
                 "{call} gave {}{}",
                 status::name(status),
-                told(&self.messages())
+                last_message(&self.messages())
             )),
         }
     }
 
-    /// A call of a function that must succeed.
+    /// Calls a function that must succeed.
     pub fn done(&self, name: &str, call: impl FnOnce(&RawInstance) -> c_int) -> Result<()> {
         self.must(name, call(&self.raw))
     }
 
-    /// From Instantiated to the first communication point, at the default start time.
+    /// Initializes: from Instantiated to the first communication point, at the default start time.
     pub fn initialize(&mut self) -> Result<()> {
         self.initialize_between(start_time(self.fmu), None)
     }
 
-    /// From Instantiated to the first communication point.
+    /// Initializes for a run from `start` to `stop`, s.
     pub fn initialize_between(&mut self, start: f64, stop: Option<f64>) -> Result<()> {
         self.setup(start, stop)?;
         self.enter(Mode::Initialization)?;
         self.enter(Mode::Stepping)
     }
 
-    /// fmi2SetupExperiment.
+    /// Sets up a run from `start` to `stop`, s (fmi2SetupExperiment).
     pub fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<()> {
         self.experiment = Experiment {
             start,
@@ -176,7 +187,7 @@ impl<'a> Instance<'a> {
         self.must("fmi2SetupExperiment", status)
     }
 
-    /// The call that leads into the next mode.
+    /// Makes the call that leads from the present mode to the next one.
     pub fn enter(&mut self, mode: Mode) -> Result<()> {
         let raw = &self.raw;
         let (name, status) = match mode {
@@ -195,12 +206,12 @@ impl<'a> Instance<'a> {
         self.must(name, status)
     }
 
-    /// A step from `t`; its status.
+    /// Makes a step from `t` by `h`, s; returns the status.
     pub fn step_from(&self, t: f64, h: f64) -> c_int {
         self.stepping(|raw| raw.do_step(t, h, 1, &mut StepEnd::default()))
     }
 
-    /// Out of Event Mode, to stay in Step Mode.
+    /// Leaves Event Mode, and stays in Step Mode between steps from now on.
     pub fn enter_step_mode(&mut self) -> Result<()> {
         match std::mem::take(&mut self.in_events) {
             true => self.done("fmi3EnterStepMode", RawInstance::leave_events),
@@ -208,8 +219,7 @@ impl<'a> Instance<'a> {
         }
     }
 
-    /// What is done where steps are made: in FMI 3.0 in Step Mode, between two visits of Event
-    /// Mode.
+    /// Does something that needs Step Mode, and goes back to Event Mode afterwards.
     pub fn stepping(&self, act: impl FnOnce(&RawInstance) -> c_int) -> c_int {
         if !self.in_events {
             return act(&self.raw);
@@ -222,7 +232,7 @@ impl<'a> Instance<'a> {
         status.max(self.raw.enter_events())
     }
 
-    /// fmi2DoStep from the present time, which must succeed.
+    /// Makes a step by `h`, s, from the present time, which must succeed (fmi2DoStep).
     pub fn step(&mut self, h: f64) -> Result<()> {
         let status = self.step_from(self.time, h);
         self.must(
@@ -233,7 +243,7 @@ impl<'a> Instance<'a> {
         Ok(())
     }
 
-    /// Values of Real variables; without any, nothing is called.
+    /// The status, and the values of Real variables; nothing is called for none.
     pub fn reals(&self, references: &[u32]) -> (c_int, Vec<f64>) {
         if references.is_empty() {
             return (OK, Vec::new());
@@ -245,38 +255,37 @@ impl<'a> Instance<'a> {
         (status, values)
     }
 
-    /// Values of Real variables, all of which must be to be had; the error names the first that is
-    /// not.
+    /// The values of Real variables, which must be readable; the error names the first that is not.
     pub fn must_read(&self, vr: &[u32]) -> Result<Vec<f64>> {
         let (status, values) = self.reals(vr);
         if status <= WARNING {
             return Ok(values);
         }
-        let said = told(&self.messages());
+        let message = last_message(&self.messages());
         let refused = vr.iter().find(|r| self.reals(&[**r]).0 > WARNING);
         let refused = refused.and_then(|r| self.fmu.find(*r));
         let of = refused.map_or("all variables".into(), |v| format!("`{}`", v.name));
         Err(anyhow!(
-            "fmi2GetReal of {of} gave {}{said}",
+            "fmi2GetReal of {of} gave {}{message}",
             status::name(status)
         ))
     }
 
-    /// Values of a Real variable, which must be to be had.
+    /// The values of a Real variable, which must be readable.
     pub fn read(&self, v: &Variable) -> Result<Vec<f64>> {
         let (status, values) = self.reals(&[v.reference]);
         self.must(&format!("fmi2GetReal of `{}`", v.name), status)?;
         Ok(values)
     }
 
-    /// Set Real variables; the status.
+    /// Sets Real variables; returns the status.
     pub fn set_reals(&self, references: &[u32], values: &[f64]) -> c_int {
         assert_eq!(self.fmu.functions.count(references), values.len());
         self.raw
             .set_reals(Array::Elements(references), Array::Elements(values))
     }
 
-    /// Everything that can be read, as bits: numbers of all variables.
+    /// The numbers of all variables, as the bits of `f64`s: what two runs are compared by.
     pub fn observe(&self) -> Result<Vec<u64>> {
         let description = &self.fmu.description;
         let of = |access| references(&description.variables, |v| v.access() == access);
@@ -293,8 +302,9 @@ impl<'a> Instance<'a> {
         Ok(bits)
     }
 
-    /// Step a while with inputs that move a little; everything that can be read after each step.
-    pub fn motion(&mut self, steps: usize, phase: usize) -> Result<Vec<u64>> {
+    /// Makes steps with inputs that [change a little](Self::excite); returns what can be
+    /// [observed](Self::observe) after each.
+    pub fn run_excited(&mut self, steps: usize, phase: usize) -> Result<Vec<u64>> {
         let h = step_size(self.fmu);
         let mut bits = Vec::new();
         for k in 0..steps {
@@ -305,8 +315,8 @@ impl<'a> Instance<'a> {
         Ok(bits)
     }
 
-    /// Set Real inputs a little beside their start values, inside their bounds. A model that
-    /// refuses them keeps what it had.
+    /// Sets Real inputs to values near their start values that depend on `k`, within their bounds.
+    /// A refusal is ignored.
     pub fn excite(&self, k: usize) {
         let is_moving = |v: &&Variable| v.is_input() && v.access() == Access::Real;
         for (n, v) in self
@@ -319,7 +329,7 @@ impl<'a> Instance<'a> {
         {
             let [min, max] = v.bounds();
             let value = |element: usize| {
-                let (start, scale) = about(v, element);
+                let (start, scale) = start_and_scale(v, element);
                 let phase = 0.7 * k as f64 + n as f64 + element as f64;
                 (start + 0.01 * scale * phase.sin()).clamp(min, max)
             };
@@ -332,14 +342,14 @@ impl<'a> Instance<'a> {
     }
 }
 
-/// Value references of the variables that fit.
+/// Value references of the variables that a condition selects.
 pub fn references(variables: &[Variable], fits: impl Fn(&Variable) -> bool) -> Vec<u32> {
     let fitting = variables.iter().filter(|v| fits(v));
     fitting.map(|v| v.reference).collect()
 }
 
-/// Start value of an element of a Real, and about how large its values are.
-pub fn about(v: &Variable, element: usize) -> (f64, f64) {
+/// Start value of an element of a Real, and the order of magnitude of its values.
+pub fn start_and_scale(v: &Variable, element: usize) -> (f64, f64) {
     let start = v.start_number_of(element).unwrap_or(0.0);
     let scale = v.nominal.unwrap_or(start.abs()).abs();
     (start, if scale > 0.0 { scale } else { 1.0 })
@@ -350,8 +360,8 @@ pub fn start_time(fmu: &Fmu) -> f64 {
     fmu.description.default_experiment.start.unwrap_or(0.0)
 }
 
-/// Communication step that the FMU proposes, else a five-hundredth of its experiment, else 10 ms;
-/// in s.
+/// Communication step that the FMU proposes, else a five-hundredth of its default experiment, else
+/// 10 ms; in s.
 pub fn step_size(fmu: &Fmu) -> f64 {
     let experiment = &fmu.description.default_experiment;
     let span = experiment
@@ -365,8 +375,8 @@ pub fn step_size(fmu: &Fmu) -> f64 {
     }
 }
 
-/// The last message, for the end of a sentence.
-pub fn told(messages: &[Message]) -> String {
+/// The last message after a colon, to end a sentence with; empty without messages.
+pub fn last_message(messages: &[Message]) -> String {
     messages
         .last()
         .map_or(String::new(), |m| format!(": {}", m.format))

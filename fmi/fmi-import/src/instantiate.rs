@@ -1,27 +1,27 @@
-//! Makes an instance for a master from the functions of a library.
+//! Makes an instance for a co-simulation master from the functions of a library.
 
 use std::sync::Arc;
 
 use anyhow::{Result, ensure};
 
 use crate::batch::Layout;
-use crate::clocks::Plan;
+use crate::clocks::ClockPlan;
 use crate::fmi_instance::{Arguments, FmiInstance};
 #[cfg(feature = "native")]
-use crate::fmi2;
-use crate::fmi3;
-use crate::functions::{Functions, OwnFunctions};
+use crate::fmi2::Fmi2Instance;
+use crate::fmi3::Fmi3Instance;
+use crate::functions::{Functions, VersionFunctions};
 use crate::log::Log;
 use crate::raw::{CallbackSet, InstanceKind, RawInstance, Request};
 
-/// An instance for co-simulation; none where the FMU gives none.
+/// Makes an instance for co-simulation; None if the FMU returns NULL.
 ///
 /// # Errors
-/// The library does not export what makes and frees instances.
+/// The library does not export the functions that make and free instances.
 pub fn instantiate(
     functions: &Arc<Functions>,
     layout: &Layout,
-    plan: &Arc<Plan>,
+    plan: &Arc<ClockPlan>,
     arguments: &Arguments,
 ) -> Result<Option<Box<dyn FmiInstance>>> {
     let needed = ["fmi2Instantiate", "fmi2FreeInstance"].map(|name| functions.name(name));
@@ -41,18 +41,17 @@ pub fn instantiate(
         returns_early: arguments.returns_early,
         given: CallbackSet::LoggerAndMemory,
     };
-    let log = Log::of_thread(&arguments.name.to_string_lossy());
+    let log = Log::for_thread(&arguments.name.to_string_lossy());
     let Ok(raw) = RawInstance::new(functions, &request, log) else {
         return Ok(None);
     };
-    Ok(match &functions.own {
+    Ok(match &functions.version {
         #[cfg(feature = "native")]
-        OwnFunctions::Fmi2(api) => Some(Box::new(fmi2::Component::new(api.clone(), raw))),
+        VersionFunctions::Fmi2(_) => Some(Box::new(Fmi2Instance::new(raw))),
         #[cfg(not(feature = "native"))]
-        OwnFunctions::Fmi2(_) => None,
-        OwnFunctions::Fmi3(api) => {
-            let instance = fmi3::Instance::new(api.clone(), raw, layout, plan, arguments);
-            Some(Box::new(instance))
+        VersionFunctions::Fmi2(_) => None,
+        VersionFunctions::Fmi3(_) => {
+            Some(Box::new(Fmi3Instance::new(raw, layout, plan, arguments)))
         }
     })
 }

@@ -1,13 +1,15 @@
-//! Imports FMUs of FMI 2.0 and 3.0: opens them, makes instances, and calls them, in the order of the
-//! standard or out of it. Whoever runs FMUs, to simulate or to judge them, comes here for that.
+//! Imports FMUs of FMI 2.0 and 3.0: opens them, makes instances, and calls their functions.
+//! Programs that simulate, check or test FMUs are built on it.
 //!
-//! [`Fmu`] is an FMU with its library loaded. What is made of it comes in three layers:
+//! [`Fmu`] is an FMU whose library is loaded. There are three kinds of instances of it:
 //!
-//! - [`RawInstance`](raw::RawInstance): the C functions of either version, called with slices. Any
-//!   call in any order, also with NULL: for whoever tries what an FMU bears.
-//! - [`Instance`]: an importer that follows the standard, with time, log and saved states.
-//! - [`FmiInstance`](fmi_instance::FmiInstance) (feature `master`): what a co-simulation master asks
-//!   of an instance, wherever it is: in a library, a page's WebAssembly module, another thread.
+//! - [`RawInstance`](raw::RawInstance): the C functions of either version, called with slices, in
+//!   any order and with NULL where that is wanted. All others are built on it.
+//! - [`Instance`]: calls in the order of the standard, with time, log and saved states; for
+//!   programs that test FMUs.
+//! - [`FmiInstance`](fmi_instance::FmiInstance) (feature `master`): the interface of a
+//!   co-simulation master to an instance in a library, in a page's WebAssembly module or in another
+//!   thread.
 //!
 //! The functions themselves, and the states in which each may be called, are tables in
 //! [`standard`].
@@ -19,8 +21,8 @@
 //! assert!(step.is_allowed(Mode::Stepping) && !step.is_allowed(Mode::Instantiated));
 //! ```
 //!
-//! An FMU is foreign code with all rights of this process, so to open one is to trust it. What is
-//! safe here is what we pass: it is valid for as long and as far as the FMU may look at it.
+//! An FMU is foreign code with all rights of this process: open only FMUs that you trust. This
+//! crate ensures that all it passes to an FMU is valid for as long as the FMU may use it.
 #![cfg_attr(all(doctest, feature = "native"), doc = include_str!("../README.md"))]
 #![allow(unsafe_code)] // loads libraries, and calls them
 
@@ -28,14 +30,12 @@
 pub mod answer;
 #[cfg(feature = "master")]
 pub mod batch;
-pub mod calls;
+mod calls;
 #[cfg(feature = "master")]
-pub mod clocks;
-#[cfg(feature = "native")]
-mod derivatives;
+mod clocks;
 mod encoding;
 #[cfg(feature = "native")]
-pub mod exported;
+mod exported;
 #[cfg(all(feature = "master", feature = "native"))]
 mod fmi2;
 #[cfg(feature = "master")]
@@ -43,25 +43,25 @@ mod fmi3;
 #[cfg(feature = "master")]
 pub mod fmi_instance;
 mod fmu;
-pub mod functions;
+mod functions;
 #[cfg(feature = "native")]
 pub mod instance;
 #[cfg(feature = "master")]
 mod instantiate;
 #[cfg(feature = "native")]
-pub mod library;
+mod library;
 pub mod log;
 pub mod messages;
 #[cfg(not(feature = "native"))]
 mod module;
-pub mod names;
+mod names;
 pub mod output;
 #[cfg(feature = "native")]
 pub mod platform;
 #[cfg(feature = "native")]
 pub mod portability;
 #[cfg(feature = "native")]
-pub mod process;
+mod process;
 pub mod raw;
 #[cfg(feature = "master")]
 mod saved;
@@ -69,13 +69,21 @@ pub mod standard;
 #[cfg(feature = "native")]
 mod states;
 pub mod status;
-pub mod text;
+mod text;
 pub mod value;
 #[cfg(feature = "native")]
 mod values;
 
+#[cfg(feature = "master")]
+pub use clocks::{ClockPlan, is_triggered};
+#[cfg(feature = "native")]
+pub use exported::{UnsupportedType, exported_files};
 pub use fmu::Fmu;
+pub use functions::Functions;
 #[cfg(feature = "native")]
 pub use instance::Instance;
 #[cfg(feature = "master")]
 pub use instantiate::instantiate;
+pub use names::with_fmi3_names;
+#[cfg(feature = "native")]
+pub use process::wait_with_limit;

@@ -1,4 +1,4 @@
-//! The shared library of an FMU, with the libraries beside it that it needs.
+//! Loads the shared library of an FMU, together with libraries in its folder that it needs.
 use std::fs;
 use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 use std::sync::Arc;
@@ -11,8 +11,8 @@ use tempfile::{Builder, TempDir, TempPath};
 use crate::calls::Exports;
 use crate::output;
 
-/// A library, and those that were loaded for it. It is closed first; what was unpacked for it is
-/// removed last.
+/// A loaded library. Fields are dropped in their order: the library is closed before those that
+/// were loaded for it, and its files are removed last.
 pub struct Library {
     own: libloading::Library,
     _others: Vec<libloading::Library>,
@@ -20,7 +20,7 @@ pub struct Library {
     _folder: Option<Arc<TempDir>>,
 }
 
-/// An FMU unpacked to a folder of the system for temporary files, and its library there.
+/// An FMU that is unpacked to a temporary folder, and the path of its library there.
 #[derive(Clone)]
 pub(crate) struct Unpacked {
     folder: Arc<TempDir>,
@@ -28,19 +28,18 @@ pub(crate) struct Unpacked {
 }
 
 impl Unpacked {
-    /// Unpacks an archive whose `library` is for this platform.
+    /// Unpacks an archive, in which `library` is the path of the library for this platform.
     pub fn new(archive: &mut Archive, library: String) -> Result<Self> {
         let folder = Arc::new(TempDir::with_prefix("fmu-")?);
         archive.unpack(folder.path())?;
         Ok(Self { folder, library })
     }
 
-    /// Where it was unpacked to.
     pub fn folder(&self) -> &Path {
         self.folder.path()
     }
 
-    /// Loads the library; what it prints meanwhile is named as of `who`.
+    /// Loads the library. What it prints meanwhile is printed with the name `who`.
     pub fn load(&self, who: &str) -> Result<Library> {
         let path = self.folder().join(&self.library);
         let mut opened = output::named(who, || Library::open(&path)).map_err(|error| {
@@ -51,12 +50,12 @@ impl Unpacked {
         Ok(opened)
     }
 
-    /// A copy of the library beside it, with global variables of its own.
+    /// Loads a copy of the library from the same folder, which has its own global variables.
     pub fn copy(&self) -> Result<Library> {
         let library = self.folder().join(&self.library);
         let name = library.file_name().unwrap_or_default();
-        let beside = library.parent().unwrap_or(self.folder());
-        let copy = Builder::new().suffix(name).tempfile_in(beside)?;
+        let folder = library.parent().unwrap_or(self.folder());
+        let copy = Builder::new().suffix(name).tempfile_in(folder)?;
         let copy = copy.into_temp_path();
         fs::copy(&library, &copy)?;
         let mut opened = Library::open(&copy)?;
@@ -65,8 +64,8 @@ impl Unpacked {
     }
 }
 
-/// What helps where the functions of Python are missing, as pythonfmu leaves them out of its
-/// libraries.
+/// What to do if functions of Python are missing: libraries of pythonfmu expect them in the
+/// program.
 fn remedy(error: &str) -> &'static str {
     match error.contains("undefined symbol: Py") || error.contains("undefined symbol: _Py") {
         true => {
@@ -77,7 +76,7 @@ fn remedy(error: &str) -> &'static str {
     }
 }
 
-/// The files below `binaries` of an unpacked FMU, by their paths in it.
+/// Paths of the files in the platform folders of an unpacked FMU.
 pub(crate) fn binaries(folder: &Path) -> Result<Vec<String>> {
     let mut names = Vec::new();
     for platform in fs::read_dir(folder.join("binaries"))?.flatten() {
@@ -92,22 +91,21 @@ pub(crate) fn binaries(folder: &Path) -> Result<Vec<String>> {
 }
 
 impl Library {
-    /// Load a library of an unpacked FMU. Where it needs others that lie beside it, these are loaded
-    /// before.
+    /// Loads a library of an unpacked FMU, if necessary after others in its folder that it needs.
     ///
     /// # Errors
-    /// What the system said of it at first.
+    /// The error of the system at the first attempt.
     pub fn open(file: &Path) -> std::result::Result<Self, Error> {
         let mut others = Vec::new();
         let first = match open(file) {
             Err(error) => error,
             Ok(own) => return Ok(Self::with(own, others)),
         };
-        let beside = fs::read_dir(file.parent().unwrap_or(Path::new(".")));
-        let beside = beside.into_iter().flatten().flatten();
-        let mut waiting: Vec<PathBuf> = beside.map(|entry| entry.path()).collect();
+        let neighbours = fs::read_dir(file.parent().unwrap_or(Path::new(".")));
+        let neighbours = neighbours.into_iter().flatten().flatten();
+        let mut waiting: Vec<PathBuf> = neighbours.map(|entry| entry.path()).collect();
         waiting.retain(|path| path != file && is_library(path));
-        // Each may need another one: once more while one was loaded.
+        // A neighbour may need another one: repeat as long as one more could be loaded.
         loop {
             let before = waiting.len();
             waiting.retain(|path| open(path).map(|library| others.push(library)).is_err());
@@ -151,8 +149,8 @@ fn open(file: &Path) -> std::result::Result<libloading::Library, Error> {
     unsafe { libloading::Library::new(file) }
 }
 
-/// Windows looks for further libraries in the folder of the file, not of the program, where it is
-/// asked to.
+/// With this flag Windows looks for further libraries in the folder of the file, not of the
+/// program.
 #[cfg(windows)]
 fn open(file: &Path) -> std::result::Result<libloading::Library, Error> {
     use libloading::os::windows::{LOAD_WITH_ALTERED_SEARCH_PATH, Library};
@@ -160,9 +158,9 @@ fn open(file: &Path) -> std::result::Result<libloading::Library, Error> {
     unsafe { Library::load_with_flags(file, LOAD_WITH_ALTERED_SEARCH_PATH) }.map(Into::into)
 }
 
-/// Where the resources of an FMU are that lies in a folder, as its version wants it: a URI, or a
-/// path with a separator at its end (FMI 3.0, section 2.3.1).
-pub fn resources(folder: &Path, version: Version) -> String {
+/// The resources of an FMU in a folder, as its version of FMI passes them: as a URI, or as a path
+/// with a separator at its end (FMI 3.0, section 2.3.1).
+pub(crate) fn resources(folder: &Path, version: Version) -> String {
     let path = folder.join("resources");
     let path = std::path::absolute(&path).unwrap_or(path);
     match version {

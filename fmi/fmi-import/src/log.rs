@@ -1,8 +1,13 @@
-//! What FMUs say through the logger that they are given. A message goes to its instance, which keeps
-//! it in a [`Log`] of its own, or adds it to what was said in this thread ([`messages`]).
+//! The loggers that FMUs are passed. A message goes to the [`Log`] of its instance, which keeps it
+//! or adds it to the messages of this thread ([`messages`]).
 //!
-//! The environment that an FMU passes is a number that is looked up, never followed: some FMUs call
-//! the logger with another one.
+//! The environment that an FMU passes to the logger is a number that is looked up, never a pointer
+//! that is followed, since some FMUs pass another one than they were given.
+//!
+//! ```
+//! let log = fmi_import::log::Log::new("my instance");
+//! assert!(log.take().is_empty());
+//! ```
 
 use std::collections::BTreeMap;
 use std::ffi::{c_int, c_void};
@@ -13,27 +18,27 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use crate::calls::Callbacks;
 use crate::messages;
 use crate::standard::{Pointer, Text};
-use crate::text::shown;
+use crate::text::read_or_explain;
 
-/// A message as the logger got it.
+/// A message as the logger received it.
 #[derive(Clone, Debug)]
 pub struct Message {
-    /// Instance that it is said to come from.
+    /// Name of the instance that the FMU says it comes from.
     pub instance: String,
     /// Status.
     pub status: c_int,
     /// Category.
     pub category: String,
-    /// As it came: in FMI 2.0 a printf format whose arguments are not looked at.
+    /// The text as received: in FMI 2.0 a printf format, whose arguments are not read.
     pub format: String,
-    /// A text, in which nothing is doubled (FMI 3.0).
+    /// It is plain text, not a format (FMI 3.0).
     pub is_plain: bool,
-    /// It came with another environment than the one that was given to an instance.
+    /// It came with an environment that no instance was given.
     pub is_stray: bool,
 }
 
 impl Message {
-    /// What it prints: `%` and `#` stand doubled in the format.
+    /// Its text, in which the `%%` and `##` of a format are `%` and `#`.
     #[must_use]
     pub fn text(&self) -> String {
         match self.is_plain {
@@ -43,27 +48,27 @@ impl Message {
     }
 }
 
-/// A live instance, or nobody.
+/// Receives the messages of a live instance, or those without a known instance.
 #[derive(Default)]
 struct Listener {
-    /// Name of the instance, which a logger of FMI 3.0 is not told.
+    /// Name of the instance, which FMI 3.0 does not pass to the logger.
     name: String,
-    /// None: they are added to those of the thread.
+    /// Its messages; None if they are added to those of the thread.
     own: Option<Vec<Message>>,
 }
 
-/// All live instances, by the number that is their environment; under [`STRAY`] what came with
-/// another one, once an instance keeps its messages itself.
+/// A listener for each live instance, by the number that is its environment. Under [`STRAY`], once
+/// an instance keeps its messages, the messages that came with an unknown environment.
 static LISTENERS: Mutex<BTreeMap<usize, Listener>> = Mutex::new(BTreeMap::new());
 
-/// The environment of nobody: NULL.
+/// The environment of no instance: NULL.
 const STRAY: usize = 0;
 
 fn listeners() -> MutexGuard<'static, BTreeMap<usize, Listener>> {
     LISTENERS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// An instance as the logger knows it, for as long as this lives.
+/// Connects an instance to the logger, for as long as this lives.
 #[derive(Debug)]
 pub struct Log {
     environment: usize,
@@ -71,7 +76,7 @@ pub struct Log {
 }
 
 impl Log {
-    /// Of an instance that keeps its messages: as they came, formats without their arguments.
+    /// For an instance that keeps its messages: as received, formats without their arguments.
     pub fn new(name: &str) -> Self {
         listeners().entry(STRAY).or_insert_with(|| Listener {
             own: Some(Vec::new()),
@@ -80,9 +85,9 @@ impl Log {
         Self::with(name, Some(Vec::new()))
     }
 
-    /// Of an instance whose messages are added to those of the thread that it is called in, with
-    /// their arguments.
-    pub fn of_thread(name: &str) -> Self {
+    /// For an instance whose messages are added to those of the thread that calls it, with their
+    /// arguments.
+    pub fn for_thread(name: &str) -> Self {
         Self::with(name, None)
     }
 
@@ -97,7 +102,7 @@ impl Log {
         }
     }
 
-    /// Callbacks whose logger writes here, without memory functions.
+    /// Callbacks with a logger for this instance, without memory functions.
     pub fn callbacks(&self) -> Callbacks {
         Callbacks {
             logger: match self.is_of_thread {
@@ -112,15 +117,15 @@ impl Log {
         }
     }
 
-    /// Messages since the last call of this function; with them those that came with the
-    /// environment of nobody.
+    /// Messages since the last call of this function, and those that came with an unknown
+    /// environment.
     pub fn take(&self) -> Vec<Message> {
         let mut messages = self.take_own();
         messages.extend(take(STRAY));
         messages
     }
 
-    /// The same without those that came with the environment of nobody.
+    /// Messages since the last call of this function.
     pub fn take_own(&self) -> Vec<Message> {
         take(self.environment)
     }
@@ -139,35 +144,35 @@ impl Drop for Log {
     }
 }
 
-/// A text of the instance with this environment: added to what was said in this thread.
+/// Adds a text of the instance with this environment to the messages of this thread.
 pub fn receive(environment: usize, status: c_int, text: &str) {
     let name = listeners().get(&environment).map(|l| l.name.clone());
     let name = name.as_deref().unwrap_or(messages::NOBODY);
     messages::add(name, status <= 1, text.trim_end());
 }
 
-/// Notes a message; FMI 3.0 does not tell the name of the instance.
+/// Hands a message to its listener; `name` is None in FMI 3.0, which does not pass it.
 ///
 /// # Safety
 /// What the FMU says are C strings.
-unsafe fn note(
+unsafe fn record(
     environment: Pointer,
     name: Option<Text>,
     status: c_int,
     [category, format]: [Text; 2],
 ) {
     // SAFETY: as the caller promises.
-    let [category, format] = unsafe { [category, format].map(|text| shown(text)) };
+    let [category, format] = unsafe { [category, format].map(|text| read_or_explain(text)) };
     // SAFETY: the same.
-    let told = name.map(|name| unsafe { shown(name) });
+    let name = name.map(|name| unsafe { read_or_explain(name) });
     let mut listeners = listeners();
     let environment = environment.addr();
     let is_known = environment != STRAY && listeners.contains_key(&environment);
     let listener = listeners.get_mut(&if is_known { environment } else { STRAY });
     let (own, known) = listener.map_or((None, ""), |l| (l.own.as_mut(), &l.name));
     let message = Message {
-        is_plain: told.is_none(),
-        instance: told.unwrap_or_else(|| known.to_string()),
+        is_plain: name.is_none(),
+        instance: name.unwrap_or_else(|| known.to_string()),
         status,
         category,
         format,
@@ -191,12 +196,12 @@ pub(crate) unsafe extern "C" fn logger_3(
     message: Text,
 ) {
     // SAFETY: what the FMU says are C strings.
-    unsafe { note(environment, None, status, [category, message]) }
+    unsafe { record(environment, None, status, [category, message]) }
 }
 
-/// FMI declares it variadic; this one does not look at the arguments of the format, and a variadic
-/// call with pointers and integers equals a plain one on Linux (x86-64, aarch64) and Windows; not
-/// on Apple silicon.
+/// The logger of FMI 2.0, which does not read the arguments of the format. FMI declares it
+/// variadic; a variadic call with pointers and integers equals a plain one on Linux (x86-64,
+/// aarch64) and Windows, but not on Apple silicon.
 unsafe extern "C" fn logger(
     environment: Pointer,
     name: Text,
@@ -205,7 +210,7 @@ unsafe extern "C" fn logger(
     format: Text,
 ) {
     // SAFETY: what the FMU says are C strings.
-    unsafe { note(environment, Some(name), status, [category, format]) }
+    unsafe { record(environment, Some(name), status, [category, format]) }
 }
 
 #[cfg(feature = "printf")]
@@ -222,7 +227,7 @@ unsafe extern "C" {
     );
 }
 
-/// What `logger.c` calls with the formatted text.
+/// `logger.c` calls this with the formatted text.
 #[cfg(feature = "printf")]
 #[unsafe(no_mangle)]
 unsafe extern "C" fn fmi_import_receive(environment: Pointer, status: c_int, text: Text) {

@@ -1,31 +1,35 @@
-//! What the FMUs of a run say, kept for the error texts and for the verdict of the run: messages
-//! that differ in their numbers only are counted.
+//! The messages that FMUs have logged in this thread, kept for error texts and for the verdict of a
+//! run. Messages that differ only in their numbers are counted, not repeated.
 //!
-//! FMUs log while they are being called, so a buffer per thread keeps apart what several systems in
-//! several threads say.
+//! FMUs log while they are called, so a buffer for each thread separates systems that run in
+//! parallel.
+//!
+//! ```
+//! assert!(fmi_import::messages::take().is_empty());
+//! ```
 
 use std::cell::RefCell;
 
-/// Name that a message gets whose FMU does not say whose it is.
+/// Instance name of a message whose instance is not known.
 pub const NOBODY: &str = "an FMU";
 
-/// Kinds of messages kept per thread; further ones are dropped.
-const KEPT: usize = 64;
+/// How many different messages are kept per thread; further ones are dropped.
+const MAX_KEPT: usize = 64;
 
 thread_local! {
     static MESSAGES: RefCell<Vec<Message>> = const { RefCell::new(Vec::new()) };
 }
 
-/// A logger message, or several that differ in their numbers only.
+/// A message, or several that differ only in their numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Message {
-    /// Instance that said it.
+    /// Name of the instance that logged it.
     pub instance: String,
-    /// A warning, not the reason of a failure.
+    /// It is a warning, not the reason of a failure.
     pub is_warning: bool,
-    /// Its text: the first of several warnings, the last of several reasons.
+    /// The text: of several warnings the first, of several failures the last.
     pub text: String,
-    /// How often it came.
+    /// How often it was logged.
     pub count: u64,
 }
 
@@ -39,13 +43,11 @@ impl std::fmt::Display for Message {
     }
 }
 
-/// True for texts that differ in their numbers only.
 fn are_alike(a: &str, b: &str) -> bool {
     let bare = |c: &char| !(c.is_ascii_digit() || "+-.e".contains(*c));
     a.chars().filter(bare).eq(b.chars().filter(bare))
 }
 
-/// Keep a message.
 pub(crate) fn add(instance: &str, is_warning: bool, text: &str) {
     MESSAGES.with_borrow_mut(|messages| {
         let same = |m: &&mut Message| {
@@ -56,7 +58,7 @@ pub(crate) fn add(instance: &str, is_warning: bool, text: &str) {
             if !is_warning {
                 message.text = text.to_string();
             }
-        } else if messages.len() < KEPT {
+        } else if messages.len() < MAX_KEPT {
             messages.push(Message {
                 instance: instance.to_string(),
                 is_warning,
@@ -67,22 +69,23 @@ pub(crate) fn add(instance: &str, is_warning: bool, text: &str) {
     });
 }
 
-/// Keep what was said in another thread.
+/// Adds messages that were logged in another thread.
 pub fn extend(others: Vec<Message>) {
     MESSAGES.with_borrow_mut(|messages| messages.extend(others));
 }
 
-/// What was said in this thread since it was last taken.
+/// The messages of this thread since [`take`] was called last.
 pub fn present() -> Vec<Message> {
     MESSAGES.with_borrow(Clone::clone)
 }
 
-/// Take what was said in this thread since the last call.
+/// Removes and returns the messages of this thread.
 pub fn take() -> Vec<Message> {
     MESSAGES.take()
 }
 
-/// The reasons that the instance has logged, else its warnings, each once.
+/// Removes the messages of this thread; returns those of an instance that say why a call failed, or
+/// if there are none its warnings.
 pub fn reasons(instance: &str) -> Vec<String> {
     let mut messages = take();
     messages.retain(|m| m.instance == instance || m.instance == NOBODY);

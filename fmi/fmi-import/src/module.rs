@@ -1,5 +1,5 @@
-//! The WebAssembly module of an FMU, in the place of a shared library: the host of WebAssembly keeps
-//! it, and forwards the functions of FMI 3.0 to instances of it.
+//! The WebAssembly module of an FMU, used instead of a shared library when this crate runs in a
+//! page: the host of WebAssembly compiles it, and forwards the functions of FMI 3.0 to it.
 
 use std::ffi::{c_int, c_void};
 
@@ -7,10 +7,11 @@ use anyhow::{Context, Result, bail, ensure};
 use fmi_description::{Archive, Description, Version};
 
 use crate::calls::{Exports, Logger};
+use crate::messages;
+use crate::standard::fmi3_functions;
 use crate::standard::{Pointer, Text};
-use crate::{fmi3_functions, messages};
 
-/// Where an archive has a module by itself, and where in a component.
+/// Folders of an archive for a plain module, and for a module in a component.
 const FOLDERS: [&str; 2] = ["binaries/wasm32-unknown-unknown", "binaries/wasm32-wasip2"];
 
 /// A module that the host has compiled.
@@ -18,7 +19,7 @@ pub struct Library(u32);
 
 #[link(wasm_import_module = "host")]
 unsafe extern "C" {
-    /// Compiles a module; its number, or -1 after a message that says why not.
+    /// Compiles a module; returns its number, or -1 after a message that says why not.
     safe fn load(bytes: *const u8, size: usize) -> c_int;
     /// Forgets a module.
     safe fn unload(module: u32);
@@ -47,11 +48,11 @@ macro_rules! imports {
 fmi3_functions!(imports!);
 
 impl Library {
-    /// Have the host compile the module of an FMU. In the place of its resources, which a module
-    /// cannot read, is the path by which the host knows the module.
+    /// Lets the host compile the module of an FMU. The path that is returned as that of the
+    /// resources, which a module cannot read, identifies the module to the host.
     ///
     /// # Errors
-    /// The FMU has no module, or what the host says of it.
+    /// The FMU has no module, or the host cannot compile it.
     pub fn load(
         file: &str,
         archive: &mut Archive,
@@ -66,7 +67,7 @@ impl Library {
         let bytes = match (archive.file(&path)?, archive.file(&inside)?) {
             (Some(module), _) => module,
             (None, Some(component)) => {
-                let module = module_of(&component).map(<[u8]>::to_vec);
+                let module = first_module(&component).map(<[u8]>::to_vec);
                 module.with_context(|| format!("`{inside}` is no component that holds a module"))?
             }
             (None, None) => bail!(
@@ -89,9 +90,9 @@ impl Exports for Library {
     }
 }
 
-/// The first module in a component of the Component Model: its sections are a kind, a size (LEB128)
-/// and that many bytes, those of kind 1 a module.
-fn module_of(component: &[u8]) -> Option<&[u8]> {
+/// The first module in a component of the Component Model. Each section is a kind, a size (LEB128)
+/// and that many bytes; kind 1 is a module.
+fn first_module(component: &[u8]) -> Option<&[u8]> {
     const MODULE: u8 = 1;
     let mut rest = component.get(8..)?;
     loop {

@@ -1,11 +1,19 @@
-//! Standard output: ours stays ours. Many FMUs print banners there; what they print goes to
-//! standard error, and is named as theirs while they are loaded and made.
+//! Keeps what FMUs print apart from the standard output of this program. Many FMUs print banners
+//! there: once outputs are [separate], that goes to standard error, with the name of the FMU while
+//! it is loaded and instantiated.
+//!
+//! ```
+//! fmi_import::output::write("0.01,1.5\n")?;
+//! # std::io::Result::Ok(())
+//! ```
 
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-/// Write to our standard output.
+pub use own::{named, separate};
+
+/// Writes to the standard output of this program.
 pub fn write(text: impl Display) -> io::Result<()> {
     match own::stdout() {
         Some(mut out) => write!(out, "{text}"),
@@ -17,37 +25,22 @@ pub fn write(text: impl Display) -> io::Result<()> {
     }
 }
 
-/// From now on what else is printed to standard output in this program goes to standard error. For
-/// programs, at their start.
+/// Ends a program with this exit code.
 ///
-/// # Errors
-/// What the system says.
-pub fn separate() -> io::Result<()> {
-    own::separate()
-}
-
-/// The end of a program.
-///
-/// The library of pythonfmu (0.7.0) frees its interpreter's state twice when a process ends in the
-/// usual way: its finalizer runs after the destructors of its static objects, which corrupts the
-/// heap, and some processes abort after all work is done. So nothing of the kind is run where
-/// Python's library is in the process.
+/// If Python's library is in the process, no destructors are run: the library of pythonfmu (0.7.0)
+/// frees its interpreter's state twice when they are, and some processes would abort after all work
+/// is done.
 pub fn end(code: u8) -> ExitCode {
     #[cfg(all(unix, feature = "native"))]
     // SAFETY: the name is a C string; nothing is to be run any more.
     unsafe {
         if !libc::dlsym(libc::RTLD_DEFAULT, c"Py_Initialize".as_ptr()).is_null() {
-            // Nobody may read the output any more.
+            // A failure means that the reader of the output is gone.
             let _ = io::stdout().flush();
             libc::_exit(code.into());
         }
     }
     ExitCode::from(code)
-}
-
-/// Call what may print; where outputs are separate, its lines are named as those of `who`.
-pub fn named<T>(who: &str, call: impl FnOnce() -> T) -> T {
-    own::named(who, call)
 }
 
 #[cfg(all(unix, feature = "native"))]
@@ -59,14 +52,14 @@ mod own {
 
     /// The standard output that the program was started with.
     static OWN: OnceLock<File> = OnceLock::new();
-    /// One at a time is listened to.
-    static LISTENING: Mutex<()> = Mutex::new(());
+    /// Held while the output of a call is captured.
+    static CAPTURING: Mutex<()> = Mutex::new(());
 
     pub fn stdout() -> Option<&'static File> {
         OWN.get()
     }
 
-    /// What the C library still holds is written.
+    /// Writes what the C library has buffered.
     fn flush() {
         // SAFETY: NULL means all streams.
         unsafe { libc::fflush(std::ptr::null_mut()) };
@@ -80,6 +73,11 @@ mod own {
         }
     }
 
+    /// Redirects to standard error all that is printed to standard output other than by
+    /// [`write`](super::write). To be called at the start of a program.
+    ///
+    /// # Errors
+    /// The system cannot redirect it.
     pub fn separate() -> io::Result<()> {
         if OWN.get().is_some() {
             return Ok(());
@@ -94,11 +92,13 @@ mod own {
         copy(libc::STDERR_FILENO, libc::STDOUT_FILENO)
     }
 
+    /// Calls a function that may print. If outputs are separate, its lines are printed with the
+    /// name `who`.
     pub fn named<T>(who: &str, call: impl FnOnce() -> T) -> T {
         if OWN.get().is_none() {
             return call();
         }
-        let (Ok(_guard), Ok(mut file)) = (LISTENING.lock(), tempfile::tempfile()) else {
+        let (Ok(_guard), Ok(mut file)) = (CAPTURING.lock(), tempfile::tempfile()) else {
             return call();
         };
         flush();
@@ -107,7 +107,7 @@ mod own {
         }
         let result = call();
         flush();
-        // Where this fails there is no standard error either.
+        // If this fails, there is no standard error either.
         let _ = copy(libc::STDERR_FILENO, libc::STDOUT_FILENO);
         let mut bytes = Vec::new();
         if file.seek(SeekFrom::Start(0)).is_ok() && file.read_to_end(&mut bytes).is_ok() {
@@ -127,10 +127,12 @@ mod own {
         None
     }
 
+    /// Does nothing here, where FMUs cannot print.
     pub fn separate() -> io::Result<()> {
         Ok(())
     }
 
+    /// Calls the function.
     pub fn named<T>(_: &str, call: impl FnOnce() -> T) -> T {
         call()
     }

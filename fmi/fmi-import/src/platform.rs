@@ -1,11 +1,18 @@
-//! For which platform a library was built, and which one this machine is.
+//! Finds for which platform a library was built, by its own header, and which platform this machine
+//! is.
+//!
+//! ```
+//! let program = std::fs::read(std::env::current_exe()?)?;
+//! assert_eq!(fmi_import::platform::detect(&program)?, fmi_import::platform::host()?);
+//! # anyhow::Ok(())
+//! ```
 
 use anyhow::{Context, Result, bail};
 pub use fmi_description::platform::{LINUX, LINUX_ARM, MACOS, MACOS_ARM, Platform, WASM, WINDOWS};
 use object::{Architecture, BinaryFormat, Object};
 
-/// The platform that a library was built for, by its own header.
-pub fn of(library: &[u8]) -> Result<Platform> {
+/// The platform that a library or program was built for.
+pub fn detect(library: &[u8]) -> Result<Platform> {
     let file = object::File::parse(library).context("not a library")?;
     match (file.format(), file.architecture()) {
         (BinaryFormat::Elf, Architecture::X86_64) => Ok(LINUX),
@@ -45,8 +52,8 @@ mod tests {
 
     #[test]
     fn a_folder_is_claimed_for_its_own_processor_only() {
-        assert_eq!(of(&elf(62)).unwrap(), LINUX);
-        let arm = of(&elf(183)).unwrap();
+        assert_eq!(detect(&elf(62)).unwrap(), LINUX);
+        let arm = detect(&elf(183)).unwrap();
         assert_eq!(arm, LINUX_ARM);
         let library = arm.library(Version::Fmi3, "Lag");
         assert_eq!(library.as_deref(), Some("binaries/aarch64-linux/Lag.so"));
@@ -55,18 +62,18 @@ mod tests {
         let mut mac = vec![0; 32];
         mac[..8].copy_from_slice(&[0xcf, 0xfa, 0xed, 0xfe, 0x0c, 0, 0, 1]);
         mac[12] = 6;
-        assert_eq!(of(&mac).unwrap(), MACOS_ARM);
+        assert_eq!(detect(&mac).unwrap(), MACOS_ARM);
         mac[4] = 7;
-        assert_eq!(of(&mac).unwrap(), MACOS);
-        let refused = of(&elf(243)).unwrap_err().to_string();
+        assert_eq!(detect(&mac).unwrap(), MACOS);
+        let refused = detect(&elf(243)).unwrap_err().to_string();
         assert!(refused.starts_with("built for Riscv64 (Elf)"), "{refused}");
-        assert_eq!(of(b"text").unwrap_err().to_string(), "not a library");
+        assert_eq!(detect(b"text").unwrap_err().to_string(), "not a library");
     }
 
     /// This test itself is a program for the machine that it runs on.
     #[test]
     fn the_header_of_this_program_names_this_machine() {
         let program = std::fs::read(std::env::current_exe().unwrap()).unwrap();
-        assert_eq!(of(&program).ok(), host().ok());
+        assert_eq!(detect(&program).ok(), host().ok());
     }
 }

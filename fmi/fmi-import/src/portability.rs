@@ -1,5 +1,13 @@
-//! What a library or program needs from the machine that loads it, and what it tells about the one
-//! that built it.
+//! What a library or program needs from the machine that loads it, and what it reveals of the
+//! machine that built it, read from its headers.
+//!
+//! ```
+//! use fmi_import::portability::Needs;
+//!
+//! let program = std::fs::read(std::env::current_exe()?)?;
+//! assert!(!Needs::read(&program)?.libraries.is_empty());
+//! # anyhow::Ok(())
+//! ```
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -8,11 +16,11 @@ use anyhow::{Context, Result};
 use object::read::elf::FileHeader;
 use object::{Object, elf};
 
-/// Newest version of the GNU C library that a Linux binary may ask for: that of Red Hat Enterprise
+/// Newest version of the GNU C library that a Linux binary may need: that of Red Hat Enterprise
 /// Linux 7 (2014).
-pub const GLIBC: Version = Version(2, 17, 0);
+const GLIBC: Version = Version(2, 17, 0);
 
-/// Parts of the GNU C library; nothing else may be needed on Linux.
+/// The libraries of the GNU C library, the only ones that may be needed on Linux.
 const LINUX: [&str; 7] = [
     "ld-linux-aarch64.so.1",
     "ld-linux-x86-64.so.2",
@@ -22,8 +30,7 @@ const LINUX: [&str; 7] = [
     "libpthread.so.0",
     "librt.so.1",
 ];
-/// Libraries that every Windows 10 has, beside the sets of its interface (`api-ms-win-…`), in lower
-/// case.
+/// Libraries that every Windows 10 has, in lower case, besides those named `api-ms-win-…`.
 const WINDOWS: [&str; 10] = [
     "advapi32.dll",
     "bcrypt.dll",
@@ -36,7 +43,7 @@ const WINDOWS: [&str; 10] = [
     "userenv.dll",
     "ws2_32.dll",
 ];
-/// Where the libraries of every macOS lie.
+/// Folders of the libraries that every macOS has.
 const MACOS: [&str; 2] = ["/usr/lib/", "/System/Library/"];
 
 /// Mathematical functions of C whose last digits differ between platforms and between versions of
@@ -52,7 +59,7 @@ const MATHEMATICS: [&str; 27] = [
 pub struct Version(pub u32, pub u32, pub u32);
 
 impl Version {
-    /// Of the name of a symbol version: `GLIBC_2.3.4`.
+    /// From the name of a symbol version: `GLIBC_2.3.4`.
     fn parse(name: &str) -> Option<Self> {
         let mut parts = name.strip_prefix("GLIBC_")?.split('.').map(str::parse);
         let mut next = || parts.next().unwrap_or(Ok(0)).ok();
@@ -71,22 +78,22 @@ impl fmt::Display for Version {
     }
 }
 
-/// What a binary needs, by its own headers.
+/// What a library or program needs, by its own headers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Needs {
-    /// Names of the versions of symbols that it asks for (Linux).
+    /// Names of the symbol versions that it needs (Linux).
     versions: BTreeSet<String>,
     /// Shared libraries that it loads.
     pub libraries: BTreeSet<String>,
-    /// Functions and variables that it takes from them.
+    /// Functions and variables that it imports from them.
     imports: BTreeSet<String>,
-    /// Names of functions that are not exported, or information for a debugger.
+    /// It has symbols that are not exported, or debug information.
     has_symbols: bool,
 }
 
 impl Needs {
-    /// Read from a library or program for Linux, Windows or macOS.
-    pub fn of(binary: &[u8]) -> Result<Self> {
+    /// Reads the headers of a library or program for Linux, Windows or macOS.
+    pub fn read(binary: &[u8]) -> Result<Self> {
         let file = object::File::parse(binary).context("neither library nor program")?;
         let imports = file.imports()?;
         let (versions, libraries) = match &file {
@@ -106,24 +113,22 @@ impl Needs {
         })
     }
 
-    /// The newest version of the GNU C library that it asks for.
+    /// The newest version of the GNU C library that it needs.
     pub fn glibc(&self) -> Option<Version> {
         self.versions.iter().filter_map(|v| Version::parse(v)).max()
     }
 
-    /// Mathematical functions that it takes from the platform: its numbers may differ from those on
-    /// another one.
+    /// Mathematical functions that it imports, so that its numbers may differ between platforms.
     pub fn mathematics(&self) -> Vec<&str> {
         let names = self.imports.iter().map(|name| name.trim_start_matches('_'));
         names.filter(|name| MATHEMATICS.contains(name)).collect()
     }
 
-    /// Why it would not run on every machine of its platform folder, or is larger than it must be;
-    /// none where all is well.
+    /// Why it would not run on every machine of its platform folder, or is larger than necessary.
     pub fn faults(&self, folder: &str) -> Vec<String> {
         let mut faults = Vec::new();
         for version in &self.versions {
-            // Such as GLIBC_PRIVATE, or those of another library.
+            // A version that cannot be parsed is GLIBC_PRIVATE, or one of another library.
             if Version::parse(version).is_none_or(|v| v > GLIBC) {
                 faults.push(format!(
                     "needs symbols of {version}, but must do with GLIBC_{GLIBC}"
@@ -150,7 +155,7 @@ impl Needs {
     }
 }
 
-/// Versions of symbols and libraries that an ELF file asks for.
+/// Symbol versions and libraries that an ELF file needs.
 fn elf_needs(binary: &[u8]) -> Result<(BTreeSet<String>, BTreeSet<String>)> {
     let header = elf::FileHeader64::<object::Endianness>::parse(binary)?;
     let endian = header.endian()?;
@@ -174,9 +179,8 @@ fn text(name: &[u8]) -> String {
     String::from_utf8_lossy(name).into_owned()
 }
 
-/// Those of the folders that are named somewhere in a binary; `/root` is not named by
-/// `src/roots.rs`.
-pub fn named<'a>(binary: &[u8], folders: &'a [String]) -> Vec<&'a str> {
+/// The folders whose paths occur in a binary. `src/roots.rs` is no occurrence of `/root`.
+pub fn folders_in<'a>(binary: &[u8], folders: &'a [String]) -> Vec<&'a str> {
     let continues = |next: &u8| next.is_ascii_alphanumeric() || b"_-".contains(next);
     let is_named = |folder: &&String| {
         let length = folder.len();
@@ -256,7 +260,7 @@ mod tests {
     #[test]
     fn this_program_is_read() {
         let program = std::fs::read(std::env::current_exe().unwrap()).unwrap();
-        let needs = Needs::of(&program).unwrap();
+        let needs = Needs::read(&program).unwrap();
         assert!(!needs.libraries.is_empty());
         if cfg!(target_os = "linux") {
             assert!(needs.glibc().is_some() && needs.libraries.contains("libc.so.6"));
@@ -267,13 +271,13 @@ mod tests {
         let absent = format!("/absent/{}", std::process::id());
         let folder = Path::new(file!()).parent().unwrap().to_str().unwrap();
         let folders = [absent, folder.to_string()];
-        assert_eq!(named(&program, &folders), [folder]);
+        assert_eq!(folders_in(&program, &folders), [folder]);
     }
 
     #[test]
     fn a_folder_is_not_the_start_of_another_name() {
         let folders = ["/root".to_string()];
-        let is_named = |text: &[u8]| !named(text, &folders).is_empty();
+        let is_named = |text: &[u8]| !folders_in(text, &folders).is_empty();
         assert!(!is_named(b"/registry/num-integer/src/roots.rs"));
         assert!(!is_named(b"/root-of-all/x"));
         assert!(is_named(b"x/roots /root/.cargo/registry") && is_named(b"in /root"));

@@ -1,4 +1,4 @@
-//! Processes in which FMUs are tried.
+//! Waits for a process that runs an FMU, which may hang.
 
 use std::process::{Child, ExitStatus};
 use std::thread;
@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 
-/// Wait for a process; its status, or None if it had to be ended because it took longer than the
-/// limit.
-pub fn wait(mut child: Child, limit: Duration) -> Result<Option<ExitStatus>> {
+/// Waits until a process ends; returns its status, or None if it was killed because it took longer
+/// than the limit.
+pub fn wait_with_limit(mut child: Child, limit: Duration) -> Result<Option<ExitStatus>> {
     let begun = Instant::now();
     loop {
         if let Some(status) = child.try_wait()? {

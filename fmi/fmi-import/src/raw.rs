@@ -1,14 +1,21 @@
-//! One instance's C functions, called with slices: any call, in any order and with any arguments,
-//! also NULL. Each gives the status that the library answers.
+//! The C functions of one instance, called with slices: in any order and with any arguments, NULL
+//! included. Each returns the status that the library returned.
 //!
-//! What is passed is valid for as long and as far as the library may look at it. Whether it looks
-//! further, or bears what the standard forbids, is its own affair: only those who want to know that
-//! call out of order, or with NULL and handles that are no more.
+//! All that is passed stays valid for as long as the library may read or write it. A library may
+//! still crash when it is called out of order, with NULL or with a freed handle: call it so only to
+//! find that out.
+//!
+//! ```
+//! /// Whether an FMU refuses a call that passes NULL instead of an instance.
+//! fn refuses_null(fmu: &fmi_import::Fmu) -> bool {
+//!     fmi_import::raw::RawInstance::null(&fmu.functions).terminate() > 1
+//! }
+//! ```
 
 mod calls;
 mod lists;
 
-pub use lists::{ClockFunction, Inquiry};
+pub use lists::Inquiry;
 
 use std::ffi::{CStr, c_int};
 use std::ptr;
@@ -16,21 +23,21 @@ use std::sync::Arc;
 
 use crate::calls::{Callbacks, Logger};
 use crate::functions::Functions;
-use crate::functions::OwnFunctions::{Fmi2, Fmi3};
+use crate::functions::VersionFunctions::{self, Fmi2, Fmi3};
 use crate::log::{Log, Message, logger_3};
 use crate::standard::{Pointer, Text};
 
-/// An array that is given: its elements, or NULL with the number that it is said to have.
+/// An array argument: its elements, or NULL with a number of elements that the call claims.
 #[derive(Clone, Copy, Debug)]
 pub enum Array<'a, T> {
-    /// Elements.
+    /// The elements.
     Elements(&'a [T]),
-    /// NULL.
+    /// NULL, with the number of elements that the call claims.
     Null(usize),
 }
 
 impl<'a, T> Array<'a, T> {
-    /// The elements, or NULL in their place.
+    /// The elements, or NULL with their number.
     pub fn or_null(elements: &'a [T], is_null: bool) -> Self {
         match is_null {
             true => Self::Null(elements.len()),
@@ -53,8 +60,8 @@ impl<'a, T> Array<'a, T> {
     }
 }
 
-/// Room for one result, or NULL.
-fn room<T>(place: Option<&mut T>) -> *mut T {
+/// A pointer to where a result is written, or NULL.
+fn result_pointer<T>(place: Option<&mut T>) -> *mut T {
     place.map_or(ptr::null_mut(), ptr::from_mut)
 }
 
@@ -69,18 +76,18 @@ fn c_text(text: Option<&CStr>) -> Text {
 pub struct StateHandle(Pointer);
 
 impl StateHandle {
-    /// NULL, which may be freed.
+    /// NULL, which the standard allows to be freed.
     pub const NULL: Self = Self(ptr::null_mut());
-    /// One that no instance has given.
+    /// A handle that no instance has returned.
     pub const INVENTED: Self = Self(ptr::dangling_mut::<u64>().cast());
 
-    /// It is NULL.
+    /// Whether it is NULL.
     pub fn is_null(self) -> bool {
         self.0.is_null()
     }
 }
 
-/// What is simulated, as the C functions take it: relative tolerance, first and last time in s.
+/// The arguments of fmi2SetupExperiment: relative tolerance, start and stop time in s.
 #[derive(Clone, Copy, Debug, Default)]
 #[allow(missing_docs)] // named and explained in the standard
 pub struct Experiment {
@@ -91,6 +98,16 @@ pub struct Experiment {
     pub stop: f64,
 }
 
+impl Experiment {
+    /// An experiment from this time, s, on, without a stop time: the run may be continued.
+    pub fn from_start(start: f64) -> Self {
+        Self {
+            start,
+            ..Self::default()
+        }
+    }
+}
+
 /// `fmi2Type`: what an instance is made for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InstanceKind {
@@ -98,16 +115,16 @@ pub enum InstanceKind {
     ModelExchange,
     /// Co-Simulation.
     CoSimulation,
-    /// A number that is none of them, which only FMI 2.0 can be given.
+    /// Any other number, which only FMI 2.0 can be passed.
     Other(c_int),
 }
 
-/// Callbacks that an instance is given.
+/// Which callbacks an instance is passed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CallbackSet {
-    /// NULL in their place.
+    /// NULL instead of the callbacks.
     Nothing,
-    /// Without a logger.
+    /// Callbacks whose logger is NULL.
     NoLogger,
     /// A logger alone.
     Logger,
@@ -115,16 +132,16 @@ pub enum CallbackSet {
     LoggerAndMemory,
 }
 
-/// What an instance is made with.
+/// The arguments of fmi2Instantiate or its equivalents in FMI 3.0.
 #[derive(Clone, Copy, Debug)]
 pub struct Request<'a> {
-    /// What it is made for.
+    /// Interface that is instantiated.
     pub kind: InstanceKind,
-    /// Name.
+    /// instanceName.
     pub name: Option<&'a CStr>,
     /// `guid` or `instantiationToken`.
     pub token: Option<&'a CStr>,
-    /// Where the resources are.
+    /// fmuResourceLocation (a URI) or resourcePath (FMI 3.0).
     pub resources: Option<&'a CStr>,
     /// loggingOn.
     pub is_logging: bool,
@@ -132,7 +149,7 @@ pub struct Request<'a> {
     pub has_events: bool,
     /// earlyReturnAllowed (FMI 3.0).
     pub returns_early: bool,
-    /// Callbacks.
+    /// Callbacks that it is passed.
     pub given: CallbackSet,
 }
 
@@ -147,18 +164,18 @@ pub struct StepEnd {
     pub time: f64,
 }
 
-/// What an update of discrete states told.
+/// Results of an update of discrete states.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Update {
-    /// Once more.
+    /// Discrete states must be updated once more.
     pub again: bool,
-    /// The simulation ends.
+    /// The FMU asks to end the simulation.
     pub terminates: bool,
-    /// When the next event is, s; infinite where that is not known.
+    /// Time of the next event, s; infinite if the FMU announces none.
     pub next: f64,
 }
 
-/// Numbers of a model that an importer integrates.
+/// The vectors of Model Exchange that an importer reads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(missing_docs)] // named in the standard
 pub enum ContinuousValues {
@@ -169,7 +186,7 @@ pub enum ContinuousValues {
 }
 
 impl ContinuousValues {
-    /// The function that gets them, as in FMI 2.0.
+    /// C name in FMI 2.0 of the function that gets them.
     pub const fn function(self) -> &'static str {
         match self {
             Self::States => "fmi2GetContinuousStates",
@@ -180,16 +197,19 @@ impl ContinuousValues {
     }
 }
 
-/// An instance, or NULL in the place of one; freed when dropped.
+/// An instance, or NULL instead of one; freed when dropped.
 pub struct RawInstance {
     functions: Arc<Functions>,
+    /// Those of `functions`, without a step through it at each call.
+    version: VersionFunctions,
     c: Pointer,
     log: Log,
     _callbacks: Box<Callbacks>,
 }
 
 impl RawInstance {
-    /// An instance that speaks to this log; where the library gives NULL, what it said.
+    /// Makes an instance that logs to `log`. If the library returns NULL, its messages are the
+    /// error.
     pub fn new(
         functions: &Arc<Functions>,
         request: &Request,
@@ -210,23 +230,29 @@ impl RawInstance {
         let c = unsafe { instantiate(functions, request, texts, &callbacks) };
         match c.is_null() {
             true => Err(log.take_own()),
-            false => Ok(Self {
-                functions: functions.clone(),
-                c,
-                log,
-                _callbacks: callbacks,
-            }),
+            false => Ok(Self::with_pointer(functions, c, log, callbacks)),
         }
     }
 
-    /// NULL in the place of an instance.
+    /// NULL instead of an instance.
     pub fn null(functions: &Arc<Functions>) -> Self {
-        let log = Log::of_thread("");
+        let log = Log::for_thread("");
+        let callbacks = Box::new(log.callbacks());
+        Self::with_pointer(functions, ptr::null_mut(), log, callbacks)
+    }
+
+    fn with_pointer(
+        functions: &Arc<Functions>,
+        c: Pointer,
+        log: Log,
+        callbacks: Box<Callbacks>,
+    ) -> Self {
         Self {
+            version: functions.version.clone(),
             functions: functions.clone(),
-            c: ptr::null_mut(),
-            _callbacks: Box::new(log.callbacks()),
+            c,
             log,
+            _callbacks: callbacks,
         }
     }
 
@@ -235,25 +261,26 @@ impl RawInstance {
         &self.functions
     }
 
-    /// Its messages.
+    /// The log that it writes to.
     pub fn log(&self) -> &Log {
         &self.log
     }
 
-    /// `fmi2Component`.
-    #[cfg(feature = "master")]
-    pub(crate) fn pointer(&self) -> Pointer {
-        self.c
-    }
-
-    /// Frees NULL, which does nothing.
+    /// Frees NULL, which by the standard does nothing.
     pub fn free_null(functions: &Functions) {
-        // SAFETY: NULL is what the standard lets pass.
-        unsafe {
-            match &functions.own {
-                Fmi2(f) => (f.fmi2FreeInstance)(ptr::null_mut()),
-                Fmi3(f) => (f.fmi3FreeInstance)(ptr::null_mut()),
-            }
+        // SAFETY: NULL may be freed.
+        unsafe { free(&functions.version, ptr::null_mut()) }
+    }
+}
+
+/// # Safety
+/// NULL, or a live instance that is not used any more.
+unsafe fn free(functions: &VersionFunctions, c: Pointer) {
+    // SAFETY: as the caller promises.
+    unsafe {
+        match functions {
+            Fmi2(f) => (f.fmi2FreeInstance)(c),
+            Fmi3(f) => (f.fmi3FreeInstance)(c),
         }
     }
 }
@@ -269,7 +296,7 @@ unsafe fn instantiate(
     let logging = request.is_logging;
     // SAFETY: as the caller promises.
     unsafe {
-        match &functions.own {
+        match &functions.version {
             Fmi2(f) => {
                 let callbacks = match request.given {
                     CallbackSet::Nothing => ptr::null(),
@@ -322,15 +349,9 @@ unsafe fn instantiate(
 
 impl Drop for RawInstance {
     fn drop(&mut self) {
-        if self.c.is_null() {
-            return;
-        }
-        // SAFETY: a live instance, freed once.
-        unsafe {
-            match &self.functions.own {
-                Fmi2(f) => (f.fmi2FreeInstance)(self.c),
-                Fmi3(f) => (f.fmi3FreeInstance)(self.c),
-            }
+        if !self.c.is_null() {
+            // SAFETY: a live instance, freed once.
+            unsafe { free(&self.version, self.c) }
         }
     }
 }

@@ -1,4 +1,5 @@
-//! States that an instance saved, with what is known of it besides: they are freed before it.
+//! Saved states of an instance for a co-simulation master. Each holds the state that the FMU saved
+//! and what this crate tracks of the instance, and keeps the instance alive until it is freed.
 
 use std::any::Any;
 use std::ffi::c_int;
@@ -11,11 +12,11 @@ use serde::de::DeserializeOwned;
 use crate::answer::Answer;
 use crate::raw::{Array, RawInstance, StateHandle};
 
-/// A saved state, and what is known of the instance besides.
 struct State<T> {
     owner: Rc<RawInstance>,
     handle: StateHandle,
-    known: T,
+    /// What this crate tracked of the instance when the state was saved.
+    tracked: T,
 }
 
 impl<T> Drop for State<T> {
@@ -25,10 +26,7 @@ impl<T> Drop for State<T> {
 }
 
 fn check(owner: &RawInstance, status: c_int, name: &'static str) -> Result<()> {
-    match status {
-        0 | 1 => Ok(()),
-        _ => Answer::refuse(status, owner.functions().name(name)),
-    }
+    Answer::check_named(status, || owner.functions().name(name))
 }
 
 fn state<'a, T: 'static>(owner: &Rc<RawInstance>, state: &'a dyn Any) -> Result<&'a State<T>> {
@@ -37,32 +35,36 @@ fn state<'a, T: 'static>(owner: &Rc<RawInstance>, state: &'a dyn Any) -> Result<
     own.context("a state of another instance")
 }
 
-/// The state that the instance is in, with what is `known` besides.
-pub fn save<T: 'static>(owner: &Rc<RawInstance>, known: T) -> Result<Box<dyn Any>> {
+/// Saves the state that the instance is in, together with what is tracked of it.
+pub fn save<T: 'static>(owner: &Rc<RawInstance>, tracked: T) -> Result<Box<dyn Any>> {
     let mut handle = StateHandle::NULL;
     check(owner, owner.get_state(Some(&mut handle)), "fmi2GetFMUstate")?;
-    let owner = owner.clone();
-    Ok(Box::new(State {
-        owner,
-        handle,
-        known,
-    }))
+    Ok(boxed(owner, handle, tracked))
 }
 
-/// Back to a state of this instance; what was known besides.
+fn boxed<T: 'static>(owner: &Rc<RawInstance>, handle: StateHandle, tracked: T) -> Box<dyn Any> {
+    let owner = owner.clone();
+    Box::new(State {
+        owner,
+        handle,
+        tracked,
+    })
+}
+
+/// Restores a saved state of this instance; returns what was tracked when it was saved.
 pub fn restore<'a, T: 'static>(owner: &Rc<RawInstance>, saved: &'a dyn Any) -> Result<&'a T> {
     let saved = state::<T>(owner, saved)?;
     check(owner, owner.set_state(saved.handle), "fmi2SetFMUstate")?;
-    Ok(&saved.known)
+    Ok(&saved.tracked)
 }
 
-/// The bytes of a state of this instance: what is known besides, then its own.
+/// The bytes of a saved state of this instance: what was tracked, then the FMU's own bytes.
 pub fn to_bytes<T>(owner: &Rc<RawInstance>, saved: &dyn Any) -> Result<Vec<u8>>
 where
     T: Serialize + 'static,
 {
     let saved = state::<T>(owner, saved)?;
-    let mut bytes = postcard::to_stdvec(&saved.known)?;
+    let mut bytes = postcard::to_stdvec(&saved.tracked)?;
     let (start, mut count) = (bytes.len(), 0);
     let status = owner.serialized_size(saved.handle, Some(&mut count));
     check(owner, status, "fmi2SerializedFMUstateSize")?;
@@ -72,19 +74,14 @@ where
     Ok(bytes)
 }
 
-/// A state of this instance from such bytes.
+/// A state of this instance from the bytes that [`to_bytes`] wrote.
 pub fn from_bytes<T>(owner: &Rc<RawInstance>, bytes: &[u8]) -> Result<Box<dyn Any>>
 where
     T: DeserializeOwned + 'static,
 {
-    let (known, own): (T, _) = postcard::take_from_bytes(bytes)?;
+    let (tracked, own): (T, _) = postcard::take_from_bytes(bytes)?;
     let mut handle = StateHandle::NULL;
     let status = owner.deserialize(Array::Elements(own), Some(&mut handle));
     check(owner, status, "fmi2DeSerializeFMUstate")?;
-    let owner = owner.clone();
-    Ok(Box::new(State {
-        owner,
-        handle,
-        known,
-    }))
+    Ok(boxed(owner, handle, tracked))
 }

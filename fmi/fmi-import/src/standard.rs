@@ -1,10 +1,11 @@
-//! The C functions of FMI 2.0 and 3.0: name, interface, when an importer that does co-simulation
-//! may call them, and C type. Enumerations are plain integers here: what a broken FMU returns must
-//! not be undefined behaviour in the one who calls it.
+//! The C functions of FMI 2.0 and 3.0 in two tables: name, interface, states of co-simulation in
+//! which an importer may call it, and C type. Enumerations are plain integers here, so that a
+//! broken FMU that returns an unknown value causes no undefined behaviour.
 //!
-//! [`fmi2_functions`](crate::fmi2_functions) and [`fmi3_functions`](crate::fmi3_functions) hand the
-//! rows to another macro. Where they are used, `c_int`, `Pointer`, `Text`, and `Callbacks` and
-//! `Logger` of [`calls`](crate::calls) must be in scope.
+//! ```
+//! use fmi_import::standard::{Mode, is_allowed};
+//! assert!(is_allowed("fmi2DoStep", Mode::Stepping) && !is_allowed("fmi2DoStep", Mode::Instantiated));
+//! ```
 
 use std::ffi::{c_char, c_void};
 
@@ -13,14 +14,14 @@ pub type Pointer = *mut c_void;
 /// A C string.
 pub type Text = *const c_char;
 
-/// A function.
+/// A C function of FMI.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Function {
     /// Its name.
     pub name: &'static str,
-    /// Who has it.
+    /// Which FMUs must export it.
     pub interface: Interface,
-    /// Bits of the states in which it may be called.
+    /// States in which it may be called, as bits.
     states: u8,
 }
 
@@ -45,7 +46,7 @@ pub enum Mode {
     Event,
     /// Ready for a step.
     Stepping,
-    /// The same in FMI 3.0 after something was set: nothing may be read before the next step.
+    /// Ready for a step in FMI 3.0 after a set: nothing may be read before the next step.
     SteppingAfterSet,
     /// After fmi2Terminate.
     Terminated,
@@ -67,7 +68,7 @@ impl Mode {
     }
 }
 
-// The states in the lists below.
+// The states in the tables below, as bits.
 const INSTANTIATED: u8 = Mode::Instantiated.bit();
 const INITIALIZATION_MODE: u8 = Mode::Initialization.bit();
 const EVENT_MODE: u8 = Mode::Event.bit();
@@ -77,10 +78,10 @@ const AFTER_SET: u8 = Mode::SteppingAfterSet.bit();
 const TERMINATED: u8 = Mode::Terminated.bit();
 const ANY: u8 =
     INSTANTIATED | INITIALIZATION_MODE | EVENT_MODE | STEP_MODE | AFTER_SET | TERMINATED;
-/// Where FMI 2.0 lets values be set, and got.
+/// States in which FMI 2.0 allows setting and getting values.
 const SET_2: u8 = INSTANTIATED | INITIALIZATION_MODE | STEP_MODE;
 const GET_2: u8 = INITIALIZATION_MODE | STEP_MODE | TERMINATED;
-/// Where FMI 3.0 does.
+/// States in which FMI 3.0 allows setting and getting values.
 const SET_3: u8 = INSTANTIATED | INITIALIZATION_MODE | EVENT_MODE | STEP_MODE | AFTER_SET;
 const GET_3: u8 = INSTANTIATED | INITIALIZATION_MODE | EVENT_MODE | STEP_MODE | TERMINATED;
 /// Not in co-simulation.
@@ -122,8 +123,8 @@ macro_rules! list {
 }
 
 /// Calls the macro `$make`, after the tokens `$first`, with a row for each function of FMI 2.0:
-/// name, interface, states in brackets, type.
-#[macro_export]
+/// name, interface, states in brackets, type. `c_int`, `Pointer`, `Text`, `Callbacks` and `Logger`
+/// must be in scope.
 macro_rules! fmi2_functions {
     ($make:ident! $($first:tt)*) => {
         $make! {
@@ -179,8 +180,7 @@ macro_rules! fmi2_functions {
     };
 }
 
-/// The same with the functions of FMI 3.0.
-#[macro_export]
+/// As `fmi2_functions`, with the functions of FMI 3.0.
 macro_rules! fmi3_functions {
     ($make:ident! $($first:tt)*) => {
         $make! {
@@ -278,6 +278,7 @@ macro_rules! fmi3_functions {
 
 fmi2_functions!(list! FMI2);
 fmi3_functions!(list! FMI3);
+pub(crate) use {fmi2_functions, fmi3_functions};
 
 #[cfg(test)]
 mod tests {

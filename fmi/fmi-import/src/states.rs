@@ -1,4 +1,4 @@
-//! Saved states of an instance, and their bytes.
+//! Saved states of an [`Instance`], and their bytes.
 
 use std::ffi::c_int;
 
@@ -8,7 +8,7 @@ use crate::instance::Instance;
 use crate::raw::{Array, RawInstance, StateHandle};
 
 impl Instance<'_> {
-    /// A state of it, saved by fmi2GetFMUstate.
+    /// Saves the state (fmi2GetFMUstate).
     pub fn save(&self) -> Result<StateHandle> {
         let (name, mut state) = ("fmi2GetFMUstate", StateHandle::NULL);
         self.done(name, |raw| raw.get_state(Some(&mut state)))?;
@@ -16,18 +16,18 @@ impl Instance<'_> {
         Ok(state)
     }
 
-    /// Go back to a saved state, of this time in s.
+    /// Restores a saved state of this time, s.
     pub fn go_back(&mut self, state: StateHandle, time: f64) -> Result<()> {
         self.time = time;
         self.done("fmi2SetFMUstate", |raw| raw.set_state(state))
     }
 
-    /// Free a saved state, or NULL.
+    /// Frees a saved state, or NULL.
     pub fn free(&self, mut state: StateHandle) -> Result<()> {
         self.done("fmi2FreeFMUstate", |raw| raw.free_state(Some(&mut state)))
     }
 
-    /// All of it that can be saved, as bytes.
+    /// The present state as bytes.
     pub fn bytes(&self) -> Result<Vec<u8>> {
         let (state, mut size) = (self.save()?, 0);
         let name = "fmi2SerializedFMUstateSize";
@@ -43,16 +43,16 @@ impl Instance<'_> {
         Ok(bytes)
     }
 
-    /// A state made of bytes; the status, and what was made.
-    pub fn state_of(&self, bytes: &[u8]) -> (c_int, StateHandle) {
+    /// The status, and a saved state made of bytes.
+    pub fn state_from_bytes(&self, bytes: &[u8]) -> (c_int, StateHandle) {
         let mut state = StateHandle::NULL;
         let status = self.deserialize(Array::Elements(bytes), Some(&mut state));
         (status, state)
     }
 
-    /// Take over a state of this time, s, that was saved as bytes.
+    /// Restores a state of this time, s, from its bytes.
     pub fn restore(&mut self, bytes: &[u8], time: f64) -> Result<()> {
-        let (status, state) = self.state_of(bytes);
+        let (status, state) = self.state_from_bytes(bytes);
         self.must("fmi2DeSerializeFMUstate", status)?;
         self.go_back(state, time)?;
         self.free(state)

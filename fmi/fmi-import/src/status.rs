@@ -1,22 +1,28 @@
-//! What a C function answers: both versions of FMI number their statuses alike.
+//! Statuses that a C function returns, which both versions of FMI number alike, and codes in their
+//! place.
+//!
+//! ```
+//! use fmi_import::status;
+//! assert_eq!(status::name(status::DISCARD), "fmi2Discard");
+//! ```
 
 use std::ffi::c_int;
 
-/// All is well.
+/// `fmi2OK`: the call succeeded.
 pub const OK: c_int = 0;
-/// Done, but there is something to say.
+/// `fmi2Warning`: the call succeeded, with a message.
 pub const WARNING: c_int = 1;
-/// Not done, and nothing has changed.
+/// `fmi2Discard`: the call was not carried out, and the instance is unchanged.
 pub const DISCARD: c_int = 2;
-/// A wrong call.
+/// `fmi2Error`: the call was wrong.
 pub const ERROR: c_int = 3;
 /// `fmi2Pending`: a step in the background.
 pub const PENDING: c_int = 5;
-/// In place of a status: it was not called, because a value does not fit its type.
+/// In place of a status: nothing was called, because a value is not in the range of its type.
 pub const UNFIT: c_int = -1;
-/// In place of a status: the library does not export the function.
+/// In place of a status: the library does not export the function, or FMI does not have it.
 pub const ABSENT: c_int = 1000;
-/// In place of a status: a text is at a place that cannot be read.
+/// In place of a status: the pointer to a text cannot be read.
 pub const NO_TEXT: c_int = 1001;
 
 /// Name of a status, as in FMI 2.0.

@@ -1,4 +1,13 @@
-//! A value of any type, whole: integers of 64 bits, texts and bytes do not pass as `f64`.
+//! [`Value`]: a value of any type of FMI, for those that an `f64` cannot represent: integers of 64
+//! bits, texts and bytes.
+//!
+//! ```
+//! use fmi_description::Access;
+//! use fmi_import::value::Value;
+//!
+//! let largest = Value::parse(Access::UInt64, "18446744073709551615").unwrap();
+//! assert_eq!(largest.to_string(), "18446744073709551615");
+//! ```
 
 use std::ffi::CString;
 use std::fmt;
@@ -11,7 +20,7 @@ use fmi_description::{Access, Kind, Variable};
 pub enum Value {
     /// A floating-point number.
     Real(f64),
-    /// An integer of any type, or a truth value, 0 or 1.
+    /// An integer of any type, or a Boolean as 0 or 1.
     Whole(i128),
     /// A text.
     Text(CString),
@@ -20,8 +29,8 @@ pub enum Value {
 }
 
 impl Value {
-    /// 0, or what is empty.
-    pub fn none(access: Access) -> Self {
+    /// The value 0, or an empty text or no bytes.
+    pub fn empty(access: Access) -> Self {
         match access {
             Access::Real | Access::Float32 => Self::Real(0.0),
             Access::String => Self::Text(CString::default()),
@@ -30,7 +39,8 @@ impl Value {
         }
     }
 
-    /// From text: a number, `true` or `false`, a text, bytes as hexadecimal digits.
+    /// Reads a number, `true` or `false`, a text, or bytes as hexadecimal digits; None if the type
+    /// has no such value.
     pub fn parse(access: Access, text: &str) -> Option<Self> {
         match access {
             Access::Real | Access::Float32 => text.parse().ok().map(Self::Real),
@@ -49,11 +59,12 @@ impl Value {
         }
     }
 
-    /// The same for a variable, where an enumeration item may be given by its name.
+    /// As [`Self::parse`], for the type of a variable; an enumeration item may be given by its
+    /// name.
     ///
     /// # Errors
-    /// What the text must be.
-    pub fn of_variable(v: &Variable, text: &str) -> Result<Self, String> {
+    /// What the text must be instead.
+    pub fn parse_for(v: &Variable, text: &str) -> Result<Self, String> {
         let items = match &v.kind {
             Kind::Enumeration(items) => &items[..],
             _ => &[],
@@ -80,8 +91,8 @@ impl Value {
         })
     }
 
-    /// A number as a memory of 64 bits has it: the bits of a floating-point number, else of an
-    /// integer of 64 bits; 0 for texts and bytes.
+    /// The 64 bits of a number: those of an `f64`, or of an integer of 64 bits; 0 for texts and
+    /// bytes.
     pub fn bits(&self) -> u64 {
         match self {
             Self::Real(number) => number.to_bits(),
@@ -91,7 +102,7 @@ impl Value {
     }
 }
 
-/// As [`Value::parse`] reads it.
+/// The text that [`Value::parse`] reads.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -103,32 +114,32 @@ impl fmt::Display for Value {
     }
 }
 
-/// Whether values of a type do not pass as `f64`.
-pub fn is_wide(access: Access) -> bool {
+/// Whether an `f64` cannot represent the values of a type.
+pub fn is_non_numeric(access: Access) -> bool {
     use Access::{Binary, Int64, String, UInt64};
     matches!(access, Int64 | UInt64 | String | Binary)
 }
 
-/// Whether an integer type has this value.
+/// Whether this number is in the range of an integer type.
 pub fn fits(access: Access, number: i128) -> bool {
     let [least, most] = range(access);
     (least..=most).contains(&number)
 }
 
-/// Least and greatest value of an integer type.
+/// Smallest and largest value of an integer type.
 fn range(access: Access) -> [i128; 2] {
-    macro_rules! of {
+    macro_rules! limits {
         ($($t:ty)*) => { [$(<$t>::MIN.into(), <$t>::MAX.into()),*] };
     }
     match access {
-        Access::Int8 => of!(i8),
-        Access::UInt8 => of!(u8),
-        Access::Int16 => of!(i16),
-        Access::UInt16 => of!(u16),
-        Access::Integer => of!(i32),
-        Access::UInt32 => of!(u32),
-        Access::UInt64 => of!(u64),
-        _ => of!(i64),
+        Access::Int8 => limits!(i8),
+        Access::UInt8 => limits!(u8),
+        Access::Int16 => limits!(i16),
+        Access::UInt16 => limits!(u16),
+        Access::Integer => limits!(i32),
+        Access::UInt32 => limits!(u32),
+        Access::UInt64 => limits!(u64),
+        _ => limits!(i64),
     }
 }
 

@@ -1,5 +1,5 @@
-//! Values of any type, as texts: numbers as they are written, truth values as `true` and `false`,
-//! bytes as hexadecimal digits.
+//! Values of variables of any type and derivatives, read and set by an [`Instance`]. Values are
+//! texts: numbers in decimal, Booleans as `true` and `false`, bytes as hexadecimal digits.
 
 use std::ffi::{CString, c_int};
 
@@ -12,28 +12,28 @@ use crate::status::{ABSENT, NO_TEXT};
 use crate::value::bytes;
 
 impl Instance<'_> {
-    /// The values of a variable, of an array one for each element.
+    /// The status, and the values of a variable: of an array one for each element.
     pub fn values(&self, v: &Variable) -> (c_int, Vec<String>) {
         self.values_of(v.access(), &[v.reference], false)
     }
 
-    /// Sets a variable, all elements of an array; the status.
+    /// Sets a variable, all elements of an array; returns the status.
     pub fn set_values(&self, v: &Variable, values: &[String]) -> c_int {
         self.set_values_of(v.access(), &[v.reference], values, [false; 2])
     }
 
-    /// Values of variables of a type, of arrays one for each element; the place for numbers may be
-    /// NULL.
+    /// The status, and the values of variables of one type. With `is_null`, NULL is passed for the
+    /// numbers to be written to.
     pub fn values_of(&self, access: Access, vr: &[u32], is_null: bool) -> (c_int, Vec<String>) {
         let n = self.fmu.functions.count(vr);
         match access {
             _ if self.fmu.functions.has_numbers(access) => {
-                let mut room = vec![0; n];
-                let place = (!is_null).then_some(&mut room[..]);
+                let mut numbers = vec![0; n];
+                let place = (!is_null).then_some(&mut numbers[..]);
                 let status = self.get_numbers(access, Array::Elements(vr), place, n);
-                let stored = self.stored(access);
-                let shown = |k| shown(access, load(stored, &room, k));
-                (status, (0..n).map(shown).collect())
+                let c_type = self.fmu.functions.c_type(access);
+                let text = |k| number_to_text(access, load(c_type, &numbers, k));
+                (status, (0..n).map(text).collect())
             }
             Access::Binary => {
                 let (status, values) = self.get_binaries(vr, n);
@@ -46,8 +46,8 @@ impl Instance<'_> {
         }
     }
 
-    /// Sets variables of a type, all elements of arrays; references and numbers may be NULL. The
-    /// status.
+    /// Sets variables of one type, all elements of arrays; returns the status. NULL is passed for
+    /// the references or the numbers on request.
     pub fn set_values_of(
         &self,
         access: Access,
@@ -59,12 +59,12 @@ impl Instance<'_> {
         assert_eq!(self.fmu.functions.count(vr), n);
         match access {
             _ if self.fmu.functions.has_numbers(access) => {
-                let (mut numbers, stored) = (vec![0; n], self.stored(access));
+                let (mut numbers, c_type) = (vec![0; n], self.fmu.functions.c_type(access));
                 for (k, text) in values.iter().enumerate() {
-                    let Some(bits) = number(access, text) else {
+                    let Some(bits) = text_to_number(access, text) else {
                         return ABSENT;
                     };
-                    store(stored, &mut numbers, k, bits);
+                    store(c_type, &mut numbers, k, bits);
                 }
                 let given = Array::or_null(&numbers, no_values);
                 self.set_numbers(access, Array::or_null(vr, no_vr), given, n)
@@ -87,7 +87,7 @@ impl Instance<'_> {
         }
     }
 
-    /// Values of String variables; the status is [`NO_TEXT`] where a pointer leads nowhere.
+    /// The status, and the values of String variables; [`NO_TEXT`] if a pointer leads to no text.
     pub fn texts(&self, vr: &[u32]) -> (c_int, Vec<String>) {
         let (status, texts) = self.get_strings(vr, self.fmu.functions.count(vr));
         let Some(texts) = texts else {
@@ -97,16 +97,32 @@ impl Instance<'_> {
         (status, texts.collect())
     }
 
-    /// The type that numbers of this one have in C: truth values of FMI 2.0 are integers.
-    fn stored(&self, access: Access) -> Access {
-        match access {
-            Access::Boolean if !self.fmu.functions.is_3() => Access::Integer,
-            access => access,
-        }
+    /// The status, and the directional derivatives of the unknowns along the seed of the knowns.
+    pub fn directional(&self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> (c_int, Vec<f64>) {
+        let f = &self.fmu.functions;
+        assert_eq!(f.count(knowns), seed.len());
+        let mut result = vec![0.0; f.count(unknowns)];
+        let status = self.get_directional_derivative(unknowns, knowns, seed, &mut result);
+        (status, result)
+    }
+
+    /// The status, and the adjoint derivatives of FMI 3.0. A seed that is too short is passed as it
+    /// is.
+    pub fn adjoint(&self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> (c_int, Vec<f64>) {
+        let mut result = vec![0.0; self.fmu.functions.count(knowns)];
+        let status = self.get_adjoint_derivative(unknowns, knowns, seed, &mut result);
+        (status, result)
+    }
+
+    /// The status, and the time derivatives of outputs, of these orders.
+    pub fn output_derivatives(&self, references: &[u32], orders: &[c_int]) -> (c_int, Vec<f64>) {
+        let mut values = vec![0.0; self.fmu.functions.count(references)];
+        let status = self.get_output_derivatives(references, orders, &mut values);
+        (status, values)
     }
 }
 
-fn shown(access: Access, bits: u64) -> String {
+fn number_to_text(access: Access, bits: u64) -> String {
     match access {
         Access::Real => f64::from_bits(bits).to_string(),
         Access::Float32 => (f64::from_bits(bits) as f32).to_string(),
@@ -116,8 +132,8 @@ fn shown(access: Access, bits: u64) -> String {
     }
 }
 
-/// Any number but 0 is a truth value.
-fn number(access: Access, text: &str) -> Option<u64> {
+/// A Boolean may be any integer, not only `true` or `false`.
+fn text_to_number(access: Access, text: &str) -> Option<u64> {
     match (access, text) {
         (Access::Real | Access::Float32, _) => text.parse().ok().map(f64::to_bits),
         (Access::Boolean, "true") => Some(1),

@@ -1,4 +1,4 @@
-//! Units every model may name without declaring them.
+//! The units that every model may use without declaring them.
 
 use crate::unit::{DisplayUnit, Unit};
 use core::f64::consts::PI;
@@ -9,8 +9,8 @@ const fn shown(name: &'static str, factor: f64) -> DisplayUnit {
     DisplayUnit::new(name, factor)
 }
 
-/// Units in use in mechanics, electrical drives, heat and flow, with the display units people
-/// expect. All but `degC` and `A.h` have factor 1 to the base units.
+/// Units of mechanics, electrical drives, heat and flow, with the usual display units. All but
+/// `degC` and `A.h` have factor 1 to the base units.
 #[rustfmt::skip]
 pub const KNOWN_UNITS: &[Unit] = &[
     Unit::new("1").display(&[shown("%", 100.0)]),

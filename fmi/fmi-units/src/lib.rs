@@ -1,5 +1,5 @@
-//! Units of measurement by name, in SI base units: those that a model may name without defining them,
-//! and those that people write in tables.
+//! Units of measurement by name, in SI base units: those that a model may use without defining
+//! them, and further ones that people write in tables.
 //!
 //! ```
 //! let rpm = fmi_units::named("rpm").unwrap();
@@ -8,10 +8,10 @@
 #![forbid(unsafe_code)]
 #![no_std]
 
-mod common;
 mod known;
+mod spelling;
 mod unit;
 
-pub use common::named;
 pub use known::KNOWN_UNITS;
+pub use spelling::named;
 pub use unit::{BASE, DisplayUnit, Unit};

@@ -15,9 +15,9 @@ pub struct Unit {
     pub name: &'static str,
     /// In the order of [`BASE`].
     pub exponents: [i8; 8],
-    /// How many base units one is.
+    /// How many base units it is.
     pub factor: f64,
-    /// What its zero is in base units.
+    /// Value of its zero in base units.
     pub offset: f64,
     /// Units to show values in.
     pub display: &'static [DisplayUnit],
@@ -53,21 +53,21 @@ impl Unit {
 
     exponents! { kg 0 m 1 s 2 A 3 K 4 mol 5 cd 6 rad 7 }
 
-    /// How many base units one is.
+    /// Sets how many base units it is.
     #[must_use]
     pub const fn factor(mut self, factor: f64) -> Self {
         self.factor = factor;
         self
     }
 
-    /// What its zero is in base units.
+    /// Sets the value of its zero in base units.
     #[must_use]
     pub const fn offset(mut self, offset: f64) -> Self {
         self.offset = offset;
         self
     }
 
-    /// Units to show values in.
+    /// Sets the units to show values in.
     #[must_use]
     pub const fn display(mut self, units: &'static [DisplayUnit]) -> Self {
         self.display = units;
@@ -80,7 +80,7 @@ impl Unit {
 pub struct DisplayUnit {
     /// Name.
     pub name: &'static str,
-    /// How many of them one of the unit is.
+    /// How many display units one unit is.
     pub factor: f64,
     /// What a zero of the unit is shown as.
     pub offset: f64,
@@ -97,7 +97,7 @@ impl DisplayUnit {
         }
     }
 
-    /// What a zero of the unit is shown as (`degC` for `K`: −273.15).
+    /// Sets what a zero of the unit is shown as (`degC` for `K`: −273.15).
     #[must_use]
     pub const fn offset(mut self, offset: f64) -> Self {
         self.offset = offset;

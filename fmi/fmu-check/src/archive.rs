@@ -1,5 +1,5 @@
-//! The archive: whether it opens everywhere, unpacks safely, and holds what the standard wants
-//! where it wants it.
+//! Checks the archive: whether it opens everywhere, unpacks safely, and has its files where the
+//! standard puts them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Cursor, Read};
@@ -38,10 +38,10 @@ const TOP: [&str; 8] = [
     "extra",
 ];
 
-/// What is unpacked at most, bytes.
-const LARGEST: u64 = 4 << 30;
+/// Largest size of all unpacked files, bytes.
+const MAX_SIZE: u64 = 4 << 30;
 
-/// Check the archive; the files of it, if it can be unpacked.
+/// Checks the archive; returns its files if it can be unpacked safely.
 pub fn check(bytes: &[u8], report: &mut Report) -> Option<Entries> {
     let entries = match open(bytes) {
         Ok(entries) => entries,
@@ -61,7 +61,7 @@ pub fn check(bytes: &[u8], report: &mut Report) -> Option<Entries> {
 fn open(bytes: &[u8]) -> Result<Entries, String> {
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| e.to_string())?;
     let mut entries = Entries::new();
-    let mut left = LARGEST;
+    let mut left = MAX_SIZE;
     for index in 0..archive.len() {
         let mut entry = archive.by_index(index).map_err(|e| e.to_string())?;
         let name = entry.name().map_err(|e| e.to_string())?.into_owned();
@@ -82,7 +82,7 @@ fn open(bytes: &[u8]) -> Result<Entries, String> {
         let read = entry.by_ref().take(left).read_to_end(&mut content);
         left -= read.map_err(|e| format!("`{name}`: {e}"))? as u64;
         if left == 0 {
-            return Err(format!("it unpacks to more than {LARGEST} bytes"));
+            return Err(format!("it unpacks to more than {MAX_SIZE} bytes"));
         }
         entries.insert(name, content);
     }
@@ -146,7 +146,7 @@ fn places(entries: &Entries) -> Outcome {
 mod tests {
     use super::*;
 
-    fn of(files: &[&str]) -> Entries {
+    fn entries(files: &[&str]) -> Entries {
         let files = files.iter().map(|name| ((*name).to_string(), Vec::new()));
         files.collect()
     }
@@ -164,12 +164,15 @@ mod tests {
 
     #[test]
     fn misplaced_files_are_found() {
-        let sound = of(&["modelDescription.xml", "binaries/linux64/X.so"]);
+        let sound = entries(&["modelDescription.xml", "binaries/linux64/X.so"]);
         assert_eq!(places(&sound), Outcome::default());
-        let nested = places(&of(&["X/modelDescription.xml", "X/binaries/linux64/X.so"]));
+        let nested = places(&entries(&[
+            "X/modelDescription.xml",
+            "X/binaries/linux64/X.so",
+        ]));
         assert_eq!(nested.fails.len(), 2, "{nested:?}");
         assert_eq!(nested.remarks, ["the standard knows no `X` at the top"]);
-        let odd = places(&of(&["modelDescription.xml", "binaries/amiga/X.so"]));
+        let odd = places(&entries(&["modelDescription.xml", "binaries/amiga/X.so"]));
         assert_eq!(
             odd.remarks,
             ["the standard knows no platform `binaries/amiga`"]

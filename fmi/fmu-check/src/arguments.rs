@@ -1,4 +1,4 @@
-//! The command line of a check, which programs share.
+//! The command line of a check, for `fmu-check` and `cargo fmu check`.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -7,7 +7,7 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use clap::Args;
 
-use crate::checker::Checker;
+use crate::options::CheckOptions;
 use crate::outcome::Verdict;
 use crate::{check, run};
 
@@ -15,35 +15,35 @@ use crate::{check, run};
 #[derive(Args)]
 pub struct Arguments {
     /// FMUs
-    #[arg(required_unless_present = "attempt", value_name = "FILE.fmu")]
+    #[arg(required_unless_present = "probe", value_name = "FILE.fmu")]
     fmus: Vec<PathBuf>,
     /// Remarks count as failures
     #[arg(long)]
     strict: bool,
-    /// What all trials of an FMU together may take, s
+    /// Time limit for all probes of an FMU together, s
     #[arg(long, value_name = "SECONDS", default_value_t = 300)]
     timeout: u64,
     /// Check only the promises with these words
     #[arg(long, value_name = "WORDS", default_value = "")]
     only: String,
-    /// One trial, in this process: its name, the folder of the FMU, the file for its outcome
+    /// Run one probe in this process: its name, the folder of the FMU, the file for its outcome
     #[arg(long = "try", hide = true, num_args = 3)]
-    attempt: Vec<PathBuf>,
+    probe: Vec<PathBuf>,
 }
 
 impl Arguments {
-    /// Check and print; the exit code tells whether all FMUs pass. `words` lead to these arguments
-    /// in this program.
+    /// Checks the FMUs and prints their reports; the exit code says whether all pass. `words` are
+    /// the arguments after which this program takes these, none for `fmu-check`.
     ///
     /// # Errors
     /// A file that cannot be read, or a process that cannot be started.
     pub fn run(&self, words: &[&str]) -> Result<ExitCode> {
-        if let [name, folder, result] = &self.attempt[..] {
+        if let [name, folder, result] = &self.probe[..] {
             run::one(&name.to_string_lossy(), folder, result)?;
             return Ok(ExitCode::SUCCESS);
         }
         let program = std::env::current_exe().context("the path of this program")?;
-        let checker = Checker {
+        let options = CheckOptions {
             program: &program,
             words,
             only: &self.only,
@@ -51,7 +51,7 @@ impl Arguments {
         };
         let mut is_sound = true;
         for fmu in &self.fmus {
-            let report = check(fmu, checker)?;
+            let report = check(fmu, options)?;
             println!("{report}");
             let remarks = match self.strict {
                 true => report.count(Verdict::Remark),

@@ -1,5 +1,5 @@
-//! The libraries of all platforms, read without loading them: processor, functions, what they need,
-//! what they tell of where they were built.
+//! Checks the libraries of all platforms without loading them: processor, exported functions, what
+//! they need, and whether they reveal where they were built.
 
 use std::collections::BTreeSet;
 
@@ -21,12 +21,11 @@ const FUNCTIONS: Promise = Promise {
 };
 const ORIGIN: Promise = Promise {
     text: "libraries tell nothing of the machine that built them",
-    why: "paths name users and folders of the maker, and make two builds differ",
+    why: "paths reveal users and folders of the maker, and make two builds differ",
 };
 
-/// A folder of `binaries/`.
+/// A folder in `binaries/`, and the libraries that belong there.
 pub struct PlatformFolder {
-    /// Its name.
     pub folder: &'static str,
     suffix: &'static str,
     format: BinaryFormat,
@@ -68,11 +67,11 @@ pub const PLATFORMS: [PlatformFolder; 13] = [
     platform("aarch64-darwin",  ".dylib", MachO, &[Aarch64]),
 ];
 
-/// What paths of a building machine begin with.
+/// How paths in a user's folder begin.
 const HOMES: [&[u8]; 4] = [b"/home/", b"/root/", b"/Users/", b":\\Users\\"];
 
-/// Check the libraries of an FMU with these model identifiers, which must export these functions
-/// (None: they are not known here).
+/// Checks the libraries of an FMU with these model identifiers, which must export these functions;
+/// None if this program does not know them.
 pub fn check(
     entries: &Entries,
     identifiers: &[&str],
@@ -96,16 +95,16 @@ pub fn check(
             None => processor.fail(format!("there is no {path}")),
             Some((_, Err(reason))) => processor.fail(format!("{path}: {reason}")),
             Some((bytes, Ok(file))) => {
-                built_for(platform, &path, &file, &mut processor);
+                check_processor(platform, &path, &file, &mut processor);
                 match &functions {
-                    Some(functions) => exports(&path, &file, functions, &mut exported),
+                    Some(functions) => check_exports(&path, &file, functions, &mut exported),
                     None => {
                         exported =
                             Outcome::not_checked("the functions of this version are not known here")
                     }
                 }
-                needs(&path, bytes, &mut processor);
-                paths_inside(&path, bytes, &mut origin);
+                note_glibc(&path, bytes, &mut processor);
+                check_paths(&path, bytes, &mut origin);
             }
         }
     }
@@ -114,14 +113,19 @@ pub fn check(
     report.push(AREA, ORIGIN, origin);
 }
 
-fn built_for(platform: &PlatformFolder, path: &str, file: &object::File, outcome: &mut Outcome) {
+fn check_processor(
+    platform: &PlatformFolder,
+    path: &str,
+    file: &object::File,
+    outcome: &mut Outcome,
+) {
     let (format, processor) = (file.format(), file.architecture());
     if format != platform.format || !platform.processors.contains(&processor) {
         outcome.fail(format!("{path} is built for {processor:?} ({format:?})"));
     }
 }
 
-fn exports(path: &str, file: &object::File, functions: &[String], outcome: &mut Outcome) {
+fn check_exports(path: &str, file: &object::File, functions: &[String], outcome: &mut Outcome) {
     let exported = match file.exports() {
         Ok(exported) => exported,
         Err(reason) => return outcome.fail(format!("{path}: {reason}")),
@@ -143,19 +147,18 @@ fn exports(path: &str, file: &object::File, functions: &[String], outcome: &mut 
     match others.count() {
         0 | 1 => {}
         others => outcome.note(format!(
-            "{path} exports {others} symbols beside them, which may clash with those of other libraries"
+            "{path} exports {others} other symbols, which may clash with those of other libraries"
         )),
     }
 }
 
-/// The newest glibc that a library of Linux asks for.
-fn needs(path: &str, bytes: &[u8], outcome: &mut Outcome) {
-    if let Some(version) = Needs::of(bytes).ok().and_then(|needs| needs.glibc()) {
+fn note_glibc(path: &str, bytes: &[u8], outcome: &mut Outcome) {
+    if let Some(version) = Needs::read(bytes).ok().and_then(|needs| needs.glibc()) {
         outcome.note(format!("{path} needs glibc {version} or newer"));
     }
 }
 
-fn paths_inside(path: &str, bytes: &[u8], outcome: &mut Outcome) {
+fn check_paths(path: &str, bytes: &[u8], outcome: &mut Outcome) {
     let is_path = |b: &u8| b.is_ascii_alphanumeric() || b"/\\._-+:~".contains(b);
     let found: BTreeSet<String> = HOMES
         .iter()
@@ -172,13 +175,13 @@ fn paths_inside(path: &str, bytes: &[u8], outcome: &mut Outcome) {
         .collect();
     if let Some(first) = found.first() {
         let count = found.len();
-        let hint = without_paths(path, bytes).unwrap_or_default();
+        let hint = packing_hint(path, bytes).unwrap_or_default();
         outcome.remark(format!("{path} holds {count} paths, such as {first}{hint}"));
     }
 }
 
-/// How a library that was made with fmu-export is packed so that it holds no paths.
-fn without_paths(path: &str, bytes: &[u8]) -> Option<String> {
+/// How to pack a library made with fmu-export so that it has no paths; None for others.
+fn packing_hint(path: &str, bytes: &[u8]) -> Option<String> {
     let marker = b"fmi2ExportFiles";
     let is_ours = bytes.windows(marker.len()).any(|text| text == marker);
     let folder = path.split('/').nth(1).filter(|_| is_ours)?;
@@ -231,14 +234,14 @@ mod tests {
     #[test]
     fn paths_of_the_maker_are_found() {
         let mut outcome = Outcome::default();
-        paths_inside("X.so", b"..\0/home/me/model/src.c\0/home/\0", &mut outcome);
+        check_paths("X.so", b"..\0/home/me/model/src.c\0/home/\0", &mut outcome);
         assert_eq!(
             outcome.remarks,
             ["X.so holds 1 paths, such as /home/me/model/src.c"]
         );
         let mut ours = Outcome::default();
         let text = b"fmi2ExportFiles\0/home/me/model/src.c\0";
-        paths_inside("binaries/x86_64-linux/X.so", text, &mut ours);
+        check_paths("binaries/x86_64-linux/X.so", text, &mut ours);
         assert_eq!(
             ours.remarks,
             [

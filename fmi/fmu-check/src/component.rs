@@ -1,5 +1,11 @@
-//! Components of WebAssembly in FMUs of FMI 3.0, as the draft FMI-LS-WASM has them, whose interface
-//! is `fmi3.wit`.
+//! Reads WebAssembly components of FMUs of FMI 3.0, which follow the draft FMI-LS-WASM and its
+//! interface `fmi3.wit`.
+//!
+//! ```
+//! let module = b"\0asm\x01\0\0\0";
+//! let fault = fmu_check::component::world_fault(module).unwrap();
+//! assert_eq!(fault, "it is a module, not a component");
+//! ```
 
 use anyhow::Result;
 use wasmparser::{Parser, Payload, Validator, WasmFeatures};
@@ -8,7 +14,7 @@ use wit_parser::{Resolve, WorldId};
 const INTERFACE: &str = include_str!("fmi3.wit");
 /// The world of an FMU for co-simulation.
 const WORLD: &str = "co-simulation-fmu";
-/// Where the draft wants its manifest, and what it is to say.
+/// Path and content of the manifest that the draft demands.
 pub const MANIFEST: (&str, &str) = (
     "extra/org.modelica.fmi-ls-wasm/manifest.xml",
     r#"<?xml version="1.0" encoding="UTF-8"?>
@@ -19,12 +25,12 @@ pub const MANIFEST: (&str, &str) = (
 "#,
 );
 
-/// Where the component of an FMU lies in its archive.
+/// Path of the component of an FMU in its archive.
 pub fn path(identifier: &str) -> String {
     format!("binaries/wasm32-wasip2/{identifier}.wasm")
 }
 
-/// The interface, and the world that a component is for.
+/// The interface, and in it the world that a component must implement.
 pub fn interface() -> Result<(Resolve, WorldId)> {
     let mut resolve = Resolve::default();
     let package = resolve.push_str("fmi3.wit", INTERFACE)?;
@@ -32,7 +38,7 @@ pub fn interface() -> Result<(Resolve, WorldId)> {
     Ok((resolve, world))
 }
 
-/// Why a file is no component for this world, if it is none.
+/// Why a file is no component of this world, if it is none.
 pub fn world_fault(component: &[u8]) -> Option<String> {
     if Parser::is_core_wasm(component) {
         return Some("it is a module, not a component".to_string());
@@ -45,7 +51,7 @@ pub fn world_fault(component: &[u8]) -> Option<String> {
     fault().err().map(|error| format!("{error:#}"))
 }
 
-/// Names of what a component imports.
+/// Names of the imports of a component.
 pub fn imports(component: &[u8]) -> Result<Vec<String>> {
     let (mut names, mut depth) = (Vec::new(), 0);
     for payload in Parser::new(0).parse_all(component) {
@@ -63,7 +69,7 @@ pub fn imports(component: &[u8]) -> Result<Vec<String>> {
     Ok(names)
 }
 
-/// The module that a component was made of: the first one in it. None in a module.
+/// The first module in a component, of which it was made; None in a module.
 pub fn module(component: &[u8]) -> Result<Option<&[u8]>> {
     for payload in Parser::new(0).parse_all(component) {
         if let Payload::ModuleSection {
@@ -77,7 +83,7 @@ pub fn module(component: &[u8]) -> Result<Option<&[u8]>> {
     Ok(None)
 }
 
-/// Names of what a module exports.
+/// Names of the exports of a module.
 pub fn exports(module: &[u8]) -> Result<Vec<String>> {
     let mut names = Vec::new();
     for payload in Parser::new(0).parse_all(module) {

@@ -1,15 +1,14 @@
-//! The functions that a library must export, by version and interfaces.
+//! The C functions that the library of an FMU must export, by version and interfaces.
 
+use fmi_description::Version;
 use fmi_description::xml::Element;
 use fmi_import::standard::{FMI2, FMI3, Function, Interface};
 
-/// What an FMU with this model description must export; None for a version whose functions are not
-/// known here.
-pub fn required(root: &Element, version: &str) -> Option<Vec<String>> {
+/// Names of the functions that an FMU with this model description must export.
+pub fn required(root: &Element, version: Version) -> Vec<String> {
     let known = match version {
-        "2.0" => FMI2,
-        version if version.starts_with("3.") => FMI3,
-        _ => return None,
+        Version::Fmi2 => FMI2,
+        Version::Fmi3 => FMI3,
     };
     let is_required = |function: &&Function| match function.interface {
         Interface::Shared => true,
@@ -21,7 +20,7 @@ pub fn required(root: &Element, version: &str) -> Option<Vec<String>> {
         .map(|function| function.name.into())
         .collect();
     names.sort_unstable();
-    Some(names)
+    names
 }
 
 #[cfg(test)]
@@ -31,20 +30,16 @@ mod tests {
     /// Counted in the headers of the standard.
     #[test]
     fn each_interface_asks_for_its_functions() {
-        let count = |version: &str, interfaces: &str| {
+        let count = |version, interfaces: &str| {
             let text = format!("<d>{interfaces}</d>");
             let root = Element::parse(&text, "f", "d").unwrap();
-            required(&root, version).map(|names| names.len())
+            required(&root, version).len()
         };
         let (co_simulation, model_exchange) = ("<CoSimulation/>", "<ModelExchange/>");
-        assert_eq!(count("2.0", co_simulation), Some(34));
-        assert_eq!(count("2.0", model_exchange), Some(35));
-        assert_eq!(
-            count("2.0", &[co_simulation, model_exchange].concat()),
-            Some(44)
-        );
-        assert_eq!(count("3.0", co_simulation), Some(62));
-        assert_eq!(count("3.0", model_exchange), Some(69));
-        assert_eq!(count("1.0", co_simulation), None);
+        let both = [co_simulation, model_exchange].concat();
+        let of_2 = [co_simulation, model_exchange, &both].map(|i| count(Version::Fmi2, i));
+        assert_eq!(of_2, [34, 35, 44]);
+        let of_3 = [co_simulation, model_exchange].map(|i| count(Version::Fmi3, i));
+        assert_eq!(of_3, [62, 69]);
     }
 }

@@ -1,16 +1,16 @@
-//! Whether an FMU, whoever made it, keeps what importers rely on: archive, model
-//! description, libraries, and how it behaves when it is called. What the standard demands fails;
-//! what it permits, but importers stumble over, is a remark.
+//! Checks whether an FMU of any tool does what importers rely on: its archive, its model
+//! description, its libraries, and how it behaves when it is called. A violation of the standard is
+//! a failure; what the standard permits but importers have trouble with is a remark.
 #![cfg_attr(doctest, doc = include_str!("../README.md"))]
 #![forbid(unsafe_code)]
 
 mod archive;
 mod arguments;
 mod binaries;
-mod checker;
 #[cfg(feature = "wasm")]
 pub mod component;
 mod functions;
+mod options;
 mod outcome;
 mod run;
 mod schema;
@@ -21,7 +21,7 @@ mod variables;
 mod wasm;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, Result};
 use fmi_description::xml::Element;
@@ -29,12 +29,11 @@ use fmi_description::{Description, Version, library_among};
 use tempfile::TempDir;
 
 pub use arguments::Arguments;
-pub use checker::Checker;
 use fmi_description::Entries;
 use fmi_import::platform;
+pub use options::CheckOptions;
 pub use outcome::{Outcome, Promise, Report, Row, Verdict};
 
-/// Heading of what is asked of it.
 const DESCRIPTION: &str = "model description";
 
 const SCHEMA: Promise = Promise {
@@ -50,8 +49,12 @@ const RUNS: Promise = Promise {
     why: "",
 };
 
-/// Check an FMU.
-pub fn check(path: &Path, checker: Checker) -> Result<Report> {
+/// Checks an FMU.
+///
+/// # Errors
+/// The file cannot be read, or no process can be started. What is wrong with the FMU is in the
+/// report.
+pub fn check(path: &Path, options: CheckOptions) -> Result<Report> {
     let bytes = fs::read(path).with_context(|| path.display().to_string())?;
     let file = path.file_name().unwrap_or_default().to_string_lossy();
     let mut report = Report {
@@ -59,14 +62,14 @@ pub fn check(path: &Path, checker: Checker) -> Result<Report> {
         rows: Vec::new(),
     };
     if let Some(entries) = archive::check(&bytes, &mut report) {
-        unpacked(&entries, checker, &mut report)?;
+        check_files(&entries, options, &mut report)?;
     }
-    let is_wanted = |row: &Row| row.promise.text.contains(checker.only);
+    let is_wanted = |row: &Row| row.promise.text.contains(options.only);
     report.rows.retain(is_wanted);
     Ok(report)
 }
 
-fn unpacked(entries: &Entries, checker: Checker, report: &mut Report) -> Result<()> {
+fn check_files(entries: &Entries, options: CheckOptions, report: &mut Report) -> Result<()> {
     let Some(text) = entries.get("modelDescription.xml") else {
         return Ok(());
     };
@@ -75,17 +78,18 @@ fn unpacked(entries: &Entries, checker: Checker, report: &mut Report) -> Result<
         schema.fail(reason.to_string());
     }
     match fmi_description::text(text) {
-        Ok(text) => described(&text, entries, checker, schema, report)?,
+        Ok(text) => check_description(&text, entries, options, schema, report)?,
         Err(_) => report.push(DESCRIPTION, SCHEMA, schema),
     }
     Ok(())
 }
 
-/// The description with what its bytes were found to be; what other encodings hold is checked, too.
-fn described(
+/// Checks the text of the description, and all that needs it. `schema` has what is wrong with its
+/// bytes; a description in another encoding than UTF-8 is checked nevertheless.
+fn check_description(
     text: &str,
     entries: &Entries,
-    checker: Checker,
+    options: CheckOptions,
     mut schema: Outcome,
     report: &mut Report,
 ) -> Result<()> {
@@ -106,10 +110,11 @@ fn described(
     let version = root.get("fmiVersion").unwrap_or("");
     report.title += &title(root);
     let Outcome { fails, .. } = schema;
-    schema = schema::description(version, document);
+    let known = known_version(version);
+    schema = schema::description(known, version, document);
     schema.fails.splice(..0, fails);
     report.push(DESCRIPTION, SCHEMA, schema);
-    if let Some(version) = known(version) {
+    if let Some(version) = known {
         let variables = variables::Variable::all(root, version);
         structure::check(root, &variables, version, report);
         variables::check(root, &variables, version, report);
@@ -124,17 +129,17 @@ fn described(
     binaries::check(
         entries,
         &structure::identifiers(root),
-        functions::required(root, version),
+        known.map(|version| functions::required(root, version)),
         report,
     );
     #[cfg(feature = "wasm")]
     if root.child("CoSimulation").is_some() {
         wasm::check(entries, &structure::identifiers(root), report);
     }
-    match runnable(text, root, entries) {
+    match runnable_version(text, root, entries) {
         Ok(version) => {
             let has_exchange = root.child("ModelExchange").is_some();
-            runs(entries, checker, (version, has_exchange), report)?;
+            run_probes(entries, options, (version, has_exchange), report)?;
         }
         Err(reason) => report.push("simulation", RUNS, Outcome::not_checked(reason)),
     }
@@ -164,8 +169,8 @@ fn title(root: &Element) -> String {
     )
 }
 
-/// The version of FMI that a description names, if its rules are known here.
-fn known(version: &str) -> Option<Version> {
+/// The version of FMI that a description names, if this program knows its rules.
+fn known_version(version: &str) -> Option<Version> {
     match version {
         "2.0" => Some(Version::Fmi2),
         version if version.starts_with("3.") => Some(Version::Fmi3),
@@ -173,9 +178,9 @@ fn known(version: &str) -> Option<Version> {
     }
 }
 
-/// The version of an FMU that can be run here, or why it cannot.
-fn runnable(text: &str, root: &Element, entries: &Entries) -> Result<Version, String> {
-    let version = root.get("fmiVersion").and_then(known);
+/// The version of an FMU that can be run on this machine, or why it cannot.
+fn runnable_version(text: &str, root: &Element, entries: &Entries) -> Result<Version, String> {
+    let version = root.get("fmiVersion").and_then(known_version);
     let version = version.filter(|_| root.child("CoSimulation").is_some());
     let version = version.ok_or("this program runs FMI 2.0 and 3.0 for co-simulation only")?;
     let description = Description::parse(text).map_err(|e| e.to_string())?;
@@ -186,9 +191,9 @@ fn runnable(text: &str, root: &Element, entries: &Entries) -> Result<Version, St
 }
 
 /// `kind` is the version, and whether there is Model Exchange.
-fn runs(
+fn run_probes(
     entries: &Entries,
-    checker: Checker,
+    options: CheckOptions,
     kind: (Version, bool),
     report: &mut Report,
 ) -> Result<()> {
@@ -197,18 +202,18 @@ fn runs(
     for folder in [&plain, &odd] {
         unpack(entries, folder)?;
     }
-    run::all(checker, kind, [&plain, &odd], scratch.path(), report)
+    run::all(options, kind, [&plain, &odd], scratch.path(), report)
 }
 
 fn unpack(entries: &Entries, folder: &Path) -> Result<()> {
     for (name, bytes) in entries {
-        let path: PathBuf = folder.join(name);
+        let path = folder.join(name);
         if let Some(parent) = path.parent() {
             fs::create_dir_all(parent).with_context(|| parent.display().to_string())?;
         }
         fs::write(&path, bytes).with_context(|| path.display().to_string())?;
     }
-    // Importers make this folder even where the archive has none.
+    // Importers make this folder even if the archive has none.
     let resources = folder.join("resources");
     fs::create_dir_all(&resources).with_context(|| resources.display().to_string())
 }

@@ -1,4 +1,4 @@
-//! `fmu-check`: the check of FMUs by itself, for whoever makes them without Rust.
+//! `fmu-check`: the program that checks FMUs, for those who make them without Rust.
 #![forbid(unsafe_code)]
 
 use std::process::ExitCode;

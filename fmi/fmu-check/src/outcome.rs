@@ -1,100 +1,95 @@
-//! What a check found, and the table that tells it.
+//! The report of a check: a table with a row for each promise, its outcome and its verdict.
 
 use std::fmt::{self, Write};
 
 use serde::{Deserialize, Serialize};
 
-/// What one promise came to.
+/// What was found about a promise.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// Where the standard, or the promise itself, is broken.
+    /// Violations of the standard or of the promise.
     pub fails: Vec<String>,
-    /// What the standard permits but importers stumble over.
+    /// What the standard permits but importers have trouble with.
     pub remarks: Vec<String>,
     /// Why it could not be checked.
     pub not_checked: Option<String>,
-    /// Numbers that a reader may want to know.
+    /// Further information, such as numbers of calls.
     pub notes: Vec<String>,
 }
 
-/// An outcome in one word; the worst counts.
+/// An outcome in one word, by the worst that was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// Holds.
+    /// The promise holds.
     Pass,
-    /// Holds, but see the remarks.
+    /// It holds, with remarks.
     Remark,
-    /// Does not hold.
+    /// It does not hold.
     Fails,
-    /// Could not be seen.
+    /// It could not be checked.
     NotChecked,
 }
 
-/// A promise: what must hold, and why that matters to those who load the FMU.
+/// What must hold for an FMU, and why that matters to those who load it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Promise {
     /// What must hold.
     pub text: &'static str,
-    /// What goes wrong where it does not.
+    /// What goes wrong if it does not.
     pub why: &'static str,
 }
 
-/// A row of the table.
+/// A row of the report.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// Heading that it stands under.
+    /// Heading that it is under.
     pub area: &'static str,
-    /// What must hold.
+    /// The promise.
     pub promise: Promise,
-    /// What was found.
+    /// What was found about it.
     pub outcome: Outcome,
 }
 
-/// The whole table.
+/// The report of an FMU.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
     /// What was checked: file, version of FMI, model.
     pub title: String,
-    /// Its rows, in the order of the table.
+    /// Its rows, in order.
     pub rows: Vec<Row>,
 }
 
-/// Details of one kind that are printed for a row; the rest is counted.
-const SHOWN: usize = 5;
+/// How many details of one kind are printed for a row; the rest is counted.
+const MAX_SHOWN: usize = 5;
 
 impl Outcome {
-    /// It cannot be checked.
-    pub fn not_checked(reason: impl Into<String>) -> Self {
+    pub(crate) fn not_checked(reason: impl Into<String>) -> Self {
         Self {
             not_checked: Some(reason.into()),
             ..Self::default()
         }
     }
 
-    /// It does not hold.
-    pub fn failed(reason: impl Into<String>) -> Self {
+    pub(crate) fn failed(reason: impl Into<String>) -> Self {
         Self {
             fails: vec![reason.into()],
             ..Self::default()
         }
     }
 
-    /// Add a reason why it does not hold.
-    pub fn fail(&mut self, reason: impl Into<String>) {
+    pub(crate) fn fail(&mut self, reason: impl Into<String>) {
         self.fails.push(reason.into());
     }
 
-    /// Add a remark.
-    pub fn remark(&mut self, remark: impl Into<String>) {
+    pub(crate) fn remark(&mut self, remark: impl Into<String>) {
         self.remarks.push(remark.into());
     }
 
-    /// Add a note.
-    pub fn note(&mut self, note: impl Into<String>) {
+    pub(crate) fn note(&mut self, note: impl Into<String>) {
         self.notes.push(note.into());
     }
 
-    /// In one word.
+    /// The outcome in one word.
     pub fn verdict(&self) -> Verdict {
         match self {
             Self { fails, .. } if !fails.is_empty() => Verdict::Fails,
@@ -109,14 +104,13 @@ impl Outcome {
 }
 
 impl Report {
-    /// Rows with this verdict.
+    /// Number of rows with this verdict.
     pub fn count(&self, verdict: Verdict) -> usize {
         let verdicts = self.rows.iter().map(|row| row.outcome.verdict());
         verdicts.filter(|v| *v == verdict).count()
     }
 
-    /// Add a row.
-    pub fn push(&mut self, area: &'static str, promise: Promise, outcome: Outcome) {
+    pub(crate) fn push(&mut self, area: &'static str, promise: Promise, outcome: Outcome) {
         self.rows.push(Row {
             area,
             promise,
@@ -163,29 +157,29 @@ impl fmt::Display for Row {
         let verdict = self.outcome.verdict();
         writeln!(f, "  {verdict:<12} {}", self.promise.text)?;
         let outcome = &self.outcome;
-        detail(f, "!", &outcome.fails)?;
-        detail(f, "~", &outcome.remarks)?;
-        detail(f, "?", outcome.not_checked.as_slice())?;
-        detail(f, "·", &outcome.notes)?;
+        write_details(f, "!", &outcome.fails)?;
+        write_details(f, "~", &outcome.remarks)?;
+        write_details(f, "?", outcome.not_checked.as_slice())?;
+        write_details(f, "·", &outcome.notes)?;
         if matches!(verdict, Verdict::Fails | Verdict::Remark) {
-            detail(f, "→", &[self.promise.why.to_string()])?;
+            write_details(f, "→", &[self.promise.why.to_string()])?;
         }
         Ok(())
     }
 }
 
-/// Lines below a row, each after its mark.
-fn detail(f: &mut fmt::Formatter<'_>, mark: &str, texts: &[String]) -> fmt::Result {
-    for text in texts.iter().take(SHOWN) {
+/// Writes the details of a row, a line for each, after a mark.
+fn write_details(f: &mut fmt::Formatter<'_>, mark: &str, texts: &[String]) -> fmt::Result {
+    for text in texts.iter().take(MAX_SHOWN) {
         writeln!(f, "{:15}{mark} {}", "", in_one_line(text))?;
     }
-    match texts.len().saturating_sub(SHOWN) {
+    match texts.len().saturating_sub(MAX_SHOWN) {
         0 => Ok(()),
         more => writeln!(f, "{:15}{mark} and {more} more like it", ""),
     }
 }
 
-/// An FMU's messages may hold anything: what a terminal would obey is shown as an escape.
+/// Replaces control characters, which messages of an FMU may contain, by escapes.
 fn in_one_line(text: &str) -> String {
     text.chars().fold(String::new(), |mut line, c| {
         if c.is_control() {

@@ -1,5 +1,5 @@
-//! What an FMU does when it is run. Each promise is tried in a process of its own, so that a crash,
-//! a hang or a word on standard output is a row of the table.
+//! What an FMU does when it is run. Each promise is tested by a [probe](probe::Probe) in its own
+//! process, so that a crash, a hang or a line on standard output becomes a row of the report.
 
 mod calls;
 mod derivatives;
@@ -7,10 +7,10 @@ mod exchange;
 mod fmi3_only;
 mod instances;
 mod misuse;
+mod probe;
 mod simulation;
 mod states;
 mod supervision;
-mod trial;
 mod values;
 
 pub use supervision::{all, one};

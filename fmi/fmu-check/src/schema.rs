@@ -1,8 +1,9 @@
-//! The model description against the schema files of the standard, which lie in `schema/` as they
-//! are published.
+//! Validates model descriptions by the schema files of the standard, which are in `schema/` as they
+//! were published.
 
 mod rewriting;
 
+use fmi_description::Version;
 use uppsala::{Document, XsdValidator};
 
 use super::outcome::Outcome;
@@ -20,18 +21,18 @@ const FMI3: [&str; 8] = files!["fmi3": "fmi3Annotation", "fmi3AttributeGroups", 
 const TERMINALS: [&str; 3] =
     files!["fmi3": "fmi3Annotation", "fmi3Terminal", "fmi3TerminalsAndIcons"];
 
-/// What the schema of a version of FMI says about a model description.
-pub fn description(version: &str, document: &Document) -> Outcome {
+/// Validates a model description by the schema of its version, which it `names`.
+pub fn description(version: Option<Version>, names: &str, document: &Document) -> Outcome {
     match version {
-        "2.0" => validate(&FMI2, document),
-        version if version.starts_with("3.") => validate(&FMI3, document),
-        version => Outcome::not_checked(format!(
-            "the schema of FMI {version} is not at hand; those of 2.0 and 3.0 are"
+        Some(Version::Fmi2) => validate(&FMI2, document),
+        Some(Version::Fmi3) => validate(&FMI3, document),
+        None => Outcome::not_checked(format!(
+            "the schema of FMI {names} is not at hand; those of 2.0 and 3.0 are"
         )),
     }
 }
 
-/// What the schema of FMI 3.0 says about `terminalsAndIcons.xml`.
+/// Validates `terminalsAndIcons.xml` by the schema of FMI 3.0.
 pub fn terminals(document: &Document) -> Outcome {
     validate(&TERMINALS, document)
 }
@@ -52,7 +53,7 @@ fn validate(files: &[&str], document: &Document) -> Outcome {
     }
 }
 
-/// The files as one: what each holds inside its `xs:schema`, without the includes of each other.
+/// The schema files in one: the content of each `xs:schema`, without includes.
 fn merged(files: &[&str]) -> String {
     let bodies = files.iter().filter_map(|file| {
         let (_, opened) = file.split_once("<xs:schema")?;
@@ -78,13 +79,13 @@ mod tests {
   <ModelStructure/>
 </fmiModelDescription>"#;
 
-    fn fails(version: &str, text: &str) -> Vec<String> {
-        description(version, &uppsala::parse(text).unwrap()).fails
+    fn fails(version: Version, text: &str) -> Vec<String> {
+        description(Some(version), "", &uppsala::parse(text).unwrap()).fails
     }
 
     #[test]
     fn the_schema_of_fmi_2_is_kept() {
-        assert_eq!(fails("2.0", SMALL), [""; 0]);
+        assert_eq!(fails(Version::Fmi2, SMALL), [""; 0]);
         for (was, is) in [
             ("causality=\"input\"", "causality=\"inputs\""),
             ("<ModelStructure/>", ""),
@@ -92,7 +93,11 @@ mod tests {
             ("<Real start=\"1\"/>", "<Real begin=\"1\"/>"),
             ("<CoSimulation modelIdentifier=\"Lag\"/>", "<Foo/>"),
         ] {
-            assert_ne!(fails("2.0", &SMALL.replace(was, is)), [""; 0], "{is}");
+            assert_ne!(
+                fails(Version::Fmi2, &SMALL.replace(was, is)),
+                [""; 0],
+                "{is}"
+            );
         }
     }
 
@@ -102,7 +107,7 @@ mod tests {
 
     #[test]
     fn the_schema_of_fmi_3_is_kept() {
-        assert_eq!(fails("3.0", RICH), [""; 0]);
+        assert_eq!(fails(Version::Fmi3, RICH), [""; 0]);
         for (was, is) in [
             ("<Dimension start=\"2\"/>", "<Dimension start=\"-2\"/>"),
             ("<Dimension valueReference=\"1\"/>", "<Dimensions/>"),
@@ -120,7 +125,11 @@ mod tests {
             ("instantiationToken=\"{1}\"", ""),
             ("hasEventMode=\"true\"", "hasEventMode=\"yes\""),
         ] {
-            assert_ne!(fails("3.0", &RICH.replacen(was, is, 1)), [""; 0], "{is}");
+            assert_ne!(
+                fails(Version::Fmi3, &RICH.replacen(was, is, 1)),
+                [""; 0],
+                "{is}"
+            );
         }
     }
 
@@ -143,7 +152,7 @@ mod tests {
 
     #[test]
     fn other_versions_are_not_checked() {
-        let outcome = description("1.0", &uppsala::parse(SMALL).unwrap());
+        let outcome = description(None, "1.0", &uppsala::parse(SMALL).unwrap());
         let reason = outcome.not_checked.unwrap();
         assert!(reason.starts_with("the schema of FMI 1.0"), "{reason}");
     }

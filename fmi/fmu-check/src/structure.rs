@@ -1,5 +1,5 @@
-//! ModelStructure (FMI 2.0, section 2.2.8; FMI 3.0, section 2.4.8), and what a model description
-//! says of the whole model.
+//! Checks ModelStructure (FMI 2.0, section 2.2.8; FMI 3.0, section 2.4.8), and what the model
+//! description says about the whole model.
 
 use std::collections::BTreeSet;
 
@@ -16,7 +16,7 @@ const WHOLE: Promise = Promise {
 };
 const OUTPUTS: Promise = Promise {
     text: "Outputs lists every output, each once, and nothing else",
-    why: "importers sort their calls by it; what is not listed is thought not to exist",
+    why: "importers sort their calls by it; what is not listed does not exist for them",
 };
 const INITIAL: Promise = Promise {
     text: "InitialUnknowns lists exactly what is computed in initialization",
@@ -27,10 +27,10 @@ const DEPENDENCIES: Promise = Promise {
     why: "importers look for algebraic loops along them",
 };
 
-/// Words of dependenciesKind, of which FMI 2.0 has the same.
+/// Values of dependenciesKind, the same in both versions.
 const KINDS: [&str; 5] = ["dependent", "constant", "fixed", "tunable", "discrete"];
 
-/// Identifiers that an interface type may have.
+/// The model identifiers of all interfaces.
 pub fn identifiers(root: &Element) -> Vec<&str> {
     let interfaces = ["CoSimulation", "ModelExchange", "ScheduledExecution"];
     let identifiers = interfaces
@@ -40,7 +40,6 @@ pub fn identifiers(root: &Element) -> Vec<&str> {
     unique.into_iter().collect()
 }
 
-/// The lists of ModelStructure.
 struct Structure<'a> {
     outputs: Vec<&'a Element>,
     derivatives: Vec<&'a Element>,
@@ -73,7 +72,7 @@ impl<'a> Structure<'a> {
         }
     }
 
-    /// What an entry says which variable it is about.
+    /// The index or value reference by which an entry names its variable.
     fn key(&self, entry: &'a Element) -> &'a str {
         let attribute = match self.version {
             Version::Fmi2 => "index",
@@ -82,7 +81,7 @@ impl<'a> Structure<'a> {
         entry.get(attribute).unwrap_or("")
     }
 
-    /// The variable with this index, counted from 1, or value reference.
+    /// The variable with this index, counted from 1, or with this value reference.
     fn at<'v>(&self, key: &str, variables: &'v [Variable<'a>]) -> Option<&'v Variable<'a>> {
         match self.version {
             Version::Fmi2 => variables.get(key.trim().parse::<usize>().ok()?.checked_sub(1)?),
@@ -100,7 +99,7 @@ impl<'a> Structure<'a> {
     }
 }
 
-/// Check what concerns the whole model, and its structure.
+/// Checks what concerns the whole model, and its structure.
 pub fn check(root: &Element, variables: &[Variable], version: Version, report: &mut Report) {
     report.push(AREA, WHOLE, whole(root, version));
     let structure = Structure::new(root, version);
@@ -110,7 +109,7 @@ pub fn check(root: &Element, variables: &[Variable], version: Version, report: &
     report.push(
         AREA,
         OUTPUTS,
-        exactly(&outputs, variables, is_output, is_output),
+        compare_list(&outputs, variables, is_output, is_output),
     );
     let states = states(&structure, variables);
     let is_initial_unknown = |v: &Variable| {
@@ -124,7 +123,7 @@ pub fn check(root: &Element, variables: &[Variable], version: Version, report: &
     report.push(
         AREA,
         INITIAL,
-        exactly(&initial, variables, is_initial_unknown, may_be),
+        compare_list(&initial, variables, is_initial_unknown, may_be),
     );
 }
 
@@ -160,12 +159,9 @@ fn whole(root: &Element, version: Version) -> Outcome {
             outcome.fail("DefaultExperiment: tolerance must be above 0");
         }
     }
-    let categories = root.child("LogCategories");
-    let names = categories
-        .into_iter()
-        .flat_map(|l| l.all("Category").collect::<Vec<_>>());
+    let categories = root.listed("LogCategories", "Category");
     let mut seen = BTreeSet::new();
-    for name in names.filter_map(|c| c.get("name")) {
+    for name in categories.filter_map(|category| category.get("name")) {
         if !seen.insert(name) {
             outcome.fail(format!("log category `{name}` is there twice"));
         }
@@ -173,7 +169,7 @@ fn whole(root: &Element, version: Version) -> Outcome {
     outcome
 }
 
-/// Names of the continuous states of co-simulation and model exchange, and their derivatives.
+/// Names of the continuous states and of their derivatives.
 fn states<'a>(structure: &Structure<'a>, variables: &[Variable<'a>]) -> BTreeSet<&'a str> {
     let named = structure.all(&structure.derivatives, variables);
     let pairs = named.into_iter().flat_map(|derivative| {
@@ -184,7 +180,8 @@ fn states<'a>(structure: &Structure<'a>, variables: &[Variable<'a>]) -> BTreeSet
     pairs.flatten().collect()
 }
 
-fn exactly(
+/// Compares a list with the variables that must and may be in it.
+fn compare_list(
     listed: &[&Variable],
     variables: &[Variable],
     must_be: impl Fn(&Variable) -> bool,

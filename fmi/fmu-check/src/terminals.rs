@@ -1,4 +1,4 @@
-//! `terminalsAndIcons.xml` of FMI 3.0 (section 2.4.9).
+//! Checks `terminalsAndIcons.xml` of FMI 3.0 (section 2.4.9).
 
 use std::collections::BTreeSet;
 
@@ -20,7 +20,7 @@ const MEMBERS: Promise = Promise {
     why: "importers connect all members of two terminals at once, by name",
 };
 
-/// Check the terminals, if there are any.
+/// Checks the terminals, if there are any.
 pub fn check(entries: &Entries, variables: &[Variable], report: &mut Report) {
     let Some(bytes) = entries.get(FILE) else {
         return;
@@ -46,7 +46,7 @@ pub fn check(entries: &Entries, variables: &[Variable], report: &mut Report) {
     report.push(AREA, MEMBERS, outcome);
 }
 
-/// The terminals in an element, and those in them.
+/// Checks the terminals in an element, and those nested in them.
 fn terminals(list: &Element, entries: &Entries, known: &BTreeSet<&str>, outcome: &mut Outcome) {
     let mut names = BTreeSet::new();
     for terminal in list.all("Terminal") {

@@ -1,5 +1,5 @@
-//! Variables against what the standard asks of them beyond the schema (FMI 2.0, sections 2.2.7 and
-//! 2.2.9; FMI 3.0, section 2.4.7).
+//! Checks the variables of a model description by the rules of the standard that the schema does
+//! not express (FMI 2.0, sections 2.2.7 and 2.2.9; FMI 3.0, section 2.4.7).
 
 mod arrays;
 mod clocks;
@@ -17,7 +17,6 @@ pub use variable::Variable;
 
 const AREA: &str = "variables";
 
-/// Check the variables.
 pub fn check(root: &Element, variables: &[Variable], version: Version, report: &mut Report) {
     let mut push = |(promise, outcome)| report.push(AREA, promise, outcome);
     push(names::check(root, variables));

@@ -1,4 +1,4 @@
-//! WebAssembly in the archive, as the draft FMI-LS-WASM has it: read without running it.
+//! Checks WebAssembly components in the archive by the draft FMI-LS-WASM, without running them.
 
 use fmi_description::platform::WASM;
 
@@ -16,7 +16,7 @@ const ALONE: Promise = Promise {
     why: "a host must offer all that a component imports; many have no files and no clock",
 };
 
-/// Check the components of an FMU for co-simulation with these model identifiers, if it has any.
+/// Checks the components of an FMU for co-simulation with these model identifiers, if it has any.
 pub fn check(entries: &Entries, identifiers: &[&str], report: &mut Report) {
     let folder = format!("binaries/{}/", WASM.folder);
     if !entries.keys().any(|name| name.starts_with(&folder)) {

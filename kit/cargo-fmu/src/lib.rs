@@ -1,8 +1,8 @@
-//! FMUs from libraries made with `fmu-export`: building them, reading the files they carry, and
-//! packing both into archives.
+//! Makes FMUs of Rust models that use `fmu-export`: builds their libraries, gets the files that
+//! these carry, and packs both into archives.
 //!
-//! The program is `cargo fmu` (see [`pack`]); other tools use its parts from here. No model is
-//! linked: libraries are loaded, asked for their files, and closed again.
+//! This is the library of the program `cargo fmu`, for tools that do the same. No model is linked:
+//! libraries are loaded, asked for their files, and closed again.
 #![forbid(unsafe_code)]
 
 pub mod library;

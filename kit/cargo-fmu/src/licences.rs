@@ -1,5 +1,5 @@
-//! Licence texts of a package, as FMI 2.0.4 wants them (section 2.3): in `documentation/licenses/`,
-//! with one file to begin with.
+//! Collects the licence texts of a package for the folder `documentation/licenses/` of its FMU,
+//! with `license.txt` as the first file to read (FMI 2.0.4, section 2.3).
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,9 +8,9 @@ use anyhow::{Context, Result};
 
 use fmi_description::Entries;
 
-/// Where licences and notices lie in an FMU.
+/// Folder of licences and notices in an FMU.
 pub const FOLDER: &str = "documentation/licenses";
-/// Beginnings of the names of files that hold licences or notices.
+/// How the names of files with licences or notices begin.
 const NAMES: [&str; 6] = [
     "LICENSE",
     "LICENCE",
@@ -20,13 +20,12 @@ const NAMES: [&str; 6] = [
     "UNLICENSE",
 ];
 
-/// Whether a file of this name holds a licence or notices.
 fn is_licence(name: &str) -> bool {
     let name = name.to_uppercase();
     NAMES.iter().any(|n| name.starts_with(n))
 }
 
-/// The files in a folder that hold licences or notices, by name.
+/// The files in a folder that are licences or notices, sorted by name.
 pub fn in_folder(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
@@ -39,8 +38,8 @@ pub fn in_folder(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// The files of the first folder that has any, and `license.txt`, which names them and the licence
-/// expression.
+/// The licence files of the first folder that has any, and `license.txt` with the licence
+/// expression and their names.
 pub fn files(folders: &[&Path], expression: Option<&str>) -> Result<Entries> {
     let mut found = Entries::new();
     for folder in folders {

@@ -1,4 +1,4 @@
-//! `cargo fmu`: FMUs from libraries made with `fmu-export`, in any cargo workspace.
+//! `cargo fmu`: makes, packs and checks FMUs of Rust models in any cargo workspace.
 #![forbid(unsafe_code)]
 
 use std::path::PathBuf;
@@ -27,7 +27,7 @@ struct Fmu {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Make a crate that stands alone, with a small model, its tests, and what is packed beside it
+    /// Make a new crate with a small model, its tests, and the other files of its FMU
     New {
         /// Folder of the crate; its last part is the name
         path: PathBuf,
@@ -35,10 +35,10 @@ enum Command {
         /// from]
         #[arg(long, value_name = "PATH")]
         fmu_export: Option<PathBuf>,
-        /// A model to begin with, in place of a first-order lag
+        /// A model to begin with, instead of a first-order lag
         #[arg(long, value_name = "NAME")]
         example: Option<new::Name>,
-        /// As it was called before
+        /// The former name of `--example events`
         #[arg(long, hide = true, conflicts_with = "example")]
         events: bool,
     },
@@ -127,7 +127,7 @@ fn run(command: Command) -> Result<ExitCode> {
         } => {
             let platforms = pack::Platforms::named(&targets)?;
             let folder = std::env::current_dir().context("the current folder")?;
-            let mut workspace = Workspace::of(&folder)?;
+            let mut workspace = Workspace::containing(&folder)?;
             workspace.sizes = sizes;
             let mut sources = Source::chosen(packages, examples);
             if sources.is_empty() {
@@ -137,7 +137,7 @@ fn run(command: Command) -> Result<ExitCode> {
             let profile = pack::profile(&profile);
             let packed = pack::fmus(&workspace, &sources, &profile, &platforms, &out)?;
             if platforms.wasm {
-                wasm::add(&workspace, &sources, &profile, &pack::of_fmi3(&packed)?)?;
+                wasm::add(&workspace, &sources, &profile, &pack::fmi3_files(&packed)?)?;
             }
         }
         Command::AddWasm {
@@ -145,7 +145,7 @@ fn run(command: Command) -> Result<ExitCode> {
             profile,
             fmus,
         } => {
-            let workspace = Workspace::of(&std::env::current_dir()?)?;
+            let workspace = Workspace::containing(&std::env::current_dir()?)?;
             let sources = Source::chosen(packages, Vec::new());
             wasm::add(&workspace, &sources, &pack::profile(&profile), &fmus)?;
         }

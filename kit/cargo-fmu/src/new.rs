@@ -1,5 +1,4 @@
-//! `cargo fmu new`: a crate that stands alone, with a small model, its tests, and what is packed
-//! beside it.
+//! `cargo fmu new`: makes a crate with a small model, its tests, and the other files of its FMU.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -21,17 +20,17 @@ const TEMPLATE: [(&str, &str); 5] = [
 /// A model to begin with.
 struct Example {
     source: &'static str,
-    /// What stands for the name of the model in the source.
+    /// The text in the source that is replaced by the name of the model.
     name: &'static str,
-    /// What the documentation says of it.
+    /// Its description in the documentation.
     about: &'static str,
     /// Its line among the dependencies.
     serde: &'static str,
-    /// What it has beside the source: path and text.
+    /// Path and text of further files.
     files: &'static [(&'static str, &'static str)],
 }
 
-/// The examples by what `--example` calls them.
+/// The names of the examples for `--example`.
 #[derive(Clone, Copy, clap::ValueEnum)]
 pub enum Name {
     /// Conduction of heat: a stiff model, its solver, its sparse Jacobian
@@ -77,7 +76,7 @@ const BATTERY: Example = Example {
     ..LAG
 };
 
-/// It is compiled and tested where it is, as the crate `fmu-oven` of fmu-export.
+/// Its source is also compiled and tested in place, as the crate `fmu-oven` of fmu-export.
 const OVEN: Example = Example {
     source: include_str!("../template/events/lib.rs"),
     name: "Oven",
@@ -86,14 +85,14 @@ const OVEN: Example = Example {
     ..LAG
 };
 
-/// Words that cargo or the compiler keep for themselves.
+/// Words that are reserved by cargo or the compiler.
 const RESERVED: &str = "\
     abstract alloc as async await become box break const continue core crate do dyn else enum extern \
     false final fn for if impl in let loop macro match mod move mut override priv proc-macro pub return \
     self static std struct super test trait true type use";
 
-/// Make the crate at `path`, whose last part is its name; `fmu_export` is the folder of that crate,
-/// if it is not where this program was built. Without an example the model is a first-order lag.
+/// Makes the crate at `path`, whose last part is its name. `fmu_export` is the folder of that crate
+/// if it is not the one that this program was built with. The default model is a first-order lag.
 pub fn new(path: &Path, fmu_export: Option<&Path>, example: Option<Name>) -> Result<()> {
     let example = match example {
         None => LAG,
@@ -105,9 +104,9 @@ pub fn new(path: &Path, fmu_export: Option<&Path>, example: Option<Name>) -> Res
     let name = path.file_name().and_then(|name| name.to_str());
     let name = name.with_context(|| format!("`{}` names no crate", path.display()))?;
     let model = model(name)?;
-    let fmu_export = found(fmu_export)?;
+    let fmu_export = fmu_export_folder(fmu_export)?;
     ensure!(!path.exists(), "{} is already there", path.display());
-    // Written beside and renamed: no half of a crate is left where something fails.
+    // Written to a temporary folder and renamed, so that a failure leaves no half of a crate.
     let parent = path
         .parent()
         .filter(|p| !p.as_os_str().is_empty())
@@ -137,7 +136,7 @@ pub fn new(path: &Path, fmu_export: Option<&Path>, example: Option<Name>) -> Res
     Ok(())
 }
 
-/// Name of the model, which becomes that of the FMU: `heat-store` is `HeatStore`.
+/// Name of the model and its FMU: `HeatStore` for the crate `heat-store`.
 fn model(name: &str) -> Result<String> {
     let is_word = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
     let is_name = name.starts_with(|c: char| c.is_ascii_lowercase())
@@ -157,7 +156,7 @@ fn model(name: &str) -> Result<String> {
     let model: String = words
         .map(|word| word[..word.len().min(1)].to_uppercase() + word.get(1..).unwrap_or(""))
         .collect();
-    // These are the structs beside it.
+    // Names that the source uses for something else.
     ensure!(
         ![
             "Parameters",
@@ -177,7 +176,7 @@ fn model(name: &str) -> Result<String> {
 }
 
 /// The folder of fmu-export, as it is written into Cargo.toml.
-fn found(given: Option<&Path>) -> Result<String> {
+fn fmu_export_folder(given: Option<&Path>) -> Result<String> {
     let built_from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fmu-export");
     let folder = given.map_or(built_from, PathBuf::from);
     let is_it = fs::read_to_string(folder.join("Cargo.toml")).is_ok_and(|text| {
@@ -193,7 +192,7 @@ fn found(given: Option<&Path>) -> Result<String> {
     let text = folder
         .to_str()
         .with_context(|| format!("{} must be UTF-8", folder.display()))?;
-    // In TOML a backslash begins an escape; cargo takes slashes on Windows too.
+    // A backslash begins an escape in TOML; cargo accepts slashes on Windows too.
     Ok(text.trim_start_matches(r"\\?\").replace('\\', "/"))
 }
 

@@ -1,9 +1,9 @@
-//! Notices of what others wrote and is compiled into a library or program: names, versions,
-//! licences and their texts, the same bytes on every machine.
+//! Third-party notices for a library or program: names, versions, licences and licence texts of all
+//! that others wrote in it, the same bytes on every machine.
 //!
-//! Which crates these are, `cargo tree` says; the texts are the files that lie in each crate, else
-//! the text of its licence as SPDX has it. What a package carries beside crates (scripts, data, C
-//! code) it names in its Cargo.toml:
+//! The crates are those of `cargo tree`. Their texts are the licence files in each crate, else the
+//! text of SPDX for its licence. What a package contains besides crates (scripts, data, C code) is
+//! named in its Cargo.toml:
 //!
 //! ```toml
 //! [[package.metadata.third-party]]
@@ -37,9 +37,9 @@ pub struct Notices {
     workspace_members: BTreeSet<String>,
 }
 
-/// Something that is compiled in.
+/// A crate or other part that someone else wrote.
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq, PartialOrd, Ord)]
-struct Part {
+struct ThirdParty {
     name: String,
     version: String,
     license: String,
@@ -50,7 +50,7 @@ struct Part {
 }
 
 impl Notices {
-    /// For the packages of a workspace.
+    /// Reads what `cargo metadata` says about a workspace.
     pub fn new(workspace: &Workspace) -> Result<Self> {
         let mut command = cargo();
         command
@@ -59,8 +59,8 @@ impl Notices {
         serde_json::from_str(&output(&mut command)?).context("the answer of cargo metadata")
     }
 
-    /// The notices of a package's library or program for these targets of the compiler (none: this
-    /// machine's), as files by name.
+    /// The notices for a package's library or program, as files by name. `triples` are the
+    /// compiler's targets that it is built for; none means this machine.
     pub fn files(&self, workspace: &Workspace, package: &str, triples: &[&str]) -> Result<Entries> {
         let mut parts = BTreeSet::new();
         let host = [""];
@@ -72,14 +72,14 @@ impl Notices {
                     .find(|p| p.name == name && p.version == version);
                 let found =
                     found.with_context(|| format!("cargo metadata knows no {name} {version}"))?;
-                parts.extend(found.carried()?);
+                parts.extend(found.declared()?);
                 if !self.workspace_members.contains(&found.id) {
                     parts.insert(found.part()?);
                 }
             }
         }
         let (version, standard) = standard_library()?;
-        parts.insert(Part {
+        parts.insert(ThirdParty {
             name: "Rust standard library".into(),
             version,
             license: "MIT OR Apache-2.0".into(),
@@ -99,7 +99,7 @@ impl Notices {
     }
 }
 
-/// Names and versions of the crates that are compiled into a package, itself among them.
+/// Names and versions of the crates that are compiled into a package, including itself.
 fn compiled_in(
     workspace: &Workspace,
     package: &str,
@@ -126,7 +126,7 @@ fn compiled_in(
     Ok(text.lines().filter_map(part).collect())
 }
 
-/// Version of the compiler's standard library, and its own notices where the toolchain has them.
+/// Version of the standard library, and its own notices if the toolchain has them.
 fn standard_library() -> Result<(String, Option<Vec<u8>>)> {
     let version = output(Command::new("rustc").arg("--version"))?;
     let version = version.split_whitespace().nth(1).unwrap_or("").to_string();
@@ -137,7 +137,7 @@ fn standard_library() -> Result<(String, Option<Vec<u8>>)> {
 
 impl Package {
     /// The crate itself.
-    fn part(&self) -> Result<Part> {
+    fn part(&self) -> Result<ThirdParty> {
         let license = self
             .license
             .clone()
@@ -146,7 +146,7 @@ impl Package {
         if texts.is_empty() {
             texts.push(spdx_texts(&license, &self.authors).with_context(|| self.name.clone())?);
         }
-        Ok(Part {
+        Ok(ThirdParty {
             name: self.name.clone(),
             version: self.version.clone(),
             license,
@@ -155,8 +155,7 @@ impl Package {
         })
     }
 
-    /// The licence files in its folder; for a crate that lies in another repository on this
-    /// machine, in the folders around it.
+    /// Its licence files: in its folder, or for a crate of a local repository in the folders above.
     fn texts(&self) -> Result<Vec<String>> {
         if let Some(file) = &self.license_file {
             return Ok(vec![read(&self.folder().join(file))?]);
@@ -173,35 +172,35 @@ impl Package {
         Ok(Vec::new())
     }
 
-    /// What it says that it carries beside crates.
-    fn carried(&self) -> Result<Vec<Part>> {
+    /// What its Cargo.toml says that it contains besides crates.
+    fn declared(&self) -> Result<Vec<ThirdParty>> {
         #[derive(Deserialize)]
-        struct Carried {
+        struct Declared {
             #[serde(flatten)]
-            part: Part,
+            part: ThirdParty,
             file: PathBuf,
         }
         let named = self.metadata.as_ref().and_then(|m| m.get("third-party"));
-        let named: Vec<Carried> = match named {
+        let named: Vec<Declared> = match named {
             Some(value) => serde_json::from_value(value.clone())
                 .with_context(|| format!("{}: package.metadata.third-party", self.name))?,
             None => Vec::new(),
         };
-        let part = |Carried { part, file }| {
+        let part = |Declared { part, file }| {
             let texts = vec![read(&self.folder().join(file))?];
-            Ok(Part { texts, ..part })
+            Ok(ThirdParty { texts, ..part })
         };
         named.into_iter().map(part).collect()
     }
 }
 
-/// A text, with the line ends of this format whatever the crate uses.
+/// A text file, with `\n` as line ends.
 fn read(file: &Path) -> Result<String> {
     let bytes = fs::read(file).with_context(|| file.display().to_string())?;
     Ok(String::from_utf8_lossy(&bytes).replace("\r\n", "\n"))
 }
 
-/// Texts of a licence expression as SPDX has them: of MIT alone where that is a choice.
+/// The texts of SPDX for a licence expression; only that of MIT if MIT can be chosen.
 fn spdx_texts(expression: &str, authors: &[String]) -> Result<String> {
     let expression = spdx::Expression::parse_mode(expression, spdx::ParseMode::LAX)
         .with_context(|| format!("`{expression}` is no licence expression of SPDX"))?;
@@ -225,11 +224,11 @@ fn spdx_texts(expression: &str, authors: &[String]) -> Result<String> {
     Ok(text)
 }
 
-/// The parts, and each text once with the parts that it belongs to.
-fn listing(package: &str, parts: &BTreeSet<Part>) -> String {
+/// Lists the parts, then each text once with the parts that it belongs to.
+fn listing(package: &str, parts: &BTreeSet<ThirdParty>) -> String {
     let mut text =
         format!("What others wrote and is part of {package}, with the texts of its licences.\n\n");
-    let named = |part: &Part| format!("{} {}", part.name, part.version);
+    let named = |part: &ThirdParty| format!("{} {}", part.name, part.version);
     let mut owners: BTreeMap<&str, Vec<String>> = BTreeMap::new();
     for part in parts {
         let line = format!("{:<32} {:<32} {}", named(part), part.license, part.origin);
@@ -256,7 +255,7 @@ mod tests {
 
     #[test]
     fn notices_name_what_is_compiled_in_and_nothing_else() {
-        let workspace = Workspace::of(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
+        let workspace = Workspace::containing(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let notices = Notices::new(&workspace).unwrap();
         let files = notices.files(&workspace, "fmu-export", &[]).unwrap();
         let text = std::str::from_utf8(&files[CRATES]).unwrap();
@@ -282,7 +281,7 @@ mod tests {
     /// The programs of the report embed two scripts, whose versions stand at their heads.
     #[test]
     fn scripts_that_a_package_names_are_told() {
-        let workspace = Workspace::of(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
+        let workspace = Workspace::containing(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let notices = Notices::new(&workspace).unwrap();
         let files = notices.files(&workspace, "report", &[]).unwrap();
         let text = std::str::from_utf8(&files[CRATES]).unwrap();
@@ -317,7 +316,7 @@ mod tests {
 
     #[test]
     fn a_text_that_several_share_is_there_once() {
-        let part = |name: &str| Part {
+        let part = |name: &str| ThirdParty {
             name: name.into(),
             version: "1.0".into(),
             license: "MIT".into(),

@@ -1,5 +1,4 @@
-//! `cargo fmu pack`: libraries are built, asked for the files that they carry, and packed with
-//! them.
+//! `cargo fmu pack`: builds libraries, gets the files that they carry, and packs both into FMUs.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,7 +7,7 @@ use anyhow::{Context, Result, ensure};
 
 use fmi_description::Version;
 
-use crate::library::Lacking;
+use crate::library::UnsupportedType;
 use crate::notices::Notices;
 use crate::target::{Target, Tools};
 use crate::workspace::{Package, Source, Workspace};
@@ -18,14 +17,14 @@ use fmi_description::entries;
 use fmi_import::platform;
 use fmi_import::platform::Platform;
 
-/// The profile that libraries are built with if none is chosen; see [`profile`].
+/// The default profile for libraries; see [`profile`].
 pub const FMU_PROFILE: &str = "fmu-release";
 
-/// Arguments of cargo for a profile. A library must unwind from a panic, which is caught at the C
-/// border, and carries no symbols beside those it exports.
+/// Arguments of cargo for a profile. A library must unwind from a panic, which is caught in its C
+/// functions, and has no symbols but those that it exports.
 ///
-/// [`FMU_PROFILE`] needs no entry in the workspace's Cargo.toml: it is `release` with the whole
-/// program optimised at once, which takes longest to build and runs fastest.
+/// [`FMU_PROFILE`] needs no entry in the workspace's Cargo.toml. It is `release` with optimisation
+/// of the whole program, which takes longest to build and runs fastest.
 pub fn profile(name: &str) -> Vec<String> {
     let mut settings = vec!["panic=\"unwind\"", "strip=\"symbols\""];
     if name == FMU_PROFILE {
@@ -44,14 +43,14 @@ pub fn profile(name: &str) -> Vec<String> {
     name.into_iter().chain(settings).collect()
 }
 
-/// What archives are packed for.
+/// The platforms that FMUs are packed for, and the tools to build for them.
 #[derive(Default)]
 pub struct Platforms {
-    /// The platforms; none: this machine's, built the fast way, for this machine.
+    /// The platforms; none means that of this machine, without the measures for other machines.
     pub targets: Vec<&'static Target>,
-    /// With which the libraries for them are built.
+    /// Where the tools to build for them are.
     pub tools: Tools,
-    /// Whether WebAssembly goes beside the libraries, into the archives of FMI 3.0.
+    /// Whether WebAssembly is added to the FMUs of FMI 3.0.
     pub wasm: bool,
 }
 
@@ -59,7 +58,7 @@ pub struct Platforms {
 const WASM: &str = "wasm";
 
 impl Platforms {
-    /// Those with these names, from tools on the search path.
+    /// The platforms with these names, with tools on the search path.
     pub fn named(names: &[String]) -> Result<Self> {
         let mut targets = Vec::new();
         for name in names.iter().filter(|name| *name != WASM) {
@@ -76,11 +75,12 @@ impl Platforms {
     }
 }
 
-/// Folder for archives of FMI 3.0, within that of the archives of FMI 2.0.
+/// Folder for FMUs of FMI 3.0, in that of the FMUs of FMI 2.0.
 pub const FMI3_FOLDER: &str = "fmi3";
 
-/// Build and pack FMUs into the folder `out`, and for FMI 3.0 into [`FMI3_FOLDER`] there; the files
-/// of FMI 2.0, and of a model with types that only FMI 3.0 has, that of FMI 3.0.
+/// Builds and packs FMUs of FMI 2.0 into the folder `out`, and of FMI 3.0 into [`FMI3_FOLDER`]
+/// there. Returns the files of FMI 2.0; for a model with types that only FMI 3.0 has, that of FMI
+/// 3.0.
 pub fn fmus(
     workspace: &Workspace,
     sources: &[Source],
@@ -95,19 +95,19 @@ pub fn fmus(
     let Platforms { targets, tools, .. } = platforms;
     ensure!(
         targets.is_empty() || targets.iter().any(|t| t.platform.is_in_fmi2()),
-        "FMI 2.0 has no folder for {}; name another platform beside it",
+        "FMI 2.0 has no folder for {}; name another platform, too",
         targets[0].platform.folder
     );
     let is_host = |t: &&&Target| platform::host().is_ok_and(|host| t.platform == host);
-    // What is packed, for each source one a platform; and what this machine can load to ask for the
-    // other files.
+    // For each source one library for each platform; and those that this machine can load to get
+    // the other files.
     let mut libraries = vec![Vec::new(); sources.len()];
     let mut loaded = None;
     for target in targets {
         let build = target.build(workspace, tools)?;
         let built = workspace.build_with(build, sources, profile)?;
         for (libraries, (library, _)) in libraries.iter_mut().zip(&built) {
-            libraries.push(portable(workspace, target, library)?);
+            libraries.push(read_portable(workspace, target, library)?);
         }
         loaded = loaded.or(is_host(&target).then_some(built));
     }
@@ -129,11 +129,11 @@ pub fn fmus(
         .zip(libraries)
         .map(|((library, package), libraries)| {
             let notices = notices.files(workspace, &package.name, &triples)?;
-            let beside = beside(workspace, package, notices)?;
-            let of_3 = fmu(Version::Fmi3, library, &libraries, &beside, &out_3)?;
-            let of_2 = fmu(Version::Fmi2, library, &libraries, &beside, out);
+            let others = package_files(workspace, package, notices)?;
+            let of_3 = pack_fmu(Version::Fmi3, library, &libraries, &others, &out_3)?;
+            let of_2 = pack_fmu(Version::Fmi2, library, &libraries, &others, out);
             of_2.or_else(|error| {
-                let lacking = error.downcast::<Lacking>()?;
+                let lacking = error.downcast::<UnsupportedType>()?;
                 eprintln!("not packed for FMI 2.0: {lacking}");
                 Ok(of_3)
             })
@@ -141,8 +141,8 @@ pub fn fmus(
     packed.collect()
 }
 
-/// The archives of FMI 3.0 that are packed beside these of FMI 2.0, in the same order.
-pub fn of_fmi3(fmus: &[PathBuf]) -> Result<Vec<PathBuf>> {
+/// The FMUs of FMI 3.0 that were packed with these of FMI 2.0, in the same order.
+pub fn fmi3_files(fmus: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let beside = |fmu: &PathBuf| {
         let (folder, name) = (fmu.parent()?, fmu.file_name()?);
         let beside = match folder.ends_with(FMI3_FOLDER) {
@@ -151,24 +151,25 @@ pub fn of_fmi3(fmus: &[PathBuf]) -> Result<Vec<PathBuf>> {
         };
         Some(beside).filter(|path| path.is_file())
     };
-    let missing = |fmu: &PathBuf| format!("{} has no fellow of FMI 3.0 in fmi3/", fmu.display());
+    let missing =
+        |fmu: &PathBuf| format!("there is no FMU of FMI 3.0 for {} in fmi3/", fmu.display());
     let of_3 = fmus
         .iter()
         .map(|fmu| beside(fmu).with_context(|| missing(fmu)));
     of_3.collect()
 }
 
-/// A library and its platform, by its own header.
+/// The platform of a library, by its own header, and its bytes.
 type Library = (Platform, Vec<u8>);
 
 fn read(library: &Path) -> Result<Library> {
     let name = || library.display().to_string();
     let bytes = fs::read(library).with_context(name)?;
-    Ok((platform::of(&bytes).with_context(name)?, bytes))
+    Ok((platform::detect(&bytes).with_context(name)?, bytes))
 }
 
-/// A library that was built for any machine of a platform.
-fn portable(workspace: &Workspace, target: &Target, library: &Path) -> Result<Library> {
+/// Reads a library that must run on any machine of a platform.
+fn read_portable(workspace: &Workspace, target: &Target, library: &Path) -> Result<Library> {
     let (platform, bytes) = read(library)?;
     let faults = target.faults(&bytes, workspace)?;
     let path = library.display();
@@ -181,22 +182,25 @@ fn portable(workspace: &Workspace, target: &Target, library: &Path) -> Result<Li
     Ok((platform, bytes))
 }
 
-/// The archive of a version of FMI; its file.
-fn fmu(
+/// Packs the FMU of a version of FMI; returns its file.
+fn pack_fmu(
     version: Version,
     loaded: &Path,
     libraries: &[Library],
-    beside: &Entries,
+    others: &Entries,
     out: &Path,
 ) -> Result<PathBuf> {
-    let mut entries = library::files_of(loaded, version)?;
-    let identifier = identifier(&entries, loaded)?;
+    let mut entries = library::exported_files(loaded, version)?;
+    let description = library::description(&entries);
+    let identifier = description
+        .with_context(|| loaded.display().to_string())?
+        .identifier;
     for (platform, bytes) in libraries {
         if let Some(path) = platform.library(version, &identifier) {
             entries.insert(path, bytes.clone());
         }
     }
-    for (path, bytes) in beside {
+    for (path, bytes) in others {
         let path = match (version, path.as_str()) {
             (Version::Fmi3, "model.png") => ICON_3,
             (_, path) => path,
@@ -210,27 +214,26 @@ fn fmu(
     Ok(path)
 }
 
-/// The icon in an archive of FMI 3.0.
+/// The icon in an FMU of FMI 3.0.
 const ICON_3: &str = "terminalsAndIcons/icon.png";
 
-/// What a library does not carry itself: licences, notices, and what lies beside the package's
+/// What a library does not carry itself: licences, notices, and files next to the package's
 /// Cargo.toml.
-fn beside(workspace: &Workspace, package: &Package, notices: Entries) -> Result<Entries> {
+fn package_files(workspace: &Workspace, package: &Package, notices: Entries) -> Result<Entries> {
     let folders = [package.folder(), &workspace.root];
     let mut entries = licences::files(&folders, package.license.as_deref())?;
-    let others = notices
+    let notices = notices
         .into_iter()
         .map(|(name, bytes)| (format!("{}/{name}", licences::FOLDER), bytes));
-    for (path, bytes) in others.chain(conventional(package.folder())?) {
+    for (path, bytes) in notices.chain(files_by_convention(package.folder())?) {
         entries.entry(path).or_insert(bytes);
     }
     Ok(entries)
 }
 
-/// What lies beside a package's Cargo.toml and belongs into its FMU: `model.png`, and all in
-/// `documentation/` and `resources/`. A file that the library itself carries under the same name
-/// wins.
-fn conventional(folder: &Path) -> Result<Entries> {
+/// The files next to a package's Cargo.toml that belong into its FMU: `model.png`, and all in
+/// `documentation/` and `resources/`. Files of the same names in the library take precedence.
+fn files_by_convention(folder: &Path) -> Result<Entries> {
     let mut found = Entries::new();
     let mut left = ["model.png", "documentation", "resources"]
         .map(String::from)
@@ -255,27 +258,9 @@ fn conventional(folder: &Path) -> Result<Entries> {
     Ok(found)
 }
 
-fn identifier(files: &Entries, library: &Path) -> Result<String> {
-    let description = library::description(files);
-    let description = description.with_context(|| library.display().to_string())?;
-    Ok(description.identifier)
-}
-
-/// Model identifier and files of the FMU that a library makes: those it carries, and itself in the
-/// folder of its platform.
-pub fn contents(library: &Path) -> Result<(String, Entries)> {
-    let mut entries = library::files(library)?;
-    let identifier = identifier(&entries, library)?;
-    let (platform, bytes) = read(library)?;
-    let path = platform.library(Version::Fmi2, &identifier);
-    let path = path.with_context(|| format!("FMI 2.0 has no folder for {}", platform.folder))?;
-    entries.insert(path, bytes);
-    Ok((identifier, entries))
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{conventional, profile};
+    use super::{files_by_convention, profile};
     use std::fs;
 
     #[test]
@@ -291,7 +276,7 @@ mod tests {
         ["model.svg", "resources/.hidden", "src/lib.rs"]
             .into_iter()
             .for_each(write);
-        let found = conventional(folder.path()).unwrap();
+        let found = files_by_convention(folder.path()).unwrap();
         assert_eq!(found.keys().collect::<Vec<_>>(), wanted);
         assert_eq!(found["model.png"], b"model.png");
     }

@@ -1,10 +1,10 @@
-//! Running programs: an error names the whole command.
+//! Runs programs, with errors that name the whole command.
 
 use std::process::{Command, ExitCode, Stdio};
 
 use anyhow::{Context, Result, bail, ensure};
 
-/// The end of a program: its exit code, or that of a failure, whose reason is printed.
+/// Ends a program: returns its exit code, or prints an error and returns that of a failure.
 pub fn end(result: Result<ExitCode>) -> ExitCode {
     result.unwrap_or_else(|error| {
         eprintln!("error: {error:#}");
@@ -12,7 +12,7 @@ pub fn end(result: Result<ExitCode>) -> ExitCode {
     })
 }
 
-/// Run a command.
+/// Runs a command, which must succeed.
 pub fn execute(command: &mut Command) -> Result<()> {
     let text = shown(command);
     let status = command
@@ -22,7 +22,7 @@ pub fn execute(command: &mut Command) -> Result<()> {
     Ok(())
 }
 
-/// Run a command; what it wrote to standard output.
+/// Runs a command, which must succeed; returns what it wrote to standard output.
 pub fn output(command: &mut Command) -> Result<String> {
     let text = shown(command);
     let result = command

@@ -1,5 +1,5 @@
-//! Building for a platform folder, this machine's or another: in a way that old systems can load,
-//! without a path of the machine that builds, and to the same bytes wherever the source lies.
+//! Builds libraries for a platform of FMI so that old systems can load them, without paths of the
+//! building machine, and with the same bytes wherever the source is.
 
 use std::env;
 use std::ffi::OsString;
@@ -14,23 +14,23 @@ use crate::workspace::{Workspace, cargo};
 use fmi_import::platform::{self, Platform};
 use fmi_import::portability::{self, Needs};
 
-/// The packages on PyPI with the linker for Linux and macOS: zig, and cargo-zigbuild, through which
-/// cargo calls it.
+/// The PyPI packages of the linker for Linux and macOS: zig, and cargo-zigbuild, by which cargo
+/// calls it.
 pub const ZIG: &str = "ziglang==0.17.1\ncargo-zigbuild==0.24.0\n";
 
 const ZIGBUILD: &str = "cargo-zigbuild";
 const INSTALL_NAME: &str = "link-arg=-Wl,-install_name,@rpath/model.dylib";
 const MINGW: &str = "x86_64-w64-mingw32-gcc";
-/// Calls it.
+/// A script that calls the linker for Windows.
 #[cfg(unix)]
 const MINGW_LINK: &str = include_str!("mingw_link.sh");
 
 /// A platform that can be built for.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Target {
-    /// Its folder in an FMU, and suffix of its libraries.
+    /// Its folder in an FMU, and the suffix of its libraries.
     pub platform: Platform,
-    /// The compiler's name of it.
+    /// The compiler's name for it.
     pub triple: &'static str,
     linker: Linker,
 }
@@ -45,8 +45,8 @@ enum Linker {
     Own,
 }
 
-/// What becomes a component of FMI-LS-WASM: a module without an operating system, which imports
-/// nothing but the callbacks.
+/// For components of FMI-LS-WASM: a module without an operating system, which imports only
+/// callbacks.
 pub const WASM: Target = Target::new(platform::WASM, "wasm32-unknown-unknown", Linker::Own);
 
 /// The GNU C library of an old Linux.
@@ -54,7 +54,7 @@ const OLD_LINUX: Linker = Linker::Zig { libc: ".2.17" };
 /// The C library that macOS itself has.
 const OWN_MACOS: Linker = Linker::Zig { libc: "" };
 
-/// All that have libraries.
+/// All platforms of shared libraries.
 pub const TARGETS: [Target; 5] = [
     Target::new(platform::LINUX, "x86_64-unknown-linux-gnu", OLD_LINUX),
     Target::new(platform::WINDOWS, "x86_64-pc-windows-gnu", Linker::Mingw),
@@ -63,8 +63,7 @@ pub const TARGETS: [Target; 5] = [
     Target::new(platform::MACOS_ARM, "aarch64-apple-darwin", OWN_MACOS),
 ];
 
-/// Where tools are looked for before the search path: an environment that a program has made for
-/// itself.
+/// Folders in which tools are looked for before the search path.
 #[derive(Clone, Debug, Default)]
 pub struct Tools(pub Vec<PathBuf>);
 
@@ -77,7 +76,7 @@ impl Target {
         }
     }
 
-    /// By the name of its folder or of the compiler's target.
+    /// The target with this platform folder or compiler's name.
     pub fn named(name: &str) -> Result<&'static Self> {
         let is_it = |t: &&Self| [t.platform.folder, t.triple].contains(&name);
         TARGETS.iter().find(is_it).ok_or_else(|| {
@@ -89,7 +88,7 @@ impl Target {
         })
     }
 
-    /// What this machine lacks to build for it: each with the command that brings it.
+    /// What this machine lacks to build for it, each with the command that installs it.
     pub fn missing(&self, tools: &Tools) -> Vec<String> {
         let mut missing = Vec::new();
         if !self.has_standard_library() {
@@ -114,21 +113,21 @@ impl Target {
         missing
     }
 
-    /// Why a library or program that was built for it would not run on every machine of its kind,
-    /// or tells of the one that built it; none where all is well.
+    /// Why a library or program that was built for it would not run on every machine of the
+    /// platform, or what it reveals of the machine that built it.
     pub fn faults(&self, binary: &[u8], workspace: &Workspace) -> Result<Vec<String>> {
-        let mut faults = Needs::of(binary)?.faults(self.platform.folder);
-        let platform = platform::of(binary)?;
+        let mut faults = Needs::read(binary)?.faults(self.platform.folder);
+        let platform = platform::detect(binary)?;
         if platform != self.platform {
             faults.push(format!("is built for {}", platform.folder));
         }
         let folders = private_folders(workspace)?;
-        let named = portability::named(binary, &folders);
+        let named = portability::folders_in(binary, &folders);
         faults.extend(named.iter().map(|path| format!("names {path}")));
         Ok(faults)
     }
 
-    /// Whether it is for macOS: such libraries can be built without a Mac, but not run.
+    /// Whether it is for macOS. Such libraries can be built without a Mac, but not run.
     pub fn is_macos(&self) -> bool {
         [platform::MACOS, platform::MACOS_ARM].contains(&self.platform)
     }
@@ -169,8 +168,7 @@ impl Target {
                 if self.is_macos() {
                     // A library's own name, which is else the path where it was linked.
                     flags.extend(["-C", INSTALL_NAME].map(String::from));
-                    // No paths of object files, from which the linker would make the library's
-                    // UUID.
+                    // No paths of object files, on which the library's UUID would depend.
                     flags.extend(["-C", "link-arg=-s"].map(String::from));
                 }
                 let mut zigbuild = Command::new(tools.find(ZIGBUILD).context(ZIGBUILD)?);
@@ -180,7 +178,7 @@ impl Target {
                 zigbuild
             }
             Linker::Mingw => {
-                // No time in the header, so that it is the same each time.
+                // No time in the header, so that the bytes do not change.
                 flags.extend(["-C", "link-arg=-Wl,--no-insert-timestamp"].map(String::from));
                 let mut build = cargo();
                 build.args(["build", "--target", self.triple]);
@@ -191,7 +189,7 @@ impl Target {
                 build
             }
             Linker::Own => {
-                // In every browser since 2021. Numbers are the same bits without.
+                // Every browser has it since 2021; it does not change results.
                 flags.extend(["-C", "target-feature=+simd128"].map(String::from));
                 let mut build = cargo();
                 build.args(["build", "--target", self.triple]);
@@ -200,7 +198,7 @@ impl Target {
         };
         command.current_dir(&workspace.root);
         command.env("CARGO_TARGET_DIR", &workspace.target);
-        // What is compiled in parts is not the same bytes as what is compiled at once.
+        // Incremental builds give other bytes.
         command.env("CARGO_INCREMENTAL", "0");
         command.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
         Ok(command)
@@ -216,7 +214,7 @@ impl Tools {
         candidates.find(|path| path.is_file())
     }
 
-    /// The search path, these folders first.
+    /// These folders, then the search path.
     pub fn search_path(&self) -> Result<OsString> {
         let path = env::var_os("PATH").unwrap_or_default();
         let folders = self.0.iter().cloned().chain(env::split_paths(&path));
@@ -224,8 +222,8 @@ impl Tools {
     }
 }
 
-/// What cargo is to call as the linker for Windows: a script in the target directory, by which the
-/// bytes do not depend on folders.
+/// The linker for Windows that cargo calls: a script in the target directory, which makes the bytes
+/// independent of folders.
 #[cfg(unix)]
 fn mingw_linker(target: &Path) -> Result<PathBuf> {
     use std::os::unix::fs::PermissionsExt;
@@ -234,7 +232,7 @@ fn mingw_linker(target: &Path) -> Result<PathBuf> {
     if fs::read_to_string(&script).is_ok_and(|text| text == MINGW_LINK) {
         return Ok(script);
     }
-    // Whole at once: another build may be about to call it.
+    // Renamed when complete, since another build may be about to call it.
     fs::create_dir_all(target)?;
     let new = tempfile::NamedTempFile::new_in(target)?;
     fs::write(&new, MINGW_LINK)?;
@@ -245,13 +243,13 @@ fn mingw_linker(target: &Path) -> Result<PathBuf> {
     Ok(script)
 }
 
-/// What cargo is to call as the linker for Windows.
+/// The linker for Windows that cargo calls.
 #[cfg(not(unix))]
 fn mingw_linker(_target: &Path) -> Result<PathBuf> {
     Ok(PathBuf::from(MINGW))
 }
 
-/// The flags that the caller has set for the compiler.
+/// The flags of the compiler in the environment.
 fn flags() -> Result<Vec<String>> {
     let text = |name: &str| match env::var(name) {
         Ok(text) => Ok(text),
@@ -266,8 +264,8 @@ fn flags() -> Result<Vec<String>> {
     Ok(flags)
 }
 
-/// Folders of this machine that the compiler would write into what it builds, innermost first, each
-/// with the name that is written instead: the same on every machine.
+/// Folders of this machine that the compiler would write into its output, innermost first, each
+/// with the name that replaces it on every machine.
 fn private_paths(workspace: &Workspace) -> Result<Vec<(String, String)>> {
     let text = |path: &Path| {
         path.to_str()
@@ -277,7 +275,7 @@ fn private_paths(workspace: &Workspace) -> Result<Vec<(String, String)>> {
     let home = env::home_dir().context("this user has no home folder")?;
     let cargo_home = env::var_os("CARGO_HOME").map_or_else(|| home.join(".cargo"), PathBuf::from);
     let mut paths = Vec::new();
-    // Named after the registry, which may be a mirror.
+    // One folder for each registry, which may be a mirror.
     for registry in fs::read_dir(cargo_home.join("registry/src"))
         .into_iter()
         .flatten()
@@ -285,7 +283,7 @@ fn private_paths(workspace: &Workspace) -> Result<Vec<(String, String)>> {
         paths.push((text(&registry?.path())?, "/registry".to_string()));
     }
     paths.push((text(&cargo_home)?, "/cargo".to_string()));
-    // What build scripts have written is compiled too.
+    // Build scripts write source there.
     paths.push((text(&workspace.target)?, "/source/target".to_string()));
     paths.push((text(&workspace.root)?, "/source".to_string()));
     let version = output(Command::new("rustc").arg("-vV"))?;
@@ -294,7 +292,7 @@ fn private_paths(workspace: &Workspace) -> Result<Vec<(String, String)>> {
         .find_map(|l| l.strip_prefix("commit-hash: "));
     let sysroot = output(Command::new("rustc").args(["--print", "sysroot"]))?;
     let library = Path::new(sysroot.trim()).join("lib/rustlib/src/rust");
-    // As the standard library itself was built.
+    // The name that the standard library itself was built with.
     let built = format!("/rustc/{}", commit.unwrap_or("unknown"));
     paths.push((text(&library)?, built));
     paths.push((sysroot.trim().to_string(), "/rust".to_string()));
@@ -302,7 +300,7 @@ fn private_paths(workspace: &Workspace) -> Result<Vec<(String, String)>> {
     Ok(paths)
 }
 
-/// Folders of this machine, of source, tools and user, that nothing names which is handed out.
+/// Folders of source, tools and user on this machine, which nothing that is published may name.
 pub fn private_folders(workspace: &Workspace) -> Result<Vec<String>> {
     let paths = private_paths(workspace)?.into_iter();
     Ok(paths.map(|(folder, _)| folder).collect())
@@ -339,7 +337,7 @@ mod tests {
             missing[0].contains("`rustup target add mips64-unknown-none-such`"),
             "{missing:?}"
         );
-        let workspace = Workspace::of(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
+        let workspace = Workspace::containing(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let error = nowhere.build(&workspace, &Tools::default()).unwrap_err();
         assert!(
             error

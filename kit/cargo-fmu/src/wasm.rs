@@ -1,5 +1,5 @@
-//! WebAssembly in FMUs of FMI 3.0, as the draft FMI-LS-WASM has it: a module of the model becomes a
-//! component, whose interface is `fmi3.wit`.
+//! Adds WebAssembly to FMUs of FMI 3.0 by the draft FMI-LS-WASM: a module of the model is made a
+//! component with the interface `fmi3.wit`.
 
 use std::fs;
 use std::path::Path;
@@ -14,8 +14,8 @@ use crate::workspace::{Source, Workspace};
 use fmi_description::entries;
 use fmi_import::portability;
 
-/// Builds modules of these sources and adds them as components to the archives of FMI 3.0, one for
-/// each source.
+/// Builds modules of these sources, and adds each as a component to the FMU of FMI 3.0 at its
+/// place.
 pub fn add(
     workspace: &Workspace,
     sources: &[Source],
@@ -32,7 +32,7 @@ pub fn add(
     for ((module, _), fmu) in built.iter().zip(fmus) {
         let name = module.display();
         let bytes = fs::read(module).with_context(|| name.to_string())?;
-        let named = portability::named(&bytes, &folders);
+        let named = portability::folders_in(&bytes, &folders);
         ensure!(
             named.is_empty(),
             "{name} is not for every machine: it names {}",

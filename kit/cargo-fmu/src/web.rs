@@ -1,6 +1,5 @@
-//! `cargo fmu web`: one HTML file that runs an FMU or a packed system in a browser, opened from a
-//! folder. In it are the page, the master's module, and the archive with the plain modules of its
-//! FMUs.
+//! `cargo fmu web`: makes one HTML file that runs an FMU or a packed system in a browser without a
+//! server. It contains the page, the master's module, and the archive with the modules of the FMUs.
 
 use std::fs;
 use std::io::Write;
@@ -19,21 +18,21 @@ use crate::workspace::{Source, Workspace};
 use fmi_description::entries::{self, Entries};
 use fmu_check::component;
 
-/// Which page is made, and of what.
+/// The parts that a page is made of.
 pub struct Page<'a> {
-    /// An HTML file; the files that it names are sought in its folder, then among those of the page
-    /// of any model, which is the page where this is None.
+    /// An HTML file; files that it names are looked for in its folder, then among those of the page
+    /// for any model. None means that page.
     pub html: Option<&'a Path>,
-    /// The master's module; None: it is built from the source that this program was built from.
+    /// The master's module; None builds it from the source that this program was built from.
     pub engine: Option<&'a Path>,
     /// The cargo profile with which it is built.
     pub profile: &'a str,
-    /// Texts for the page's script, by name: NAME=FILE.
+    /// Texts for the page's script, each as NAME=FILE.
     pub data: &'a [String],
 }
 
 impl Page<'_> {
-    /// Write the page of an FMU or a packed system; its size in bytes.
+    /// Writes the page of an FMU or a packed system; returns its size in bytes.
     pub fn write(&self, model: &Path, out: &Path) -> Result<usize> {
         let name = || model.display().to_string();
         let entries = entries::read(model)?;
@@ -41,7 +40,7 @@ impl Page<'_> {
             true => system(entries),
             false => fmu(entries),
         };
-        // The browser inflates the whole faster than the master in the page each file.
+        // The browser inflates the whole archive faster than the page's master each file.
         let archive = entries::stored(&entries.with_context(name)?)?;
         let engine = match self.engine {
             Some(engine) => engine.to_path_buf(),
@@ -56,7 +55,7 @@ impl Page<'_> {
         for data in self.data {
             let (name, file) = data.split_once('=').context("data is NAME=FILE")?;
             let text = fs::read_to_string(file).with_context(|| file.to_string())?;
-            // Inside a script element only `</` could end it; `<` is written as its escape.
+            // `<` is escaped, since `</` could end the script element.
             let text = text.replace('<', "\\u003c");
             parts.push(script("application/json", name, &text)?);
         }
@@ -76,7 +75,7 @@ impl Page<'_> {
         }
     }
 
-    /// The page with what it names in its place, and these elements before its script.
+    /// The page with the files that it names inserted, and these elements before its script.
     fn inlined(&self, parts: &str) -> Result<String> {
         let html = self.html.and_then(Path::file_name);
         let html = html.map_or("model.html".into(), |name| name.to_string_lossy());
@@ -99,8 +98,8 @@ impl Page<'_> {
         Ok(page)
     }
 
-    /// A module and those that it imports as one script, which runs where it stands: each import
-    /// stands in a line of its own, and no two modules give one name to different things.
+    /// A module and those that it imports as one script. Each import must be in a line of its own,
+    /// and names must not clash between modules.
     fn bundle(&self, entry: &str) -> Result<String> {
         let (mut order, mut text) = (Vec::new(), String::new());
         self.visit(entry, &mut order, &mut text)?;
@@ -137,7 +136,7 @@ fn between<'a>(line: &'a str, before: &str, after: &str) -> Option<&'a str> {
     line.split_once(before)?.1.strip_suffix(after)
 }
 
-/// An element of the page that holds a text.
+/// A script element that contains a text.
 fn script(kind: &str, name: &str, text: &str) -> Result<String> {
     ensure!(!text.contains("</script"), "{name} would end its element");
     Ok(format!(
@@ -145,7 +144,7 @@ fn script(kind: &str, name: &str, text: &str) -> Result<String> {
     ))
 }
 
-/// One that holds bytes, compressed.
+/// A script element that contains compressed bytes.
 fn binary(name: &str, bytes: &[u8]) -> Result<String> {
     let mut gzip = GzEncoder::new(Vec::new(), Compression::best());
     gzip.write_all(bytes)?;
@@ -153,14 +152,13 @@ fn binary(name: &str, bytes: &[u8]) -> Result<String> {
     script("application/octet-stream;base64", name, &text)
 }
 
-/// The files of an FMU for a page: what describes it, and its plain module in the place of all
-/// libraries.
+/// The files of an FMU for a page, with its plain module instead of all libraries.
 fn fmu(mut entries: Entries) -> Result<Entries> {
     let description = library::description(&entries)?;
     let identifier = description.identifier;
     ensure!(
         description.fmi == Version::Fmi3,
-        "it is of FMI 2.0, for which there is no WebAssembly: take the FMU of FMI 3.0 in its place, which `cargo fmu pack --target wasm` puts into the folder fmi3/ for a model in Rust with fmu-export"
+        "it is of FMI 2.0, for which there is no WebAssembly: take the FMU of FMI 3.0 instead, which `cargo fmu pack --target wasm` puts into the folder fmi3/ for a model in Rust with fmu-export"
     );
     let plain = format!("binaries/wasm32-unknown-unknown/{identifier}.wasm");
     let module = match (
@@ -202,7 +200,7 @@ fn system(entries: Entries) -> Result<Entries> {
     entries.into_iter().map(for_page).collect()
 }
 
-/// The master's module, built from the source beside that of this program.
+/// Builds the master's module from the source that this program was built from.
 fn built_engine(profile: &str) -> Result<PathBuf> {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../master/cosim-page");
     ensure!(
@@ -211,7 +209,7 @@ fn built_engine(profile: &str) -> Result<PathBuf> {
         source.display(),
         env!("CARGO_PKG_VERSION")
     );
-    let workspace = Workspace::of(&source)?;
+    let workspace = Workspace::containing(&source)?;
     let build = target::WASM.build(&workspace, &Tools::default())?;
     let sources = [Source::Package("cosim-page".to_string())];
     let profile = pack::profile(profile);

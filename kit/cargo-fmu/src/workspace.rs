@@ -1,4 +1,4 @@
-//! A cargo workspace: its packages, and what cargo builds of them.
+//! A cargo workspace: finds the packages that make FMUs, and lets cargo build their libraries.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -8,13 +8,13 @@ use serde::Deserialize;
 
 use crate::process::output;
 
-/// What `cargo metadata` says.
+/// A workspace, as `cargo metadata` describes it.
 #[derive(Debug, Deserialize)]
 pub struct Workspace {
     /// Folder of the root Cargo.toml.
     #[serde(rename = "workspace_root")]
     pub root: PathBuf,
-    /// Target directory, wherever the user has put it.
+    /// Target directory.
     #[serde(rename = "target_directory")]
     pub target: PathBuf,
     /// The members.
@@ -80,15 +80,14 @@ pub fn cargo() -> Command {
 
 impl Workspace {
     /// The workspace that a folder is in.
-    pub fn of(folder: &Path) -> Result<Self> {
+    pub fn containing(folder: &Path) -> Result<Self> {
         let mut command = cargo();
         command.current_dir(folder);
         command.args(["metadata", "--format-version", "1", "--no-deps"]);
         serde_json::from_str(&output(&mut command)?).context("the answer of cargo metadata")
     }
 
-    /// The packages with a library for an FMU: the one that `folder` is in, or all if it is in
-    /// none.
+    /// The packages that make FMUs: only the one that `folder` is in, if it is in one.
     pub fn fmus(&self, folder: &Path) -> Vec<Source> {
         let around = |p: &&Package| folder.starts_with(p.folder()) && p.folder() != self.root;
         let nearest = self.packages.iter().filter(around);
@@ -103,7 +102,7 @@ impl Workspace {
             .collect()
     }
 
-    /// Build the libraries of FMUs for this machine; with each the package that it belongs to.
+    /// Builds the libraries of FMUs for this machine; returns each with its package.
     pub fn build(
         &self,
         sources: &[Source],
@@ -114,8 +113,8 @@ impl Workspace {
         self.build_with(command, sources, profile)
     }
 
-    /// The same with another command that builds. All in one go, so that their dependencies are
-    /// built once.
+    /// Builds the libraries with this build command, all at once, so that dependencies are built
+    /// once.
     pub fn build_with(
         &self,
         mut command: Command,
@@ -123,7 +122,7 @@ impl Workspace {
         profile: &[String],
     ) -> Result<Vec<(PathBuf, &Package)>> {
         command.args(profile);
-        // Read by `fmu_export::export_fmu!`: a library with other sizes is compiled anew.
+        // `fmu_export::export_fmu!` reads it, so that other sizes cause a new build.
         match &self.sizes[..] {
             [] => command.env_remove("FMU_SIZES"),
             sizes => command.env("FMU_SIZES", sizes.join(" ")),
@@ -167,14 +166,14 @@ impl Package {
         self.manifest_path.parent().unwrap_or(Path::new("/"))
     }
 
-    /// Whether a registry may have it: `publish = false` names none.
+    /// Whether it may be published: `publish = false` is an empty list of registries.
     pub fn is_published(&self) -> bool {
         self.publish
             .as_ref()
             .is_none_or(|registries| !registries.is_empty())
     }
 
-    /// A cdylib that depends on `fmu-export`.
+    /// Whether it is a cdylib that depends on `fmu-export`.
     fn is_fmu(&self) -> bool {
         let is_cdylib = |t: &Target| t.kind.iter().any(|k| k == "cdylib");
         self.targets.iter().any(is_cdylib)
@@ -233,7 +232,7 @@ impl Artifact {
     }
 }
 
-/// Run a cargo command that builds; what it has built.
+/// Runs a cargo command that builds; returns what it has built.
 pub fn artifacts(command: &mut Command) -> Result<Vec<Artifact>> {
     #[derive(Deserialize)]
     struct Message {
@@ -256,7 +255,7 @@ mod tests {
 
     #[test]
     fn packages_that_make_fmus_are_found_by_folder() {
-        let workspace = Workspace::of(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
+        let workspace = Workspace::containing(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let root = workspace.root.clone();
         let package = |name: &str| Source::Package(name.to_string());
         let all = workspace.fmus(&root);

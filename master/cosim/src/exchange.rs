@@ -18,7 +18,7 @@ use crate::instance::{At, Failure, Instance};
 use crate::wiring::{Feedthrough, Link, Port, Undeclared, Wiring};
 use anyhow::Result;
 use fmi_description::Access;
-use fmi_import::value::{Value, is_wide};
+use fmi_import::value::{Value, is_non_numeric};
 use serde::{Deserialize, Serialize};
 
 pub(crate) use transfers::{Read, Write, reads, writes};
@@ -111,7 +111,7 @@ impl Exchange {
             let mut stage_writes = Vec::new();
             for exact in [false, true] {
                 let links = links.iter();
-                let own = links.filter(|l| is_wide(wiring.access(l.from)) == exact);
+                let own = links.filter(|l| is_non_numeric(wiring.access(l.from)) == exact);
                 let inputs = own.map(|l| (l.to, slots[&l.from], l.transformation.clone()));
                 let mut planned = writes(wiring, inputs);
                 let all = planned.iter_mut();
@@ -139,8 +139,11 @@ impl Exchange {
             over_step = Unknowns::new(wiring, &slots, outputs)?;
         }
         let mut exact = Vec::new();
-        if slots.keys().any(|port| is_wide(wiring.access(*port))) {
-            exact = vec![Value::none(Access::Int64); slots.len()];
+        if slots
+            .keys()
+            .any(|port| is_non_numeric(wiring.access(*port)))
+        {
+            exact = vec![Value::empty(Access::Int64); slots.len()];
         }
         Ok(Self {
             first,

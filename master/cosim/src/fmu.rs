@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Context, Result, bail};
 use fmi_description::{Archive, Description};
+use fmi_import::Functions;
 use fmi_import::batch::{Batch, Layout};
-use fmi_import::clocks::{Plan, is_triggered};
 use fmi_import::fmi_instance::{Arguments, FmiInstance};
-use fmi_import::functions::Functions;
+use fmi_import::{ClockPlan, is_triggered};
 use fmi_import::{instantiate, output};
 
 /// A loaded FMU, shared by all its instances.
@@ -22,7 +22,7 @@ pub struct Fmu {
     pub resources: String,
     pub(crate) loaded: fmi_import::Fmu,
     layout: Layout,
-    pub(crate) plan: Arc<Plan>,
+    pub(crate) plan: Arc<ClockPlan>,
     instances: AtomicUsize,
     /// What is odd about the archive or its description, but does no harm.
     pub remarks: Vec<String>,
@@ -55,7 +55,7 @@ impl Fmu {
             file: file.to_string(),
             resources: loaded.resources.to_string_lossy().into_owned(),
             loaded,
-            plan: Arc::new(Plan::new(&description, &layout)),
+            plan: Arc::new(ClockPlan::new(&description, &layout)),
             layout,
             description,
             instances: AtomicUsize::new(0),

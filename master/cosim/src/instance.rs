@@ -222,11 +222,11 @@ impl Instance {
         let description = &self.fmu.description;
         let v = description.variable(variable);
         let v = v.map_err(|e| anyhow!("{}: {e}", self.name))?;
-        let value = Value::of_variable(v, text)
+        let value = Value::parse_for(v, text)
             .map_err(|unfit| anyhow!("{}.{variable}: `{text}` is not {unfit}", self.name))?;
         let index = description.index(variable).unwrap_or_default();
         let batch = self.fmu.any_batch(vec![index]);
-        let set = self.fmi.set_whole(&batch, &[value]);
+        let set = self.fmi.set_values(&batch, &[value]);
         set.map_err(|error| match error.downcast::<Answer>() {
             Ok(answer) => {
                 let names = format!("{} to `{text}` of {variable}", answer.call);
@@ -239,7 +239,7 @@ impl Instance {
     /// Value of a variable that does not pass as a number, by its index in the description.
     pub fn value(&self, variable: usize, at: At) -> Result<Value> {
         let batch = self.fmu.any_batch(vec![variable]);
-        let mut value = [Value::none(batch.access)];
+        let mut value = [Value::empty(batch.access)];
         self.get_whole(&batch, &mut value, at)?;
         let [value] = value;
         Ok(value)
@@ -284,7 +284,7 @@ impl Instance {
 
     /// Read values of a type that does not pass as numbers.
     pub fn get_whole(&self, batch: &Batch, values: &mut [Value], at: At) -> Result<()> {
-        let done = self.fmi.get_whole(batch, values);
+        let done = self.fmi.get_values(batch, values);
         self.check(done, Some(batch), at)
     }
 
@@ -293,7 +293,7 @@ impl Instance {
         let is_unfit = |value: &&Value| matches!(value, Value::Whole(k) if !fits(batch.access, *k));
         let done = match values.iter().find(is_unfit) {
             Some(_) => Answer::refuse(status::UNFIT, "set"),
-            None => self.fmi.set_whole(batch, values),
+            None => self.fmi.set_values(batch, values),
         };
         self.check(done, Some(batch), at)
     }

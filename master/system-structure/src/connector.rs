@@ -144,7 +144,7 @@ pub(crate) fn read_connectors(node: &Element, units: &[Unit]) -> Result<Vec<Conn
             name,
             direction,
             data_type: declared.map(|(data_type, _)| data_type),
-            unit: unit.map(|name| Unit::among(units, name)),
+            unit: unit.map(|name| Unit::find_or_named(units, name)),
             line: c.line,
         })
     };

@@ -28,7 +28,9 @@ impl SignalDictionary {
                     entry.error(format!("the entry `{name}` of the dictionary has no type"))
                 );
             };
-            let unit = declared.get("unit").map(|name| Unit::among(&units, name));
+            let unit = declared
+                .get("unit")
+                .map(|name| Unit::find_or_named(&units, name));
             Ok((name, data_type, unit))
         });
         Ok(Self {

@@ -45,7 +45,9 @@ impl ParameterSet {
                 name,
                 data_type,
                 value: value.required("value")?,
-                unit: value.get("unit").map(|name| Unit::among(&units, name)),
+                unit: value
+                    .get("unit")
+                    .map(|name| Unit::find_or_named(&units, name)),
             })
         });
         Ok(Self {

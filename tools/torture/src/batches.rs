@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, bail, ensure};
 
 use fmi_import::Fmu;
-use fmi_import::process::wait;
 use fmi_import::standard::Function;
+use fmi_import::wait_with_limit;
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
@@ -167,13 +167,13 @@ fn supervised(fmus: &[PathBuf], calls: usize, seed: u64) -> Result<String> {
     let (out, err) = (log.with_extension("out"), fs::File::create(&log)?);
     let mut command = process(fmus, calls, seed)?;
     command.stdout(fs::File::create(&out)?).stderr(err);
-    let status = wait(command.spawn()?, PATIENCE)?;
+    let status = wait_with_limit(command.spawn()?, PATIENCE)?;
     let (report, complaint) = (fs::read_to_string(&out)?, fs::read_to_string(&log)?);
     let traced = || -> Result<String> {
         let mut command = process(fmus, calls, seed)?;
         let file = fs::File::create(&log)?;
         command.arg("--trace").stdout(Stdio::null()).stderr(file);
-        wait(command.spawn()?, PATIENCE)?;
+        wait_with_limit(command.spawn()?, PATIENCE)?;
         let trace = String::from_utf8_lossy(&fs::read(&log)?).into_owned();
         let lines: Vec<&str> = trace.lines().collect();
         Ok(lines[lines.len().saturating_sub(SHOWN)..].join("\n"))

@@ -95,7 +95,7 @@ impl Session<'_> {
         let n = elements(self.fmu, &known).count();
         let seed = seeds(&mut self.random, n, valid);
         // Knowns with their seeds come first, one by one.
-        let is_3 = self.fmu.functions.is_3();
+        let is_3 = self.fmu.functions.is_fmi3();
         let are_there = self.are(&known, |_| true) && self.are(&unknown, |_| true);
         let wrong_known = elements(self.fmu, &known)
             .zip(&seed)

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::{Result, bail, ensure};
 use fmi_description::Variable;
-use fmi_import::instance::Manner;
+use fmi_import::instance::InstanceOptions;
 use fmi_import::raw::{Array, ContinuousValues, InstanceKind, RawInstance, Update};
 use fmi_import::status::{DISCARD, ERROR, OK};
 use fmi_import::{Fmu, Instance};
@@ -72,11 +72,11 @@ pub fn run(path: &Path, calls: usize, seed: u64) -> Result<()> {
 }
 
 fn new(fmu: &Fmu) -> Result<Instance<'_>> {
-    let manner = Manner {
+    let options = InstanceOptions {
         kind: InstanceKind::ModelExchange,
-        ..Manner::STRICT
+        ..InstanceOptions::STRICT
     };
-    Instance::with(fmu, "exchange", manner)
+    Instance::with_options(fmu, "exchange", options)
 }
 
 /// A call that was made.
@@ -114,7 +114,7 @@ impl Call {
 
 fn call(instance: &Instance, r: &mut Random, state: char) -> Call {
     let (d, f): (_, &RawInstance) = (&instance.fmu.description, instance);
-    let is_3 = f.functions().is_3();
+    let is_3 = f.functions().is_fmi3();
     let derivatives = d.derivatives.iter().map(|u| d.variables[u.variable].size());
     let states: usize = derivatives.sum();
     let right = r.below(4) > 0;

@@ -7,7 +7,7 @@ use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use anyhow::{Result, bail};
 use fmi_description::{Access, Causality};
-use fmi_import::raw::{Array, ClockFunction, RawInstance, Update};
+use fmi_import::raw::{Array, RawInstance, Update};
 use fmi_import::standard::Mode;
 use fmi_import::status::OK;
 
@@ -177,8 +177,8 @@ impl Session<'_> {
                 get(types[which], size)
             }
             7..11 => set([Float32, Int8, UInt16, UInt64][which - 7], size),
-            11 => instance.clock_call(ClockFunction::Get, vr),
-            12 => instance.clock_call(ClockFunction::Set, vr),
+            11 => ("fmi3GetClock", instance.get_clock(vr, &mut false)),
+            12 => ("fmi3SetClock", instance.set_clock(vr, false)),
             13 => (
                 "fmi3EnterConfigurationMode",
                 instance.enter_configuration_mode(),
@@ -187,10 +187,13 @@ impl Session<'_> {
                 "fmi3ExitConfigurationMode",
                 instance.exit_configuration_mode(),
             ),
-            15 => instance.clock_call(ClockFunction::GetInterval, vr),
-            16 => instance.clock_call(ClockFunction::SetInterval, vr),
-            17 => instance.clock_call(ClockFunction::GetShift, vr),
-            18 => instance.clock_call(ClockFunction::SetShift, vr),
+            15 => (
+                "fmi3GetIntervalDecimal",
+                instance.get_interval(vr, &mut 0.0, None),
+            ),
+            16 => ("fmi3SetIntervalDecimal", instance.set_interval(vr, 0.0)),
+            17 => ("fmi3GetShiftDecimal", instance.get_shift(vr, &mut 0.0)),
+            18 => ("fmi3SetShiftFraction", instance.set_shift(vr, 0, 0)),
             19 => get(Real, size + 1),
             20 => set(Real, size + 1),
             21 => get(Real, size - 1),

@@ -43,10 +43,10 @@ fn live(fmu: &Fmu) -> Result<(Subject<'_>, Vec<u64>)> {
     let mut instance = Subject::new(fmu, "life")?;
     first_steps(&mut instance)?;
     let bytes = instance.bytes()?;
-    let (status, state) = instance.state_of(&bytes);
+    let (status, state) = instance.state_from_bytes(&bytes);
     instance.must("fmi2DeSerializeFMUstate", status)?;
     instance.go_back(state, 0.0)?;
-    let (damaged, _) = instance.state_of(&bytes[..bytes.len() - 1]);
+    let (damaged, _) = instance.state_from_bytes(&bytes[..bytes.len() - 1]);
     let unknown = instance.set_reals(&[u32::MAX], &[0.0]);
     let are_refused = damaged != OK && unknown != OK;
     ensure!(are_refused, "a wrong call was accepted");

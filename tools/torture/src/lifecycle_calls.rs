@@ -21,7 +21,7 @@ impl Session<'_> {
         let start = if r.one_in(4) { real(r) } else { 0.0 };
         let tolerance = if r.one_in(2) { real(r) } else { 1e-4 };
         let stop = if r.one_in(2) { real(r) } else { start + 1.0 };
-        let is_3 = self.fmu.functions.is_3();
+        let is_3 = self.fmu.functions.is_fmi3();
         let name = self.fmu.functions.name("fmi2SetupExperiment");
         // The tolerance is for FMUs that control their error, which declare one; no stop time and an
         // infinite one are the same.
@@ -76,10 +76,10 @@ impl Session<'_> {
             "fmi2ExitInitializationMode" => instance.exit_initialization_mode(),
             "fmi2Terminate" => instance.terminate(),
             "fmi2Reset" => RawInstance::reset(instance),
-            _ if f.is_3() => return self.event_call(i),
+            _ if f.is_fmi3() => return self.event_call(i),
             _ => instance.cancel_step(),
         };
-        let is_3 = f.is_3();
+        let is_3 = f.is_fmi3();
         let instance = &mut self.instances[i];
         match next {
             Some(Mode::Instantiated) if status == OK => instance.forget(),
@@ -137,7 +137,7 @@ impl Session<'_> {
 
     /// Inquiries of FMI 2.0; in FMI 3.0 about dependencies.
     pub fn status(&mut self, i: usize) -> Result<Call> {
-        if self.fmu.functions.is_3() {
+        if self.fmu.functions.is_fmi3() {
             return self.dependencies(i);
         }
         let r = &mut self.random;
@@ -176,7 +176,7 @@ impl Session<'_> {
                     let name = r.of::<&CStr>(&names);
                     // Categories that nobody has declared are ignored in FMI 2.0, and refused in
                     // FMI 3.0.
-                    sound &= name.to_str().is_ok() && !self.fmu.functions.is_3();
+                    sound &= name.to_str().is_ok() && !self.fmu.functions.is_fmi3();
                     name.to_owned()
                 }
             })
@@ -195,7 +195,7 @@ impl Session<'_> {
         let call = self.plain(i, name, status, Expect::done_if(sound));
         if status == OK {
             let named = names.iter().map(|n| n.to_string_lossy().into_owned());
-            let adds = self.fmu.functions.is_3();
+            let adds = self.fmu.functions.is_fmi3();
             self.instances[i].logging.set(on, named.collect(), adds);
         }
         Ok(call)
@@ -244,12 +244,12 @@ impl Session<'_> {
         let is_made = made && (versions == ["2.0", "default"] || versions == ["3.0"]);
         let right = guid.to_str() == Ok(&self.fmu.description.guid) && !no_guid;
         // Of FMI 3.0 any other number calls the function for Model Exchange.
-        let is_exchange = kind == 0 || f.is_3();
+        let is_exchange = kind == 0 || f.is_fmi3();
         let is_offered = kind == 1 || is_exchange && self.fmu.description.model_exchange;
         // FMI 3.0 has a logger instead, which may be NULL.
         let sound = right
             && is_offered
-            && (!no_callbacks || f.is_3())
+            && (!no_callbacks || f.is_fmi3())
             && name.is_some_and(|n| !n.is_empty());
         Call {
             name: f.name("fmi2Instantiate"),
@@ -284,7 +284,7 @@ impl Session<'_> {
                 let status = nobody.get_state(Some(&mut state));
                 ("fmi2GetFMUstate", status)
             }
-            6 if f.is_3() => ("fmi3EnterStepMode", nobody.enter_step_mode()),
+            6 if f.is_fmi3() => ("fmi3EnterStepMode", nobody.enter_step_mode()),
             6 => ("fmi2CancelStep", nobody.cancel_step()),
             _ => (
                 "fmi2ExitInitializationMode",

@@ -7,7 +7,7 @@ use std::ops::{Deref, DerefMut};
 use anyhow::Result;
 use fmi_description::Access;
 use fmi_import::Fmu;
-use fmi_import::instance::{Instance, Manner, references};
+use fmi_import::instance::{Instance, InstanceOptions, references};
 use fmi_import::raw::StateHandle;
 use fmi_import::standard::Mode;
 
@@ -25,7 +25,7 @@ pub struct KnownState {
 impl KnownState {
     /// Something was set: FMI 3.0 lets nothing be read in Step Mode before the next step.
     pub fn note_set(&mut self, fmu: &Fmu) {
-        if self.mode == Mode::Stepping && fmu.functions.is_3() {
+        if self.mode == Mode::Stepping && fmu.functions.is_fmi3() {
             self.mode = Mode::SteppingAfterSet;
         }
     }
@@ -96,7 +96,7 @@ impl<'a> Subject<'a> {
     /// fmi2Instantiate as it should be done, without functions for memory.
     pub fn new(fmu: &'a Fmu, name: &str) -> Result<Self> {
         Ok(Self {
-            instance: Instance::with(fmu, name, Manner::STRICT)?,
+            instance: Instance::with_options(fmu, name, InstanceOptions::STRICT)?,
             known: NEW,
             saved: Vec::new(),
             logging: Logging::default(), // loggingOn = false
@@ -107,7 +107,7 @@ impl<'a> Subject<'a> {
     /// is what debug logging is not about (2.0.4, section 2.1.5). FMI 3.0 (section 2.3.1) lets them be
     /// muted too.
     pub fn expects(&self, category: &str) -> bool {
-        let is_never_muted = category == "logStatusError" && !self.fmu.functions.is_3();
+        let is_never_muted = category == "logStatusError" && !self.fmu.functions.is_fmi3();
         is_never_muted || self.logging.named.iter().any(|n| n == category)
     }
 

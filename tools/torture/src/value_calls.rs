@@ -51,7 +51,7 @@ impl Session<'_> {
         values: &[f64],
         is_null: bool,
     ) -> Expect {
-        let are_several = self.fmu.functions.is_3() && vr.len() > 1;
+        let are_several = self.fmu.functions.is_fmi3() && vr.len() > 1;
         let mistake = |expect| match are_several {
             true => Expect::RefusedOrDiscarded,
             false => expect,
@@ -102,7 +102,7 @@ impl Session<'_> {
 
     /// A type that it has variables of, beside Real. In FMI 2.0 texts have calls of their own.
     fn other_access(&mut self) -> Access {
-        let is_3 = self.fmu.functions.is_3();
+        let is_3 = self.fmu.functions.is_fmi3();
         let is_other = |a: &Access| a.is_number() || is_3 && *a != Access::Clock;
         let accesses = self.fmu.accesses().into_iter().filter(is_other);
         let others: Vec<_> = accesses.filter(|a| *a != Access::Real).collect();
@@ -144,7 +144,7 @@ impl Session<'_> {
         let status = self.instances[i].set_values_of(access, &vr, &values, nulls);
         let is_readable = match self.instances[i].known.mode {
             Mode::Initialization | Mode::Event => true,
-            Mode::Stepping => !self.fmu.functions.is_3(),
+            Mode::Stepping => !self.fmu.functions.is_fmi3(),
             _ => false,
         };
         self.note_set(i, status);

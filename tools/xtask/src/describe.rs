@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use cargo_fmu::library::{self, Version};
-use cargo_fmu::pack::{FMI3_FOLDER, of_fmi3};
+use cargo_fmu::pack::{FMI3_FOLDER, fmi3_files};
 use fmi_description::entries::{self, Entries};
 
 use crate::workspace::Workspace;
@@ -19,7 +19,7 @@ pub fn run(workspace: &Workspace, check: bool) -> Result<()> {
     let mut described = Vec::new();
     for library in &built {
         for version in [Version::Fmi2, Version::Fmi3] {
-            described.push((version, library::files_of(library, version)?));
+            described.push((version, library::exported_files(library, version)?));
         }
     }
     compare(workspace, described, check)
@@ -28,7 +28,7 @@ pub fn run(workspace: &Workspace, check: bool) -> Result<()> {
 /// Checks that the committed model descriptions are those in these packed FMUs of FMI 2.0, and in
 /// the FMUs of FMI 3.0 that were packed with them.
 pub fn check(workspace: &Workspace, fmus: &[PathBuf]) -> Result<()> {
-    let fmi3 = of_fmi3(fmus)?;
+    let fmi3 = fmi3_files(fmus)?;
     let fmus = fmus.iter().map(|fmu| (Version::Fmi2, fmu));
     let all = fmus.chain(fmi3.iter().map(|fmu| (Version::Fmi3, fmu)));
     let described = all.map(|(version, fmu)| Ok((version, entries::read(fmu)?)));

@@ -13,7 +13,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
 use cargo_fmu::notices::Notices;
-use cargo_fmu::pack::{FMI3_FOLDER, Platforms, of_fmi3};
+use cargo_fmu::pack::{FMI3_FOLDER, Platforms, fmi3_files};
 use cargo_fmu::process::output;
 use cargo_fmu::target::{TARGETS, Target};
 use cargo_fmu::workspace::artifacts;
@@ -233,7 +233,7 @@ fn build(
     let fmus = pack::suite_with(workspace, &profile(FMU_PROFILE), platforms, &new)?;
     if !without_experiments {
         let page = new.join("machine.html");
-        web::make(workspace, &of_fmi3(&fmus)?, FMU_PROFILE, &page)?;
+        web::make(workspace, &fmi3_files(&fmus)?, FMU_PROFILE, &page)?;
         let engine = web::engine(workspace, FMU_PROFILE);
         fs::copy(&engine, new.join(web::ENGINE)).with_context(|| engine.display().to_string())?;
     }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
-use cargo_fmu::pack::of_fmi3;
+use cargo_fmu::pack::fmi3_files;
 use cargo_fmu::process::execute;
 use cargo_fmu::target::{self, Tools};
 use cargo_fmu::workspace::Source;
@@ -146,7 +146,7 @@ fn test_inputs(
     phases.run("WebAssembly", || {
         let missing = target::WASM.missing(&Tools::default());
         match missing.is_empty() {
-            true => web::for_tests(workspace, &of_fmi3(&fmus)?),
+            true => web::for_tests(workspace, &fmi3_files(&fmus)?),
             false => skipped(&missing.join("; ")),
         }
     })?;

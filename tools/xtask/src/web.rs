@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result};
-use cargo_fmu::pack::{Platforms, of_fmi3};
+use cargo_fmu::pack::{Platforms, fmi3_files};
 use cargo_fmu::process::execute;
 use cargo_fmu::target;
 use cargo_fmu::workspace::Source;
@@ -36,7 +36,7 @@ pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()
     let out = out.unwrap_or_else(|| folder.join("machine.html"));
     let (release, host) = (profile("release"), Platforms::default());
     let packed = pack::suite_with(workspace, &release, &host, &folder)?;
-    make(workspace, &of_fmi3(&packed)?, &options.profile, &out)
+    make(workspace, &fmi3_files(&packed)?, &options.profile, &out)
 }
 
 /// Adds WebAssembly to these FMUs of FMI 3.0, in the order of [`Workspace::suite`], and makes their

@@ -243,7 +243,7 @@ fn check_wheel(workspace: &Workspace, wheel: &Path, target: &Target) -> Result<(
     let folders = private_folders(&workspace.cargo)?;
     let is_archive = |name: &str| name.ends_with(".fmu") || name.ends_with(".ssp");
     for (name, bytes) in entries.iter().filter(|(name, _)| !is_archive(name)) {
-        let named = portability::named(bytes, &folders);
+        let named = portability::folders_in(bytes, &folders);
         ensure!(named.is_empty(), "{name} names {}", named.join(", "));
     }
     Ok(())

@@ -28,7 +28,7 @@ impl Workspace {
             .ancestors()
             .nth(2)
             .context("xtask lies in tools/")?;
-        let cargo = cargo_fmu::workspace::Workspace::of(root)?;
+        let cargo = cargo_fmu::workspace::Workspace::containing(root)?;
         Ok(Self {
             root: cargo.root.clone(),
             target: cargo.target.clone(),

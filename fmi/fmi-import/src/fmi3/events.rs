@@ -1,21 +1,19 @@
-//! Event Mode and the clocks that tick in it.
+//! Event Mode of an instance of FMI 3.0: entering and leaving it, updates of discrete states, and
+//! the clocks that tick in it.
 
 use anyhow::{Result, bail};
 
-use super::{Instance, Mode, PASSES};
-use crate::answer::{Answer, Ended, call};
+use super::{Fmi3Instance, MAX_PASSES, Mode};
+use crate::answer::{Answer, Ended};
 use crate::clocks::Interval;
+use crate::raw::Update;
 
-impl Instance {
-    /// What the FMU says of the interval of a clock.
+impl Fmi3Instance {
+    /// Asks the FMU for the interval of a clock.
     fn interval(&self, reference: u32) -> Result<Interval> {
-        let (mut interval, mut qualifier, vr) = (f64::NAN, 0, [reference]);
-        let (told, how) = (&raw mut interval, &raw mut qualifier);
-        // SAFETY: one reference, and room for one interval and one qualifier.
-        unsafe {
-            let (i, vr) = (self.instance, vr.as_ptr());
-            call!(self.api, fmi3GetIntervalDecimal(i, vr, 1, told, how))?;
-        }
+        let (mut interval, mut qualifier) = (f64::NAN, 0);
+        let status = (self.raw).get_interval(reference, &mut interval, Some(&mut qualifier));
+        Answer::check(status, "fmi3GetIntervalDecimal")?;
         Ok(match qualifier {
             0 => Interval::Unknown,
             1 => Interval::Unchanged(interval),
@@ -23,125 +21,113 @@ impl Instance {
         })
     }
 
-    /// When the clocks tick for the first time; in Initialization Mode.
-    pub(super) fn begin_clocks(&self) -> Result<()> {
-        let (api, i, start) = (&self.api, self.instance, self.known.time.get());
-        let mut clocks = self.known.clocks.borrow_mut();
-        for (clock, ticking) in self.plan.clocks.iter().zip(clocks.iter_mut()) {
-            let (mut interval, mut shift, vr) = (None, None, [clock.reference]);
-            if clock.asks() {
+    /// Finds in Initialization Mode when each clock ticks first.
+    pub(super) fn start_clocks(&self) -> Result<()> {
+        let start = self.tracked.time.get();
+        let mut clocks = self.tracked.clocks.borrow_mut();
+        for (clock, ticks) in self.plan.clocks.iter().zip(clocks.iter_mut()) {
+            let (mut interval, mut shift) = (None, None);
+            if clock.asks_fmu() {
                 interval = Some(self.interval(clock.reference)?);
             }
-            if clock.asks() && clock.is_periodic() {
-                let told = shift.insert(f64::NAN);
-                // SAFETY: one reference and room for one value.
-                unsafe { call!(api, fmi3GetShiftDecimal(i, vr.as_ptr(), 1, told))? };
+            if clock.asks_fmu() && clock.is_periodic() {
+                let shift = shift.insert(f64::NAN);
+                let status = self.raw.get_shift(clock.reference, shift);
+                Answer::check(status, "fmi3GetShiftDecimal")?;
             }
-            clock.begin(ticking, start, interval, shift)?;
+            clock.start(ticks, start, interval, shift)?;
         }
         Ok(())
     }
 
-    /// In Event Mode: the clocks that are due by `until`, s, tick; their inputs are set.
+    /// In Event Mode: activates the clocks that are due by `until`, s, and sets their inputs.
     fn activate(&self, until: f64) -> Result<()> {
-        let (api, i) = (&self.api, self.instance);
-        let mut clocks = self.known.clocks.borrow_mut();
+        let mut clocks = self.tracked.clocks.borrow_mut();
         let all = self.plan.clocks.iter().zip(clocks.iter_mut());
-        for (clock, ticking) in all.filter(|(_, ticking)| ticking.next <= until) {
-            let (vr, on) = ([clock.reference], [true]);
-            // SAFETY: one reference and one value.
-            unsafe { call!(api, fmi3SetClock(i, vr.as_ptr(), 1, on.as_ptr()))? };
-            ticking.tick();
-            self.known.active.borrow_mut().push(clock.reference);
+        for (clock, ticks) in all.filter(|(_, ticks)| ticks.next <= until) {
+            let status = self.raw.set_clock(clock.reference, true);
+            Answer::check(status, "fmi3SetClock")?;
+            ticks.tick();
+            self.tracked.active.borrow_mut().push(clock.reference);
         }
-        let mut open = self.plan.given.iter().filter(|batch| self.is_open(batch));
-        open.try_for_each(|batch| self.set_remembered(batch))
+        let mut inputs = self.plan.inputs.iter();
+        inputs.try_for_each(|batch| self.set_if_accessible(batch))
     }
 
     pub(super) fn enter_events(&self) -> Result<()> {
-        if !self.has_events || self.known.mode.replace(Mode::Event) == Mode::Event {
+        if !self.has_events || self.tracked.mode.replace(Mode::Event) == Mode::Event {
             return Ok(());
         }
-        // SAFETY: the instance is alive.
-        unsafe { call!(self.api, fmi3EnterEventMode(self.instance)) }
+        Answer::check(self.raw.enter_event_mode(), "fmi3EnterEventMode")
     }
 
-    /// What clocked variables have at the tick is remembered before it is over. A clock that ticks
-    /// again at the same time is active afterwards.
+    /// Updates discrete states once in Event Mode; returns whether another update is needed.
+    /// Clocked outputs are read into the memory before, while their clock is active. A clock that
+    /// ticks again at the same time is active afterwards.
     pub(super) fn update_events(&self) -> Result<bool> {
-        if self.known.mode.get() != Mode::Event {
+        if self.tracked.mode.get() != Mode::Event {
             return Ok(false);
         }
-        if !self.known.active.borrow().is_empty() {
-            let mut computed = self.plan.computed.iter();
-            computed.try_for_each(|batch| match self.is_open(batch) {
-                true => self.remember(batch),
-                false => Ok(()),
-            })?;
+        if !self.tracked.active.borrow().is_empty() {
+            let computed = self.plan.computed.iter();
+            for batch in computed.filter(|batch| self.is_accessible(batch)) {
+                self.read_to_memory(batch)?;
+            }
         }
-        let [mut again, mut ends, mut nominals, mut values, mut has_next] = [false; 5];
-        let mut next = 0.0;
-        // SAFETY: the instance is alive; places for the results.
-        unsafe {
-            let (api, i, again, ends) = (&self.api, self.instance, &mut again, &mut ends);
-            let (n, v) = (&mut nominals, &mut values);
-            let (has_next, next) = (&mut has_next, &mut next);
-            call!(
-                api,
-                fmi3UpdateDiscreteStates(i, again, ends, n, v, has_next, next)
-            )?;
-        }
-        self.known.active.borrow_mut().clear();
-        let time = self.known.time.get();
-        if ends {
-            let call = "fmi3UpdateDiscreteStates";
+        let (call, mut update) = ("fmi3UpdateDiscreteStates", Update::default());
+        Answer::check(self.raw.update_discrete_states(&mut update), call)?;
+        self.tracked.active.borrow_mut().clear();
+        let time = self.tracked.time.get();
+        if update.terminates {
             bail!(Ended { call, time });
         }
-        let is_ahead = has_next && next > time;
-        let announced = if is_ahead { next } else { f64::INFINITY };
-        self.known.announced.set(announced);
+        let is_ahead = update.next > time;
+        let announced = if is_ahead { update.next } else { f64::INFINITY };
+        self.tracked.announced.set(announced);
         let mut is_due = false;
-        let mut clocks = self.known.clocks.borrow_mut();
+        let mut clocks = self.tracked.clocks.borrow_mut();
         let all = self.plan.clocks.iter().zip(clocks.iter_mut());
-        for (clock, ticking) in all.filter(|(clock, _)| clock.asks()) {
-            clock.told(ticking, time, &self.interval(clock.reference)?)?;
-            is_due |= ticking.next <= time;
+        for (clock, ticks) in all.filter(|(clock, _)| clock.asks_fmu()) {
+            clock.update(ticks, time, &self.interval(clock.reference)?)?;
+            is_due |= ticks.next <= time;
         }
         drop(clocks);
         if is_due {
             self.activate(time)?;
         }
-        Ok(again || is_due)
+        Ok(update.again || is_due)
     }
 
     pub(super) fn leave_events(&self) -> Result<()> {
-        if self.known.mode.get() != Mode::Event {
+        if self.tracked.mode.get() != Mode::Event {
             return Ok(());
         }
-        self.known.mode.set(Mode::Step);
-        // SAFETY: the instance is alive.
-        unsafe { call!(self.api, fmi3EnterStepMode(self.instance)) }
+        self.tracked.mode.set(Mode::Step);
+        Answer::check(self.raw.enter_step_mode(), "fmi3EnterStepMode")
     }
 
+    /// Updates discrete states until no further update is needed, then leaves Event Mode.
     pub(super) fn settle(&self) -> Result<()> {
-        for _ in 0..PASSES {
+        for _ in 0..MAX_PASSES {
             if !self.update_events()? {
                 return self.leave_events();
             }
         }
-        bail!("discrete states still change after {PASSES} passes of Event Mode")
+        bail!("discrete states still change after {MAX_PASSES} passes of Event Mode")
     }
 
+    /// Time of the next tick or announced event, s.
     pub(super) fn next_event(&self) -> f64 {
-        let clocks = self.known.clocks.borrow();
+        let clocks = self.tracked.clocks.borrow();
         let ticks = clocks.iter().map(|clock| clock.next);
-        ticks.fold(self.known.announced.get(), f64::min)
+        ticks.fold(self.tracked.announced.get(), f64::min)
     }
 
+    /// Enters Event Mode at `t`, s, and activates the clocks that tick then.
     pub(super) fn tick(&self, t: f64, tolerance: f64) -> Result<()> {
-        let clocks = self.known.clocks.borrow();
+        let clocks = self.tracked.clocks.borrow();
         let mut all = self.plan.clocks.iter().zip(clocks.iter());
-        if let Some((clock, late)) = all.find(|(_, ticking)| ticking.next < t - tolerance) {
+        if let Some((clock, late)) = all.find(|(_, ticks)| ticks.next < t - tolerance) {
             bail!(
                 "its clock `{}` ticks at {} s, between two communication points",
                 clock.name,

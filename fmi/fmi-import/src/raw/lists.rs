@@ -1,10 +1,11 @@
-//! Calls with lists of texts and bytes, and several calls in one.
+//! Calls of a [`RawInstance`] that need more than a row of `calls.rs`: those that pass texts and
+//! bytes, and sequences of several calls.
 
 use std::ffi::{CStr, CString, c_int};
 use std::ptr;
 
-use super::{Array, Experiment, RawInstance, Update, c_text, room};
-use crate::functions::OwnFunctions::{Fmi2, Fmi3};
+use super::{Array, Experiment, RawInstance, Update, c_text, result_pointer};
+use crate::functions::VersionFunctions::{Fmi2, Fmi3};
 use crate::standard::Text;
 use crate::status::{ABSENT, OK, WARNING};
 use crate::text;
@@ -13,12 +14,12 @@ use crate::text;
 #[repr(C)]
 #[derive(Default)]
 struct EventInfo {
-    /// Again, end, nominals changed, states changed, next event known.
+    /// Update needed again, simulation ends, nominals changed, states changed, next event known.
     flags: [c_int; 5],
     next: f64,
 }
 
-/// The functions of FMI 2.0 that answer inquiries.
+/// Which of the functions `fmi2Get…Status` is called.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)] // named in the standard
 pub enum Inquiry {
@@ -29,29 +30,17 @@ pub enum Inquiry {
     String,
 }
 
-/// Functions of FMI 3.0 for clocks.
-#[derive(Clone, Copy, Debug)]
-#[allow(missing_docs)] // named in the standard
-pub enum ClockFunction {
-    Get,
-    Set,
-    GetInterval,
-    SetInterval,
-    GetShift,
-    SetShift,
-}
-
 impl RawInstance {
-    /// fmi2SetupExperiment; FMI 3.0 has it in fmi3EnterInitializationMode, and nothing is called
-    /// here.
+    /// fmi2SetupExperiment. In FMI 3.0 fmi3EnterInitializationMode passes the experiment, and
+    /// nothing is called here.
     pub fn setup_experiment(&self, experiment: Experiment) -> c_int {
-        match self.functions.is_3() {
+        match self.functions.is_fmi3() {
             true => OK,
             false => self.begin(experiment),
         }
     }
 
-    /// Switches on or off what these categories say, all of them where none is named.
+    /// Switches logging of these categories on or off; of all if none is named.
     pub fn set_debug_logging(&self, on: bool, categories: Array<Option<&CStr>>) -> c_int {
         let pointers: Vec<Text> = match categories {
             Array::Elements(categories) => categories.iter().map(|c| c_text(*c)).collect(),
@@ -64,21 +53,21 @@ impl RawInstance {
         let n = categories.len();
         // SAFETY: NULL, or as many elements as said, each NULL or a C string.
         unsafe {
-            match &self.functions.own {
+            match &self.version {
                 Fmi2(f) => (f.fmi2SetDebugLogging)(self.c, on.into(), n, list),
                 Fmi3(f) => (f.fmi3SetDebugLogging)(self.c, on, n, list),
             }
         }
     }
 
-    /// `n` texts of String variables; None for a pointer that leads to no text.
+    /// Gets `n` texts of String variables; None if one of the pointers leads to no text.
     pub fn get_strings(&self, vr: &[u32], n: usize) -> (c_int, Option<Vec<CString>>) {
         assert!(n >= vr.len());
         let mut texts = vec![ptr::null(); n];
         let (c, m, vr, to) = (self.c, vr.len(), vr.as_ptr(), texts.as_mut_ptr());
         // SAFETY: a live instance or NULL, room for `n` texts.
         let status = unsafe {
-            match &self.functions.own {
+            match &self.version {
                 Fmi2(f) => (f.fmi2GetString)(c, vr, m, to),
                 Fmi3(f) => (f.fmi3GetString)(c, vr, m, to, n),
             }
@@ -86,28 +75,28 @@ impl RawInstance {
         if status > WARNING {
             return (status, Some(vec![CString::default(); n]));
         }
-        // SAFETY: what is given out is NULL or a C string until the next call.
-        let owned = texts.into_iter().map(|text| unsafe { text::owned(text) });
+        // SAFETY: the library returns NULL or C strings that are valid until the next call.
+        let owned = texts.into_iter().map(|text| unsafe { text::read(text) });
         (status, owned.collect())
     }
 
-    /// Sets String variables, to NULL too.
+    /// Sets String variables; None passes NULL.
     pub fn set_strings(&self, vr: &[u32], values: &[Option<&CStr>]) -> c_int {
         assert!(values.len() >= vr.len());
         let texts: Vec<Text> = values.iter().map(|text| c_text(*text)).collect();
         let (c, m, n, vr, from) = (self.c, vr.len(), texts.len(), vr.as_ptr(), texts.as_ptr());
         // SAFETY: a live instance or NULL, NULL or C strings.
         unsafe {
-            match &self.functions.own {
+            match &self.version {
                 Fmi2(f) => (f.fmi2SetString)(c, vr, m, from),
                 Fmi3(f) => (f.fmi3SetString)(c, vr, m, from, n),
             }
         }
     }
 
-    /// `n` values of Binary variables (FMI 3.0).
+    /// Gets `n` values of Binary variables. FMI 3.0 only.
     pub fn get_binaries(&self, vr: &[u32], n: usize) -> (c_int, Vec<Vec<u8>>) {
-        let Fmi3(f) = &self.functions.own else {
+        let Fmi3(f) = &self.version else {
             return (ABSENT, Vec::new());
         };
         let (mut sizes, mut at) = (vec![0; n], vec![ptr::null(); n]);
@@ -126,9 +115,9 @@ impl RawInstance {
         (status, at.into_iter().zip(sizes).map(value).collect())
     }
 
-    /// Sets Binary variables (FMI 3.0).
+    /// Sets Binary variables. FMI 3.0 only.
     pub fn set_binaries(&self, vr: &[u32], values: &[&[u8]]) -> c_int {
-        let Fmi3(f) = &self.functions.own else {
+        let Fmi3(f) = &self.version else {
             return ABSENT;
         };
         let (at, sizes): (Vec<_>, Vec<_>) = values.iter().map(|v| (v.as_ptr(), v.len())).unzip();
@@ -137,14 +126,14 @@ impl RawInstance {
         unsafe { (f.fmi3SetBinary)(self.c, vr.as_ptr(), vr.len(), sizes, at, n) }
     }
 
-    /// Discrete states follow, once.
+    /// Updates discrete states once, in Event Mode.
     pub fn update_discrete_states(&self, update: &mut Update) -> c_int {
         let mut info = EventInfo::default();
         let ([mut again, mut end, mut nominals, mut values, mut known], mut time) =
             ([false; 5], 0.0);
         // SAFETY: a live instance or NULL; places for the results.
         let status = unsafe {
-            match &self.functions.own {
+            match &self.version {
                 Fmi2(f) => (f.fmi2NewDiscreteStates)(self.c, ptr::from_mut(&mut info).cast()),
                 Fmi3(f) => (f.fmi3UpdateDiscreteStates)(
                     self.c,
@@ -157,7 +146,7 @@ impl RawInstance {
                 ),
             }
         };
-        if let Fmi2(_) = &self.functions.own {
+        if let Fmi2(_) = &self.version {
             [again, end, _, _, known] = info.flags.map(|flag| flag != 0);
             time = info.next;
         }
@@ -169,8 +158,8 @@ impl RawInstance {
         status
     }
 
-    /// From Event Mode of Model Exchange: new discrete states until none is needed, at most a
-    /// thousand times; then into Continuous-Time Mode.
+    /// In Event Mode of Model Exchange: updates discrete states until no further update is needed,
+    /// at most a thousand times, then enters Continuous-Time Mode.
     pub fn handle_events(&self, update: &mut Update) -> c_int {
         for _ in 0..1000 {
             let status = self.update_discrete_states(update);
@@ -184,7 +173,7 @@ impl RawInstance {
         self.enter_continuous_time_mode()
     }
 
-    /// FMI 3.0: from Event Mode to Step Mode, where steps are made; else nothing.
+    /// From Event Mode to Step Mode; does nothing for FMUs without Event Mode.
     pub fn leave_events(&self) -> c_int {
         if !self.functions.has_event_mode() {
             return OK;
@@ -196,7 +185,7 @@ impl RawInstance {
         }
     }
 
-    /// FMI 3.0: from Step Mode to Event Mode, where values are exchanged; else nothing.
+    /// From Step Mode to Event Mode; does nothing for FMUs without Event Mode.
     pub fn enter_events(&self) -> c_int {
         match self.functions.has_event_mode() {
             true => self.enter_event_mode(),
@@ -204,9 +193,10 @@ impl RawInstance {
         }
     }
 
-    /// The inquiry `kind` by a function; its name, too.
+    /// Asks for the status `kind` (`fmi2StatusKind`); returns the name of the function and its
+    /// status.
     pub fn inquire(&self, by: Inquiry, kind: c_int, is_null: bool) -> (&'static str, c_int) {
-        let Fmi2(f) = &self.functions.own else {
+        let Fmi2(f) = &self.version else {
             return ("fmi2GetStatus", ABSENT);
         };
         let (mut integer, mut number, mut string) = (-1, f64::NAN, ptr::null());
@@ -214,7 +204,7 @@ impl RawInstance {
             ($function:ident, $place:expr) => {
                 (
                     stringify!($function),
-                    (f.$function)(self.c, kind, room((!is_null).then_some($place))),
+                    (f.$function)(self.c, kind, result_pointer((!is_null).then_some($place))),
                 )
             };
         }
@@ -230,9 +220,10 @@ impl RawInstance {
         }
     }
 
-    /// `n` dependencies of a variable (FMI 3.0): which elements, of which variables.
+    /// Gets `n` dependencies of a variable: which of its elements depends on which variable. FMI
+    /// 3.0 only.
     pub fn get_dependencies(&self, vr: u32, n: usize) -> (c_int, Vec<usize>, Vec<u32>) {
-        let Fmi3(f) = &self.functions.own else {
+        let Fmi3(f) = &self.version else {
             return (ABSENT, Vec::new(), Vec::new());
         };
         let (mut of, mut on, mut of_on, mut kinds) =
@@ -252,30 +243,5 @@ impl RawInstance {
             )
         };
         (status, of, on)
-    }
-
-    /// A function for clocks, with one reference and one answer or value; the interval without a
-    /// place for its qualifier. Its name, too.
-    pub fn clock_call(&self, function: ClockFunction, vr: u32) -> (&'static str, c_int) {
-        let Fmi3(f) = &self.functions.own else {
-            return ("fmi3GetClock", ABSENT);
-        };
-        let (mut active, mut number, fraction) = (false, 0.0, 0);
-        macro_rules! call {
-            ($name:ident($($argument:expr),*)) => { (stringify!($name), (f.$name)(self.c, &vr, 1 $(, $argument)*)) };
-        }
-        // SAFETY: a live instance or NULL; one reference, and a place for one answer.
-        unsafe {
-            match function {
-                ClockFunction::Get => call!(fmi3GetClock(&mut active)),
-                ClockFunction::Set => call!(fmi3SetClock(&active)),
-                ClockFunction::GetInterval => {
-                    call!(fmi3GetIntervalDecimal(&mut number, ptr::null_mut()))
-                }
-                ClockFunction::SetInterval => call!(fmi3SetIntervalDecimal(&number)),
-                ClockFunction::GetShift => call!(fmi3GetShiftDecimal(&mut number)),
-                ClockFunction::SetShift => call!(fmi3SetShiftFraction(&fraction, &fraction)),
-            }
-        }
     }
 }

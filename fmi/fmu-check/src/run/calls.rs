@@ -1,24 +1,24 @@
-//! Call order, and what the logger hears.
+//! Probes of the call order, and of the messages that the logger receives.
 
 use std::ffi::c_int;
 
+use super::probe::probes;
 use super::simulation::is_odd;
-use super::trial::trials;
 use crate::outcome::Outcome;
 use anyhow::Result;
 use fmi_description::{Access, Variable};
 use fmi_import::Fmu;
-use fmi_import::instance::{Instance, Manner, references, step_size};
+use fmi_import::instance::{Instance, InstanceOptions, references, step_size};
 use fmi_import::log::Message;
 use fmi_import::raw::{Array, Experiment, RawInstance, StepEnd};
 use fmi_import::standard::{Mode, is_allowed};
 use fmi_import::status::{self, ERROR, WARNING};
 
-trials! {
+probes! {
     "misuse" {
         opened order:
             "calls out of order are refused",
-            "an importer with a mistake gets numbers that mean nothing";
+            "an importer that calls in a wrong order gets meaningless numbers";
     }
     "log" {
         opened messages:
@@ -30,23 +30,22 @@ trials! {
     }
 }
 
-/// The modes of a version.
+/// The modes that the FMU has.
 fn modes(fmu: &Fmu) -> Vec<Mode> {
-    let is_had = |mode: &Mode| match mode {
+    let exists = |mode: &Mode| match mode {
         Mode::Event => fmu.functions.has_event_mode(),
-        Mode::SteppingAfterSet => fmu.functions.is_3() && an_input(fmu).is_some(),
+        Mode::SteppingAfterSet => fmu.functions.is_fmi3() && scalar_input(fmu).is_some(),
         _ => true,
     };
-    Mode::ALL.into_iter().filter(is_had).collect()
+    Mode::ALL.into_iter().filter(exists).collect()
 }
 
 /// A Real input that is a scalar.
-fn an_input(fmu: &Fmu) -> Option<&Variable> {
-    let is_it = |v: &&Variable| v.is_input() && v.access() == Access::Real && v.size() == 1;
-    fmu.description.variables.iter().find(is_it)
+fn scalar_input(fmu: &Fmu) -> Option<&Variable> {
+    let mut variables = fmu.description.variables.iter();
+    variables.find(|v| v.is_input() && v.access() == Access::Real && v.size() == 1)
 }
 
-/// An instance in a mode.
 fn in_mode(fmu: &Fmu, mode: Mode) -> Result<Instance<'_>> {
     if mode == Mode::Instantiated {
         return Instance::new(fmu, "order");
@@ -60,11 +59,11 @@ fn in_mode(fmu: &Fmu, mode: Mode) -> Result<Instance<'_>> {
     if mode == Mode::Terminated {
         instance.enter(Mode::Terminated)?;
     }
-    if fmu.functions.is_3() && matches!(mode, Mode::Stepping | Mode::SteppingAfterSet) {
+    if fmu.functions.is_fmi3() && matches!(mode, Mode::Stepping | Mode::SteppingAfterSet) {
         instance.enter_step_mode()?;
     }
     if mode == Mode::SteppingAfterSet
-        && let Some(v) = an_input(fmu)
+        && let Some(v) = scalar_input(fmu)
     {
         let status = instance.set_reals(&[v.reference], &[v.start_number().unwrap_or(0.0)]);
         instance.must("fmi2SetReal", status)?;
@@ -72,7 +71,7 @@ fn in_mode(fmu: &Fmu, mode: Mode) -> Result<Instance<'_>> {
     Ok(instance)
 }
 
-/// Functions that are not allowed everywhere, called with arguments that are right.
+/// Functions that are not allowed in every mode. They are called with valid arguments.
 const CALLS: [&str; 6] = [
     "fmi2SetupExperiment",
     "fmi2EnterInitializationMode",
@@ -82,7 +81,7 @@ const CALLS: [&str; 6] = [
     "fmi2GetReal",
 ];
 
-/// Functions that FMI 3.0 has beside them.
+/// Further functions that FMI 3.0 has.
 const CALLS_3: [&str; 3] = [
     "fmi3EnterEventMode",
     "fmi3EnterStepMode",
@@ -109,16 +108,16 @@ fn reals(fmu: &Fmu) -> Vec<u32> {
 }
 
 fn order(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
-    let names: Vec<&str> = match fmu.functions.is_3() {
+    let names: Vec<&str> = match fmu.functions.is_fmi3() {
         false => CALLS.to_vec(),
         true => CALLS[1..].iter().chain(&CALLS_3).copied().collect(),
     };
-    let is_tried = |name: &&&str| **name != "fmi2GetReal" || !reals(fmu).is_empty();
+    let is_callable = |name: &&&str| **name != "fmi2GetReal" || !reals(fmu).is_empty();
     let modes = modes(fmu);
     let mut tried = 0;
     for (name, mode) in names
         .iter()
-        .filter(is_tried)
+        .filter(is_callable)
         .flat_map(|name| modes.iter().map(|mode| (*name, *mode)))
     {
         if is_allowed(fmu.functions.name(name), mode) {
@@ -138,51 +137,52 @@ fn order(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
 }
 
 fn messages(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
-    let talking = Manner {
+    let logging = InstanceOptions {
         is_logging: true,
-        ..Manner::USUAL
+        ..InstanceOptions::USUAL
     };
-    let mut instance = Instance::with(fmu, "talker", talking)?;
+    let mut instance = Instance::with_options(fmu, "talker", logging)?;
     let status = instance.set_debug_logging(true, Array::Null(0));
     instance.must("fmi2SetDebugLogging", status)?;
-    let mut heard = instance.messages();
+    let mut received = instance.messages();
     instance.initialize()?;
     instance.step(step_size(fmu))?;
-    heard.extend(instance.messages());
+    received.extend(instance.messages());
     if !reals(fmu).is_empty() {
         let status = instance.set_reals(&[u32::MAX], &[0.0]);
         let answer = instance.messages();
         if status >= ERROR && answer.is_empty() {
             outcome.remark("fmi2SetReal of an unknown reference failed without a message");
         }
-        heard.extend(answer);
+        received.extend(answer);
     }
-    // One that is refused may speak, too.
-    let refused = Manner {
+    // An instance that is refused may log why.
+    let refused = InstanceOptions {
         token: Some("{wrong}"),
-        ..talking
+        ..logging
     };
     if !fmu.description.capabilities.only_once {
-        let _ = Instance::with(fmu, "talker", refused); // whether it is refused is another row
+        let _ = Instance::with_options(fmu, "talker", refused); // another probe checks that it is refused
     }
-    heard.extend(instance.messages());
-    for message in heard.iter().filter(|m| m.is_stray) {
+    received.extend(instance.messages());
+    for message in received.iter().filter(|m| m.is_stray) {
         outcome.fail(format!(
             "a message came with another environment than fmi2Instantiate was given: {}",
             message.format
         ));
     }
-    for message in &heard {
+    for message in &received {
         if let Some(what) = fault(fmu, message) {
             outcome.remark(format!("{what}: {}", message.format));
         }
     }
-    outcome.note(format!("{} messages", heard.len()));
+    outcome.note(format!("{} messages", received.len()));
     outcome.fails.dedup();
     outcome.remarks.dedup();
     Ok(())
 }
 
+/// What is wrong with a message, if anything.
 fn fault(fmu: &Fmu, message: &Message) -> Option<String> {
     let declared = &fmu.description.log_categories;
     let Message {

@@ -1,20 +1,20 @@
-//! Derivatives of inputs and outputs.
+//! Probes of derivatives: directional and adjoint ones, and time derivatives of inputs and outputs.
 
 use anyhow::{Result, bail, ensure};
 use fmi_description::{Access, Causality, Variability, Variable, Version};
 
-use super::trial::trials;
+use super::probe::probes;
 use super::values::without_reading_after_set;
 use crate::outcome::Outcome;
 use fmi_import::Fmu;
 use fmi_import::instance::{Instance, references, step_size};
 use fmi_import::status::WARNING;
 
-/// By which share a directional derivative may differ from a difference of outputs, which is itself
-/// an approximation.
+/// Relative difference that is allowed between a directional derivative and a central difference,
+/// which is itself an approximation.
 const TOLERANCE: f64 = 1e-2;
 
-trials! {
+probes! {
     "derivatives" {
         opened directional.if_claimed(|c| c.directional_derivatives).unless(without_reading_after_set):
             "directional derivatives are the slopes of the outputs, if providesDirectionalDerivative",
@@ -24,7 +24,7 @@ trials! {
             "importers extrapolate with them";
         opened adjoint.only_in(Version::Fmi3).if_claimed(|c| c.directional_derivatives && c.adjoint_derivatives):
             "adjoint derivatives are the directional ones transposed: v·(J u) = (Jᵀ v)·u, if both are claimed",
-            "optimizers take gradients from the one and check them with the other";
+            "optimizers take gradients from one and check them with the other";
         opened inputs.only_in(Version::Fmi2).if_claimed(|c| c.interpolates_inputs):
             "derivatives of inputs are taken, if canInterpolateInputs",
             "importers that extrapolate inputs send them";
@@ -46,15 +46,12 @@ fn directional(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     instance.step(step_size(fmu))?;
     let mut compared = 0;
     for input in variables.iter().filter(|v| is_continuous_input(v)) {
-        // Of an array, all elements move together.
+        // All elements of an array change together.
         let seed = vec![1.0; input.size()];
         let (status, slopes) = instance.directional(&unknowns, &[input.reference], &seed);
         let call = format!("fmi2GetDirectionalDerivative by `{}`", input.name);
         instance.must(&call, status)?;
-        let Some(OutputsAround {
-            outputs: [below, here, above],
-            step,
-        }) = around(&instance, input, &unknowns)?
+        let Some(([below, here, above], step)) = outputs_around(&instance, input, &unknowns)?
         else {
             continue;
         };
@@ -80,8 +77,8 @@ fn directional(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     Ok(())
 }
 
-/// `v·(J u)` against `(Jᵀ v)·u` for all inputs and outputs at once, with directions that no
-/// symmetry favours.
+/// Compares `v·(J u)` with `(Jᵀ v)·u` for all inputs and outputs at once, in directions without
+/// symmetry.
 fn adjoint(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let variables = &fmu.description.variables;
     let knowns = references(variables, is_continuous_input);
@@ -122,15 +119,13 @@ fn products(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a * b).collect()
 }
 
-/// Outputs below, at and above the present value of an input.
-struct OutputsAround {
-    outputs: [Vec<f64>; 3],
-    /// Distance of the values of the input.
-    step: f64,
-}
-
-/// None where bounds or the model forbid one of the values.
-fn around(instance: &Instance, input: &Variable, outputs: &[u32]) -> Result<Option<OutputsAround>> {
+/// The outputs for values of an input below, at and above its present one, and the distance of
+/// these values. None if bounds or the model forbid one of them.
+fn outputs_around(
+    instance: &Instance,
+    input: &Variable,
+    outputs: &[u32],
+) -> Result<Option<([Vec<f64>; 3], f64)>> {
     let vr = [input.reference];
     let old = instance.read(input)?;
     let step = 1e-4 * input.nominal.unwrap_or(old[0].abs().max(1.0)).abs();
@@ -145,11 +140,10 @@ fn around(instance: &Instance, input: &Variable, outputs: &[u32]) -> Result<Opti
     let found = [-step, 0.0, step].map(at);
     let status = instance.set_reals(&vr, &old);
     instance.must(&format!("fmi2SetReal of `{}`", input.name), status)?;
-    let [Some(below), Some(here), Some(above)] = found else {
-        return Ok(None);
-    };
-    let outputs = [below, here, above];
-    Ok(Some(OutputsAround { outputs, step }))
+    Ok(match found {
+        [Some(below), Some(here), Some(above)] => Some(([below, here, above], step)),
+        _ => None,
+    })
 }
 
 fn outputs(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
@@ -158,7 +152,7 @@ fn outputs(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
     let vr = references(&fmu.description.variables, is_continuous);
     let mut instance = Instance::started(fmu, "outputs")?;
     instance.step(step_size(fmu))?;
-    // In FMI 3.0 they are to be had after a step, in Step Mode.
+    // FMI 3.0 gives them after a step, in Step Mode.
     let mut values = Vec::new();
     let status = instance.stepping(|_| {
         let (status, derivatives) = instance.output_derivatives(&vr, &vec![1; vr.len()]);

@@ -1,45 +1,45 @@
-//! Model Exchange: an importer that integrates the states itself.
+//! Probes of Model Exchange, with an importer that integrates the states itself.
 
 use anyhow::{Result, bail, ensure};
 
-use super::trial::trials;
+use super::probe::probes;
 use crate::outcome::Outcome;
 use fmi_import::Fmu;
-use fmi_import::instance::{Instance, Manner, start_time};
+use fmi_import::instance::{Instance, InstanceOptions, start_time};
 use fmi_import::raw::{Array, ContinuousValues, InstanceKind, RawInstance, Update};
 use fmi_import::standard::Mode;
 
-/// Heading of what is for Model Exchange.
+/// Heading of the probes of Model Exchange.
 pub(super) const AREA: &str = "model exchange";
 /// Steps of the integrator.
 const STEPS: usize = 200;
 
-trials! {
+probes! {
     "model exchange" {
         opened integrate:
             "an importer integrates it, handles its events, and finds derivatives and states as variables too",
             "tools with a solver of their own take this interface";
         opened go_back.if_claimed(|c| c.saves_state):
             "a state that is set again leads to the same future in Model Exchange, bit for bit",
-            "solvers go back, and do not expect memory in the equations";
+            "solvers repeat steps, and expect that equations depend on the state alone";
     }
 }
 
-/// An instance that is integrated.
-struct Integrated<'a> {
+/// An instance with the state of its integrator.
+struct IntegratedInstance<'a> {
     instance: Instance<'a>,
     x: Vec<f64>,
     next: f64,
     events: usize,
 }
 
-impl<'a> Integrated<'a> {
+impl<'a> IntegratedInstance<'a> {
     fn started(fmu: &'a Fmu, name: &str) -> Result<Self> {
-        let manner = Manner {
+        let options = InstanceOptions {
             kind: InstanceKind::ModelExchange,
-            ..Manner::USUAL
+            ..InstanceOptions::USUAL
         };
-        let mut instance = Instance::with(fmu, name, manner)?;
+        let mut instance = Instance::with_options(fmu, name, options)?;
         instance.setup(start_time(fmu), None)?;
         instance.enter(Mode::Initialization)?;
         let exit = RawInstance::exit_initialization_mode;
@@ -86,7 +86,7 @@ impl<'a> Integrated<'a> {
         }
     }
 
-    /// The derivatives at a time and states.
+    /// Sets the time and the states, and gets the derivatives.
     fn derivatives(&mut self, t: f64, x: &[f64]) -> Result<Vec<f64>> {
         self.instance.time = t;
         (self.instance).done("fmi2SetTime", |raw| raw.set_time(t))?;
@@ -100,7 +100,7 @@ impl<'a> Integrated<'a> {
         self.read(ContinuousValues::Indicators, n)
     }
 
-    /// A step by the method of Heun, and the events at its end.
+    /// Makes a step by Heun's method, and handles the events at its end.
     fn step(&mut self, h: f64) -> Result<()> {
         let (t, x, before) = (self.instance.time, self.x.clone(), self.indicators()?);
         let h = h.min(self.next - t);
@@ -116,8 +116,8 @@ impl<'a> Integrated<'a> {
             .collect();
         let end = self.x.clone();
         self.derivatives(t + h, &end)?;
-        let mut told = [false; 2];
-        let complete = |raw: &RawInstance| raw.completed_integrator_step(&mut told);
+        let mut requests = [false; 2];
+        let complete = |raw: &RawInstance| raw.completed_integrator_step(&mut requests);
         self.instance
             .done("fmi2CompletedIntegratorStep", complete)?;
         let after = self.indicators()?;
@@ -125,7 +125,7 @@ impl<'a> Integrated<'a> {
             .iter()
             .zip(&after)
             .any(|(a, b)| (*a > 0.0) != (*b > 0.0));
-        if passed || told[0] || t + h >= self.next {
+        if passed || requests[0] || t + h >= self.next {
             let enter = "fmi2EnterEventMode";
             self.instance.done(enter, RawInstance::enter_event_mode)?;
             self.events += 1;
@@ -135,8 +135,9 @@ impl<'a> Integrated<'a> {
     }
 }
 
-/// A short step: that of the default experiment, or a hundredth of it where it is long.
-fn length(fmu: &Fmu) -> f64 {
+/// Step of the integrator, s: that of the default experiment or a two-hundredth of the experiment,
+/// at most 1 ms.
+fn step_length(fmu: &Fmu) -> f64 {
     let experiment = &fmu.description.default_experiment;
     let whole = experiment.stop.unwrap_or(1.0) - experiment.start.unwrap_or(0.0);
     let usual = whole / STEPS as f64;
@@ -147,10 +148,10 @@ fn length(fmu: &Fmu) -> f64 {
 }
 
 fn integrate(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
-    let mut model = Integrated::started(fmu, "integrated")?;
+    let mut model = IntegratedInstance::started(fmu, "integrated")?;
     let described = |k: usize| &fmu.description.variables[k];
     for step in 0..STEPS {
-        model.step(length(fmu))?;
+        model.step(step_length(fmu))?;
         if step % 50 != 0 {
             continue;
         }
@@ -186,8 +187,8 @@ fn integrate(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
 }
 
 fn go_back(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
-    let mut model = Integrated::started(fmu, "repeated")?;
-    let h = length(fmu);
+    let mut model = IntegratedInstance::started(fmu, "repeated")?;
+    let h = step_length(fmu);
     model.step(h)?;
     let (saved, time, x, next) = (
         model.instance.save()?,

@@ -1,16 +1,16 @@
-//! What only FMI 3.0 has.
+//! Probes of what only FMI 3.0 has: how a step ended, numbers of values, dependencies of elements.
 
 use anyhow::{Context, Result, bail};
 use fmi_description::{Access, Causality, Variable, Version};
 
-use super::trial::trials;
+use super::probe::probes;
 use crate::outcome::Outcome;
 use fmi_import::Fmu;
 use fmi_import::instance::{Instance, references, step_size};
 use fmi_import::raw::{Array, StepEnd};
 use fmi_import::status::WARNING;
 
-trials! {
+probes! {
     "simulation" {
         opened step_end.only_in(Version::Fmi3):
             "a step tells how it ended: not early where that was not allowed, and at its last successful time",
@@ -24,7 +24,7 @@ trials! {
     "derivatives" {
         opened variable_dependencies.only_in(Version::Fmi3).if_claimed(|c| c.element_dependencies):
             "dependencies of elements are those of ModelStructure, if providesPerElementDependencies",
-            "importers sort by the one and differentiate by the other";
+            "importers sort by the latter and differentiate by the former";
     }
 }
 
@@ -57,21 +57,24 @@ fn step_end(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
 }
 
 fn counts(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
-    let instance = Instance::exchanging(fmu, "counts")?;
+    let instance = Instance::readable_after_set(fmu, "counts")?;
     let is_input = |v: &&Variable| v.is_input() && v.access() == Access::Real;
     let mut calls = 0;
     for v in fmu.description.variables.iter().filter(is_input) {
         let values = instance.read(v)?;
         let n = values.len();
-        // Room for one value more than there are elements.
-        let mut room = vec![0; n + 1];
-        for (to, value) in room.iter_mut().zip(values.iter().chain(&values[n - 1..])) {
+        // One value more than there are elements.
+        let mut numbers = vec![0; n + 1];
+        for (to, value) in numbers
+            .iter_mut()
+            .zip(values.iter().chain(&values[n - 1..]))
+        {
             *to = value.to_bits();
         }
         for wrong in [n - 1, n + 1] {
             let vr = Array::Elements(std::slice::from_ref(&v.reference));
-            let got = instance.get_numbers(Access::Real, vr, Some(&mut room), wrong);
-            let set = instance.set_numbers(Access::Real, vr, Array::Elements(&room), wrong);
+            let got = instance.get_numbers(Access::Real, vr, Some(&mut numbers), wrong);
+            let set = instance.set_numbers(Access::Real, vr, Array::Elements(&numbers), wrong);
             calls += 2;
             for (call, status) in [("fmi3GetFloat64", got), ("fmi3SetFloat64", set)] {
                 if status <= WARNING {
@@ -114,7 +117,7 @@ fn variable_dependencies(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
         let mut entries = description.outputs.iter();
         let entry = entries.find(|unknown| of(unknown.variable) == reference);
         let Some(listed) = entry.and_then(|unknown| unknown.dependencies.as_ref()) else {
-            continue; // on everything
+            continue; // it depends on everything
         };
         let is_listed = |on: &u32| listed.iter().any(|k| of(*k) == *on);
         if let Some(other) = on.iter().find(|on| !is_listed(on)) {

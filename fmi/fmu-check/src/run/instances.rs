@@ -1,25 +1,25 @@
-//! Several instances, one after another, in turns, and in threads.
+//! Probes with several instances: one after another, in turns, many at a time, and in threads.
 
 use anyhow::{Result, ensure};
 
-use super::trial::trials;
+use super::probe::probes;
 use crate::outcome::Outcome;
 use fmi_import::Fmu;
 use fmi_import::instance::{Instance, step_size};
 use fmi_import::standard::Mode;
 
 const STEPS: usize = 20;
-/// Instances that live at a time.
+/// Number of instances that exist at a time.
 const MANY: usize = 12;
 
-trials! {
+probes! {
     "instances" {
         opened repeat:
             "two instances, one after the other, do the same bit for bit",
             "a result that cannot be repeated cannot be checked";
         opened turns.unless(is_single):
             "an instance does the same while another takes turns with it",
-            "coupled systems hold several instances of one FMU; here they share what they must not";
+            "coupled systems hold several instances of one FMU, which must not share data";
         opened many.unless(is_single):
             "a dozen instances live at a time and are freed in another order",
             "sweeps and coupled systems do that";
@@ -32,8 +32,9 @@ trials! {
     }
 }
 
+/// What a single instance does, to compare others with.
 fn alone(fmu: &Fmu) -> Result<Vec<u64>> {
-    Instance::started(fmu, "alone")?.motion(STEPS, 0)
+    Instance::started(fmu, "alone")?.run_excited(STEPS, 0)
 }
 
 fn same(one: &[u64], other: &[u64], what: &str) -> Result<()> {
@@ -41,7 +42,7 @@ fn same(one: &[u64], other: &[u64], what: &str) -> Result<()> {
     Ok(())
 }
 
-/// Where the FMU says that there can be one instance only, nothing is tried.
+/// Why there cannot be several instances, if the FMU declares that.
 fn is_single(fmu: &Fmu) -> Option<&'static str> {
     let only_once = fmu.description.capabilities.only_once;
     only_once.then_some("the FMU says canBeInstantiatedOnlyOncePerProcess")
@@ -58,8 +59,8 @@ fn turns(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
     let mut other = Instance::started(fmu, "other")?;
     let (h, mut bits) = (step_size(fmu), Vec::new());
     for k in 0..STEPS {
-        // The other is set between the set and the step of the first, and steps between its step
-        // and what is read.
+        // The other is set between the set and the step of the first, and steps before the first is
+        // read.
         watched.excite(k);
         other.excite(k + 5);
         watched.step(h)?;
@@ -75,8 +76,7 @@ fn many(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
         .map(|k| Instance::started(fmu, &format!("instance {k}")))
         .collect();
     let mut instances = made?;
-    // The first, the last, the second, …: neither the order in which they were made nor its
-    // reverse.
+    // They are freed neither in the order in which they were made nor in reverse.
     while !instances.is_empty() {
         let place = if instances.len() % 2 == 0 {
             0
@@ -86,7 +86,7 @@ fn many(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
         let mut instance = instances.swap_remove(place);
         same(
             &expected,
-            &instance.motion(STEPS, 0)?,
+            &instance.run_excited(STEPS, 0)?,
             "from that of one alone",
         )?;
     }
@@ -115,12 +115,12 @@ fn threads(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
 fn reset(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
     let expected = alone(fmu)?;
     let mut instance = Instance::started(fmu, "reset")?;
-    instance.motion(STEPS, 9)?;
+    instance.run_excited(STEPS, 9)?;
     instance.enter(Mode::Instantiated)?;
     instance.initialize()?;
     same(
         &expected,
-        &instance.motion(STEPS, 0)?,
+        &instance.run_excited(STEPS, 0)?,
         "from that of a new instance",
     )?;
     // From Initialization Mode, and straight after fmi2Instantiate, too.
@@ -131,7 +131,7 @@ fn reset(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
     instance.initialize()?;
     same(
         &expected,
-        &instance.motion(STEPS, 0)?,
+        &instance.run_excited(STEPS, 0)?,
         "after a reset in Initialization Mode",
     )
 }

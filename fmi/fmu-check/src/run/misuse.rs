@@ -1,12 +1,13 @@
-//! Wrong calls: they must be refused, and the instance must go on as if they had not been made. The
-//! standard asks importers not to make them; accepting one is a remark, a crash is a failure.
+//! Probes with wrong calls. They must be refused, and must not change what the instance does
+//! afterwards. The standard forbids importers to make them, so to accept one is a remark; a crash
+//! is a failure.
 
 use std::ffi::c_int;
 
 use anyhow::Result;
 use fmi_description::{Access, Causality, Variability, Variable};
 
-use super::trial::trials;
+use super::probe::probes;
 use crate::outcome::Outcome;
 use fmi_import::Fmu;
 use fmi_import::instance::{Instance, references, step_size};
@@ -15,39 +16,40 @@ use fmi_import::status::WARNING;
 
 const STEPS: usize = 10;
 
-trials! {
+probes! {
     "misuse" {
         opened unknown_references:
             "unknown value references are refused",
             "an importer with the description of another version reads or writes foreign memory";
         opened not_finite:
             "NaN and infinity are refused as inputs and parameters",
-            "one NaN spreads through a coupled system until nobody can tell where it came from";
+            "one NaN spreads through a coupled system until its source cannot be found";
         opened read_only:
             "outputs, constants and, between steps, fixed parameters cannot be set",
-            "a value that is taken without effect, or that changes a result, is found by nobody";
+            "a value that is accepted without effect, or that changes a result, goes unnoticed";
         opened wrong_steps:
             "steps of length 0, below 0 or NaN, and jumps in time, are refused",
-            "a master with a mistake computes wrong results without a word";
+            "a master with a mistake computes wrong results unnoticed";
         opened null:
             "NULL instead of an instance or an array is refused",
             "an instantiation that failed without being noticed takes the importer down";
     }
 }
 
-/// Makes wrong calls on an instance in the middle of a run. Each is named and answered; those that
-/// were accepted are remarks, and so is a run that goes on otherwise than one without them.
-fn refused(
+/// Lets `wrong` make calls on an instance in the middle of a run; it returns their names and
+/// statuses. Accepted calls are remarks, and so is a run that differs afterwards from one without
+/// these calls.
+fn must_refuse(
     fmu: &Fmu,
     outcome: &mut Outcome,
     wrong: impl Fn(&Instance) -> Vec<(String, c_int)>,
 ) -> Result<()> {
     let mut undisturbed = Instance::started(fmu, "undisturbed")?;
-    undisturbed.motion(STEPS, 0)?;
-    let expected = undisturbed.motion(STEPS, STEPS)?;
-    drop(undisturbed); // it may be the only one that can be made
+    undisturbed.run_excited(STEPS, 0)?;
+    let expected = undisturbed.run_excited(STEPS, STEPS)?;
+    drop(undisturbed); // the FMU may allow one instance only
     let mut instance = Instance::started(fmu, "misused")?;
-    instance.motion(STEPS, 0)?;
+    instance.run_excited(STEPS, 0)?;
     let answers = wrong(&instance);
     let made = answers.len();
     let accepted: Vec<_> = answers
@@ -62,18 +64,18 @@ fn refused(
         return Ok(());
     }
     if !accepted.is_empty() {
-        return Ok(()); // what it does now is its own affair
+        return Ok(()); // nothing is promised after an accepted wrong call
     }
     outcome.note(format!("{made} calls"));
-    match instance.motion(STEPS, STEPS) {
+    match instance.run_excited(STEPS, STEPS) {
         Ok(bits) if bits == expected => {}
-        Ok(_) => outcome.remark("after the refusals it goes on with other numbers"),
-        Err(reason) => outcome.remark(format!("after the refusals it does not go on: {reason}")),
+        Ok(_) => outcome.remark("results differ after rejected calls"),
+        Err(reason) => outcome.remark(format!("after rejected calls it does not go on: {reason}")),
     }
     Ok(())
 }
 
-/// Value references that no variable has: one beside the last and one far away.
+/// Value references that no variable has: the one after the last, and the largest.
 fn unknown(fmu: &Fmu) -> [u32; 2] {
     let known = references(&fmu.description.variables, |_| true);
     let last = known.iter().max().copied().unwrap_or(0);
@@ -81,7 +83,7 @@ fn unknown(fmu: &Fmu) -> [u32; 2] {
 }
 
 fn unknown_references(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
-    refused(fmu, outcome, |instance| {
+    must_refuse(fmu, outcome, |instance| {
         let mut answers = Vec::new();
         let is_tried = |access: &Access| access.is_number() || *access == Access::String;
         let accesses = instance.fmu.accesses().into_iter().filter(is_tried);
@@ -89,8 +91,7 @@ fn unknown_references(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
         for vr in unknown(instance.fmu) {
             let mut note = |name: &str, status| answers.push((format!("{name} of {vr}"), status));
             let names = |access| instance.fmu.functions.names_of(access);
-            // Reading all comes first: FMI 3.0 lets nothing be read in Step Mode once something was
-            // set.
+            // All are read before one is set: FMI 3.0 forbids reading in Step Mode after a set.
             for &access in &accesses {
                 note(names(access)[0], instance.values_of(access, &[vr], false).0);
             }
@@ -105,12 +106,12 @@ fn unknown_references(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
 }
 
 fn not_finite(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
-    refused(fmu, outcome, |instance| {
+    must_refuse(fmu, outcome, |instance| {
         let variables = &instance.fmu.description.variables;
         let is_settable =
             |v: &&Variable| v.access() == Access::Real && (v.is_input() || v.is_tunable());
         let mut answers = Vec::new();
-        // All are read before the first is set: FMI 3.0 lets nothing be read in between.
+        // All are read before one is set: FMI 3.0 forbids reading in Step Mode after a set.
         let settable = variables.iter().filter(is_settable);
         let present: Vec<_> = settable
             .map(|v| (v, instance.reals(&[v.reference]).1))
@@ -129,7 +130,7 @@ fn not_finite(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
 }
 
 fn read_only(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
-    refused(fmu, outcome, |instance| {
+    must_refuse(fmu, outcome, |instance| {
         let variables = &instance.fmu.description.variables;
         let is_fixed = |v: &&Variable| {
             let is_read_only = matches!(
@@ -164,8 +165,8 @@ fn wrong_steps(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
         ("from NaN", f64::NAN, h),
     ];
     for (what, shift, h) in jumps {
-        // A step that was accepted has moved the time: each is tried on a fresh instance.
-        refused(fmu, outcome, |instance| {
+        // An accepted step changes the time, so each is tried on a new instance.
+        must_refuse(fmu, outcome, |instance| {
             let status = instance.step_from(instance.time + shift, h);
             vec![(format!("fmi2DoStep {what}"), status)]
         })?;
@@ -175,19 +176,19 @@ fn wrong_steps(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
 }
 
 fn null(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
-    refused(fmu, outcome, |instance| {
-        let nobody = RawInstance::null(&instance.fmu.functions);
-        let begun = nobody.enter_initialization_mode(Experiment::default());
-        let stepped = nobody.do_step(0.0, 0.1, 1, &mut StepEnd::default());
+    must_refuse(fmu, outcome, |instance| {
+        let null = RawInstance::null(&instance.fmu.functions);
+        let begun = null.enter_initialization_mode(Experiment::default());
+        let stepped = null.do_step(0.0, 0.1, 1, &mut StepEnd::default());
         let mut answers = vec![
             ("fmi2EnterInitializationMode(NULL)", begun),
             (
                 "fmi2ExitInitializationMode(NULL)",
-                nobody.exit_initialization_mode(),
+                null.exit_initialization_mode(),
             ),
             ("fmi2DoStep(NULL, …)", stepped),
-            ("fmi2Reset(NULL)", nobody.reset()),
-            ("fmi2Terminate(NULL)", nobody.terminate()),
+            ("fmi2Reset(NULL)", null.reset()),
+            ("fmi2Terminate(NULL)", null.terminate()),
         ];
         let mut variables = instance.fmu.description.variables.iter();
         let real = variables.find(|v| v.access() == Access::Real && v.size() == 1);
@@ -197,12 +198,12 @@ fn null(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
                 Array::Null(1),
             );
             let (given, no_values, mut place) = (Array::Elements(&[0.0]), Array::Null(1), [0.0]);
-            let got = nobody.get_reals(vr, Some(&mut place));
+            let got = null.get_reals(vr, Some(&mut place));
             let of_nothing = instance.get_reals(none, Some(&mut place));
             let raw: &RawInstance = instance;
             answers.extend([
                 ("fmi2GetReal(NULL, …)", got),
-                ("fmi2SetReal(NULL, …)", nobody.set_reals(vr, given)),
+                ("fmi2SetReal(NULL, …)", null.set_reals(vr, given)),
                 ("fmi2GetReal(…, vr = NULL, 1, …)", of_nothing),
                 ("fmi2GetReal(…, value = NULL)", raw.get_reals(vr, None)),
                 ("fmi2SetReal(…, value = NULL)", raw.set_reals(vr, no_values)),

@@ -1,4 +1,4 @@
-//! Loading, and the plain run that every importer makes.
+//! Probes of loading the library, and of the plain run that every importer makes.
 
 use std::ffi::c_int;
 use std::path::Path;
@@ -6,25 +6,26 @@ use std::path::Path;
 use anyhow::{Result, bail, ensure};
 use fmi_description::Access;
 
-use super::trial::trials;
+use super::probe::probes;
 use crate::outcome::Outcome;
 use fmi_import::Fmu;
-use fmi_import::instance::{Instance, Manner, references, start_time, step_size};
+use fmi_import::instance::{Instance, InstanceOptions, references, start_time, step_size};
 use fmi_import::raw::RawInstance;
 use fmi_import::standard::Mode;
 use fmi_import::status::{self, OK, WARNING};
 
-/// Steps of a plain run that does not end before.
+/// Largest number of steps of a plain run.
 const STEPS: usize = 100;
 
-/// Steps of a plain run: up to the stop time of the default experiment at most.
+/// Number of steps of a plain run, which ends at the stop time of the default experiment at the
+/// latest.
 fn steps(fmu: &Fmu) -> usize {
     let stop = fmu.description.default_experiment.stop;
     let fitting = stop.map(|stop| ((stop - start_time(fmu)) / step_size(fmu) + 1e-6).floor());
     fitting.map_or(STEPS, |n| (n as usize).clamp(1, STEPS))
 }
 
-trials! {
+probes! {
     "loading" {
         opened loads.first_step():
             "the library loads",
@@ -40,13 +41,13 @@ trials! {
             "users unpack files to `C:\\Users\\Jürgen Müller`";
         opened guid:
             "an instance is made for the guid or token of the description, and refused for another one",
-            "a library beside the description of another version would mix up its variables";
+            "a library with the description of another version would mix up its variables";
         in_folder reload:
             "the library can be unloaded and loaded again",
             "importers unload between simulations; a crash there takes their user's work with it";
         opened free_nothing:
             "freeing an instance of NULL does nothing",
-            "importers do it after an instantiation that failed; the standard lets them";
+            "the standard allows it, and importers do it after a failed instantiation";
     }
     "simulation" {
         opened grid:
@@ -67,7 +68,7 @@ trials! {
     }
 }
 
-/// It was opened.
+/// The library was loaded when the FMU was opened.
 fn loads(_: &Fmu, _: &mut Outcome) -> Result<()> {
     Ok(())
 }
@@ -92,17 +93,19 @@ fn versions(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
 }
 
 fn plain_run(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
-    Instance::started(fmu, "spaced")?.motion(3, 0).map(drop)
+    Instance::started(fmu, "spaced")?
+        .run_excited(3, 0)
+        .map(drop)
 }
 
 fn guid(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     Instance::new(fmu, "right")?;
     let token = "{00000000-1111-2222-3333-444444444444}";
-    let wrong = Manner {
+    let wrong = InstanceOptions {
         token: Some(token),
-        ..Manner::USUAL
+        ..InstanceOptions::USUAL
     };
-    if Instance::with(fmu, "wrong", wrong).is_ok() {
+    if Instance::with_options(fmu, "wrong", wrong).is_ok() {
         outcome.remark(format!("fmi2Instantiate took {token}"));
     }
     Ok(())
@@ -110,8 +113,8 @@ fn guid(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
 
 fn reload(folder: &Path) -> Result<()> {
     for _ in 0..3 {
-        let fmu = Fmu::unpacked(folder)?;
-        Instance::started(&fmu, "reload")?.motion(1, 0)?;
+        let fmu = Fmu::from_folder(folder)?;
+        Instance::started(&fmu, "reload")?.run_excited(1, 0)?;
     }
     Ok(())
 }
@@ -152,7 +155,7 @@ fn grid(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
     let h = step_size(fmu);
     let mut sum = Instance::started(fmu, "sum")?;
     (0..steps(fmu)).try_for_each(|_| sum.step(h))?;
-    drop(sum); // one at a time: it may be the only one that can be made
+    drop(sum); // the FMU may allow one instance only
     let mut multiple = Instance::started(fmu, "multiple")?;
     let start = multiple.time;
     for k in 0..steps(fmu) {
@@ -213,19 +216,19 @@ fn step_sizes(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
 
 fn terminate(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
     let mut instance = Instance::started(fmu, "terminate")?;
-    let before = instance.motion(3, 0)?;
+    let before = instance.run_excited(3, 0)?;
     instance.enter(Mode::Terminated)?;
     instance.observe()?;
     instance.enter(Mode::Instantiated)?;
     instance.initialize()?;
     ensure!(
-        instance.motion(3, 0)? == before,
+        instance.run_excited(3, 0)? == before,
         "after fmi2Terminate and fmi2Reset it does not do what it did at first"
     );
     Ok(())
 }
 
-/// A status that is none, or one that a co-simulation FMU that is not asynchronous has no use for.
+/// Whether this is no status that a synchronous co-simulation FMU may return.
 pub fn is_odd(status: c_int) -> bool {
     !(0..=3).contains(&status)
 }

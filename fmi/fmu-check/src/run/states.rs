@@ -1,8 +1,8 @@
-//! Saved states.
+//! Probes of saved states: restored, as bytes in another instance, and with damaged bytes.
 
 use anyhow::Result;
 
-use super::trial::trials;
+use super::probe::probes;
 use crate::outcome::Outcome;
 use fmi_import::raw::StateHandle;
 use fmi_import::status::{OK, WARNING};
@@ -10,7 +10,7 @@ use fmi_import::{Fmu, Instance};
 
 const STEPS: usize = 10;
 
-trials! {
+probes! {
     "saved states" {
         opened restore.if_claimed(|c| c.saves_state):
             "a state that is set again leads to the same future, bit for bit, if canGetAndSetFMUstate",
@@ -20,23 +20,23 @@ trials! {
             "long simulations are interrupted and go on in another process";
         opened damaged.if_claimed(|c| c.saves_state && c.serializes_state):
             "damaged bytes are refused, if canSerializeFMUstate",
-            "files get cut off; a state made of half a file is wrong without a word";
+            "files get truncated, and a state made of half a file is wrong unnoticed";
     }
 }
 
 fn restore(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let mut instance = Instance::started(fmu, "restore")?;
     let at_start = instance.save()?;
-    let (t0, first) = (instance.time, instance.motion(STEPS, 0)?);
+    let (t0, first) = (instance.time, instance.run_excited(STEPS, 0)?);
     let in_between = instance.save()?;
-    let (t1, second) = (instance.time, instance.motion(STEPS, STEPS)?);
+    let (t1, second) = (instance.time, instance.run_excited(STEPS, STEPS)?);
     for (state, time, phase, expected) in [
         (at_start, t0, 0, &first),
         (in_between, t1, STEPS, &second),
         (at_start, t0, 0, &first),
     ] {
         instance.go_back(state, time)?;
-        if instance.motion(STEPS, phase)? != *expected {
+        if instance.run_excited(STEPS, phase)? != *expected {
             outcome.fail(format!(
                 "back at t = {time} s, the steps that follow give other numbers than before"
             ));
@@ -49,24 +49,24 @@ fn restore(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
 
 fn serialize(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let mut instance = Instance::started(fmu, "first")?;
-    instance.motion(STEPS, 0)?;
+    instance.run_excited(STEPS, 0)?;
     let (bytes, time) = (instance.bytes()?, instance.time);
-    let expected = instance.motion(STEPS, STEPS)?;
-    drop(instance); // it may be the only one that can be made
+    let expected = instance.run_excited(STEPS, STEPS)?;
+    drop(instance); // the FMU may allow one instance only
     outcome.note(format!("{} bytes", bytes.len()));
     let mut other = Instance::started(fmu, "other")?;
-    let (status, state) = other.state_of(&bytes);
+    let (status, state) = other.state_from_bytes(&bytes);
     other.must("fmi2DeSerializeFMUstate", status)?;
     other.go_back(state, time)?;
-    if other.motion(STEPS, STEPS)? != expected {
-        outcome.fail("another instance goes on with other numbers");
+    if other.run_excited(STEPS, STEPS)? != expected {
+        outcome.fail("results differ in the other instance");
     }
     other.free(state)
 }
 
 fn damaged(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let mut instance = Instance::started(fmu, "damaged")?;
-    instance.motion(STEPS, 0)?;
+    instance.run_excited(STEPS, 0)?;
     let whole = instance.bytes()?;
     let (half, mut flipped) = (whole[..whole.len() / 2].to_vec(), whole.clone());
     if let Some(byte) = flipped.get_mut(whole.len() / 3) {
@@ -76,14 +76,14 @@ fn damaged(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
         ("half of the bytes", half),
         ("bytes with one bit changed", flipped),
     ] {
-        let (status, state) = instance.state_of(&bytes);
+        let (status, state) = instance.state_from_bytes(&bytes);
         if matches!(status, OK | WARNING) {
             outcome.remark(format!("fmi2DeSerializeFMUstate took {what}"));
             instance.free(state)?;
         }
     }
-    // An error may end the simulation, by the standard.
-    if let Err(reason) = instance.motion(STEPS, STEPS) {
+    // By the standard, an error may end the simulation.
+    if let Err(reason) = instance.run_excited(STEPS, STEPS) {
         outcome.remark(format!("after that it does not go on: {reason}"));
     }
     Ok(())

@@ -1,4 +1,5 @@
-//! Trials in processes of their own, with a limit for each and for all of them.
+//! Runs all probes of an FMU in processes of their own, with a time limit for each and for all
+//! together, and adds their outcomes to the report.
 
 use std::fs::{self, File};
 use std::path::Path;
@@ -8,24 +9,23 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use fmi_description::Version;
 
-use super::trial::Trial;
+use super::probe::Probe;
 use super::{
     calls, derivatives, exchange, fmi3_only, instances, misuse, simulation, states, values,
 };
-use crate::checker::Checker;
+use crate::options::CheckOptions;
 use crate::outcome::{Outcome, Promise, Report};
-use fmi_import::process::wait;
-use fmi_import::{Fmu, names};
+use fmi_import::{Fmu, wait_with_limit, with_fmi3_names};
 
-/// After this a trial counts as hanging; after less where the plain run was quick.
+/// After this a probe counts as hanging; after less if the plain run was quick.
 const LONGEST: Duration = Duration::from_secs(120);
-/// However quick the plain run was, a trial may take this long: the machine may be busy.
+/// A probe may take this long however quick the plain run was, since the machine may be busy.
 const SHORTEST: Duration = Duration::from_secs(20);
-/// How many times as long as the plain run a trial may take. The longest makes some fifteen such
+/// A probe may take this many times as long as the plain run. The longest makes some fifteen such
 /// runs.
 const PLAIN_RUNS: u32 = 100;
 
-/// The trial without which nothing can be tried.
+/// The probe that loads the library; if it fails, the others cannot be tried.
 const LOADS: &str = "loads";
 /// The plain run.
 const RUN: &str = "run";
@@ -39,35 +39,35 @@ const SILENCE: Promise = Promise {
     why: "programs whose standard output is read by others break, and services fill their logs",
 };
 
-/// All trials of both versions, in the order of the table.
-fn trials() -> impl Iterator<Item = &'static Trial> {
-    let groups: [&[Trial]; 9] = [
-        simulation::TRIALS,
-        values::TRIALS,
-        instances::TRIALS,
-        states::TRIALS,
-        derivatives::TRIALS,
-        exchange::TRIALS,
-        misuse::TRIALS,
-        fmi3_only::TRIALS,
-        calls::TRIALS,
+/// All probes of both versions, in the order of the report.
+fn probes() -> impl Iterator<Item = &'static Probe> {
+    let groups: [&[Probe]; 9] = [
+        simulation::PROBES,
+        values::PROBES,
+        instances::PROBES,
+        states::PROBES,
+        derivatives::PROBES,
+        exchange::PROBES,
+        misuse::PROBES,
+        fmi3_only::PROBES,
+        calls::PROBES,
     ];
     groups.into_iter().flatten()
 }
 
-/// What a trial came to.
-struct Answer {
+/// The result of a probe's process.
+struct ProbeResult {
     outcome: Outcome,
-    /// The process had to be ended.
+    /// The process had to be killed.
     hangs: bool,
-    /// First line that was printed.
+    /// First line that the process printed.
     printed: Option<String>,
 }
 
-/// Try the promises of its version and interfaces on the FMU whose files lie in these folders: all of them, or
-/// those that are wanted.
+/// Tests the promises that apply to the version and interfaces of an FMU and are wanted. Its files
+/// are in two folders, of which the second has an odd name.
 pub fn all(
-    checker: Checker,
+    options: CheckOptions,
     (version, has_exchange): (Version, bool),
     [plain, odd]: [&Path; 2],
     scratch: &Path,
@@ -75,63 +75,62 @@ pub fn all(
 ) -> Result<()> {
     let begun = Instant::now();
     let mut printed = Outcome::default();
-    let listens = SILENCE.text.contains(checker.only);
+    let checks_silence = SILENCE.text.contains(options.only);
     let mut longest = LONGEST;
-    // What the first steps failed of: the rest fails of it, too.
+    // Why the first steps failed, if they did: the others fail for the same reasons.
     let mut known: Vec<String> = Vec::new();
-    let is_of_it = |t: &&Trial| {
-        t.version.is_none_or(|v| v == version) && (has_exchange || t.area != exchange::AREA)
+    let applies = |p: &&Probe| {
+        p.version.is_none_or(|v| v == version) && (has_exchange || p.area != exchange::AREA)
     };
-    for trial in trials().filter(is_of_it) {
-        let is_wanted = trial.promise.text.contains(checker.only);
-        if !is_wanted && !listens {
+    for probe in probes().filter(applies) {
+        let is_wanted = probe.promise.text.contains(options.only);
+        if !is_wanted && !checks_silence {
             continue;
         }
-        let left = checker.limit.saturating_sub(begun.elapsed());
+        let left = options.limit.saturating_sub(begun.elapsed());
         if left.is_zero() {
             let reason = format!(
-                "all trials together may take {} s (--timeout)",
-                checker.limit.as_secs()
+                "all probes together may take {} s (--timeout)",
+                options.limit.as_secs()
             );
             report.push("simulation", REST, Outcome::not_checked(reason));
             break;
         }
-        let folder = if trial.has_odd_folder { odd } else { plain };
+        let folder = if probe.has_odd_folder { odd } else { plain };
         let limit = left.min(longest);
         let clock = Instant::now();
-        let answer = attempt(checker, trial, folder, scratch, limit)?;
-        let Answer {
+        let ProbeResult {
             mut outcome,
             hangs,
             printed: line,
-        } = answer;
+        } = run_process(options, probe, folder, scratch, limit)?;
         if hangs && limit < longest {
             outcome = Outcome::failed(format!(
-                "no answer when the time for all trials was up, {} s (--timeout)",
-                checker.limit.as_secs()
+                "no answer when the time for all probes was up, {} s (--timeout)",
+                options.limit.as_secs()
             ));
         }
-        if trial.name == RUN {
+        if probe.name == RUN {
             longest = (PLAIN_RUNS * clock.elapsed()).clamp(SHORTEST, LONGEST);
         }
         if let Some(line) = line.filter(|_| outcome.fails.is_empty()) {
-            let what = trial.promise.text;
+            let what = probe.promise.text;
             printed.remark(format!("while trying whether {what}: {line}"));
         }
-        let is_stuck = trial.is_first_step && (hangs || trial.name == LOADS);
+        let is_stuck = probe.is_first_step && (hangs || probe.name == LOADS);
         let ends_here = is_stuck && !outcome.fails.is_empty();
-        if trial.is_first_step {
-            known.extend(outcome.fails.iter().map(|reason| without_names(reason)));
+        if probe.is_first_step {
+            known.extend(outcome.fails.iter().map(|reason| without_numbers(reason)));
         } else if !outcome.fails.is_empty()
             && outcome
                 .fails
                 .iter()
-                .all(|reason| known.contains(&without_names(reason)))
+                .all(|reason| known.contains(&without_numbers(reason)))
         {
             outcome = Outcome::not_checked("it fails as the plain run does");
         }
         if is_wanted {
-            report.push(trial.area, trial.promise, outcome);
+            report.push(probe.area, probe.promise, outcome);
         }
         if ends_here {
             let reason = "it does not get that far";
@@ -139,37 +138,37 @@ pub fn all(
             break;
         }
     }
-    if listens {
+    if checks_silence {
         report.push("log", SILENCE, printed);
     }
     Ok(())
 }
 
-/// A reason without the numbers that differ from process to process.
-fn without_names(reason: &str) -> String {
+/// A reason without its numbers, which differ from process to process.
+fn without_numbers(reason: &str) -> String {
     reason.replace(|c: char| c.is_ascii_digit(), "")
 }
 
-/// One trial in a process of its own.
-fn attempt(
-    checker: Checker,
-    trial: &Trial,
+/// Runs a probe in its own process.
+fn run_process(
+    options: CheckOptions,
+    probe: &Probe,
     folder: &Path,
     scratch: &Path,
     limit: Duration,
-) -> Result<Answer> {
+) -> Result<ProbeResult> {
     let [result, output] = ["result.json", "output.txt"].map(|name| scratch.join(name));
-    let _ = fs::remove_file(&result); // of the trial before; there is none at first
+    let _ = fs::remove_file(&result); // left by the probe before; there is none at first
     let sink = File::create(&output).with_context(|| output.display().to_string())?;
-    let mut command = Command::new(checker.program);
+    let mut command = Command::new(options.program);
     let arguments = [folder, &result];
-    command.args(checker.words);
-    command.args(["--try", trial.name]).args(arguments);
+    command.args(options.words);
+    command.args(["--try", probe.name]).args(arguments);
     command.stdin(Stdio::null());
     command.stdout(sink.try_clone()?).stderr(sink);
     let child = command.spawn();
-    let status = wait(
-        child.with_context(|| checker.program.display().to_string())?,
+    let status = wait_with_limit(
+        child.with_context(|| options.program.display().to_string())?,
         limit,
     )?;
     let printed = first_line(&output);
@@ -185,22 +184,22 @@ fn attempt(
             }
         },
     };
-    Ok(Answer {
+    Ok(ProbeResult {
         outcome,
         hangs: status.is_none(),
         printed,
     })
 }
 
-/// One trial, in this process; its outcome goes into the file `result`.
+/// Runs one probe in this process, and writes its outcome to the file `result`.
 pub fn one(name: &str, folder: &Path, result: &Path) -> Result<()> {
-    let trial = trials().find(|trial| trial.name == name);
-    let trial = trial.with_context(|| format!("there is no trial `{name}`"))?;
-    let mut outcome = trial.outcome(folder);
-    if Fmu::unpacked(folder).is_ok_and(|fmu| fmu.functions.is_3()) {
+    let probe = probes().find(|probe| probe.name == name);
+    let probe = probe.with_context(|| format!("there is no probe `{name}`"))?;
+    let mut outcome = probe.outcome(folder);
+    if Fmu::from_folder(folder).is_ok_and(|fmu| fmu.functions.is_fmi3()) {
         let texts = [&mut outcome.fails, &mut outcome.remarks, &mut outcome.notes];
         let texts = texts.into_iter().flatten();
-        texts.for_each(|text| *text = names::text_in_3(text));
+        texts.for_each(|text| *text = with_fmi3_names(text));
     }
     fs::write(result, serde_json::to_vec(&outcome)?)?;
     Ok(())
@@ -218,8 +217,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_name_is_that_of_one_trial() {
-        let mut names: Vec<_> = trials().map(|trial| trial.name).collect();
+    fn a_name_is_that_of_one_probe() {
+        let mut names: Vec<_> = probes().map(|probe| probe.name).collect();
         let count = names.len();
         names.sort_unstable();
         names.dedup();

@@ -1,15 +1,15 @@
-//! Values that are set and read, and which inputs act on which outputs at once.
+//! Probes of values that are set and read, and of the outputs that an input acts on at once.
 
 use anyhow::Result;
 use fmi_description::{Access, Causality, Initial, Variability, Variable};
 
-use super::trial::trials;
+use super::probe::probes;
 use crate::outcome::Outcome;
 use fmi_import::Fmu;
-use fmi_import::instance::{Instance, about, references, step_size, told};
+use fmi_import::instance::{Instance, last_message, references, start_and_scale, step_size};
 use fmi_import::status::{OK, WARNING};
 
-trials! {
+probes! {
     "values" {
         opened starts:
             "parameters and inputs begin at the start values of the description",
@@ -23,7 +23,7 @@ trials! {
     }
 }
 
-/// Whether a variable begins at its start value, by the standard.
+/// Whether the standard lets a variable begin at its start value.
 fn is_given(v: &Variable) -> bool {
     let is_set = matches!(v.causality, Causality::Parameter | Causality::Input);
     is_set || v.initial == Some(Initial::Exact) || v.variability == Variability::Constant
@@ -54,7 +54,7 @@ fn starts(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     Ok(())
 }
 
-/// Whether two texts are the same value.
+/// Whether two texts are the same value of a type.
 fn is_same(access: Access, a: &str, b: &str) -> bool {
     let (a, b) = (a.trim(), b.trim());
     match access {
@@ -67,17 +67,16 @@ fn is_same(access: Access, a: &str, b: &str) -> bool {
     }
 }
 
-/// Values near the start values, inside the bounds.
-fn beside(v: &Variable) -> Option<Vec<f64>> {
-    (0..v.size()).map(|k| beside_element(v, k)).collect()
-}
-
-fn beside_element(v: &Variable, element: usize) -> Option<f64> {
-    let (start, scale) = about(v, element);
+/// Values of a Real near its start values, within its bounds.
+fn near_start(v: &Variable) -> Option<Vec<f64>> {
     let [min, max] = v.bounds();
-    [start + 0.01 * scale, start - 0.01 * scale]
-        .into_iter()
-        .find(|value| (min..=max).contains(value))
+    let near = |element| {
+        let (start, scale) = start_and_scale(v, element);
+        let candidates = [start + 0.01 * scale, start - 0.01 * scale];
+        let mut fitting = candidates.into_iter().filter(|x| (min..=max).contains(x));
+        fitting.next()
+    };
+    (0..v.size()).map(near).collect()
 }
 
 fn is_real_input(v: &&Variable) -> bool {
@@ -85,47 +84,25 @@ fn is_real_input(v: &&Variable) -> bool {
 }
 
 fn read_back(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
-    let instance = Instance::exchanging(fmu, "back")?;
-    for v in fmu.description.variables.iter().filter(is_real_input) {
-        let Some(value) = beside(v) else {
-            continue;
-        };
-        let status = instance.set_reals(&[v.reference], &value);
-        if status > WARNING {
-            let reason = told(&instance.messages());
-            outcome.remark(format!("`{}` = {value:?} was refused{reason}", v.name));
-            continue;
-        }
-        let back = instance.read(v)?;
-        let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
-        if bits(&back) != bits(&value) {
-            outcome.remark(format!(
-                "`{}`: {value:?} was set, {back:?} came back",
-                v.name
-            ));
-        }
-    }
-    let others = |v: &&Variable| v.is_input() && !is_real_input(v) && v.access() != Access::Clock;
-    for v in fmu.description.variables.iter().filter(others) {
-        let (status, values) = instance.values(v);
-        instance.must(&format!("reading `{}`", v.name), status)?;
-        let Some(values) = values
-            .iter()
-            .map(|value| other(v, value))
-            .collect::<Option<Vec<_>>>()
-        else {
+    let instance = Instance::readable_after_set(fmu, "back")?;
+    let is_input = |v: &&Variable| v.is_input() && v.access() != Access::Clock;
+    for v in fmu.description.variables.iter().filter(is_input) {
+        let Some(values) = changed_values(&instance, v)? else {
             continue;
         };
         let status = instance.set_values(v, &values);
         if status > WARNING {
-            let reason = told(&instance.messages());
-            outcome.remark(format!("`{}` = {values:?} was refused{reason}", v.name));
+            let reason = last_message(&instance.messages());
+            let values = values.join(" ");
+            outcome.remark(format!("`{}` = {values} was refused{reason}", v.name));
             continue;
         }
-        let (_, back) = instance.values(v);
+        let (status, back) = instance.values(v);
+        instance.must(&format!("reading `{}`", v.name), status)?;
         if back != values {
+            let (values, back) = (values.join(" "), back.join(" "));
             outcome.remark(format!(
-                "`{}`: {values:?} was set, {back:?} came back",
+                "`{}`: {values} was set, {back} was read back",
                 v.name
             ));
         }
@@ -133,26 +110,30 @@ fn read_back(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     Ok(())
 }
 
-/// Another value of an element than it has; None where there is none within its bounds.
-fn other(v: &Variable, value: &str) -> Option<String> {
-    match v.access() {
+/// Values that an input does not have now; None if there are none within its bounds.
+fn changed_values(instance: &Instance, v: &Variable) -> Result<Option<Vec<String>>> {
+    if v.access() == Access::Real {
+        let values = near_start(v);
+        return Ok(values.map(|values| values.iter().map(f64::to_string).collect()));
+    }
+    let (status, values) = instance.values(v);
+    instance.must(&format!("reading `{}`", v.name), status)?;
+    let changed = |value: &String| match v.access() {
         Access::Boolean => Some((value != "true").to_string()),
         Access::String => Some(format!("{value}x")),
         Access::Binary => Some(format!("{value}0a")),
         Access::Float32 => None, // as Float64
         _ => {
             let ([min, max], value) = (v.bounds(), value.parse::<i128>().ok()?);
-            let fits = |value: &i128| (min..=max).contains(&(*value as f64));
-            [value ^ 1, value + 1]
-                .into_iter()
-                .find(fits)
-                .map(|v| v.to_string())
+            let candidates = [value ^ 1, value + 1].into_iter();
+            let mut fitting = candidates.filter(|k| (min..=max).contains(&(*k as f64)));
+            fitting.next().map(|k| k.to_string())
         }
-    }
+    };
+    Ok(values.iter().map(changed).collect())
 }
 
-/// What acts at once is seen by reading outputs after an input was set, which not every FMU has to
-/// bear.
+/// Why outputs cannot be read after an input was set, as FMI 3.0 forbids it without Event Mode.
 pub fn without_reading_after_set(fmu: &Fmu) -> Option<&'static str> {
     let reason = "FMI 3.0 lets nothing be read between a set and the next step but in Event Mode, which the FMU does not have";
     (!fmu.functions.reads_after_set()).then_some(reason)
@@ -174,7 +155,7 @@ fn dependencies(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let inputs = description.variables.iter().enumerate();
     for (index, input) in inputs.filter(|(_, v)| is_real_input(v)) {
         let old = instance.read(input)?;
-        let Some(value) = beside(input) else {
+        let Some(value) = near_start(input) else {
             continue;
         };
         if !matches!(instance.set_reals(&[input.reference], &value), OK | WARNING) {

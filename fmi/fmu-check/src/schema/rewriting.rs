@@ -1,18 +1,18 @@
-//! A schema rewritten in constructs that the validator knows, which mean the same.
+//! Rewrites a schema with equivalent constructs that the validator handles.
 //!
-//! uppsala 0.12 forgets how often a group may occur, and a group that extends a type; how often the
-//! sequence of an extension may occur; and the content of the base type where an extension adds
-//! attributes only. FMI 3.0 uses all four.
+//! uppsala 0.12 ignores how often a group may occur, a group that extends a type, how often the
+//! sequence of an extension may occur, and the content of the base type if an extension adds only
+//! attributes. FMI 3.0 uses all four.
 
 use std::borrow::Cow;
 
 use uppsala::{Document, NodeId, QName};
 
 const XS: &str = "http://www.w3.org/2001/XMLSchema";
-/// How often a group or sequence may occur.
+/// The attributes that say how often a group or sequence may occur.
 const OCCURRENCE: [&str; 2] = ["minOccurs", "maxOccurs"];
 
-/// Replace what the validator gets wrong.
+/// Replaces what the validator handles wrongly.
 pub fn rewrite(schema: &mut Document) {
     write_groups_out(schema);
     for extension in schema.get_elements_by_tag_name("extension") {
@@ -20,8 +20,8 @@ pub fn rewrite(schema: &mut Document) {
     }
 }
 
-/// Put in place of each reference to a group what the group holds, to occur as often as the
-/// reference says.
+/// Replaces each reference to a group by the content of the group, with the occurrence of the
+/// reference.
 fn write_groups_out(schema: &mut Document) {
     for reference in schema.get_elements_by_tag_name("group") {
         let Some(name) = schema.get_attribute(reference, "ref").map(str::to_string) else {
@@ -48,8 +48,8 @@ fn write_groups_out(schema: &mut Document) {
     }
 }
 
-/// Put what an extension adds into a sequence that occurs once, an empty one where it adds
-/// attributes only.
+/// Puts what an extension adds into a sequence that occurs once; an empty one if it adds only
+/// attributes.
 fn wrap_content(schema: &mut Document, extension: NodeId) {
     let is_simple = |parent| {
         schema

@@ -1,4 +1,4 @@
-//! Arrays of FMI 3.0 (section 2.4.7.1): dimensions, and as many start values as there are elements.
+//! Checks arrays of FMI 3.0 (section 2.4.7.1): their dimensions, and their numbers of start values.
 
 use fmi_description::xml::Element;
 
@@ -10,7 +10,6 @@ const ARRAYS: Promise = Promise {
     why: "importers reserve memory for as many elements, and set as many start values",
 };
 
-/// Dimensions and numbers of start values.
 pub fn check(variables: &[Variable]) -> (Promise, Outcome) {
     let mut outcome = Outcome::default();
     for v in variables {
@@ -48,7 +47,7 @@ pub fn check(variables: &[Variable]) -> (Promise, Outcome) {
     (ARRAYS, outcome)
 }
 
-/// How many start values it has. Texts and bytes have an element for each.
+/// Number of start values. Texts and bytes have an element for each.
 fn starts(v: &Variable) -> u64 {
     let count = match v.typed.tag.as_str() {
         "String" | "Binary" => v.typed.all("Start").count(),
@@ -67,17 +66,17 @@ fn size(dimension: &Element, variables: &[Variable]) -> Result<u64, String> {
         (Some(size), None) => size,
         (None, Some(reference)) => {
             let mut found = variables.iter().filter(|v| v.reference == reference.trim());
-            let of = found.next();
-            let of =
-                of.ok_or_else(|| format!("its size is that of {reference}, which is not there"))?;
-            let is_fixed = of.causality == "structuralParameter" || of.variability == "constant";
-            if of.typed.tag.as_str() != "UInt64" || !is_fixed {
+            let v = found.next();
+            let v =
+                v.ok_or_else(|| format!("its size is that of {reference}, which is not there"))?;
+            let is_fixed = v.causality == "structuralParameter" || v.variability == "constant";
+            if v.typed.tag.as_str() != "UInt64" || !is_fixed {
                 return Err(format!(
                     "its size is `{}`, which must be UInt64, and a structural parameter or constant",
-                    of.name
+                    v.name
                 ));
             }
-            of.typed.get("start").unwrap_or("")
+            v.typed.get("start").unwrap_or("")
         }
         _ => return Err("a dimension must have either start or valueReference".into()),
     };

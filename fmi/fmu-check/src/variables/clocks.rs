@@ -1,4 +1,4 @@
-//! Clocks of FMI 3.0 (sections 2.2.8 and 2.4.7.4), and the variables that belong to them.
+//! Checks clocks of FMI 3.0 (sections 2.2.8 and 2.4.7.4), and the variables that belong to them.
 
 use fmi_description::xml::Element;
 
@@ -10,7 +10,6 @@ const CLOCKS: Promise = Promise {
     why: "importers tick clocks by it, and read clocked variables only when their clock ticks",
 };
 
-/// Clocks and clocked variables.
 pub fn check(root: &Element, variables: &[Variable]) -> (Promise, Outcome) {
     let mut outcome = Outcome::default();
     let is_scheduled = root.child("ScheduledExecution").is_some();

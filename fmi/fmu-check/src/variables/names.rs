@@ -1,4 +1,4 @@
-//! Names and value references.
+//! Checks names and value references of variables.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,14 +13,14 @@ const NAMES: Promise = Promise {
 };
 const SHARED: Promise = Promise {
     text: "one value reference is one quantity: of two variables that share it, at most one can be set",
-    why: "setting the one silently changes the other",
+    why: "setting one silently changes the other",
 };
 const UNIQUE: Promise = Promise {
     text: "each value reference is that of one variable",
     why: "importers tell variables apart by it; a second name of a variable is an alias of it",
 };
 
-/// Names, also those of aliases.
+/// Checks names, those of aliases too.
 pub fn check(root: &Element, variables: &[Variable]) -> (Promise, Outcome) {
     let is_structured = root.get("variableNamingConvention") == Some("structured");
     let mut outcome = Outcome::default();
@@ -44,8 +44,8 @@ pub fn check(root: &Element, variables: &[Variable]) -> (Promise, Outcome) {
     (NAMES, outcome)
 }
 
-/// The grammar of FMI 2.0, section 2.2.9, as far as brackets, dots and `der(…)` go; quoted parts
-/// may hold anything.
+/// The grammar of FMI 2.0, section 2.2.9: brackets, dots and `der(…)`. Quoted parts are not
+/// checked.
 fn is_structured_name(name: &str) -> bool {
     let inner = name.strip_prefix("der(").and_then(|n| n.strip_suffix(')'));
     if let Some(inner) = inner {
@@ -84,7 +84,7 @@ fn is_structured_name(name: &str) -> bool {
     }
 }
 
-/// Value references of FMI 2.0, where variables may share one.
+/// Checks value references of FMI 2.0, which variables may share.
 pub fn references_2(variables: &[Variable]) -> (Promise, Outcome) {
     let mut outcome = Outcome::default();
     let mut settable = BTreeMap::new();
@@ -105,7 +105,7 @@ pub fn references_2(variables: &[Variable]) -> (Promise, Outcome) {
     (SHARED, outcome)
 }
 
-/// Value references of FMI 3.0, where variables may not.
+/// Checks value references of FMI 3.0, which variables may not share.
 pub fn references_3(variables: &[Variable]) -> (Promise, Outcome) {
     let mut outcome = Outcome::default();
     let mut seen = BTreeMap::new();

@@ -1,4 +1,5 @@
-//! Causality, variability and initial, and where a start value must be.
+//! Checks that causality, variability and initial fit together, and that start values are given
+//! where they must be.
 
 use fmi_description::Version;
 
@@ -10,7 +11,6 @@ const ROLES: Promise = Promise {
     why: "importers decide by them what may be set when, and what is computed",
 };
 
-/// Roles of all variables.
 pub fn check(variables: &[Variable], version: Version) -> (Promise, Outcome) {
     let mut outcome = Outcome::default();
     independent(variables, version, &mut outcome);
@@ -67,7 +67,7 @@ pub fn check(variables: &[Variable], version: Version) -> (Promise, Outcome) {
     (ROLES, outcome)
 }
 
-/// At most one independent variable; in FMI 3.0 there must be one, a floating-point number.
+/// At most one variable is independent; FMI 3.0 demands one, which is a floating-point number.
 fn independent(variables: &[Variable], version: Version, outcome: &mut Outcome) {
     let mut found = variables.iter().filter(|v| v.causality == "independent");
     match (found.next(), found.next(), version) {

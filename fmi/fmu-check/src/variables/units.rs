@@ -1,4 +1,4 @@
-//! Units and display units.
+//! Checks units and display units of floating-point variables.
 
 use std::collections::BTreeSet;
 
@@ -12,14 +12,9 @@ const UNITS: Promise = Promise {
     why: "importers convert by them, or refuse a connection of unlike units",
 };
 
-/// Units of floating-point variables.
 pub fn check(root: &Element, variables: &[Variable]) -> (Promise, Outcome) {
     let mut outcome = Outcome::default();
-    let list = root.child("UnitDefinitions");
-    let units: Vec<_> = list
-        .into_iter()
-        .flat_map(|l| l.all("Unit").collect::<Vec<_>>())
-        .collect();
+    let units: Vec<_> = root.listed("UnitDefinitions", "Unit").collect();
     let mut without_base = BTreeSet::new();
     for v in variables.iter().filter(|v| v.is_float()) {
         let (unit, display) = (v.inherited("unit"), v.inherited("displayUnit"));

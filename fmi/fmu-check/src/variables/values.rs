@@ -1,4 +1,4 @@
-//! Start values, bounds, nominal values, declared types.
+//! Checks start values, bounds, nominal values and declared types.
 
 use fmi_description::Version;
 
@@ -15,7 +15,7 @@ const TYPES: Promise = Promise {
 };
 
 impl Variable<'_> {
-    /// Start values that are numbers: in FMI 3.0 of an array as many as it says.
+    /// Start values that are numbers; an array of FMI 3.0 may have several.
     fn starts(&self, version: Version) -> Vec<f64> {
         let text = self.typed.get("start").unwrap_or("");
         let words: Vec<_> = match version {
@@ -29,7 +29,7 @@ impl Variable<'_> {
     }
 }
 
-/// Numbers against their bounds and items.
+/// Compares numbers with their bounds and items.
 pub fn numbers(variables: &[Variable], version: Version) -> (Promise, Outcome) {
     let mut outcome = Outcome::default();
     for v in variables {
@@ -70,7 +70,7 @@ pub fn numbers(variables: &[Variable], version: Version) -> (Promise, Outcome) {
     (NUMBERS, outcome)
 }
 
-/// Variables against the types that they name.
+/// Compares variables with the types that they name.
 pub fn types(variables: &[Variable]) -> (Promise, Outcome) {
     let mut outcome = Outcome::default();
     for v in variables {

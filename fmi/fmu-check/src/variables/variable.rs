@@ -1,57 +1,48 @@
-//! A variable of a model description, with what the standard fills in where nothing is said.
+//! A variable of a model description as its texts, which may be invalid, with the defaults of the
+//! standard. `fmi_description` has typed variables, but refuses what this check must report.
 
 use fmi_description::Version;
 use fmi_description::xml::Element;
 
-/// Tags of the types of a variable of FMI 2.0.
+/// Tags of the elements with the type of a variable of FMI 2.0.
 const KINDS: [&str; 5] = ["Real", "Integer", "Boolean", "String", "Enumeration"];
 
-/// A variable with what the standard fills in.
 pub struct Variable<'a> {
-    /// Name.
     pub name: &'a str,
     /// Value reference, as it is written.
     pub reference: &'a str,
     /// The element that says its type, which in FMI 3.0 is the variable itself.
     pub typed: &'a Element,
-    /// `causality`.
     pub causality: &'a str,
-    /// `variability`.
     pub variability: &'a str,
-    /// `initial`, or what stands for it if it is left out; empty where there is none.
+    /// `initial` or its default; empty if there is none.
     pub initial: &'a str,
-    /// The whole of it.
+    /// The element of the variable.
     pub element: &'a Element,
-    /// Its declared type.
     pub declared: Option<DeclaredType<'a>>,
 }
 
-/// A declared type.
 pub struct DeclaredType<'a> {
-    /// Tag of the variables that may be of it.
+    /// Tag of the variables that may have this type.
     pub kind: &'a str,
     /// The element with its attributes and items.
     pub attributes: &'a Element,
 }
 
 impl<'a> Variable<'a> {
-    /// The variables of a model description.
     pub fn all(root: &'a Element, version: Version) -> Vec<Self> {
-        let list = root.child("ModelVariables");
-        let elements = list.into_iter().flat_map(|list| &list.children);
         let read = |element| match version {
-            Version::Fmi2 => Self::of_2(root, element),
-            Version::Fmi3 => Some(Self::of_3(root, element)),
+            Version::Fmi2 => Self::from_fmi2(root, element),
+            Version::Fmi3 => Some(Self::from_fmi3(root, element)),
         };
-        elements.filter_map(read).collect()
+        root.all_in("ModelVariables").filter_map(read).collect()
     }
 
-    fn of_2(root: &'a Element, element: &'a Element) -> Option<Self> {
+    fn from_fmi2(root: &'a Element, element: &'a Element) -> Option<Self> {
         let kind = |e: &'a Element| e.children.iter().find(|c| KINDS.contains(&c.tag.as_str()));
         let typed = kind(element)?;
         let declared = typed.get("declaredType").and_then(|name| {
-            let types = root.child("TypeDefinitions")?;
-            let mut types = types.all("SimpleType");
+            let mut types = root.listed("TypeDefinitions", "SimpleType");
             let attributes = kind(types.find(|t| t.get("name") == Some(name))?)?;
             let kind = attributes.tag.as_str();
             Some(DeclaredType { kind, attributes })
@@ -59,9 +50,9 @@ impl<'a> Variable<'a> {
         Some(Self::new(element, typed, declared, Version::Fmi2))
     }
 
-    fn of_3(root: &'a Element, element: &'a Element) -> Self {
+    fn from_fmi3(root: &'a Element, element: &'a Element) -> Self {
         let declared = element.get("declaredType").and_then(|name| {
-            let mut types = root.child("TypeDefinitions")?.children.iter();
+            let mut types = root.all_in("TypeDefinitions");
             let attributes = types.find(|t| t.get("name") == Some(name))?;
             let kind = attributes.tag.as_str().strip_suffix("Type")?;
             Some(DeclaredType { kind, attributes })
@@ -76,9 +67,8 @@ impl<'a> Variable<'a> {
         version: Version,
     ) -> Self {
         let causality = element.get("causality").unwrap_or("local");
-        // Continuous is the default of the schema of FMI 2.0, also where it makes no sense;
-        // importers read it as discrete for the other types, and in both versions as fixed for
-        // parameters.
+        // The default in the schema of FMI 2.0 is continuous, also where it makes no sense.
+        // Importers take other types as discrete, and parameters of both versions as fixed.
         let default = if causality.to_lowercase().ends_with("parameter") {
             "fixed"
         } else if is_float(typed) {
@@ -117,18 +107,17 @@ impl<'a> Variable<'a> {
         self.element.get("clocks").is_some()
     }
 
-    /// What its own type element says, else its declared type.
+    /// An attribute of its type element, else of its declared type.
     pub fn inherited(&self, attribute: &str) -> Option<&'a str> {
         let of_type = || self.declared.as_ref()?.attributes.get(attribute);
         self.typed.get(attribute).or_else(of_type)
     }
 
-    /// The same as a number.
+    /// The attribute as a number.
     pub fn number(&self, attribute: &str) -> Option<f64> {
         self.inherited(attribute)?.trim().parse().ok()
     }
 
-    /// A floating-point number.
     pub fn is_float(&self) -> bool {
         is_float(self.typed)
     }
@@ -143,7 +132,7 @@ fn is_float(typed: &Element) -> bool {
     matches!(typed.tag.as_str(), "Real" | "Float32" | "Float64")
 }
 
-/// What stands for `initial` where it is left out; empty where there is none.
+/// The default of `initial`; empty if there is none.
 fn default_initial(version: Version, causality: &str, variability: &str) -> &'static str {
     match (causality, variability) {
         ("parameter" | "structuralParameter", _) | ("output" | "local", "constant") => "exact",

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use fmi_description::entries::{self, Entries};
-use fmu_check::{self, Checker, Report, Verdict};
+use fmu_check::{self, CheckOptions, Report, Verdict};
 use tempfile::TempDir;
 
 /// The rows of the check whose promises hold the text `only`, for an FMU of these files.
@@ -12,7 +12,7 @@ pub fn checked(entries: &Entries, only: &str) -> Report {
     checked_within(entries, only, Duration::from_secs(300))
 }
 
-/// The same, with this limit for all trials.
+/// The same, with this limit for all probes.
 pub fn checked_within(entries: &Entries, only: &str, limit: Duration) -> Report {
     let folder = TempDir::new().unwrap();
     let fmu = folder.path().join("lag.fmu");
@@ -20,7 +20,7 @@ pub fn checked_within(entries: &Entries, only: &str, limit: Duration) -> Report 
     let program = Path::new(env!("CARGO_BIN_EXE_fmu-check"));
     fmu_check::check(
         &fmu,
-        Checker {
+        CheckOptions {
             program,
             words: &[],
             only,

@@ -203,21 +203,21 @@ fn a_check_goes_on_where_it_can() {
 }
 
 #[test]
-fn all_trials_together_have_a_limit() {
+fn all_probes_together_have_a_limit() {
     let folder = TempDir::new().unwrap();
     let entries = entries(DESCRIPTION, &library(folder.path(), "HANG"));
     let clock = std::time::Instant::now();
     let report = checked_within(&entries, "", Duration::from_secs(2)).to_string();
     assert!(clock.elapsed() < Duration::from_secs(20), "{report}");
     assert!(
-        report.contains("! no answer when the time for all trials was up, 2 s"),
+        report.contains("! no answer when the time for all probes was up, 2 s"),
         "{report}"
     );
     assert!(report.contains("it does not get that far"), "{report}");
     // Where nothing hangs, the limit itself ends it.
     let sound = sound_entries(folder.path());
     let report = checked_within(&sound, "", Duration::ZERO).to_string();
-    let expected = "all trials together may take 0 s (--timeout)";
+    let expected = "all probes together may take 0 s (--timeout)";
     assert!(report.contains(expected), "{report}");
 }
 

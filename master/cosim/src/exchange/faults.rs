@@ -12,7 +12,7 @@ use crate::io::numbers;
 use crate::schedule::{Stepping, steps_in};
 use crate::structure::system::System;
 use crate::wiring::{Port, Wiring};
-use fmi_import::value::is_wide;
+use fmi_import::value::is_non_numeric;
 
 /// What is done to a value; numbers are in the unit of the variable.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
@@ -119,7 +119,7 @@ impl Faults {
             let mut wires = links.filter(|link| link.from == port || link.to == port);
             let is_input = !is_source(system, port);
             let what = match (wires.next(), wires.next()) {
-                (Some(wire), _) if is_wide(wiring.access(wire.from)) => {
+                (Some(wire), _) if is_non_numeric(wiring.access(wire.from)) => {
                     bail!(
                         "the values of `{}` are of 64 bits and do not pass as numbers; they cannot be altered",
                         wiring.name(wire.from)

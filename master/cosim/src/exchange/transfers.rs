@@ -44,7 +44,7 @@ impl Read {
         exact: &mut [Value],
         at: At,
     ) -> Result<()> {
-        match self.batch.is_wide {
+        match self.batch.is_non_numeric {
             false => self.run(instances, values, at),
             true => {
                 instances[self.instance].get_whole(&self.batch, &mut exact[self.slots.clone()], at)

@@ -34,7 +34,7 @@ pub fn make(
     let make = move |copies: &mut Copies| {
         let key = Arc::as_ptr(&own).addr();
         if let Entry::Vacant(free) = copies.entry(key) {
-            let copy = own.loaded.copied();
+            let copy = own.loaded.load_copy();
             let what = || format!("a copy of the library of FMU `{}`", own.file);
             free.insert((own.clone(), copy.with_context(what)?));
         }
@@ -132,20 +132,20 @@ impl FmiInstance for Remote {
             .any(move |instance, _| instance.log_only(&categories))
     }
 
-    fn get_whole(&self, batch: &Batch, values: &mut [Value]) -> Result<()> {
+    fn get_values(&self, batch: &Batch, values: &mut [Value]) -> Result<()> {
         let (batch, mut own) = (batch.clone(), values.to_vec());
         let read = self.0.any(move |instance, _| {
-            instance.get_whole(&batch, &mut own)?;
+            instance.get_values(&batch, &mut own)?;
             Ok(own)
         });
         values.clone_from_slice(&read?);
         Ok(())
     }
 
-    fn set_whole(&self, batch: &Batch, values: &[Value]) -> Result<()> {
+    fn set_values(&self, batch: &Batch, values: &[Value]) -> Result<()> {
         let (batch, own) = (batch.clone(), values.to_vec());
         self.0
-            .any(move |instance, _| instance.set_whole(&batch, &own))
+            .any(move |instance, _| instance.set_values(&batch, &own))
     }
 
     /// What is rare brings along what the FMU has said.

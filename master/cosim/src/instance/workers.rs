@@ -14,9 +14,9 @@ use std::thread::{Builder, JoinHandle};
 
 use anyhow::{Context, Result, anyhow};
 
+use fmi_import::Functions;
 use fmi_import::batch::Batch;
 use fmi_import::fmi_instance::{Call, FmiInstance};
-use fmi_import::functions::Functions;
 use fmi_import::messages::{self, Message};
 
 use crate::fmu::Fmu;

@@ -15,7 +15,7 @@ use crate::run::signals::Signals;
 use crate::schedule::steps_in;
 use crate::structure::system::System;
 use crate::wiring::Port;
-use fmi_import::value::is_wide;
+use fmi_import::value::is_non_numeric;
 
 /// A CSV file that is written under a temporary name and gets its own when it is complete. If it is
 /// dropped before that, nothing is left.
@@ -140,7 +140,7 @@ impl Log {
         }
         let is_text = |port: &Port| {
             let v = system.variable(*port);
-            is_wide(v.access()) && !matches!(v.kind, Kind::Enumeration(_))
+            is_non_numeric(v.access()) && !matches!(v.kind, Kind::Enumeration(_))
         };
         let columns = ports.iter().copied().enumerate();
         let (non_numeric, numbers): (Vec<_>, Vec<_>) = columns.partition(|(_, port)| is_text(port));

@@ -12,7 +12,7 @@ const LARGEST_EXACT: f64 = 9_007_199_254_740_992.0;
 /// Parse the value of a variable: a number, `true` or `false`, the name or the number of an
 /// enumeration item. Integers and Booleans may be written `3.0`, as the CSV logs have them.
 pub fn number(v: &Variable, text: &str) -> Result<f64> {
-    let number = match Value::of_variable(v, text) {
+    let number = match Value::parse_for(v, text) {
         Ok(Value::Whole(number)) => Some(number as f64),
         _ => text.parse().ok(),
     };
@@ -47,6 +47,6 @@ pub fn allowed(v: &Variable) -> String {
         (Kind::Integer, Some(bounds)) => format!("a whole number {bounds}"),
         (Kind::Real, None) => "a finite number".into(),
         (Kind::Boolean, _) => "true (1) or false (0)".into(),
-        _ => Value::of_variable(v, "").err().unwrap_or("a number".into()),
+        _ => Value::parse_for(v, "").err().unwrap_or("a number".into()),
     }
 }

@@ -131,7 +131,7 @@ fn chosen(
             };
             let (name, mut taken) = (system.name(port), false);
             for (pattern, matched) in patterns.iter().zip(&mut matched) {
-                if matches_pattern(pattern, &name) && (is_output || !is_wide(pattern)) {
+                if matches_pattern(pattern, &name) && (is_output || !is_non_numeric(pattern)) {
                     (*matched, taken) = (true, true);
                 }
             }
@@ -147,7 +147,7 @@ fn chosen(
 }
 
 /// True for a pattern that says nothing of the variable's name.
-fn is_wide(pattern: &str) -> bool {
+fn is_non_numeric(pattern: &str) -> bool {
     pattern == "*" || pattern.ends_with(".*")
 }
 

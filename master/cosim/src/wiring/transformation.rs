@@ -110,7 +110,7 @@ const UNIT_ADVICE: &str = "they are converted where both are defined with the sa
 /// The unit of a variable with its definition.
 pub(crate) fn unit_of(description: &Description, variable: &Variable) -> Option<Unit> {
     let name = variable.unit.as_ref()?;
-    Some(Unit::among(&description.units, name))
+    Some(Unit::find_or_named(&description.units, name))
 }
 
 /// Conversion from the unit `a` to the unit `b`; None if their definitions do not allow it.

@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use cargo_fmu::library::files_of;
+use cargo_fmu::library::exported_files;
 use cosim::master::{Schedule, Stepping};
 use cosim::structure::package::FmuPlace;
 use cosim::structure::system::{Setting, System};
@@ -180,19 +180,10 @@ pub fn packed(files: &[(String, Vec<u8>)]) -> Vec<u8> {
 
 pub fn files(example: &str, version: Version) -> Vec<(String, Vec<u8>)> {
     let library = library(example);
-    if version == Version::Fmi2 {
-        let (_, files) = cargo_fmu::pack::contents(&library).unwrap();
-        return files.into_iter().collect();
-    }
-    let mut files = files_of(&library, version).unwrap();
-    let system = match std::env::consts::OS {
-        "macos" => "darwin",
-        other => other,
-    };
-    let platform = format!("{}-{system}", std::env::consts::ARCH);
+    let mut files = exported_files(&library, version).unwrap();
     let model = example[..1].to_uppercase() + &example[1..];
-    let suffix = std::env::consts::DLL_SUFFIX;
-    let file = format!("binaries/{platform}/{model}{suffix}");
+    let platform = fmi_description::platform::host().unwrap();
+    let file = platform.library(version, &model).unwrap();
     files.insert(file, fs::read(library).unwrap());
     files.into_iter().collect()
 }

@@ -61,7 +61,7 @@ impl Listing {
                 } = target.platform;
                 let library = library(&entries, folder_3, &fmu)?;
                 self.binary(folder, &file_name(&fmu), library)?;
-                let needs = Needs::of(library)?;
+                let needs = Needs::read(library)?;
                 ensure!(
                     needs.mathematics().is_empty(),
                     "the library for {folder} in {} takes {} from the platform, so its numbers would differ between platforms; models \
@@ -102,7 +102,7 @@ impl Listing {
     }
 
     fn binary(&mut self, platform: &str, name: &str, bytes: &[u8]) -> Result<()> {
-        let needs = Needs::of(bytes)?;
+        let needs = Needs::read(bytes)?;
         let glibc = needs.glibc().map(|version| format!("GLIBC_{version}, "));
         let libraries: Vec<_> = needs.libraries.iter().map(String::as_str).collect();
         let text = format!(

@@ -1,10 +1,10 @@
-//! Units that people write without defining them, in the head of a table for example.
+//! Finds a unit by any of its usual names, such as those in the head of a table.
 
 use crate::known::KNOWN_UNITS;
 use crate::unit::Unit;
 
-/// Units that no FMU of `fmu-export` has; `bar` is here because the inverse of its factor as a
-/// display unit is not exactly 1e5.
+/// Units that FMUs of `fmu-export` do not have. `bar` is here too, since the inverse of its factor
+/// as a display unit is not exactly 1e5.
 const FURTHER: [Unit; 2] = [
     Unit::new("km/h").m(1).s(-1).factor(1.0 / 3.6),
     Unit::new("bar").kg(1).m(-1).s(-2).factor(1e5),
@@ -21,8 +21,8 @@ const SPELLINGS: [(&str, &str); 7] = [
     ("Celsius", "degC"),
 ];
 
-/// The unit of this name: one of [`KNOWN_UNITS`], a unit in which values in one of them are shown,
-/// or another common unit or spelling. It has no display units.
+/// The unit of this name: one of [`KNOWN_UNITS`], a display unit of one, or another common unit or
+/// spelling. It has no display units itself.
 pub fn named(name: &str) -> Option<Unit> {
     let spelling = SPELLINGS.iter().find(|(other, _)| *other == name);
     let name = spelling.map_or(name, |(_, name)| name);

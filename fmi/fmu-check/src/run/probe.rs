@@ -1,4 +1,5 @@
-//! A promise about what an FMU does, and how it is tried.
+//! A [`Probe`]: a promise about what an FMU does when it is run, and the function that tests it.
+//! The other files of this folder list their probes with the macro `probes!`.
 
 use std::path::Path;
 
@@ -9,54 +10,54 @@ use crate::outcome::Outcome;
 pub use crate::outcome::Promise;
 use fmi_import::Fmu;
 
-/// How a promise is tried; an error is a reason why it does not hold.
+/// The function that tests a promise; its error is a reason why the promise does not hold.
 #[derive(Clone, Copy)]
 pub enum Run {
-    /// On the opened FMU.
+    /// It is called with the opened FMU.
     Opened(fn(&Fmu, &mut Outcome) -> Result<()>),
-    /// On the folder with its files.
+    /// It is called with the folder of the FMU's files.
     InFolder(fn(&Path) -> Result<()>),
 }
 
-/// Why it is not tried on an FMU; None where it is.
+/// Why a promise cannot be tested on an FMU, if it cannot.
 type Hindrance = fn(&Fmu) -> Option<&'static str>;
-/// Whether an FMU claims to be able to do it.
+/// Whether an FMU declares the capability that a promise is about.
 type Claim = fn(&Capabilities) -> bool;
 
-/// A promise and how it is tried.
-pub struct Trial {
-    /// Name by which the process of its own is told what to do.
+/// A promise about what an FMU does, and how it is tested.
+pub struct Probe {
+    /// Name by which the process of the probe is told what to do.
     pub name: &'static str,
-    /// Heading.
+    /// Heading in the report.
     pub area: &'static str,
-    /// What must hold.
     pub promise: Promise,
-    /// The files lie in a folder whose name has a space and a letter beyond ASCII.
+    /// The FMU is run from a folder whose name has a space and a non-ASCII letter.
     pub has_odd_folder: bool,
-    /// What it tries, all others do, too: where it fails, those that fail alike are not listed.
+    /// All other probes do what this one does, so those that fail as it does are not listed.
     pub is_first_step: bool,
-    /// The version of FMI that has it; None for both.
+    /// The only version of FMI that it applies to; None for both.
     pub version: Option<Version>,
     claim: Claim,
     hindrance: Hindrance,
     run: Run,
 }
 
-/// Trials as a table. Under each heading: how it is tried, the promise, and why it matters.
-macro_rules! trials {
+/// The table `PROBES` of a file. Under each heading, for each probe: how it is tested, the promise,
+/// and why it matters.
+macro_rules! probes {
     ($($area:literal { $($kind:ident $run:ident $(.$how:ident($($argument:expr)?))*: $text:literal, $why:literal;)* })*) => {
-        pub const TRIALS: &[super::trial::Trial] = &[$($(
-            super::trial::Trial::$kind(
-                stringify!($run), $area, $run, super::trial::Promise { text: $text, why: $why },
+        pub const PROBES: &[super::probe::Probe] = &[$($(
+            super::probe::Probe::$kind(
+                stringify!($run), $area, $run, super::probe::Promise { text: $text, why: $why },
             )$(.$how($($argument)?))*,
         )*)*];
     };
 }
 
-pub(super) use trials;
+pub(super) use probes;
 
-impl Trial {
-    /// On the opened FMU.
+impl Probe {
+    /// A probe of the opened FMU.
     pub const fn opened(
         name: &'static str,
         area: &'static str,
@@ -76,7 +77,7 @@ impl Trial {
         }
     }
 
-    /// With the files themselves, which it opens.
+    /// A probe that opens the files itself.
     pub const fn in_folder(
         name: &'static str,
         area: &'static str,
@@ -89,7 +90,7 @@ impl Trial {
         }
     }
 
-    /// Of what only one version of FMI has.
+    /// Only for one version of FMI.
     pub const fn only_in(self, version: Version) -> Self {
         Self {
             version: Some(version),
@@ -97,17 +98,17 @@ impl Trial {
         }
     }
 
-    /// Of FMUs that claim to be able to do it.
+    /// Only for FMUs that declare a capability.
     pub const fn if_claimed(self, claim: Claim) -> Self {
         Self { claim, ..self }
     }
 
-    /// Not of FMUs that something hinders.
+    /// Not for FMUs for which `hindrance` returns a reason.
     pub const fn unless(self, hindrance: Hindrance) -> Self {
         Self { hindrance, ..self }
     }
 
-    /// Of what all others try, too.
+    /// All other probes do the same first.
     pub const fn first_step(self) -> Self {
         Self {
             is_first_step: true,
@@ -115,7 +116,7 @@ impl Trial {
         }
     }
 
-    /// With the files in a folder whose name is odd.
+    /// Runs from a folder whose name has a space and a non-ASCII letter.
     pub const fn in_odd_folder(self) -> Self {
         Self {
             has_odd_folder: true,
@@ -123,12 +124,12 @@ impl Trial {
         }
     }
 
-    /// Try it on the FMU whose files lie in this folder.
+    /// Tests the FMU whose files are in this folder.
     pub fn outcome(&self, folder: &Path) -> Outcome {
         let mut outcome = Outcome::default();
         let result = match self.run {
             Run::InFolder(run) => run(folder),
-            Run::Opened(run) => Fmu::unpacked(folder).and_then(|fmu| {
+            Run::Opened(run) => Fmu::from_folder(folder).and_then(|fmu| {
                 let hindrance = match (self.claim)(&fmu.description.capabilities) {
                     true => (self.hindrance)(&fmu),
                     false => Some("the FMU does not claim it"),
