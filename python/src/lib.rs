@@ -19,13 +19,13 @@ use pyo3::prelude::*;
 /// Keep the instances of runs in this thread and use them again, reset, in the next ones.
 #[pyfunction]
 fn reuse_instances() {
-    cosim::run::spare::reuse_in_this_thread();
+    cosim::run::instance_cache::enable_in_this_thread();
 }
 
 /// Number of instances that this thread keeps.
 #[pyfunction]
 fn kept_instances() -> usize {
-    cosim::run::spare::count()
+    cosim::run::instance_cache::count()
 }
 
 #[pymodule]

@@ -174,7 +174,7 @@ impl System {
         // Where the machine's motion ends, it says itself.
         let preferred = match self.is_machine() {
             true => Verdict::default(),
-            false => args.prefer(&self.system),
+            false => args.fill_defaults(&self.system),
         };
         let mut experiment = args.experiment(&self.system)?;
         let mut forgotten = forgotten(&args, &self.system, &experiment)?;

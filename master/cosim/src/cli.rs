@@ -1,5 +1,5 @@
-//! What the command lines of programs on this library share: which system, how it is stepped, which
-//! values it starts from, which signals are written where, how a program ends.
+//! Command-line options and endings shared by the programs on this library: which system is run, how
+//! it is stepped, its start values and inputs, which signals are written, and the exit code.
 
 mod places;
 mod step_args;
@@ -80,7 +80,7 @@ pub struct SystemArgs {
 }
 
 impl SystemArgs {
-    /// Load the system; without `--system` the one that `default` finds.
+    /// Loads the system; without `--system` the one that `default` finds.
     pub fn load(&self, default: impl FnOnce() -> Result<PathBuf>) -> Result<System> {
         let path = self.system.clone().map_or_else(default, Ok)?;
         let place = match (&self.fmu_dir, self.fmi) {
@@ -177,9 +177,9 @@ pub struct RunArgs {
 }
 
 impl RunArgs {
-    /// Without a step or a stop time of their own, those that the system asks for, else its FMUs;
-    /// what is to be said of that.
-    pub fn prefer(&mut self, system: &System) -> Verdict {
+    /// Fills in a step and a stop time that are not given: those of the system, else of its FMUs.
+    /// Returns findings on them.
+    pub fn fill_defaults(&mut self, system: &System) -> Verdict {
         let mut verdict = Verdict::default();
         if let (None, Some((step, who))) = (self.step, system.preferred_step()) {
             self.step = Some(step);
@@ -197,7 +197,7 @@ impl RunArgs {
         verdict
     }
 
-    /// The experiment on `system` that these arguments describe.
+    /// The experiment on `system` with these arguments.
     pub fn experiment(&self, system: &System) -> Result<Experiment> {
         let schedule = match (self.schedule, self.input_derivatives) {
             (Schedule::Jacobi, true) => Schedule::JacobiDerivatives,
@@ -230,18 +230,17 @@ impl RunArgs {
         })
     }
 
-    /// What the system may have forgotten under these arguments.
+    /// The gaps of the system structure with these arguments, as findings.
     ///
     /// # Errors
-    /// With `--strict`, anything forgotten; inputs that the system does not mention are only told
-    /// of.
-    pub fn forgotten(&self, system: &System, experiment: &Experiment) -> Result<Verdict> {
-        let forgotten = system.forgotten(&experiment.settings)?;
-        forgotten.judge(system, experiment.stepping.schedule, self.strict)
+    /// With `--strict`, any gap except inputs that the system does not mention.
+    pub fn judge_gaps(&self, system: &System, experiment: &Experiment) -> Result<Verdict> {
+        let gaps = system.find_gaps(&experiment.settings)?;
+        gaps.judge(system, experiment.stepping.schedule, self.strict)
     }
 }
 
-/// What is given to the inputs of a run, and what is done to values on their way.
+/// Values for the inputs of a run, and faults of its connections.
 #[derive(Args, Clone, Default)]
 pub struct InputArgs {
     /// Values over time for inputs that no connection drives: a CSV file whose columns are `time`
@@ -269,7 +268,7 @@ pub struct InputArgs {
 }
 
 impl InputArgs {
-    /// Give an experiment these inputs and faults; they are named in the verdict.
+    /// Adds these inputs and faults to an experiment; returns them as findings.
     pub fn add_to(&self, experiment: &mut Experiment, system: &System) -> Result<Verdict> {
         let mut verdict = Verdict::default();
         let pair = |text: &String| {
@@ -333,18 +332,9 @@ pub struct CsvArgs {
 }
 
 impl CsvArgs {
-    /// The log that the arguments ask for; without `--signals` of the variables `useful`.
+    /// The log file, if one is wanted; without `--signals` of the variables `useful`. With
+    /// `has_steps` it has columns for the length and the error of each step.
     pub fn log(
-        &self,
-        system: &System,
-        experiment: &Experiment,
-        useful: impl FnOnce() -> Result<Vec<Port>>,
-    ) -> Result<Option<Log>> {
-        self.log_of(system, experiment, false, useful)
-    }
-
-    /// The same, with the length and the error of each step where those are chosen.
-    pub fn log_of(
         &self,
         system: &System,
         experiment: &Experiment,
@@ -411,7 +401,7 @@ impl ValueEnum for Schedule {
     }
 }
 
-/// A progress bar over `length` steps or runs; an invisible one where it is to be `hidden`.
+/// A progress bar over `length` steps or runs; invisible if `hidden`.
 pub fn bar(length: u64, unit: &str, hidden: bool) -> ProgressBar {
     if hidden {
         return ProgressBar::hidden();
@@ -425,19 +415,19 @@ pub fn bar(length: u64, unit: &str, hidden: bool) -> ProgressBar {
     bar
 }
 
-/// Write to standard output.
+/// Writes to standard output.
 pub fn print(text: impl Display) -> Result<()> {
     Ok(output::write(text)?)
 }
 
-/// End a program with its [`code`].
+/// Ends a program with the exit code of its `result`; see [`RunArgs::check`].
 pub fn exit(result: Result<Verdict>, check: bool) -> ExitCode {
     output::end(code(result, check))
 }
 
-/// A program's exit code: 0, 1 where it failed, with `check` 2 where the verdict is bad. An error
-/// is printed, but not that nobody reads the output any more.
-pub fn code(result: Result<Verdict>, check: bool) -> u8 {
+/// 0, 1 after an error, or with `check` 2 if the verdict is bad. An error is printed, except that
+/// the reader of the output has gone.
+fn code(result: Result<Verdict>, check: bool) -> u8 {
     let is_closed = |e: &(dyn std::error::Error + 'static)| {
         let error = e.downcast_ref::<io::Error>();
         error.is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)

@@ -1,4 +1,5 @@
-//! Where programs find packed FMUs and systems by themselves.
+//! Finds packed FMUs and systems whose folder is not given: by the environment variable `FMU_DIR`, or
+//! near the program.
 
 use std::path::{Path, PathBuf};
 
@@ -9,8 +10,8 @@ use crate::structure::package::FmuPlace;
 /// Environment variable that names the folder of the packed FMUs.
 const FMU_DIR: &str = "FMU_DIR";
 
-/// Where the FMUs of a system lie: in `folder`, else where the system says or where a program finds
-/// FMUs by itself.
+/// Where the FMUs of a system are: in `folder` if given; else where the system structure says, or in
+/// one of the folders that are searched.
 pub fn place(folder: Option<&Path>) -> Result<FmuPlace> {
     Ok(match folder {
         Some(folder) => FmuPlace::Folder(folder.to_path_buf()),
@@ -20,9 +21,8 @@ pub fn place(folder: Option<&Path>) -> Result<FmuPlace> {
     })
 }
 
-/// Folders in which packed FMUs are looked for: the one that the environment variable `FMU_DIR`
-/// names; else the program's own, `fmu/` in it, and `fmu/` in the folders above it (the build
-/// folder).
+/// Folders that are searched for packed FMUs: the one in the environment variable `FMU_DIR`; else the
+/// program's own, `fmu/` in it, and `fmu/` in the folders above it (the build folder).
 fn folders() -> Result<Vec<PathBuf>> {
     if let Some(folder) = std::env::var_os(FMU_DIR) {
         return Ok(vec![PathBuf::from(folder)]);
@@ -33,11 +33,11 @@ fn folders() -> Result<Vec<PathBuf>> {
     Ok(std::iter::once(own.to_path_buf()).chain(above).collect())
 }
 
-/// Name of the folder with the FMUs of FMI 3.0, beside those of 2.0.
+/// Name of the folder with the FMUs of FMI 3.0, which lies beside those of 2.0.
 const FMI_3: &str = "fmi3";
 
-/// Where the FMUs of FMI 3.0 lie: in their folder in `folder`, else beside the system, else in one
-/// of the places where a program finds FMUs by itself.
+/// Where the FMUs of FMI 3.0 are: in the folder `fmi3` in `folder` if given; else in that beside the
+/// system, or in one of the folders that are searched.
 pub fn place_of_fmi_3(folder: Option<&Path>, system: &Path) -> Result<FmuPlace> {
     if let Some(folder) = folder {
         return Ok(FmuPlace::Folder(folder.join(FMI_3)));
@@ -54,7 +54,7 @@ pub fn place_of_fmi_3(folder: Option<&Path>, system: &Path) -> Result<FmuPlace> 
     })
 }
 
-/// The packed system `name` in one of the places where a program finds FMUs by itself.
+/// The packed system `name` in one of the folders that are searched.
 pub fn find(name: &str) -> Result<PathBuf> {
     let files: Vec<PathBuf> = folders()?.iter().map(|folder| folder.join(name)).collect();
     let found = files.iter().find(|file| file.is_file()).cloned();
@@ -67,9 +67,6 @@ pub fn find(name: &str) -> Result<PathBuf> {
 }
 
 fn listed(paths: &[PathBuf]) -> String {
-    let paths: Vec<_> = paths
-        .iter()
-        .map(|path| path.display().to_string())
-        .collect();
-    paths.join(", ")
+    let paths = paths.iter().map(|path| path.display().to_string());
+    Vec::from_iter(paths).join(", ")
 }

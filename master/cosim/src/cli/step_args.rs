@@ -1,5 +1,5 @@
-//! Options of `cosim run` for the lengths of communication steps, and for runs that are gone on
-//! with.
+//! Options of `cosim run` for variable communication steps, and for snapshots from which a run is
+//! resumed.
 
 use std::path::PathBuf;
 
@@ -7,9 +7,9 @@ use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 
 use crate::run::simulate::Plan;
-use crate::stepping::{Control, Limits};
+use crate::stepping::{StepControl, StepLimits};
 
-/// How long communication steps are; where a run is saved and gone on with.
+/// How long communication steps are, and where a run is saved or resumed.
 #[derive(Args, Clone)]
 pub struct StepArgs {
     /// Choose the communication step, which begins with the shortest, by the energy that the coupling
@@ -57,7 +57,7 @@ pub struct StepArgs {
 }
 
 impl StepArgs {
-    /// The run to `stop`, s, that these arguments describe.
+    /// The plan of a run to `stop`, s, with these arguments.
     pub fn plan(&self, stop: f64) -> Result<Plan> {
         let mut snapshots = Vec::new();
         for text in &self.snapshots {
@@ -76,30 +76,30 @@ impl StepArgs {
             control: self.control()?,
             snapshots,
             resume: self.resume.clone(),
-            alone: None,
+            threads_for: None,
         })
     }
 
-    fn control(&self) -> Result<Control> {
+    fn control(&self) -> Result<StepControl> {
         let limits = self.limits();
         Ok(match (self.energy_tolerance, self.doubling_tolerance) {
-            (Some(tolerance), _) => Control::Energy {
+            (Some(tolerance), _) => StepControl::Energy {
                 tolerance,
                 scale: self.energy_scale,
                 repeats: self.repeat_steps,
                 limits,
             },
-            (None, Some(tolerance)) => Control::Doubling { tolerance, limits },
-            (None, None) if limits != Limits::default() => {
+            (None, Some(tolerance)) => StepControl::Doubling { tolerance, limits },
+            (None, None) if limits != StepLimits::default() => {
                 bail!("limits of steps need --energy-tolerance or --doubling-tolerance")
             }
-            (None, None) if self.repeat_steps => Control::Repeated,
-            (None, None) => Control::Fixed,
+            (None, None) if self.repeat_steps => StepControl::Repeated,
+            (None, None) => StepControl::Fixed,
         })
     }
 
-    fn limits(&self) -> Limits {
-        let mut limits = Limits::default();
+    fn limits(&self) -> StepLimits {
+        let mut limits = StepLimits::default();
         limits.length = self.step_limits.unwrap_or(limits.length);
         limits.change = self.step_change.unwrap_or(limits.change);
         if let Some([safety, proportional, integral]) = self.step_controller {
@@ -110,7 +110,7 @@ impl StepArgs {
     }
 }
 
-/// Numbers with commas between them.
+/// Parses numbers with commas between them.
 fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let numbers = text.split(',').map(|number| number.trim().parse().ok());
     let numbers: Option<Vec<f64>> = numbers.collect();

@@ -1,5 +1,5 @@
-//! How many threads go on with a run of which nobody has said it: its first steps are made by one
-//! thread, and once more by several where they take long. Those who are faster go on.
+//! Chooses the number of threads of a run when none is given: times the first eight steps on one
+//! thread; if they are long, times them again on several threads, and keeps the faster.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -16,37 +16,39 @@ use crate::stepping::Steps;
 use crate::structure::system::System;
 use fmi_import::messages;
 
-/// Steps of the trial.
+/// Steps that are timed.
 pub(crate) const STEPS: usize = 8;
-/// Where the shortest takes less, several threads are not tried, s: one that sleeps takes some 10 µs
-/// to begin.
+/// Several threads are tried only if the shortest step takes longer than this, s: a thread that
+/// sleeps takes some 10 µs to wake.
 const LONG_STEP: f64 = 100e-6;
-/// Nor are they for a run that will end sooner, s: they load the FMUs once more.
+/// Several threads are tried only if the rest of the run takes longer than this, s: they load the
+/// FMUs once more.
 const LONG_RUN: f64 = 0.5;
-/// They go on where half of their steps take at most this part of the shortest of one thread: where
-/// others compute, too, threads wait for each other, and one is faster.
+/// Several threads are kept if their median step takes at most this part of the shortest step on one
+/// thread. On a busy machine they wait for each other, and one thread is faster.
 const GAIN: f64 = 0.8;
 
-/// The run in several threads after the trial, where they are faster than the one that `alone` has
-/// begun with, whose `shortest` step took so long; so many steps are `left`.
-pub(crate) fn wide(
-    (system, plan, alone): (&System, &Plan, &Experiment),
+/// The run on several threads, after the steps that are timed, if it is faster than on the one
+/// thread with which `experiment` was started; `shortest` is that thread's shortest step, `left` the
+/// number of steps to come.
+pub(crate) fn multi_threaded(
+    system: &System,
+    plan: &Plan,
+    experiment: &Experiment,
     shortest: Duration,
     left: u64,
     supervision: &mut Supervision,
 ) -> Option<(Master, Steps)> {
     let (step, threads) = (shortest.as_secs_f64(), cores().min(system.fmus.len()));
-    let is_once = |fmu: &Arc<Fmu>| fmu.description.capabilities.only_once;
+    let is_only_one = |fmu: &Arc<Fmu>| fmu.description.capabilities.only_once;
     let is_long = step > LONG_STEP && step * left as f64 > LONG_RUN;
-    if threads == 1 || !is_long || system.fmus.iter().any(is_once) {
+    if threads == 1 || !is_long || system.fmus.iter().any(is_only_one) {
         return None;
     }
-    let said = messages::take();
-    let experiment = Experiment {
-        threads,
-        ..alone.clone()
-    };
-    let repeated = || -> Result<_> {
+    let first_messages = messages::take();
+    let run_again = || -> Result<_> {
+        let mut experiment = experiment.clone();
+        experiment.threads = threads;
         let mut master = experiment.start(system)?;
         let (mut steps, _) = plan.steps(system, &master)?;
         let mut times = [Duration::ZERO; STEPS];
@@ -59,17 +61,16 @@ pub(crate) fn wide(
         let is_faster = times[STEPS / 2] < shortest.mul_f64(GAIN);
         Ok(is_faster.then_some((master, steps)))
     };
-    let wide = repeated();
-    match &wide {
-        Ok(Some(_)) => supervision.note(format!(
+    let chosen = run_again();
+    if let Ok(Some(_)) = chosen {
+        supervision.note(format!(
             "the steps take long: {threads} threads make them (--threads 1: one)"
-        )),
-        Ok(None) | Err(_) => {
-            messages::take();
-            messages::extend(said);
-        }
+        ));
+    } else {
+        messages::take();
+        messages::extend(first_messages);
     }
-    wide.unwrap_or_else(|error| {
+    chosen.unwrap_or_else(|error| {
         supervision.note(format!(
             "one thread makes all steps, long as they are: {error:#}"
         ));

@@ -1,5 +1,5 @@
-//! Communication steps of one length, but for jitter that is asked for; the last one is shortened
-//! where it has to be and every component can.
+//! Communication steps of one length, with jitter if it is wanted. The last step is shortened to end
+//! at the stop time, if every component can vary its step.
 
 use anyhow::{Result, bail, ensure};
 
@@ -9,13 +9,13 @@ use crate::schedule::Stepping;
 /// The communication steps of a run to a stop time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FixedSteps {
-    /// Whole communication steps.
+    /// Number of whole steps.
     whole: u64,
-    /// Part of one is left.
+    /// A last, shorter step follows.
     has_rest: bool,
-    /// Steps that are made, with those whose ends are lost.
+    /// Number of steps that are made, including those whose communication points are lost.
     made: u64,
-    /// s.
+    /// Stop time, s.
     stop: f64,
     stepping: Stepping,
 }
@@ -43,23 +43,23 @@ impl FixedSteps {
         })
     }
 
-    /// Number of steps.
-    pub fn count(&self) -> u64 {
+    /// Number of all steps.
+    pub fn all(&self) -> u64 {
         self.whole + u64::from(self.has_rest)
     }
 
-    /// The same without a shortened last step; true where there was one.
-    pub fn leave_rest(&mut self) -> bool {
+    /// Omits the shortened last step; true if there was one.
+    pub fn omit_rest(&mut self) -> bool {
         std::mem::take(&mut self.has_rest)
     }
 
-    /// Number of steps that are made, with those whose ends are lost.
+    /// Number of steps that are made, including those whose communication points are lost.
     pub fn made(&self) -> u64 {
         self.made
     }
 
-    /// Go on after so many steps, at `time`, s.
-    pub(super) fn go_on(&mut self, time: f64, made: u64) -> Result<()> {
+    /// Continues after `made` steps, at `time`, s.
+    pub(super) fn resume(&mut self, time: f64, made: u64) -> Result<()> {
         let Stepping { start, step, .. } = self.stepping;
         let grid = start + made as f64 * step;
         ensure!(
@@ -70,7 +70,7 @@ impl FixedSteps {
         Ok(())
     }
 
-    /// Make the next step; false where its end is a point that is lost.
+    /// Makes the next step; false if its communication point is lost.
     pub fn make(&mut self, master: &mut Master) -> Result<bool> {
         let k = self.made + 1;
         let Stepping {
@@ -80,7 +80,7 @@ impl FixedSteps {
             ..
         } = self.stepping;
         self.made = k;
-        let is_last = k >= self.count();
+        let is_last = k >= self.all();
         match (k > self.whole, jitter) {
             (true, _) => master.step_to(self.stop)?,
             (false, None) => master.step()?,

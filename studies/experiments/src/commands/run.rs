@@ -70,7 +70,7 @@ pub(super) fn logged_run(
     quiet: bool,
 ) -> Result<(Outcome, Option<Measures>)> {
     let mut meter = Meter::of(system, experiment)?;
-    let mut log = csv.log(system, experiment, || useful(system))?;
+    let mut log = csv.log(system, experiment, false, || useful(system))?;
     let bar = bar(0, "steps", quiet);
     let progress = |k, steps| {
         bar.set_length(steps);

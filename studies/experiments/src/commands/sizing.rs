@@ -39,7 +39,7 @@ pub fn sizing(args: &SizingArgs) -> Result<(Verdict, Vec<(String, Sizing)>)> {
     for (case, experiment) in energy::cases(&system, &base)? {
         let found = sizing::run(&system, &experiment, args.payload_step)?;
         print(text(&found, &format!("{case} trajectory")) + "\n")?;
-        verdict.extend(found.verdict().of(&case));
+        verdict.extend(found.verdict().prefixed(&case));
         done.push((case, found));
     }
     write(args.csv.as_deref(), |to| write_csv(&done, to))?;

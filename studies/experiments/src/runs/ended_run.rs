@@ -3,7 +3,7 @@
 
 use anyhow::Result;
 use cosim::run::observer::{Observer, Observers};
-use cosim::run::simulate::{Plan, planned};
+use cosim::run::simulate::{Plan, run_plan};
 use cosim::{Experiment, Master, Port, Recording, Signals, System, start_value};
 use serde::{Deserialize, Serialize};
 
@@ -95,7 +95,7 @@ impl EndedRun {
             // A machine that brakes at the end is seen to stand as well.
             let stop = watch.end + if watch.has_brakes { STANDS } else { 0.0 };
             let observers = &mut Observers(vec![&mut recording, &mut watch]);
-            let outcome = planned(system, master, &Plan::to(stop), &|_, _| (), observers)?;
+            let outcome = run_plan(system, master, &Plan::to(stop), &|_, _| (), observers)?;
             Ok(outcome.simulated)
         };
         let run = run();

@@ -291,10 +291,10 @@ pub fn tell_delay(system: &System, base: &mut Experiment) -> Result<()> {
 /// # Errors
 /// With `--strict`, anything forgotten.
 pub fn forgotten(run: &RunArgs, system: &System, experiment: &Experiment) -> Result<Verdict> {
-    let mut forgotten = system.forgotten(&experiment.settings)?;
-    let all = forgotten.unmentioned.clone();
+    let mut gaps = system.find_gaps(&experiment.settings)?;
+    let all = gaps.unmentioned_inputs.clone();
     let components = || system.structure.components.iter().zip(&system.fmus);
-    forgotten.unmentioned.retain(|name| {
+    gaps.unmentioned_inputs.retain(|name| {
         let Some((component, input)) = name.split_once('.') else {
             return true;
         };
@@ -307,7 +307,7 @@ pub fn forgotten(run: &RunArgs, system: &System, experiment: &Experiment) -> Res
         let mut names = alike.map(|(c, _)| format!("{}.{input}", c.name));
         !(is_optional && names.all(|name| all.contains(&name)))
     });
-    forgotten.judge(system, experiment.stepping.schedule, run.strict)
+    gaps.judge(system, experiment.stepping.schedule, run.strict)
 }
 
 #[cfg(test)]

@@ -1,53 +1,54 @@
-//! Communication steps whose lengths are chosen on the way, and steps that are repeated.
+//! Communication steps of variable length, chosen by the error of the step before, and steps that are
+//! repeated from a saved state: because their error was too large or a component stopped within them.
 
 use anyhow::{Result, bail, ensure};
 use fmi_description::{Access, Variability, Variable};
 
-use super::control::{Control, Limits, Progress, Regulator};
+use super::controller::{Progress, StepControl, StepController, StepLimits};
 use crate::instance::Stopped;
 use crate::master::{LastStep, Master};
 use crate::structure::system::System;
 
-/// Times that a step is repeated before that is a failure.
+/// Repetitions of a step after which the run fails.
 const REPEATS: usize = 100;
 
-/// Error from which on a step that is chosen by energy is repeated, where that is asked for: the
-/// controller holds errors near 1.
+/// Error above which a step that is chosen by energy is repeated, if repetition is on: the controller
+/// holds errors near 1.
 const TOO_LARGE: f64 = 2.0;
 
-/// Steps of a run.
+/// Numbers and lengths of the steps of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepCount {
     /// Steps that the run is made of.
     pub made: u64,
-    /// Steps that every component made, with those that were repeated or that served to compare.
+    /// Steps that were computed, including those repeated or made for comparison.
     pub computed: u64,
-    /// Shortest and longest of those that the run is made of, but for the last, s.
+    /// Shortest and longest step of the run except the last, s.
     pub lengths: Option<[f64; 2]>,
 }
 
-/// Communication steps whose lengths are chosen.
-pub struct ChosenSteps {
-    control: Control,
-    regulator: Regulator,
+/// The communication steps of a run, of variable length.
+pub struct VariableSteps {
+    control: StepControl,
+    controller: StepController,
     stop: f64,
     count: StepCount,
     /// Energy residual and turnover of each bond before the step, J.
     before: Vec<[f64; 2]>,
-    /// Outputs after a whole step.
+    /// Outputs after one whole step, for comparison with two halves.
     whole: Vec<f64>,
     /// Nominal value of each connected output that is compared; infinite for the others.
     nominal: Vec<f64>,
 }
 
-impl ChosenSteps {
-    /// Of `master`, which runs `system`, to `stop`, s.
+impl VariableSteps {
+    /// The steps of `master`, which runs `system`, to `stop`, s.
     ///
     /// # Errors
-    /// A stop time that is not after the start; no bond by which lengths could be chosen; limits or
-    /// a tolerance that make no sense; a delay, which counts steps of one length; a component that
-    /// cannot save its state where steps are repeated.
-    pub fn new(system: &System, master: &Master, stop: f64, control: &Control) -> Result<Self> {
+    /// A stop time that is not after the start; control by energy without a power bond; limits or a
+    /// tolerance that make no sense; a delay, which counts steps of one length; a component that
+    /// cannot save its state although steps are repeated.
+    pub fn new(system: &System, master: &Master, stop: f64, control: &StepControl) -> Result<Self> {
         let (step, start) = (master.stepping().step, master.time());
         ensure!(
             stop > start && stop.is_finite(),
@@ -57,29 +58,31 @@ impl ChosenSteps {
             bail!("a delay of {delay} s needs communication steps of one length");
         }
         let (tolerance, limits) = match *control {
-            Control::Fixed | Control::Repeated => {
-                let length = [step; 2];
-                (
-                    1.0,
-                    Limits {
-                        length,
-                        ..Limits::default()
-                    },
-                )
+            StepControl::Fixed | StepControl::Repeated => {
+                let mut limits = StepLimits::default();
+                limits.length = [step; 2];
+                (1.0, limits)
             }
-            Control::Energy {
+            StepControl::Energy {
                 tolerance, limits, ..
             } => (tolerance, limits),
-            Control::Doubling { tolerance, limits } => (tolerance, first_order(limits)),
+            StepControl::Doubling {
+                tolerance,
+                mut limits,
+            } => {
+                // The error of a step grows with the square of its length.
+                (limits.proportional, limits.integral) = (0.0, 0.5);
+                (tolerance, limits)
+            }
         };
         ensure!(
             tolerance > 0.0 && tolerance.is_finite(),
             "tolerance {tolerance} of the communication steps must be greater than 0"
         );
-        let remembers = matches!(control, Control::Energy { .. });
+        let remembers = matches!(control, StepControl::Energy { .. });
         let mut first = step;
-        if let Control::Energy { scale, .. } = *control {
-            // A step that was too long to begin with would not be noticed before it is over.
+        if let StepControl::Energy { scale, .. } = *control {
+            // A first step that is too long would be noticed only after it.
             first = limits.length[0];
             ensure!(
                 scale > 0.0 && scale.is_finite(),
@@ -91,7 +94,7 @@ impl ChosenSteps {
             );
         }
         if control.repeats() {
-            // Refused now rather than in the middle of the run.
+            // Refuses now rather than in the middle of the run.
             master.save()?;
             master.stop_early();
         }
@@ -106,7 +109,7 @@ impl ChosenSteps {
             v.map_or(f64::INFINITY, |v| v.nominal.unwrap_or(1.0).abs())
         });
         Ok(Self {
-            regulator: Regulator::new(limits, first, remembers)?,
+            controller: StepController::new(limits, first, remembers)?,
             control: *control,
             stop,
             count: StepCount::default(),
@@ -116,53 +119,49 @@ impl ChosenSteps {
         })
     }
 
-    /// s.
+    /// Stop time, s.
     pub fn stop(&self) -> f64 {
         self.stop
     }
 
-    /// How many steps were made.
-    pub fn made(&self) -> StepCount {
+    /// Numbers and lengths of the steps so far.
+    pub fn count(&self) -> StepCount {
         self.count
     }
 
-    /// Numbers of steps that are made, and of all, were the rest as long as the next one.
+    /// Number of steps that are made, and of all if the rest are as long as the next.
     pub fn so_far(&self, master: &Master) -> (u64, u64) {
-        let rest = ((self.stop - master.time()) / self.regulator.next).ceil();
+        let rest = ((self.stop - master.time()) / self.controller.state.next).ceil();
         (self.count.made, self.count.made + rest as u64)
     }
 
     pub(super) fn progress(&self) -> Progress {
         Progress {
             made: self.count.made,
-            next: self.regulator.next,
-            error: self.regulator.before,
-            length: self.regulator.length,
+            controller: self.controller.state,
         }
     }
 
-    pub(super) fn go_on(&mut self, progress: Progress) {
-        let regulator = &mut self.regulator;
-        (regulator.next, regulator.before) = (progress.next, progress.error);
-        regulator.length = progress.length;
+    pub(super) fn resume(&mut self, progress: Progress) {
+        self.controller.state = progress.controller;
     }
 
-    /// Make a step.
+    /// Makes a step.
     pub fn make(&mut self, master: &mut Master) -> Result<()> {
         let start = master.time();
         let error = match self.control {
-            Control::Fixed | Control::Repeated => {
+            StepControl::Fixed | StepControl::Repeated => {
                 self.on_grid(master)?;
                 0.0
             }
-            Control::Energy { repeats: false, .. } => {
-                let end = self.regulator.end(start, self.stop);
+            StepControl::Energy { repeats: false, .. } => {
+                let end = self.controller.end(start, self.stop);
                 self.step_to(master, end)?;
                 let error = self.energy_error(master);
-                self.regulator.follow(end - start, error)?;
+                self.controller.follow(end - start, error)?;
                 error
             }
-            Control::Energy { .. } | Control::Doubling { .. } => self.repeated(master)?,
+            StepControl::Energy { .. } | StepControl::Doubling { .. } => self.repeated(master)?,
         };
         let length = master.time() - start;
         self.count.made += 1;
@@ -170,7 +169,7 @@ impl ChosenSteps {
             let [shortest, longest] = self.count.lengths.unwrap_or([length; 2]);
             self.count.lengths = Some([shortest.min(length), longest.max(length)]);
         }
-        master.note_step(LastStep { length, error });
+        master.set_last_step(LastStep { length, error });
         Ok(())
     }
 
@@ -182,7 +181,7 @@ impl ChosenSteps {
         master.step_to(end)
     }
 
-    /// Step to these times; where a component stopped before that, if one did.
+    /// Steps to these times; returns where a component stopped early, if one did.
     fn attempt(&mut self, master: &mut Master, times: &[f64]) -> Result<Option<Stopped>> {
         for time in times {
             if let Err(error) = self.step_to(master, *time) {
@@ -195,9 +194,13 @@ impl ChosenSteps {
         Ok(None)
     }
 
-    /// To the next multiple of the step, or to where a component stops.
+    /// Steps to the next multiple of the step, or to where a component stops.
     fn on_grid(&mut self, master: &mut Master) -> Result<()> {
-        let (start, t, h) = (master.stepping().start, master.time(), self.regulator.next);
+        let (start, t, h) = (
+            master.stepping().start,
+            master.time(),
+            self.controller.state.next,
+        );
         let passed = ((t - start) / h + 1e-6).floor();
         let mut end = (start + (passed + 1.0) * h).min(self.stop);
         if self.stop - end < 1e-6 * h {
@@ -214,12 +217,12 @@ impl ChosenSteps {
         bail!("at t = {t} s a component stops however short the step is, {REPEATS} times")
     }
 
-    /// A step whose error is small enough, or the shortest one.
+    /// Repeats a step until its error is small enough or it is the shortest; returns the error.
     fn repeated(&mut self, master: &mut Master) -> Result<f64> {
         let t = master.time();
         let saved = master.save()?;
-        let doubles = matches!(self.control, Control::Doubling { .. });
-        let mut end = self.regulator.end(t, self.stop);
+        let doubles = matches!(self.control, StepControl::Doubling { .. });
+        let mut end = self.controller.end(t, self.stop);
         for _ in 0..REPEATS {
             let mut stopped = self.attempt(master, &[end])?;
             if stopped.is_none() && doubles {
@@ -236,20 +239,20 @@ impl ChosenSteps {
                 true => (self.difference(master), 1.0),
                 false => (self.energy_error(master), TOO_LARGE),
             };
-            self.regulator.follow(end - t, error)?;
-            if error <= most || self.regulator.is_shortest(end - t) {
+            self.controller.follow(end - t, error)?;
+            if error <= most || self.controller.is_shortest(end - t) {
                 return Ok(error);
             }
             master.restore(&saved)?;
-            // No longer one, whatever the step before was like.
-            end = (t + 0.9 * (end - t)).min(t + self.regulator.next);
+            // Shorter in any case.
+            end = (t + 0.9 * (end - t)).min(t + self.controller.state.next);
         }
         bail!("at t = {t} s no communication step succeeds, however short, {REPEATS} times")
     }
 
-    /// Energy residuals of the last step beside what is allowed.
+    /// Energy residuals of the last step, relative to the allowed ones.
     fn energy_error(&self, master: &Master) -> f64 {
-        let Control::Energy {
+        let StepControl::Energy {
             tolerance, scale, ..
         } = self.control
         else {
@@ -263,9 +266,9 @@ impl ChosenSteps {
         (squares.sum::<f64>() / self.before.len() as f64).sqrt()
     }
 
-    /// Largest difference of outputs between a whole step and two halves, beside what is allowed.
+    /// Largest difference of outputs between a whole step and two halves, relative to the allowed one.
     fn difference(&self, master: &Master) -> f64 {
-        let Control::Doubling { tolerance, .. } = self.control else {
+        let StepControl::Doubling { tolerance, .. } = self.control else {
             return 0.0;
         };
         let values = master.exchange().values.iter().zip(&self.whole);
@@ -277,8 +280,8 @@ impl ChosenSteps {
     }
 }
 
-impl Control {
-    /// Whether steps may be repeated, for which all components must save their states.
+impl StepControl {
+    /// Whether steps may be repeated, so that all components must save their states.
     pub fn repeats(&self) -> bool {
         matches!(
             self,
@@ -287,20 +290,11 @@ impl Control {
     }
 }
 
-/// Where the step from `t` to `end` is to end now that a component stopped, s: there, or half-way
-/// where it does not say where.
+/// New end of the step from `t` to `end` after a component stopped within it, s: where it stopped, or
+/// half-way if it does not report that.
 fn shorter(t: f64, end: f64, stopped: &Stopped) -> f64 {
     let least = 1e-6 * (end - t);
     let is_within = |time: &f64| (t + least..end - least).contains(time);
-    let told = stopped.time.filter(is_within);
-    told.unwrap_or(t + 0.5 * (end - t))
-}
-
-/// The error of a step grows with the square of its length.
-fn first_order(limits: Limits) -> Limits {
-    Limits {
-        proportional: 0.0,
-        integral: 0.5,
-        ..limits
-    }
+    let reported = stopped.time.filter(is_within);
+    reported.unwrap_or(t + 0.5 * (end - t))
 }
