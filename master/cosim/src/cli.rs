@@ -1,5 +1,5 @@
-//! Command-line options and endings shared by the programs on this library: which system is run, how
-//! it is stepped, its start values and inputs, which signals are written, and the exit code.
+//! Command-line options and endings shared by the programs on this library: which system is run,
+//! how it is stepped, its start values and inputs, which signals are written, and the exit code.
 
 mod places;
 mod step_args;
@@ -64,13 +64,13 @@ pub struct SystemArgs {
     /// repeatable
     #[arg(long, value_name = "COMPONENT")]
     pub feedthrough: Vec<String>,
-    /// Step of a component, or of all that match a pattern with `*`, such as `emla_*=0.25ms`: a whole
-    /// part or a whole multiple of the communication step; repeatable
+    /// Step of a component, or of all that match a pattern with `*`, such as `emla_*=0.25ms`: a
+    /// whole part or a whole multiple of the communication step; repeatable
     #[arg(long = "rate", value_name = "COMPONENT=TIME")]
     pub rates: Vec<String>,
-    /// Solve algebraic loops of declared dependencies, by Newton's method, in initialization and with
-    /// the schedules jacobi and gauss-seidel at every communication point; with standard by steps that
-    /// are repeated from saved states, and outputs that declare no dependencies have all
+    /// Solve algebraic loops of declared dependencies, by Newton's method, in initialization and
+    /// with the schedules jacobi and gauss-seidel at every communication point; with standard by
+    /// steps that are repeated from saved states, and outputs that declare no dependencies have all
     #[arg(long)]
     pub solve_loops: bool,
     /// Parameter set for the system, in the packed system (`resources/heavy.ssv`) or a file;
@@ -151,10 +151,10 @@ pub struct RunArgs {
     /// them
     #[arg(long)]
     pub input_derivatives: bool,
-    /// What continuous inputs are between communication points: held; extrapolated from the last two;
-    /// with --schedule gauss-seidel interpolated to the end of the step, or their value there, where
-    /// the giver is stepped before and no power bond gives the mean; balanced: effort and flow of
-    /// power bonds with what they lacked over the step before, others held
+    /// What continuous inputs are between communication points: held; extrapolated from the last
+    /// two; with --schedule gauss-seidel interpolated to the end of the step, or their value there,
+    /// where the giver is stepped before and no power bond gives the mean; balanced: effort and
+    /// flow of power bonds with what they lacked over the step before, others held
     #[arg(long, value_enum, default_value_t)]
     pub between: Between,
     /// Threads that the components are shared out to, with the same results; each has copies of the
@@ -272,9 +272,8 @@ impl InputArgs {
     pub fn add_to(&self, experiment: &mut Experiment, system: &System) -> Result<Verdict> {
         let mut verdict = Verdict::default();
         let pair = |text: &String| {
-            let parts = text
-                .split_once('=')
-                .map(|(a, b)| (a.trim().into(), b.trim().into()));
+            let parts = text.split_once('=');
+            let parts = parts.map(|(a, b)| (a.trim().into(), b.trim().into()));
             parts.with_context(|| format!("--input-column {text}: it must be INPUT=COLUMN"))
         };
         let columns = self.columns.iter().map(pair).collect::<Result<Vec<_>>>()?;
@@ -296,16 +295,12 @@ impl InputArgs {
             let scenario = scenario::add(file, system, experiment.stepping, faults)?;
             verdict.note(scenario);
         }
-        let table = experiment
-            .inputs
-            .as_deref()
-            .map(|table| InputTable::new(system, table));
+        let table = experiment.inputs.as_deref();
+        let table = table.map(|table| InputTable::new(system, table));
         let table = table.transpose()?;
         let fed = table.as_ref().map_or(&[][..], InputTable::ports);
         let lines = faults.described(system, &system.wiring()?, fed);
-        for line in lines.context("--fault")? {
-            verdict.note(line);
-        }
+        (lines.context("--fault")?.into_iter()).for_each(|line| verdict.note(line));
         Ok(verdict)
     }
 }

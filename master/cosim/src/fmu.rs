@@ -79,8 +79,8 @@ impl Fmu {
         Batch::new(&self.description, &self.layout, variables)
     }
 
-    /// Makes an instance with these functions, of the FMU or of a copy of its library; None if the FMU
-    /// returns none. Text that it prints meanwhile is marked as its own.
+    /// Makes an instance with these functions, of the FMU or of a copy of its library; None if the
+    /// FMU returns none. Text that it prints meanwhile is marked as its own.
     pub(crate) fn make(
         &self,
         functions: &Arc<Functions>,

@@ -191,8 +191,8 @@ impl Instance {
         self.fmi.drain();
     }
 
-    /// Turns on warnings and errors only, if the FMU has the standard categories: other messages cost
-    /// time.
+    /// Turns on warnings and errors only, if the FMU has the standard categories: other messages
+    /// cost time.
     fn log_only_warnings(&self) -> Result<()> {
         const CATEGORIES: [&str; 4] = [
             "logStatusWarning",
@@ -268,20 +268,17 @@ impl Instance {
 
     /// Read values, as numbers.
     pub fn get(&self, batch: &Batch, values: &mut [f64], at: At) -> Result<()> {
-        let done = self.fmi.get(batch, values);
-        self.check(done, Some(batch), at)
+        self.check(self.fmi.get(batch, values), Some(batch), at)
     }
 
     /// Set values.
     pub fn set(&self, batch: &Batch, values: &[f64], at: At) -> Result<()> {
-        let done = self.fmi.set(batch, values);
-        self.check(done, Some(batch), at)
+        self.check(self.fmi.set(batch, values), Some(batch), at)
     }
 
     /// Reads values of a type that is no number.
     pub fn get_whole(&self, batch: &Batch, values: &mut [Value], at: At) -> Result<()> {
-        let done = self.fmi.get_whole(batch, values);
-        self.check(done, Some(batch), at)
+        self.check(self.fmi.get_whole(batch, values), Some(batch), at)
     }
 
     /// Set whole values.
@@ -296,14 +293,12 @@ impl Instance {
 
     /// First time derivatives of outputs.
     pub fn get_derivatives(&self, batch: &Batch, values: &mut [f64], at: At) -> Result<()> {
-        let done = self.fmi.get_derivatives(batch, values);
-        self.check(done, Some(batch), at)
+        self.check(self.fmi.get_derivatives(batch, values), Some(batch), at)
     }
 
     /// First time derivatives of inputs for the next step.
     pub fn set_derivatives(&self, batch: &Batch, values: &[f64], at: At) -> Result<()> {
-        let done = self.fmi.set_derivatives(batch, values);
-        self.check(done, Some(batch), at)
+        self.check(self.fmi.set_derivatives(batch, values), Some(batch), at)
     }
 
     /// Directional derivatives of Real outputs along `seeds` of Real inputs.
@@ -314,8 +309,7 @@ impl Instance {
         rates: &mut [f64],
         at: At,
     ) -> Result<()> {
-        let done = self.fmi.directional(of, seeds, rates);
-        self.check(done, Some(of[0]), at)
+        self.check(self.fmi.directional(of, seeds, rates), Some(of[0]), at)
     }
 
     /// A communication step from `t` by `h`, both s.
@@ -326,8 +320,8 @@ impl Instance {
         }
     }
 
-    /// The error of a step; as [`Stopped`], with the time if the FMU reports it, if the FMU ended the
-    /// step early.
+    /// The error of a step; as [`Stopped`], with the time if the FMU reports it, if the FMU ended
+    /// the step early.
     #[cold]
     fn step_error(&self, error: Error, t: f64) -> Error {
         let is_discarded = Answer::status(&error) == Some(status::DISCARD);
@@ -350,8 +344,7 @@ impl Instance {
 
     /// The instance's own time, s: the end of its last successful step.
     pub fn time(&self) -> Result<f64> {
-        let time = self.fmi.call(Call::Time);
-        time.with_context(|| self.name.clone())
+        (self.fmi.call(Call::Time)).with_context(|| self.name.clone())
     }
 
     /// When Event Mode must be entered next, s; infinite if unknown.
@@ -401,8 +394,7 @@ impl Instance {
     /// # Errors
     /// Bytes that the FMU refuses.
     pub fn state_from_bytes(&self, bytes: &[u8], at: At) -> Result<State> {
-        let state = self.check(self.fmi.state_from_bytes(bytes), None, at);
-        state.map(State)
+        (self.check(self.fmi.state_from_bytes(bytes), None, at)).map(State)
     }
 
     /// Resets it to where it was when it was made; false if that fails, so that another is needed.

@@ -2,13 +2,13 @@
 //! system structure describes it.
 //!
 //! The structure names the FMUs, their connections, the order in which they are stepped and the
-//! power bonds ([`structure`]). The model descriptions declare which outputs depend directly on which
-//! inputs ([`fmi_description`]). Both determine the order of the exchange ([`wiring`], [`exchange`]).
-//! A loaded [`System`] finds variables by name once and returns a [`Port`] for each. A [`Master`]
-//! initializes and steps the system; [`run`] steps it to a stop time and calls an
-//! [observer](run::observer) at every communication point, such as [`Signals`], a [`Recording`] or a
-//! log file. FMUs are loaded and called by [`fmi_import`], through [`fmu`] and [`instance`]; what one
-//! call passes, elements or whole arrays, is planned before the run
+//! power bonds ([`structure`]). The model descriptions declare which outputs depend directly on
+//! which inputs ([`fmi_description`]). Both determine the order of the exchange ([`wiring`],
+//! [`exchange`]). A loaded [`System`] finds variables by name once and returns a [`Port`] for each.
+//! A [`Master`] initializes and steps the system; [`run`] steps it to a stop time and calls an
+//! [observer](run::observer) at every communication point, such as [`Signals`], a [`Recording`] or
+//! a log file. FMUs are loaded and called by [`fmi_import`], through [`fmu`] and [`instance`]; what
+//! one call passes, elements or whole arrays, is planned before the run
 //! ([`Batch`](fmi_import::batch::Batch)).
 //!
 //! Nothing here knows the physics.

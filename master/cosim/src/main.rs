@@ -38,8 +38,8 @@ enum Command {
     Bench(BenchArgs),
     /// Show components, stages of the exchange and power bonds; reports algebraic loops
     Wiring(WiringArgs),
-    /// List the variables of FMUs and systems, what the FMUs can do and the platforms that they have
-    /// libraries for
+    /// List the variables of FMUs and systems, what the FMUs can do and the platforms that they
+    /// have libraries for
     Info(InfoArgs),
 }
 

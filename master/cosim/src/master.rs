@@ -64,9 +64,9 @@ impl Master {
         Self::with_threads(system, settings, stepping, 1)
     }
 
-    /// The same with the components shared by several threads, including this one. Each component is
-    /// made, stepped and freed by one thread, which has its own copies of the libraries. The results
-    /// are bit-identical.
+    /// The same with the components shared by several threads, including this one. Each component
+    /// is made, stepped and freed by one thread, which has its own copies of the libraries. The
+    /// results are bit-identical.
     pub fn with_threads(
         system: &System,
         settings: &[Setting],
@@ -233,8 +233,8 @@ impl Master {
         self.inputs.as_ref().map_or(&[], InputTable::ports)
     }
 
-    /// Passes all connections again at the present time, after inputs that no connection drives were
-    /// set. Does nothing with [`Schedule::Standard`], whose next step passes them.
+    /// Passes all connections again at the present time, after inputs that no connection drives
+    /// were set. Does nothing with [`Schedule::Standard`], whose next step passes them.
     pub fn pass(&mut self) -> Result<()> {
         if self.stepping.schedule == Schedule::Standard {
             return Ok(());
@@ -369,9 +369,9 @@ fn passes_derivative(wiring: &Wiring, link: &Link) -> bool {
         && wiring.variable(link.from).variability == Variability::Continuous
 }
 
-/// Initializes the instances and passes the connections in the order of the initial dependencies, so
-/// that the start values of all components agree. If dependencies that are not declared may form a
-/// loop, the connections are passed until no value changes; with the schedule `standard` also if
+/// Initializes the instances and passes the connections in the order of the initial dependencies,
+/// so that the start values of all components agree. If dependencies that are not declared may form
+/// a loop, the connections are passed until no value changes; with the schedule `standard` also if
 /// declared ones do.
 fn initialize(instances: &[Instance], wiring: &Wiring, stepping: Stepping) -> Result<()> {
     let planned = |order| Exchange::new(wiring, order, |_| true);

@@ -1,5 +1,5 @@
-//! Random arguments of calls: valid ones for half of the calls, for the others anything of the right
-//! type in C.
+//! Random arguments of calls: valid ones for half of the calls, for the others anything of the
+//! right type in C.
 
 use std::ffi::CString;
 
@@ -121,7 +121,8 @@ pub fn value_for(
         .to_string()
 }
 
-/// The variable and index of each element of the references; an unknown reference counts as a scalar.
+/// The variable and index of each element of the references; an unknown reference counts as a
+/// scalar.
 pub fn elements<'a>(
     fmu: &'a Fmu,
     vr: &'a [u32],

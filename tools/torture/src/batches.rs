@@ -1,5 +1,5 @@
-//! `torture calls`: batches of random calls, each in a process of its own, so that a crash or a hang is
-//! caught. The seed of a batch also selects its FMU.
+//! `torture calls`: batches of random calls, each in a process of its own, so that a crash or a
+//! hang is caught. The seed of a batch also selects its FMU.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -94,8 +94,8 @@ pub fn run(
     Ok(())
 }
 
-/// Runs a batch twice, in two processes: both must make the same calls with the same answers, else a
-/// seed would be no test case.
+/// Runs a batch twice, in two processes: both must make the same calls with the same answers, else
+/// a seed would be no test case.
 fn twice(batch: impl Fn() -> Result<String>) -> Result<String> {
     let (first, second) = (batch()?, batch()?);
     ensure!(

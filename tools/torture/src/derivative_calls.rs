@@ -1,4 +1,5 @@
-//! Random calls that set and get derivatives: input and output derivatives, directional derivatives.
+//! Random calls that set and get derivatives: input and output derivatives, directional
+//! derivatives.
 
 use crate::arguments::*;
 use crate::oracle::{Call, Expect};
@@ -14,8 +15,8 @@ pub fn is_known(fmu: &Fmu) -> impl Fn(&Variable) -> bool + Copy {
     |v| v.access() == Access::Real && (v.is_input() || fmu.description.is_state(v))
 }
 
-/// Whether a variable may be the unknown of a derivative: outputs and local variables, which include
-/// derivatives of states and event indicators.
+/// Whether a variable may be the unknown of a derivative: outputs and local variables, which
+/// include derivatives of states and event indicators.
 pub fn is_unknown(v: &Variable) -> bool {
     v.is_computed() && v.access() == Access::Real
 }

@@ -1,4 +1,5 @@
-//! `torture long`: long runs, in which memory must not grow, time must not drift and no step may fail.
+//! `torture long`: long runs, in which memory must not grow, time must not drift and no step may
+//! fail.
 
 use std::path::Path;
 use std::time::Instant;

@@ -1,5 +1,5 @@
-//! `torture life`: loads FMUs, makes, uses and frees instances, and unloads. Under valgrind this shows
-//! invalid reads and leaks.
+//! `torture life`: loads FMUs, makes, uses and frees instances, and unloads. Under valgrind this
+//! shows invalid reads and leaks.
 
 use std::path::Path;
 use std::time::Instant;
@@ -37,8 +37,8 @@ pub fn run(path: &Path, instances: usize, loads: usize) -> Result<()> {
     Ok(())
 }
 
-/// Makes an instance, steps it, restores a state from bytes, misuses and resets it. Returns it with a
-/// saved state not freed, and its outputs.
+/// Makes an instance, steps it, restores a state from bytes, misuses and resets it. Returns it with
+/// a saved state not freed, and its outputs.
 fn use_instance(fmu: &Fmu) -> Result<(Subject<'_>, Vec<u64>)> {
     let mut instance = Subject::new(fmu, "life")?;
     first_steps(&mut instance)?;

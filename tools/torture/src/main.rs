@@ -8,8 +8,8 @@
 //! in parallel threads, for helgrind. `long`: many steps; memory, time and outputs are checked.
 //! `save` and `continue`: states carried to another process or platform.
 //!
-//! It works on any packed FMU. FMUs made with `fmu-export` pass all checks, also that a refused call
-//! changes nothing and that messages name what was wrong.
+//! It works on any packed FMU. FMUs made with `fmu-export` pass all checks, also that a refused
+//! call changes nothing and that messages name what was wrong.
 #![forbid(unsafe_code)]
 #![allow(clippy::missing_errors_doc)] // a program: every error is printed
 

@@ -1,5 +1,5 @@
-//! `torture exchange`: random calls of an instance for Model Exchange, in any order. A call that the
-//! standard does not allow must be refused and change nothing; a right one must succeed.
+//! `torture exchange`: random calls of an instance for Model Exchange, in any order. A call that
+//! the standard does not allow must be refused and change nothing; a right one must succeed.
 
 use std::path::Path;
 

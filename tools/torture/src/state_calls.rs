@@ -1,5 +1,5 @@
-//! Random calls that save, restore, free and serialize states, with valid, freed and foreign handles
-//! and with whole and damaged bytes.
+//! Random calls that save, restore, free and serialize states, with valid, freed and foreign
+//! handles and with whole and damaged bytes.
 
 use crate::oracle::{Call, Expect};
 use crate::session::{Bytes, Session};
@@ -34,8 +34,8 @@ impl Session<'_> {
         (handle, known.map(|(_, known)| *known))
     }
 
-    /// The handle in which a state is saved: mostly NULL for a new one, as long as there are few; else
-    /// one of [`Session::handle`].
+    /// The handle in which a state is saved: mostly NULL for a new one, as long as there are few;
+    /// else one of [`Session::handle`].
     fn new_or_old(&mut self, i: usize) -> (StateHandle, Option<KnownState>) {
         match self.instances[i].saved.len() < MOST_SAVED && !self.random.one_in(4) {
             true => (StateHandle::NULL, None),
@@ -170,8 +170,8 @@ impl Session<'_> {
     }
 }
 
-/// Damages the bytes of a state in half of the calls, so that a sound reader must refuse them; returns
-/// how.
+/// Damages the bytes of a state in half of the calls, so that a sound reader must refuse them;
+/// returns how.
 fn damage(r: &mut crate::random::Random, bytes: &mut Vec<u8>) -> &'static str {
     // Bytes after the end of a state are allowed, so only the state itself is damaged.
     let state = 44 + u64::from_le_bytes(bytes[32..40].try_into().expect("8 bytes")) as usize;

@@ -21,7 +21,8 @@ pub struct KnownState {
 }
 
 impl KnownState {
-    /// Notes that something was set: in Step Mode, FMI 3.0 then forbids to read before the next step.
+    /// Notes that something was set: in Step Mode, FMI 3.0 then forbids to read before the next
+    /// step.
     pub fn note_set(&mut self, fmu: &Fmu) {
         if self.mode == Mode::Stepping && fmu.functions.is_3() {
             self.mode = Mode::SteppingAfterSet;

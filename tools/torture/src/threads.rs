@@ -1,5 +1,5 @@
-//! `torture threads`: instances in parallel threads, each of which must compute the same as one alone,
-//! bit for bit. Under helgrind this shows that they share nothing.
+//! `torture threads`: instances in parallel threads, each of which must compute the same as one
+//! alone, bit for bit. Under helgrind this shows that they share nothing.
 
 use std::path::PathBuf;
 use std::thread;

@@ -1,5 +1,6 @@
-//! `torture save` and `torture continue`: one process saves a state in the middle of a run; another,
-//! maybe on another platform, continues from it and must compute the same numbers, bit for bit.
+//! `torture save` and `torture continue`: one process saves a state in the middle of a run;
+//! another, maybe on another platform, continues from it and must compute the same numbers, bit for
+//! bit.
 
 use std::fs;
 use std::path::Path;
@@ -31,7 +32,8 @@ pub fn save(path: &Path, folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Continues an FMU from the state in the folder; the numbers that follow must be those written there.
+/// Continues an FMU from the state in the folder; the numbers that follow must be those written
+/// there.
 pub fn continue_from(path: &Path, folder: &Path) -> Result<()> {
     let fmu = Fmu::open(path)?;
     let file = folder.join(&fmu.description.identifier);
@@ -58,8 +60,8 @@ pub fn continue_from(path: &Path, folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Makes steps from number `first` on, with moving inputs; returns every computed number after each,
-/// with its bits, as lines.
+/// Makes steps from number `first` on, with moving inputs; returns every computed number after
+/// each, with its bits, as lines.
 fn steps(instance: &mut Subject, first: usize) -> Result<Vec<String>> {
     let variables = &instance.fmu.description.variables;
     let reals = || variables.iter().filter(|v| v.access() == Access::Real);

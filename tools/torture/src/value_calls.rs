@@ -41,8 +41,9 @@ impl Session<'_> {
         }
     }
 
-    /// What fmi2SetXxx may return, by NULL, causality, variability and bounds. If a call of FMI 3.0,
-    /// whose variables are arrays, has several mistakes, the exporter decides which is met first.
+    /// What fmi2SetXxx may return, by NULL, causality, variability and bounds. If a call of FMI
+    /// 3.0, whose variables are arrays, has several mistakes, the exporter decides which is met
+    /// first.
     fn settable(
         &self,
         i: usize,
@@ -196,8 +197,8 @@ impl Session<'_> {
         Ok(call)
     }
 
-    /// What fmi2GetXxx may return. The model may refuse inconsistent inputs, or in Initialization Mode
-    /// start values.
+    /// What fmi2GetXxx may return. The model may refuse inconsistent inputs, or in Initialization
+    /// Mode start values.
     fn readable(&self, vr: &[u32], kind: Access) -> Expect {
         let mut expect = Expect::Done;
         for vr in vr {
@@ -211,8 +212,8 @@ impl Session<'_> {
         expect
     }
 
-    /// Whether the model computes a value before a wrong reference is met: then the refusal may be the
-    /// model's.
+    /// Whether the model computes a value before a wrong reference is met: then the refusal may be
+    /// the model's.
     fn computes(&self, vr: &[u32], kind: Access) -> bool {
         let mut found = vr.iter().filter_map(|vr| self.fmu.find(*vr));
         found.any(|v| v.is_computed() && v.access() == kind)

@@ -1,5 +1,5 @@
-//! Finds packed FMUs and systems whose folder is not given: by the environment variable `FMU_DIR`, or
-//! near the program.
+//! Finds packed FMUs and systems whose folder is not given: by the environment variable `FMU_DIR`,
+//! or near the program.
 
 use std::path::{Path, PathBuf};
 
@@ -10,8 +10,8 @@ use crate::structure::package::FmuPlace;
 /// Environment variable that names the folder of the packed FMUs.
 const FMU_DIR: &str = "FMU_DIR";
 
-/// Where the FMUs of a system are: in `folder` if given; else where the system structure says, or in
-/// one of the folders that are searched.
+/// Where the FMUs of a system are: in `folder` if given; else where the system structure says, or
+/// in one of the folders that are searched.
 pub fn place(folder: Option<&Path>) -> Result<FmuPlace> {
     Ok(match folder {
         Some(folder) => FmuPlace::Folder(folder.to_path_buf()),
@@ -21,8 +21,8 @@ pub fn place(folder: Option<&Path>) -> Result<FmuPlace> {
     })
 }
 
-/// Folders that are searched for packed FMUs: the one in the environment variable `FMU_DIR`; else the
-/// program's own, `fmu/` in it, and `fmu/` in the folders above it (the build folder).
+/// Folders that are searched for packed FMUs: the one in the environment variable `FMU_DIR`; else
+/// the program's own, `fmu/` in it, and `fmu/` in the folders above it (the build folder).
 fn folders() -> Result<Vec<PathBuf>> {
     if let Some(folder) = std::env::var_os(FMU_DIR) {
         return Ok(vec![PathBuf::from(folder)]);
@@ -36,8 +36,8 @@ fn folders() -> Result<Vec<PathBuf>> {
 /// Name of the folder with the FMUs of FMI 3.0, which lies beside those of 2.0.
 const FMI_3: &str = "fmi3";
 
-/// Where the FMUs of FMI 3.0 are: in the folder `fmi3` in `folder` if given; else in that beside the
-/// system, or in one of the folders that are searched.
+/// Where the FMUs of FMI 3.0 are: in the folder `fmi3` in `folder` if given; else in that beside
+/// the system, or in one of the folders that are searched.
 pub fn place_of_fmi_3(folder: Option<&Path>, system: &Path) -> Result<FmuPlace> {
     if let Some(folder) = folder {
         return Ok(FmuPlace::Folder(folder.join(FMI_3)));

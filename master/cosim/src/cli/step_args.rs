@@ -12,16 +12,16 @@ use crate::stepping::{StepControl, StepLimits};
 /// How long communication steps are, and where a run is saved or resumed.
 #[derive(Args, Clone)]
 pub struct StepArgs {
-    /// Choose the communication step, which begins with the shortest, by the energy that the coupling
-    /// makes or loses at the power bonds over a step: at most about this part of the energy that
-    /// passes
+    /// Choose the communication step, which begins with the shortest, by the energy that the
+    /// coupling makes or loses at the power bonds over a step: at most about this part of the
+    /// energy that passes
     #[arg(long, value_name = "TOLERANCE", conflicts_with_all = ["doubling_tolerance", "interval"])]
     pub energy_tolerance: Option<f64>,
     /// Energy of a step from which on --energy-tolerance counts, J; below, it is a part of this
     #[arg(long, value_name = "JOULE", default_value_t = 1.0)]
     pub energy_scale: f64,
-    /// Choose the communication step, which begins with --step, by comparison with two of half the length: the difference of
-    /// connected outputs may be this part of nominal value and output
+    /// Choose the communication step, which begins with --step, by comparison with two of half the
+    /// length: the difference of connected outputs may be this part of nominal value and output
     #[arg(long, value_name = "TOLERANCE", conflicts_with = "interval")]
     pub doubling_tolerance: Option<f64>,
     /// Repeat a step that a component does not make to its end, with all others to where it
@@ -81,7 +81,13 @@ impl StepArgs {
     }
 
     fn control(&self) -> Result<StepControl> {
-        let limits = self.limits();
+        let mut limits = StepLimits::default();
+        limits.length = self.step_limits.unwrap_or(limits.length);
+        limits.change = self.step_change.unwrap_or(limits.change);
+        if let Some([safety, proportional, integral]) = self.step_controller {
+            (limits.safety, limits.proportional) = (safety, proportional);
+            limits.integral = integral;
+        }
         Ok(match (self.energy_tolerance, self.doubling_tolerance) {
             (Some(tolerance), _) => StepControl::Energy {
                 tolerance,
@@ -96,17 +102,6 @@ impl StepArgs {
             (None, None) if self.repeat_steps => StepControl::Repeated,
             (None, None) => StepControl::Fixed,
         })
-    }
-
-    fn limits(&self) -> StepLimits {
-        let mut limits = StepLimits::default();
-        limits.length = self.step_limits.unwrap_or(limits.length);
-        limits.change = self.step_change.unwrap_or(limits.change);
-        if let Some([safety, proportional, integral]) = self.step_controller {
-            (limits.safety, limits.proportional) = (safety, proportional);
-            limits.integral = integral;
-        }
-        limits
     }
 }
 

@@ -174,8 +174,8 @@ struct Thread {
 }
 
 impl Worker {
-    /// Starts a thread for at most `count` instances, which make up to `parts` steps at a time. With
-    /// `spins`, for a thread with a core to itself, it polls its queue before it sleeps.
+    /// Starts a thread for at most `count` instances, which make up to `parts` steps at a time.
+    /// With `spins`, for a thread with a core to itself, it polls its queue before it sleeps.
     pub fn start(count: usize, parts: usize, spins: bool) -> Result<Self> {
         let spins = if spins { SPINS[0] } else { 0 };
         // Holds some calls of each instance; beyond that, the master waits.

@@ -31,8 +31,8 @@ struct Growth {
     ever: f64,
 }
 
-/// Watches the exchanged values. Each quantity that is updated at every step has an array of its own,
-/// so that the compiler vectorizes the loop.
+/// Watches the exchanged values. Each quantity that is updated at every step has an array of its
+/// own, so that the compiler vectorizes the loop.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Watch {
     values: Vec<f64>,

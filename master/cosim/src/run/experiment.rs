@@ -1,5 +1,5 @@
-//! An experiment: the conditions of a run (step, start values, inputs, faults), from which it starts
-//! the initialized system.
+//! An experiment: the conditions of a run (step, start values, inputs, faults), from which it
+//! starts the initialized system.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
-//! What a run is told besides its experiment: where it ends, how long its steps are, and which files
-//! it is saved to or resumed from.
+//! What a run is told besides its experiment: where it ends, how long its steps are, and which
+//! files it is saved to or resumed from.
 
 use std::path::PathBuf;
 

@@ -24,13 +24,13 @@ const LONG_STEP: f64 = 100e-6;
 /// Several threads are tried only if the rest of the run takes longer than this, s: they load the
 /// FMUs once more.
 const LONG_RUN: f64 = 0.5;
-/// Several threads are kept if their median step takes at most this part of the shortest step on one
-/// thread. On a busy machine they wait for each other, and one thread is faster.
+/// Several threads are kept if their median step takes at most this part of the shortest step on
+/// one thread. On a busy machine they wait for each other, and one thread is faster.
 const GAIN: f64 = 0.8;
 
 /// The run on several threads, after the steps that are timed, if it is faster than on the one
-/// thread with which `experiment` was started; `shortest` is that thread's shortest step, `left` the
-/// number of steps to come.
+/// thread with which `experiment` was started; `shortest` is that thread's shortest step, `left`
+/// the number of steps to come.
 pub(crate) fn multi_threaded(
     system: &System,
     plan: &Plan,

@@ -1,5 +1,5 @@
-//! How the length of communication steps is chosen: fixed, or by a PI controller that holds the error
-//! of each step near a tolerance.
+//! How the length of communication steps is chosen: fixed, or by a PI controller that holds the
+//! error of each step near a tolerance.
 
 use anyhow::{Result, ensure};
 use serde::{Deserialize, Serialize};
@@ -40,9 +40,9 @@ pub enum StepControl {
     },
 }
 
-/// Parameters of the controller. The next length follows from the error relative to the allowed one:
-/// `h ← h · safety · error^−(i + p) · (error before)^p`, within these limits. The defaults are those
-/// of libcosim's example.
+/// Parameters of the controller. The next length follows from the error relative to the allowed
+/// one: `h ← h · safety · error^−(i + p) · (error before)^p`, within these limits. The defaults are
+/// those of libcosim's example.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct StepLimits {
     /// Shortest and longest step, s.
@@ -151,8 +151,8 @@ impl StepController {
         })
     }
 
-    /// End of the next step from `t`, s. The last two steps before `stop` have equal lengths, so that
-    /// none is tiny.
+    /// End of the next step from `t`, s. The last two steps before `stop` have equal lengths, so
+    /// that none is tiny.
     pub fn end(&self, t: f64, stop: f64) -> f64 {
         let next = self.state.next;
         let steps = (stop - t) / next;

@@ -1,5 +1,6 @@
-//! Communication steps of variable length, chosen by the error of the step before, and steps that are
-//! repeated from a saved state: because their error was too large or a component stopped within them.
+//! Communication steps of variable length, chosen by the error of the step before, and steps that
+//! are repeated from a saved state: because their error was too large or a component stopped within
+//! them.
 
 use anyhow::{Result, bail, ensure};
 use fmi_description::{Access, Variability, Variable};
@@ -12,8 +13,8 @@ use crate::structure::system::System;
 /// Repetitions of a step after which the run fails.
 const REPEATS: usize = 100;
 
-/// Error above which a step that is chosen by energy is repeated, if repetition is on: the controller
-/// holds errors near 1.
+/// Error above which a step that is chosen by energy is repeated, if repetition is on: the
+/// controller holds errors near 1.
 const TOO_LARGE: f64 = 2.0;
 
 /// Numbers and lengths of the steps of a run.
@@ -150,18 +151,19 @@ impl VariableSteps {
     pub fn make(&mut self, master: &mut Master) -> Result<()> {
         let start = master.time();
         let error = match self.control {
-            StepControl::Fixed | StepControl::Repeated => {
-                self.on_grid(master)?;
-                0.0
-            }
-            StepControl::Energy { repeats: false, .. } => {
+            StepControl::Energy {
+                repeats: false,
+                tolerance,
+                scale,
+                ..
+            } => {
                 let end = self.controller.end(start, self.stop);
                 self.step_to(master, end)?;
-                let error = self.energy_error(master);
+                let error = self.energy_error(master, tolerance, scale);
                 self.controller.follow(end - start, error)?;
                 error
             }
-            StepControl::Energy { .. } | StepControl::Doubling { .. } => self.repeated(master)?,
+            _ => self.repeated(master)?,
         };
         let length = master.time() - start;
         self.count.made += 1;
@@ -194,35 +196,28 @@ impl VariableSteps {
         Ok(None)
     }
 
-    /// Steps to the next multiple of the step, or to where a component stops.
-    fn on_grid(&mut self, master: &mut Master) -> Result<()> {
-        let (start, t, h) = (
-            master.stepping().start,
-            master.time(),
-            self.controller.state.next,
-        );
-        let passed = ((t - start) / h + 1e-6).floor();
-        let mut end = (start + (passed + 1.0) * h).min(self.stop);
-        if self.stop - end < 1e-6 * h {
-            end = self.stop;
+    /// The next multiple of the step, or the stop time, s.
+    fn end_on_grid(&self, master: &Master) -> f64 {
+        let (start, h) = (master.stepping().start, self.controller.state.next);
+        let passed = ((master.time() - start) / h + 1e-6).floor();
+        let end = (start + (passed + 1.0) * h).min(self.stop);
+        match self.stop - end < 1e-6 * h {
+            true => self.stop,
+            false => end,
         }
-        let saved = master.save()?;
-        for _ in 0..REPEATS {
-            let Some(stopped) = self.attempt(master, &[end])? else {
-                return Ok(());
-            };
-            master.restore(&saved)?;
-            end = shorter(t, end, &stopped);
-        }
-        bail!("at t = {t} s a component stops however short the step is, {REPEATS} times")
     }
 
-    /// Repeats a step until its error is small enough or it is the shortest; returns the error.
+    /// Repeats a step until no component stops within it and its error is small enough, or it is
+    /// the shortest; returns the error.
     fn repeated(&mut self, master: &mut Master) -> Result<f64> {
         let t = master.time();
         let saved = master.save()?;
         let doubles = matches!(self.control, StepControl::Doubling { .. });
-        let mut end = self.controller.end(t, self.stop);
+        let on_grid = matches!(self.control, StepControl::Fixed | StepControl::Repeated);
+        let mut end = match on_grid {
+            true => self.end_on_grid(master),
+            false => self.controller.end(t, self.stop),
+        };
         for _ in 0..REPEATS {
             let mut stopped = self.attempt(master, &[end])?;
             if stopped.is_none() && doubles {
@@ -235,9 +230,14 @@ impl VariableSteps {
                 end = shorter(t, end, &stopped);
                 continue;
             }
-            let (error, most) = match doubles {
-                true => (self.difference(master), 1.0),
-                false => (self.energy_error(master), TOO_LARGE),
+            let (error, most) = match self.control {
+                StepControl::Fixed | StepControl::Repeated => return Ok(0.0),
+                StepControl::Energy {
+                    tolerance, scale, ..
+                } => (self.energy_error(master, tolerance, scale), TOO_LARGE),
+                StepControl::Doubling { tolerance, .. } => {
+                    (self.difference(master) / tolerance, 1.0)
+                }
             };
             self.controller.follow(end - t, error)?;
             if error <= most || self.controller.is_shortest(end - t) {
@@ -247,17 +247,18 @@ impl VariableSteps {
             // Shorter in any case.
             end = (t + 0.9 * (end - t)).min(t + self.controller.state.next);
         }
-        bail!("at t = {t} s no communication step succeeds, however short, {REPEATS} times")
+        match on_grid {
+            true => {
+                bail!("at t = {t} s a component stops however short the step is, {REPEATS} times")
+            }
+            false => {
+                bail!("at t = {t} s no communication step succeeds, however short, {REPEATS} times")
+            }
+        }
     }
 
     /// Energy residuals of the last step, relative to the allowed ones.
-    fn energy_error(&self, master: &Master) -> f64 {
-        let StepControl::Energy {
-            tolerance, scale, ..
-        } = self.control
-        else {
-            return 0.0;
-        };
+    fn energy_error(&self, master: &Master, tolerance: f64, scale: f64) -> f64 {
         let bonds = master.residuals().iter().zip(&self.before);
         let squares = bonds.map(|(residual, [energy, turnover])| {
             let allowed = tolerance * (scale + (residual.turnover - turnover).abs());
@@ -266,17 +267,14 @@ impl VariableSteps {
         (squares.sum::<f64>() / self.before.len() as f64).sqrt()
     }
 
-    /// Largest difference of outputs between a whole step and two halves, relative to the allowed one.
+    /// Largest difference of outputs between a whole step and two halves, relative to nominal and
+    /// present value.
     fn difference(&self, master: &Master) -> f64 {
-        let StepControl::Doubling { tolerance, .. } = self.control else {
-            return 0.0;
-        };
         let values = master.exchange().values.iter().zip(&self.whole);
-        let mut largest = 0.0_f64;
-        for ((value, whole), nominal) in values.zip(&self.nominal) {
-            largest = largest.max((value - whole).abs() / (nominal + value.abs()));
-        }
-        largest / tolerance
+        let relative = values
+            .zip(&self.nominal)
+            .map(|((value, whole), nominal)| (value - whole).abs() / (nominal + value.abs()));
+        relative.fold(0.0, f64::max)
     }
 }
 
@@ -290,8 +288,8 @@ impl StepControl {
     }
 }
 
-/// New end of the step from `t` to `end` after a component stopped within it, s: where it stopped, or
-/// half-way if it does not report that.
+/// New end of the step from `t` to `end` after a component stopped within it, s: where it stopped,
+/// or half-way if it does not report that.
 fn shorter(t: f64, end: f64, stopped: &Stopped) -> f64 {
     let least = 1e-6 * (end - t);
     let is_within = |time: &f64| (t + least..end - least).contains(time);
