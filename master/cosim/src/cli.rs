@@ -230,10 +230,7 @@ impl RunArgs {
         })
     }
 
-    /// The gaps of the system structure with these arguments, as findings.
-    ///
-    /// # Errors
-    /// With `--strict`, any gap except inputs that the system does not mention.
+    /// The gaps of the system structure with these arguments, as findings; with `--strict` errors.
     pub fn judge_gaps(&self, system: &System, experiment: &Experiment) -> Result<Verdict> {
         let gaps = system.find_gaps(&experiment.settings)?;
         gaps.judge(system, experiment.stepping.schedule, self.strict)

@@ -19,9 +19,7 @@ pub struct DescribedFmu {
 
 impl DescribedFmu {
     /// Reads the description from an opened archive.
-    ///
-    /// # Errors
-    /// The description cannot be read.
+
     pub fn from_archive(file: String, mut archive: Archive) -> anyhow::Result<Self> {
         let description = archive.description()?;
         let names = archive.names();

@@ -29,8 +29,9 @@ use workers::Worker;
 pub struct Instance {
     fmi: Box<dyn FmiInstance>,
     fmu: Arc<Fmu>,
-    name: String,
-    has_events: bool,
+    pub(crate) name: String,
+    /// It enters Event Mode.
+    pub(crate) has_events: bool,
     /// Made for schedules that read outputs again after inputs were set.
     pub(crate) is_staged: bool,
     is_elsewhere: bool,
@@ -161,19 +162,9 @@ impl Instance {
         Ok(instance)
     }
 
-    /// Name of the instance.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
     /// The FMU it is an instance of.
     pub fn fmu(&self) -> &Arc<Fmu> {
         &self.fmu
-    }
-
-    /// Whether it enters Event Mode.
-    pub fn has_events(&self) -> bool {
-        self.has_events
     }
 
     /// Whether it runs in another thread.
@@ -354,45 +345,31 @@ impl Instance {
     }
 
     /// Saves its state.
-    ///
-    /// # Errors
-    /// An FMU that cannot save its state.
     pub fn save(&self, at: At) -> Result<State> {
-        ensure!(
-            self.fmu.description.capabilities.saves_state,
-            "{} (FMU `{}`) cannot save its state ({at})",
-            self.name,
-            self.fmu.file
-        );
+        let can_save = self.fmu.description.capabilities.saves_state;
+        self.require(can_save, "save its state", at)?;
         self.check(self.fmi.save(), None, at).map(State)
     }
 
-    /// Restores a saved state.
-    ///
-    /// # Errors
-    /// A state of another instance, or one that the FMU refuses.
+    /// Restores a state of this instance.
     pub fn restore(&self, state: &State, at: At) -> Result<()> {
         self.check(self.fmi.restore(&*state.0), None, at)
     }
 
     /// The bytes of a saved state.
-    ///
-    /// # Errors
-    /// An FMU that cannot serialize its state.
     pub fn state_to_bytes(&self, state: &State, at: At) -> Result<Vec<u8>> {
-        ensure!(
-            self.fmu.description.capabilities.serializes_state,
-            "{} (FMU `{}`) cannot write its state as bytes ({at})",
-            self.name,
-            self.fmu.file
-        );
+        let can_serialize = self.fmu.description.capabilities.serializes_state;
+        self.require(can_serialize, "write its state as bytes", at)?;
         self.check(self.fmi.state_to_bytes(&*state.0), None, at)
     }
 
+    fn require(&self, can: bool, what: &str, at: At) -> Result<()> {
+        let (name, file) = (&self.name, &self.fmu.file);
+        ensure!(can, "{name} (FMU `{file}`) cannot {what} ({at})");
+        Ok(())
+    }
+
     /// A state to be restored, from the bytes of an instance of the same FMU.
-    ///
-    /// # Errors
-    /// Bytes that the FMU refuses.
     pub fn state_from_bytes(&self, bytes: &[u8], at: At) -> Result<State> {
         (self.check(self.fmi.state_from_bytes(bytes), None, at)).map(State)
     }

@@ -1,7 +1,7 @@
 //! The co-simulation master: makes and initializes the instances of a system, steps them by a
 //! schedule, and saves and restores the state of the whole.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use fmi_description::{Access, Variability};
 use serde::{Deserialize, Serialize};
 
@@ -73,13 +73,11 @@ impl Master {
         stepping: Stepping,
         threads: usize,
     ) -> Result<Self> {
-        if !(stepping.step.is_finite() && stepping.step > 0.0 && stepping.start.is_finite()) {
-            bail!(
-                "step {} s from {} s: both must be finite and the step > 0",
-                stepping.step,
-                stepping.start
-            );
-        }
+        let Stepping { start, step, .. } = stepping;
+        ensure!(
+            step.is_finite() && step > 0.0 && start.is_finite(),
+            "step {step} s from {start} s: both must be finite and the step > 0"
+        );
         let wiring = system.wiring()?;
         let is_staged = stepping.schedule != Schedule::Standard;
         let is_sequential = stepping.schedule == Schedule::GaussSeidel;
@@ -89,27 +87,27 @@ impl Master {
             false => Order::AtOnce,
         };
         let mut exchange = Exchange::new(&wiring, order, |_| true)?;
-        let mut derivatives = None;
-        if stepping.schedule == Schedule::JacobiDerivatives {
-            derivatives = Some(Exchange::new(&wiring, Order::Stages, |link| {
-                passes_derivative(&wiring, link)
-            })?);
-        }
+        let derivatives = match stepping.schedule {
+            Schedule::JacobiDerivatives => {
+                let passes = |link: &Link| passes_derivative(&wiring, link);
+                Some(Exchange::new(&wiring, Order::Stages, passes)?)
+            }
+            _ => None,
+        };
         let rates = Rates::new(&system.structure, &wiring, &exchange, stepping)?;
         let balance = Balance::new(&wiring, stepping, rates.is_some())?;
         let (means, bonds) = Means::new(&wiring, &exchange, derivatives.as_ref())?;
-        let parts = Rates::most_parts(&system.structure, stepping.step);
+        let parts = Rates::most_parts(&system.structure, step);
         let crew = Crew::new(system, threads, parts)?;
-        let start = stepping.start;
         let make = |k| make(system, k, settings, is_staged, start, crew.worker(k));
         let instances: Vec<Instance> = (0..system.fmus.len()).map(make).collect::<Result<_>>()?;
         exchange.is_beside = instances.iter().any(Instance::is_elsewhere);
         initialize(&instances, &wiring, stepping)?;
         let residuals = bonds.iter().map(|b| Residual::new(wiring.name(b.effort)));
-        let residuals = residuals.collect();
-        let timed = (0..instances.len()).filter(|k| instances[*k].has_events());
+        let timed = (0..instances.len()).filter(|k| instances[*k].has_events);
         let mut coupling = Coupling {
             timed: timed.collect(),
+            residuals: residuals.collect(),
             fixed: system.fixed_step().map(str::to_string),
             bond_steps: vec![BondStep::default(); bonds.len()],
             ranks: crew.ranks(&wiring, |link| {
@@ -122,7 +120,6 @@ impl Master {
             derivatives,
             means,
             bonds,
-            residuals,
         };
         if coupling.exchange.over_step.is_some() {
             // Refuses now rather than in the first step.
@@ -131,7 +128,7 @@ impl Master {
             )?;
         }
         schedule::begin(stepping.schedule, &mut coupling, start)?;
-        coupling.tick(start, TOLERANCE * stepping.step, is_staged)?;
+        coupling.tick(start, TOLERANCE * step, is_staged)?;
         Ok(Self {
             coupling,
             stepping,
@@ -301,17 +298,13 @@ impl Master {
     }
 
     /// Saves the state of all instances and of the values passed between them.
-    ///
-    /// # Errors
-    /// An FMU that cannot save its state.
+
     pub fn save(&self) -> Result<Saved> {
         Ok(self.saved(self.coupling.save(self.time)?))
     }
 
     /// The same in bytes, for a run of the same system in another process.
-    ///
-    /// # Errors
-    /// An FMU that cannot serialize its state.
+
     pub(crate) fn save_bytes(&self) -> Result<Saved<Vec<u8>>> {
         Ok(self.saved(self.coupling.save_bytes(self.time)?))
     }
@@ -333,9 +326,6 @@ impl Master {
     }
 
     /// Restores a saved state of this run, which then continues from there as it did, bit for bit.
-    ///
-    /// # Errors
-    /// A state of another run, or one that an FMU refuses.
     pub fn restore(&mut self, saved: &Saved) -> Result<()> {
         self.coupling.restore(&saved.coupling, saved.time)?;
         self.resume(saved.steps, saved.time, saved.last_step);

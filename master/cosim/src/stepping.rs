@@ -24,9 +24,7 @@ pub enum Steps {
 
 impl Steps {
     /// The steps of `master`, which runs `system`, to `stop`, s.
-    ///
-    /// # Errors
-    /// A stop time before the start or not finite; a system that does not allow variable steps.
+
     pub fn new(system: &System, master: &Master, stop: f64, control: &StepControl) -> Result<Self> {
         if let StepControl::Fixed = control {
             return Ok(Self::Fixed(FixedSteps::new(master.stepping(), stop)?));

@@ -44,29 +44,27 @@ pub fn place_of_fmi_3(folder: Option<&Path>, system: &Path) -> Result<FmuPlace> 
     }
     let beside = system.parent().map(Path::to_path_buf);
     let places = beside.into_iter().chain(folders()?);
-    let places: Vec<PathBuf> = places.map(|folder| folder.join(FMI_3)).collect();
-    let found = places.iter().find(|folder| folder.is_dir()).cloned();
-    found.map(FmuPlace::Folder).with_context(|| {
-        format!(
-            "there is no folder of FMUs of FMI 3.0: name the one that holds `{FMI_3}` (--fmu-dir DIR); looked for {}",
-            listed(&places)
-        )
-    })
+    let places = places.map(|folder| folder.join(FMI_3)).collect();
+    let lacking = format!(
+        "there is no folder of FMUs of FMI 3.0: name the one that holds `{FMI_3}` (--fmu-dir DIR)"
+    );
+    first(places, Path::is_dir, &lacking).map(FmuPlace::Folder)
 }
 
 /// The packed system `name` in one of the folders that are searched.
 pub fn find(name: &str) -> Result<PathBuf> {
-    let files: Vec<PathBuf> = folders()?.iter().map(|folder| folder.join(name)).collect();
-    let found = files.iter().find(|file| file.is_file()).cloned();
-    found.with_context(|| {
-        format!(
-            "there is no {name}: name a system (--system FILE) or the folder of the FMUs (environment variable {FMU_DIR}); looked for {}",
-            listed(&files)
-        )
-    })
+    let files = folders()?.iter().map(|folder| folder.join(name)).collect();
+    let lacking = format!(
+        "there is no {name}: name a system (--system FILE) or the folder of the FMUs (environment variable {FMU_DIR})"
+    );
+    first(files, Path::is_file, &lacking)
 }
 
-fn listed(paths: &[PathBuf]) -> String {
-    let paths = paths.iter().map(|path| path.display().to_string());
-    Vec::from_iter(paths).join(", ")
+/// The first path that exists; the error says what is `lacking` and lists the paths.
+fn first(paths: Vec<PathBuf>, exists: fn(&Path) -> bool, lacking: &str) -> Result<PathBuf> {
+    let found = paths.iter().find(|path| exists(path)).cloned();
+    found.with_context(|| {
+        let paths = paths.iter().map(|path| path.display().to_string());
+        format!("{lacking}; looked for {}", Vec::from_iter(paths).join(", "))
+    })
 }

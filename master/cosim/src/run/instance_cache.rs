@@ -46,7 +46,7 @@ pub(crate) fn keep(mut instances: Vec<Instance>) {
 /// reset fails.
 pub(crate) fn take(fmu: &Arc<Fmu>, name: &str, is_staged: bool) -> Option<Instance> {
     let fits =
-        |i: &Instance| Arc::ptr_eq(i.fmu(), fmu) && i.name() == name && i.is_staged == is_staged;
+        |i: &Instance| Arc::ptr_eq(i.fmu(), fmu) && i.name == name && i.is_staged == is_staged;
     let instance = CACHE.with_borrow_mut(|cache| {
         let cache = cache.as_mut()?;
         let found = cache.iter().position(fits)?;

@@ -8,10 +8,7 @@ use crate::run::recording::Recording;
 
 /// Is called at every communication point of a run.
 pub trait Observer {
-    /// Observes a communication point; the first is the start of the run.
-    ///
-    /// # Errors
-    /// Any error ends the run as failed.
+    /// Observes a communication point; the first is the start of the run. An error ends the run.
     fn observe(&mut self, master: &Master) -> Result<()>;
 
     /// True once it needs no further communication point: the run then ends.

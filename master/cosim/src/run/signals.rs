@@ -97,18 +97,13 @@ pub fn connected(system: &System) -> Result<Vec<Port>> {
 }
 
 /// All numeric outputs whose `component.variable` matches one of `patterns` (`*` stands for any
-/// text); also inputs and local variables, except for the patterns `*` and `component.*`.
-///
-/// # Errors
-/// A pattern that matches nothing.
+/// text); also inputs and local variables, except for the patterns `*` and `component.*`. A pattern
+/// that matches nothing is an error.
 pub fn matching(system: &System, patterns: &[String]) -> Result<Vec<Port>> {
     matching_access(system, patterns, Access::is_number)
 }
 
 /// As [`matching`], with strings and binary values.
-///
-/// # Errors
-/// As [`matching`].
 pub fn matching_any(system: &System, patterns: &[String]) -> Result<Vec<Port>> {
     matching_access(system, patterns, |access| access != Access::Clock)
 }

@@ -38,9 +38,6 @@ pub struct Outcome {
 }
 
 /// As [`run_plan`], with steps of one length to `stop`, s, and a function as the observer.
-///
-/// # Errors
-/// As [`run_plan`].
 pub fn run(
     system: &System,
     master: Master,

@@ -47,10 +47,7 @@ impl RunState<'_> {
             .collect()
     }
 
-    /// The run as bytes.
-    ///
-    /// # Errors
-    /// An FMU that cannot serialize its state.
+    /// The run as bytes; every FMU must be able to serialize its state.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
         let snapshot = postcard::to_stdvec(&Snapshot {
             components: self.components(),
@@ -64,10 +61,7 @@ impl RunState<'_> {
         Ok([MAGIC, &sum, &snapshot].concat())
     }
 
-    /// Resumes from the bytes of a snapshot.
-    ///
-    /// # Errors
-    /// Damaged bytes or no snapshot; a run of other components or steps.
+    /// Resumes from the bytes of a snapshot, which must be of a run of the same components and steps.
     pub fn resume(&mut self, bytes: &[u8]) -> Result<()> {
         ensure!(
             bytes.len() >= HEADER && bytes.starts_with(MAGIC),

@@ -99,10 +99,8 @@ impl System {
 }
 
 impl StructureGaps {
-    /// The gaps as findings on a run with this schedule.
-    ///
-    /// # Errors
-    /// If `is_strict`, any gap except unmentioned inputs.
+    /// The gaps as findings on a run with this schedule. If `is_strict`, any gap except unmentioned
+    /// inputs is an error.
     pub fn judge(&self, system: &System, schedule: Schedule, is_strict: bool) -> Result<Verdict> {
         let mut verdict = Verdict::default();
         let note = |verdict: &mut Verdict, what: &str, names: &[String]| {

@@ -71,9 +71,6 @@ impl Supervision {
     }
 
     /// Terminates all instances and returns the verdict.
-    ///
-    /// # Errors
-    /// An instance that cannot be terminated.
     pub fn end(&self, system: &System, master: Master) -> Result<Verdict> {
         let mut verdict = self.verdict(system, &master);
         master.terminate()?;

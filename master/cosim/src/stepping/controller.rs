@@ -165,9 +165,6 @@ impl StepController {
 
     /// Chooses the next length after a step of `length`, s, with this error relative to the allowed
     /// one.
-    ///
-    /// # Errors
-    /// An error that is NaN.
     pub fn follow(&mut self, length: f64, error: f64) -> Result<()> {
         let StepLimits {
             length: [shortest, longest],

@@ -21,10 +21,7 @@ pub struct FixedSteps {
 }
 
 impl FixedSteps {
-    /// The steps to `stop`, s.
-    ///
-    /// # Errors
-    /// A stop time before the start, or not finite.
+    /// The steps to `stop`, s, which must be after the start.
     pub fn new(stepping: Stepping, stop: f64) -> Result<Self> {
         let Stepping { start, step, .. } = stepping;
         let steps = (stop - start) / step;

@@ -46,9 +46,8 @@ impl VariableSteps {
     /// The steps of `master`, which runs `system`, to `stop`, s.
     ///
     /// # Errors
-    /// A stop time that is not after the start; control by energy without a power bond; limits or a
-    /// tolerance that make no sense; a delay, which counts steps of one length; a component that
-    /// cannot save its state although steps are repeated.
+    /// Control by energy without a power bond; limits or a tolerance that make no sense; a delay,
+    /// which counts steps of one length; repeated steps of components that cannot save their state.
     pub fn new(system: &System, master: &Master, stop: f64, control: &StepControl) -> Result<Self> {
         let (step, start) = (master.stepping().step, master.time());
         ensure!(
