@@ -44,8 +44,8 @@ pub struct SystemArgs {
     /// also the environment variable FMU_DIR, or beside this program, or fmu/ in the build folder]
     #[arg(long, value_name = "DIR")]
     pub fmu_dir: Option<PathBuf>,
-    /// Version of FMI: with 3 the FMUs are taken, by file name, from the folder `fmi3` in that
-    /// directory, or in the first of the other places that has one
+    /// Version of FMI: with 3 the FMUs come, by file name, from the folder `fmi3` in that directory,
+    /// or in the first of the default places that has one
     #[arg(long, value_name = "VERSION", value_parser = clap::value_parser!(u8).range(2..=3))]
     pub fmi: Option<u8>,
     /// FMU for one component instead of the one that the system names, of either version;
@@ -60,17 +60,17 @@ pub struct SystemArgs {
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
     /// Outputs of this component may be read again after inputs were set at the same communication
-    /// point, although it does not declare on which inputs they depend: all of them then;
-    /// repeatable
+    /// point, although it does not declare on which inputs they depend: they count as depending on
+    /// all; repeatable
     #[arg(long, value_name = "COMPONENT")]
     pub feedthrough: Vec<String>,
-    /// Step of a component, or of all that match a pattern with `*`, such as `emla_*=0.25ms`: a
-    /// whole part or a whole multiple of the communication step; repeatable
+    /// Step of a component, or of all that match a pattern with `*`, such as `emla_*=0.25ms`: the
+    /// communication step divided by or multiplied with a whole number; repeatable
     #[arg(long = "rate", value_name = "COMPONENT=TIME")]
     pub rates: Vec<String>,
-    /// Solve algebraic loops of declared dependencies, by Newton's method, in initialization and
-    /// with the schedules jacobi and gauss-seidel at every communication point; with standard by
-    /// steps that are repeated from saved states, and outputs that declare no dependencies have all
+    /// Solve algebraic loops of declared dependencies by Newton's method, in initialization and, with
+    /// the schedules jacobi and gauss-seidel, at every communication point; with standard by steps
+    /// repeated from saved states, where outputs without declared dependencies depend on all inputs
     #[arg(long)]
     pub solve_loops: bool,
     /// Parameter set for the system, in the packed system (`resources/heavy.ssv`) or a file;
@@ -98,7 +98,7 @@ impl SystemArgs {
             (Some((component, file)), _) => Ok((component.to_string(), PathBuf::from(file))),
             (None, [(component, _)]) => Ok((component.clone(), PathBuf::from(text))),
             (None, _) => {
-                bail!("--map {text}: it must be COMPONENT=FILE where not one --fmu is given")
+                bail!("--map {text}: it must be COMPONENT=FILE unless one --fmu is given")
             }
         };
         let maps = self.maps.iter().map(mapping).collect::<Result<Vec<_>>>()?;
@@ -157,9 +157,9 @@ pub struct RunArgs {
     /// flow of power bonds with what they lacked over the step before, others held
     #[arg(long, value_enum, default_value_t)]
     pub between: Between,
-    /// Threads that the components are shared out to, with the same results; each has copies of the
-    /// FMUs' libraries for itself [default of cosim run: as many as there are cores where the first
-    /// steps take long, else 1]
+    /// Threads that share the components, with the same results; each has its own copies of the
+    /// FMUs' libraries [default of cosim run: as many as there are cores if the first steps take
+    /// long, else 1]
     #[arg(long, value_name = "NUMBER")]
     pub threads: Option<usize>,
     /// Start value of any variable, repeatable, applied last; an enumeration item may be given by
@@ -170,8 +170,7 @@ pub struct RunArgs {
     /// its FMUs do not have; inputs without a connector keep their start values
     #[arg(long)]
     pub strict: bool,
-    /// End with exit code 2 where the verdict on the result is bad (0: the run is done, 1: it
-    /// failed)
+    /// End with exit code 2 if the verdict on the result is bad (0: the run is done, 1: it failed)
     #[arg(long)]
     pub check: bool,
 }
@@ -190,7 +189,7 @@ impl RunArgs {
         if self.stop_time.or(system.structure.stop_time).is_none() {
             let stop = system.preferred_stop();
             verdict.note(format!(
-                "nobody says when to stop: the run ends at t = {stop} s"
+                "no stop time is given: the run ends at t = {stop} s"
             ));
             self.stop_time = Some(stop);
         }
@@ -251,7 +250,7 @@ pub struct InputArgs {
     /// Events that alter variables: a scenario of libcosim, as JSON
     #[arg(long, value_name = "FILE")]
     pub scenario: Option<PathBuf>,
-    /// What is done to the values of a wire, named by its input, or of all wires of an output:
+    /// Fault of a connection, named by its input, or of all connections of an output:
     /// bias:NUMBER, gain:NUMBER, override:VALUE, freeze, drop:PROBABILITY, delay:SECONDS or
     /// noise:DEVIATION, from and until a time, s; repeatable, one after the other
     #[arg(long = "fault", value_name = "WIRE=EFFECT[@FROM..UNTIL]")]
@@ -259,7 +258,7 @@ pub struct InputArgs {
     /// Short for --fault WIRE=noise:DEVIATION
     #[arg(long, value_name = "WIRE=DEVIATION")]
     pub noise: Vec<String>,
-    /// Seed of what is random in faults
+    /// Seed of the random numbers in faults
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
 }

@@ -284,7 +284,7 @@ fn wiring(args: &WiringArgs) -> Result<Verdict> {
     for (title, is_late) in [
         ("read at once, after the inputs that they depend on", false),
         (
-            "read late, right after the step, because nobody says what they depend on",
+            "read late, right after the step, because they do not declare what they depend on",
             true,
         ),
     ] {

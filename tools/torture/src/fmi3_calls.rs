@@ -20,29 +20,30 @@ impl Session<'_> {
         let mut update = Update::default();
         let which = self.random.below(8);
         let instance: &RawInstance = &self.instances[i];
-        let (name, status) = match which {
-            0..3 => ("fmi3EnterEventMode", instance.enter_event_mode()),
-            3..6 => ("fmi3EnterStepMode", instance.enter_step_mode()),
+        let (name, status, next) = match which {
+            0..3 => {
+                let status = instance.enter_event_mode();
+                ("fmi3EnterEventMode", status, Some(Mode::Event))
+            }
+            3..6 => {
+                let status = instance.enter_step_mode();
+                ("fmi3EnterStepMode", status, Some(Mode::Stepping))
+            }
             6 => {
                 let status = instance.update_discrete_states(&mut update);
-                ("fmi3UpdateDiscreteStates", status)
+                ("fmi3UpdateDiscreteStates", status, None)
             }
-            _ => (
-                "fmi3EvaluateDiscreteStates",
-                instance.evaluate_discrete_states(),
-            ),
+            _ => {
+                let status = instance.evaluate_discrete_states();
+                ("fmi3EvaluateDiscreteStates", status, None)
+            }
         };
         self.trace(i, format_args!("{name}()"));
         let call = self.plain(i, name, status, Expect::Done);
         let announces = update.again || update.terminates || update.next.is_finite();
-        if which == 6 && status == OK && announces {
+        if status == OK && announces {
             bail!("{name} announces events, of which these FMUs have none");
         }
-        let next = match which {
-            0..3 => Some(Mode::Event),
-            3..6 => Some(Mode::Stepping),
-            _ => None,
-        };
         if let (OK, Some(mode)) = (status, next) {
             self.instances[i].known.mode = mode;
         }

@@ -57,26 +57,28 @@ impl Session<'_> {
             true => Mode::Event,
             false => Mode::Stepping,
         };
-        let (expect, next) = match name {
-            "fmi2EnterInitializationMode" => (Expect::Done, Some(Mode::Initialization)),
-            "fmi2ExitInitializationMode" => (Expect::ModelDecides, Some(after_initialization)),
-            "fmi2Terminate" => (Expect::Done, Some(Mode::Terminated)),
-            "fmi2Reset" => (Expect::Done, Some(Mode::Instantiated)),
-            _ => (Expect::Refused, None),
-        };
         let own = f.name(name);
-        let expect = self.in_order(i, own, expect);
         self.trace(i, format_args!("{own}()"));
         let experiment = Experiment::default();
         let instance = &self.instances[i];
-        let status = match name {
-            "fmi2EnterInitializationMode" => instance.enter_initialization_mode(experiment),
-            "fmi2ExitInitializationMode" => instance.exit_initialization_mode(),
-            "fmi2Terminate" => instance.terminate(),
-            "fmi2Reset" => RawInstance::reset(instance),
+        let (expect, next, status) = match name {
+            "fmi2EnterInitializationMode" => {
+                let status = instance.enter_initialization_mode(experiment);
+                (Expect::Done, Some(Mode::Initialization), status)
+            }
+            "fmi2ExitInitializationMode" => {
+                let status = instance.exit_initialization_mode();
+                (Expect::ModelDecides, Some(after_initialization), status)
+            }
+            "fmi2Terminate" => (Expect::Done, Some(Mode::Terminated), instance.terminate()),
+            "fmi2Reset" => {
+                let status = RawInstance::reset(instance);
+                (Expect::Done, Some(Mode::Instantiated), status)
+            }
             _ if f.is_3() => return self.event_call(i),
-            _ => instance.cancel_step(),
+            _ => (Expect::Refused, None, instance.cancel_step()),
         };
+        let expect = self.in_order(i, own, expect);
         let is_3 = f.is_3();
         let instance = &mut self.instances[i];
         match next {

@@ -10,16 +10,6 @@ use fmi_import::status::OK;
 use std::ffi::{CStr, c_int};
 
 impl Session<'_> {
-    /// Names of the variables, and whether all references are known.
-    fn names(&self, vr: &[u32]) -> (Vec<String>, bool) {
-        // Time is no variable of the model.
-        let is_own = |v: &&Variable| v.causality != Causality::Independent;
-        let found = vr.iter().map(|vr| self.fmu.find(*vr).filter(is_own));
-        let names: Vec<_> = found.flatten().map(|v| v.name.clone()).collect();
-        let is_complete = names.len() == vr.len();
-        (names, is_complete)
-    }
-
     /// The record of a call with value references.
     pub fn with_variables(
         &self,
@@ -32,7 +22,11 @@ impl Session<'_> {
     ) -> Call {
         let call = self.plain(i, name, status, expect);
         let in_order = self.in_order(i, name, Expect::Done) == Expect::Done;
-        let (variables, is_complete) = self.names(vr);
+        // Time is no variable of the model.
+        let is_own = |v: &&Variable| v.causality != Causality::Independent;
+        let found = vr.iter().map(|vr| self.fmu.find(*vr).filter(is_own));
+        let variables: Vec<_> = found.flatten().map(|v| v.name.clone()).collect();
+        let is_complete = variables.len() == vr.len();
         let is_refusal = matches!(expect, Expect::Refused | Expect::Discarded);
         let by_value = in_order && is_complete && !is_null && is_refusal;
         Call {
@@ -212,13 +206,6 @@ impl Session<'_> {
         expect
     }
 
-    /// Whether the model computes a value before a wrong reference is met: then the refusal may be
-    /// the model's.
-    fn computes(&self, vr: &[u32], kind: Access) -> bool {
-        let mut found = vr.iter().filter_map(|vr| self.fmu.find(*vr));
-        found.any(|v| v.is_computed() && v.access() == kind)
-    }
-
     pub fn get_other(&mut self, i: usize) -> Result<Call> {
         let access = self.other_access();
         self.get(i, access)
@@ -243,7 +230,9 @@ impl Session<'_> {
         if is_float && values.iter().any(is_no_number) {
             bail!("{name}({vr:?}) gave {status} and {values:?}");
         }
-        let is_computing = self.computes(&vr, access);
+        // Where the model computes a value before a wrong reference is met, it may refuse first.
+        let mut found = vr.iter().filter_map(|vr| self.fmu.find(*vr));
+        let is_computing = found.any(|v| v.is_computed() && v.access() == access);
         Ok(self.with_variables(i, name, status, expect, &vr, is_null || is_computing))
     }
 }

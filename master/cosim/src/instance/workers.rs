@@ -134,7 +134,7 @@ impl HostedInstance {
     fn carry_out(&mut self, task: Task, copies: &mut Copies) -> Done {
         let (mut values, mut given) = (Vec::new(), None);
         let result = match task {
-            _ if self.has_failed => Err(anyhow!("what was begun before it failed")),
+            _ if self.has_failed => Err(anyhow!("a call that was begun before it failed")),
             Task::Plain(call) => self.instance().and_then(|instance| instance.call(call)),
             Task::Values(pass, batch, own) => {
                 values = own;

@@ -45,6 +45,6 @@ impl Experiment {
     /// The stop time that is given, else that of the system's default experiment, s.
     pub fn stop(&self, system: &System) -> Result<f64> {
         let stop = self.stop.or(system.structure.stop_time);
-        stop.context("neither a stop time is given nor has the system structure one")
+        stop.context("no stop time is given, and the system structure has none")
     }
 }

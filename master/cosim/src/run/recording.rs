@@ -64,6 +64,6 @@ impl Recording {
     /// Values of a recorded variable.
     pub fn column(&self, port: Port) -> Result<&[f64]> {
         let k = self.signals.ports().iter().position(|p| *p == port);
-        Ok(&self.columns[k.context("a variable that was not recorded is asked for")?])
+        Ok(&self.columns[k.context("the variable was not recorded")?])
     }
 }

@@ -65,7 +65,7 @@ impl RunState<'_> {
     pub fn resume(&mut self, bytes: &[u8]) -> Result<()> {
         ensure!(
             bytes.len() >= HEADER && bytes.starts_with(MAGIC),
-            "no snapshot of this version of cosim"
+            "not a snapshot of this version of cosim"
         );
         let (sum, bytes) = bytes[MAGIC.len()..].split_at(4);
         ensure!(

@@ -114,7 +114,7 @@ impl StructureGaps {
         }
         let what = "inputs that nothing drives or sets keep their start values";
         note(&mut verdict, what, &self.undriven_inputs);
-        let what = "bound values that match no variable are passed over";
+        let what = "parameter values that match no variable are ignored";
         note(&mut verdict, what, &self.unmatched_values);
         if is_strict {
             let texts: Vec<_> = verdict.findings().iter().map(|f| f.text.as_str()).collect();

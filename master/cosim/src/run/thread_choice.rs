@@ -64,7 +64,7 @@ pub(crate) fn multi_threaded(
     let chosen = run_again();
     if let Ok(Some(_)) = chosen {
         supervision.note(format!(
-            "the steps take long: {threads} threads make them (--threads 1: one)"
+            "the steps take long, so {threads} threads make them (--threads 1 for one)"
         ));
     } else {
         messages::take();
@@ -72,7 +72,7 @@ pub(crate) fn multi_threaded(
     }
     chosen.unwrap_or_else(|error| {
         supervision.note(format!(
-            "one thread makes all steps, long as they are: {error:#}"
+            "one thread makes all steps, although they take long: {error:#}"
         ));
         None
     })

@@ -175,7 +175,7 @@ impl StepController {
         } = self.limits;
         ensure!(
             !error.is_nan(),
-            "the error of the communication step is no number"
+            "the error of the communication step is NaN"
         );
         let last = self.state;
         let mut error = error;

@@ -26,7 +26,9 @@ impl FixedSteps {
         let Stepping { start, step, .. } = stepping;
         let steps = (stop - start) / step;
         if !(steps > 0.0 && steps < 1e12) {
-            bail!("from {start} s to {stop} s in steps of {step} s: no run");
+            bail!(
+                "the run from {start} s to {stop} s must go forward, in less than 1e12 steps of {step} s"
+            );
         }
         // A stop time that is a multiple of h up to rounding is met exactly; the comparison is
         // relative to h.

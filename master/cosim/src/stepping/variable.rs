@@ -52,7 +52,7 @@ impl VariableSteps {
         let (step, start) = (master.stepping().step, master.time());
         ensure!(
             stop > start && stop.is_finite(),
-            "from {start} s to {stop} s: no run"
+            "the stop time {stop} s must be after the start, {start} s"
         );
         if let Some(delay) = master.exchange().faults.as_ref().and_then(|f| f.delay()) {
             bail!("a delay of {delay} s needs communication steps of one length");
@@ -86,11 +86,11 @@ impl VariableSteps {
             first = limits.length[0];
             ensure!(
                 scale > 0.0 && scale.is_finite(),
-                "energy {scale} J from which on the tolerance counts must be greater than 0"
+                "the energy scale {scale} J must be greater than 0"
             );
             ensure!(
                 !master.residuals().is_empty(),
-                "the system has no power bond by whose energy the step could be chosen"
+                "the communication step cannot be chosen by energy: the system has no power bond"
             );
         }
         if control.repeats() {
@@ -248,10 +248,12 @@ impl VariableSteps {
         }
         match on_grid {
             true => {
-                bail!("at t = {t} s a component stops however short the step is, {REPEATS} times")
+                bail!(
+                    "at t = {t} s a component stopped {REPEATS} times within the step, however short"
+                )
             }
             false => {
-                bail!("at t = {t} s no communication step succeeds, however short, {REPEATS} times")
+                bail!("at t = {t} s {REPEATS} communication steps failed, however short")
             }
         }
     }

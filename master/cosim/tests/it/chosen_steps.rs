@@ -1,4 +1,4 @@
-//! Steps whose lengths are chosen, steps that are repeated, runs that are gone on with.
+//! Steps of variable length, steps that are repeated, runs that are resumed from a snapshot.
 
 use std::fs;
 use std::path::PathBuf;
@@ -164,7 +164,7 @@ fn what_cannot_be_had_is_refused_by_name() {
     }
 }
 
-/// A run that is interrupted and gone on with has the same rows from there on, bit for bit, in every
+/// A run that is interrupted and resumed has the same rows from there on, bit for bit, in every
 /// schedule and however its steps are chosen; with what remembers values from point to point.
 #[test]
 fn a_resumed_run_has_the_same_bits() {
@@ -286,7 +286,7 @@ fn repeated_to_where_one_stops(version: Version) {
         assert!(all.iter().any(|(time, _)| *time == 1.2345));
     }
     if version == Version::Fmi3 {
-        // Else such a step is gone on with.
+        // Otherwise such a step is continued.
         return rows(&system, pauses(), &Plan::to(2.5)).map(drop).unwrap();
     }
     let error = rows(&system, pauses(), &Plan::to(2.5)).unwrap_err();
