@@ -187,8 +187,8 @@ impl Engine {
             faults: Faults::default(),
             inputs: None,
         };
-        let forgotten = system.forgotten(&experiment.settings)?;
-        let verdict = forgotten.judge(&system, experiment.stepping.schedule, false)?;
+        let gaps = system.find_gaps(&experiment.settings)?;
+        let verdict = gaps.judge(&system, experiment.stepping.schedule, false)?;
         let mut run = Run::start(system, &experiment, verdict)?;
         let known = self
             .names

@@ -411,19 +411,14 @@ pub fn print(text: impl Display) -> Result<()> {
     Ok(output::write(text)?)
 }
 
-/// Ends a program with the exit code of its `result`; see [`RunArgs::check`].
+/// Ends a program with its exit code: 0, 1 after an error, or with `check` 2 if the verdict is bad.
+/// Prints an error, except that the reader of the output has gone.
 pub fn exit(result: Result<Verdict>, check: bool) -> ExitCode {
-    output::end(code(result, check))
-}
-
-/// 0, 1 after an error, or with `check` 2 if the verdict is bad. An error is printed, except that
-/// the reader of the output has gone.
-fn code(result: Result<Verdict>, check: bool) -> u8 {
     let is_closed = |e: &(dyn std::error::Error + 'static)| {
         let error = e.downcast_ref::<io::Error>();
         error.is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
     };
-    match result {
+    output::end(match result {
         Ok(verdict) if check && verdict.is_bad() => 2,
         Ok(_) => 0,
         Err(error) if error.chain().any(is_closed) => 0,
@@ -431,5 +426,5 @@ fn code(result: Result<Verdict>, check: bool) -> u8 {
             eprintln!("error: {error:#}");
             1
         }
-    }
+    })
 }

@@ -281,21 +281,19 @@ fn wiring(args: &WiringArgs) -> Result<Verdict> {
     }
     let mut outputs = connected(&system)?;
     outputs.retain(|port| system.variable(*port).causality == Causality::Output);
-    for (title, is_late) in [
-        ("read at once, after the inputs that they depend on", false),
-        (
-            "read late, right after the step, because they do not declare what they depend on",
-            true,
-        ),
-    ] {
-        let own = outputs
-            .iter()
-            .filter(|p| wiring.is_read_once(**p) == is_late);
-        let names: Vec<_> = own.map(|port| system.name(*port)).collect();
-        if !names.is_empty() {
-            writeln!(text, "\noutputs {title}: {}", names.join(", "))?;
-        }
-    }
+    let [early, late] = [false, true].map(|is_late| {
+        let own = outputs.iter();
+        let own = own.filter(|p| wiring.is_read_once(**p) == is_late);
+        own.map(|port| system.name(*port)).collect::<Vec<_>>()
+    });
+    text += &listed(
+        "outputs read at once, after the inputs that they depend on",
+        &early,
+    );
+    text += &listed(
+        "outputs read late, right after the step, because they do not declare what they depend on",
+        &late,
+    );
     if args.tries {
         text += &probed(&system)?;
     }
@@ -304,26 +302,28 @@ fn wiring(args: &WiringArgs) -> Result<Verdict> {
         writeln!(text, "\npower bond {from} -> {to}")?;
     }
     let gaps = system.find_gaps(&[])?;
-    for (title, names) in [
-        (
-            "connectors that the FMUs do not have",
-            gaps.missing_connectors,
-        ),
-        (
-            "input connectors that nothing drives or sets",
-            gaps.undriven_inputs,
-        ),
-        (
-            "inputs that the system does not mention",
-            gaps.unmentioned_inputs,
-        ),
-    ] {
-        if !names.is_empty() {
-            writeln!(text, "\n{title}: {}", names.join(", "))?;
-        }
-    }
+    text += &listed(
+        "connectors that the FMUs do not have",
+        &gaps.missing_connectors,
+    );
+    text += &listed(
+        "input connectors that nothing drives or sets",
+        &gaps.undriven_inputs,
+    );
+    text += &listed(
+        "inputs that the system does not mention",
+        &gaps.unmentioned_inputs,
+    );
     print(text)?;
     Ok(Verdict::default())
+}
+
+/// A paragraph with these names; nothing if there are none.
+fn listed(title: &str, names: &[String]) -> String {
+    match names.is_empty() {
+        true => String::new(),
+        false => format!("\n{title}: {}\n", names.join(", ")),
+    }
 }
 
 /// The outputs of each component that change at once with inputs, as text.
