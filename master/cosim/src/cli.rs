@@ -44,8 +44,8 @@ pub struct SystemArgs {
     /// also the environment variable FMU_DIR, or beside this program, or fmu/ in the build folder]
     #[arg(long, value_name = "DIR")]
     pub fmu_dir: Option<PathBuf>,
-    /// Version of FMI: with 3 the FMUs come, by file name, from the folder `fmi3` in that directory,
-    /// or in the first of the default places that has one
+    /// Version of FMI: with 3 the FMUs come, by file name, from the folder `fmi3` in that
+    /// directory, or in the first of the default places that has one
     #[arg(long, value_name = "VERSION", value_parser = clap::value_parser!(u8).range(2..=3))]
     pub fmi: Option<u8>,
     /// FMU for one component instead of the one that the system names, of either version;
@@ -68,9 +68,10 @@ pub struct SystemArgs {
     /// communication step divided by or multiplied with a whole number; repeatable
     #[arg(long = "rate", value_name = "COMPONENT=TIME")]
     pub rates: Vec<String>,
-    /// Solve algebraic loops of declared dependencies by Newton's method, in initialization and, with
-    /// the schedules jacobi and gauss-seidel, at every communication point; with standard by steps
-    /// repeated from saved states, where outputs without declared dependencies depend on all inputs
+    /// Solve algebraic loops of declared dependencies by Newton's method, in initialization and,
+    /// with the schedules jacobi and gauss-seidel, at every communication point; with standard by
+    /// steps repeated from saved states, where outputs without declared dependencies depend on all
+    /// inputs
     #[arg(long)]
     pub solve_loops: bool,
     /// Parameter set for the system, in the packed system (`resources/heavy.ssv`) or a file;

@@ -1,4 +1,4 @@
-//! What a run is told besides its experiment: where it ends, how long its steps are, and which
+//! The plan of a run, besides its experiment: where it ends, how long its steps are, and which
 //! files it is saved to or resumed from.
 
 use std::path::PathBuf;

@@ -61,7 +61,8 @@ impl RunState<'_> {
         Ok([MAGIC, &sum, &snapshot].concat())
     }
 
-    /// Resumes from the bytes of a snapshot, which must be of a run of the same components and steps.
+    /// Resumes from the bytes of a snapshot, which must be of a run of the same components and
+    /// steps.
     pub fn resume(&mut self, bytes: &[u8]) -> Result<()> {
         ensure!(
             bytes.len() >= HEADER && bytes.starts_with(MAGIC),
