@@ -233,7 +233,7 @@ fn a_foreign_snapshot_is_refused() {
     assert!(error.contains("other steps"), "{error}");
     let bytes = fs::read(&file).unwrap();
     for (name, bytes, word) in [
-        ("empty", Vec::new(), "no snapshot"),
+        ("empty", Vec::new(), "not a snapshot"),
         ("short", bytes[..bytes.len() - 1].to_vec(), "checksum"),
         (
             "changed",
