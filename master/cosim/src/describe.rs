@@ -19,7 +19,6 @@ pub struct DescribedFmu {
 
 impl DescribedFmu {
     /// Reads the description from an opened archive.
-
     pub fn from_archive(file: String, mut archive: Archive) -> anyhow::Result<Self> {
         let description = archive.description()?;
         let names = archive.names();

@@ -298,13 +298,11 @@ impl Master {
     }
 
     /// Saves the state of all instances and of the values passed between them.
-
     pub fn save(&self) -> Result<Saved> {
         Ok(self.saved(self.coupling.save(self.time)?))
     }
 
     /// The same in bytes, for a run of the same system in another process.
-
     pub(crate) fn save_bytes(&self) -> Result<Saved<Vec<u8>>> {
         Ok(self.saved(self.coupling.save_bytes(self.time)?))
     }

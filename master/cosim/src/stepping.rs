@@ -24,7 +24,6 @@ pub enum Steps {
 
 impl Steps {
     /// The steps of `master`, which runs `system`, to `stop`, s.
-
     pub fn new(system: &System, master: &Master, stop: f64, control: &StepControl) -> Result<Self> {
         if let StepControl::Fixed = control {
             return Ok(Self::Fixed(FixedSteps::new(master.stepping(), stop)?));

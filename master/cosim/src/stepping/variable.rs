@@ -59,8 +59,10 @@ impl VariableSteps {
         }
         let (tolerance, limits) = match *control {
             StepControl::Fixed | StepControl::Repeated => {
-                let mut limits = StepLimits::default();
-                limits.length = [step; 2];
+                let limits = StepLimits {
+                    length: [step; 2],
+                    ..StepLimits::default()
+                };
                 (1.0, limits)
             }
             StepControl::Energy {
