@@ -18,13 +18,13 @@ use pyo3::prelude::*;
 /// Has the runs of this thread reset the instances of the run before instead of making new ones.
 #[pyfunction]
 fn reuse_instances() {
-    cosim::run::spare::reuse_in_this_thread();
+    cosim::run::instance_cache::enable_in_this_thread();
 }
 
 /// Number of instances that this thread keeps.
 #[pyfunction]
 fn kept_instances() -> usize {
-    cosim::run::spare::count()
+    cosim::run::instance_cache::count()
 }
 
 #[pymodule]

@@ -157,7 +157,7 @@ impl System {
         // The machine's controller itself says when its motion ends.
         let preferred = match self.is_machine() {
             true => Verdict::default(),
-            false => args.prefer(&self.system),
+            false => args.fill_defaults(&self.system),
         };
         let mut experiment = args.experiment(&self.system)?;
         let mut findings = check_mentions(&args, &self.system, &experiment)?;

@@ -179,8 +179,8 @@ impl Engine {
             faults: Faults::default(),
             inputs: None,
         };
-        let forgotten = system.forgotten(&experiment.settings)?;
-        let verdict = forgotten.judge(&system, experiment.stepping.schedule, false)?;
+        let gaps = system.find_gaps(&experiment.settings)?;
+        let verdict = gaps.judge(&system, experiment.stepping.schedule, false)?;
         let mut run = Run::start(system, &experiment, verdict)?;
         let watched = self.run.iter().flat_map(|before| before.watched());
         let known = watched.filter(|name| run.system.port(name).is_ok());

@@ -1,5 +1,5 @@
-//! What the command lines of programs on this library share: which system, how it is stepped, which
-//! values it starts from, which signals are written where, how a program ends.
+//! Command-line options and endings shared by the programs on this library: which system is run,
+//! how it is stepped, its start values and inputs, which signals are written, and the exit code.
 
 mod places;
 mod step_args;
@@ -44,8 +44,8 @@ pub struct SystemArgs {
     /// also the environment variable FMU_DIR, or beside this program, or fmu/ in the build folder]
     #[arg(long, value_name = "DIR")]
     pub fmu_dir: Option<PathBuf>,
-    /// Version of FMI: with 3 the FMUs are taken, by file name, from the folder `fmi3` in that
-    /// directory, or in the first of the other places that has one
+    /// Version of FMI: with 3 the FMUs come, by file name, from the folder `fmi3` in that
+    /// directory, or in the first of the default places that has one
     #[arg(long, value_name = "VERSION", value_parser = clap::value_parser!(u8).range(2..=3))]
     pub fmi: Option<u8>,
     /// FMU for one component instead of the one that the system names, of either version;
@@ -60,17 +60,18 @@ pub struct SystemArgs {
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
     /// Outputs of this component may be read again after inputs were set at the same communication
-    /// point, although it does not declare on which inputs they depend: all of them then;
-    /// repeatable
+    /// point, although it does not declare on which inputs they depend: they count as depending on
+    /// all; repeatable
     #[arg(long, value_name = "COMPONENT")]
     pub feedthrough: Vec<String>,
-    /// Step of a component, or of all that match a pattern with `*`, such as `emla_*=0.25ms`: a whole
-    /// part or a whole multiple of the communication step; repeatable
+    /// Step of a component, or of all that match a pattern with `*`, such as `emla_*=0.25ms`: the
+    /// communication step divided by or multiplied with a whole number; repeatable
     #[arg(long = "rate", value_name = "COMPONENT=TIME")]
     pub rates: Vec<String>,
-    /// Solve algebraic loops of declared dependencies, by Newton's method, in initialization and with
-    /// the schedules jacobi and gauss-seidel at every communication point; with standard by steps that
-    /// are repeated from saved states, and outputs that declare no dependencies have all
+    /// Solve algebraic loops of declared dependencies by Newton's method, in initialization and,
+    /// with the schedules jacobi and gauss-seidel, at every communication point; with standard by
+    /// steps repeated from saved states, where outputs without declared dependencies depend on all
+    /// inputs
     #[arg(long)]
     pub solve_loops: bool,
     /// Parameter set for the system, in the packed system (`resources/heavy.ssv`) or a file;
@@ -80,7 +81,7 @@ pub struct SystemArgs {
 }
 
 impl SystemArgs {
-    /// Load the system; without `--system` the one that `default` finds.
+    /// Loads the system; without `--system` the one that `default` finds.
     pub fn load(&self, default: impl FnOnce() -> Result<PathBuf>) -> Result<System> {
         let path = self.system.clone().map_or_else(default, Ok)?;
         let place = match (&self.fmu_dir, self.fmi) {
@@ -98,7 +99,7 @@ impl SystemArgs {
             (Some((component, file)), _) => Ok((component.to_string(), PathBuf::from(file))),
             (None, [(component, _)]) => Ok((component.clone(), PathBuf::from(text))),
             (None, _) => {
-                bail!("--map {text}: it must be COMPONENT=FILE where not one --fmu is given")
+                bail!("--map {text}: it must be COMPONENT=FILE unless one --fmu is given")
             }
         };
         let maps = self.maps.iter().map(mapping).collect::<Result<Vec<_>>>()?;
@@ -151,15 +152,15 @@ pub struct RunArgs {
     /// them
     #[arg(long)]
     pub input_derivatives: bool,
-    /// What continuous inputs are between communication points: held; extrapolated from the last two;
-    /// with --schedule gauss-seidel interpolated to the end of the step, or their value there, where
-    /// the giver is stepped before and no power bond gives the mean; balanced: effort and flow of
-    /// power bonds with what they lacked over the step before, others held
+    /// What continuous inputs are between communication points: held; extrapolated from the last
+    /// two; with --schedule gauss-seidel interpolated to the end of the step, or their value there,
+    /// where the giver is stepped before and no power bond gives the mean; balanced: effort and
+    /// flow of power bonds with what they lacked over the step before, others held
     #[arg(long, value_enum, default_value_t)]
     pub between: Between,
-    /// Threads that the components are shared out to, with the same results; each has copies of the
-    /// FMUs' libraries for itself [default of cosim run: as many as there are cores where the first
-    /// steps take long, else 1]
+    /// Threads that share the components, with the same results; each has its own copies of the
+    /// FMUs' libraries [default of cosim run: as many as there are cores if the first steps take
+    /// long, else 1]
     #[arg(long, value_name = "NUMBER")]
     pub threads: Option<usize>,
     /// Start value of any variable, repeatable, applied last; an enumeration item may be given by
@@ -170,16 +171,15 @@ pub struct RunArgs {
     /// its FMUs do not have; inputs without a connector keep their start values
     #[arg(long)]
     pub strict: bool,
-    /// End with exit code 2 where the verdict on the result is bad (0: the run is done, 1: it
-    /// failed)
+    /// End with exit code 2 if the verdict on the result is bad (0: the run is done, 1: it failed)
     #[arg(long)]
     pub check: bool,
 }
 
 impl RunArgs {
-    /// Without a step or a stop time of their own, those that the system asks for, else its FMUs;
-    /// what is to be said of that.
-    pub fn prefer(&mut self, system: &System) -> Verdict {
+    /// Fills in a step and a stop time that are not given: those of the system, else of its FMUs.
+    /// Returns findings on them.
+    pub fn fill_defaults(&mut self, system: &System) -> Verdict {
         let mut verdict = Verdict::default();
         if let (None, Some((step, who))) = (self.step, system.preferred_step()) {
             self.step = Some(step);
@@ -190,14 +190,14 @@ impl RunArgs {
         if self.stop_time.or(system.structure.stop_time).is_none() {
             let stop = system.preferred_stop();
             verdict.note(format!(
-                "nobody says when to stop: the run ends at t = {stop} s"
+                "no stop time is given: the run ends at t = {stop} s"
             ));
             self.stop_time = Some(stop);
         }
         verdict
     }
 
-    /// The experiment on `system` that these arguments describe.
+    /// The experiment on `system` with these arguments.
     pub fn experiment(&self, system: &System) -> Result<Experiment> {
         let schedule = match (self.schedule, self.input_derivatives) {
             (Schedule::Jacobi, true) => Schedule::JacobiDerivatives,
@@ -230,18 +230,14 @@ impl RunArgs {
         })
     }
 
-    /// What the system may have forgotten under these arguments.
-    ///
-    /// # Errors
-    /// With `--strict`, anything forgotten; inputs that the system does not mention are only told
-    /// of.
-    pub fn forgotten(&self, system: &System, experiment: &Experiment) -> Result<Verdict> {
-        let forgotten = system.forgotten(&experiment.settings)?;
-        forgotten.judge(system, experiment.stepping.schedule, self.strict)
+    /// The gaps of the system structure with these arguments, as findings; with `--strict` errors.
+    pub fn judge_gaps(&self, system: &System, experiment: &Experiment) -> Result<Verdict> {
+        let gaps = system.find_gaps(&experiment.settings)?;
+        gaps.judge(system, experiment.stepping.schedule, self.strict)
     }
 }
 
-/// What is given to the inputs of a run, and what is done to values on their way.
+/// Values for the inputs of a run, and faults of its connections.
 #[derive(Args, Clone, Default)]
 pub struct InputArgs {
     /// Values over time for inputs that no connection drives: a CSV file whose columns are `time`
@@ -255,7 +251,7 @@ pub struct InputArgs {
     /// Events that alter variables: a scenario of libcosim, as JSON
     #[arg(long, value_name = "FILE")]
     pub scenario: Option<PathBuf>,
-    /// What is done to the values of a wire, named by its input, or of all wires of an output:
+    /// Fault of a connection, named by its input, or of all connections of an output:
     /// bias:NUMBER, gain:NUMBER, override:VALUE, freeze, drop:PROBABILITY, delay:SECONDS or
     /// noise:DEVIATION, from and until a time, s; repeatable, one after the other
     #[arg(long = "fault", value_name = "WIRE=EFFECT[@FROM..UNTIL]")]
@@ -263,19 +259,18 @@ pub struct InputArgs {
     /// Short for --fault WIRE=noise:DEVIATION
     #[arg(long, value_name = "WIRE=DEVIATION")]
     pub noise: Vec<String>,
-    /// Seed of what is random in faults
+    /// Seed of the random numbers in faults
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
 }
 
 impl InputArgs {
-    /// Give an experiment these inputs and faults; they are named in the verdict.
+    /// Adds these inputs and faults to an experiment; returns them as findings.
     pub fn add_to(&self, experiment: &mut Experiment, system: &System) -> Result<Verdict> {
         let mut verdict = Verdict::default();
         let pair = |text: &String| {
-            let parts = text
-                .split_once('=')
-                .map(|(a, b)| (a.trim().into(), b.trim().into()));
+            let parts = text.split_once('=');
+            let parts = parts.map(|(a, b)| (a.trim().into(), b.trim().into()));
             parts.with_context(|| format!("--input-column {text}: it must be INPUT=COLUMN"))
         };
         let columns = self.columns.iter().map(pair).collect::<Result<Vec<_>>>()?;
@@ -297,16 +292,12 @@ impl InputArgs {
             let scenario = scenario::add(file, system, experiment.stepping, faults)?;
             verdict.note(scenario);
         }
-        let table = experiment
-            .inputs
-            .as_deref()
-            .map(|table| InputTable::new(system, table));
+        let table = experiment.inputs.as_deref();
+        let table = table.map(|table| InputTable::new(system, table));
         let table = table.transpose()?;
         let fed = table.as_ref().map_or(&[][..], InputTable::ports);
         let lines = faults.describe(system, &system.wiring()?, fed);
-        for line in lines.context("--fault")? {
-            verdict.note(line);
-        }
+        (lines.context("--fault")?.into_iter()).for_each(|line| verdict.note(line));
         Ok(verdict)
     }
 }
@@ -333,18 +324,9 @@ pub struct CsvArgs {
 }
 
 impl CsvArgs {
-    /// The log that the arguments ask for; without `--signals` of the variables `useful`.
+    /// The log file, if one is wanted; without `--signals` of the variables `useful`. With
+    /// `has_steps` it has columns for the length and the error of each step.
     pub fn log(
-        &self,
-        system: &System,
-        experiment: &Experiment,
-        useful: impl FnOnce() -> Result<Vec<Port>>,
-    ) -> Result<Option<Log>> {
-        self.log_of(system, experiment, false, useful)
-    }
-
-    /// The same, with the length and the error of each step where those are chosen.
-    pub fn log_of(
         &self,
         system: &System,
         experiment: &Experiment,
@@ -411,7 +393,7 @@ impl ValueEnum for Schedule {
     }
 }
 
-/// A progress bar over `length` steps or runs; an invisible one where it is to be `hidden`.
+/// A progress bar over `length` steps or runs; invisible if `hidden`.
 pub fn bar(length: u64, unit: &str, hidden: bool) -> ProgressBar {
     if hidden {
         return ProgressBar::hidden();
@@ -425,24 +407,19 @@ pub fn bar(length: u64, unit: &str, hidden: bool) -> ProgressBar {
     bar
 }
 
-/// Write to standard output.
+/// Writes to standard output.
 pub fn print(text: impl Display) -> Result<()> {
     Ok(output::write(text)?)
 }
 
-/// End a program with its [`code`].
+/// Ends a program with its exit code: 0, 1 after an error, or with `check` 2 if the verdict is bad.
+/// Prints an error, except that the reader of the output has gone.
 pub fn exit(result: Result<Verdict>, check: bool) -> ExitCode {
-    output::end(code(result, check))
-}
-
-/// A program's exit code: 0, 1 where it failed, with `check` 2 where the verdict is bad. An error
-/// is printed, but not that nobody reads the output any more.
-pub fn code(result: Result<Verdict>, check: bool) -> u8 {
     let is_closed = |e: &(dyn std::error::Error + 'static)| {
         let error = e.downcast_ref::<io::Error>();
         error.is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
     };
-    match result {
+    output::end(match result {
         Ok(verdict) if check && verdict.is_bad() => 2,
         Ok(_) => 0,
         Err(error) if error.chain().any(is_closed) => 0,
@@ -450,5 +427,5 @@ pub fn code(result: Result<Verdict>, check: bool) -> u8 {
             eprintln!("error: {error:#}");
             1
         }
-    }
+    })
 }

@@ -1,4 +1,4 @@
-//! What `cosim info` says of FMUs and systems, as text and as JSON. The names in the JSON are a
+//! Describes FMUs and systems as text and as JSON, for `cosim info`. The names in the JSON are a
 //! contract (`docs/master/cosim-options.md`): names are added, none is renamed.
 
 use std::collections::BTreeSet;
@@ -8,22 +8,18 @@ use crate::structure::Structure;
 use fmi_description::{Archive, Capabilities, Description, Kind, Variable};
 use serde_json::{Map, Value, json};
 
-/// An FMU with the name of its file.
-pub struct Fmu {
+/// An FMU that is described but not loaded.
+pub struct DescribedFmu {
     /// File, as the user or the system names it.
     pub file: String,
-    /// What its description says.
-    pub description: Description,
+    description: Description,
     /// Platforms that it has libraries for.
-    pub platforms: Vec<String>,
+    platforms: Vec<String>,
 }
 
-impl Fmu {
-    /// Of an opened archive.
-    ///
-    /// # Errors
-    /// The description cannot be read.
-    pub fn of(file: String, mut archive: Archive) -> anyhow::Result<Self> {
+impl DescribedFmu {
+    /// Reads the description from an opened archive.
+    pub fn from_archive(file: String, mut archive: Archive) -> anyhow::Result<Self> {
         let description = archive.description()?;
         let names = archive.names();
         let libraries = names.filter_map(|name| name.strip_prefix("binaries/")?.split_once('/'));
@@ -38,7 +34,7 @@ impl Fmu {
     }
 }
 
-/// What an FMU can do: its name in JSON, in text, and whether it can.
+/// Abilities of an FMU: name in JSON, name in text, and whether the FMU has it.
 #[rustfmt::skip]
 fn abilities(c: &Capabilities) -> [(&'static str, &'static str, bool); 9] {
     let derivatives = c.output_derivative_order > 0;
@@ -55,8 +51,8 @@ fn abilities(c: &Capabilities) -> [(&'static str, &'static str, bool); 9] {
     ]
 }
 
-/// The FMU as JSON.
-pub fn fmu_json(fmu: &Fmu) -> Value {
+/// An FMU as JSON.
+pub fn fmu_json(fmu: &DescribedFmu) -> Value {
     let d = &fmu.description;
     let e = &d.default_experiment;
     let abilities = abilities(&d.capabilities);
@@ -90,7 +86,7 @@ pub fn variable_json(d: &Description, v: &Variable) -> Value {
     };
     let depends = depends_on(d, v).flatten();
     json!({
-        "name": v.name, "causality": word(&v.causality), "variability": word(&v.variability), "type": v.kind.name(),
+        "name": v.name, "causality": camel_case(&v.causality), "variability": camel_case(&v.variability), "type": v.kind.name(),
         "dimensions": v.dimensions, "unit": v.unit, "display_unit": v.display_unit, "start": start, "min": v.min, "max": v.max, "nominal": v.nominal,
         "items": items, "depends_on": depends, "description": v.description,
     })
@@ -108,8 +104,8 @@ fn start_json(v: &Variable, text: &str) -> Value {
     }
 }
 
-/// The inputs that an output depends on at once: None of what is no output, Some(None) where it is
-/// not declared.
+/// The inputs that an output depends on directly: None if the variable is no output, Some(None) if
+/// the dependencies are not declared.
 fn depends_on<'a>(d: &'a Description, v: &Variable) -> Option<Option<Vec<&'a str>>> {
     let is_output = v.causality == fmi_description::Causality::Output;
     let index = d.index(&v.name).filter(|_| is_output)?;
@@ -118,15 +114,15 @@ fn depends_on<'a>(d: &'a Description, v: &Variable) -> Option<Option<Vec<&'a str
     Some(inputs.map(|inputs| inputs.iter().map(name).collect()))
 }
 
-/// A word of FMI, as its files spell it.
-fn word(x: &dyn std::fmt::Debug) -> String {
-    let mut word = format!("{x:?}");
-    word[..1].make_ascii_lowercase();
-    word
+/// The name of an enum variant, spelt as in FMI files.
+fn camel_case(name: &dyn std::fmt::Debug) -> String {
+    let mut text = format!("{name:?}");
+    text[..1].make_ascii_lowercase();
+    text
 }
 
-/// A system as JSON, with its FMUs.
-pub fn system_json(file: &str, s: &Structure, fmus: &[Fmu]) -> Value {
+/// A system and its FMUs as JSON.
+pub fn system_json(file: &str, s: &Structure, fmus: &[DescribedFmu]) -> Value {
     let dotted = |end: &(String, String)| format!("{}.{}", end.0, end.1);
     let components = s.components.iter();
     let components = components.map(|c| json!({"name": c.name, "source": c.source}));
@@ -146,8 +142,8 @@ pub fn system_json(file: &str, s: &Structure, fmus: &[Fmu]) -> Value {
     })
 }
 
-/// A system as text, with its FMUs.
-pub fn system(file: &str, s: &Structure, fmus: &[Fmu]) -> String {
+/// A system and its FMUs as text.
+pub fn system(file: &str, s: &Structure, fmus: &[DescribedFmu]) -> String {
     let mut text = format!("{file}: system {}\n", s.name);
     for c in &s.components {
         let _ = writeln!(text, "  component {}: {}", c.name, c.source);
@@ -165,8 +161,8 @@ pub fn system(file: &str, s: &Structure, fmus: &[Fmu]) -> String {
     text
 }
 
-/// Everything that a user of the FMU needs to know, as text.
-pub fn fmu(fmu: &Fmu) -> String {
+/// An FMU as text: platforms, abilities, default experiment, variables.
+pub fn fmu(fmu: &DescribedFmu) -> String {
     let d = &fmu.description;
     let mut text = format!("{}: {}, FMI {}", fmu.file, d.model, d.fmi);
     if !d.tool.is_empty() {
@@ -203,7 +199,7 @@ fn listed(items: &[&str]) -> String {
 }
 
 fn variable(description: &Description, v: &Variable) -> String {
-    let (causality, variability) = (word(&v.causality), word(&v.variability));
+    let (causality, variability) = (camel_case(&v.causality), camel_case(&v.variability));
     let mut text = format!("  {}: {causality}, {variability} {}", v.name, v.kind.name());
     if !v.dimensions.is_empty() {
         let _ = write!(text, " {:?}", v.dimensions);

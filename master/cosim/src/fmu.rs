@@ -1,4 +1,4 @@
-//! An FMU as the master wires it: its variables by element, and what that plans for its instances.
+//! A loaded FMU as the master uses it: its variables by element, and the instances made of it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -15,21 +15,18 @@ use fmi_import::{instantiate, output};
 pub struct Fmu {
     /// Name for messages: the file it came from.
     pub file: String,
-    /// What the model description says; arrays of FMI 3.0 by element, which is how a system
-    /// structure names them.
+    /// The model description, with arrays of FMI 3.0 by element, as a system structure names them.
     pub description: Description,
-    /// Where the unpacked resources are, as the version wants it: a URI or a path.
-    pub resources: String,
     pub(crate) loaded: fmi_import::Fmu,
     layout: Layout,
     pub(crate) plan: Arc<ClockPlan>,
     instances: AtomicUsize,
-    /// What is odd about the archive or its description, but does no harm.
+    /// Harmless oddities of the archive or its description.
     pub remarks: Vec<String>,
 }
 
 impl Fmu {
-    /// Load an FMU from its bytes; `file` is its name for messages.
+    /// Loads an FMU from its bytes; `file` is its name for messages.
     pub fn load(file: &str, bytes: Vec<u8>) -> Result<Arc<Self>> {
         Self::open(file, bytes).with_context(|| format!("FMU `{file}` cannot be loaded"))
     }
@@ -53,7 +50,6 @@ impl Fmu {
         let layout = Layout::new(&description);
         Ok(Arc::new(Self {
             file: file.to_string(),
-            resources: loaded.resources.to_string_lossy().into_owned(),
             loaded,
             plan: Arc::new(ClockPlan::new(&description, &layout)),
             layout,
@@ -63,28 +59,28 @@ impl Fmu {
         }))
     }
 
-    /// Where its unpacked resources are, as its version wants it: a URI or a path.
+    /// Where its unpacked resources are: a URI or a path, depending on the version of FMI.
     pub fn resources(&self) -> &str {
         self.loaded.resources.to_str().unwrap_or_default()
     }
 
-    /// Variables that are read or written together, by index; all must be of one type that is a
-    /// number or a truth value.
+    /// A batch of variables that are read or written together, by index; all must be of one type,
+    /// numeric or Boolean.
     pub fn batch(&self, variables: Vec<usize>) -> Result<Batch> {
-        let of = |k: &usize| &self.description.variables[*k];
-        if let Some(v) = variables.iter().map(of).find(|v| !v.access().is_number()) {
+        let mut all = variables.iter().map(|k| &self.description.variables[*k]);
+        if let Some(v) = all.find(|v| !v.access().is_number()) {
             bail!("{} of FMU `{}` is not a number", v.name, self.file);
         }
         Ok(self.any_batch(variables))
     }
 
-    /// The same of any type.
+    /// The same with variables of any type.
     pub(crate) fn any_batch(&self, variables: Vec<usize>) -> Batch {
         Batch::new(&self.description, &self.layout, variables)
     }
 
-    /// An instance of these functions, which are those of the FMU or of a copy of its library; none
-    /// where the FMU gives none. What it prints meanwhile is named as its own.
+    /// Makes an instance with these functions, of the FMU or of a copy of its library; None if the
+    /// FMU returns none. Text that it prints meanwhile is marked as its own.
     pub(crate) fn make(
         &self,
         functions: &Arc<Functions>,
@@ -96,7 +92,7 @@ impl Fmu {
         })
     }
 
-    /// Count one more instance, or refuse where the FMU allows only one per process.
+    /// Counts one more instance; an error if the FMU allows only one per process.
     pub(crate) fn register(&self, name: &str) -> Result<()> {
         if self.instances.fetch_add(1, Ordering::SeqCst) > 0
             && self.description.capabilities.only_once
@@ -110,7 +106,7 @@ impl Fmu {
         Ok(())
     }
 
-    /// Count one instance less.
+    /// Counts one instance less.
     pub(crate) fn unregister(&self) {
         self.instances.fetch_sub(1, Ordering::SeqCst);
     }

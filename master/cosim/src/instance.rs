@@ -1,5 +1,5 @@
-//! One FMU instance: an error of a call says who, where in the run, which variables, and the FMU's
-//! own reasons.
+//! An FMU instance as the master calls it, in this thread or another. Errors of its calls name the
+//! instance, the time, the variables and the reasons that the FMU logged.
 
 mod errors;
 #[cfg(feature = "native")]
@@ -25,25 +25,25 @@ use fmi_import::value::{Value, fits};
 use crate::fmu::Fmu;
 use workers::Worker;
 
-/// An FMU instance; terminated by the owner, freed when dropped.
+/// An FMU instance. The owner terminates it; it is freed when dropped.
 pub struct Instance {
     fmi: Box<dyn FmiInstance>,
     fmu: Arc<Fmu>,
-    name: String,
-    has_events: bool,
-    /// Made for the staged exchange.
+    pub(crate) name: String,
+    /// It enters Event Mode.
+    pub(crate) has_events: bool,
+    /// Made for schedules that read outputs again after inputs were set.
     pub(crate) is_staged: bool,
-    /// In another thread.
     is_elsewhere: bool,
 }
 
-/// The first error in the order of components, where several are at work: what was begun is ended
-/// all the same.
+/// The first error, in the order of components, of calls made in several threads: all calls that
+/// were begun are ended even if one fails.
 #[derive(Default)]
 pub(crate) struct Failure(Option<(usize, anyhow::Error)>);
 
 impl Failure {
-    /// What became of a component's call; its calls come in their order.
+    /// Adds the result of a component's call.
     pub fn add(&mut self, component: usize, done: Result<()>) {
         if let Err(error) = done
             && self.0.as_ref().is_none_or(|(first, _)| component < *first)
@@ -59,8 +59,8 @@ impl From<Failure> for Result<()> {
     }
 }
 
-/// A call of all these instances, side by side where they are in several threads; the largest of
-/// what they answer.
+/// Makes a call of all these instances, in parallel if they are in several threads; returns the
+/// largest answer.
 pub(crate) fn all<'a>(
     mut instances: impl Iterator<Item = &'a Instance> + Clone,
     call: Call,
@@ -88,18 +88,18 @@ pub(crate) fn all<'a>(
 pub struct State(Box<dyn Any>);
 
 impl Instance {
-    /// Create the instance `name` of `fmu`. Errors it logs later become part of the error texts.
+    /// Creates the instance `name` of `fmu`. Errors that it logs later become part of error texts.
     ///
     /// With `is_staged` an output may be read after an input was set at the same communication
-    /// point. FMI 2.0 leaves that to the FMU; FMI 3.0 allows it in Event Mode only, which the
-    /// instance then goes through where its FMU has one. Without, it goes there for clocks and for
-    /// inputs that are discrete.
+    /// point. FMI 2.0 leaves that to the FMU; FMI 3.0 allows it only in Event Mode, which the
+    /// instance then enters if its FMU has one. Otherwise it enters Event Mode only for clocks and
+    /// discrete inputs.
     pub fn new(fmu: &Arc<Fmu>, name: &str, is_staged: bool) -> Result<Self> {
-        Self::at(None, fmu, name, is_staged)
+        Self::in_thread(None, fmu, name, is_staged)
     }
 
-    /// The same in the thread of a worker.
-    pub(crate) fn at(
+    /// The same in a worker's thread, if one is given.
+    pub(crate) fn in_thread(
         worker: Option<&Worker>,
         fmu: &Arc<Fmu>,
         name: &str,
@@ -158,13 +158,8 @@ impl Instance {
             is_staged,
             is_elsewhere: worker.is_some(),
         };
-        instance.log_only_trouble()?;
+        instance.log_only_warnings()?;
         Ok(instance)
-    }
-
-    /// Name of the instance.
-    pub fn name(&self) -> &str {
-        &self.name
     }
 
     /// The FMU it is an instance of.
@@ -172,37 +167,32 @@ impl Instance {
         &self.fmu
     }
 
-    /// Whether it goes through Event Mode.
-    pub fn has_events(&self) -> bool {
-        self.has_events
-    }
-
-    /// Whether it is in another thread.
+    /// Whether it runs in another thread.
     pub(crate) fn is_elsewhere(&self) -> bool {
         self.is_elsewhere
     }
 
-    /// Begin a call, where it is in another thread.
+    /// Begins a call, if it runs in another thread.
     pub(crate) fn begin(&self, ahead: BegunCall) {
         self.fmi.begin(ahead);
     }
 
-    /// Await and forget what is begun.
+    /// Awaits all calls that are begun and drops their answers.
     pub(crate) fn drain(&self) {
         self.fmi.drain();
     }
 
-    /// Ask for warnings and errors only, where the FMU has the standard categories; other messages
+    /// Turns on warnings and errors only, if the FMU has the standard categories: other messages
     /// cost time.
-    fn log_only_trouble(&self) -> Result<()> {
-        const TROUBLE: [&str; 4] = [
+    fn log_only_warnings(&self) -> Result<()> {
+        const CATEGORIES: [&str; 4] = [
             "logStatusWarning",
             "logStatusDiscard",
             "logStatusError",
             "logStatusFatal",
         ];
         let declared = &self.fmu.description.log_categories;
-        let chosen: Vec<CString> = TROUBLE
+        let chosen: Vec<CString> = CATEGORIES
             .iter()
             .filter(|c| declared.iter().any(|d| d == *c))
             .filter_map(|c| CString::new(*c).ok())
@@ -232,16 +222,15 @@ impl Instance {
                 let names = format!("{} to `{text}` of {variable}", answer.call);
                 self.refused(answer, &names, At::Initialization)
             }
-            Err(error) => error.context(self.place(At::Initialization)),
+            Err(error) => error.context(self.location(At::Initialization)),
         })
     }
 
-    /// Value of a variable that does not pass as a number, by its index in the description.
+    /// Value of a variable whose type is no number, by its index in the description.
     pub fn value(&self, variable: usize, at: At) -> Result<Value> {
         let batch = self.fmu.any_batch(vec![variable]);
-        let mut value = [Value::empty(batch.access)];
-        self.get_whole(&batch, &mut value, at)?;
-        let [value] = value;
+        let mut value = Value::empty(batch.access);
+        self.get_whole(&batch, std::slice::from_mut(&mut value), at)?;
         Ok(value)
     }
 
@@ -258,34 +247,29 @@ impl Instance {
         self.check(self.fmi.call(call), None, at)
     }
 
-    /// Into Initialization Mode, from `start`, s.
+    /// Enters Initialization Mode, with the start time `start`, s.
     pub fn enter_initialization(&self, start: f64) -> Result<()> {
-        let call = Call::EnterInitialization(start);
-        self.call(call, At::Initialization).map(drop)
+        (self.call(Call::EnterInitialization(start), At::Initialization)).map(drop)
     }
 
-    /// Out of Initialization Mode.
+    /// Exits Initialization Mode.
     pub fn exit_initialization(&self) -> Result<()> {
-        let call = Call::ExitInitialization;
-        self.call(call, At::Initialization).map(drop)
+        (self.call(Call::ExitInitialization, At::Initialization)).map(drop)
     }
 
     /// Read values, as numbers.
     pub fn get(&self, batch: &Batch, values: &mut [f64], at: At) -> Result<()> {
-        let done = self.fmi.get(batch, values);
-        self.check(done, Some(batch), at)
+        self.check(self.fmi.get(batch, values), Some(batch), at)
     }
 
     /// Set values.
     pub fn set(&self, batch: &Batch, values: &[f64], at: At) -> Result<()> {
-        let done = self.fmi.set(batch, values);
-        self.check(done, Some(batch), at)
+        self.check(self.fmi.set(batch, values), Some(batch), at)
     }
 
-    /// Read values of a type that does not pass as numbers.
+    /// Reads values of a type that is no number.
     pub fn get_whole(&self, batch: &Batch, values: &mut [Value], at: At) -> Result<()> {
-        let done = self.fmi.get_values(batch, values);
-        self.check(done, Some(batch), at)
+        self.check(self.fmi.get_values(batch, values), Some(batch), at)
     }
 
     /// Set whole values.
@@ -300,17 +284,15 @@ impl Instance {
 
     /// First time derivatives of outputs.
     pub fn get_derivatives(&self, batch: &Batch, values: &mut [f64], at: At) -> Result<()> {
-        let done = self.fmi.get_derivatives(batch, values);
-        self.check(done, Some(batch), at)
+        self.check(self.fmi.get_derivatives(batch, values), Some(batch), at)
     }
 
     /// First time derivatives of inputs for the next step.
     pub fn set_derivatives(&self, batch: &Batch, values: &[f64], at: At) -> Result<()> {
-        let done = self.fmi.set_derivatives(batch, values);
-        self.check(done, Some(batch), at)
+        self.check(self.fmi.set_derivatives(batch, values), Some(batch), at)
     }
 
-    /// How fast Real outputs change with Real inputs that change as fast as `seeds` say.
+    /// Directional derivatives of Real outputs along `seeds` of Real inputs.
     pub(crate) fn directional(
         &self,
         of: [&Batch; 2],
@@ -318,106 +300,83 @@ impl Instance {
         rates: &mut [f64],
         at: At,
     ) -> Result<()> {
-        let done = self.fmi.directional(of, seeds, rates);
-        self.check(done, Some(of[0]), at)
+        self.check(self.fmi.directional(of, seeds, rates), Some(of[0]), at)
     }
 
     /// A communication step from `t` by `h`, both s.
     pub fn step(&self, t: f64, h: f64) -> Result<()> {
         match self.fmi.call(Call::Step(t, h)) {
             Ok(_) => Ok(()),
-            Err(error) => self.not_made(error, t),
+            Err(error) => Err(self.step_error(error, t)),
         }
     }
 
+    /// The error of a step; as [`Stopped`], with the time if the FMU reports it, if the FMU ended
+    /// the step early.
     #[cold]
-    fn not_made(&self, error: Error, t: f64) -> Result<()> {
+    fn step_error(&self, error: Error, t: f64) -> Error {
         let is_discarded = Answer::status(&error) == Some(status::DISCARD);
-        let stops = is_discarded || error.is::<Stopped>();
-        let failure = self.check(Err(error), None, At::Time(t));
-        match stops {
-            true => failure.with_context(|| self.stopped()),
-            false => failure,
+        let is_stopped = is_discarded || error.is::<Stopped>();
+        let error = self.error(error, None, At::Time(t));
+        match is_stopped {
+            true => error.context(Stopped {
+                name: self.name.clone(),
+                time: self.fmi.call(Call::Time).ok(),
+            }),
+            false => error,
         }
     }
 
-    /// After a step that was not made to its end: how far it came, where the FMU tells.
-    #[cold]
-    fn stopped(&self) -> Stopped {
-        Stopped {
-            name: self.name.clone(),
-            time: self.fmi.call(Call::Time).ok(),
-        }
-    }
-
-    /// From now on a step that the FMU ends early is left there, as [`Stopped`]; else it is gone on
-    /// with.
-    pub fn stop_early(&self, stops: bool) {
-        // Where its thread has ended, the next call says so.
-        let _ = self.fmi.call(Call::StopEarly(stops));
+    /// From now on a step that the FMU ends early returns [`Stopped`]; until then it is continued.
+    pub(crate) fn stop_early(&self) {
+        // If its thread has ended, the next call says so.
+        let _ = self.fmi.call(Call::StopEarly(true));
     }
 
     /// The instance's own time, s: the end of its last successful step.
     pub fn time(&self) -> Result<f64> {
-        let time = self.fmi.call(Call::Time);
-        time.with_context(|| self.name.clone())
+        (self.fmi.call(Call::Time)).with_context(|| self.name.clone())
     }
 
-    /// When Event Mode must be entered next, s: infinite where that is not known. Where its thread
-    /// has ended, the next call says so.
+    /// When Event Mode must be entered next, s; infinite if unknown.
     pub fn next_event(&self) -> f64 {
-        let next = self.fmi.call(Call::NextEvent);
-        next.unwrap_or(f64::INFINITY)
+        // If its thread has ended, the next call says so.
+        (self.fmi.call(Call::NextEvent)).unwrap_or(f64::INFINITY)
     }
 
-    /// The state that it is in.
-    ///
-    /// # Errors
-    /// An FMU that cannot save its state.
+    /// Saves its state.
     pub fn save(&self, at: At) -> Result<State> {
-        ensure!(
-            self.fmu.description.capabilities.saves_state,
-            "{} (FMU `{}`) cannot save its state ({at})",
-            self.name,
-            self.fmu.file
-        );
+        let can_save = self.fmu.description.capabilities.saves_state;
+        self.require(can_save, "save its state", at)?;
         self.check(self.fmi.save(), None, at).map(State)
     }
 
-    /// Back to a state that it was saved in.
-    ///
-    /// # Errors
-    /// A state of another instance, or one that the FMU refuses.
+    /// Restores a state of this instance.
     pub fn restore(&self, state: &State, at: At) -> Result<()> {
         self.check(self.fmi.restore(&*state.0), None, at)
     }
 
-    /// The bytes of a state that it was saved in.
-    ///
-    /// # Errors
-    /// An FMU that cannot serialize its state.
+    /// The bytes of a saved state.
     pub fn state_to_bytes(&self, state: &State, at: At) -> Result<Vec<u8>> {
-        ensure!(
-            self.fmu.description.capabilities.serializes_state,
-            "{} (FMU `{}`) cannot write its state as bytes ({at})",
-            self.name,
-            self.fmu.file
-        );
+        let can_serialize = self.fmu.description.capabilities.serializes_state;
+        self.require(can_serialize, "write its state as bytes", at)?;
         self.check(self.fmi.state_to_bytes(&*state.0), None, at)
     }
 
-    /// A state to be restored, from bytes that an instance of the same FMU gave.
-    ///
-    /// # Errors
-    /// Bytes that the FMU refuses.
-    pub fn state_from_bytes(&self, bytes: &[u8], at: At) -> Result<State> {
-        let state = self.check(self.fmi.state_from_bytes(bytes), None, at);
-        state.map(State)
+    fn require(&self, can: bool, what: &str, at: At) -> Result<()> {
+        let (name, file) = (&self.name, &self.fmu.file);
+        ensure!(can, "{name} (FMU `{file}`) cannot {what} ({at})");
+        Ok(())
     }
 
-    /// Back to where it was when it was made; false where it cannot be, so that another is needed.
+    /// A state to be restored, from the bytes of an instance of the same FMU.
+    pub fn state_from_bytes(&self, bytes: &[u8], at: At) -> Result<State> {
+        (self.check(self.fmi.state_from_bytes(bytes), None, at)).map(State)
+    }
+
+    /// Resets it to where it was when it was made; false if that fails, so that another is needed.
     pub(crate) fn reset(&self) -> bool {
-        self.fmi.reset() && self.log_only_trouble().is_ok()
+        self.fmi.reset() && self.log_only_warnings().is_ok()
     }
 }
 

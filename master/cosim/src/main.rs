@@ -1,4 +1,5 @@
-//! Command line of the co-simulation master.
+//! The program `cosim`: runs systems of FMUs, measures their speed, and shows their wiring and
+//! variables.
 #![forbid(unsafe_code)]
 
 use std::collections::BTreeSet;
@@ -9,12 +10,12 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand};
 use cosim::cli::{CsvArgs, InputArgs, RunArgs, StepArgs, SystemArgs, bar, exit, place, print};
-use cosim::describe;
+use cosim::describe::{self, DescribedFmu};
 use cosim::exchange::{Exchange, Order};
 use cosim::run::signals::connected;
 use cosim::run::simulate;
 use cosim::run::verdict::Verdict;
-use cosim::stepping::Control;
+use cosim::stepping::StepControl;
 use cosim::structure::package::{Package, read};
 use cosim::structure::system::System;
 use cosim::structure::{self, Structure};
@@ -37,8 +38,8 @@ enum Command {
     Bench(BenchArgs),
     /// Show components, stages of the exchange and power bonds; reports algebraic loops
     Wiring(WiringArgs),
-    /// List the variables of FMUs and systems, what the FMUs can do and the platforms that they have
-    /// libraries for
+    /// List the variables of FMUs and systems, what the FMUs can do and the platforms that they
+    /// have libraries for
     Info(InfoArgs),
 }
 
@@ -109,8 +110,7 @@ struct BenchArgs {
 
 fn main() -> ExitCode {
     let command = Cli::parse().command;
-    // What FMUs print must not get into what this program prints; where that cannot be had, it runs
-    // all the same.
+    // Keeps what FMUs print out of this program's output; if that fails, it runs all the same.
     let _ = fmi_import::output::separate();
     let check = matches!(&command, Command::Run(args) if args.run.check);
     let result = match command {
@@ -130,43 +130,41 @@ fn is_system(file: &Path) -> bool {
     file.extension().is_some_and(|e| e == "ssp" || e == "ssd")
 }
 
-/// The system of a run: FMUs by themselves, or a system.
-fn system_of(args: &OneRunArgs) -> Result<System> {
+/// The system of a run: one that is named, or FMUs by themselves.
+fn load_system_or_fmus(args: &OneRunArgs) -> Result<System> {
     match args.files.as_slice() {
         [] => load(&args.system),
         [file] if is_system(file) => {
-            let system = Some(file.clone());
-            load(&SystemArgs {
-                system,
-                ..args.system.clone()
-            })
+            let mut system = args.system.clone();
+            system.system = Some(file.clone());
+            load(&system)
         }
         files => System::from_fmus(files, &args.connect),
     }
 }
 
 fn run_system(args: &OneRunArgs) -> Result<Verdict> {
-    let system = system_of(args)?;
+    let system = load_system_or_fmus(args)?;
     let mut run = args.run.clone();
-    let preferred = run.prefer(&system);
+    let defaults = run.fill_defaults(&system);
     let mut experiment = run.experiment(&system)?;
-    let mut verdict = run.forgotten(&system, &experiment)?;
-    verdict.extend(preferred);
+    let mut verdict = run.judge_gaps(&system, &experiment)?;
+    verdict.extend(defaults);
     verdict.extend(args.inputs.add_to(&mut experiment, &system)?);
     let mut plan = args.steps.plan(experiment.stop(&system)?)?;
     if args.run.threads.is_none() && plan.resume.is_none() {
-        plan.alone = Some(experiment.clone());
+        plan.threads_for = Some(experiment.clone());
     }
     let master = experiment.start(&system)?;
-    let has_steps = plan.control != Control::Fixed;
+    let has_steps = plan.control != StepControl::Fixed;
     let useful = || connected(&system);
-    let mut log = args.csv.log_of(&system, &experiment, has_steps, useful)?;
+    let mut log = args.csv.log(&system, &experiment, has_steps, useful)?;
     let bar = bar(0, "steps", args.quiet);
     let progress = |k, steps| {
         bar.set_length(steps);
         bar.set_position(k);
     };
-    let outcome = simulate::planned(&system, master, &plan, &progress, &mut log);
+    let outcome = simulate::run_plan(&system, master, &plan, &progress, &mut log);
     bar.finish_and_clear();
     let outcome = outcome?;
     log.map_or(Ok(()), |log| log.finish())?;
@@ -181,29 +179,24 @@ fn run_system(args: &OneRunArgs) -> Result<Verdict> {
 fn bench(args: &BenchArgs) -> Result<Verdict> {
     let system = load(&args.system)?;
     let mut run = args.run.clone();
-    run.prefer(&system);
+    run.fill_defaults(&system);
     let experiment = run.experiment(&system)?;
     let stop = experiment.stop(&system)?;
     let mut outcomes = Vec::new();
+    let useful = || connected(&system);
     for _ in 0..args.repeat.max(1) {
         let master = experiment.start(&system)?;
-        let mut log = args.csv.log(&system, &experiment, || connected(&system))?;
-        outcomes.push(simulate::run(
-            &system,
-            master,
-            stop,
-            &|_, _| (),
-            |master| log.as_mut().map_or(Ok(()), |log| log.add(master)),
-        )?);
+        let mut log = args.csv.log(&system, &experiment, false, useful)?;
+        let (plan, progress) = (simulate::Plan::to(stop), |_, _| ());
+        let outcome = simulate::run_plan(&system, master, &plan, &progress, &mut log)?;
+        outcomes.push(outcome);
         log.map_or(Ok(()), |log| log.finish())?;
     }
     outcomes.sort_by(|a, b| a.real_time_factor().total_cmp(&b.real_time_factor()));
-    let (worst, best) = (&outcomes[0], &outcomes[outcomes.len() - 1]);
-    let median = &outcomes[outcomes.len() / 2];
-    let (runs, simulated) = (outcomes.len(), median.simulated);
+    let runs = outcomes.len();
+    let [worst, median, best] = [0, runs / 2, runs - 1].map(|k| outcomes[k].real_time_factor());
+    let (simulated, step) = (outcomes[runs / 2].simulated, experiment.stepping.step);
     let instances = system.structure.components.len();
-    let step = experiment.stepping.step;
-    let [median, worst, best] = [median, worst, best].map(simulate::Outcome::real_time_factor);
     let threads = match experiment.threads {
         1 => "one thread".into(),
         threads => format!("{threads} threads"),
@@ -228,12 +221,12 @@ fn info(args: &InfoArgs) -> Result<Verdict> {
         let file = path.display().to_string();
         let context = || format!("`{file}`");
         if is_system(path) {
-            let (structure, fmus) = described(path, args).with_context(context)?;
+            let (structure, fmus) = read_system(path, args).with_context(context)?;
             list.push(describe::system_json(&file, &structure, &fmus));
             text += &describe::system(&file, &structure, &fmus);
         } else {
             let archive = Archive::open(read(path)?).with_context(context)?;
-            let fmu = describe::Fmu::of(file.clone(), archive).with_context(context)?;
+            let fmu = DescribedFmu::from_archive(file.clone(), archive).with_context(context)?;
             list.push(describe::fmu_json(&fmu));
             text += &describe::fmu(&fmu);
         }
@@ -245,15 +238,15 @@ fn info(args: &InfoArgs) -> Result<Verdict> {
     Ok(Verdict::default())
 }
 
-/// A structure and its FMUs, each once; no library is loaded.
-fn described(path: &Path, args: &InfoArgs) -> Result<(Structure, Vec<describe::Fmu>)> {
+/// Reads a structure and the descriptions of its FMUs, each once; loads no library.
+fn read_system(path: &Path, args: &InfoArgs) -> Result<(Structure, Vec<DescribedFmu>)> {
     let mut package = Package::open(path)?;
     let variant = args.variant.as_deref();
     let text = package.structure(variant)?;
     let name = package.structure_name(variant);
     let structure = structure::read(&text, &name, &mut |source| package.text(source))?;
     let place = place(args.fmu_dir.as_deref())?;
-    let mut fmus: Vec<describe::Fmu> = Vec::new();
+    let mut fmus: Vec<DescribedFmu> = Vec::new();
     for component in &structure.components {
         if fmus.iter().any(|fmu| fmu.file == component.source) {
             continue;
@@ -261,7 +254,7 @@ fn described(path: &Path, args: &InfoArgs) -> Result<(Structure, Vec<describe::F
         let context = || format!("FMU of component `{}`", component.name);
         let bytes = place.read(&component.source, &mut package);
         let archive = Archive::open(bytes.with_context(context)?).with_context(context)?;
-        let fmu = describe::Fmu::of(component.source.clone(), archive);
+        let fmu = DescribedFmu::from_archive(component.source.clone(), archive);
         fmus.push(fmu.with_context(context)?);
     }
     Ok((structure, fmus))
@@ -288,50 +281,53 @@ fn wiring(args: &WiringArgs) -> Result<Verdict> {
     }
     let mut outputs = connected(&system)?;
     outputs.retain(|port| system.variable(*port).causality == Causality::Output);
-    for (title, is_late) in [
-        ("read at once, after the inputs that they depend on", false),
-        (
-            "read late, right after the step, because nobody says what they depend on",
-            true,
-        ),
-    ] {
-        let own = outputs
-            .iter()
-            .filter(|p| wiring.is_read_once(**p) == is_late);
-        let names: Vec<_> = own.map(|port| system.name(*port)).collect();
-        if !names.is_empty() {
-            writeln!(text, "\noutputs {title}: {}", names.join(", "))?;
-        }
-    }
+    let [early, late] = [false, true].map(|is_late| {
+        let own = outputs.iter();
+        let own = own.filter(|p| wiring.is_read_once(**p) == is_late);
+        own.map(|port| system.name(*port)).collect::<Vec<_>>()
+    });
+    text += &listed(
+        "outputs read at once, after the inputs that they depend on",
+        &early,
+    );
+    text += &listed(
+        "outputs read late, right after the step, because they do not declare what they depend on",
+        &late,
+    );
     if args.tries {
-        text += &tried(&system)?;
+        text += &probed(&system)?;
     }
     for link in wiring.links.iter().filter(|link| link.bond.is_some()) {
         let (from, to) = (wiring.name(link.from), wiring.name(link.to));
         writeln!(text, "\npower bond {from} -> {to}")?;
     }
-    let forgotten = system.forgotten(&[])?;
-    for (title, names) in [
-        ("connectors that the FMUs do not have", forgotten.connectors),
-        (
-            "input connectors that nothing drives or sets",
-            forgotten.inputs,
-        ),
-        (
-            "inputs that the system does not mention",
-            forgotten.unmentioned,
-        ),
-    ] {
-        if !names.is_empty() {
-            writeln!(text, "\n{title}: {}", names.join(", "))?;
-        }
-    }
+    let gaps = system.find_gaps(&[])?;
+    text += &listed(
+        "connectors that the FMUs do not have",
+        &gaps.missing_connectors,
+    );
+    text += &listed(
+        "input connectors that nothing drives or sets",
+        &gaps.undriven_inputs,
+    );
+    text += &listed(
+        "inputs that the system does not mention",
+        &gaps.unmentioned_inputs,
+    );
     print(text)?;
     Ok(Verdict::default())
 }
 
-/// What changes at once, as text.
-fn tried(system: &System) -> Result<String> {
+/// A paragraph with these names; nothing if there are none.
+fn listed(title: &str, names: &[String]) -> String {
+    match names.is_empty() {
+        true => String::new(),
+        false => format!("\n{title}: {}\n", names.join(", ")),
+    }
+}
+
+/// The outputs of each component that change at once with inputs, as text.
+fn probed(system: &System) -> Result<String> {
     let mut text = "\ntried in Initialization Mode (a hint, which no run uses)\n".to_string();
     for (k, component) in system.structure.components.iter().enumerate() {
         let description = &system.fmus[k].description;

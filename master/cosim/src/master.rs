@@ -1,6 +1,7 @@
-//! The co-simulation master: a system's instances, initialized, and stepped by a schedule.
+//! The co-simulation master: makes and initializes the instances of a system, steps them by a
+//! schedule, and saves and restores the state of the whole.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use fmi_description::{Access, Variability};
 use serde::{Deserialize, Serialize};
 
@@ -12,8 +13,8 @@ use crate::exchange::means::Means;
 use crate::exchange::{Exchange, Order};
 use crate::instance::{At, Call, Instance, State, all};
 use crate::io::input_table::InputTable;
+use crate::run::instance_cache;
 use crate::run::instances::make;
-use crate::run::spare;
 use crate::schedule::rates::Rates;
 use crate::schedule::thread_plan::ThreadPlan;
 use crate::schedule::{self, Between};
@@ -23,7 +24,7 @@ use crate::wiring::{Link, Port, Wiring};
 pub use crate::run::instances::{instantiate, start_value};
 pub use crate::schedule::{Jitter, Schedule, Stepping};
 
-/// Part of the communication step by which an event may be missed.
+/// Part of the communication step within which an event counts as met.
 const TOLERANCE: f64 = 1e-6;
 
 /// A running system.
@@ -34,52 +35,49 @@ pub struct Master {
     /// Present time, s.
     time: f64,
     inputs: Option<InputTable>,
-    made: LastStep,
+    last_step: LastStep,
 }
 
-/// A running system at a communication point, as it was saved: with states of the instances, or
-/// bytes of them.
+/// The saved state of a running system at a communication point, with the instances' states, or
+/// their bytes.
 #[derive(Deserialize, Serialize)]
 pub struct Saved<S = State> {
     coupling: coupling::Saved<S>,
     steps: u64,
     time: f64,
-    made: LastStep,
+    last_step: LastStep,
 }
 
-/// The last communication step, where its length is chosen.
+/// Length and error of the last communication step, if steps have variable length.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct LastStep {
-    /// s.
+    /// Length, s.
     pub length: f64,
-    /// Error beside what is allowed.
+    /// Error relative to the allowed one.
     pub error: f64,
 }
 
 impl Master {
-    /// Instantiate and initialize all components of `system`, with the structure's parameter
-    /// values, then `settings`, in this order; afterwards all connections are passed at the start
-    /// time.
+    /// Instantiates and initializes all components of `system`, with the structure's parameter
+    /// values, then `settings`; afterwards all connections are passed at the start time.
     pub fn new(system: &System, settings: &[Setting], stepping: Stepping) -> Result<Self> {
-        Self::side_by_side(system, settings, stepping, 1)
+        Self::with_threads(system, settings, stepping, 1)
     }
 
-    /// The same with the components in several threads, this one among them: each is made, stepped
-    /// and freed by one thread, which has a copy of its library for itself. The results are the
-    /// same, bit for bit.
-    pub fn side_by_side(
+    /// The same with the components shared by several threads, including this one. Each component
+    /// is made, stepped and freed by one thread, which has its own copies of the libraries. The
+    /// results are bit-identical.
+    pub fn with_threads(
         system: &System,
         settings: &[Setting],
         stepping: Stepping,
         threads: usize,
     ) -> Result<Self> {
-        if !(stepping.step.is_finite() && stepping.step > 0.0 && stepping.start.is_finite()) {
-            bail!(
-                "step {} s from {} s: both must be finite and the step > 0",
-                stepping.step,
-                stepping.start
-            );
-        }
+        let Stepping { start, step, .. } = stepping;
+        ensure!(
+            step.is_finite() && step > 0.0 && start.is_finite(),
+            "step {step} s from {start} s: both must be finite and the step > 0"
+        );
         let wiring = system.wiring()?;
         let is_staged = stepping.schedule != Schedule::Standard;
         let is_sequential = stepping.schedule == Schedule::GaussSeidel;
@@ -89,27 +87,27 @@ impl Master {
             false => Order::AtOnce,
         };
         let mut exchange = Exchange::new(&wiring, order, |_| true)?;
-        let mut derivatives = None;
-        if stepping.schedule == Schedule::JacobiDerivatives {
-            derivatives = Some(Exchange::new(&wiring, Order::Stages, |link| {
-                passes_derivative(&wiring, link)
-            })?);
-        }
+        let derivatives = match stepping.schedule {
+            Schedule::JacobiDerivatives => {
+                let passes = |link: &Link| passes_derivative(&wiring, link);
+                Some(Exchange::new(&wiring, Order::Stages, passes)?)
+            }
+            _ => None,
+        };
         let rates = Rates::new(&system.structure, &wiring, &exchange, stepping)?;
         let balance = Balance::new(&wiring, stepping, rates.is_some())?;
         let (means, bonds) = Means::new(&wiring, &exchange, derivatives.as_ref())?;
-        let parts = Rates::most_parts(&system.structure, stepping.step);
+        let parts = Rates::most_parts(&system.structure, step);
         let thread_plan = ThreadPlan::new(system, threads, parts)?;
-        let start = stepping.start;
-        let of = |k| make(system, k, settings, is_staged, start, thread_plan.worker(k));
-        let instances: Vec<Instance> = (0..system.fmus.len()).map(of).collect::<Result<_>>()?;
+        let make = |k| make(system, k, settings, is_staged, start, thread_plan.worker(k));
+        let instances: Vec<Instance> = (0..system.fmus.len()).map(make).collect::<Result<_>>()?;
         exchange.is_multi_threaded = instances.iter().any(Instance::is_elsewhere);
         initialize(&instances, &wiring, stepping)?;
         let residuals = bonds.iter().map(|b| Residual::new(wiring.name(b.effort)));
-        let residuals = residuals.collect();
-        let timed = (0..instances.len()).filter(|k| instances[*k].has_events());
+        let timed = (0..instances.len()).filter(|k| instances[*k].has_events);
         let mut coupling = Coupling {
             timed: timed.collect(),
+            residuals: residuals.collect(),
             fixed: system.fixed_step().map(str::to_string),
             bond_steps: vec![BondStep::default(); bonds.len()],
             ranks: thread_plan.ranks(&wiring, |link| {
@@ -122,40 +120,37 @@ impl Master {
             derivatives,
             means,
             bonds,
-            residuals,
         };
         if coupling.exchange.over_step.is_some() {
-            // Refused now rather than in the first step.
+            // Refuses now rather than in the first step.
             coupling.save(start).context(
                 "loops are solved by repeated steps with the schedule standard, for which every component must save its state",
             )?;
         }
         schedule::begin(stepping.schedule, &mut coupling, start)?;
-        coupling.tick(start, TOLERANCE * stepping.step, is_staged)?;
+        coupling.tick(start, TOLERANCE * step, is_staged)?;
         Ok(Self {
             coupling,
             stepping,
             steps: 0,
             time: start,
             inputs: None,
-            made: LastStep::default(),
+            last_step: LastStep::default(),
         })
     }
 
-    /// The last communication step, where its length is chosen.
+    /// The last communication step, if steps have variable length.
     pub fn last_step(&self) -> LastStep {
-        self.made
+        self.last_step
     }
 
-    pub(crate) fn note_step(&mut self, made: LastStep) {
-        self.made = made;
+    pub(crate) fn set_last_step(&mut self, step: LastStep) {
+        self.last_step = step;
     }
 
     /// From now on a component that ends a step early stops the step of all.
     pub(crate) fn stop_early(&self) {
-        self.instances()
-            .iter()
-            .for_each(|instance| instance.stop_early(true));
+        self.instances().iter().for_each(Instance::stop_early);
     }
 
     /// Present time, s: `t_0 + k·h` after k steps.
@@ -168,7 +163,7 @@ impl Master {
         self.steps
     }
 
-    /// Values of all connected outputs as last exchanged; [`Exchange::slot`] tells whose.
+    /// Values of all connected outputs as last exchanged; [`Exchange::slot`] says which is where.
     pub fn exchange(&self) -> &Exchange {
         &self.coupling.exchange
     }
@@ -183,12 +178,10 @@ impl Master {
         self.coupling.instances[port.component].number(port.variable, At::Time(self.time))
     }
 
-    /// Present value of a variable of any type that does not pass as a number, whole, as text.
+    /// Present value, as text, of a variable whose type is no number.
     pub fn text(&self, port: Port) -> Result<String> {
-        let instance = &self.coupling.instances[port.component];
-        Ok(instance
-            .value(port.variable, At::Time(self.time))?
-            .to_string())
+        let value = self.instances()[port.component].value(port.variable, At::Time(self.time));
+        Ok(value?.to_string())
     }
 
     /// The instances, in the order of the structure's components.
@@ -196,9 +189,9 @@ impl Master {
         &self.coupling.instances
     }
 
-    /// From now on values are altered; what was passed at the present time is passed again. An
-    /// input of a scenario to which nothing gives values has its present one but for that.
-    pub fn alter(&mut self, system: &System, faults: &Faults) -> Result<()> {
+    /// From now on faults alter values; those of the present time are passed again. An input in a
+    /// scenario that nothing drives keeps its present value apart from the faults.
+    pub fn apply_faults(&mut self, system: &System, faults: &Faults) -> Result<()> {
         let wiring = system.wiring()?;
         for fault in faults.list.iter().filter(|fault| fault.is_event) {
             let (port, is_source) = (fault.port, is_source(system, fault.port));
@@ -215,33 +208,30 @@ impl Master {
             exchange,
             derivatives,
             means,
-            rates: paces,
+            rates,
             balance,
             ..
         } = &mut self.coupling;
-        let paces = paces.iter_mut().flat_map(|r| &mut r.components);
-        let between = paces.flat_map(|rate| &mut rate.writes);
-        let passed = exchange.writes();
-        let rates = derivatives.iter_mut().flat_map(Exchange::writes);
-        let given = means.writes.iter_mut().flatten();
-        let fed = self.inputs.iter_mut().flat_map(|table| &mut table.writes);
-        let balanced = balance.iter_mut().flat_map(|b| &mut b.writes);
-        let given = given.chain(balanced);
-        for write in passed.chain(rates).chain(given).chain(between).chain(fed) {
-            write.attach(&wiring, &mut alteration);
-        }
+        let rates = rates.iter_mut().flat_map(|r| &mut r.components);
+        let writes = (exchange.writes())
+            .chain(derivatives.iter_mut().flat_map(Exchange::writes))
+            .chain(means.writes.iter_mut().flatten())
+            .chain(balance.iter_mut().flat_map(|b| &mut b.writes))
+            .chain(rates.flat_map(|rate| &mut rate.writes))
+            .chain(self.inputs.iter_mut().flat_map(|table| &mut table.writes));
+        writes.for_each(|write| write.attach(&wiring, &mut alteration));
         self.coupling.exchange.faults = Some(alteration);
         self.set_inputs()?;
         self.pass()
     }
 
-    /// Inputs that a table gives values to.
+    /// Inputs that are driven by a table.
     fn fed(&self) -> &[Port] {
         self.inputs.as_ref().map_or(&[], InputTable::ports)
     }
 
-    /// Pass all connections again at the present time: after inputs that no connection drives have
-    /// been set. With [`Schedule::Standard`] nothing is to be done: the next step passes them.
+    /// Passes all connections again at the present time, after inputs that no connection drives
+    /// were set. Does nothing with [`Schedule::Standard`], whose next step passes them.
     pub fn pass(&mut self) -> Result<()> {
         if self.stepping.schedule == Schedule::Standard {
             return Ok(());
@@ -266,7 +256,7 @@ impl Master {
         self.advance(end - self.time, end)
     }
 
-    /// Step to `end`, which is `h` away, both s; in parts where events are between.
+    /// Steps by `h` to `end`, both s, in parts if there are events in between.
     fn advance(&mut self, mut h: f64, end: f64) -> Result<()> {
         let Stepping { step, schedule, .. } = self.stepping;
         let tolerance = TOLERANCE * step;
@@ -287,7 +277,7 @@ impl Master {
         }
     }
 
-    /// From now on, and at the present time, inputs that no connection drives have the values of a
+    /// At the present time and from now on, inputs that no connection drives get the values of a
     /// table.
     pub fn feed(&mut self, inputs: InputTable) -> Result<()> {
         self.inputs = Some(inputs);
@@ -307,67 +297,57 @@ impl Master {
         self.pass()
     }
 
-    /// The state of the whole: of all instances, and of what is passed between them.
-    ///
-    /// # Errors
-    /// An FMU that cannot save its state.
+    /// Saves the state of all instances and of the values passed between them.
     pub fn save(&self) -> Result<Saved> {
-        Ok(Saved {
-            coupling: self.coupling.save(self.time)?,
-            steps: self.steps,
-            time: self.time,
-            made: self.made,
-        })
+        Ok(self.saved(self.coupling.save(self.time)?))
     }
 
     /// The same in bytes, for a run of the same system in another process.
-    ///
-    /// # Errors
-    /// An FMU that cannot serialize its state.
     pub(crate) fn save_bytes(&self) -> Result<Saved<Vec<u8>>> {
-        Ok(Saved {
-            coupling: self.coupling.save_bytes(self.time)?,
+        Ok(self.saved(self.coupling.save_bytes(self.time)?))
+    }
+
+    fn saved<S>(&self, coupling: coupling::Saved<S>) -> Saved<S> {
+        Saved {
+            coupling,
             steps: self.steps,
             time: self.time,
-            made: self.made,
-        })
+            last_step: self.last_step,
+        }
     }
 
-    /// Back to such a state.
+    /// Restores the state from bytes.
     pub(crate) fn restore_bytes(&mut self, saved: Saved<Vec<u8>>) -> Result<()> {
         self.coupling.restore_bytes(saved.coupling, saved.time)?;
-        self.go_on(saved.steps, saved.time, saved.made);
+        self.resume(saved.steps, saved.time, saved.last_step);
         Ok(())
     }
 
-    /// Back to a saved state of this run: from there it goes on as it did, bit for bit.
-    ///
-    /// # Errors
-    /// A state of another run, or one that an FMU refuses.
+    /// Restores a saved state of this run, which then continues from there as it did, bit for bit.
     pub fn restore(&mut self, saved: &Saved) -> Result<()> {
         self.coupling.restore(&saved.coupling, saved.time)?;
-        self.go_on(saved.steps, saved.time, saved.made);
+        self.resume(saved.steps, saved.time, saved.last_step);
         Ok(())
     }
 
-    fn go_on(&mut self, steps: u64, time: f64, made: LastStep) {
-        (self.steps, self.time, self.made) = (steps, time, made);
+    fn resume(&mut self, steps: u64, time: f64, last_step: LastStep) {
+        (self.steps, self.time, self.last_step) = (steps, time, last_step);
         self.inputs.iter_mut().for_each(InputTable::rewind);
     }
 
-    /// End the run for all.
+    /// Terminates all instances.
     pub fn terminate(self) -> Result<()> {
         let (instances, at) = (self.coupling.instances, At::Time(self.time));
         for instance in &instances {
             instance.call(Call::Terminate, at)?;
         }
-        spare::keep(instances);
+        instance_cache::keep(instances);
         Ok(())
     }
 }
 
-/// An output's derivative is passed where the source gives it, the target uses it and the signal is
-/// not sampled.
+/// An output's derivative is passed if the source has it, the target uses it and the signal is
+/// continuous.
 fn passes_derivative(wiring: &Wiring, link: &Link) -> bool {
     let [from, to] = [link.from, link.to].map(|end| wiring.description(end.component));
     wiring.access(link.from) == Access::Real
@@ -377,10 +357,10 @@ fn passes_derivative(wiring: &Wiring, link: &Link) -> bool {
         && wiring.variable(link.from).variability == Variability::Continuous
 }
 
-/// Pass the connections in initialization mode, in the order of the initial dependencies, so that
-/// every component starts from what the others start from. Where what is not declared forms a loop,
-/// they are passed until nothing changes, bit for bit; with the schedule `standard` what is
-/// declared, too.
+/// Initializes the instances and passes the connections in the order of the initial dependencies,
+/// so that the start values of all components agree. If dependencies that are not declared may form
+/// a loop, the connections are passed until no value changes; with the schedule `standard` also if
+/// declared ones do.
 fn initialize(instances: &[Instance], wiring: &Wiring, stepping: Stepping) -> Result<()> {
     let planned = |order| Exchange::new(wiring, order, |_| true);
     let ordered = planned(Order::Initialization);

@@ -1,9 +1,9 @@
-//! A run from its conditions to its verdict: instances made, stepped to a stop time, watched, and
-//! what came out of it.
+//! A run of a system: instances are made and initialized, stepped to a stop time and observed; the
+//! outcome ends with a verdict on the result.
 
 pub mod divergence;
 pub mod experiment;
-pub mod forgotten;
+pub mod instance_cache;
 pub(crate) mod instances;
 pub mod observer;
 #[cfg(feature = "native")]
@@ -13,8 +13,8 @@ pub mod signals;
 #[cfg(feature = "native")]
 pub mod simulate;
 pub mod snapshot;
-pub mod spare;
+pub mod structure_gaps;
 pub mod supervision;
 #[cfg(feature = "native")]
-pub(crate) mod trial;
+mod thread_choice;
 pub mod verdict;

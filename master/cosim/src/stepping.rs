@@ -1,16 +1,15 @@
-//! How a run comes from its start to its end: by steps of one length, or of lengths that are chosen
-//! on the way.
+//! The communication steps of a run to its stop time: of one length, or of variable length.
 
-mod chosen;
-mod control;
+mod controller;
 mod fixed;
+mod variable;
 
 use anyhow::{Result, bail};
 
-pub use chosen::{ChosenSteps, StepCount};
-pub(crate) use control::Progress;
-pub use control::{Control, Limits};
+pub(crate) use controller::Progress;
+pub use controller::{StepControl, StepLimits};
 pub use fixed::FixedSteps;
+pub use variable::{StepCount, VariableSteps};
 
 use crate::master::Master;
 use crate::structure::system::System;
@@ -19,17 +18,14 @@ use crate::structure::system::System;
 pub enum Steps {
     /// Of one length.
     Fixed(FixedSteps),
-    /// Of lengths that are chosen, or repeated.
-    Chosen(ChosenSteps),
+    /// Of variable length, or repeated.
+    Variable(VariableSteps),
 }
 
 impl Steps {
     /// The steps of `master`, which runs `system`, to `stop`, s.
-    ///
-    /// # Errors
-    /// A stop time before the start or not finite; lengths that cannot be chosen for this system.
-    pub fn new(system: &System, master: &Master, stop: f64, control: &Control) -> Result<Self> {
-        if let Control::Fixed = control {
+    pub fn new(system: &System, master: &Master, stop: f64, control: &StepControl) -> Result<Self> {
+        if let StepControl::Fixed = control {
             return Ok(Self::Fixed(FixedSteps::new(master.stepping(), stop)?));
         }
         if let Some(fixed) = system.fixed_step() {
@@ -37,40 +33,40 @@ impl Steps {
                 "`{fixed}` cannot vary its step, so that the length of steps can neither be chosen nor repeated"
             );
         }
-        Ok(Self::Chosen(ChosenSteps::new(
+        Ok(Self::Variable(VariableSteps::new(
             system, master, stop, control,
         )?))
     }
 
-    /// Make a step; false where its end is a point that is lost.
+    /// Makes a step; false if its communication point is lost.
     pub fn make(&mut self, master: &mut Master) -> Result<bool> {
         match self {
             Self::Fixed(steps) => steps.make(master),
-            Self::Chosen(steps) => steps.make(master).map(|()| true),
+            Self::Variable(steps) => steps.make(master).map(|()| true),
         }
     }
 
     /// Whether the stop time is reached.
     pub fn is_over(&self, master: &Master) -> bool {
         match self {
-            Self::Fixed(steps) => steps.made() >= steps.count(),
-            Self::Chosen(steps) => master.time() >= steps.stop(),
+            Self::Fixed(steps) => steps.made() >= steps.all(),
+            Self::Variable(steps) => master.time() >= steps.stop(),
         }
     }
 
-    /// Numbers of steps that are made, and of all, where lengths are chosen as far as is known now.
+    /// Number of steps that are made, and of all; of variable steps an estimate.
     pub fn so_far(&self, master: &Master) -> (u64, u64) {
         match self {
-            Self::Fixed(steps) => (steps.made(), steps.count()),
-            Self::Chosen(steps) => steps.so_far(master),
+            Self::Fixed(steps) => (steps.made(), steps.all()),
+            Self::Variable(steps) => steps.so_far(master),
         }
     }
 
-    /// How many steps were made and repeated, where lengths are chosen.
-    pub fn chosen(&self) -> Option<StepCount> {
+    /// Numbers and lengths of variable steps.
+    pub fn count(&self) -> Option<StepCount> {
         match self {
             Self::Fixed(_) => None,
-            Self::Chosen(steps) => Some(steps.made()),
+            Self::Variable(steps) => Some(steps.count()),
         }
     }
 
@@ -80,16 +76,16 @@ impl Steps {
                 made: steps.made(),
                 ..Progress::default()
             },
-            Self::Chosen(steps) => steps.progress(),
+            Self::Variable(steps) => steps.progress(),
         }
     }
 
-    /// Go on from where another run has come, to the time of `master`.
-    pub(crate) fn go_on(&mut self, master: &Master, progress: Progress) -> Result<()> {
+    /// Continues after the steps of another run, at the time of `master`.
+    pub(crate) fn resume(&mut self, master: &Master, progress: Progress) -> Result<()> {
         match self {
-            Self::Fixed(steps) => steps.go_on(master.time(), progress.made),
-            Self::Chosen(steps) => {
-                steps.go_on(progress);
+            Self::Fixed(steps) => steps.resume(master.time(), progress.made),
+            Self::Variable(steps) => {
+                steps.resume(progress);
                 Ok(())
             }
         }

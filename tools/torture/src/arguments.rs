@@ -1,5 +1,5 @@
-//! Random arguments: half of the calls have valid ones, the others hold anything that has the right
-//! type in C.
+//! Random arguments of calls: valid ones for half of the calls, for the others anything of the
+//! right type in C.
 
 use std::ffi::CString;
 
@@ -23,7 +23,7 @@ const STRANGE: [f64; 12] = [
     1e9,
 ];
 
-/// Any number.
+/// Any number, often a strange one.
 pub fn real(r: &mut Random) -> f64 {
     match r.below(4) {
         0 => r.unit() * 2.0 - 1.0,
@@ -32,18 +32,16 @@ pub fn real(r: &mut Random) -> f64 {
     }
 }
 
-/// Seeds of derivatives.
+/// Seeds of directional derivatives.
 pub fn seeds(r: &mut Random, n: usize, valid: bool) -> Vec<f64> {
     let one = |_| if valid { r.unit() } else { real(r) };
     (0..n).map(one).collect()
 }
 
-/// A C string.
 pub fn c_string(text: &str) -> CString {
     CString::new(text).expect("names have no NUL")
 }
 
-/// Any integer.
 pub fn integer(r: &mut Random) -> i32 {
     r.of(&[0, 1, 2, 3, 4, 5, 7, -1, 100, i32::MIN, i32::MAX])
 }
@@ -78,8 +76,8 @@ pub fn real_for(r: &mut Random, v: Option<&Variable>, element: usize, valid: boo
     }
 }
 
-/// A value of this type for an element of a variable, as a text; one that is not `valid` may be out
-/// of its bounds.
+/// A value of this type for an element of a variable, as text; unless `valid` it may be out of
+/// bounds.
 pub fn value_for(
     r: &mut Random,
     v: Option<&Variable>,
@@ -123,7 +121,8 @@ pub fn value_for(
         .to_string()
 }
 
-/// Each of the references with each of its elements; an unknown one is taken for a scalar.
+/// The variable and index of each element of the references; an unknown reference counts as a
+/// scalar.
 pub fn elements<'a>(
     fmu: &'a Fmu,
     vr: &'a [u32],

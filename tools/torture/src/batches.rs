@@ -1,5 +1,5 @@
-//! Batches of random calls in processes of their own; the seed of a batch also decides which FMU it
-//! is for.
+//! `torture calls`: batches of random calls, each in a process of its own, so that a crash or a
+//! hang is caught. The seed of a batch also selects its FMU.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,24 +17,23 @@ use rayon::prelude::*;
 
 use crate::session::{Counts, Session};
 
-/// A batch that takes longer than this hangs. Under valgrind and sanitizers everything is slow.
+/// A batch that takes longer than this counts as hanging. Valgrind and sanitizers are slow.
 const PATIENCE: Duration = Duration::from_secs(600);
-/// Last calls that are printed of a batch that failed.
+/// Number of last calls that are printed of a failed batch.
 const SHOWN: usize = 25;
 
-/// The FMU of a batch, and another one whose serialized states it is given as foreign ones.
-fn chosen(fmus: &[PathBuf], seed: u64) -> (&Path, Option<&Path>) {
+/// The FMU of a batch, and another one whose serialized states it must refuse.
+fn select(fmus: &[PathBuf], seed: u64) -> (&Path, Option<&Path>) {
     let k = (seed % fmus.len() as u64) as usize;
     let other = &fmus[(k + 1) % fmus.len()];
     (&fmus[k], (fmus.len() > 1).then_some(other))
 }
 
-/// One batch in this process; the counts go to standard output, which the FMU must leave alone.
-pub fn one(fmus: &[PathBuf], calls: usize, seed: u64, is_traced: bool) -> Result<()> {
-    let (path, foreign) = chosen(fmus, seed);
+/// Runs a batch in this process. The counts go to standard output, to which the FMU must not print.
+pub fn run_here(fmus: &[PathBuf], calls: usize, seed: u64, is_traced: bool) -> Result<()> {
+    let (path, foreign) = select(fmus, seed);
     let (fmu, foreign) = (Fmu::open(path)?, foreign.map(Fmu::open).transpose()?);
-    let session = Session::new(&fmu, foreign.as_ref(), seed, is_traced);
-    let mut session = session?;
+    let mut session = Session::new(&fmu, foreign.as_ref(), seed, is_traced)?;
     session.run(calls)?;
     println!("compared {}", session.compared);
     println!("digest {:016x}", session.digest);
@@ -44,8 +43,8 @@ pub fn one(fmus: &[PathBuf], calls: usize, seed: u64, is_traced: bool) -> Result
     Ok(())
 }
 
-/// How a batch is run as a process.
-fn process(fmus: &[PathBuf], calls: usize, seed: u64) -> Result<Command> {
+/// The command that runs a batch as a process.
+fn batch_command(fmus: &[PathBuf], calls: usize, seed: u64) -> Result<Command> {
     let mut command = Command::new(std::env::current_exe()?);
     let (calls, seed) = (calls.to_string(), seed.to_string());
     command
@@ -57,7 +56,7 @@ fn process(fmus: &[PathBuf], calls: usize, seed: u64) -> Result<Command> {
 
 /// Repeats a batch with every call printed.
 pub fn replay(fmus: &[PathBuf], calls: usize, seed: u64) -> Result<()> {
-    let status = process(fmus, calls, seed)?.arg("--trace").status()?;
+    let status = batch_command(fmus, calls, seed)?.arg("--trace").status()?;
     ensure!(status.success(), "batch of seed {seed}: {status}");
     println!("batch of seed {seed}: no complaint");
     Ok(())
@@ -95,18 +94,18 @@ pub fn run(
     Ok(())
 }
 
-/// A seed is a test case only if a batch can be repeated: the same calls with the same answers, in
-/// another process.
+/// Runs a batch twice, in two processes: both must make the same calls with the same answers, else
+/// a seed would be no test case.
 fn twice(batch: impl Fn() -> Result<String>) -> Result<String> {
     let (first, second) = (batch()?, batch()?);
     ensure!(
         first == second,
-        "repeated, the first batch went otherwise:\n{first}\nthen\n{second}"
+        "repeated, the first batch differed:\n{first}\nthen\n{second}"
     );
     Ok(first)
 }
 
-/// Counts of all batches.
+/// Counts and failures of all batches.
 #[derive(Default)]
 struct Total {
     counts: Counts,
@@ -161,16 +160,16 @@ impl Total {
     }
 }
 
-/// A batch in a process: its report, or why it failed, with its last calls.
+/// Runs a batch in a process; returns its report, or why it failed with its last calls.
 fn supervised(fmus: &[PathBuf], calls: usize, seed: u64) -> Result<String> {
     let log = std::env::temp_dir().join(format!("torture-{}-{seed}.log", std::process::id()));
     let (out, err) = (log.with_extension("out"), fs::File::create(&log)?);
-    let mut command = process(fmus, calls, seed)?;
+    let mut command = batch_command(fmus, calls, seed)?;
     command.stdout(fs::File::create(&out)?).stderr(err);
     let status = wait_with_limit(command.spawn()?, PATIENCE)?;
     let (report, complaint) = (fs::read_to_string(&out)?, fs::read_to_string(&log)?);
     let traced = || -> Result<String> {
-        let mut command = process(fmus, calls, seed)?;
+        let mut command = batch_command(fmus, calls, seed)?;
         let file = fs::File::create(&log)?;
         command.arg("--trace").stdout(Stdio::null()).stderr(file);
         wait_with_limit(command.spawn()?, PATIENCE)?;
@@ -178,7 +177,7 @@ fn supervised(fmus: &[PathBuf], calls: usize, seed: u64) -> Result<String> {
         let lines: Vec<&str> = trace.lines().collect();
         Ok(lines[lines.len().saturating_sub(SHOWN)..].join("\n"))
     };
-    let (fmu, _) = chosen(fmus, seed);
+    let (fmu, _) = select(fmus, seed);
     let problem = match status {
         Some(status) if status.success() && complaint.is_empty() => None,
         Some(status) if status.success() => Some(format!("it wrote to stderr: {complaint}")),

@@ -1,4 +1,5 @@
-//! Random calls that set and get derivatives.
+//! Random calls that set and get derivatives: input and output derivatives, directional
+//! derivatives.
 
 use crate::arguments::*;
 use crate::oracle::{Call, Expect};
@@ -9,13 +10,13 @@ use fmi_import::Fmu;
 use fmi_import::standard::Mode;
 use std::ffi::c_int;
 
-/// Whether derivatives may be taken by a variable: an input, or a state of Model Exchange.
+/// Whether a variable may be the known of a derivative: an input, or a state of Model Exchange.
 pub fn is_known(fmu: &Fmu) -> impl Fn(&Variable) -> bool + Copy {
     |v| v.access() == Access::Real && (v.is_input() || fmu.description.is_state(v))
 }
 
-/// Whether a variable has derivatives: outputs and local variables, which derivatives of states and
-/// event indicators are too.
+/// Whether a variable may be the unknown of a derivative: outputs and local variables, which
+/// include derivatives of states and event indicators.
 pub fn is_unknown(v: &Variable) -> bool {
     v.is_computed() && v.access() == Access::Real
 }
@@ -64,7 +65,7 @@ impl Session<'_> {
         let has_them = self.fmu.description.capabilities.output_derivative_order > 0;
         let expect = match has_them && vr.iter().all(known) && order.iter().all(|o| *o == 1) {
             true if vr.is_empty() => Expect::Done,
-            true => Expect::ModelDecides, // beyond the range of numbers
+            true => Expect::ModelDecides, // it may overflow
             false => Expect::Refused,
         };
         let name = self.fmu.functions.name("fmi2GetRealOutputDerivatives");
@@ -76,7 +77,7 @@ impl Session<'_> {
         Ok(self.with_variables(i, name, status, expect, &vr, !has_them))
     }
 
-    /// What a derivative is taken by, and of what: valid or not.
+    /// Knowns and unknowns of a derivative, and whether they are valid.
     pub fn for_derivative(&mut self) -> (bool, Vec<u32>, Vec<u32>) {
         let r = &mut self.random;
         let valid = r.one_in(2);
@@ -94,7 +95,7 @@ impl Session<'_> {
         let (valid, known, unknown) = self.for_derivative();
         let n = elements(self.fmu, &known).count();
         let seed = seeds(&mut self.random, n, valid);
-        // Knowns with their seeds come first, one by one.
+        // Knowns are checked first, each with its seed.
         let is_3 = self.fmu.functions.is_fmi3();
         let are_there = self.are(&known, |_| true) && self.are(&unknown, |_| true);
         let wrong_known = elements(self.fmu, &known)
@@ -110,12 +111,12 @@ impl Session<'_> {
         let expect = match wrong_known {
             _ if !self.fmu.description.capabilities.directional_derivatives => Expect::Refused,
             _ if is_3 && !are_there => Expect::Refused,
-            // FMI 3.0 names whole arrays, so what is looked at first is the exporter's affair.
+            // FMI 3.0 names whole arrays, so the exporter decides what is checked first.
             Some(_) if is_3 && seed.iter().any(|s| !s.is_finite()) => Expect::RefusedOrDiscarded,
             Some(answer) => answer,
             None if !self.are(&unknown, is_unknown) => Expect::Refused,
-            // Beyond the range of numbers; start values that do not fit together; a difference, of
-            // which one end is no place for the model.
+            // Overflow, inconsistent start values, or a finite difference whose end point the model
+            // refuses.
             None if !valid || is_initializing || !is_of_outputs => Expect::ModelDecides,
             None => Expect::Done,
         };

@@ -1,4 +1,5 @@
-//! Long runs: memory must not grow, time must not drift, outputs must stay bounded.
+//! `torture long`: long runs, in which memory must not grow, time must not drift and no step may
+//! fail.
 
 use std::path::Path;
 use std::time::Instant;
@@ -12,10 +13,10 @@ use fmi_import::Fmu;
 use fmi_import::status::WARNING;
 
 const STEP: f64 = 1e-3;
-/// Memory may grow by this much, kB: some pages that the allocator keeps.
+/// Allowed growth of memory, kB: some pages that the allocator keeps.
 const GROWTH: i64 = 256;
 
-/// `steps` steps of 1 ms of an FMU alone, all Real inputs swinging around their start values.
+/// Makes `steps` steps of 1 ms of an FMU, with all Real inputs swinging around their start values.
 pub fn run(path: &Path, steps: u64) -> Result<()> {
     let (clock, fmu) = (Instant::now(), Fmu::open(path)?);
     let mut instance = Subject::new(&fmu, "long")?;
@@ -51,8 +52,7 @@ pub fn run(path: &Path, steps: u64) -> Result<()> {
             .and_then(|()| instance.must("fmi2DoStep", stepped))
             .and_then(|()| instance.must("fmi2GetReal", status));
         done.with_context(|| format!("step {k}"))?;
-        // Inputs that swing without a machine behind them may be worth a warning, but no step may
-        // fail.
+        // Inputs without a machine behind them may cause warnings, but no step may fail.
         let messages = instance.messages();
         warned += u64::from(messages.iter().any(|m| m.status == WARNING));
         failed += u64::from(messages.iter().any(|m| m.status > WARNING));
@@ -80,8 +80,7 @@ pub fn run(path: &Path, steps: u64) -> Result<()> {
     Ok(())
 }
 
-/// Resident memory of this process, kB; 0 where the system does not tell (growth then counts as
-/// none).
+/// Resident memory of this process, kB; 0 on systems that do not report it.
 fn resident() -> Result<i64> {
     let Ok(status) = std::fs::read_to_string("/proc/self/status") else {
         return Ok(0);

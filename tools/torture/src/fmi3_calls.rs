@@ -1,5 +1,5 @@
-//! Random calls of what FMI 3.0 has and FMI 2.0 has not: Event Mode, adjoint derivatives,
-//! dependencies, wrong numbers of values, and the functions of what these FMUs declare not to have.
+//! Random calls of functions that only FMI 3.0 has: Event Mode, adjoint derivatives, dependencies;
+//! also calls with a wrong number of values, and functions for features that these FMUs lack.
 
 use crate::arguments::{elements, seeds};
 use crate::derivative_calls::{is_known, is_unknown};
@@ -11,38 +11,39 @@ use fmi_import::raw::{Array, RawInstance, Update};
 use fmi_import::standard::Mode;
 use fmi_import::status::OK;
 
-/// Elements of inputs up to which an adjoint derivative is compared with the directional ones.
+/// Most elements of inputs for which an adjoint derivative is compared with directional ones.
 const COLUMNS: usize = 8;
 
 impl Session<'_> {
-    /// Into Event Mode, in it, and out of it.
+    /// Enters or leaves Event Mode, or makes a call of it.
     pub fn event_call(&mut self, i: usize) -> Result<Call> {
         let mut update = Update::default();
         let which = self.random.below(8);
         let instance: &RawInstance = &self.instances[i];
-        let (name, status) = match which {
-            0..3 => ("fmi3EnterEventMode", instance.enter_event_mode()),
-            3..6 => ("fmi3EnterStepMode", instance.enter_step_mode()),
+        let (name, status, next) = match which {
+            0..3 => {
+                let status = instance.enter_event_mode();
+                ("fmi3EnterEventMode", status, Some(Mode::Event))
+            }
+            3..6 => {
+                let status = instance.enter_step_mode();
+                ("fmi3EnterStepMode", status, Some(Mode::Stepping))
+            }
             6 => {
                 let status = instance.update_discrete_states(&mut update);
-                ("fmi3UpdateDiscreteStates", status)
+                ("fmi3UpdateDiscreteStates", status, None)
             }
-            _ => (
-                "fmi3EvaluateDiscreteStates",
-                instance.evaluate_discrete_states(),
-            ),
+            _ => {
+                let status = instance.evaluate_discrete_states();
+                ("fmi3EvaluateDiscreteStates", status, None)
+            }
         };
         self.trace(i, format_args!("{name}()"));
         let call = self.plain(i, name, status, Expect::Done);
         let announces = update.again || update.terminates || update.next.is_finite();
-        if which == 6 && status == OK && announces {
+        if status == OK && announces {
             bail!("{name} announces events, of which these FMUs have none");
         }
-        let next = match which {
-            0..3 => Some(Mode::Event),
-            3..6 => Some(Mode::Stepping),
-            _ => None,
-        };
         if let (OK, Some(mode)) = (status, next) {
             self.instances[i].known.mode = mode;
         }
@@ -58,8 +59,7 @@ impl Session<'_> {
             false => variables[r.below(variables.len())].reference,
         };
         let (is_null, is_short) = (r.one_in(16), r.one_in(8));
-        // What is initialized or computed has dependencies; what they are asked of else is the
-        // exporter's decision.
+        // Only variables that are initialized or computed must have dependencies.
         let expect = match self.fmu.find(vr) {
             Some(_) if !is_null => Expect::ModelDecides,
             _ => Expect::Refused,
@@ -90,17 +90,14 @@ impl Session<'_> {
         let [v, u] = [&unknown, &known].map(|vr| seeds(r, of(vr), valid));
         let short = usize::from(!valid && r.one_in(4) && !v.is_empty());
         let name = "fmi3GetAdjointDerivative";
-        self.trace(
-            i,
-            format_args!("{name}({unknown:?}, {known:?}, {v:?}, {short})"),
-        );
+        let text = format_args!("{name}({unknown:?}, {known:?}, {v:?}, {short})");
+        self.trace(i, text);
         let seed = &v[..v.len() - short];
         let (status, result) = self.instances[i].adjoint(&unknown, &known, seed);
         let claims = self.fmu.description.capabilities.adjoint_derivatives;
         let fit = self.are(&known, is_known(self.fmu)) && self.are(&unknown, is_unknown);
         let sound = claims && short == 0 && fit;
-        // A model refuses inputs that are impossible together; a huge seed leaves the range of
-        // numbers, one that is none is discarded.
+        // A model refuses inconsistent inputs; a huge seed overflows, and NaN is discarded.
         let expect = match sound {
             true if valid => Expect::ModelDecides,
             true => Expect::FileDecides,
@@ -141,15 +138,15 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// Functions of types, clocks, structural parameters and interfaces that these FMUs have not,
-    /// and wrong numbers of values.
+    /// Functions of types, clocks and structural parameters that these FMUs lack, and wrong numbers
+    /// of values.
     pub fn absent(&mut self, i: usize) -> Result<Call> {
         let r = &mut self.random;
         let variables = &self.fmu.description.variables;
         let v = &variables[r.below(variables.len())];
         let (vr, access) = (v.reference, v.access());
         let size = self.fmu.functions.count(&[vr]);
-        let mut room = vec![0_u64; size + 2];
+        let mut values_read = vec![0_u64; size + 2];
         let has_sizes = (variables.iter()).any(|v| v.causality == Causality::StructuralParameter);
         let which = match r.below(24) {
             // What this FMU has.
@@ -160,9 +157,9 @@ impl Session<'_> {
         use Access::*;
         let instance = &self.instances[i];
         let names = |access| self.fmu.functions.names_of(access);
-        // Room for more values than the variable has.
         let mut get = |access, n| {
-            let status = instance.get_numbers(access, Array::Elements(&[vr]), Some(&mut room), n);
+            let status =
+                instance.get_numbers(access, Array::Elements(&[vr]), Some(&mut values_read), n);
             (names(access)[0], status)
         };
         let values = vec![0; size + 2];

@@ -1,5 +1,5 @@
-//! Lives of instances from load to unload. Under valgrind this shows that nothing is read wrongly
-//! and nothing is left.
+//! `torture life`: loads FMUs, makes, uses and frees instances, and unloads. Under valgrind this
+//! shows invalid reads and leaks.
 
 use std::path::Path;
 use std::time::Instant;
@@ -13,7 +13,7 @@ use fmi_import::status::OK;
 /// Instances alive at a time.
 const ALIVE: usize = 10;
 
-/// Loads an FMU `loads` times, with `instances` in total.
+/// Loads an FMU `loads` times and makes `instances` instances in total.
 pub fn run(path: &Path, instances: usize, loads: usize) -> Result<()> {
     let clock = Instant::now();
     let generations = (instances / loads).div_ceil(ALIVE);
@@ -21,7 +21,7 @@ pub fn run(path: &Path, instances: usize, loads: usize) -> Result<()> {
     for _ in 0..loads {
         let fmu = Fmu::open(path)?;
         for _ in 0..generations {
-            let generation: Result<Vec<_>> = (0..ALIVE).map(|_| live(&fmu)).collect();
+            let generation: Result<Vec<_>> = (0..ALIVE).map(|_| use_instance(&fmu)).collect();
             for (_, bits) in generation? {
                 let first = expected.get_or_insert_with(|| bits.clone());
                 ensure!(*first == bits, "instances differ");
@@ -37,9 +37,9 @@ pub fn run(path: &Path, instances: usize, loads: usize) -> Result<()> {
     Ok(())
 }
 
-/// One life: steps, a state saved and carried over as bytes, misuse, reset; left alive with a saved
-/// state not freed.
-fn live(fmu: &Fmu) -> Result<(Subject<'_>, Vec<u64>)> {
+/// Makes an instance, steps it, restores a state from bytes, misuses and resets it. Returns it with
+/// a saved state not freed, and its outputs.
+fn use_instance(fmu: &Fmu) -> Result<(Subject<'_>, Vec<u64>)> {
     let mut instance = Subject::new(fmu, "life")?;
     first_steps(&mut instance)?;
     let bytes = instance.bytes()?;

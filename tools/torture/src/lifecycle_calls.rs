@@ -1,5 +1,4 @@
-//! Random calls about the life cycle of an instance: instantiation, modes, steps, inquiries,
-//! logging.
+//! Random calls of the life cycle of an instance: instantiation, modes, steps, inquiries, logging.
 
 use crate::arguments::{c_string, integer, real};
 use crate::oracle::{Call, Expect};
@@ -23,8 +22,7 @@ impl Session<'_> {
         let stop = if r.one_in(2) { real(r) } else { start + 1.0 };
         let is_3 = self.fmu.functions.is_fmi3();
         let name = self.fmu.functions.name("fmi2SetupExperiment");
-        // The tolerance is for FMUs that control their error, which declare one; no stop time and an
-        // infinite one are the same.
+        // The tolerance matters only to FMUs that declare one; an infinite stop time is none.
         let declared = self.fmu.description.default_experiment.tolerance;
         let is_used = has_tolerance && declared.is_some();
         let is_kept = !is_used || (tolerance > 0.0 && tolerance < 1.0);
@@ -59,30 +57,32 @@ impl Session<'_> {
             true => Mode::Event,
             false => Mode::Stepping,
         };
-        let (expect, next) = match name {
-            "fmi2EnterInitializationMode" => (Expect::Done, Some(Mode::Initialization)),
-            "fmi2ExitInitializationMode" => (Expect::ModelDecides, Some(after_initialization)),
-            "fmi2Terminate" => (Expect::Done, Some(Mode::Terminated)),
-            "fmi2Reset" => (Expect::Done, Some(Mode::Instantiated)),
-            _ => (Expect::Refused, None),
-        };
         let own = f.name(name);
-        let expect = self.in_order(i, own, expect);
         self.trace(i, format_args!("{own}()"));
         let experiment = Experiment::default();
         let instance = &self.instances[i];
-        let status = match name {
-            "fmi2EnterInitializationMode" => instance.enter_initialization_mode(experiment),
-            "fmi2ExitInitializationMode" => instance.exit_initialization_mode(),
-            "fmi2Terminate" => instance.terminate(),
-            "fmi2Reset" => RawInstance::reset(instance),
+        let (expect, next, status) = match name {
+            "fmi2EnterInitializationMode" => {
+                let status = instance.enter_initialization_mode(experiment);
+                (Expect::Done, Some(Mode::Initialization), status)
+            }
+            "fmi2ExitInitializationMode" => {
+                let status = instance.exit_initialization_mode();
+                (Expect::ModelDecides, Some(after_initialization), status)
+            }
+            "fmi2Terminate" => (Expect::Done, Some(Mode::Terminated), instance.terminate()),
+            "fmi2Reset" => {
+                let status = RawInstance::reset(instance);
+                (Expect::Done, Some(Mode::Instantiated), status)
+            }
             _ if f.is_fmi3() => return self.event_call(i),
-            _ => instance.cancel_step(),
+            _ => (Expect::Refused, None, instance.cancel_step()),
         };
+        let expect = self.in_order(i, own, expect);
         let is_3 = f.is_fmi3();
         let instance = &mut self.instances[i];
         match next {
-            Some(Mode::Instantiated) if status == OK => instance.forget(),
+            Some(Mode::Instantiated) if status == OK => instance.note_reset(),
             Some(mode) if status == OK => {
                 instance.known.mode = mode;
                 if is_3 && mode == Mode::Initialization {
@@ -114,8 +114,7 @@ impl Session<'_> {
         let name = self.fmu.functions.name("fmi2DoStep");
         let end = t + h;
         let sound = t == now && h.is_finite() && h > 0.0 && end > t && end.is_finite();
-        // Clocks that add steps up or count nanoseconds are met half-way; twice that is surely a
-        // jump.
+        // Importers that add up steps or count nanoseconds are tolerated; twice that is a jump.
         let near = (t - now).abs() <= 2.0 * (1e-3 * h).max(1e-9 * now.abs().max(1.0));
         let expect = match (sound, near, self.instances[i].known.has_stop) {
             (true, _, false) => Expect::Step,
@@ -157,7 +156,7 @@ impl Session<'_> {
         self.trace(i, format_args!("{name}({kind}, NULL: {is_null})"));
         let expect = match (right, by) {
             _ if is_null => Expect::Refused,
-            (true, Inquiry::String) | (false, _) => Expect::Discarded, // what the standard has for an inquiry without answer
+            (true, Inquiry::String) | (false, _) => Expect::Discarded, // as the standard says of an inquiry without answer
             (true, _) => Expect::Done,
         };
         Ok(self.plain(i, name, status, expect))
@@ -174,8 +173,7 @@ impl Session<'_> {
                 true => {
                     let names = [c"", c"logall", c"logNonlinearSystems", c"\xff\xfe"];
                     let name = r.of::<&CStr>(&names);
-                    // Categories that nobody has declared are ignored in FMI 2.0, and refused in
-                    // FMI 3.0.
+                    // Undeclared categories are ignored in FMI 2.0, and refused in FMI 3.0.
                     sound &= name.to_str().is_ok() && !self.fmu.functions.is_fmi3();
                     name.to_owned()
                 }
@@ -196,7 +194,7 @@ impl Session<'_> {
         if status == OK {
             let named = names.iter().map(|n| n.to_string_lossy().into_owned());
             let adds = self.fmu.functions.is_fmi3();
-            self.instances[i].logging.set(on, named.collect(), adds);
+            self.instances[i].set_logging(on, named.collect(), adds);
         }
         Ok(call)
     }
@@ -243,7 +241,7 @@ impl Session<'_> {
         let versions: Vec<_> = versions.flatten().collect();
         let is_made = made && (versions == ["2.0", "default"] || versions == ["3.0"]);
         let right = guid.to_str() == Ok(&self.fmu.description.guid) && !no_guid;
-        // Of FMI 3.0 any other number calls the function for Model Exchange.
+        // In FMI 3.0 any other number calls the function for Model Exchange.
         let is_exchange = kind == 0 || f.is_fmi3();
         let is_offered = kind == 1 || is_exchange && self.fmu.description.model_exchange;
         // FMI 3.0 has a logger instead, which may be NULL.
@@ -263,32 +261,29 @@ impl Session<'_> {
     /// Functions with `c` = NULL.
     pub fn without_instance(&mut self, i: usize) -> Result<Call> {
         let f = &self.fmu.functions;
-        let nobody = RawInstance::null(f);
+        let null = RawInstance::null(f);
         let (vr, mut number) = (Array::Elements(&[0]), [0.0]);
         let which = self.random.below(8);
         self.trace(i, format_args!("a call without instance, number {which}"));
         let (name, status) = match which {
             0 => {
-                let status = nobody.do_step(0.0, 1e-3, 1, &mut StepEnd::default());
+                let status = null.do_step(0.0, 1e-3, 1, &mut StepEnd::default());
                 ("fmi2DoStep", status)
             }
-            1 => ("fmi2GetReal", nobody.get_reals(vr, Some(&mut number))),
-            2 => (
-                "fmi2SetReal",
-                nobody.set_reals(vr, Array::Elements(&number)),
-            ),
-            3 => ("fmi2Reset", nobody.reset()),
-            4 => ("fmi2Terminate", nobody.terminate()),
+            1 => ("fmi2GetReal", null.get_reals(vr, Some(&mut number))),
+            2 => ("fmi2SetReal", null.set_reals(vr, Array::Elements(&number))),
+            3 => ("fmi2Reset", null.reset()),
+            4 => ("fmi2Terminate", null.terminate()),
             5 => {
                 let mut state = StateHandle::NULL;
-                let status = nobody.get_state(Some(&mut state));
+                let status = null.get_state(Some(&mut state));
                 ("fmi2GetFMUstate", status)
             }
-            6 if f.is_fmi3() => ("fmi3EnterStepMode", nobody.enter_step_mode()),
-            6 => ("fmi2CancelStep", nobody.cancel_step()),
+            6 if f.is_fmi3() => ("fmi3EnterStepMode", null.enter_step_mode()),
+            6 => ("fmi2CancelStep", null.cancel_step()),
             _ => (
                 "fmi2ExitInitializationMode",
-                nobody.exit_initialization_mode(),
+                null.exit_initialization_mode(),
             ),
         };
         let name = f.name(name);

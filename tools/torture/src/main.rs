@@ -1,15 +1,15 @@
-//! Mistreats co-simulation FMUs of FMI 2.0 and 3.0 and checks that they bear it.
+//! The program `torture`: mistreats FMUs of FMI 2.0 and 3.0 and checks that they withstand it.
 //!
 //! `calls`: random calls over all 34 functions of FMI 2.0, or those of FMI 3.0, with any arguments
 //! of the right C types, against an oracle made of the standard's call order and the FMU's own
 //! model description; each batch in a process of its own, so that a crash or a hang is caught, its
-//! last calls are printed, and it can be replayed by its seed. `life`: loads, instances, saved
-//! states and unloads, for valgrind. `threads`: instances in parallel threads, for helgrind.
-//! `long`: many steps; memory, time and outputs are watched. `save` and `continue`: states carried
-//! to another process or platform.
+//! last calls are printed, and it can be replayed by its seed. `exchange`: random calls of Model
+//! Exchange. `life`: loads, instances, saved states and unloads, for valgrind. `threads`: instances
+//! in parallel threads, for helgrind. `long`: many steps; memory, time and outputs are checked.
+//! `save` and `continue`: states carried to another process or platform.
 //!
-//! It works on any packed FMU; that a refused call changes nothing and that messages name what was
-//! wrong is asked of those made with `fmu-export`.
+//! It works on any packed FMU. FMUs made with `fmu-export` pass all checks, also that a refused
+//! call changes nothing and that messages name what was wrong.
 #![forbid(unsafe_code)]
 #![allow(clippy::missing_errors_doc)] // a program: every error is printed
 
@@ -17,10 +17,10 @@ mod arguments;
 mod batches;
 mod derivative_calls;
 mod endurance;
-mod exchange;
 mod fmi3_calls;
 mod life;
 mod lifecycle_calls;
+mod model_exchange_calls;
 mod oracle;
 mod random;
 mod session;
@@ -52,7 +52,7 @@ struct Fmus {
 }
 
 impl Fmus {
-    /// One after the other; an error names the FMU.
+    /// Calls `act` for one after the other; an error names the FMU.
     fn each(&self, act: impl Fn(&Path) -> Result<()>) -> Result<()> {
         let named = |path: &PathBuf| act(path).with_context(|| path.display().to_string());
         self.fmus.iter().try_for_each(named)
@@ -185,9 +185,9 @@ fn run(command: Command) -> Result<()> {
             calls,
             seed,
             trace,
-        } => batches::one(&fmus.fmus, calls, seed, trace),
+        } => batches::run_here(&fmus.fmus, calls, seed, trace),
         Command::Exchange { fmus, calls, seed } => {
-            fmus.each(|path| exchange::run(path, calls, seed))
+            fmus.each(|path| model_exchange_calls::run(path, calls, seed))
         }
         Command::Life {
             fmus,
@@ -201,7 +201,7 @@ fn run(command: Command) -> Result<()> {
             warm,
         } => threads::run(&fmus.fmus, threads, steps, warm),
         Command::Save { fmus, to } => fmus.each(|path| transfer::save(path, &to)),
-        Command::Continue { fmus, from } => fmus.each(|path| transfer::proceed(path, &from)),
+        Command::Continue { fmus, from } => fmus.each(|path| transfer::continue_from(path, &from)),
         Command::Long { fmus, steps } => fmus.each(|path| endurance::run(path, steps)),
     }
 }

@@ -1,4 +1,5 @@
-//! What a call must answer, by the standard and the model description, and the check that it did.
+//! The oracle: which statuses a call may return, by the standard and the model description, and the
+//! check of its status and messages.
 
 use crate::subject::Subject;
 use anyhow::{Context, Result, anyhow, ensure};
@@ -6,7 +7,7 @@ use fmi_import::log::Message;
 use fmi_import::status::{DISCARD, ERROR, OK, WARNING};
 use std::ffi::c_int;
 
-/// What the standard lets a call answer.
+/// Statuses that a call may return.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Expect {
     /// fmi2OK only.
@@ -49,11 +50,9 @@ impl Expect {
 
 /// A call that was made.
 pub struct Call {
-    /// C name.
+    /// Name of the C function.
     pub name: &'static str,
-    /// Answer.
     pub status: c_int,
-    /// What it may be.
     pub expect: Expect,
     /// Names of the variables in its arguments: a refusal must name one of them. Empty where the
     /// arguments are wrong as such.
@@ -62,7 +61,7 @@ pub struct Call {
     pub without_instance: bool,
 }
 
-/// Checks answer and messages of a call.
+/// Checks status and messages of a call.
 pub fn judge(instance: &Subject, call: &Call) -> Result<()> {
     let messages = instance.messages();
     let Call { name, status, .. } = call;
@@ -80,17 +79,17 @@ fn judge_by(messages: &[Message], instance: &Subject, call: &Call) -> Result<()>
         return Ok(());
     };
     if !instance.expects(category) {
-        let is_told = messages.iter().any(|m| m.category == category);
-        ensure!(!is_told, "a message that was not asked for");
+        let is_sent = messages.iter().any(|m| m.category == category);
+        ensure!(!is_sent, "a message that was not asked for");
         return Ok(());
     }
     let message = messages.iter().find(|m| m.status == status);
     let text = message.context("no message tells why")?.text();
     let is_named = text.starts_with(&format!("{name}: "));
     ensure!(is_named, "the message does not name the function");
-    let is_number = !is_output(name) || !text.contains(" became ");
+    let is_number = !READS.contains(&name) || !text.contains(" became ");
     ensure!(is_number, "an output is no number");
-    // Of an array, an element may be named.
+    // The message may name an element of an array.
     let named = |v: &String| {
         let stem = v.strip_suffix(')').unwrap_or(v); // `der(x[1])` is an element of `der(x)`
         text.contains(&format!("`{v}`")) || text.contains(&format!("`{stem}["))
@@ -103,22 +102,18 @@ fn judge_by(messages: &[Message], instance: &Subject, call: &Call) -> Result<()>
     Ok(())
 }
 
-/// A function that reads values. (A step, or a derivative for a huge seed, may leave the range of
-/// numbers.)
-fn is_output(name: &str) -> bool {
-    matches!(
-        name,
-        "fmi2GetReal"
-            | "fmi2GetInteger"
-            | "fmi2GetBoolean"
-            | "fmi3GetFloat64"
-            | "fmi3GetInt32"
-            | "fmi3GetInt64"
-            | "fmi3GetBoolean"
-    )
-}
+/// Functions that read values. (A step, or a derivative for a huge seed, may overflow.)
+const READS: [&str; 7] = [
+    "fmi2GetReal",
+    "fmi2GetInteger",
+    "fmi2GetBoolean",
+    "fmi3GetFloat64",
+    "fmi3GetInt32",
+    "fmi3GetInt64",
+    "fmi3GetBoolean",
+];
 
-/// Whether a message is as it must be.
+/// Checks category, status, name and text of a message.
 fn check(instance: &Subject, message: &Message, status: c_int) -> Result<()> {
     let (declared, category) = (&instance.fmu.description.log_categories, &message.category);
     let is_declared = declared.contains(category);

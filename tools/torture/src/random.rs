@@ -1,10 +1,9 @@
-//! Seeded random numbers (splitmix64): the same sequence everywhere, so that a seed is a test case.
+//! Seeded random numbers (splitmix64): the same sequence on every platform, so that a seed is a
+//! test case.
 
-/// The generator.
 pub struct Random(u64);
 
 impl Random {
-    /// The sequence of `seed`.
     pub fn new(seed: u64) -> Self {
         Self(seed ^ 0x5dee_ce66_d1ce_4e5b)
     }
@@ -21,12 +20,12 @@ impl Random {
         (self.next() % n as u64) as usize
     }
 
-    /// True once in `n` times.
+    /// True with probability 1/`n`.
     pub fn one_in(&mut self, n: usize) -> bool {
         self.below(n) == 0
     }
 
-    /// A number from 0 up to 1.
+    /// A number from 0 to below 1.
     pub fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
@@ -36,7 +35,6 @@ impl Random {
         pool[self.below(pool.len())]
     }
 
-    /// A random byte.
     pub fn byte(&mut self) -> u8 {
         self.next() as u8
     }

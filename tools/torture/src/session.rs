@@ -1,4 +1,5 @@
-//! The state of a batch of random calls: several instances of one FMU, and what they may be given.
+//! The state of a batch of random calls: several instances of one FMU, and saved states that they
+//! may be given.
 
 use crate::oracle::{Call, Expect};
 use crate::random::Random;
@@ -11,19 +12,19 @@ use std::collections::BTreeMap;
 use std::ffi::c_int;
 use std::fmt::Arguments;
 
-/// Instances that take turns.
+/// Number of instances in a batch.
 pub const INSTANCES: usize = 3;
 
-/// How often each function was called: done, discarded, refused.
+/// Number of calls of each function that were done, discarded and refused.
 pub type Counts = BTreeMap<&'static str, [u64; 3]>;
 
-/// Serialized bytes and what they hold; those of another FMU hold nothing.
+/// Bytes of a serialized state, and what it is known to hold; None if it is of another FMU.
 pub struct Bytes {
     pub bytes: Vec<u8>,
     pub known: Option<KnownState>,
 }
 
-/// The state of a batch.
+/// A batch of random calls.
 pub struct Session<'a> {
     pub fmu: &'a Fmu,
     pub random: Random,
@@ -32,7 +33,7 @@ pub struct Session<'a> {
     pub bytes: Vec<Bytes>,
     /// Handles that are freed, or belong to no instance.
     pub stale: Vec<StateHandle>,
-    /// What a new instance does in its first steps.
+    /// Outputs of a new instance in its first steps.
     pub new_bits: Vec<u64>,
     is_traced: bool,
     pub counts: Counts,
@@ -43,7 +44,7 @@ pub struct Session<'a> {
 }
 
 impl<'a> Session<'a> {
-    /// A batch; `foreign` is another FMU, whose states must be refused.
+    /// Starts a batch; `foreign` is another FMU, whose states must be refused.
     pub fn new(fmu: &'a Fmu, foreign: Option<&Fmu>, seed: u64, is_traced: bool) -> Result<Self> {
         let own = Subject::new(fmu, "own")?;
         let mut bytes = vec![Bytes {
@@ -87,7 +88,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// A call whose refusal need not name a variable.
+    /// The record of a call whose refusal need not name a variable.
     pub fn plain(&self, i: usize, name: &'static str, status: c_int, expect: Expect) -> Call {
         Call {
             name,

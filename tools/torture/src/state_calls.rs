@@ -1,5 +1,5 @@
-//! Random calls about saved states: copies, handles, bytes; whole and damaged, own and foreign,
-//! live and freed.
+//! Random calls that save, restore, free and serialize states, with valid, freed and foreign
+//! handles and with whole and damaged bytes.
 
 use crate::oracle::{Call, Expect};
 use crate::session::{Bytes, Session};
@@ -9,9 +9,9 @@ use fmi_import::raw::{Array, StateHandle};
 use fmi_import::standard::Mode;
 use fmi_import::status::OK;
 
-/// Saved states an instance holds at most in a batch, so that memory stays bounded.
+/// Most saved states of an instance, so that memory stays bounded.
 const MOST_SAVED: usize = 8;
-/// Serialized states kept at most.
+/// Most serialized states of a batch.
 const MOST_BYTES: usize = 12;
 
 impl Session<'_> {
@@ -34,8 +34,8 @@ impl Session<'_> {
         (handle, known.map(|(_, known)| *known))
     }
 
-    /// Where a state is saved to: mostly a new handle, as long as there are few; else one of
-    /// [`Session::handle`].
+    /// The handle in which a state is saved: mostly NULL for a new one, as long as there are few;
+    /// else one of [`Session::handle`].
     fn new_or_old(&mut self, i: usize) -> (StateHandle, Option<KnownState>) {
         match self.instances[i].saved.len() < MOST_SAVED && !self.random.one_in(4) {
             true => (StateHandle::NULL, None),
@@ -89,10 +89,8 @@ impl Session<'_> {
         let (handle, held) = self.handle(i);
         let is_null = self.random.one_in(16);
         let sound = is_null || handle.is_null() || held.is_some();
-        self.trace(
-            i,
-            format_args!("{name}({handle:?}: {held:?}, NULL: {is_null})"),
-        );
+        let text = format_args!("{name}({handle:?}: {held:?}, NULL: {is_null})");
+        self.trace(i, text);
         let mut state = handle;
         let to = (!is_null).then_some(&mut state);
         let status = self.instances[i].free_state(to);
@@ -120,14 +118,14 @@ impl Session<'_> {
         if status != OK || !sound {
             return Ok(self.plain(i, name, status, Expect::done_if(sound)));
         }
-        let room = match self.random.below(8) {
+        let len = match self.random.below(8) {
             0 => self.random.below(size),
             1 => size + 1 + self.random.below(64),
             _ => size,
         };
-        let mut bytes = vec![0xa5; room];
+        let mut bytes = vec![0xa5; len];
         let name = self.fmu.functions.name("fmi2SerializeFMUstate");
-        self.trace(i, format_args!("{name}({handle:?}, {room} of {size})"));
+        self.trace(i, format_args!("{name}({handle:?}, {len} of {size})"));
         let status = self.instances[i].serialize(handle, &mut bytes);
         if bytes.iter().skip(size).any(|b| *b != 0xa5) {
             bail!("{name} wrote beyond the end of the state");
@@ -140,7 +138,7 @@ impl Session<'_> {
             self.bytes.truncate(at);
             self.bytes.push(Bytes { bytes, known: held });
         }
-        Ok(self.plain(i, name, status, Expect::done_if(room >= size)))
+        Ok(self.plain(i, name, status, Expect::done_if(len >= size)))
     }
 
     pub fn deserialize(&mut self, i: usize) -> Result<Call> {
@@ -154,18 +152,14 @@ impl Session<'_> {
         if what != "whole" {
             known = None;
         }
-        let (no_bytes, no_place) = (r.one_in(16), r.one_in(16));
-        let sound = known.is_some() && !no_bytes && !no_place && (old.is_null() || held.is_some());
-        self.trace(
-            i,
-            format_args!(
-                "{name}({} bytes, {what}, {no_bytes}, {old:?}, {no_place})",
-                bytes.len()
-            ),
-        );
+        let (no_bytes, no_handle) = (r.one_in(16), r.one_in(16));
+        let sound = known.is_some() && !no_bytes && !no_handle && (old.is_null() || held.is_some());
+        let count = bytes.len();
+        let text = format_args!("{name}({count} bytes, {what}, {no_bytes}, {old:?}, {no_handle})");
+        self.trace(i, text);
         let mut state = old;
         let from = Array::or_null(&bytes, no_bytes);
-        let to = (!no_place).then_some(&mut state);
+        let to = (!no_handle).then_some(&mut state);
         let status = self.instances[i].deserialize(from, to);
         if let (OK, Some(known)) = (status, known) {
             self.remember(i, state, known);
@@ -176,9 +170,10 @@ impl Session<'_> {
     }
 }
 
-/// Damages half of the bytes it is given, so that a sound reader must refuse them.
+/// Damages the bytes of a state in half of the calls, so that a sound reader must refuse them;
+/// returns how.
 fn damage(r: &mut crate::random::Random, bytes: &mut Vec<u8>) -> &'static str {
-    // Bytes after the end of a state are allowed, and must not be taken for it.
+    // Bytes after the end of a state are allowed, so only the state itself is damaged.
     let state = 44 + u64::from_le_bytes(bytes[32..40].try_into().expect("8 bytes")) as usize;
     match r.below(8) {
         0 => {

@@ -1,5 +1,4 @@
-//! An instance under test, and what an importer that follows the standard knows about it: the
-//! oracle's side of the state.
+//! An instance under test, with the state that the oracle expects it to be in.
 
 use std::ffi::c_int;
 use std::ops::{Deref, DerefMut};
@@ -11,10 +10,9 @@ use fmi_import::instance::{Instance, InstanceOptions, references};
 use fmi_import::raw::StateHandle;
 use fmi_import::standard::Mode;
 
-/// What the oracle remembers of an instance, and of each of its saved states.
+/// State of an instance, or of one of its saved states, as the oracle knows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KnownState {
-    /// State.
     pub mode: Mode,
     /// Time of the last communication point, s.
     pub time: f64,
@@ -23,7 +21,8 @@ pub struct KnownState {
 }
 
 impl KnownState {
-    /// Something was set: FMI 3.0 lets nothing be read in Step Mode before the next step.
+    /// Notes that something was set: in Step Mode, FMI 3.0 then forbids to read before the next
+    /// step.
     pub fn note_set(&mut self, fmu: &Fmu) {
         if self.mode == Mode::Stepping && fmu.functions.is_fmi3() {
             self.mode = Mode::SteppingAfterSet;
@@ -37,45 +36,14 @@ const NEW: KnownState = KnownState {
     has_stop: false,
 };
 
-/// Which messages the importer has asked for.
-#[derive(Clone, Debug, Default)]
-pub struct Logging {
-    /// Categories that are switched on.
-    pub named: Vec<String>,
-}
-
-impl Logging {
-    /// fmi2SetDebugLogging: all or only the named categories on, all or the named ones off;
-    /// fmi3SetDebugLogging `adds` to those that are on.
-    pub fn set(&mut self, on: bool, named: Vec<String>, adds: bool) {
-        let every = [
-            "logEvents",
-            "logStatusWarning",
-            "logStatusDiscard",
-            "logStatusError",
-        ];
-        let is_named = |c: &&str| named.iter().any(|n| n == c || n == "logAll");
-        let was_on = |c: &str| self.named.iter().any(|n| n == c);
-        let stays = |c: &&str| match (on, named.is_empty()) {
-            (true, true) => true,
-            (true, false) => is_named(c) || adds && was_on(c),
-            (false, true) => false,
-            (false, false) => was_on(c) && !is_named(c),
-        };
-        let wanted = every.into_iter().filter(stays).map(str::to_owned);
-        self.named = wanted.collect();
-    }
-}
-
 /// An instance under test.
 pub struct Subject<'a> {
     instance: Instance<'a>,
-    /// State as the oracle knows it.
     pub known: KnownState,
     /// Saved states that have not been freed.
     pub saved: Vec<(StateHandle, KnownState)>,
-    /// What the logger must hear.
-    pub logging: Logging,
+    /// Log categories that are switched on.
+    categories: Vec<String>,
 }
 
 impl<'a> Deref for Subject<'a> {
@@ -99,25 +67,44 @@ impl<'a> Subject<'a> {
             instance: Instance::with_options(fmu, name, InstanceOptions::STRICT)?,
             known: NEW,
             saved: Vec::new(),
-            logging: Logging::default(), // loggingOn = false
+            categories: Vec::new(), // loggingOn = false
         })
     }
 
-    /// Whether a failure of this category must be reported. In FMI 2.0 errors are never muted: that
-    /// is what debug logging is not about (2.0.4, section 2.1.5). FMI 3.0 (section 2.3.1) lets them be
-    /// muted too.
-    pub fn expects(&self, category: &str) -> bool {
-        let is_never_muted = category == "logStatusError" && !self.fmu.functions.is_fmi3();
-        is_never_muted || self.logging.named.iter().any(|n| n == category)
+    /// fmi2SetDebugLogging: all or only the named categories on, all or the named ones off;
+    /// fmi3SetDebugLogging `adds` to those that are on.
+    pub fn set_logging(&mut self, on: bool, named: Vec<String>, adds: bool) {
+        let every = [
+            "logEvents",
+            "logStatusWarning",
+            "logStatusDiscard",
+            "logStatusError",
+        ];
+        let is_named = |c: &&str| named.iter().any(|n| n == c || n == "logAll");
+        let was_on = |c: &str| self.categories.iter().any(|n| n == c);
+        let stays = |c: &&str| match (on, named.is_empty()) {
+            (true, true) => true,
+            (true, false) => is_named(c) || adds && was_on(c),
+            (false, true) => false,
+            (false, false) => was_on(c) && !is_named(c),
+        };
+        let wanted = every.into_iter().filter(stays).map(str::to_owned);
+        self.categories = wanted.collect();
     }
 
-    /// What the oracle must remember after fmi2Reset.
-    pub fn forget(&mut self) {
+    /// Whether a failure of this category must be reported. FMI 2.0 never mutes errors (2.0.4,
+    /// section 2.1.5); FMI 3.0 may (section 2.3.1).
+    pub fn expects(&self, category: &str) -> bool {
+        let is_never_muted = category == "logStatusError" && !self.fmu.functions.is_fmi3();
+        is_never_muted || self.categories.iter().any(|n| n == category)
+    }
+
+    /// Notes a reset.
+    pub fn note_reset(&mut self) {
         self.known = NEW;
     }
 
-    /// From Instantiated to the first communication point, in Step Mode, at 0 s and with the start
-    /// values.
+    /// From Instantiated to Step Mode at 0 s, with the start values.
     pub fn initialize(&mut self) -> Result<()> {
         self.instance.initialize_between(0.0, None)?;
         self.instance.enter_step_mode()?;
@@ -138,18 +125,19 @@ impl<'a> Subject<'a> {
 
     /// fmi2Reset, which must succeed.
     pub fn reset(&mut self) -> Result<()> {
-        self.forget();
+        self.note_reset();
         self.instance.enter(Mode::Instantiated)
     }
 
     /// All computed Real variables; the status, and the numbers if it is fmi2OK.
     pub fn outputs(&self) -> (c_int, Vec<f64>) {
         let variables = &self.fmu.description.variables;
-        let is_it = |v: &fmi_description::Variable| v.is_computed() && v.access() == Access::Real;
-        self.reals(&references(variables, is_it))
+        let is_output =
+            |v: &fmi_description::Variable| v.is_computed() && v.access() == Access::Real;
+        self.reals(&references(variables, is_output))
     }
 
-    /// A step, and all computed Real variables after it as bits.
+    /// Makes a step; returns all computed Real variables after it as bits.
     pub fn observed_step(&mut self, h: f64) -> Result<Vec<u64>> {
         self.advance(h)?;
         let (status, values) = self.outputs();
@@ -158,7 +146,7 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// What a freshly made instance does in its first steps of 1 ms, bit for bit.
+/// Outputs of a new instance in its first steps of 1 ms, as bits.
 pub fn first_steps(subject: &mut Subject) -> Result<Vec<u64>> {
     subject.initialize()?;
     let mut bits = Vec::new();

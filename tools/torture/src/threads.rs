@@ -1,5 +1,5 @@
-//! Instances in parallel threads: each must do what one alone does, bit for bit. Under helgrind
-//! this shows that they share nothing.
+//! `torture threads`: instances in parallel threads, each of which must compute the same as one
+//! alone, bit for bit. Under helgrind this shows that they share nothing.
 
 use std::path::PathBuf;
 use std::thread;
@@ -10,12 +10,12 @@ use anyhow::{Context, Result, anyhow, ensure};
 use crate::subject::Subject;
 use fmi_import::Fmu;
 
-/// `threads` instances of each FMU, `steps` steps each, all at once.
+/// Runs `threads` instances of each FMU at once, `steps` steps each.
 ///
-/// Helgrind does not understand atomics and futexes, by which the libraries publish what they
-/// compute once or share (their GUID, the processor's abilities, the network); `is_warm` has an
-/// instance of each FMU made before the threads start and kept until they have ended, so that what
-/// helgrind still finds is a finding.
+/// Helgrind does not understand atomics and futexes, with which the libraries publish what they
+/// compute once (their GUID, the processor's features, the network). With `is_warm` an instance of
+/// each FMU lives from before the threads start until they have ended, so that all of that is
+/// published before and whatever helgrind reports is an error.
 pub fn run(paths: &[PathBuf], threads: usize, steps: usize, is_warm: bool) -> Result<()> {
     let clock = Instant::now();
     let fmus = paths
@@ -23,8 +23,8 @@ pub fn run(paths: &[PathBuf], threads: usize, steps: usize, is_warm: bool) -> Re
         .map(|p| Fmu::open(p))
         .collect::<Result<Vec<_>>>()?;
     let first = if is_warm { &fmus[..] } else { &[] };
-    let kept = first.iter().map(warm).collect::<Result<Vec<_>>>()?;
-    // Made at once, so that also the first instance of a library is made by several threads.
+    let kept = first.iter().map(warm_up).collect::<Result<Vec<_>>>()?;
+    // Several threads make the first instance of a library at once.
     let results: Vec<Vec<Result<Vec<u64>>>> = thread::scope(|scope| {
         let spawn = |fmu| {
             (0..threads)
@@ -59,19 +59,19 @@ pub fn run(paths: &[PathBuf], threads: usize, steps: usize, is_warm: bool) -> Re
 }
 
 /// An instance that has done everything once.
-fn warm(fmu: &Fmu) -> Result<Subject<'_>> {
+fn warm_up(fmu: &Fmu) -> Result<Subject<'_>> {
     let mut instance = Subject::new(fmu, "first")?;
-    follow(&mut instance, 1)?;
+    run_steps(&mut instance, 1)?;
     Ok(instance)
 }
 
-/// Outputs of an instance that is made, stepped, saved and freed in this thread.
+/// Outputs of an instance that lives in this thread.
 fn trajectory(fmu: &Fmu, steps: usize) -> Result<Vec<u64>> {
-    follow(&mut Subject::new(fmu, "thread")?, steps)
+    run_steps(&mut Subject::new(fmu, "thread")?, steps)
 }
 
 /// Outputs over some steps. Saved states and wrong calls in between exercise memory and log.
-fn follow(instance: &mut Subject, steps: usize) -> Result<Vec<u64>> {
+fn run_steps(instance: &mut Subject, steps: usize) -> Result<Vec<u64>> {
     instance.initialize()?;
     let mut bits = Vec::new();
     for k in 0..steps {

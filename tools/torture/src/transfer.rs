@@ -1,5 +1,6 @@
-//! States carried between processes, and so between platforms: one saves them in the middle of a
-//! run, another continues from there and must compute the same numbers bit for bit.
+//! `torture save` and `torture continue`: one process saves a state in the middle of a run;
+//! another, maybe on another platform, continues from it and must compute the same numbers, bit for
+//! bit.
 
 use std::fs;
 use std::path::Path;
@@ -15,7 +16,7 @@ const STEP: f64 = 1e-3;
 /// Steps before the state is saved, and after it.
 const STEPS: usize = 50;
 
-/// Run an FMU, save its state in the middle, and write the state and what followed into the folder.
+/// Runs an FMU, and writes its state in the middle and the numbers that follow to the folder.
 pub fn save(path: &Path, folder: &Path) -> Result<()> {
     let fmu = Fmu::open(path)?;
     let mut instance = Subject::new(&fmu, "carry")?;
@@ -31,8 +32,9 @@ pub fn save(path: &Path, folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Continue an FMU from the state in the folder; what follows must be what is written there.
-pub fn proceed(path: &Path, folder: &Path) -> Result<()> {
+/// Continues an FMU from the state in the folder; the numbers that follow must be those written
+/// there.
+pub fn continue_from(path: &Path, folder: &Path) -> Result<()> {
     let fmu = Fmu::open(path)?;
     let file = folder.join(&fmu.description.identifier);
     let read = |suffix| {
@@ -58,21 +60,13 @@ pub fn proceed(path: &Path, folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Steps from the step with this number on, with moving inputs; every computed number after each,
-/// by name, in bits.
+/// Makes steps from number `first` on, with moving inputs; returns every computed number after
+/// each, with its bits, as lines.
 fn steps(instance: &mut Subject, first: usize) -> Result<Vec<String>> {
     let variables = &instance.fmu.description.variables;
-    let real = |v: &&Variable| v.access() == Access::Real;
-    let inputs: Vec<_> = variables
-        .iter()
-        .filter(|v| v.is_input())
-        .filter(real)
-        .collect();
-    let computed: Vec<_> = variables
-        .iter()
-        .filter(|v| v.is_computed())
-        .filter(real)
-        .collect();
+    let reals = || variables.iter().filter(|v| v.access() == Access::Real);
+    let inputs: Vec<_> = reals().filter(|v| v.is_input()).collect();
+    let computed: Vec<_> = reals().filter(|v| v.is_computed()).collect();
     let references: Vec<u32> = inputs.iter().map(|v| v.reference).collect();
     let mut lines = Vec::new();
     for k in first..first + STEPS {
@@ -92,8 +86,8 @@ fn steps(instance: &mut Subject, first: usize) -> Result<Vec<String>> {
     Ok(lines)
 }
 
-/// The values of an input in a step: a zigzag around its start values, in numbers that every
-/// platform computes alike.
+/// Values of an input in a step: a zigzag around its start values, which every platform computes
+/// alike.
 fn moving(v: &Variable, step: usize) -> Vec<f64> {
     let [min, max] = v.bounds();
     let zigzag = (step % 40).abs_diff(20) as f64 / 10.0 - 1.0;

@@ -11,7 +11,7 @@ use crate::oracle::{Call, judge};
 use crate::session::{INSTANCES, Session};
 use crate::subject::first_steps;
 
-/// Calls between two tests that an instance still works as a new one.
+/// Calls between two checks that an instance, once reset, works as a new one.
 const CALLS_BETWEEN_RESETS: usize = 2000;
 
 fn digest(hash: &mut u64, bytes: &[u8]) {
@@ -43,7 +43,7 @@ impl Session<'_> {
         (0..INSTANCES).try_for_each(|i| self.check_reset(i))
     }
 
-    /// One call with all checks.
+    /// Makes one call with all checks.
     fn turn(&mut self, i: usize) -> Result<()> {
         let before = match self.random.below(16) {
             0..8 => Observation::Nothing,
@@ -82,7 +82,7 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// Outputs and time, which must be finite, and readable at a communication point.
+    /// Reads outputs and time, which must be finite, and readable at a communication point.
     fn outputs(&self, i: usize) -> Result<Observation> {
         let instance = &self.instances[i];
         instance.messages();
@@ -92,8 +92,8 @@ impl Session<'_> {
             bail!("an output is not finite: {values:?}");
         }
         if status != OK && is_allowed(self.fmu.functions.name("fmi2GetReal"), mode) {
-            // A model may refuse inputs together, such as a quaternion of length 0, but its numbers
-            // must stay numbers.
+            // A model may refuse inconsistent inputs, such as a quaternion of length 0, but its
+            // outputs must stay finite.
             let messages = instance.messages();
             if messages.iter().any(|m| m.format.contains(" became ")) {
                 bail!("outputs are no numbers: {messages:?}");
@@ -115,7 +115,7 @@ impl Session<'_> {
         Ok(Observation::Outputs(status, bits))
     }
 
-    /// After whatever was done to it, a reset instance must do what a new one does, bit for bit.
+    /// Checks that a reset instance does what a new one does, bit for bit.
     fn check_reset(&mut self, i: usize) -> Result<()> {
         let instance = &mut self.instances[i];
         instance.reset()?;
@@ -137,7 +137,7 @@ impl Session<'_> {
             6..9 => self.simple(i, "fmi2ExitInitializationMode"),
             9 if self.random.one_in(4) => self.simple(i, "fmi2Terminate"),
             10 if self.random.one_in(4) => self.simple(i, "fmi2Reset"),
-            // In FMI 3.0 what leads into Event Mode and out of it, often enough.
+            // In FMI 3.0 a call of Event Mode.
             11 => self.simple(i, "fmi2CancelStep"),
             49..53 if self.fmu.functions.is_fmi3() => self.event_call(i),
             53 if self.fmu.functions.is_fmi3() => self.absent(i),

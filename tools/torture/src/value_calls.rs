@@ -1,4 +1,4 @@
-//! Random calls that set and get variables.
+//! Random calls that set and get variables of any type.
 
 use crate::arguments::*;
 use crate::oracle::{Call, Expect};
@@ -10,17 +10,7 @@ use fmi_import::status::OK;
 use std::ffi::{CStr, c_int};
 
 impl Session<'_> {
-    /// Names for the judge, and whether all references are known.
-    fn names(&self, vr: &[u32]) -> (Vec<String>, bool) {
-        // Time is no variable of the model.
-        let is_own = |v: &&Variable| v.causality != Causality::Independent;
-        let found = vr.iter().map(|vr| self.fmu.find(*vr).filter(is_own));
-        let names: Vec<_> = found.flatten().map(|v| v.name.clone()).collect();
-        let is_complete = names.len() == vr.len();
-        (names, is_complete)
-    }
-
-    /// The verdict on a call with value references.
+    /// The record of a call with value references.
     pub fn with_variables(
         &self,
         i: usize,
@@ -32,7 +22,11 @@ impl Session<'_> {
     ) -> Call {
         let call = self.plain(i, name, status, expect);
         let in_order = self.in_order(i, name, Expect::Done) == Expect::Done;
-        let (variables, is_complete) = self.names(vr);
+        // Time is no variable of the model.
+        let is_own = |v: &&Variable| v.causality != Causality::Independent;
+        let found = vr.iter().map(|vr| self.fmu.find(*vr).filter(is_own));
+        let variables: Vec<_> = found.flatten().map(|v| v.name.clone()).collect();
+        let is_complete = variables.len() == vr.len();
         let is_refusal = matches!(expect, Expect::Refused | Expect::Discarded);
         let by_value = in_order && is_complete && !is_null && is_refusal;
         Call {
@@ -41,8 +35,9 @@ impl Session<'_> {
         }
     }
 
-    /// What fmi2SetXxx may answer, by NULL, causality, variability and bounds. With several mistakes in
-    /// a call of FMI 3.0, whose variables are arrays, which is met first is the exporter's affair.
+    /// What fmi2SetXxx may return, by NULL, causality, variability and bounds. If a call of FMI
+    /// 3.0, whose variables are arrays, has several mistakes, the exporter decides which is met
+    /// first.
     fn settable(
         &self,
         i: usize,
@@ -83,7 +78,7 @@ impl Session<'_> {
         matches!(mode, Mode::Event | Mode::Stepping | Mode::SteppingAfterSet)
     }
 
-    /// Notes what a set that was done leads to.
+    /// Notes a set that was done.
     fn note_set(&mut self, i: usize, status: c_int) {
         if status == OK {
             self.instances[i].known.note_set(self.fmu);
@@ -100,7 +95,8 @@ impl Session<'_> {
         }
     }
 
-    /// A type that it has variables of, beside Real. In FMI 2.0 texts have calls of their own.
+    /// A type other than Real of which the FMU has variables; in FMI 2.0 strings are left to
+    /// [`Session::set_string`].
     fn other_access(&mut self) -> Access {
         let is_3 = self.fmu.functions.is_fmi3();
         let is_other = |a: &Access| a.is_number() || is_3 && *a != Access::Clock;
@@ -117,7 +113,7 @@ impl Session<'_> {
         self.set(i, access)
     }
 
-    /// Sets variables of a type. What one variable is set to is read back.
+    /// Sets variables of a type. If it is only one, its value is read back.
     pub fn set(&mut self, i: usize, access: Access) -> Result<Call> {
         let wanted = self.is_settable(i, access);
         let r = &mut self.random;
@@ -195,8 +191,8 @@ impl Session<'_> {
         Ok(call)
     }
 
-    /// What fmi2GetXxx may answer. The model may find inputs, or in Initialization Mode start
-    /// values, impossible together.
+    /// What fmi2GetXxx may return. The model may refuse inconsistent inputs, or in Initialization
+    /// Mode start values.
     fn readable(&self, vr: &[u32], kind: Access) -> Expect {
         let mut expect = Expect::Done;
         for vr in vr {
@@ -208,13 +204,6 @@ impl Session<'_> {
             }
         }
         expect
-    }
-
-    /// Whether the model is asked before a wrong reference is met: then the refusal may be the
-    /// model's.
-    fn computes(&self, vr: &[u32], kind: Access) -> bool {
-        let mut found = vr.iter().filter_map(|vr| self.fmu.find(*vr));
-        found.any(|v| v.is_computed() && v.access() == kind)
     }
 
     pub fn get_other(&mut self, i: usize) -> Result<Call> {
@@ -241,7 +230,9 @@ impl Session<'_> {
         if is_float && values.iter().any(is_no_number) {
             bail!("{name}({vr:?}) gave {status} and {values:?}");
         }
-        let is_computing = self.computes(&vr, access);
+        // Where the model computes a value before a wrong reference is met, it may refuse first.
+        let mut found = vr.iter().filter_map(|vr| self.fmu.find(*vr));
+        let is_computing = found.any(|v| v.is_computed() && v.access() == access);
         Ok(self.with_variables(i, name, status, expect, &vr, is_null || is_computing))
     }
 }

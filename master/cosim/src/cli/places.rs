@@ -1,4 +1,5 @@
-//! Where programs find packed FMUs and systems by themselves.
+//! Finds packed FMUs and systems whose folder is not given: by the environment variable `FMU_DIR`,
+//! or near the program.
 
 use std::path::{Path, PathBuf};
 
@@ -9,8 +10,8 @@ use crate::structure::package::FmuPlace;
 /// Environment variable that names the folder of the packed FMUs.
 const FMU_DIR: &str = "FMU_DIR";
 
-/// Where the FMUs of a system lie: in `folder`, else where the system says or where a program finds
-/// FMUs by itself.
+/// Where the FMUs of a system are: in `folder` if given; else where the system structure says, or
+/// in one of the folders that are searched.
 pub fn place(folder: Option<&Path>) -> Result<FmuPlace> {
     Ok(match folder {
         Some(folder) => FmuPlace::Folder(folder.to_path_buf()),
@@ -20,9 +21,8 @@ pub fn place(folder: Option<&Path>) -> Result<FmuPlace> {
     })
 }
 
-/// Folders in which packed FMUs are looked for: the one that the environment variable `FMU_DIR`
-/// names; else the program's own, `fmu/` in it, and `fmu/` in the folders above it (the build
-/// folder).
+/// Folders that are searched for packed FMUs: the one in the environment variable `FMU_DIR`; else
+/// the program's own, `fmu/` in it, and `fmu/` in the folders above it (the build folder).
 fn folders() -> Result<Vec<PathBuf>> {
     if let Some(folder) = std::env::var_os(FMU_DIR) {
         return Ok(vec![PathBuf::from(folder)]);
@@ -33,43 +33,38 @@ fn folders() -> Result<Vec<PathBuf>> {
     Ok(std::iter::once(own.to_path_buf()).chain(above).collect())
 }
 
-/// Name of the folder with the FMUs of FMI 3.0, beside those of 2.0.
+/// Name of the folder with the FMUs of FMI 3.0, which lies beside those of 2.0.
 const FMI_3: &str = "fmi3";
 
-/// Where the FMUs of FMI 3.0 lie: in their folder in `folder`, else beside the system, else in one
-/// of the places where a program finds FMUs by itself.
+/// Where the FMUs of FMI 3.0 are: in the folder `fmi3` in `folder` if given; else in that beside
+/// the system, or in one of the folders that are searched.
 pub fn place_of_fmi_3(folder: Option<&Path>, system: &Path) -> Result<FmuPlace> {
     if let Some(folder) = folder {
         return Ok(FmuPlace::Folder(folder.join(FMI_3)));
     }
     let beside = system.parent().map(Path::to_path_buf);
     let places = beside.into_iter().chain(folders()?);
-    let places: Vec<PathBuf> = places.map(|folder| folder.join(FMI_3)).collect();
-    let found = places.iter().find(|folder| folder.is_dir()).cloned();
-    found.map(FmuPlace::Folder).with_context(|| {
-        format!(
-            "there is no folder of FMUs of FMI 3.0: name the one that holds `{FMI_3}` (--fmu-dir DIR); looked for {}",
-            listed(&places)
-        )
-    })
+    let places = places.map(|folder| folder.join(FMI_3)).collect();
+    let lacking = format!(
+        "there is no folder of FMUs of FMI 3.0: name the one that holds `{FMI_3}` (--fmu-dir DIR)"
+    );
+    first(places, Path::is_dir, &lacking).map(FmuPlace::Folder)
 }
 
-/// The packed system `name` in one of the places where a program finds FMUs by itself.
+/// The packed system `name` in one of the folders that are searched.
 pub fn find(name: &str) -> Result<PathBuf> {
-    let files: Vec<PathBuf> = folders()?.iter().map(|folder| folder.join(name)).collect();
-    let found = files.iter().find(|file| file.is_file()).cloned();
-    found.with_context(|| {
-        format!(
-            "there is no {name}: name a system (--system FILE) or the folder of the FMUs (environment variable {FMU_DIR}); looked for {}",
-            listed(&files)
-        )
-    })
+    let files = folders()?.iter().map(|folder| folder.join(name)).collect();
+    let lacking = format!(
+        "there is no {name}: name a system (--system FILE) or the folder of the FMUs (environment variable {FMU_DIR})"
+    );
+    first(files, Path::is_file, &lacking)
 }
 
-fn listed(paths: &[PathBuf]) -> String {
-    let paths: Vec<_> = paths
-        .iter()
-        .map(|path| path.display().to_string())
-        .collect();
-    paths.join(", ")
+/// The first path that exists; the error says what is `lacking` and lists the paths.
+fn first(paths: Vec<PathBuf>, exists: fn(&Path) -> bool, lacking: &str) -> Result<PathBuf> {
+    let found = paths.iter().find(|path| exists(path)).cloned();
+    found.with_context(|| {
+        let paths = paths.iter().map(|path| path.display().to_string());
+        format!("{lacking}; looked for {}", Vec::from_iter(paths).join(", "))
+    })
 }

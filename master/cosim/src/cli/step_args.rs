@@ -1,5 +1,5 @@
-//! Options of `cosim run` for the lengths of communication steps, and for runs that are gone on
-//! with.
+//! Options of `cosim run` for variable communication steps, and for snapshots from which a run is
+//! resumed.
 
 use std::path::PathBuf;
 
@@ -7,36 +7,36 @@ use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 
 use crate::run::simulate::Plan;
-use crate::stepping::{Control, Limits};
+use crate::stepping::{StepControl, StepLimits};
 
-/// How long communication steps are; where a run is saved and gone on with.
+/// How long communication steps are, and where a run is saved or resumed.
 #[derive(Args, Clone)]
 pub struct StepArgs {
-    /// Choose the communication step, which begins with the shortest, by the energy that the coupling
-    /// makes or loses at the power bonds over a step: at most about this part of the energy that
-    /// passes
+    /// Choose the communication step, beginning with the shortest, by the energy that the coupling
+    /// creates or loses at the power bonds over a step: at most about this part of the energy that
+    /// is transferred
     #[arg(long, value_name = "TOLERANCE", conflicts_with_all = ["doubling_tolerance", "interval"])]
     pub energy_tolerance: Option<f64>,
-    /// Energy of a step from which on --energy-tolerance counts, J; below, it is a part of this
+    /// Energy added to that of a step before --energy-tolerance is applied, J: it keeps the
+    /// tolerance from vanishing with the energy
     #[arg(long, value_name = "JOULE", default_value_t = 1.0)]
     pub energy_scale: f64,
-    /// Choose the communication step, which begins with --step, by comparison with two of half the length: the difference of
-    /// connected outputs may be this part of nominal value and output
+    /// Choose the communication step, beginning with --step, by comparison with two steps of half
+    /// the length: connected outputs may differ by this part of the sum of nominal value and output
     #[arg(long, value_name = "TOLERANCE", conflicts_with = "interval")]
     pub doubling_tolerance: Option<f64>,
-    /// Repeat a step that a component does not make to its end, with all others to where it
-    /// stopped; with --energy-tolerance also one that makes or loses more than twice the energy
-    /// that is allowed
+    /// Repeat a step within which a component stops, with all components to where it stopped; with
+    /// --energy-tolerance also one that creates or loses more than twice the allowed energy
     #[arg(long, conflicts_with = "interval")]
     pub repeat_steps: bool,
-    /// Shortest and longest step that is chosen, s
+    /// Shortest and longest step, s
     #[arg(
         long,
         value_name = "SHORTEST,LONGEST",
         value_parser = numbers::<2>
     )]
     pub step_limits: Option<[f64; 2]>,
-    /// Least and largest change from one step that is chosen to the next
+    /// Smallest and largest factor from one step to the next
     #[arg(
         long,
         value_name = "LEAST,LARGEST",
@@ -47,17 +47,16 @@ pub struct StepArgs {
     /// chooses steps
     #[arg(long, value_name = "SAFETY,P,I", value_parser = numbers::<3>)]
     pub step_controller: Option<[f64; 3]>,
-    /// Save the run to this file at the first communication point that is not before a time, s;
-    /// repeatable
+    /// Save the run to this file at the first communication point at or after a time, s; repeatable
     #[arg(long = "snapshot", value_name = "TIME=FILE")]
     pub snapshots: Vec<String>,
-    /// Go on from a file of --snapshot, of the same system with the same options
+    /// Resume from a file of --snapshot, of the same system with the same options
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
 }
 
 impl StepArgs {
-    /// The run to `stop`, s, that these arguments describe.
+    /// The plan of a run to `stop`, s, with these arguments.
     pub fn plan(&self, stop: f64) -> Result<Plan> {
         let mut snapshots = Vec::new();
         for text in &self.snapshots {
@@ -76,41 +75,36 @@ impl StepArgs {
             control: self.control()?,
             snapshots,
             resume: self.resume.clone(),
-            alone: None,
+            threads_for: None,
         })
     }
 
-    fn control(&self) -> Result<Control> {
-        let limits = self.limits();
-        Ok(match (self.energy_tolerance, self.doubling_tolerance) {
-            (Some(tolerance), _) => Control::Energy {
-                tolerance,
-                scale: self.energy_scale,
-                repeats: self.repeat_steps,
-                limits,
-            },
-            (None, Some(tolerance)) => Control::Doubling { tolerance, limits },
-            (None, None) if limits != Limits::default() => {
-                bail!("limits of steps need --energy-tolerance or --doubling-tolerance")
-            }
-            (None, None) if self.repeat_steps => Control::Repeated,
-            (None, None) => Control::Fixed,
-        })
-    }
-
-    fn limits(&self) -> Limits {
-        let mut limits = Limits::default();
+    fn control(&self) -> Result<StepControl> {
+        let mut limits = StepLimits::default();
         limits.length = self.step_limits.unwrap_or(limits.length);
         limits.change = self.step_change.unwrap_or(limits.change);
         if let Some([safety, proportional, integral]) = self.step_controller {
             (limits.safety, limits.proportional) = (safety, proportional);
             limits.integral = integral;
         }
-        limits
+        Ok(match (self.energy_tolerance, self.doubling_tolerance) {
+            (Some(tolerance), _) => StepControl::Energy {
+                tolerance,
+                scale: self.energy_scale,
+                repeats: self.repeat_steps,
+                limits,
+            },
+            (None, Some(tolerance)) => StepControl::Doubling { tolerance, limits },
+            (None, None) if limits != StepLimits::default() => {
+                bail!("limits of steps need --energy-tolerance or --doubling-tolerance")
+            }
+            (None, None) if self.repeat_steps => StepControl::Repeated,
+            (None, None) => StepControl::Fixed,
+        })
     }
 }
 
-/// Numbers with commas between them.
+/// Parses numbers with commas between them.
 fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let numbers = text.split(',').map(|number| number.trim().parse().ok());
     let numbers: Option<Vec<f64>> = numbers.collect();

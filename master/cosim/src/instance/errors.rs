@@ -1,5 +1,5 @@
-//! What an instance says where a call fails: who, where in the run, which variables, and the FMU's own
-//! reasons.
+//! Error texts of failed calls: which instance and FMU, at which time, which variables, and the
+//! reasons that the FMU logged.
 
 use anyhow::{Error, Result, anyhow};
 use fmi_description::Version;
@@ -17,10 +17,10 @@ impl Instance {
     }
 
     #[cold]
-    fn error(&self, error: Error, batch: Option<&Batch>, at: At) -> Error {
+    pub(super) fn error(&self, error: Error, batch: Option<&Batch>, at: At) -> Error {
         let answer = match error.downcast::<Answer>() {
             Ok(answer) => answer,
-            Err(error) => return error.context(self.place(at)),
+            Err(error) => return error.context(self.location(at)),
         };
         let variables = &self.fmu.description.variables;
         let names = batch.into_iter().flat_map(|batch| &batch.variables);
@@ -69,7 +69,7 @@ impl Instance {
         }
     }
 
-    pub(super) fn place(&self, at: At) -> String {
+    pub(super) fn location(&self, at: At) -> String {
         format!("{} (FMU `{}`) {at}", self.name, self.fmu.file)
     }
 }

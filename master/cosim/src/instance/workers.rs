@@ -1,7 +1,9 @@
-//! Instances in other threads. A worker makes, steps and frees instances in its thread, each with a
-//! library that is a copy for this thread alone, and does what it is told through a queue. The master
-//! has the other end of each instance: a call may be begun, so that several threads are at work, and
-//! is ended by making it. Queues have room for all that is begun, so nothing is allocated in a step.
+//! Runs instances in other threads, so that several cores share the work of a communication step.
+//!
+//! A worker thread makes, steps and frees its instances; it has its own copy of each FMU's library.
+//! It takes orders from one queue and answers through a queue for each instance. The master begins
+//! calls of several instances and ends them one by one. The queues hold all calls that are begun at
+//! a time, so a step allocates nothing.
 
 use std::any::Any;
 use std::cell::{Cell, RefCell};
@@ -21,59 +23,60 @@ use fmi_import::messages::{self, Message};
 
 use crate::fmu::Fmu;
 
-/// How often an empty queue is looked at, at most and at least, before the thread sleeps: the most
-/// are some 50 µs. Fewer times where that was in vain, as on a busy machine.
+/// Most and fewest times that an empty queue is polled before the thread sleeps: the most take some
+/// 50 µs. The number falls while polling is in vain, as on a busy machine.
 const SPINS: [usize; 2] = [2000, 20];
 
 /// Passes the values of a batch.
 pub(super) type Pass = fn(&dyn FmiInstance, &Batch, &mut [f64]) -> Result<()>;
-type AnyCall = Box<dyn FnOnce(&dyn FmiInstance, &mut States) -> Result<Given> + Send>;
-/// Saved states, by number.
-pub(super) type States = BTreeMap<usize, Box<dyn Any>>;
+type RareCall = Box<dyn FnOnce(&mut HostedInstance, &mut Copies) -> Result<Given> + Send>;
 type Given = Box<dyn Any + Send>;
-type Make = Box<dyn FnOnce(&mut Copies) -> Result<Option<Box<dyn FmiInstance>>> + Send>;
+/// A thread's copies of libraries, by the address of their FMU, which the master holds.
+pub(super) type Copies = BTreeMap<usize, (Arc<Fmu>, Arc<Functions>)>;
 
-/// What a worker is to do with an instance.
+/// A call of an instance in another thread.
 pub(super) enum Task {
     /// A call without values.
     Plain(Call),
     /// Values or derivatives in or out.
     Values(Pass, Batch, Vec<f64>),
-    /// What is rare, and may allocate.
-    Any(AnyCall),
-    /// A new instance; true where there is one.
-    Make(Make, SyncSender<Done>),
-    Free,
+    /// A rare call, which may allocate.
+    Rare(RareCall),
 }
 
-/// What became of it.
+/// The answer to a task.
 pub(super) struct Done {
     pub result: Result<f64>,
     pub values: Vec<f64>,
     given: Option<Given>,
-    /// What the FMUs of the thread have said, where it failed or was rare.
+    /// Messages of the thread's FMUs, after a failed or a rare call.
     messages: Vec<Message>,
 }
 
-/// A task for the instance with a number. After one that failed, those begun behind it are left out.
-struct Order {
-    number: usize,
-    is_first: bool,
-    task: Task,
+/// What a worker is sent; instances are numbered in the order in which they are hosted.
+enum Order {
+    /// A new instance, not made yet, which answers here.
+    Host(SyncSender<Done>),
+    /// A task for an instance. If a task fails, those begun behind it are left out, up to the next
+    /// that is first.
+    Task {
+        number: usize,
+        is_first: bool,
+        task: Task,
+    },
+    Free(usize),
 }
 
-/// Libraries of a thread, by the address of their FMU, which the master holds.
-pub(super) type Copies = BTreeMap<usize, (Arc<Fmu>, Arc<Functions>)>;
-
 /// An instance in its thread.
-struct HostedInstance {
-    border: Option<Box<dyn FmiInstance>>,
-    states: States,
+pub(super) struct HostedInstance {
+    pub instance: Option<Box<dyn FmiInstance>>,
+    /// Saved states, by number.
+    pub states: BTreeMap<usize, Box<dyn Any>>,
     answers: SyncSender<Done>,
     has_failed: bool,
 }
 
-/// Next of a queue: none at its end.
+/// Takes the next item of a queue; None once the other end is gone.
 fn next<T>(queue: &Receiver<T>, spins: &Cell<usize>) -> Option<T> {
     let present = spins.get();
     for _ in 0..present {
@@ -92,50 +95,53 @@ fn next<T>(queue: &Receiver<T>, spins: &Cell<usize>) -> Option<T> {
     queue.recv().ok()
 }
 
-/// All that a worker does.
+/// The loop of a worker thread.
 fn work(orders: &Receiver<Order>, spins: &Cell<usize>) {
     let (mut all, mut copies): (Vec<HostedInstance>, Copies) = Default::default();
     while let Some(order) = next(orders, spins) {
-        if let Task::Make(_, answers) = &order.task {
-            all.push(HostedInstance {
-                border: None,
-                states: States::new(),
-                answers: answers.clone(),
+        match order {
+            Order::Host(answers) => all.push(HostedInstance {
+                instance: None,
+                states: BTreeMap::new(),
+                answers,
                 has_failed: false,
-            });
-        }
-        let instance = &mut all[order.number];
-        instance.has_failed &= !order.is_first;
-        if let Some(done) = instance.carry_out(order.task, &mut copies) {
-            instance.has_failed |= done.result.is_err();
-            // Nobody may be waiting any more.
-            let _ = instance.answers.send(done);
+            }),
+            Order::Task {
+                number,
+                is_first,
+                task,
+            } => {
+                let hosted = &mut all[number];
+                hosted.has_failed &= !is_first;
+                let done = hosted.carry_out(task, &mut copies);
+                hosted.has_failed |= done.result.is_err();
+                // The master may no longer be waiting.
+                let _ = hosted.answers.send(done);
+            }
+            Order::Free(number) => {
+                all[number].states.clear();
+                all[number].instance = None;
+            }
         }
     }
 }
 
 impl HostedInstance {
-    fn carry_out(&mut self, task: Task, copies: &mut Copies) -> Option<Done> {
+    pub fn instance(&self) -> Result<&dyn FmiInstance> {
+        self.instance.as_deref().context("there is no instance")
+    }
+
+    fn carry_out(&mut self, task: Task, copies: &mut Copies) -> Done {
         let (mut values, mut given) = (Vec::new(), None);
-        let (border, has_failed) = (&mut self.border, self.has_failed);
         let result = match task {
-            Task::Free => {
-                self.states.clear();
-                *border = None;
-                return None;
-            }
-            Task::Make(make, _) => make(copies).map(|made| {
-                *border = made;
-                f64::from(u8::from(border.is_some()))
-            }),
-            _ if has_failed || border.is_none() => Err(anyhow!("what was begun before it failed")),
-            Task::Plain(call) => border.as_deref()?.call(call),
-            Task::Values(call, batch, own) => {
+            _ if self.has_failed => Err(anyhow!("a call that was begun before it failed")),
+            Task::Plain(call) => self.instance().and_then(|instance| instance.call(call)),
+            Task::Values(pass, batch, own) => {
                 values = own;
-                let done = call(border.as_deref()?, &batch, &mut values);
-                done.map(|()| 0.0)
+                let passed = |instance| pass(instance, &batch, &mut values);
+                self.instance().and_then(passed).map(|()| 0.0)
             }
-            Task::Any(call) => call(border.as_deref()?, &mut self.states).map(|done| {
+            Task::Rare(call) => call(self, copies).map(|done| {
                 given = Some(done);
                 0.0
             }),
@@ -145,16 +151,17 @@ impl HostedInstance {
             true => Vec::new(),
             false => messages::take(),
         };
-        Some(Done {
+        Done {
             result,
             values,
             given,
             messages,
-        })
+        }
     }
 }
 
-/// The master's end of a worker. The thread ends with the last instance, state and copy of this.
+/// The master's handle of a worker thread, which ends once the last handle, instance and state are
+/// dropped.
 #[derive(Clone)]
 pub struct Worker(Rc<Thread>);
 
@@ -167,11 +174,11 @@ struct Thread {
 }
 
 impl Worker {
-    /// Start a thread for `count` instances at most that make `parts` steps at a time; it spins
-    /// before it sleeps where it has a core for itself.
+    /// Starts a thread for at most `count` instances, which make up to `parts` steps at a time.
+    /// With `spins`, for a thread with a core to itself, it polls its queue before it sleeps.
     pub fn start(count: usize, parts: usize, spins: bool) -> Result<Self> {
         let spins = if spins { SPINS[0] } else { 0 };
-        // Room for some calls of each; where there is more, the master waits until it is done.
+        // Holds some calls of each instance; beyond that, the master waits.
         let (orders, received) = sync_channel((32 + 4 * parts) * count.max(1));
         let thread = Builder::new().name("cosim".into());
         let handle = thread.spawn(move || work(&received, &Cell::new(spins)));
@@ -188,108 +195,100 @@ impl Worker {
 impl Drop for Thread {
     fn drop(&mut self) {
         self.orders = None;
-        // A panic in it has been told where its answer was missed.
+        // A panic in the thread was reported where its answer was missing.
         self.handle.take().map(JoinHandle::join);
     }
 }
 
-/// The master's end of an instance.
-pub(super) struct RemoteInstance {
+/// The master's end of an instance's queues.
+pub(super) struct Channel {
     thread: Rc<Thread>,
     number: usize,
     answers: Receiver<Done>,
     /// Calls that are begun and not ended.
-    pub begun: Cell<usize>,
-    /// Buffers for values.
-    spare: RefCell<Vec<Vec<f64>>>,
+    begun: Cell<usize>,
+    /// Buffers for values, used again.
+    pub buffers: RefCell<Vec<Vec<f64>>>,
 }
 
-impl Drop for RemoteInstance {
+impl Drop for Channel {
     fn drop(&mut self) {
-        self.send(Task::Free);
+        self.order(Order::Free(self.number));
     }
 }
 
-impl RemoteInstance {
-    /// The end of a new instance that `make` makes, with room for so many begun calls.
-    pub fn new(worker: &Worker, room: usize, make: Make) -> Result<Option<Rc<Self>>> {
-        let (answers, received) = sync_channel(room + 4 * worker.0.parts);
+impl Channel {
+    /// Queues of a new instance, which is not made yet; up to `calls` may be begun at a time.
+    pub fn new(worker: &Worker, calls: usize) -> Rc<Self> {
+        let (answers, received) = sync_channel(calls + 4 * worker.0.parts);
         let thread = worker.0.clone();
         let number = thread.count.get();
         thread.count.set(number + 1);
-        let there = Rc::new(Self {
+        let channel = Self {
             thread,
             number,
             answers: received,
             begun: Cell::new(0),
-            spare: RefCell::default(),
-        });
-        there.send(Task::Make(make, answers));
-        let is_made = there.wait()?.result? != 0.0;
-        Ok(is_made.then_some(there))
-    }
-
-    /// Await and forget what is begun.
-    pub fn drain(&self) {
-        while self.begun.get() > 0 {
-            let _ = self.end(|| Task::Free);
-        }
-    }
-
-    pub fn send(&self, task: Task) {
-        let order = Order {
-            number: self.number,
-            is_first: self.begun.get() == 0,
-            task,
+            buffers: RefCell::default(),
         };
-        // Where the thread has ended, the answer is missed.
+        channel.order(Order::Host(answers));
+        Rc::new(channel)
+    }
+
+    fn order(&self, order: Order) {
+        // If the thread has ended, the missing answer is noticed.
         let orders = self.thread.orders.as_ref();
         let _ = orders.map(|orders| orders.send(order));
     }
 
-    pub fn wait(&self) -> Result<Done> {
-        let done = next(&self.answers, &self.thread.spins);
-        let mut done = done.ok_or_else(|| anyhow!("its thread has ended"))?;
-        if !done.messages.is_empty() {
-            messages::extend(std::mem::take(&mut done.messages));
-        }
-        Ok(done)
+    fn send(&self, task: Task) {
+        self.order(Order::Task {
+            number: self.number,
+            is_first: self.begun.get() == 0,
+            task,
+        });
     }
 
-    /// End what is begun, else make it.
+    /// Begins a call; the same call, made later, ends it.
+    pub fn begin(&self, task: Task) {
+        self.send(task);
+        self.begun.set(self.begun.get() + 1);
+    }
+
+    /// Ends the call that was begun first; makes it if none was begun.
     pub fn end(&self, task: impl FnOnce() -> Task) -> Result<Done> {
         match self.begun.get() {
             0 => self.send(task()),
             begun => self.begun.set(begun - 1),
         }
-        let done = self.wait()?;
+        let done = next(&self.answers, &self.thread.spins);
+        let mut done = done.ok_or_else(|| anyhow!("its thread has ended"))?;
+        if !done.messages.is_empty() {
+            messages::extend(std::mem::take(&mut done.messages));
+        }
         match done.result {
             Err(error) => Err(error),
             Ok(_) => Ok(done),
         }
     }
 
-    /// With any values.
-    pub fn buffer(&self, count: usize) -> Vec<f64> {
-        let mut buffer = self.spare.borrow_mut().pop().unwrap_or_default();
-        buffer.resize(count, 0.0);
-        buffer
+    /// Awaits all calls that are begun and drops their answers.
+    pub fn drain(&self) {
+        while self.begun.get() > 0 {
+            let _ = self.end(|| unreachable!("a call is begun"));
+        }
     }
 
-    pub fn keep(&self, done: Done) {
-        self.spare.borrow_mut().push(done.values);
-    }
-
-    /// What is rare: nothing else may be begun.
-    pub fn any<T: Send + 'static>(
+    /// Makes a rare call, while no other is begun.
+    pub fn rare<T: Send + 'static>(
         &self,
-        call: impl FnOnce(&dyn FmiInstance, &mut States) -> Result<T> + Send + 'static,
+        call: impl FnOnce(&mut HostedInstance, &mut Copies) -> Result<T> + Send + 'static,
     ) -> Result<T> {
         debug_assert_eq!(self.begun.get(), 0);
-        let task = move |border: &dyn FmiInstance, states: &mut States| {
-            call(border, states).map(|given| Box::new(given) as Given)
+        let task = move |hosted: &mut HostedInstance, copies: &mut Copies| {
+            call(hosted, copies).map(|given| Box::new(given) as Given)
         };
-        let done = self.end(|| Task::Any(Box::new(task)))?;
+        let done = self.end(|| Task::Rare(Box::new(task)))?;
         let given = done.given.and_then(|given| given.downcast().ok());
         given.map(|given| *given).context("nothing was given")
     }

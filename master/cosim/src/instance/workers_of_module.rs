@@ -1,8 +1,8 @@
-//! Modules run in the thread of their host.
+//! Worker threads in a WebAssembly module: there are none, because a module runs in the thread of
+//! its host.
 
 use anyhow::{Result, bail};
 
-/// There is none.
 pub enum Worker {}
 
 impl Worker {

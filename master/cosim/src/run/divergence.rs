@@ -1,24 +1,23 @@
-//! The signature of a communication step that is too long: a value that jumps up and down from one
-//! communication point to the next, ever further. A loop of components does that long before one of
-//! them refuses a value. A physical oscillation does not, because many communication steps resolve
-//! it; noise does, but it does not grow beyond what it was before.
+//! Detects divergence, the sign of a communication step that is too long: a value that jumps up and
+//! down from one communication point to the next, further each time. A loop of components does that
+//! long before a component refuses a value. A physical oscillation does not, because many
+//! communication steps resolve it; noise jumps, but does not keep growing.
 
 use serde::{Deserialize, Serialize};
 
-/// Communication steps over which changes are looked at together.
+/// Communication steps of a window, over which changes are counted.
 const WINDOW: u32 = 8;
-/// Changes against the one before from which on a window is not resolved: three or more in eight
-/// steps are a period of five or less.
+/// Reversals of direction from which on a window is unresolved: three or more in eight steps are a
+/// period of five steps or less.
 const TURNS: f64 = 3.0;
 /// Growth of the largest change from one window to the next.
 const GROWTH: f64 = 2.0;
-/// Growth over all windows in a row, far beyond what noise does by chance.
+/// Growth over all windows in a row, far more than noise grows by chance.
 const TOTAL: f64 = 1e4;
-/// Changes below this, SI unit, are rounding of larger values, which at rest may grow from one
-/// value's last digit to another's.
+/// Changes below this, in SI units, count as rounding errors of larger values.
 const ROUNDING: f64 = 1e-9;
 
-/// Windows in a row in which a value grew.
+/// Windows in a row in which the changes of a value grew.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 struct Growth {
     windows: u32,
@@ -32,13 +31,13 @@ struct Growth {
     ever: f64,
 }
 
-/// Watches values that are exchanged. What is done at every step is kept in one array for each
-/// quantity, which takes vector instructions.
+/// Watches the exchanged values. Each quantity that is updated at every step has an array of its
+/// own, so that the compiler vectorizes the loop.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Watch {
     values: Vec<f64>,
     changes: Vec<f64>,
-    /// Changes of this window that were against the one before.
+    /// Reversals of direction in this window.
     turns: Vec<f64>,
     /// Largest change of this window.
     largest: Vec<f64>,
@@ -46,12 +45,12 @@ pub struct Watch {
     steps: u32,
     /// Start of this window, s.
     start: f64,
-    /// Index of the first value that diverged, and when that began, s.
+    /// Index of the first value that diverged, and since when, s.
     pub diverged: Option<(usize, f64)>,
 }
 
 impl Watch {
-    /// Of the values at the start, time `t`, s.
+    /// Starts with the values at time `t`, s.
     pub fn new(t: f64, values: &[f64]) -> Self {
         let zeros = vec![0.0; values.len()];
         Self {
@@ -66,14 +65,14 @@ impl Watch {
         }
     }
 
-    /// Add the values at time `t`, s, one communication step later.
+    /// Adds the values at time `t`, s, one communication step later.
     pub fn add(&mut self, t: f64, values: &[f64]) {
         let before = self.values.iter_mut().zip(&mut self.changes);
         let window = self.turns.iter_mut().zip(&mut self.largest);
         for ((now, (value, last)), (turns, largest)) in values.iter().zip(before).zip(window) {
             let change = now - *value;
             *turns += if change * *last < 0.0 { 1.0 } else { 0.0 };
-            // One instruction, where `max` looks for values that are no numbers first.
+            // One instruction; `max` would check for NaN first.
             *largest = if change.abs() > *largest {
                 change.abs()
             } else {
@@ -95,7 +94,7 @@ impl Watch {
 }
 
 impl Growth {
-    /// Close a window that began at `start`, s; since when the value has been diverging, s.
+    /// Closes a window that began at `start`, s; returns since when the value has diverged, s.
     fn close(&mut self, start: f64, is_unresolved: bool, largest: f64) -> Option<f64> {
         if is_unresolved && self.last > 0.0 && largest > GROWTH * self.last {
             if self.windows == 0 {

@@ -1,4 +1,5 @@
-//! The conditions of a run, and the running system that they give.
+//! An experiment: the conditions of a run (step, start values, inputs, faults), from which it
+//! starts the initialized system.
 
 use std::sync::Arc;
 
@@ -15,13 +16,13 @@ use fmi_import::messages;
 pub struct Experiment {
     /// Start, communication step and schedule.
     pub stepping: Stepping,
-    /// Threads that the components are shared out to.
+    /// Threads that share the components.
     pub threads: usize,
-    /// Stop time, s, where it is not that of the system's default experiment.
+    /// Stop time, s; None for that of the system's default experiment.
     pub stop: Option<f64>,
     /// Start values, applied in this order after those of the system.
     pub settings: Vec<Setting>,
-    /// What is done to values on their way: noise and other faults, events of a scenario.
+    /// Faults, noise and events of a scenario, which alter values on their way.
     pub faults: Faults,
     /// Values over time for inputs that no connection drives.
     pub inputs: Option<Arc<Table>>,
@@ -31,19 +32,19 @@ impl Experiment {
     /// The initialized system at its start time.
     pub fn start(&self, system: &System) -> Result<Master> {
         messages::take();
-        let mut master = Master::side_by_side(system, &self.settings, self.stepping, self.threads)?;
+        let mut master = Master::with_threads(system, &self.settings, self.stepping, self.threads)?;
         if let Some(table) = &self.inputs {
             master.feed(InputTable::new(system, table)?)?;
         }
         if !self.faults.list.is_empty() {
-            master.alter(system, &self.faults)?;
+            master.apply_faults(system, &self.faults)?;
         }
         Ok(master)
     }
 
-    /// The stop time asked for, else that of the system's default experiment, s.
+    /// The stop time that is given, else that of the system's default experiment, s.
     pub fn stop(&self, system: &System) -> Result<f64> {
         let stop = self.stop.or(system.structure.stop_time);
-        stop.context("neither a stop time is given nor has the system structure one")
+        stop.context("no stop time is given, and the system structure has none")
     }
 }

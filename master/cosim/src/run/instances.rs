@@ -1,27 +1,20 @@
-//! Instances of a system's components, with their start values.
+//! Makes instances of a system's components and sets their start values.
 
 use anyhow::{Context, Result};
 
 use crate::instance::workers::Worker;
 use crate::instance::{At, Call, Instance};
-use crate::run::spare;
+use crate::run::instance_cache;
 use crate::structure::system::{Setting, System};
 use crate::wiring::Port;
 
-/// An instance of the component with the index `k` for itself, with the system's parameter values,
-/// then `settings`.
+/// An instance of component `k` on its own, with the system's parameter values, then `settings`.
 pub fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Instance> {
-    make(
-        system,
-        k,
-        settings,
-        false,
-        system.structure.start_time,
-        None,
-    )
+    let start = system.structure.start_time;
+    make(system, k, settings, false, start, None)
 }
 
-/// The same for a run from `start`, s, maybe in the thread of a worker; `is_staged` as in
+/// The same for a run from `start`, s, in a worker's thread if one is given; `is_staged` as in
 /// [`Instance::new`].
 pub(crate) fn make(
     system: &System,
@@ -31,15 +24,14 @@ pub(crate) fn make(
     start: f64,
     worker: Option<&Worker>,
 ) -> Result<Instance> {
-    let component = &system.structure.components[k];
-    let fmu = &system.fmus[k];
-    let spare = match worker {
-        None => spare::take(fmu, &component.name, is_staged),
+    let (component, fmu) = (&system.structure.components[k], &system.fmus[k]);
+    let cached = match worker {
+        None => instance_cache::take(fmu, &component.name, is_staged),
         Some(_) => None,
     };
-    let instance = match spare {
+    let instance = match cached {
         Some(instance) => instance,
-        None => Instance::at(worker, fmu, &component.name, is_staged)?,
+        None => Instance::in_thread(worker, fmu, &component.name, is_staged)?,
     };
     instance.call(Call::SetUp(start), At::Initialization)?;
     for p in &component.parameters {
@@ -53,8 +45,8 @@ pub(crate) fn make(
     Ok(instance)
 }
 
-/// Value that a variable has in initialization mode under the system's parameter values and
-/// `settings`, before any connection is passed.
+/// Value of a variable in Initialization Mode, with the system's parameter values and `settings`,
+/// before any connection is passed.
 pub fn start_value(system: &System, settings: &[Setting], port: Port) -> Result<f64> {
     let instance = instantiate(system, port.component, settings)?;
     instance.enter_initialization(system.structure.start_time)?;

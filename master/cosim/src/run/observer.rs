@@ -1,20 +1,17 @@
-//! What looks at a run while it is made: measures, recordings, files. The loop calls it and knows
-//! nothing of what it wants.
+//! Observers: what a run calls at every communication point. Measures, recordings and log files
+//! implement the trait [`Observer`].
 
 use anyhow::Result;
 
 use crate::master::Master;
 use crate::run::recording::Recording;
 
-/// Looks at every communication point of a run.
+/// Is called at every communication point of a run.
 pub trait Observer {
-    /// Look at a communication point; the first is the start of the run.
-    ///
-    /// # Errors
-    /// What ends the run as failed.
+    /// Observes a communication point; the first is the start of the run. An error ends the run.
     fn observe(&mut self, master: &Master) -> Result<()>;
 
-    /// True once it wants no further communication point: the run then ends.
+    /// True once it needs no further communication point: the run then ends.
     fn is_done(&self) -> bool {
         false
     }
@@ -29,7 +26,7 @@ impl<F: FnMut(&Master) -> Result<()>> Observer for Function<F> {
     }
 }
 
-/// Several observers, asked in their order; the run ends once one of them wants no more.
+/// Several observers, called in their order; the run ends once one of them is done.
 pub struct Observers<'a>(pub Vec<&'a mut dyn Observer>);
 
 impl Observer for Observers<'_> {
@@ -42,7 +39,7 @@ impl Observer for Observers<'_> {
     }
 }
 
-/// One that may not be there.
+/// An optional observer.
 impl<O: Observer> Observer for Option<O> {
     fn observe(&mut self, master: &Master) -> Result<()> {
         self.as_mut().map_or(Ok(()), |o| o.observe(master))

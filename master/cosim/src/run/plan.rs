@@ -1,4 +1,5 @@
-//! How a run is made: where it ends, how long its steps are, and what it is saved to.
+//! The plan of a run, besides its experiment: where it ends, how long its steps are, and which
+//! files it is saved to or resumed from.
 
 use std::path::PathBuf;
 
@@ -6,25 +7,25 @@ use anyhow::Result;
 
 use crate::master::Master;
 use crate::run::experiment::Experiment;
-use crate::stepping::{Control, Steps};
+use crate::stepping::{StepControl, Steps};
 use crate::structure::system::System;
 
-/// How a run is made.
+/// The plan of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Plan {
     /// Stop time, s.
     pub stop: f64,
-    /// How long the communication steps are.
-    pub control: Control,
-    /// The run is saved to these files, at the first communication point that is not before the
-    /// time, s, beside each.
+    /// How the lengths of communication steps are chosen.
+    pub control: StepControl,
+    /// Snapshots: the run is saved to each file at the first communication point at or after the
+    /// time, s.
     pub snapshots: Vec<(f64, PathBuf)>,
-    /// It goes on from this file.
+    /// File of the snapshot from which the run is resumed.
     pub resume: Option<PathBuf>,
-    /// The experiment that made the master in one thread, where the run may be shared out: if its
-    /// first steps take long, they are made once more by as many threads as there are cores, which
-    /// then go on if they are faster. What is observed is the same.
-    pub alone: Option<Experiment>,
+    /// The experiment that made the master on one thread, if the number of threads may be chosen:
+    /// where the first steps take long, they are repeated on as many threads as there are cores,
+    /// and the faster continue. The observer sees the same values.
+    pub threads_for: Option<Experiment>,
 }
 
 impl Plan {
@@ -36,14 +37,14 @@ impl Plan {
         }
     }
 
-    /// The steps of a run of `master`; true where a shortened last one is left out, because a
+    /// The steps of a run of `master`. True if a last, shortened step is left out, because a
     /// component cannot vary its step.
     pub(crate) fn steps(&self, system: &System, master: &Master) -> Result<(Steps, bool)> {
         let mut steps = Steps::new(system, master, self.stop, &self.control)?;
-        let has_left_rest = match &mut steps {
-            Steps::Fixed(steps) => system.fixed_step().is_some() && steps.leave_rest(),
-            Steps::Chosen(_) => false,
+        let lacks_rest = match &mut steps {
+            Steps::Fixed(steps) => system.fixed_step().is_some() && steps.omit_rest(),
+            Steps::Variable(_) => false,
         };
-        Ok((steps, has_left_rest))
+        Ok((steps, lacks_rest))
     }
 }

@@ -1,4 +1,4 @@
-//! Signals of a run kept in memory.
+//! A recording: the values of chosen variables at every communication point of a run, in memory.
 
 use anyhow::{Context, Result, ensure};
 
@@ -7,7 +7,7 @@ use crate::run::signals::Signals;
 use crate::structure::system::System;
 use crate::wiring::Port;
 
-/// Signals at the communication points that were recorded.
+/// Recorded signals.
 pub struct Recording {
     /// Communication points, s.
     pub times: Vec<f64>,
@@ -19,15 +19,15 @@ impl Recording {
     /// An empty recording of the variables `ports`.
     pub fn new(system: &System, ports: &[Port]) -> Result<Self> {
         let columns = vec![Vec::new(); ports.len()];
-        Self::made_elsewhere(system, ports, Vec::new(), columns)
+        Self::from_columns(system, ports, Vec::new(), columns)
     }
 
-    /// A recording that was made elsewhere: a column of values at `times`, s, for each of the
-    /// variables `ports`.
+    /// A recording of another program: a column of values at `times`, s, for each of the variables
+    /// `ports`.
     ///
     /// # Errors
-    /// A column has another length than the times.
-    pub fn made_elsewhere(
+    /// Too few columns, or one whose length is not that of `times`.
+    pub fn from_columns(
         system: &System,
         ports: &[Port],
         times: Vec<f64>,
@@ -46,7 +46,7 @@ impl Recording {
         })
     }
 
-    /// Add the present communication point.
+    /// Adds the present communication point.
     pub fn add(&mut self, master: &Master) -> Result<()> {
         self.times.push(master.time());
         let values = self.signals.read(master)?;
@@ -56,7 +56,7 @@ impl Recording {
         Ok(())
     }
 
-    /// Index of the first communication point that is not before a time, s.
+    /// Index of the first communication point at or after a time, s.
     pub fn first_from(&self, time: f64) -> usize {
         self.times.partition_point(|t| *t < time)
     }
@@ -64,6 +64,6 @@ impl Recording {
     /// Values of a recorded variable.
     pub fn column(&self, port: Port) -> Result<&[f64]> {
         let k = self.signals.ports().iter().position(|p| *p == port);
-        Ok(&self.columns[k.context("a variable that was not recorded is asked for")?])
+        Ok(&self.columns[k.context("the variable was not recorded")?])
     }
 }

@@ -1,5 +1,5 @@
-//! Variables of a running system read and set by handle, one call per component; names chosen by
-//! patterns.
+//! Reads and sets variables of a running system together, with one call per component, and finds
+//! variables whose names match patterns.
 
 use std::collections::BTreeMap;
 
@@ -58,7 +58,7 @@ impl Signals {
     }
 }
 
-/// Inputs that no connection drives and that the caller sets together.
+/// Inputs that are set together; no connection may drive them.
 pub struct Inputs {
     writes: Vec<Write>,
 }
@@ -73,7 +73,7 @@ impl Inputs {
         })
     }
 
-    /// Set them at the present time, in the order of the ports.
+    /// Sets them at the present time, in the order of the ports.
     pub fn set(&mut self, master: &Master, values: &[f64]) -> Result<()> {
         let at = At::Time(master.time());
         let mut writes = self.writes.iter_mut();
@@ -81,8 +81,8 @@ impl Inputs {
     }
 }
 
-/// The outputs that connections pass on; where there is no connection, all outputs: what is written
-/// where no signals are named. Texts and bytes only by name.
+/// The signals that are written if none are named: all outputs that connections pass on, or all
+/// outputs if there are no connections; only those that are numbers.
 pub fn connected(system: &System) -> Result<Vec<Port>> {
     let mut ports: Vec<Port> = system.wiring()?.links.iter().map(|l| l.from).collect();
     if ports.is_empty() {
@@ -94,34 +94,28 @@ pub fn connected(system: &System) -> Result<Vec<Port>> {
     Ok(ports)
 }
 
-/// All outputs whose `component.variable` matches one of `patterns` (`*` stands for any text);
-/// inputs and local variables where a pattern names them without the wildcard in the variable's
-/// first letter.
-///
-/// # Errors
-/// A pattern that matches nothing.
+/// All numeric outputs whose `component.variable` matches one of `patterns` (`*` stands for any
+/// text); also inputs and local variables, except for the patterns `*` and `component.*`. A pattern
+/// that matches nothing is an error.
 pub fn matching(system: &System, patterns: &[String]) -> Result<Vec<Port>> {
-    chosen(system, patterns, Access::is_number)
+    matching_access(system, patterns, Access::is_number)
 }
 
-/// The same, texts and bytes included.
-///
-/// # Errors
-/// As there.
+/// As [`matching`], with strings and binary values.
 pub fn matching_any(system: &System, patterns: &[String]) -> Result<Vec<Port>> {
-    chosen(system, patterns, |access| access != Access::Clock)
+    matching_access(system, patterns, |access| access != Access::Clock)
 }
 
-fn chosen(
+fn matching_access(
     system: &System,
     patterns: &[String],
-    is_taken: impl Fn(Access) -> bool,
+    is_wanted: impl Fn(Access) -> bool,
 ) -> Result<Vec<Port>> {
-    let mut chosen = Vec::new();
+    let mut ports = Vec::new();
     let mut matched = vec![false; patterns.len()];
     for (component, fmu) in system.fmus.iter().enumerate() {
         for (variable, v) in fmu.description.variables.iter().enumerate() {
-            if !is_taken(v.access()) || !(v.is_input() || v.is_computed()) {
+            if !is_wanted(v.access()) || !(v.is_input() || v.is_computed()) {
                 continue;
             }
             let is_output = v.causality == Causality::Output;
@@ -129,13 +123,14 @@ fn chosen(
                 component,
                 variable,
             };
-            let (name, mut taken) = (system.name(port), false);
+            let (name, mut is_matched) = (system.name(port), false);
             for (pattern, matched) in patterns.iter().zip(&mut matched) {
-                if matches_pattern(pattern, &name) && (is_output || !is_non_numeric(pattern)) {
-                    (*matched, taken) = (true, true);
+                let names_variable = pattern != "*" && !pattern.ends_with(".*");
+                if matches_pattern(pattern, &name) && (is_output || names_variable) {
+                    (*matched, is_matched) = (true, true);
                 }
             }
-            chosen.extend(taken.then_some(port));
+            ports.extend(is_matched.then_some(port));
         }
     }
     if let Some((pattern, _)) = patterns.iter().zip(&matched).find(|(_, m)| !**m) {
@@ -143,15 +138,10 @@ fn chosen(
             "no signal matches `{pattern}`; signals are named component.variable, `*` stands for any text"
         );
     }
-    Ok(chosen)
+    Ok(ports)
 }
 
-/// True for a pattern that says nothing of the variable's name.
-fn is_non_numeric(pattern: &str) -> bool {
-    pattern == "*" || pattern.ends_with(".*")
-}
-
-/// True where `name` is `pattern` with each `*` replaced by some text.
+/// True if `name` is `pattern` with each `*` replaced by some text.
 pub fn matches_pattern(pattern: &str, name: &str) -> bool {
     let mut parts = pattern.split('*');
     let Some(mut rest) = parts.next().and_then(|first| name.strip_prefix(first)) else {

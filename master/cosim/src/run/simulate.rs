@@ -1,5 +1,5 @@
-//! A run: a system stepped from its start to a stop time, observed at every communication point,
-//! and what came out of it.
+//! Simulates: steps a system from its start to a stop time, with an observer at every communication
+//! point, and returns the outcome.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -14,7 +14,7 @@ use crate::master::Master;
 use crate::run::observer::{Function, Observer};
 use crate::run::snapshot::RunState;
 use crate::run::supervision::Supervision;
-use crate::run::trial;
+use crate::run::thread_choice;
 use crate::run::verdict::Verdict;
 use crate::stepping::StepCount;
 use crate::structure::system::System;
@@ -29,19 +29,15 @@ pub struct Outcome {
     pub residuals: Vec<Residual>,
     /// Simulated time, s.
     pub simulated: f64,
-    /// Numbers and lengths of steps, where lengths were chosen.
-    pub chosen: Option<StepCount>,
-    /// Time it took, without loading and initialization.
+    /// Numbers and lengths of steps, if lengths were chosen.
+    pub steps: Option<StepCount>,
+    /// Computing time, without loading and initialization.
     pub elapsed: Duration,
-    /// What is to be said of the result: divergence, energy that the coupling made, warnings of the
-    /// FMUs.
+    /// Findings on the result: divergence, energy that the coupling created, warnings of the FMUs.
     pub verdict: Verdict,
 }
 
-/// As [`planned`], by steps of one length to `stop`, s, with a function as the observer.
-///
-/// # Errors
-/// As [`planned`].
+/// As [`run_plan`], with steps of one length to `stop`, s, and a function as the observer.
 pub fn run(
     system: &System,
     master: Master,
@@ -50,39 +46,38 @@ pub fn run(
     observe: impl FnMut(&Master) -> Result<()>,
 ) -> Result<Outcome> {
     let plan = Plan::to(stop);
-    planned(system, master, &plan, progress, &mut Function(observe))
+    run_plan(system, master, &plan, progress, &mut Function(observe))
 }
 
-/// Step `master`, which runs `system`, by a plan; the last step is shortened where it has to be. The
-/// `observer` sees every communication point, the first included, and may end the run; a run that is
-/// gone on with is observed from there on. `progress` is given the numbers of finished and of all
-/// steps from time to time.
+/// Steps `master`, which runs `system`, by a plan; the last step is shortened if necessary. The
+/// `observer` sees every communication point from the first on, or from where the run is resumed,
+/// and may end the run. `progress` receives the numbers of finished and of all steps from time to
+/// time.
 ///
 /// # Errors
-/// Besides what went wrong: where the loops of the system began to diverge before. What the plan
-/// asks for cannot be had of this system, or a file is none of its.
-pub fn planned(
+/// A failed step, with the divergence that preceded it; a plan that this system cannot follow; a
+/// snapshot of another run.
+pub fn run_plan(
     system: &System,
-    mut master: Master,
+    master: Master,
     plan: &Plan,
     progress: &dyn Fn(u64, u64),
     observer: &mut dyn Observer,
 ) -> Result<Outcome> {
-    let Plan { stop, control, .. } = plan;
-    let (mut steps, has_left_rest) = plan.steps(system, &master)?;
+    let stop = plan.stop;
+    let (steps, lacks_rest) = plan.steps(system, &master)?;
     let mut verdict = Verdict::default();
-    if let Some(fixed) = system.fixed_step().filter(|_| has_left_rest) {
+    if let Some(fixed) = system.fixed_step().filter(|_| lacks_rest) {
         verdict.note(format!(
             "the last step is not shortened to end at {stop} s, because `{fixed}` cannot vary its step"
         ));
     }
-    let mut supervision = Supervision::new(system, &master, verdict);
     let mut state = RunState {
+        supervision: Supervision::new(system, &master, verdict),
         system,
-        control,
-        master: &mut master,
-        steps: &mut steps,
-        supervision: &mut supervision,
+        control: plan.control,
+        master,
+        steps,
     };
     if let Some(file) = &plan.resume {
         let resumed = fs::read(file).map_err(Into::into);
@@ -93,65 +88,57 @@ pub fn planned(
     let mut due: Vec<_> = plan.snapshots.iter().filter(|(t, _)| *t >= start).collect();
     save(&mut due, &state)?;
     let clock = Instant::now();
-    observer.observe(&master)?;
-    let (mut tried, mut shortest) = (0, Duration::MAX);
-    while !observer.is_done() && !steps.is_over(&master) {
-        tried += 1;
-        let before = (tried <= trial::STEPS).then(Instant::now);
-        let made = steps.make(&mut master);
+    observer.observe(&state.master)?;
+    let (mut timed, mut shortest) = (0, Duration::MAX);
+    while !observer.is_done() && !state.steps.is_over(&state.master) {
+        timed += 1;
+        let before = (timed <= thread_choice::STEPS).then(Instant::now);
+        let made = state.steps.make(&mut state.master);
         shortest = before.map_or(shortest, |before| before.elapsed().min(shortest));
-        if let (trial::STEPS, Ok(_), Some(alone)) = (tried, &made, &plan.alone) {
-            let (k, all) = steps.so_far(&master);
-            let trial = (system, plan, alone);
-            if let Some(wide) = trial::wide(trial, shortest, all - k, &mut supervision) {
-                (master, steps) = wide;
+        if let (thread_choice::STEPS, Ok(_), Some(experiment)) = (timed, &made, &plan.threads_for) {
+            let (k, all) = state.steps.so_far(&state.master);
+            let (left, supervision) = (all - k, &mut state.supervision);
+            if let Some(faster) =
+                thread_choice::multi_threaded(system, plan, experiment, shortest, left, supervision)
+            {
+                (state.master, state.steps) = faster;
             }
         }
         let observed = match made {
             Ok(false) => continue,
-            Ok(true) => observer.observe(&master),
+            Ok(true) => observer.observe(&state.master),
             Err(error) => Err(error),
         };
         if let Err(error) = observed {
             if error.downcast_ref::<Ended>().is_some() {
-                supervision.note(format!("{error:#}"));
+                state.supervision.note(format!("{error:#}"));
                 break;
             }
-            return Err(supervision.explain(error, system, &master));
+            return Err(state.supervision.explain(error, system, &state.master));
         }
-        supervision.add(&master);
-        if !due.is_empty() {
-            save(
-                &mut due,
-                &RunState {
-                    system,
-                    control,
-                    master: &mut master,
-                    steps: &mut steps,
-                    supervision: &mut supervision,
-                },
-            )?;
-        }
-        let (k, all) = steps.so_far(&master);
+        state.supervision.add(&state.master);
+        save(&mut due, &state)?;
+        let (k, all) = state.steps.so_far(&state.master);
         if k % 256 == 0 {
             progress(k, all);
         }
     }
-    let (_, all) = steps.so_far(&master);
+    let (_, all) = state.steps.so_far(&state.master);
     progress(all, all);
-    let elapsed = clock.elapsed();
-    let (residuals, simulated) = (master.residuals().to_vec(), master.time() - start);
     Ok(Outcome {
-        residuals,
-        simulated,
-        chosen: steps.chosen(),
-        elapsed,
-        verdict: supervision.end(system, master)?,
+        elapsed: clock.elapsed(),
+        residuals: state.master.residuals().to_vec(),
+        simulated: state.master.time() - start,
+        steps: state.steps.count(),
+        verdict: state.supervision.end(system, state.master)?,
     })
 }
 
-/// Save the run to the files that are due.
+/// Saves the run to the files whose time has come.
 fn save(due: &mut Vec<&(f64, PathBuf)>, state: &RunState) -> Result<()> {
+    if due.is_empty() {
+        return Ok(());
+    }
     let tolerance = 1e-6 * state.master.stepping().step;
     let now = |(time, _): &&(f64, PathBuf)| *time <= state.master.time() + tolerance;
     for (_, file) in due.extract_if(.., |snapshot| now(snapshot)) {
@@ -163,12 +150,12 @@ fn save(due: &mut Vec<&(f64, PathBuf)>, state: &RunState) -> Result<()> {
 }
 
 impl Outcome {
-    /// Simulated time per time taken.
+    /// Simulated time divided by computing time.
     pub fn real_time_factor(&self) -> f64 {
         self.simulated / self.elapsed.as_secs_f64()
     }
 
-    /// The outcome as text for people.
+    /// Residuals, steps and speed as text.
     pub fn summary(&self) -> String {
         let mut text = String::new();
         let mut line = |l: String| writeln!(text, "{l}").expect("a String takes every text");
@@ -186,7 +173,7 @@ impl Outcome {
             made,
             computed,
             lengths,
-        }) = self.chosen
+        }) = self.steps
         {
             let [shortest, longest] = lengths.unwrap_or_default();
             line(format!(

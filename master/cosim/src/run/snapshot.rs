@@ -1,4 +1,5 @@
-//! A run at a communication point as bytes, from which another process goes on to the same bits.
+//! Snapshots: a run at a communication point as bytes, from which another process resumes it with
+//! bit-identical results.
 
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
@@ -6,37 +7,36 @@ use serde::{Deserialize, Serialize};
 use crate::master::{Master, Saved, Stepping};
 use crate::run::divergence::Watch;
 use crate::run::supervision::Supervision;
-use crate::stepping::{Control, Progress, Steps};
+use crate::stepping::{Progress, StepControl, Steps};
 use crate::structure::system::System;
 
-/// What the bytes begin with; the number is that of the format.
-const MARK: &[u8] = b"cosim snapshot 2\n";
-/// A checksum follows it.
-const HEADER: usize = MARK.len() + 4;
+/// First bytes of a snapshot, with the version of the format; a checksum follows.
+const MAGIC: &[u8] = b"cosim snapshot 2\n";
+const HEADER: usize = MAGIC.len() + 4;
 
 #[derive(Deserialize, Serialize)]
 struct Snapshot {
     /// Name of each component, and the token of its FMU.
     components: Vec<[String; 2]>,
     stepping: Stepping,
-    control: Control,
+    control: StepControl,
     progress: Progress,
     watch: Watch,
     master: Saved<Vec<u8>>,
 }
 
-/// All of a run that changes from one communication point to the next.
+/// A run in progress: its system and all that changes from one communication point to the next.
 pub struct RunState<'a> {
-    /// What is run.
+    /// The system.
     pub system: &'a System,
-    /// How long the steps are.
-    pub control: &'a Control,
+    /// How the lengths of its steps are chosen.
+    pub control: StepControl,
     /// The running system.
-    pub master: &'a mut Master,
-    /// How far the steps have come.
-    pub steps: &'a mut Steps,
-    /// What was seen so far.
-    pub supervision: &'a mut Supervision,
+    pub master: Master,
+    /// The steps, made and to come.
+    pub steps: Steps,
+    /// The findings so far.
+    pub supervision: Supervision,
 }
 
 impl RunState<'_> {
@@ -47,33 +47,28 @@ impl RunState<'_> {
             .collect()
     }
 
-    /// The run as bytes.
-    ///
-    /// # Errors
-    /// An FMU that cannot serialize its state.
+    /// The run as bytes; every FMU must be able to serialize its state.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
         let snapshot = postcard::to_stdvec(&Snapshot {
             components: self.components(),
             stepping: self.master.stepping(),
-            control: *self.control,
+            control: self.control,
             progress: self.steps.progress(),
             watch: self.supervision.watch.clone(),
             master: self.master.save_bytes()?,
         })?;
         let sum = crc32fast::hash(&snapshot).to_le_bytes();
-        Ok([MARK, &sum, &snapshot].concat())
+        Ok([MAGIC, &sum, &snapshot].concat())
     }
 
-    /// Go on from such bytes.
-    ///
-    /// # Errors
-    /// Other or damaged bytes; a run of other components or steps.
+    /// Resumes from the bytes of a snapshot, which must be of a run of the same components and
+    /// steps.
     pub fn resume(&mut self, bytes: &[u8]) -> Result<()> {
         ensure!(
-            bytes.len() >= HEADER && bytes.starts_with(MARK),
-            "no snapshot of this version of cosim"
+            bytes.len() >= HEADER && bytes.starts_with(MAGIC),
+            "not a snapshot of this version of cosim"
         );
-        let (sum, bytes) = bytes[MARK.len()..].split_at(4);
+        let (sum, bytes) = bytes[MAGIC.len()..].split_at(4);
         ensure!(
             crc32fast::hash(bytes).to_le_bytes() == sum,
             "the snapshot is damaged: its checksum is wrong"
@@ -94,13 +89,13 @@ impl RunState<'_> {
         );
         let (own, saved) = (self.master.stepping(), snapshot.stepping);
         ensure!(
-            own == saved && *self.control == snapshot.control,
+            own == saved && self.control == snapshot.control,
             "the snapshot is of a run with other steps: {saved:?}, {:?}, where this one has {own:?}, {:?}",
             snapshot.control,
             self.control
         );
         self.master.restore_bytes(snapshot.master)?;
-        self.steps.go_on(self.master, snapshot.progress)?;
+        self.steps.resume(&self.master, snapshot.progress)?;
         self.supervision.watch = snapshot.watch;
         Ok(())
     }

@@ -1,4 +1,5 @@
-//! What watches a run while it is made, and judges it.
+//! Supervises a run: watches every communication point for divergence, and judges the result at the
+//! end by divergence, energy that the coupling created, and the messages of the FMUs.
 
 use anyhow::Result;
 
@@ -9,12 +10,12 @@ use crate::run::verdict::Verdict;
 use crate::structure::system::System;
 use fmi_import::messages::{self, Message};
 
-/// Share of the energy through all bonds that the coupling may make or lose.
+/// Share of the energy through all bonds that the coupling may create or lose.
 const SPURIOUS: f64 = 0.01;
-/// Energy that may be rounding, J.
+/// Energy that may be due to rounding, J.
 const ROUNDING: f64 = 1e-9;
 
-/// Watches the communication points of a run.
+/// The supervision of one run.
 #[derive(Clone, Debug)]
 pub struct Supervision {
     pub(crate) watch: Watch,
@@ -22,7 +23,7 @@ pub struct Supervision {
 }
 
 impl Supervision {
-    /// Of a run of `system` that begins; `verdict` is what there is to be said of it already.
+    /// For a run of `system` that begins; `verdict` has the findings so far.
     pub fn new(system: &System, master: &Master, mut verdict: Verdict) -> Self {
         let step = master.stepping().step;
         if let Some((component, internal)) = system.uneven_step(step) {
@@ -36,22 +37,22 @@ impl Supervision {
         }
     }
 
-    /// Look at the present communication point.
+    /// Adds the present communication point.
     pub fn add(&mut self, master: &Master) {
         self.watch.add(master.time(), &master.exchange().values);
     }
 
-    /// Add something that does not spoil the result.
+    /// Adds a finding that does not spoil the result.
     pub fn note(&mut self, text: String) {
         self.verdict.note(text);
     }
 
-    /// Add something that spoils the result.
+    /// Adds a finding that spoils the result.
     pub fn fail(&mut self, text: String) {
         self.verdict.object(text);
     }
 
-    /// The error of a step, with where the loops of the system began to diverge before.
+    /// Adds to the error of a step which loop had begun to diverge, if one had.
     pub fn explain(&self, error: anyhow::Error, system: &System, master: &Master) -> anyhow::Error {
         match self.divergence(system, master) {
             Some(cause) => error.context(cause),
@@ -59,7 +60,7 @@ impl Supervision {
         }
     }
 
-    /// What is to be said of the run so far, but for the warnings of the FMUs.
+    /// The verdict so far, without the messages of the FMUs.
     pub fn verdict(&self, system: &System, master: &Master) -> Verdict {
         let mut verdict = self.verdict.clone();
         if let Some(text) = self.divergence(system, master) {
@@ -69,25 +70,20 @@ impl Supervision {
         verdict
     }
 
-    /// End the run for all; what is to be said of it.
-    ///
-    /// # Errors
-    /// An instance that does not end.
+    /// Terminates all instances and returns the verdict.
     pub fn end(&self, system: &System, master: Master) -> Result<Verdict> {
         let mut verdict = self.verdict(system, &master);
         master.terminate()?;
-        // Threads have said theirs one after the other.
-        let mut said = messages::take();
+        // Threads have delivered their messages one after the other.
+        let mut messages = messages::take();
         let structure = &system.structure;
-        let place = |m: &Message| structure.component(&m.instance).unwrap_or(usize::MAX);
-        said.sort_by_key(place);
-        for message in said {
-            verdict.note(message.to_string());
-        }
+        let component = |m: &Message| structure.component(&m.instance).unwrap_or(usize::MAX);
+        messages.sort_by_key(component);
+        (messages.iter()).for_each(|message| verdict.note(message.to_string()));
         Ok(verdict)
     }
 
-    /// Where a loop began to diverge, and why.
+    /// Which output diverges since when, as text.
     fn divergence(&self, system: &System, master: &Master) -> Option<String> {
         let (slot, since) = self.watch.diverged?;
         let name = system.name(master.exchange().output(slot)?);
@@ -99,8 +95,8 @@ impl Supervision {
     }
 }
 
-/// Energy that the coupling made or lost at a bond, beside what went through all: a bond through
-/// which next to nothing goes says nothing.
+/// Judges the energy that the coupling created or lost at each bond, relative to the energy through
+/// all bonds: one that transfers next to nothing proves nothing.
 fn judge(residuals: &[Residual], verdict: &mut Verdict) {
     let all: f64 = residuals.iter().map(|r| r.turnover).sum();
     for Residual { bond, energy, .. } in residuals {
@@ -122,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_bond_is_judged_beside_what_goes_through_all() {
+    fn a_bond_is_judged_relative_to_the_energy_through_all() {
         let residual = |energy, turnover| Residual {
             energy,
             turnover,

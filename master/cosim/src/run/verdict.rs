@@ -1,23 +1,23 @@
-//! What a run says of itself at its end: findings, and whether one of them forbids to use its
-//! result.
+//! The verdict on the result of a run: a list of findings. The result must not be used as it stands
+//! if one of them is bad.
 
 use std::fmt;
 
-/// Something worth knowing about a run.
+/// Something that the user of a result must know.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// For people.
+    /// Message.
     pub text: String,
-    /// The result is not to be used as it stands.
+    /// It spoils the result.
     pub is_bad: bool,
 }
 
-/// All that was found in a run.
+/// The findings on a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Verdict(Vec<Finding>);
 
 impl Verdict {
-    /// Add something that does not spoil the result.
+    /// Adds a finding that does not spoil the result.
     pub fn note(&mut self, text: String) {
         self.0.push(Finding {
             text,
@@ -25,18 +25,18 @@ impl Verdict {
         });
     }
 
-    /// Add something that spoils the result.
+    /// Adds a finding that spoils the result.
     pub fn object(&mut self, text: String) {
         self.0.push(Finding { text, is_bad: true });
     }
 
-    /// Add the findings of `other`.
+    /// Adds the findings of `other`.
     pub fn extend(&mut self, other: Self) {
         self.0.extend(other.0);
     }
 
-    /// The same findings, each with the name of what it was found in.
-    pub fn of(self, name: &str) -> Self {
+    /// The same findings, each prefixed with the name of what it was found in.
+    pub fn prefixed(self, name: &str) -> Self {
         let named = |f: Finding| Finding {
             text: format!("{name}: {}", f.text),
             ..f
@@ -44,18 +44,18 @@ impl Verdict {
         Self(self.0.into_iter().map(named).collect())
     }
 
-    /// What was found.
+    /// The findings, in the order in which they were added.
     pub fn findings(&self) -> &[Finding] {
         &self.0
     }
 
-    /// True where a finding spoils the result.
+    /// True if a finding spoils the result.
     pub fn is_bad(&self) -> bool {
         self.0.iter().any(|f| f.is_bad)
     }
 }
 
-/// Nothing where nothing was found, else a line for the whole and one for each finding.
+/// A line for the verdict and one for each finding; nothing if there are none.
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.0.is_empty() {
@@ -83,7 +83,7 @@ mod tests {
         assert_eq!(verdict.to_string(), "verdict: good\n  - warm\n");
         let mut other = Verdict::default();
         other.object("burnt".into());
-        verdict.extend(other.of("motor"));
+        verdict.extend(other.prefixed("motor"));
         assert!(verdict.is_bad());
         assert_eq!(
             verdict.to_string(),

@@ -1,5 +1,5 @@
-//! Communication steps of one length, but for jitter that is asked for; the last one is shortened
-//! where it has to be and every component can.
+//! Communication steps of one length, with jitter if it is wanted. The last step is shortened to
+//! end at the stop time, if every component can vary its step.
 
 use anyhow::{Result, bail, ensure};
 
@@ -9,27 +9,26 @@ use crate::schedule::Stepping;
 /// The communication steps of a run to a stop time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FixedSteps {
-    /// Whole communication steps.
+    /// Number of whole steps.
     whole: u64,
-    /// Part of one is left.
+    /// A last, shorter step follows.
     has_rest: bool,
-    /// Steps that are made, with those whose ends are lost.
+    /// Number of steps that are made, including those whose communication points are lost.
     made: u64,
-    /// s.
+    /// Stop time, s.
     stop: f64,
     stepping: Stepping,
 }
 
 impl FixedSteps {
-    /// The steps to `stop`, s.
-    ///
-    /// # Errors
-    /// A stop time before the start, or not finite.
+    /// The steps to `stop`, s, which must be after the start.
     pub fn new(stepping: Stepping, stop: f64) -> Result<Self> {
         let Stepping { start, step, .. } = stepping;
         let steps = (stop - start) / step;
         if !(steps > 0.0 && steps < 1e12) {
-            bail!("from {start} s to {stop} s in steps of {step} s: no run");
+            bail!(
+                "the run from {start} s to {stop} s must go forward, in less than 1e12 steps of {step} s"
+            );
         }
         // A stop time that is a multiple of h up to rounding is met exactly; the comparison is
         // relative to h.
@@ -43,23 +42,23 @@ impl FixedSteps {
         })
     }
 
-    /// Number of steps.
-    pub fn count(&self) -> u64 {
+    /// Number of all steps.
+    pub fn all(&self) -> u64 {
         self.whole + u64::from(self.has_rest)
     }
 
-    /// The same without a shortened last step; true where there was one.
-    pub fn leave_rest(&mut self) -> bool {
+    /// Omits the shortened last step; true if there was one.
+    pub fn omit_rest(&mut self) -> bool {
         std::mem::take(&mut self.has_rest)
     }
 
-    /// Number of steps that are made, with those whose ends are lost.
+    /// Number of steps that are made, including those whose communication points are lost.
     pub fn made(&self) -> u64 {
         self.made
     }
 
-    /// Go on after so many steps, at `time`, s.
-    pub(super) fn go_on(&mut self, time: f64, made: u64) -> Result<()> {
+    /// Continues after `made` steps, at `time`, s.
+    pub(super) fn resume(&mut self, time: f64, made: u64) -> Result<()> {
         let Stepping { start, step, .. } = self.stepping;
         let grid = start + made as f64 * step;
         ensure!(
@@ -70,7 +69,7 @@ impl FixedSteps {
         Ok(())
     }
 
-    /// Make the next step; false where its end is a point that is lost.
+    /// Makes the next step; false if its communication point is lost.
     pub fn make(&mut self, master: &mut Master) -> Result<bool> {
         let k = self.made + 1;
         let Stepping {
@@ -80,7 +79,7 @@ impl FixedSteps {
             ..
         } = self.stepping;
         self.made = k;
-        let is_last = k >= self.count();
+        let is_last = k >= self.all();
         match (k > self.whole, jitter) {
             (true, _) => master.step_to(self.stop)?,
             (false, None) => master.step()?,

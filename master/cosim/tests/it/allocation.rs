@@ -53,7 +53,7 @@ fn a_step_allocates_nothing() {
 fn stepped(system: &System, stepping: Stepping, threads: usize) {
     let mut master = None;
     let start = measure(|| {
-        master = Some(Master::side_by_side(system, &[], stepping, threads).unwrap());
+        master = Some(Master::with_threads(system, &[], stepping, threads).unwrap());
     });
     assert_ne!(start.count_total, 0, "the counter counts");
     let mut master = master.expect("made");
@@ -69,7 +69,7 @@ fn stepped(system: &System, stepping: Stepping, threads: usize) {
         faults.add(system, &format!("spring.x={effect}")).unwrap();
     }
     faults.add(system, "mass.f=delay:0.001").unwrap();
-    master.alter(system, &faults).unwrap();
+    master.apply_faults(system, &faults).unwrap();
     // Buffers that go between threads are made once.
     (0..5).for_each(|_| master.step().unwrap());
     let steps = measure(|| (0..100).for_each(|_| master.step().unwrap()));

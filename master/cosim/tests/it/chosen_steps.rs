@@ -1,4 +1,4 @@
-//! Steps whose lengths are chosen, steps that are repeated, runs that are gone on with.
+//! Steps of variable length, steps that are repeated, runs that are resumed from a snapshot.
 
 use std::fs;
 use std::path::PathBuf;
@@ -7,15 +7,15 @@ use cosim::exchange::faults::Faults;
 use cosim::master::{Master, Schedule};
 use cosim::run::experiment::Experiment;
 use cosim::run::signals::{Signals, matching};
-use cosim::run::simulate::{Outcome, Plan, planned};
-use cosim::stepping::{Control, Limits};
+use cosim::run::simulate::{Outcome, Plan, run_plan};
+use cosim::stepping::{StepControl, StepLimits};
 use cosim::structure::system::System;
 
 use fmi_description::Version;
 
 use super::support::{edited, edited_of, oscillator, scratch, settings, stepping, system};
 
-const LIMITS: Limits = Limits {
+const LIMITS: StepLimits = StepLimits {
     length: [1e-5, 5e-2],
     change: [0.2, 1.5],
     safety: 0.99,
@@ -23,8 +23,8 @@ const LIMITS: Limits = Limits {
     integral: 0.15,
 };
 
-fn by_energy(tolerance: f64, repeats: bool) -> Control {
-    Control::Energy {
+fn by_energy(tolerance: f64, repeats: bool) -> StepControl {
+    StepControl::Energy {
         tolerance,
         scale: 1.0,
         repeats,
@@ -32,8 +32,8 @@ fn by_energy(tolerance: f64, repeats: bool) -> Control {
     }
 }
 
-fn by_doubling(tolerance: f64) -> Control {
-    Control::Doubling {
+fn by_doubling(tolerance: f64) -> StepControl {
+    StepControl::Doubling {
         tolerance,
         limits: LIMITS,
     }
@@ -51,11 +51,11 @@ fn rows(system: &System, master: Master, plan: &Plan) -> anyhow::Result<(Outcome
         rows.push((master.time(), values.collect()));
         Ok(())
     });
-    let outcome = planned(system, master, plan, &|_, _| (), &mut observer)?;
+    let outcome = run_plan(system, master, plan, &|_, _| (), &mut observer)?;
     Ok((outcome, rows))
 }
 
-fn plan(control: Control) -> Plan {
+fn plan(control: StepControl) -> Plan {
     Plan {
         control,
         ..Plan::to(2.5)
@@ -93,8 +93,8 @@ fn a_smaller_tolerance_gives_a_smaller_error() {
                 Ok(())
             });
             let plan = plan(control);
-            let outcome = planned(&system, master, &plan, &|_, _| (), &mut observer).unwrap();
-            let count = outcome.chosen.unwrap();
+            let outcome = run_plan(&system, master, &plan, &|_, _| (), &mut observer).unwrap();
+            let count = outcome.steps.unwrap();
             let [shortest, longest] = count.lengths.unwrap();
             // Lengths are differences of times: rounded by some 1e-16 s.
             assert!(1e-5 - 1e-15 <= shortest && shortest < longest && longest <= 5e-2 + 1e-15);
@@ -148,7 +148,7 @@ fn what_cannot_be_had_is_refused_by_name() {
         ),
         (
             "canGetAndSetFMUstate",
-            Control::Repeated,
+            StepControl::Repeated,
             "cannot save its state",
         ),
         (
@@ -164,7 +164,7 @@ fn what_cannot_be_had_is_refused_by_name() {
     }
 }
 
-/// A run that is interrupted and gone on with has the same rows from there on, bit for bit, in every
+/// A run that is interrupted and resumed has the same rows from there on, bit for bit, in every
 /// schedule and however its steps are chosen; with what remembers values from point to point.
 #[test]
 fn a_resumed_run_has_the_same_bits() {
@@ -185,10 +185,10 @@ fn a_resumed_run_has_the_same_bits() {
     };
     let file = scratch("resumed.snapshot");
     for (schedule, control) in [
-        (Schedule::Standard, Control::Fixed),
-        (Schedule::GaussSeidel, Control::Fixed),
-        (Schedule::Jacobi, Control::Repeated),
-        (Schedule::JacobiDerivatives, Control::Fixed),
+        (Schedule::Standard, StepControl::Fixed),
+        (Schedule::GaussSeidel, StepControl::Fixed),
+        (Schedule::Jacobi, StepControl::Repeated),
+        (Schedule::JacobiDerivatives, StepControl::Fixed),
         (Schedule::GaussSeidel, by_energy(1e-3, false)),
         (Schedule::Jacobi, by_doubling(1e-3)),
     ] {
@@ -227,13 +227,13 @@ fn a_foreign_snapshot_is_refused() {
         };
         format!("{:#}", rows(system, master, &plan).unwrap_err())
     };
-    let error = resumed(&system, start(0.02), file.clone(), Control::Fixed);
+    let error = resumed(&system, start(0.02), file.clone(), StepControl::Fixed);
     assert!(error.contains("other steps"), "{error}");
     let error = resumed(&system, start(0.01), file.clone(), by_doubling(1e-3));
     assert!(error.contains("other steps"), "{error}");
     let bytes = fs::read(&file).unwrap();
     for (name, bytes, word) in [
-        ("empty", Vec::new(), "no snapshot"),
+        ("empty", Vec::new(), "not a snapshot"),
         ("short", bytes[..bytes.len() - 1].to_vec(), "checksum"),
         (
             "changed",
@@ -243,7 +243,7 @@ fn a_foreign_snapshot_is_refused() {
     ] {
         let file = scratch(name);
         fs::write(&file, bytes).unwrap();
-        let error = resumed(&system, start(0.01), file, Control::Fixed);
+        let error = resumed(&system, start(0.01), file, StepControl::Fixed);
         assert!(error.contains(word), "{name}: {error}");
     }
 }
@@ -266,8 +266,8 @@ fn repeated_to_where_one_stops(version: Version) {
         Master::new(&system, &settings, stepping(0.01, Schedule::GaussSeidel)).unwrap()
     };
     let pauses = || start(&["mass.pauses_at=1.2345"]);
-    let (outcome, all) = rows(&system, pauses(), &plan(Control::Repeated)).unwrap();
-    let count = outcome.chosen.unwrap();
+    let (outcome, all) = rows(&system, pauses(), &plan(StepControl::Repeated)).unwrap();
+    let count = outcome.steps.unwrap();
     assert_eq!((count.made, count.computed), (201, 202));
     let mut by_hand = start(&[]);
     let mut signals = Signals::new(&system, &matching(&system, &["*".into()]).unwrap()).unwrap();
@@ -286,7 +286,7 @@ fn repeated_to_where_one_stops(version: Version) {
         assert!(all.iter().any(|(time, _)| *time == 1.2345));
     }
     if version == Version::Fmi3 {
-        // Else such a step is gone on with.
+        // Otherwise such a step is continued.
         return rows(&system, pauses(), &Plan::to(2.5)).map(drop).unwrap();
     }
     let error = rows(&system, pauses(), &Plan::to(2.5)).unwrap_err();

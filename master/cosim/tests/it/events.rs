@@ -258,7 +258,7 @@ fn an_early_return_is_obeyed() {
 }
 
 /// No shortened last step where one of them cannot make it, and a step that an internal one does
-/// not divide is told; a second instance is refused where there may be one only.
+/// not divide is remarks; a second instance is refused where there may be one only.
 #[test]
 fn what_an_fmu_cannot_do_is_obeyed_or_said() {
     let flags = r#"hasEventMode="true" fixedInternalStepSize="0.04" canBeInstantiatedOnlyOncePerProcess="true""#;
@@ -311,12 +311,12 @@ fn clocks_that_cannot_be_served_are_refused() {
         &parts,
     );
     let triggered = clocks.replace("constant", "triggered");
-    let forgotten = of("triggered", &triggered, ABLE).forgotten(&[]).unwrap();
+    let gaps = of("triggered", &triggered, ABLE).find_gaps(&[]).unwrap();
     let is_clock = |name: &String| name.ends_with("clock");
-    assert!(!forgotten.unmentioned.iter().any(is_clock));
-    let told = forgotten.remarks;
-    let is_told = |r: &String| r.contains("clock `clock` is triggered from outside");
-    assert!(told.iter().any(is_told), "{told:?}");
+    assert!(!gaps.unmentioned_inputs.iter().any(is_clock));
+    let remarks = gaps.remarks;
+    let is_reported = |r: &String| r.contains("clock `clock` is triggered from outside");
+    assert!(remarks.iter().any(is_reported), "{remarks:?}");
     let output = r#"<Clock name="out" valueReference="3" causality="output" intervalVariability="triggered"/>"#;
     let system = two("connected", &(triggered + output), &["a.out=b.clock"]).unwrap();
     let parts = ["a.out -> b.clock connects clocks, which is not supported"];

@@ -89,7 +89,7 @@ fn an_fmu_written_by_hand_runs_with_remarks() {
     let system = plain("plain-c", &[&library]);
     let args = run_args();
     let experiment = args.experiment(&system).unwrap();
-    let remarks = args.forgotten(&system, &experiment).unwrap().to_string();
+    let remarks = args.judge_gaps(&system, &experiment).unwrap().to_string();
     assert_contains(&remarks, &["plain-c", "watertank.so", "needsExecutionTool"]);
     let mut master = experiment.start(&system).unwrap();
     master.step().unwrap();

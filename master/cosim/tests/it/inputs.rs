@@ -146,7 +146,7 @@ fn what_a_run_writes_another_one_reads() {
     };
     let first = experiment(&whole, None);
     let mut log = args
-        .log(&whole, &first, || unreachable!())
+        .log(&whole, &first, false, || unreachable!())
         .unwrap()
         .unwrap();
     let master = first.start(&whole).unwrap();

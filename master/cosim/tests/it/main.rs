@@ -3,6 +3,7 @@
 
 mod allocation;
 mod chosen_steps;
+mod error_messages;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod events;
 mod faults;
@@ -18,7 +19,6 @@ mod rates;
 mod saved;
 mod support;
 mod threads;
-mod trouble;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod whole_values;
 mod wires;

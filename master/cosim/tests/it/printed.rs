@@ -117,7 +117,7 @@ fn wiring_shows_what_is_read_when_and_tries_what_acts_at_once() {
         &text,
         &[
             "outputs read at once, after the inputs that they depend on: mass.x, mass.x_dot\n",
-            "because nobody says what they depend on: spring.F\n",
+            "because they do not declare what they depend on: spring.F\n",
             "  spring.F: changed by x, off, stage (nothing is declared)\n",
             "  mass.x: changed by nothing (as declared)\n",
             "  mass.x_ddot: changed by f (as declared)\n",

@@ -305,7 +305,7 @@ fn inputs_of_the_system_are_set_by_name() {
     let (code, text, error) = cosim(&[&arguments[..], &["--signals", "spring.F"]].concat());
     assert_eq!(code, 0, "{error}");
     assert!(
-        text.contains("bound values that match no variable are passed over: `spring.kk`"),
+        text.contains("parameter values that match no variable are ignored: `spring.kk`"),
         "{text}"
     );
     let rows = fs::read_to_string(&out).unwrap();
@@ -318,7 +318,7 @@ fn inputs_of_the_system_are_set_by_name() {
         &[&arguments[..], &["--strict"]].concat(),
         &[
             "--strict",
-            "bound values that match no variable",
+            "parameter values that match no variable",
             "`spring.kk`",
         ],
     );

@@ -21,7 +21,7 @@ fn master(system: &System, stepping: Stepping, threads: usize) -> Master {
         format!("mass.x_dot_start={V0}"),
     ];
     let settings = settings(system, &texts.each_ref().map(String::as_str)).unwrap();
-    Master::side_by_side(system, &settings, stepping, threads).unwrap()
+    Master::with_threads(system, &settings, stepping, threads).unwrap()
 }
 
 fn number(system: &System, master: &Master, name: &str) -> f64 {
@@ -113,7 +113,7 @@ fn inputs_are_on_the_line_to_the_end_where_the_giver_was_stepped_before() {
         let settings = settings(&system, &texts).unwrap();
         let stepping = between(h, Schedule::GaussSeidel, inputs);
         for threads in [1, 3] {
-            let mut master = Master::side_by_side(&system, &settings, stepping, threads).unwrap();
+            let mut master = Master::with_threads(&system, &settings, stepping, threads).unwrap();
             let state = |master: &Master| {
                 ["mass.x", "mass.x_dot"].map(|name| number(&system, master, name))
             };

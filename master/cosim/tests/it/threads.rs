@@ -167,7 +167,7 @@ fn code_that_is_not_made_for_threads_runs_in_two() {
     let system = load(&file).unwrap();
     for threads in [1, 2] {
         let stepping = stepping(1e-3, Schedule::Standard);
-        let mut master = Master::side_by_side(&system, &[], stepping, threads).unwrap();
+        let mut master = Master::with_threads(&system, &[], stepping, threads).unwrap();
         for k in 0..200 {
             master.step().unwrap();
             for name in names {

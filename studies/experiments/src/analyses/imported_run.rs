@@ -84,7 +84,7 @@ impl<'a> Evaluator<'a> {
             Ok(columns) => {
                 let columns = columns.into_iter().map(<[f64]>::to_vec).collect();
                 let (system, times) = (self.system, times.to_vec());
-                let recording = Recording::made_elsewhere(system, &ports, times, columns)?;
+                let recording = Recording::from_columns(system, &ports, times, columns)?;
                 Some(self.tracking.evaluate(&recording, self.motion_start)?)
             }
             Err(missing) => {

@@ -57,7 +57,7 @@ pub fn compare(args: &CompareArgs) -> Result<Verdict> {
             interval: args.interval,
         };
         let (outcome, accuracy) = logged_run(&system, &experiment, &csv, false)?;
-        verdict.extend(outcome.verdict().of(mode));
+        verdict.extend(outcome.verdict().prefixed(mode));
         rows.push((mode, outcome, accuracy, csv.csv));
     }
     let mut text = format!(

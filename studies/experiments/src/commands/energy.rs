@@ -31,10 +31,10 @@ pub fn energy(args: &EnergyArgs) -> Result<Verdict> {
     for (case, experiment) in energy::trajectory_cases(&system, &base)? {
         let energies = energy::run(&system, &experiment)?;
         print(text(&format!("{case} trajectory"), &energies.balances) + "\n")?;
-        verdict.extend(energies.verdict.clone().of(&case));
+        verdict.extend(energies.verdict.clone().prefixed(&case));
         if let Some(supply) = &energies.supply {
             print(supply_text(supply) + "\n")?;
-            verdict.extend(supply.verdict().of(&case));
+            verdict.extend(supply.verdict().prefixed(&case));
         }
         done.push((case, energies));
     }

@@ -75,7 +75,7 @@ pub(super) fn logged_run(
     quiet: bool,
 ) -> Result<(Outcome, Option<Measures>)> {
     let mut meter = Meter::from_experiment(system, experiment)?;
-    let mut log = csv.log(system, experiment, || default_signals(system))?;
+    let mut log = csv.log(system, experiment, false, || default_signals(system))?;
     let bar = bar(0, "steps", quiet);
     let progress = |k, steps| {
         bar.set_length(steps);

@@ -38,7 +38,7 @@ pub fn sizing(args: &SizingArgs) -> Result<(Verdict, Vec<(String, Sizing)>)> {
     for (case, experiment) in energy::trajectory_cases(&system, &base)? {
         let found = sizing::run(&system, &experiment, args.payload_step)?;
         print(text(&found, &format!("{case} trajectory")) + "\n")?;
-        verdict.extend(found.verdict.clone().of(&case));
+        verdict.extend(found.verdict.clone().prefixed(&case));
         done.push((case, found));
     }
     write(args.csv.as_deref(), |to| write_csv(&done, to))?;

@@ -52,7 +52,7 @@ pub fn testbed(args: &TestbedArgs) -> Result<Verdict> {
     let bed = packed(&args.testbed, testbed::SYSTEM)?;
     let runs = testbed::record(system, base)?;
     for run in &runs {
-        verdict.extend(run.verdict.clone().of("the machine"));
+        verdict.extend(run.verdict.clone().prefixed("the machine"));
     }
     let replay = Replay {
         machine: system,

@@ -5,7 +5,7 @@
 
 use anyhow::Result;
 use cosim::run::observer::{Observer, Observers};
-use cosim::run::simulate::{Plan, planned};
+use cosim::run::simulate::{Plan, run_plan};
 use cosim::{Experiment, Master, Recording, Signals, System, start_value};
 use machine_file::Ratings;
 use serde::{Deserialize, Serialize};
@@ -89,7 +89,7 @@ impl EndedRun {
             // Time for a machine that brakes at the end to come to rest.
             let stop = watch.end + if watch.has_brakes { STANDS } else { 0.0 };
             let observers = &mut Observers(vec![&mut recording, &mut watch]);
-            let outcome = planned(system, master, &Plan::to(stop), &|_, _| (), observers)?;
+            let outcome = run_plan(system, master, &Plan::to(stop), &|_, _| (), observers)?;
             Ok(outcome.simulated)
         };
         let run = run();

@@ -268,10 +268,10 @@ pub fn set_delays(system: &System, base: &mut Experiment) -> Result<()> {
 /// shipped systems leave unconnected on purpose, as long as all components of a model agree.
 /// With `--strict`, anything reported is an error.
 pub fn check_mentions(run: &RunArgs, system: &System, experiment: &Experiment) -> Result<Verdict> {
-    let mut omitted = system.forgotten(&experiment.settings)?;
-    let all = omitted.unmentioned.clone();
+    let mut gaps = system.find_gaps(&experiment.settings)?;
+    let all = gaps.unmentioned_inputs.clone();
     let components = || system.structure.components.iter().zip(&system.fmus);
-    omitted.unmentioned.retain(|name| {
+    gaps.unmentioned_inputs.retain(|name| {
         let Some((component, input)) = name.split_once('.') else {
             return true;
         };
@@ -284,7 +284,7 @@ pub fn check_mentions(run: &RunArgs, system: &System, experiment: &Experiment) -
         let mut names = alike.map(|(c, _)| format!("{}.{input}", c.name));
         !(is_optional && names.all(|name| all.contains(&name)))
     });
-    omitted.judge(system, experiment.stepping.schedule, run.strict)
+    gaps.judge(system, experiment.stepping.schedule, run.strict)
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 use cosim::exchange::faults::elements;
-use cosim::run::simulate::{Plan, planned};
+use cosim::run::simulate::{Plan, run_plan};
 use cosim::{Experiment, Port, Recording, Setting, System};
 use hdrm::DOF;
 use motion_check::Motion;
@@ -163,7 +163,7 @@ impl Commissioning {
         let master = experiment.start(system)?;
         // The path begins once the tip has moved to its first point, as encoders have wrong zeros.
         let end = motion_end(system, &master).context("the excitation has no end")?;
-        planned(system, master, &Plan::to(end), &|_, _| (), &mut recording)?;
+        run_plan(system, master, &Plan::to(end), &|_, _| (), &mut recording)?;
         let samples = self.samples(&recording, &ports, end - DURATION)?;
         let estimate = estimate(&self.model, &samples, BIN)?;
         Ok(Found {

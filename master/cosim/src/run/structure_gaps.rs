@@ -1,4 +1,6 @@
-//! What a system structure may have forgotten, and what is to be said of that.
+//! Finds gaps in a system structure: connectors that an FMU does not have, inputs that nothing
+//! drives or sets, values that match no variable. They become findings of a run's verdict, or
+//! errors with `--strict`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -12,29 +14,29 @@ use crate::schedule::Schedule;
 use crate::structure::system::{Setting, System};
 use crate::wiring::Port;
 
-/// Components of an FMU of which inputs that are not mentioned are named; further ones are counted.
+/// Of an FMU with more components than this, unmentioned inputs of the others are only counted.
 const NAMED: usize = 3;
 
-/// What a system structure may have forgotten, as `component.variable`.
+/// Gaps of a system structure, as `component.variable`.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Forgotten {
+pub struct StructureGaps {
     /// Connectors that the FMU does not have.
-    pub connectors: Vec<String>,
-    /// Input connectors that neither a connection nor a parameter value gives, so that they keep
-    /// their start values; elements of an array, and members of a structure, are one item.
-    pub inputs: Vec<String>,
-    /// Inputs of the FMU without a connector: the structure does not use them, and they keep their
-    /// start values. Of an FMU with many components the first three are named, the others counted.
-    pub unmentioned: Vec<String>,
-    /// Bound values that match no variable, with their origin.
-    pub values: Vec<String>,
-    /// What is odd about connections and FMUs, but does no harm.
+    pub missing_connectors: Vec<String>,
+    /// Input connectors that get no value from a connection or a parameter and keep their start
+    /// values; the elements of an array, or members of a structure, are one item.
+    pub undriven_inputs: Vec<String>,
+    /// Inputs of the FMU without a connector, which keep their start values. Of an FMU with many
+    /// components the first three are named, the others counted.
+    pub unmentioned_inputs: Vec<String>,
+    /// Parameter values that match no variable, with their origin.
+    pub unmatched_values: Vec<String>,
+    /// Harmless oddities of connections and FMUs.
     pub remarks: Vec<String>,
 }
 
 impl System {
-    /// What the structure may have forgotten, under the start values `settings`.
-    pub fn forgotten(&self, settings: &[Setting]) -> Result<Forgotten> {
+    /// The gaps of the structure with the start values `settings`.
+    pub fn find_gaps(&self, settings: &[Setting]) -> Result<StructureGaps> {
         let wiring = self.wiring()?;
         let mut remarks = self.structure.remarks.clone();
         remarks.extend(wiring.remarks.iter().cloned());
@@ -44,19 +46,19 @@ impl System {
                 remarks.extend(own.map(|r| format!("FMU `{}`: {r}", fmu.file)));
             }
         }
-        let mut forgotten = Forgotten {
-            values: self.structure.unmatched.clone(),
+        let mut gaps = StructureGaps {
+            unmatched_values: self.structure.unmatched.clone(),
             remarks,
-            ..Forgotten::default()
+            ..StructureGaps::default()
         };
-        // Of how many components an input is not mentioned, and how many are counted only.
+        // By FMU: components that do not mention an input, and those that are only counted.
         let mut found: BTreeMap<(usize, &str), usize> = BTreeMap::new();
         let mut counted: BTreeMap<usize, (&str, usize)> = BTreeMap::new();
         for (component, (c, fmu)) in self.structure.components.iter().zip(&self.fmus).enumerate() {
             let declared = c.connectors.iter().map(|connector| &connector.name);
             let lacking = declared.filter(|name| fmu.description.index(name).is_none());
             let lacking = lacking.map(|name| format!("{}.{name}", c.name));
-            forgotten.connectors.extend(lacking);
+            gaps.missing_connectors.extend(lacking);
             let is_same = |other: &Arc<Fmu>| Arc::ptr_eq(other, fmu);
             let kind = self.fmus.iter().position(is_same).unwrap_or(component);
             let (mut seen, mut is_counted) = (BTreeSet::new(), false);
@@ -76,13 +78,13 @@ impl System {
                 }
                 let name = format!("{}.{group}", c.name);
                 if is_declared {
-                    forgotten.inputs.push(name);
+                    gaps.undriven_inputs.push(name);
                     continue;
                 }
                 let copies = found.entry((kind, group)).or_insert(0);
                 *copies += 1;
                 match *copies <= NAMED {
-                    true => forgotten.unmentioned.push(name),
+                    true => gaps.unmentioned_inputs.push(name),
                     false => is_counted = true,
                 }
             }
@@ -90,50 +92,42 @@ impl System {
         }
         for (file, count) in counted.into_values().filter(|(_, count)| *count > 0) {
             let more = format!("and those of {count} more components of `{file}`");
-            forgotten.unmentioned.push(more);
+            gaps.unmentioned_inputs.push(more);
         }
-        Ok(forgotten)
+        Ok(gaps)
     }
 }
 
-impl Forgotten {
-    /// What is to be said of it in a run by this schedule.
-    ///
-    /// # Errors
-    /// Where the judge `is_strict`, anything forgotten; inputs that the system does not mention are
-    /// only told of.
+impl StructureGaps {
+    /// The gaps as findings on a run with this schedule. If `is_strict`, any gap except unmentioned
+    /// inputs is an error.
     pub fn judge(&self, system: &System, schedule: Schedule, is_strict: bool) -> Result<Verdict> {
         let mut verdict = Verdict::default();
-        let tell = |verdict: &mut Verdict, what: &str, names: &[String], is_bad| {
-            let text = format!("{what}: {}", names.join(", "));
-            match (names.is_empty(), is_bad) {
-                (true, _) => {}
-                (false, true) => verdict.object(text),
-                (false, false) => verdict.note(text),
+        let note = |verdict: &mut Verdict, what: &str, names: &[String]| {
+            if !names.is_empty() {
+                verdict.note(format!("{what}: {}", names.join(", ")));
             }
         };
-        let what = "connectors that the FMUs do not have";
-        tell(&mut verdict, what, &self.connectors, true);
+        if !self.missing_connectors.is_empty() {
+            let names = self.missing_connectors.join(", ");
+            verdict.object(format!("connectors that the FMUs do not have: {names}"));
+        }
         let what = "inputs that nothing drives or sets keep their start values";
-        tell(&mut verdict, what, &self.inputs, false);
-        let what = "bound values that match no variable are passed over";
-        tell(&mut verdict, what, &self.values, false);
+        note(&mut verdict, what, &self.undriven_inputs);
+        let what = "parameter values that match no variable are ignored";
+        note(&mut verdict, what, &self.unmatched_values);
         if is_strict {
             let texts: Vec<_> = verdict.findings().iter().map(|f| f.text.as_str()).collect();
             ensure!(texts.is_empty(), "--strict: {}", texts.join("; "));
         }
-        let read_once = match schedule {
-            Schedule::Standard => Vec::new(),
-            _ => system.read_once()?,
-        };
-        let what = "outputs that do not declare on which inputs they depend are read right after the step, so that what goes through them \
-             arrives one step later (--feedthrough COMPONENT, where they may be read again)";
-        tell(&mut verdict, what, &read_once, false);
-        for remark in &self.remarks {
-            verdict.note(remark.clone());
+        if schedule != Schedule::Standard {
+            let what = "outputs that do not declare on which inputs they depend are read right after the step, so that what goes through them \
+                 arrives one step later (--feedthrough COMPONENT, where they may be read again)";
+            note(&mut verdict, what, &system.read_once()?);
         }
+        (self.remarks.iter()).for_each(|remark| verdict.note(remark.clone()));
         let what = "inputs that the system does not mention keep their start values";
-        tell(&mut verdict, what, &self.unmentioned, false);
+        note(&mut verdict, what, &self.unmentioned_inputs);
         Ok(verdict)
     }
 }

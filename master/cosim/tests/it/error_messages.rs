@@ -1,5 +1,4 @@
-//! What the user gets to read when something goes wrong: component, variable, time, and what the
-//! FMU itself said.
+//! Error messages: they name component, variable and time, and give the reason that the FMU logged.
 
 use cosim::master::{Master, Schedule};
 use cosim::structure::system::System;
