@@ -6,9 +6,8 @@
 mod file;
 
 use file::{LayerFile, SurrogateFile, TrainingRecord};
-use std::env;
-use std::fs;
 use std::path::Path;
+use std::{env, fs};
 
 const FILE: &str = "../../parameters/surrogate.json";
 

@@ -19,9 +19,8 @@ mod machine;
 mod per_axis;
 
 use machine::Machine;
-use std::env;
-use std::fs;
 use std::path::Path;
+use std::{env, fs};
 
 const FILE: &str = "../../parameters/reference_machine.json";
 

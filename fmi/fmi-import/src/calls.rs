@@ -7,8 +7,7 @@ use std::any::Any;
 use std::ffi::{c_int, c_void};
 use std::ptr;
 
-use crate::standard::{Pointer, Text};
-use crate::standard::{fmi2_functions, fmi3_functions};
+use crate::standard::{Pointer, Text, fmi2_functions, fmi3_functions};
 use crate::status::ABSENT;
 
 /// A loaded library or module, which exports functions for as long as it lives.

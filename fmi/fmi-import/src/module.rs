@@ -8,8 +8,7 @@ use fmi_description::{Archive, Description, Version};
 
 use crate::calls::{Exports, Logger};
 use crate::messages;
-use crate::standard::fmi3_functions;
-use crate::standard::{Pointer, Text};
+use crate::standard::{Pointer, Text, fmi3_functions};
 
 /// Folders of an archive for a plain module, and for a module in a component.
 const FOLDERS: [&str; 2] = ["binaries/wasm32-unknown-unknown", "binaries/wasm32-wasip2"];

@@ -12,8 +12,7 @@ use crate::notices::Notices;
 use crate::target::{Target, Tools};
 use crate::workspace::{Package, Source, Workspace};
 use crate::{library, licences};
-use fmi_description::Entries;
-use fmi_description::entries;
+use fmi_description::{Entries, entries};
 use fmi_import::platform;
 use fmi_import::platform::Platform;
 

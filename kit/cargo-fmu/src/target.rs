@@ -1,11 +1,10 @@
 //! Builds libraries for a platform of FMI so that old systems can load them, without paths of the
 //! building machine, and with the same bytes wherever the source is.
 
-use std::env;
 use std::ffi::OsString;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::{env, fs};
 
 use anyhow::{Context, Result, anyhow, bail};
 

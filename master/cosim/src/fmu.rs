@@ -5,11 +5,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Context, Result, bail};
 use fmi_description::{Archive, Description};
-use fmi_import::Functions;
 use fmi_import::batch::{Batch, Layout};
 use fmi_import::fmi_instance::{Arguments, FmiInstance};
-use fmi_import::{ClockPlan, is_triggered};
-use fmi_import::{instantiate, output};
+use fmi_import::{ClockPlan, Functions, instantiate, is_triggered, output};
 
 /// A loaded FMU, shared by all its instances.
 pub struct Fmu {

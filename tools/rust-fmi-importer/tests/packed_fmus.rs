@@ -1,8 +1,7 @@
 //! `rust-fmi` reads and runs packed FMUs, so that our reader is not the only one that does. The
 //! environment variable `FMU_DIR` names the folder of the FMUs.
 
-use std::env;
-use std::fs;
+use std::{env, fs};
 use std::io::{Cursor, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 

@@ -9,9 +9,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 
-use fmi_import::Fmu;
 use fmi_import::standard::Function;
-use fmi_import::wait_with_limit;
+use fmi_import::{Fmu, wait_with_limit};
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 

@@ -8,12 +8,11 @@ use cargo_fmu::process::execute;
 use cargo_fmu::target::{self, Tools};
 use cargo_fmu::workspace::Source;
 
-use crate::bench;
 use crate::phases::Phases;
 use crate::programs::torture;
 use crate::python::Python;
 use crate::workspace::{Workspace, is_ci};
-use crate::{describe, dist, importers, pack, web, wheel};
+use crate::{bench, describe, dist, importers, pack, web, wheel};
 
 /// Runs all checks, with `nightly` also the long ones; the first that fails ends the run.
 pub fn run(workspace: &Workspace, nightly: bool) -> Result<()> {

@@ -98,10 +98,7 @@ impl Hdrm {
 
 #[cfg(test)]
 mod tests {
-    use crate::Hdrm;
-    use crate::Input;
-    use crate::Options;
-    use crate::State;
+    use crate::{Hdrm, Input, Options, State};
     use machine_file::Machine;
 
     const G: [f64; 3] = [0.31, -9.7, -0.47];

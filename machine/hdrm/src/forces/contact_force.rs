@@ -56,9 +56,7 @@ impl Hdrm {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Contact;
-    use crate::Options;
-    use crate::State;
+    use crate::{Contact, Options, State};
     use machine_file::Machine;
 
     /// The doc's formula with the mobilities `J·M⁻¹·Jᵀ` of the tip by its Jacobian and a plain

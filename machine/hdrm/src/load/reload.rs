@@ -74,8 +74,7 @@ impl Hdrm {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::DOF;
-    use crate::Options;
+    use crate::{DOF, Options};
     use machine_file::Machine;
     use spatial::Pose;
 

@@ -13,10 +13,9 @@ use fmi_description::Description;
 use system_structure::ParameterMapping;
 
 use crate::fmu::Fmu;
-use crate::structure::arrays;
 use crate::structure::package::{FmuPlace, Package, read, read_text};
 use crate::structure::renaming::rename;
-use crate::structure::{self, Component, Structure};
+use crate::structure::{self, Component, Structure, arrays};
 use crate::wiring::{Port, Wiring};
 
 pub use values::Setting;

@@ -8,9 +8,8 @@ use system_structure::DataType;
 
 use super::System;
 use crate::fmu::Fmu;
-use crate::structure::arrays;
 use crate::structure::package::{Package, read_text};
-use crate::structure::{Parameter, parse_set};
+use crate::structure::{Parameter, arrays, parse_set};
 use crate::wiring::Port;
 use crate::wiring::transformation::{Linear, Transformation, compose, conversion, unit_of};
 
