@@ -38,9 +38,6 @@ enum Command {
         /// A model to begin with, instead of a first-order lag
         #[arg(long, value_name = "NAME")]
         example: Option<new::Name>,
-        /// The former name of `--example events`
-        #[arg(long, hide = true, conflicts_with = "example")]
-        events: bool,
     },
     /// Build libraries and pack them, with documentation, resources and licences, into FMUs
     Pack {
@@ -112,9 +109,7 @@ fn run(command: Command) -> Result<ExitCode> {
             path,
             fmu_export,
             example,
-            events,
         } => {
-            let example = example.or(events.then_some(new::Name::Events));
             new::new(&path, fmu_export.as_deref(), example)?;
         }
         Command::Pack {

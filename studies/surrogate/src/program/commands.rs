@@ -23,7 +23,6 @@ use super::plots;
 pub enum Command {
     /// Run the campaign on the rig (a simulation, not measurements): transients, both directions,
     /// temperatures, sensors; write it as CSV.
-    #[command(alias = "rig-data")]
     Data(RigDataArgs),
     /// Train the network on the rig's data or on a CSV file of your own; Ctrl-C keeps the state,
     /// --resume goes on.
@@ -32,14 +31,12 @@ pub enum Command {
     Plots(PlotsArgs),
     /// Judge physics, refitted physics, look-up map, network and hybrid, all of the same data, on
     /// profiles of the rig that are held out; draw their efficiency maps.
-    #[command(alias = "rig-compare")]
     Compare(RigCompareArgs),
     /// Calibrate the interval of a network's efficiency on profiles of the rig, and write it into
     /// the network's file.
     Calibrate(CalibrateArgs),
     /// Print tracking, required against true current, and what physics, hybrid and network predict,
     /// along a coupled run on rigs.
-    #[command(alias = "rig-loop")]
     Loop(RigLoopArgs),
 }
 
