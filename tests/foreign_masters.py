@@ -194,14 +194,14 @@ def main():
             ours = cosim(arguments.program, package, names, arguments.steps, Path(folder))
             hand, why = elsewhere("rows", "cosim", package, arguments.steps, *names)
             print(f"{title}, {arguments.steps} steps of {H} s, {len(names)} signals; largest difference of a signal, of its peak")
-            print(f"  cosim beside the master of these tests: {why or difference(ours, hand)}")
+            print(f"  cosim compared with the master of these tests: {why or difference(ours, hand)}")
             for program in PROGRAMS:
                 theirs, why = elsewhere("rows", program, package, arguments.steps, *names)
                 if theirs is None:
                     print(f"  {program} does not run it: {why}")
                     continue
                 hand, _ = elsewhere("rows", f"clock of {program}", package, arguments.steps, *names)
-                print(f"  cosim beside {program}: {difference(ours, theirs):.2g}; with the clock of {program}: {difference(hand, theirs):.2g}")
+                print(f"  cosim compared with {program}: {difference(ours, theirs):.2g}; with the clock of {program}: {difference(hand, theirs):.2g}")
 
 
 def rows(what, package, steps, *names):

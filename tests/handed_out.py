@@ -101,7 +101,7 @@ def close(one, other, tolerance):
 
 
 class Debian:
-    """An old Debian, unpacked into a folder unless it is there; with packages beside those that every Debian has."""
+    """An old Debian, unpacked into a folder unless it is there; with packages besides those that every Debian has."""
 
     def __init__(self, work, name=RELEASE, packages=()):
         self.root = work / name

@@ -30,7 +30,7 @@ def test_a_load_comes_with_the_tip_or_with_an_impulse(hdrm):
         brought.append(plant.get("energy.load"))
         plant.free()
     assert jumps[0] < 1e-5 < 1e-2 < jumps[1]
-    assert brought[1] < brought[0]  # what the impact took, beside the weight lifted
+    assert brought[1] < brought[0]  # what the impact took, besides the weight lifted
 
 
 def test_the_payload_is_tuned_while_it_runs(hdrm):

@@ -179,7 +179,7 @@ def test_forgotten_wires_are_reported_and_strict_refuses_them(fmu_dir, tmp_path)
 
 
 def test_the_bending_world_runs_with_the_python_that_has_mujoco(tmp_path, fmu_dir):
-    """One command: it makes the plant beside the packed machine, starts itself with Python inside, and prints the laws beside the bound."""
+    """One command: it makes the plant beside the packed machine, starts itself with Python inside, and prints the laws together with the bound."""
     for name in ("Manipulator.ssp", "Controller.fmu", "Emla.fmu"):
         shutil.copy(fmu_dir / name, tmp_path)
     machine = ["--world", "bending", "--seeds", "1", "--law", "adaptive", "--stop-time", "4.05"]

@@ -1,4 +1,4 @@
-"""Communication steps that are chosen, on the quarter car of Sadjina et al. (arXiv 1602.06434), beside its exact motion."""
+"""Communication steps that are chosen, on the quarter car of Sadjina et al. (arXiv 1602.06434), compared with its exact motion."""
 
 import sys
 from pathlib import Path

@@ -43,7 +43,7 @@ def test_a_table_of_good_runs_is_good(machine, tmp_path):
 
 
 def test_runs_that_break_a_limit_are_marked_in_the_table(machine):
-    """PD with the heaviest machine goes a little beyond the rated force as it settles; nothing else is said beside the table."""
+    """PD with the heaviest machine goes a little beyond the rated force as it settles; nothing else is said besides the table."""
     table = ["table", *machine, "--stop-time", "0.2"]
     plain, bad = call("hdrm-fmu", *table), call("hdrm-fmu", *table, "--check")
     assert plain.returncode == 0 and "verdict" not in plain.stdout + plain.stderr and "--check" not in plain.stderr

@@ -81,7 +81,7 @@ def test_a_system_on_a_path_stepped_by_a_script(path):
 
 
 def test_sweeps_over_paths_and_on_one(two_workers, path, tmp_path):
-    """A column of paths beside the same path for all cases: the same rows, equal to runs; another file at the same place is another case."""
+    """A column of paths, compared with the same path for all cases: the same rows, equal to runs; another file at the same place is another case."""
     quick = {**QUICK, "stop_time": 0.8, "client": two_workers, "progress": False}
     cases = pandas.DataFrame({"waypoints": [str(path), "iso9283-cube:1"], "hdrm.inertia_scale": [1.1, 0.9]})
     over = sweep(cases, out=tmp_path / "over", **quick)

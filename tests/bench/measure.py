@@ -1,6 +1,6 @@
 """Measures what everything costs, as `cargo xtask bench` calls it once all is built.
 
-    python tests/bench/measure.py time OPTIONS           # one table, beside other engines measured in the same run
+    python tests/bench/measure.py time OPTIONS           # one table, with other engines measured in the same run
     python tests/bench/measure.py instructions OPTIONS   # counted by valgrind's callgrind, compared with tools/benches/instructions.json
 
 Instruction counts repeat from run to run where times do not, so they show a loss of a few per cent; they are not times. They are those of
@@ -219,7 +219,7 @@ def count(built):
 
 
 def compared(counts, recorded, limit):
-    """Prints counts beside the recorded ones; what has grown by more than the limit, or is not recorded, ends the program."""
+    """Prints counts together with the recorded ones; what has grown by more than the limit, or is not recorded, ends the program."""
     print(f"{'instructions per call':<44} {'now':>12} {'recorded':>12} {'growth':>8}")
     grown = []
     for call, now in counts.items():
@@ -233,7 +233,7 @@ def compared(counts, recorded, limit):
 
 
 def borders(built):
-    """What a call costs through FMI 3.0 beside FMI 2.0: one library, both borders."""
+    """What a call costs through FMI 3.0 compared with FMI 2.0: one library, both C interfaces."""
     driver = built.compiled("borders.c", "-ldl")
 
     def both(fmu, *call):

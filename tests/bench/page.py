@@ -2,7 +2,7 @@
 
     MACHINE_PAGE=target/web/machine.html FMU_DIR=target/fmu python tests/bench/page.py [--rounds 5] [--only engine|frames|steps]
 
-`engine`: the engine beside `cosim`, on one core, in turn: coupled system, and the real world with one ghost. Simulated time by the clock, and
+`engine`: the engine compared with `cosim`, on one core, in turn: coupled system, and the real world with one ghost. Simulated time by the clock, and
 by processor time of all processes, which other programs disturb less; median and best of the rounds. All engines together make as many times
 real time; the ratio is that of the medians by processor time.
 
@@ -120,7 +120,7 @@ def in_page(chrome, script, count):
 
 
 def engine(rounds):
-    """The engine beside `cosim`."""
+    """The engine compared with `cosim`."""
     os.sched_setaffinity(0, {0})
     seen = {system: ([], []) for system, *_ in SYSTEMS}
     with tempfile.TemporaryDirectory() as name:

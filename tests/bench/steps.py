@@ -1,11 +1,11 @@
-"""Error beside component steps of the quarter car and of an oscillator of two masses: steps of one length, by energy, by doubling; inputs of power
+"""Error over component steps of the quarter car and of an oscillator of two masses: steps of one length, by energy, by doubling; inputs of power
 bonds held or balanced.
 
     python tests/bench/steps.py target/fmu-examples [--program target/release/cosim] [--csv out.csv]
 
 The folder holds Chassis.fmu and Wheel.fmu. `--machine target/fmu` adds the machine of Manipulator.ssp there, whose error is the root mean square
-distance of its tip from a run at 10 us. The error is the root mean square over time of what body and wheel are beside the exact solution
-(closed form; of the damper of exponent 0.5 SciPy's DOP853), beside the root mean square of the exact ones.
+distance of its tip from a run at 10 us. The error is the root mean square over time of what body and wheel are off the exact solution
+(closed form; of the damper of exponent 0.5 SciPy's DOP853), relative to the root mean square of the exact ones.
 """
 
 import argparse
@@ -24,7 +24,7 @@ STRUCTURE = Path(__file__).parents[2] / "examples" / "quarter-car" / "SystemStru
 
 
 class Case:
-    """A quarter car: parameters beside the defaults of the FMUs."""
+    """A quarter car: parameters besides the defaults of the FMUs."""
 
     def __init__(self, stop, **values):
         p = dict(m_body=400.0, k=15e3, d=1e3, exponent=1.0, m=40.0, k_tyre=150e3, height=0.1, time=0.0, period=0.0, s_start=0.0, x_start=0.0, load=0.0)
@@ -40,7 +40,7 @@ class Case:
         return [load, *(f"--set={names[name]}={value!r}" for name, value in self.p.items())]
 
     def rate(self, y, road):
-        """Of body, its velocity, compression, wheel, its velocity; the load at rest does no work beside rest."""
+        """Of body, its velocity, compression, wheel, its velocity; the load at rest does no work around rest."""
         p = self.p
         s_dot = y[4] - y[1]
         force = -p["k"] * y[2] - p["d"] * np.copysign(abs(s_dot) ** p["exponent"], s_dot)

@@ -1,10 +1,10 @@
-"""Threads of `cosim`, beside two processes with half of the components each and beside ecos and libcosim; and what it decides by itself.
+"""Threads of `cosim`, compared with two processes with half of the components each, and with ecos and libcosim; and what it decides by itself.
 
     FMU_DIR=target/fmu python tests/bench/threads.py [--copies 1 4 16 64] [--rounds 5] [--others ecos libcosim] [--pairs 21]
 
 `busy` are six components that do nothing but work for 1 ms (a C compiler is needed), a number is that of copies of the packed machine in one
 system, in the schedule `standard`, which is that of the others, too (tests/requirements.txt; they write no files). All are measured in turn;
-of each the median counts. Printed are µs a step, and quotients: what two threads gain beside one, how near they come to two processes (1: as
+of each the median counts. Printed are µs a step, and quotients: what two threads gain compared with one, how near they come to two processes (1: as
 near as can be, on a machine that does nothing else), and how many times as long as the better of one and two threads the others take. Then, for
 busy components and the machine, how much longer `cosim run` takes by itself than with `--threads 1`, in pairs.
 """
@@ -135,7 +135,7 @@ def compared(args, label: str, whole: Path, half: Path, share: float, steps: int
 
 
 def by_itself(args, label: str, system: Path, steps: int) -> None:
-    """`cosim run` beside itself with one thread."""
+    """`cosim run` compared with itself on one thread."""
 
     def seconds(*more: str) -> float:
         command = [args.cosim, "run", "--quiet", "--system", str(system), "--step", str(H), "--stop-time", str(steps * H), *more]

@@ -1,4 +1,4 @@
-"""What the package costs: beside the program, on two workers beside one, with a worker and the scheduler killed, and beside FMPy.
+"""What the package costs: compared with the program, on two workers compared with one, with a worker and the scheduler killed, and compared with FMPy.
 
     python tools/benches/python_package.py all                     # 1000 cases; on two quiet cores about 20 minutes
     python tools/benches/python_package.py all --cases 300         # about 9 minutes
@@ -43,7 +43,7 @@ def overhead(args):
     best = lambda times: f"least {min(times):.3f} s, median {statistics.median(times):.3f} s"
     print(f"processor time of run: {best(ours)}; of the program: {best(bare)}; with CSV: {best(program)}")
     for what, times in (("program", bare), ("program with CSV", program)):
-        print(f"run beside the {what}, least processor time: {100 * (min(ours) / min(times) - 1):+.1f} %", flush=True)
+        print(f"run compared with the {what}, least processor time: {100 * (min(ours) / min(times) - 1):+.1f} %", flush=True)
 
 
 def _children():
@@ -167,7 +167,7 @@ def _with_fmpy(scale):
 
 
 def fmpy(args):
-    """Throughput beside FMPy with Dask, on the same cluster and cases."""
+    """Throughput compared with FMPy with Dask, on the same cluster and cases."""
     from distributed import Client, LocalCluster
 
     cases = hdrm_fmu.random(args.fmpy_cases, 1, CASES)

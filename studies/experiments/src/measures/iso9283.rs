@@ -208,7 +208,7 @@ impl fmt::Display for Measures {
         };
         writeln!(
             f,
-            "ISO 9283, {cycles} cycle(s), tip of the plant beside its reference, mm"
+            "ISO 9283, {cycles} cycle(s), tip of the plant relative to its reference, mm"
         )?;
         match self.test.kind {
             TestKind::Poses => {
