@@ -12,7 +12,7 @@ impl Emla {
         u.v_dc.unwrap_or(self.v_dc)
     }
 
-    /// The conditions in state `s` under the inputs `u`; `p` are at the state's temperatures.
+    /// What stays constant over a step from `s` under `u`; `p`: parameters at `s`'s temperatures.
     pub(crate) fn conditions<'a>(
         &self,
         p: &'a machine_file::Emla,

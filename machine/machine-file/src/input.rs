@@ -73,7 +73,7 @@ impl ActuatorInput {
 
     /// These inputs `s` seconds later, with the rod moved at constant velocity.
     ///
-    /// BrakeState x while x_dot ≠ 0 would cost K_b·x_dot·h of force, some 20 kN at 1 ms.
+    /// Holding x while x_dot ≠ 0 would cost K_b·x_dot·h of force, some 20 kN at 1 ms.
     pub fn moved(&self, s: f64) -> Self {
         Self {
             x: self.x + s * self.x_dot,

@@ -163,8 +163,8 @@ pub struct ReportedWarnings {
     supervisor: Option<Stage>,
 }
 
-/// The first warning not yet `reported` about the commands of `now` at `t`, s; samples are `h`, s,
-/// apart. `rates` are an operator's commanded rates with the joints' motion.
+/// The first condition that lasts at time `t` and is not in `reported`; `h` is the interval between
+/// samples, both s. `rates`: the commanded rates with the joints' motion, if an operator commands.
 pub(crate) fn first_warning(
     now: &Evaluation,
     nominal: &Nominal,

@@ -23,7 +23,7 @@ probes! {
     }
 }
 
-/// Whether the standard lets a variable begin at its start value.
+/// Whether a variable must hold its start value in Initialization Mode.
 fn is_given(v: &Variable) -> bool {
     let is_set = matches!(v.causality, Causality::Parameter | Causality::Input);
     is_set || v.initial == Some(Initial::Exact) || v.variability == Variability::Constant
@@ -122,7 +122,7 @@ fn changed_values(instance: &Instance, v: &Variable) -> Result<Option<Vec<String
         Access::Boolean => Some((value != "true").to_string()),
         Access::String => Some(format!("{value}x")),
         Access::Binary => Some(format!("{value}0a")),
-        Access::Float32 => None, // as Float64
+        Access::Float32 => None, // not tried: read and written like Float64, which is
         _ => {
             let ([min, max], value) = (v.bounds(), value.parse::<i128>().ok()?);
             let candidates = [value ^ 1, value + 1].into_iter();

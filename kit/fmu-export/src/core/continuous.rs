@@ -65,9 +65,8 @@ use super::sizes;
 ///
 /// Methods are called with finite states, and finite parameters and inputs within their bounds.
 pub trait Continuous: Model {
-    /// A row for the derivative of each state, [`Variable::derivative_of`] a scalar or
-    /// [`Variable::derivatives_of`] a vector of the table, in the order of the states. They depend
-    /// on inputs and states, by name.
+    /// One row per state, in the order of the states: [`Variable::derivative_of`] for a scalar,
+    /// [`Variable::derivatives_of`] for a vector. Each depends on inputs and states, by name.
     fn derivative_rows() -> &'static [Variable<Self>];
     /// A row for each event indicator, [`Variable::indicator`].
     const INDICATORS: &'static [Variable<Self>] = &[];
@@ -80,8 +79,8 @@ pub trait Continuous: Model {
     /// The inverse of [`states`](Self::states).
     fn set_states(&mut self, x: &[f64]);
 
-    /// Writes the time derivative of each state, per s, into the field of that state in `dx`, which
-    /// is a copy of some state of the model; its other fields are not used.
+    /// Writes the time derivative of each state, per s, into the field of that state in `dx`, a
+    /// clone of a model that serves as storage: what its other fields hold does not matter.
     fn derivatives(
         &self,
         p: &Self::Parameters,

@@ -26,7 +26,7 @@ impl Enumeration {
     }
 }
 
-/// An enumeration whose items stand for values of a Rust type `T`, also one of another crate.
+/// An enumeration whose items stand for values of a Rust type `T`, which may belong to another crate.
 ///
 /// ```
 /// # use fmu_export::Items;

@@ -40,7 +40,7 @@ impl<M: Model> Fmi3Instance<M> {
         for element in 0..n {
             let positions = (knowns.resolve(row, first + element, initially))
                 .map_err(Fault::Refused)?
-                .unwrap_or_else(|| knowns.all(initially));
+                .unwrap_or_else(|| knowns.all(initially)); // a row without a list
             for position in positions {
                 let (independent, index) = layout.block_at(position);
                 found.push(Dependency {

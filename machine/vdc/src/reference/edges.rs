@@ -1,5 +1,5 @@
-//! The paper's cubic and triangular trajectories: straight edges from rest to rest with a quintic
-//! time law and a dwell at every vertex. The orientation is constant.
+//! The paper's trajectories along a cube's edges (`cubic`) and a triangle's: from rest to rest with
+//! a quintic time law and a dwell at every vertex. The orientation is constant.
 
 use crate::reference::desired::DesiredMotion;
 use machine_file::{CubicPath, TriangularPath};
@@ -115,7 +115,7 @@ mod tests {
         }
     }
 
-    /// After the last edge the tip stays at the last vertex: for both paths known from the JSON.
+    /// After the last edge the tip stays at the last vertex, which the machine file gives for both paths.
     #[test]
     fn the_path_ends_at_its_last_vertex() {
         let [cubic, triangular] = paths();

@@ -6,7 +6,7 @@ use crate::signals::Input;
 use motion_check::turn;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-/// The tip's motion from the inputs `reference.*`; an error for a quaternion of length zero.
+/// The tip's motion from the inputs `reference.*`; an error for a quaternion shorter than 1e-3.
 pub(crate) fn desired(input: &Input) -> Result<DesiredMotion, ControllerError> {
     let [w, x, y, z] = input.reference_orientation;
     let q = Quaternion::new(w, x, y, z);
@@ -21,7 +21,7 @@ pub(crate) fn desired(input: &Input) -> Result<DesiredMotion, ControllerError> {
     })
 }
 
-/// The inputs' orientation after `h` s at their angular velocity.
+/// The inputs' orientation `h` s ahead at their angular velocity, for the prediction over a delay.
 pub(crate) fn turn_orientation(input: &Input, h: f64) -> [f64; 4] {
     let [w, x, y, z] = input.reference_orientation;
     let turn = turn(Vector3::from(input.reference_angular_velocity) * h);

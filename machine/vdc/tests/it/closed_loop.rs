@@ -21,7 +21,7 @@ fn rmse(case: &Case) -> f64 {
     1e3 * (sum / count).sqrt()
 }
 
-/// BrakeState the start pose is what an independent prototype of the machine found:
+/// Holding the start pose is what an independent prototype of the machine found:
 /// f = [0, 41143, 32179] N, tau = [−90.2, 147.2, 0] N·m, i_q = [0, 15.34, 12.00] A.
 #[test]
 fn the_start_is_in_equilibrium() {

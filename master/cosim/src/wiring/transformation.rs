@@ -10,7 +10,7 @@ use crate::structure::Hop;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Linear {
     pub factor: f64,
-    /// Offset, in the unit of the end.
+    /// Offset, in the unit of the result.
     pub offset: f64,
 }
 

@@ -99,7 +99,7 @@ impl Command {
     }
 }
 
-/// Whether a bad verdict ends the program with exit code 2, and the verdict.
+/// What a command ended with: whether a bad verdict means exit code 2, and the verdict.
 pub type Ending = (bool, Result<Verdict>);
 
 /// Runs a command, in a process with Python's library if it needs Python.

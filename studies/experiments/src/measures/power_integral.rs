@@ -1,8 +1,8 @@
 //! Sums over recorded energies and powers, for the energy balances ([`super::energy`],
 //! [`super::supply`]) and the sizing study.
 
-/// Output of an actuator with the energy that the exchange of values moved at its rod between two
-/// steps: see `Balance::shift`.
+/// Name of an actuator's output: work done on the load because an exchange set `x` elsewhere than
+/// the velocity had taken the rod.
 pub const SHIFT: &str = "energy.shift";
 
 /// Last value minus the first; 0 for an empty column.

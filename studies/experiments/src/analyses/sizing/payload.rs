@@ -1,7 +1,7 @@
 //! Sensitivity of power, force, energy and efficiency to the payload at the tip: the metrics of
 //! arXiv 2409.16186 and their partial derivatives by the payload's mass, by differences as there.
-//! There they are functions of time; here they are taken over the motion, the power and the force
-//! as root mean squares.
+//! The paper gives them over time; here each is one number for the motion, power and force as root
+//! mean squares.
 
 use anyhow::{Context, Result, ensure};
 use cosim::{Experiment, System};
@@ -63,8 +63,8 @@ impl Metrics {
     }
 }
 
-/// Partial derivatives of each actuator's metrics by the mass of the payload, by runs with `step`,
-/// kg, less and more. The manipulator carries the other payload; the controller does not know it.
+/// Partial derivatives of each actuator's metrics by the payload's mass, by central differences:
+/// one run with `step` kg less and one with `step` kg more. The manipulator carries the other payload; the controller does not know it.
 pub(super) fn sensitivity(
     system: &System,
     experiment: &Experiment,
