@@ -1,5 +1,5 @@
-//! Start values that an analysis varies (control law, trajectory, inertia, …). They are added to
-//! those of the user's run; a value that the user or the system already sets is refused, because
+//! Start values that an analysis, a command or the report varies (control law, trajectory, …). A
+//! value that the user already sets is refused, by [`vary`] also one that the system binds, because
 //! one of the two would have no effect.
 
 use std::fmt::Display;

@@ -1,7 +1,6 @@
-//! Sensitivity of power, force, energy and efficiency to the payload at the tip: the metrics of
-//! arXiv 2409.16186 and their partial derivatives by the payload's mass, by differences as there.
-//! There they are functions of time; here they are taken over the motion, the power and the force
-//! as root mean squares.
+//! Sensitivity of power, force, energy and efficiency to the payload at the tip, for the sizing
+//! `study`: the metrics of arXiv 2409.16186 and their partial derivatives by its mass, by
+//! differences. Unlike there, they are taken over the motion, power and force as root mean squares.
 
 use anyhow::{Context, Result, ensure};
 use cosim::{Experiment, System};
