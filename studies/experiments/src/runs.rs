@@ -1,5 +1,5 @@
 //! Many runs, for the analyses and the report: laws × cases × trajectories on all cores ([`grid`]),
-//! runs that may lose the tip's reference ([`ended_run`]), and runs kept on disk, so that an
+//! runs in which the tip may leave its reference ([`ended_run`]), and runs kept on disk, so that an
 //! interrupted analysis can continue ([`run_store`]).
 
 pub mod ended_run;

@@ -1,7 +1,7 @@
-//! Connects the loads that a path picks up (outputs of the controller) to the plant's inputs.
+//! Connects the loads that a path picks up (outputs of the controller) to the plant's inputs, for
+//! the commands (by `run_setup`) and for Python.
 //!
-//! The packed systems leave them out, so that a plant without inputs for loads can replace `Hdrm`.
-//! For a path with loads, `run_setup` (for all commands) and Python call [`connect`].
+//! The packed systems lack these connections: a plant without inputs for loads can replace `Hdrm`.
 
 use anyhow::{Result, bail};
 use cosim::System;

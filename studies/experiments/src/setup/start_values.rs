@@ -1,6 +1,6 @@
 //! Start values that an analysis, a command or the report varies (control law, trajectory, …). A
-//! value that the user already sets is refused, by [`vary`] also one that the system binds, because
-//! one of the two would have no effect.
+//! value that the user already sets is refused, and so is one that the system binds, unless the
+//! analysis replaces such values: one of the two would have no effect.
 
 use std::fmt::Display;
 

@@ -1,6 +1,6 @@
 //! Sensitivity of power, force, energy and efficiency to the payload at the tip, for the sizing
 //! `study`: the metrics of arXiv 2409.16186 and their partial derivatives by its mass, by
-//! differences. Unlike there, they are taken over the motion, power and force as root mean squares.
+//! differences. Here they are taken over the motion (power and force as RMS), there at each time.
 
 use anyhow::{Context, Result, ensure};
 use cosim::{Experiment, System};
