@@ -1,5 +1,5 @@
-//! The analyses behind the subcommands: each makes a set of runs, measures them and judges the
-//! result.
+//! The analyses behind the subcommands, for `commands` and the report: each makes a set of runs,
+//! measures them and, where there are targets, judges the result.
 
 use cosim::Verdict;
 

@@ -1,5 +1,5 @@
-//! The subcommands of `hdrm-fmu`: each reads its arguments, runs an analysis, prints the results
-//! and returns the verdict. Only the programs use them.
+//! The subcommands of `hdrm-fmu`, for this program and the report's: most read their arguments, run
+//! an analysis, print the results and return the verdict.
 
 pub mod compare;
 pub mod draws;

@@ -1,4 +1,4 @@
-//! Program `hdrm-fmu`: runs the manipulator's experiments, by itself or by a sibling program.
+//! Program `hdrm-fmu`, the command line of the experiments: runs a command or a sibling program.
 #![forbid(unsafe_code)]
 
 use std::env;

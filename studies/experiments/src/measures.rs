@@ -1,4 +1,4 @@
-//! Measurements of a run: tip error, tracking, accuracy after ISO 9283, energy, limits.
+//! Measurements of a run, for this crate, the report and Python: tip, accuracy, energy, limits.
 
 pub mod energy;
 pub mod heat;

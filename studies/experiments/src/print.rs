@@ -1,4 +1,4 @@
-//! Results of the analyses as text for people, CSV and JSON; gains as a parameter set.
+//! Results as text, CSV and JSON, gains as a parameter set, for the commands and the report.
 
 pub mod comparison;
 pub mod energy;

@@ -1,6 +1,6 @@
-//! Many runs: laws × cases × trajectories on all cores ([`grid`]), runs that may fail to keep the
-//! tip on its reference ([`ended_run`]), and runs kept on disk, so that an interrupted analysis can
-//! continue ([`run_store`]).
+//! Many runs, for the analyses and the report: laws × cases × trajectories on all cores ([`grid`]),
+//! runs in which the tip may leave its reference ([`ended_run`]), and runs kept on disk, so that an
+//! interrupted analysis can continue ([`run_store`]).
 
 pub mod ended_run;
 pub mod grid;

@@ -1,5 +1,5 @@
-//! Sets a run up: system and world, machine file, control laws and other start values, loads of a
-//! path. Values that are given twice are refused.
+//! Sets a run up, for commands, analyses, report and Python: system and world, machine file,
+//! control laws and other start values, loads of a path. Values given twice are refused.
 
 pub mod laws;
 pub mod loads;

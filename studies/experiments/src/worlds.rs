@@ -1,5 +1,5 @@
-//! The worlds in which control laws are compared (option `--world`), and the machines drawn for
-//! them. A world is a plant with its sensors and the errors that the controller does not know:
+//! The worlds in which control laws are compared (option `--world`) and their drawn machines, for
+//! commands, report and Python. A world is a plant with sensors and errors unknown to control:
 //!
 //! - `ideal`: the plant is the controller's own model with all inertias scaled by one factor; this
 //!   checks the code;

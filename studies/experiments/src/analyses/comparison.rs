@@ -1,5 +1,5 @@
-//! Compares control laws in a world, for `table --study` and the evaluation's page: every law runs
-//! on every case and trajectory, and of each law the median and the worst case are reported.
+//! Compares control laws in a world, for the subcommand `table` and the report: every law runs on
+//! every case and trajectory, and of each law the median and the worst run are reported.
 
 use anyhow::Result;
 use cosim::{Experiment, System, Verdict};

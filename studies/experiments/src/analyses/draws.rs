@@ -1,5 +1,5 @@
 //! Many machines drawn at random and run under one law, for the subcommand `draws`: how many runs
-//! are kept, stopped and lost, and how large the rod forces become.
+//! are kept, stopped and lost (the tournament counts so too), and how large the rod forces become.
 
 use anyhow::Result;
 use cosim::{Experiment, System, Verdict};

@@ -1,7 +1,7 @@
-//! Efficiency of an actuator FMU over load and rod speed, for the map on the evaluation's page. Each
-//! point is an instance of its own that is initialized in steady motion against a constant load. The
-//! efficiency is defined where the motor's torque acts against the load: while the rod moves against
-//! it (quadrant I) and while the load moves the rod back (quadrant IV).
+//! Efficiency of an actuator FMU over load and rod speed, for the map in the report. Each point is
+//! an instance of its own that is initialized in steady motion against a constant load. Efficiency
+//! is defined while the rod moves against the load (quadrant I) or is moved back by it (quadrant
+//! IV).
 
 use anyhow::{Context, Result};
 use cosim::instance::At;

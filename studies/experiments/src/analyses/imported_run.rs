@@ -1,5 +1,5 @@
-//! Evaluates a run that another importer made and wrote as CSV, for the subcommand `evaluate`: the
-//! same numbers and the same verdict as for a run made by this program.
+//! Evaluates a run that another importer made and wrote as CSV, for the subcommand `evaluate`: tip
+//! error, tracking and verdict are computed as for a run made by this program.
 
 use std::cmp::Ordering;
 use std::fmt::Write as _;

@@ -1,5 +1,5 @@
-//! The paper's robustness table `tab:rmse_uncertainties`, for `table` and the evaluation's page: tip
-//! RMSE under inertia errors on both trajectories, here for three controllers.
+//! The paper's robustness table `tab:rmse_uncertainties`, for `table` and the report: tip RMSE
+//! under inertia errors on both trajectories, here for three controllers (those of `compare`).
 
 use anyhow::Result;
 use cosim::{Experiment, System, Verdict};

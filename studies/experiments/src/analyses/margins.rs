@@ -1,6 +1,6 @@
-//! Stability margins of a law, for the subcommand `margins`: the factor by which delay, loop gain,
-//! mounting, inertia or the rate of adaptation may change before the machine swings, over poses and
-//! payloads.
+//! Stability margins of a law, for the subcommand `margins` and the report: how far delay, loop
+//! gain, mounting, inertia or the rate of adaptation may change before the machine swings, leaves
+//! its path or overloads a rod, in several poses and on paths, with two payloads.
 //!
 //! Each point is a run: the machine rests in a pose and is pushed, or follows a path, whose motion
 //! also frees what sticks at rest. It is stable if no rod swings at the end of the run, nor strongly

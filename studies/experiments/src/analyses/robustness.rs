@@ -1,6 +1,6 @@
-//! Robustness beyond the paper's table, for `table --study` and the evaluation's page: errors of
-//! motor and transmission parameters, of the payload alone, sensor noise, and a load on the tip that
-//! the controller does not know. The controller keeps its nominal values throughout.
+//! Robustness beyond the paper's table, for `table --study` and the report: errors of motor and
+//! transmission parameters, of the payload alone, sensor noise, and a load on the tip that the
+//! controller does not know. The controller keeps its nominal values throughout.
 //!
 //! The tip error is the distance between the controller's desired position and the manipulator's
 //! true one, so that noise on the measurements does not count as motion.

@@ -1,5 +1,5 @@
 //! Whether motors and actuators are large enough for what they do, for the subcommand `sizing` and
-//! the evaluation's page.
+//! the report (page and figures).
 
 mod axis;
 mod motor;

@@ -1,5 +1,5 @@
-//! The stability proof in numbers, for the subcommand `stability` and the evaluation's page: its
-//! bound along runs, by which cause the bound is exceeded, and the gain conditions.
+//! The stability proof in numbers, for the subcommand `stability` and the report: its bound along
+//! runs, by which cause the bound is exceeded, and the gain conditions.
 
 mod causes;
 mod gains;

@@ -1,8 +1,7 @@
-//! The surrogate in the loop, for `table --study surrogate` and the evaluation's page: the machine
-//! on rigs with sensors, with and without load cells and rod encoders, whose controller computes
-//! with the physics, refitted physics, the hybrid or the network. Measured are the tracking, the
-//! current that the controller requires against the motors' true current, and what each model
-//! predicts of current and efficiency along the way.
+//! The surrogate in the loop, for `table --study surrogate` and the report: the machine on rigs,
+//! with and without load cells and rod encoders, whose controller computes with physics, refitted
+//! physics, hybrid or network. Measured are the tracking, the current that the controller requires
+//! against the motors' true one, and each model's predictions of current and efficiency.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

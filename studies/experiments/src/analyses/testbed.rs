@@ -1,5 +1,5 @@
 //! The one-axis experiment (the paper's "Experimental Results"), for the subcommand `testbed` and
-//! the evaluation's page: single actuators replay what the rods did in a run of the whole machine.
+//! the report: single actuators replay what the rods did in a run of the whole machine.
 
 mod axis;
 mod load_rig;

@@ -1,4 +1,4 @@
-//! Subcommand `compare`: one trajectory with the three controllers of the paper's table.
+//! Subcommand `compare`: runs one trajectory with the three controllers of the paper's table.
 
 use std::fmt::{Display, Write as _};
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! Subcommand `draws`: one control law on many randomly drawn machines.
+//! Subcommand `draws`: runs one control law on many randomly drawn machines.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! Subcommand `machine`: checks machine files and writes new ones.
+//! Subcommand `machine`: checks machine files, scales and perturbs machines, and gives their gains.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};

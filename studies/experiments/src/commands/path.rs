@@ -1,4 +1,5 @@
-//! Subcommand `path`: describes a path file and checks whether a machine can follow it.
+//! Subcommand `path`: describes a path file and checks whether a machine can follow it; the report
+//! calls the check for its figures.
 
 use std::path::PathBuf;
 

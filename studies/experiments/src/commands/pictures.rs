@@ -1,5 +1,5 @@
 //! Arguments of the subcommands that draw: `report`, `plot`, `machine draw` and `machine scene`.
-//! The program `hdrm-fmu-report` executes them.
+//! `hdrm-fmu` reads them too, but the program `hdrm-fmu-report` executes these subcommands.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,5 @@
-//! The command line of `hdrm-fmu`, and how a program gets from a command to its exit code.
+//! The command line of `hdrm-fmu`, and how a program gets from a command to its exit code: for the
+//! programs `hdrm-fmu` and `hdrm-fmu-report`.
 //!
 //! Two other programs in the same folder execute some of the commands, so that `hdrm-fmu` builds in
 //! a third of the time: `hdrm-fmu-report` draws, `hdrm-fmu-surrogate` trains networks. They get the

@@ -1,5 +1,5 @@
 //! Finds a Python for the bending plant, an FMU made by pythonfmu with MuJoCo, and restarts this
-//! program with Python's library and packages loaded, which such FMUs need.
+//! program with Python's library and packages, for commands that run this plant (see `program`).
 
 use std::env;
 use std::path::{Path, PathBuf};

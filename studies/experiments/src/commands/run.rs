@@ -1,4 +1,4 @@
-//! Subcommand `run`: one run with tip error, power residuals, speed and verdict.
+//! Subcommand `run`: one run, its tip error, residuals, accuracy and verdict; `compare` runs alike.
 
 use std::fmt::Display;
 

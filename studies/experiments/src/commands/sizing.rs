@@ -1,4 +1,4 @@
-//! Subcommand `sizing`: loads of motors and actuators compared with their ratings.
+//! Subcommand `sizing`, also for the report's figures: loads of actuators compared with ratings.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! Subcommand `stability`: the stability proof in numbers, or what exceeds its bound.
+//! Subcommand `stability`: the stability proof in numbers, or the causes that exceed its bound.
 
 use std::path::PathBuf;
 

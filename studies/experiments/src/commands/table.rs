@@ -1,4 +1,4 @@
-//! Subcommand `table`: robustness studies, first of all the paper's, and control laws compared.
+//! Subcommand `table`: studies of robustness (the paper's first), of control laws and surrogate.
 
 use std::path::PathBuf;
 

@@ -1,5 +1,5 @@
-//! The torque that each motor of a machine can give continuously at standstill; `machine check` and
-//! the load chart of `machine draw` compare it with the torque that holds the machine.
+//! The torque that each motor can give continuously at standstill; `machine check`, load chart and
+//! legend of `machine draw` compare it with the torque that holds the machine.
 #![allow(non_snake_case)] // symbols of the machine file
 
 use std::fmt;

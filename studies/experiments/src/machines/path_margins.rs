@@ -1,5 +1,5 @@
-//! Checks a path against the limits of a machine, for `hdrm-fmu path`: the smallest margin of each
-//! quantity as a table, and all margins along the path for figures.
+//! Checks a path against a machine's limits, for `hdrm-fmu path` and the report: smallest margin of
+//! each quantity, all margins along the path. `run_setup` reads path files with it.
 
 use std::fmt::Write as _;
 

@@ -1,6 +1,6 @@
-//! Energy balances of a run, for `hdrm-fmu energy` and the report: for each actuator electrical
-//! energy, losses by kind, mechanical work, regeneration and efficiency; for a component that feeds
-//! the drives, what it gave and where that went ([`super::supply`]).
+//! Energy balances of a run, for `hdrm-fmu energy`, sizing, the report and Python: for each
+//! actuator electrical energy, losses by kind, mechanical work, regeneration and efficiency; for a
+//! component that feeds the drives, what it gave and where that went ([`super::supply`]).
 
 use anyhow::{Result, ensure};
 use cosim::{Experiment, Port, System, Verdict};

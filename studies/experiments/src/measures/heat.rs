@@ -1,5 +1,5 @@
-//! Temperatures of an actuator whose motion is repeated for hours: a thermal network of two nodes,
-//! winding and housing, heated by the losses of one cycle. Used by the sizing study.
+//! Temperatures of an actuator whose motion is repeated for hours, for the sizing study: a thermal
+//! network of two nodes, winding and housing, heated by the losses of one cycle.
 #![allow(non_snake_case)] // symbols of the equations
 
 use machine_file::{Heat, Temperature};

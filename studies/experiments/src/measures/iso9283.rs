@@ -1,5 +1,5 @@
 //! Accuracy and repeatability after ISO 9283:1998 while a run follows one of its test paths: of
-//! poses at rest (AP and RP) or of straight lines (AT and RT).
+//! poses at rest (AP and RP) or of lines (AT and RT); for `run`, `compare` and the report.
 //!
 //! The attained position is the plant's tip, the commanded one the controller's reference at the
 //! same communication point. On lines only the deviation normal to the line counts, as in the

@@ -1,6 +1,6 @@
-//! Watches the limits and ratings of a machine during a run and gives a verdict: which signals
-//! saturated and for what share of the time, which ratings were exceeded, what the controller's
-//! supervisor did, and whether there was a reference at all. Every run of the machine uses it.
+//! Watches a machine's limits and ratings during a run and gives a verdict: which signals saturated
+//! and for what share of the time, which ratings were exceeded, what the controller's supervisor
+//! did, whether there was a reference. Used by `measures::run`, `endurance`, `imported_run`.
 
 use std::f64::consts::TAU;
 use std::ops::Range;

@@ -1,6 +1,6 @@
-//! Runs the machine once ([`run`]) and measures what every run measures: the tip's distance from
-//! its reference, and limits and ratings that were exceeded. [`RecordedRun`] also keeps signals,
-//! for measurements after the run.
+//! Runs the machine once ([`run`]) and measures the tip's distance from its reference, and limits
+//! and ratings that were exceeded: for the commands, the analyses, the report and Python.
+//! [`RecordedRun`] also keeps signals, for measurements after the run.
 
 use std::fmt;
 
@@ -29,7 +29,7 @@ pub fn motion_start(system: &System, experiment: &Experiment) -> Result<f64> {
     }
 }
 
-/// When the reference comes to its end, s; `None` if it never ends or the controller lacks it.
+/// When the reference ends, s; `None` if it never ends or the controller has no `motion_end`.
 pub fn motion_end(system: &System, master: &Master) -> Option<f64> {
     let controller = tip_error_port(system).ok()?.component;
     let end = master.number(system.port_of(controller, "motion_end").ok()?);

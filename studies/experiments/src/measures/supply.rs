@@ -1,5 +1,5 @@
-//! Energy balance of the component that feeds the drives: the one at the far end of power bonds
-//! with `power="drawn"`, our `DcLink` or any other battery. Part of `hdrm-fmu energy`.
+//! Energy balance of the component that feeds the drives, at the far end of power bonds with
+//! `power="drawn"`: our `DcLink` or another battery. For `hdrm-fmu energy` and the report.
 //!
 //! The energy that it gives comes from the bonds, so it needs no outputs for that. If it has
 //! outputs `energy.battery`, `energy.brake`, `energy.loss` and `energy.stored` with the meaning of

@@ -1,5 +1,5 @@
 //! Tracking errors of a run: how much of the tip's error the controller could have known, and how
-//! far the plant's tip really was from the reference. Used to compare control laws.
+//! far the plant's tip really was from the reference. For analyses, ended runs and Python.
 //!
 //! There are three errors of the tip's position, each between the reference and
 //! - `known`: the controller's own kinematics at the joint angles as its encoders read them, with

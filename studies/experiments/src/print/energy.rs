@@ -1,4 +1,4 @@
-//! Energy balances of the actuators and of the component that feeds them, as text, CSV and JSON.
+//! Energy balances of actuators and supply as text, CSV and JSON, for `energy` and the report.
 
 use std::io;
 

@@ -1,5 +1,5 @@
 //! The output that the commands share: progress bar, CSV and JSON files, the conditions of the runs
-//! in the JSON file, and the verdict.
+//! in the JSON file, and the verdict. The report writes its files with it too.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};

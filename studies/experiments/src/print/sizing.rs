@@ -1,4 +1,4 @@
-//! Loads of motors and actuators compared with their ratings, as text and CSV.
+//! Loads of motors and actuators compared with their ratings (`hdrm-fmu sizing`), as text and CSV.
 
 use std::io;
 

@@ -1,5 +1,5 @@
-//! The tables of `hdrm-fmu table` with three controllers a row, as text, CSV and JSON: tip errors
-//! under inertia errors (the paper's table) and in the other robustness studies.
+//! The tables of `hdrm-fmu table` with three controllers a row, as text, CSV and JSON (also for the
+//! report): tip errors under inertia errors (the paper's table) and in other robustness studies.
 
 use std::fmt::Write as _;
 use std::io;

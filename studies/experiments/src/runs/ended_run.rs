@@ -1,6 +1,6 @@
-//! A run on a machine that the controller may fail to hold: whether the tip stayed on its
-//! reference, the controller stopped the machine, or control was lost; with the tip error and the
-//! rods' forces. Used by `draws`, `margins` and `tournament`. The run ends as soon as control is
+//! A run on a machine that the controller may fail to hold, for `draws`, `margins` and
+//! `tournament`: whether the tip stayed on its reference, the controller stopped the machine, or
+//! control was lost; with the tip error and the rods' forces. The run ends as soon as control is
 //! lost, or after the stopped machine has had time to come to rest.
 
 use anyhow::Result;

@@ -1,6 +1,6 @@
-//! A grid of runs, control laws × cases × trajectories, on all cores. Most analyses of several runs
-//! use it. Each cell holds what was measured, or the error, and the verdict on its run; the
-//! functions here count failed cells and bad verdicts and take the median and the worst.
+//! A grid of runs, control laws × cases × trajectories, on all cores, for most analyses of several
+//! runs and the report. Each cell holds what was measured, or the error, and the verdict on its
+//! run; functions count failed cells and bad verdicts and take the median and the worst.
 
 use anyhow::{Error, Result};
 use cosim::exchange::faults::Faults;

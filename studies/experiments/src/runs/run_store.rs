@@ -1,5 +1,5 @@
-//! Keeps results of runs in a folder, one file each. A result that is already there is read instead
-//! of computed, so an analysis that was interrupted continues where it was (option `--store`).
+//! Keeps results of runs in a folder, for `draws`, `margins` and `tournament` (option `--store`): a
+//! result that is there is read, not computed, so an interrupted analysis continues.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
 //! The lists of control laws that `hdrm-fmu table --study` compares. A law is a controller mode
-//! with other start values of the controller, or of the sensors around it.
+//! with other start values, mostly of the controller or of the sensors.
 
 use std::path::Path;
 

@@ -1,8 +1,7 @@
-//! Connects the loads that a path picks up, outputs of the controller, to the manipulator.
+//! Connects the loads that a path picks up (outputs of the controller) to the plant's inputs, for
+//! the commands (by `run_setup`) and for Python.
 //!
-//! The packed systems do not connect them, so that a plant of another maker without inputs for
-//! loads can take the place of `Hdrm` unchanged. Every command that runs a path with loads calls
-//! [`connect`].
+//! The packed systems lack these connections: a plant without inputs for loads can replace `Hdrm`.
 
 use anyhow::{Result, bail};
 use cosim::System;

@@ -1,5 +1,5 @@
-//! The machine file that an FMU runs with: `--machine` binds one to all FMUs ([`bind`]), and
-//! analyses read the one that a component will load ([`MachineFile`]).
+//! The machine file that an FMU runs with: `--machine` and Python bind one to all FMUs ([`bind`]);
+//! commands, analyses, measures and report read that of a component ([`MachineFile`]).
 
 use std::path::PathBuf;
 

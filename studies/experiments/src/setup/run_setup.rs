@@ -1,6 +1,6 @@
 //! The command-line arguments that all experiments share, and the system and experiment made from
 //! them: world, machine file, path, start values. A value that is bound twice is refused. Every
-//! command begins with [`MachineArgs::setup`].
+//! command that runs a system, `report` too, begins with [`MachineArgs::setup`].
 
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,6 @@
-//! Start values that an analysis varies (control law, trajectory, inertia, …). They are added to
-//! those of the user's run; a value that the user or the system already sets is refused, because
-//! one of the two would have no effect.
+//! Start values that an analysis, a command or the report varies (control law, trajectory, …). A
+//! value that the user already sets is refused, and so is one that the system binds, unless the
+//! analysis replaces such values: one of the two would have no effect.
 
 use std::fmt::Display;
 

@@ -1,5 +1,5 @@
-//! Draws machines that differ from the nominal one by random errors within bounds, by seed: the
-//! plants of the real world, and `hdrm-fmu machine perturb`.
+//! Draws machines that differ from the nominal one by random errors within bounds, by seed: for the
+//! worlds `real` and `strict-rigid`, the surrogate in the loop, `machine perturb` and Python.
 //!
 //! Errors: each body's mass and inertia by one factor, its centre of mass and its second moments of
 //! mass along each axis, joint friction, each length of the geometry, and the direction of gravity.

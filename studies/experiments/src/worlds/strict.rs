@@ -1,6 +1,6 @@
-//! The errors that the strict worlds draw in addition to those of the machine: actuators axis by
-//! axis, mounting and damping, dry friction of the joints, drives of the wrist, load cells, a push
-//! on the tip, and jitter of the communication points.
+//! The errors that the strict worlds draw in addition to those of the machine, for `world`:
+//! actuators axis by axis, mounting and damping, dry friction of the joints, drives of the wrist,
+//! load cells, a push on the tip, and jitter of the communication points.
 //!
 //! Bounds: resistance ±10, flux ±5 and inductance ±10 %, as data sheets of servo motors bound them;
 //! friction ±40 %, for wear and temperature of the grease; lead ±0.05 %, between grades 7 and 10 of

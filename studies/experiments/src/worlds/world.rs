@@ -1,5 +1,5 @@
-//! The choice `--world`: the packed system of each world, its parameter sets, and the cases (rows
-//! of the tables) on which control laws are compared.
+//! The choice `--world`, for commands, report and Python: each world's packed system and parameter
+//! sets, and the cases (rows of the tables) on which control laws are compared.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! Weighted least squares of a machine's parameters, in which every body stays physically possible.
+//! Weighted least squares of a machine's parameters for `run`; each body stays physically possible.
 //!
 //! ```text
 //! minimise  Σ_k (F_k − F̂_k(p))²/σ_k² + Σ_bodies 2/s²·(tr Z − ln det(1 + Z)) + Σ_i p_i²/s_i²

@@ -1,5 +1,5 @@
-//! The motion that excites a machine for its identification: each joint follows a Fourier series of
-//! five harmonics, for two periods, from rest in the start pose back to it.
+//! The motion that excites a machine for its identification (in module `run`): each joint follows a
+//! Fourier series of five harmonics, for two periods, from rest in the start pose back to rest.
 //!
 //! Source: J. Swevers, C. Ganseman, D. B. Tükel, J. De Schutter, H. Van Brussel, *Optimal robot
 //! excitation and identification*, IEEE Trans. Robotics and Automation 13(5), 1997. Of some series

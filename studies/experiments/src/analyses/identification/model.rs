@@ -1,5 +1,5 @@
 //! The forces of a machine of known dimensions as a linear function of its parameters, for its
-//! identification.
+//! identification: `excitation`, `estimate` and `run` compute with them.
 //!
 //! Rod forces and wrist torques are linear in the mass, first moment and inertia of each body,
 //! hence in its pseudo-inertia `P`, and in what else acts on the joints. With `P = A (1 + Z) Aᵀ`,

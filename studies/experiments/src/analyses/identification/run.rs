@@ -1,5 +1,5 @@
 //! Runs a machine, with its sensors, along the motion that excites it, and identifies it from what
-//! was measured; the results are kept.
+//! was measured, for the subcommand `tournament`; the results are kept on disk.
 //!
 //! Angles and forces are fitted by Fourier series over the run; rates and accelerations are the
 //! derivatives of the fitted angles. So what oscillates faster than the joints are moved, as the

@@ -1,4 +1,4 @@
-//! One axis compared with its ratings: root mean squares, peaks, torque envelopes, temperatures.
+//! One axis compared with its ratings, for the sizing `study`: RMS, peaks, torque, temperatures.
 #![allow(non_snake_case)] // symbols of the equations
 
 use std::f64::consts::TAU;

@@ -1,4 +1,4 @@
-//! Peak and continuous torque of a motor over its speed.
+//! Peak and continuous torque of a motor over its speed, for `axis` and the report's figures.
 #![allow(non_snake_case)] // symbols of the equations
 
 use machine_file::Ratings;

@@ -1,7 +1,6 @@
-//! Sensitivity of power, force, energy and efficiency to the payload at the tip: the metrics of
-//! arXiv 2409.16186 and their partial derivatives by the payload's mass, by differences as there.
-//! The paper gives them over time; here each is one number for the motion, power and force as root
-//! mean squares.
+//! Sensitivity of power, force, energy and efficiency to the payload at the tip, for the sizing
+//! `study`: the metrics of arXiv 2409.16186 and their partial derivatives by its mass, by
+//! differences. Here they are taken over the motion (power and force as RMS), there at each time.
 
 use anyhow::{Context, Result, ensure};
 use cosim::{Experiment, System};

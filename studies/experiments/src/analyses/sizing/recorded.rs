@@ -1,4 +1,4 @@
-//! Recorded outputs of the actuators, and values of their parameters.
+//! Recorded outputs of the actuators, values of their parameters: for the sizing and the report.
 
 use anyhow::{Result, ensure};
 use cosim::{Experiment, Port, System, start_value};

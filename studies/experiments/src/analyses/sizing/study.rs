@@ -1,6 +1,6 @@
-//! Sizing of all axes in one run: root mean squares and peaks against ratings, torque over speed
-//! within the continuous and the peak envelope, temperatures over an hour of repetitions, and the
-//! sensitivity of power, force, energy and efficiency to the payload at the tip.
+//! Sizing of all axes in one run, for the subcommand `sizing` and the report: RMS and peaks against
+//! ratings, torque over speed within the continuous and the peak envelope, temperatures over an
+//! hour of repetitions, and the sensitivity of power, force, energy and efficiency to the payload.
 
 use anyhow::{Context, Result};
 use cosim::{Experiment, System, Verdict};

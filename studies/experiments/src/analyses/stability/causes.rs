@@ -1,5 +1,5 @@
-//! Finds by which cause the bound of the stability proof is exceeded: the machine as built is put
-//! together step by step, and each step is run and compared with the one before.
+//! Finds by which cause the bound of the stability proof is exceeded, for `stability --world real`:
+//! the machine as built is put together step by step, with a run after each step.
 
 use anyhow::{Context, Result};
 use cosim::{Experiment, Setting, System, Verdict, start_value};

@@ -1,4 +1,5 @@
-//! The gain conditions of the low-level law's stability proof in numbers, at the largest current.
+//! The gain conditions of the low-level law's stability proof in numbers, at the largest current,
+//! for the subcommand `stability` and the report.
 #![allow(non_snake_case)] // the paper's symbols
 
 use serde::Serialize;

@@ -1,6 +1,6 @@
-//! The stability proof in numbers along a run: the accompanying functions, their derivative compared
-//! with the bound of the last theorem, and where the bound is exceeded, the assumption of the proof
-//! that fails there.
+//! The stability proof in numbers along a run, for `study`, `causes` and the report: accompanying
+//! functions, their derivative compared with the bound of the last theorem, and where the bound is
+//! exceeded, the assumption of the proof that fails there.
 //!
 //! With ν = ν_1 + Σ ν_a the theorem says `ν' ≤ −B`, B the dissipation of bodies and actuators. The
 //! excess `ν' + B` is the sum of

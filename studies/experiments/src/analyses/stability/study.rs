@@ -1,5 +1,5 @@
-//! The runs along which the stability proof is evaluated: both trajectories with both laws, at two
-//! communication steps.
+//! The runs along which the stability proof is evaluated, for the subcommand `stability` and the
+//! report: both trajectories with the paper's and the shipped law, at two communication steps.
 
 use anyhow::{Context as _, Result};
 use cosim::{Experiment, Setting, System, Verdict};

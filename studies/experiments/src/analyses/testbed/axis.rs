@@ -1,5 +1,5 @@
 //! The axes of the testbed, the control laws that are tested on it, and the measured errors of an
-//! axis.
+//! axis: for the testbed's other files, the subcommand `testbed` and the report.
 
 use anyhow::Result;
 use cosim::{Inputs, Port, System};
@@ -31,8 +31,8 @@ pub(crate) const FORCE_TARGET: f64 = 0.01;
 pub struct TestedLaw {
     /// Mode of the controller.
     pub mode: &'static str,
-    /// Whether the load's force is previewed to the controller, as the whole machine's
-    /// decomposition would.
+    /// Whether the controller is told the load's force beforehand, as the decomposition of the
+    /// whole machine would tell it.
     pub previewed: bool,
 }
 
@@ -42,7 +42,7 @@ impl TestedLaw {
     }
 }
 
-/// The law with preview: a check of the code, which has to meet the targets.
+/// The law with preview. It must meet the targets; if it does not, the code is wrong.
 pub const CHECK: TestedLaw = TestedLaw::new("adaptive", true);
 
 /// The laws without preview.

@@ -1,4 +1,4 @@
-//! The rigs that load actuators as built, nose to nose with them, and their force control.
+//! Rigs that load actuators as built, nose to nose, and their force control: `replay` uses them.
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::Result;

@@ -1,4 +1,4 @@
-//! Runs of the whole machine, and the rods' motions and forces in them that the testbed replays.
+//! The rods' motions and forces in runs of the machine, for the testbed's replays and the report.
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::{Context, Result, ensure};

@@ -1,5 +1,5 @@
-//! One run of the testbed: the actuator level of the controller tracks the rods' recorded motion,
-//! and load emulators or loading rigs replay the recorded forces.
+//! One run of the testbed, for `study`: the actuator level of the controller tracks the rods'
+//! recorded motion, and load emulators or loading rigs replay the recorded forces.
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::Result;

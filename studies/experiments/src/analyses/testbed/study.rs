@@ -1,9 +1,9 @@
-//! The replays of the one-axis experiment: the lift and the tilt actuator, force-driven, each
-//! against a load emulator that replays the force on its rod from a run of the whole machine with a
-//! first-order lag. The actuator level of the controller tracks the rod's position and velocity of
-//! that run. The load's force is previewed to the controller, as the whole machine's decomposition
-//! would, or not, as on a testbed that something else loads. Actuators as built are also loaded by a
-//! second rig under force control, nose to nose.
+//! The replays of the one-axis experiment, for the subcommand `testbed` and the report: the lift
+//! and the tilt actuator, each against a load emulator that replays, with a first-order lag, the
+//! force on its rod in a run of the machine. The controller's actuator level tracks the rod's
+//! motion of that run. It gets the load's force beforehand, as the whole machine's decomposition
+//! gives it, or not, as for an unknown load. Actuators as built are also loaded by a second rig
+//! under force control.
 
 use anyhow::{Context, Result};
 use cosim::{Experiment, Setting, System, Verdict};
