@@ -1,4 +1,4 @@
-//! [`export_fmu!`](crate::export_fmu): exports the FMI functions of a model under their C names.
+//! [`export_fmu!`](crate::export_fmu), for models: exports their FMI functions under C names.
 
 use crate::Model;
 

@@ -1,4 +1,4 @@
-//! A cell that one call at a time may use, so that a call within a call is refused.
+//! A cell around each FMI instance that one call at a time may use: calls within calls fail.
 
 use std::cell::UnsafeCell;
 use std::ops::{Deref, DerefMut};

@@ -1,4 +1,4 @@
-//! Facts about a model other than its variables: name, default experiment, files, capabilities.
+//! A model's name, default experiment, files and capabilities, which its author writes down.
 
 use super::log::{Categories, MOST_CATEGORIES};
 use super::setters::setters;

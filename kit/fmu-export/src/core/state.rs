@@ -1,4 +1,4 @@
-//! The state of an instance: everything that fmi2GetFMUstate saves.
+//! An instance's state, for everything that steps or accesses it: all that a saved state holds.
 
 use super::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
 use super::layout::Layout;
