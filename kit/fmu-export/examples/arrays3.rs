@@ -1,4 +1,4 @@
-//! FMU for `tests/test_sizes.py`: arrays of types that only FMI 3.0 has, and other types.
+//! FMU for `tests/test_sizes.py`: arrays of each type that only FMI 3.0 has, and of others.
 
 #[macro_use]
 mod arrays;

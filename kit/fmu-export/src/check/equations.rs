@@ -1,5 +1,5 @@
-//! For `check`, the equations for Model Exchange: the states are those of the table, all
-//! derivatives and event indicators are written, and they depend only on what they declare.
+//! Tests in `check` for Model Exchange: the states are those of the table, all derivatives and
+//! event indicators are written, and they depend only on what they declare.
 
 use super::derivatives::shift_input;
 use super::model_check::{ModelCheck, output};

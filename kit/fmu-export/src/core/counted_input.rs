@@ -1,5 +1,5 @@
-//! Inputs that count how often they were set, for models (the emla, controller and rig) that react
-//! to each set, even to the present value, and extrapolate the input in between.
+//! Inputs that count how often they were set, for models (emla, controller, rig) that react to each
+//! set of an input, even to its present value, and extrapolate it in between.
 
 use serde::{Deserialize, Serialize};
 

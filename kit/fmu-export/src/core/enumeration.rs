@@ -1,4 +1,4 @@
-//! Enumerations for tables of authors and derives: the names of an Integer row's numbers, and the
+//! Enumerations for tables, handwritten or derived: the names of an Integer row's numbers, and the
 //! Rust values that they stand for.
 
 use super::error::ModelError;

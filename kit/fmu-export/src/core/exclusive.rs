@@ -1,4 +1,4 @@
-//! A cell around each FMI instance that one call at a time may use: calls within calls fail.
+//! A cell around each FMI instance, which one call at a time may use: a call within one fails.
 
 use std::cell::UnsafeCell;
 use std::ops::{Deref, DerefMut};

@@ -1,4 +1,4 @@
-//! A model's name, default experiment, files and capabilities, which its author writes down.
+//! Name, experiment, files and abilities of a model: authors set, `core` and `c_api` read them.
 
 use super::log::{Categories, MOST_CATEGORIES};
 use super::setters::setters;

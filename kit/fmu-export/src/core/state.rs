@@ -1,4 +1,4 @@
-//! An instance's state, for everything that steps or accesses it: all that a saved state holds.
+//! The state of an instance (all that a saved state holds), for steps, access and `saved`.
 
 use super::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
 use super::layout::Layout;
