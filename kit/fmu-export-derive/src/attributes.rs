@@ -1,4 +1,4 @@
-//! Parses the attribute `#[fmu(…)]` on a field.
+//! Parses `#[fmu(…)]` on a field for `field`; finds it for `state`, `structs` and `enumeration`.
 
 use proc_macro2::Span;
 use quote::quote;

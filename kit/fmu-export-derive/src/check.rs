@@ -1,5 +1,5 @@
-//! Checks the attributes of a field: which are required, which the field's type and role allow, and
-//! whether the start value is within the bounds.
+//! Checks the attributes of a field for `structs`: which are required, which the field's type and
+//! role allow, and whether the start value is within the bounds.
 
 use crate::errors::combined;
 use crate::field::{Field, Kind, Role, Shape};

@@ -1,4 +1,4 @@
-//! `#[derive(Enumeration)]`: makes a Rust enumeration the type of a variable.
+//! `#[derive(Enumeration)]`, called in `lib`: makes a Rust enumeration the type of a variable.
 
 use crate::attributes::fmu;
 use crate::errors::combined;

@@ -1,8 +1,7 @@
-//! Errors of several fields or variants, reported in one go.
+//! Joins the errors of several fields or variants, for `check`, `enumeration` and `structs`.
 
 use syn::Result;
 
-/// All errors at once.
 pub(crate) fn combined(results: impl Iterator<Item = Result<()>>) -> Result<()> {
     let errors = results.filter_map(Result::err);
     let all = errors.reduce(|mut all, next| {

@@ -1,4 +1,4 @@
-//! A field of a struct: its type, shape, name, description and attributes as a variable.
+//! A struct's field as a variable (name, type, shape, attributes), for all derives of structs.
 
 use crate::attributes::Attributes;
 use crate::names;

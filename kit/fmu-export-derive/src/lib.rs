@@ -1,5 +1,5 @@
-//! The derive macros of `fmu-export`, which re-exports them with its feature `derive`: they make
-//! the variables of an FMU from structs.
+//! The derive macros of `fmu-export`, which re-exports them with its feature `derive` to authors of
+//! models: they make the variables of an FMU from structs.
 //!
 //! `#[derive(Parameters)]`, `#[derive(Input)]`, `#[derive(Output)]` and `#[derive(State)]` make a
 //! row of the table of variables from each field: from its name, its doc comment as the

@@ -1,4 +1,4 @@
-//! Names and descriptions of variables, from identifiers and doc comments.
+//! Names and descriptions of variables, from identifiers and doc comments, for all derives.
 
 use syn::ext::IdentExt;
 use syn::{Attribute, Expr, ExprLit, Ident, Lit, Meta};

@@ -1,4 +1,4 @@
-//! Generates the rows of a struct in the table of variables: `impl Rows`.
+//! Generates a struct's rows of the table of variables (`impl Rows`); `structs` calls it.
 
 use crate::field::{Field, Kind, Role, Shape};
 use crate::values::{length, real, start_value, vector};

@@ -1,5 +1,5 @@
-//! `#[derive(State)]` for the state of a model of ordinary differential equations: the attributes
-//! of the struct, `impl Vector` and `impl State`.
+//! `#[derive(State)]` for the state of a model of ordinary differential equations, called by
+//! `structs`: the attributes of the struct, `impl Vector` and `impl State`.
 
 use crate::attributes::fmu;
 use crate::field::{Field, Shape};

@@ -1,5 +1,5 @@
 //! Generates all code for a struct with a derive: its rows, its start values, and the other traits
-//! that a model's struct needs.
+//! that a model's struct needs. The derive macros in `lib` call it.
 
 use crate::attributes::fmu;
 use crate::errors::combined;

@@ -1,4 +1,4 @@
-//! Values in the generated code: numbers, start values, lengths, zeros.
+//! Numbers, start values, lengths and zeros in the code from `rows`, `state` and `structs`.
 
 use crate::field::{Field, Kind, Shape};
 use proc_macro2::TokenStream;

@@ -1,4 +1,4 @@
-//! Example: arrays of each type that both versions of FMI have. Used by tests.
+//! FMU for `tests/test_sizes.py`: arrays of each type that both versions of FMI have.
 
 #[macro_use]
 mod arrays;

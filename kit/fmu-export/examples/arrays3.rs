@@ -1,4 +1,4 @@
-//! Example: arrays of each type that only FMI 3.0 has, together with other types. Used by tests.
+//! FMU for `tests/test_sizes.py`: arrays of each type that only FMI 3.0 has, and of others.
 
 #[macro_use]
 mod arrays;

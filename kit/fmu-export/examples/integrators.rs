@@ -1,5 +1,5 @@
-//! Example: four integrators, a model so cheap that a step measures the cost of fmu-export alone.
-//! Benchmarks compare it with the same FMU written by hand in C.
+//! Four integrators, a model so cheap that a step measures the cost of fmu-export alone. The
+//! benchmark `tests/bench/measure.py` compares it with the same FMU written by hand in C.
 
 use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use serde::{Deserialize, Serialize};

@@ -1,5 +1,5 @@
-//! Example: a linear state-space system like that of the Reference-FMUs, whose sizes are structural
-//! parameters.
+//! FMU for `tests/test_sizes.py`: a linear state-space system like that of the Reference-FMUs,
+//! whose sizes are structural parameters.
 
 #![allow(non_snake_case)] // matrices
 

@@ -1,4 +1,4 @@
-//! The part of the C interface that FMI 2.0 and FMI 3.0 share: C arguments, entering an instance,
+//! The part of the C interface that `fmi2` and `fmi3` share: C arguments, entering an instance,
 //! call order, the list of a version's functions, logging, instantiation and model descriptions.
 //! The modules `fmi2` and `fmi3` add what differs between the versions.
 

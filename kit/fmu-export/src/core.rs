@@ -1,5 +1,5 @@
-//! Everything about a model as an FMU that does not depend on the version of FMI: the table of
-//! variables, access to them, phases, steps, derivatives, saved states, messages.
+//! All of a model as an FMU that is the same in both versions of FMI, for `c_api`, `fmi2`, `fmi3`
+//! and `check`: variables and access to them, phases, steps, derivatives, saved states, messages.
 //!
 //! The C interface of a version translates: value references into element numbers,
 //! [`Fault`](fault::Fault)s into statuses, [`Phase`](phase::Phase)s into states, queued messages

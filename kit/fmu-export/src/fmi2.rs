@@ -1,5 +1,5 @@
-//! The C interface of FMI 2.0: its functions and their call order, one value reference per scalar
-//! element, statuses, messages to the importer's logger, and `modelDescription.xml`.
+//! The C interface of FMI 2.0, which `export_fmu!` exports to importers: functions, call order, one
+//! value reference per scalar element, statuses, logging and `modelDescription.xml`.
 
 pub(crate) mod description;
 pub mod entry;

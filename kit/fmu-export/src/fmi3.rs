@@ -1,6 +1,6 @@
-//! The C interface of FMI 3.0: its functions and their call order, rows of the table as arrays with
-//! one value reference, statuses, messages to the importer's logger, `modelDescription.xml` and
-//! `terminalsAndIcons.xml`.
+//! The C interface of FMI 3.0, which `export_fmu!` exports to importers: functions, call order,
+//! rows of the table as arrays with one value reference, statuses, logging, `modelDescription.xml`
+//! and `terminalsAndIcons.xml`.
 
 mod dependencies;
 pub(crate) mod description;

@@ -1,5 +1,5 @@
-//! FMU `Oscillator`, an example with a handwritten table: the table of variables, and `impl Model`
-//! and `impl Continuous` for the model in `oscillator`.
+//! FMU `Oscillator`, an example for authors of models and for tests, with a handwritten table: the
+//! table of variables, and `impl Model` and `impl Continuous` for the model in `oscillator`.
 
 mod oscillator;
 

@@ -1,5 +1,5 @@
-//! The model alone: a mass that moves in a plane, held by a spring and a damper along each axis. It
-//! knows nothing of FMI.
+//! The model alone, which `lib` makes an FMU: a mass that moves in a plane, held by a spring and a
+//! damper along each axis. Nothing in this file refers to FMI.
 //!
 //! ```text
 //! m a_i = F_i − d v_i − k x_i (1 + (x_i/x_h)²)      i = 1, 2

@@ -1,4 +1,4 @@
-//! Checked access to the arguments of C functions: arrays, strings and pointers to results.
+//! Checked access to C arguments (arrays, strings, results), for functions of both FMI versions.
 //!
 //! No Rust slices are made of the importer's arrays: an output array may be uninitialised, one
 //! array may be passed for several arguments, and on 32-bit platforms eight-byte numbers may be

@@ -1,5 +1,5 @@
-//! Call order of the FMI functions: the states of an instance, as bits, and the rule of a function
-//! (its name and the states in which it may be called), which
+//! Call order of the FMI functions of both versions: the states of an instance, as bits, and the
+//! rule of a function (its name and the states in which it may be called), which
 //! [`enter`](super::fmi_instance::enter) checks in each call.
 
 use crate::Model;

@@ -1,4 +1,4 @@
-//! Writes `modelDescription.xml` for both versions of FMI; a [`Dialect`] says what differs.
+//! Writes `modelDescription.xml` for `fmi2` and `fmi3`; a [`Dialect`] says what differs.
 
 mod element;
 mod hash;

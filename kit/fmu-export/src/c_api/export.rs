@@ -1,4 +1,4 @@
-//! [`export_fmu!`](crate::export_fmu): exports the FMI functions of a model under their C names.
+//! [`export_fmu!`](crate::export_fmu) for authors: exports a model's functions under their C names.
 
 use crate::Model;
 

@@ -1,4 +1,4 @@
-//! The files of an FMU other than its binaries, and how a packer reads them from the library.
+//! The files of an FMU other than its binaries, and how `cargo fmu pack` reads them from a library.
 
 use super::library::Library;
 use super::log::c_string;

@@ -1,5 +1,5 @@
-//! What an importer's handle points to, and [`enter`], through which each FMI function reaches its
-//! instance: it checks the handle and the call order, catches panics and sends messages.
+//! What an importer's handle points to, and [`enter`], through which all functions of `fmi2` and
+//! `fmi3` reach an instance: it checks handle and call order, catches panics, sends messages.
 
 use super::answer::Answer;
 use super::call_order::{COMMON_STATES, CS, Call, LOST, ME, ME_STATES};

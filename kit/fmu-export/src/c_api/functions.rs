@@ -1,5 +1,5 @@
-//! The macro `functions!`, in which a version of FMI lists its functions: C name, states in which
-//! it may be called, arguments and body.
+//! The macro `functions!`, in which `fmi2` and `fmi3` list their functions: C name, states in which
+//! a function may be called, arguments and body.
 //!
 //! From one list it makes the functions, generic over the model, and a macro that exports them
 //! under their C names for one model.

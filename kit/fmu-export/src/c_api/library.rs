@@ -1,5 +1,5 @@
-//! Instantiation: what all instances of a library share, the arguments of an instantiation, and how
-//! an instance is made and freed.
+//! Instantiation in `fmi2` and `fmi3`: what all instances of a library share, the arguments of an
+//! instantiation, and how an instance is made and freed.
 
 use super::answer::Answer;
 use super::call_order::{INTERMEDIATE_UPDATE, ME};

@@ -1,5 +1,5 @@
-//! The log of an instance: the log categories, which of them the importer has enabled, and sending
-//! messages to the importer's logger.
+//! The log of an instance of `fmi2` or `fmi3`: the log categories, which of them the importer has
+//! enabled, and sending messages to the importer's logger.
 
 use super::answer::Answer;
 use crate::core::log::{Categories, LogFilter, STANDARD, number};

@@ -1,5 +1,5 @@
-//! Saved states in the C interface: saving, freeing, serializing and deserializing. `name` is the
-//! argument's name in messages, which differs between the versions of FMI.
+//! Saved states in the C interface, for `fmi2` and `fmi3`: saving, freeing, serializing and
+//! deserializing. `name` is the argument's name in messages, which differs between versions.
 
 use super::arguments::{array_mut, bytes, output_argument};
 use super::fmi_instance::{FmiInstance, Version};

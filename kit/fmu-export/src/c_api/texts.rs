@@ -1,4 +1,4 @@
-//! String variables in the C interface, and switching log categories, which are named by strings.
+//! Getting and setting strings, and switching log categories by name, for `fmi2` and `fmi3`.
 
 use super::arguments::{ArrayMut, texts};
 use super::fmi_instance::{FmiInstance, Version};

@@ -1,4 +1,4 @@
-//! Checks that both accessors of a row point to the same field, and that no two rows share a field.
+//! Tests in `check`: both accessors of a row point to the same field, no two rows share a field.
 
 use super::model_check::ModelCheck;
 use super::point::Point;

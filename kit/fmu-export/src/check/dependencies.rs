@@ -1,4 +1,4 @@
-//! Checks that outputs depend on nothing but what they declare.
+//! Tests in `check`: outputs depend on nothing but what they declare.
 
 use super::model_check::{ModelCheck, output, texts};
 use super::point::Point;

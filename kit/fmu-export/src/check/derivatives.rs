@@ -1,5 +1,5 @@
-//! Checks a model's directional derivatives against differences of the outputs, and its adjoint
-//! derivatives against the directional ones.
+//! Tests in `check`: a model's directional derivatives agree with differences of the outputs, and
+//! its adjoint derivatives with the directional ones.
 
 use super::model_check::ModelCheck;
 use super::point::Point;

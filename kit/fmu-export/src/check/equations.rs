@@ -1,4 +1,4 @@
-//! Checks the equations for Model Exchange: the states are those of the table, all derivatives and
+//! Tests in `check` for Model Exchange: the states are those of the table, all derivatives and
 //! event indicators are written, and they depend only on what they declare.
 
 use super::derivatives::shift_input;

@@ -1,5 +1,5 @@
 //! The state of a check: the model's table, its start values, and the problems found so far. The
-//! other modules of `check` add their checks to it.
+//! modules of `check` with tests add their methods to this type.
 
 use super::point::Point;
 use crate::core::dependencies::Knowns;

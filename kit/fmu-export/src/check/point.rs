@@ -1,4 +1,4 @@
-//! Parameters and inputs at which a check runs the model, and small changes of them.
+//! Parameters and inputs at which `check` runs the model, and small changes of them.
 
 use crate::Model;
 use crate::core::layout::Element;

@@ -1,5 +1,5 @@
-//! Checks what every importer does first: it sets texts, initializes with the start values, gets
-//! the outputs and does a step.
+//! Tests in `check` what every importer does first: it sets texts, initializes with the start
+//! values, gets the outputs and does a step.
 
 use super::model_check::ModelCheck;
 use super::point::Point;

@@ -1,4 +1,4 @@
-//! The type of Binary variables of FMI 3.0.
+//! The type of Binary variables of FMI 3.0, for models' fields and the functions of `fmi3`.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;

@@ -1,4 +1,4 @@
-//! Setting and getting Float64 variables of FMI 3.0, where a row is one array (a block) with one
+//! Setting and getting Float64 variables for `fmi3`, where a row is one array (a block) with one
 //! value reference. A batch is checked completely before anything is written.
 
 use super::causality::Causality;

@@ -1,4 +1,4 @@
-//! Causality of a row, and how the table declares dependencies.
+//! Causality of rows, and how tables declare dependencies, for access, descriptions and `check`.
 
 /// In a list of initial dependencies: every parameter of the model.
 pub const ALL_PARAMETERS: &str = "*parameters";

@@ -1,5 +1,5 @@
-//! Changing the sizes of an instance (its structural parameters), in Configuration Mode or by
-//! restoring a saved state with other sizes.
+//! Changing the sizes of an instance (its structural parameters), for `parameters` in Configuration
+//! Mode and for `instance` when a state with other sizes replaces the present one.
 
 use super::equation_cache::EquationCache;
 use super::fault::Fault;

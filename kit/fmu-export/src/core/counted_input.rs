@@ -1,5 +1,5 @@
-//! Inputs that count how often they were set, for models that react to each set of an input, even
-//! to its present value, and extrapolate it in between.
+//! Inputs that count how often they were set, for models (emla, controller, rig) that react to each
+//! set of an input, even to its present value, and extrapolate it in between.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,5 +1,5 @@
 //! Resolves the dependencies that the table declares by name to positions among all elements, for
-//! `ModelStructure` and for [`check`](crate::check).
+//! `ModelStructure`, fmi3GetVariableDependencies, `Ode`'s solver and [`check`](crate::check).
 
 use super::causality::{ALL_PARAMETERS, Causality, Dependencies, NO_STATES};
 use super::layout::Layout;

@@ -1,5 +1,5 @@
-//! Sets input derivatives, and gets output, directional and adjoint derivatives: the model's own,
-//! or differences where it has none.
+//! Sets input derivatives, and gets output, directional and adjoint derivatives, for `fmi2` and
+//! `fmi3`: the model's own, or differences where it has none.
 
 use super::causality::Causality;
 use super::fault::{Fault, discard, refuse};

@@ -1,5 +1,5 @@
-//! Setting and getting values by element, for FMI 2.0 and for strings and binary values of FMI 3.0.
-//! A batch is checked completely before anything is written.
+//! Setting and getting values by element, for `fmi2` and for strings and binary values in `fmi3`. A
+//! batch is checked completely before anything is written.
 //!
 //! Consecutive elements of one row are read and written with one look-up of the row.
 

@@ -1,5 +1,5 @@
-//! Enumerations for the table of variables: the names of an Integer row's numbers, and the Rust
-//! values that they stand for.
+//! Enumerations for tables, handwritten or derived: the names of an Integer row's numbers, and the
+//! Rust values that they stand for.
 
 use super::error::ModelError;
 

@@ -1,4 +1,4 @@
-//! Derivatives and event indicators computed for Model Exchange, and whether they are valid.
+//! Derivatives and event indicators that `model_exchange` computes, and whether they are valid.
 
 use super::model::Model;
 

@@ -1,4 +1,4 @@
-//! The error of a model's methods.
+//! The error of a model's methods, which authors of models return and the FMI functions report.
 
 use std::fmt;
 

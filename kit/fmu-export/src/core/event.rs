@@ -1,4 +1,4 @@
-//! The result of a model's event handling.
+//! The result of event handling, which a model returns and Model Exchange and solvers read.
 
 /// The result of [`Continuous::event`](crate::Continuous::event).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,4 +1,4 @@
-//! A cell that one call at a time may use, so that a call within a call is refused.
+//! A cell around each FMI instance, which one call at a time may use: a call within one fails.
 
 use std::cell::UnsafeCell;
 use std::ops::{Deref, DerefMut};

@@ -1,4 +1,4 @@
-//! Why an FMI call failed, independent of the version's statuses.
+//! Why an FMI call failed, independent of the version: `core` and the FMI functions return it.
 
 use super::error::ModelError;
 

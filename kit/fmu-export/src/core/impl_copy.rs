@@ -1,4 +1,4 @@
-//! The macro `impl_copy!`: `Clone` and `Copy` for generic types that hold only functions,
+//! The macro `impl_copy!` for types of `core`: `Clone` and `Copy` for generic types of functions,
 //! references and numbers. A derive would require their type parameters to be `Copy` too.
 
 /// Makes types `Copy`; the type parameters of each stand before it in brackets.

@@ -1,4 +1,4 @@
-//! Facts about a model other than its variables: name, default experiment, files, capabilities.
+//! Name, experiment, files and abilities of a model: authors set, `core` and `c_api` read them.
 
 use super::log::{Categories, MOST_CATEGORIES};
 use super::setters::setters;

@@ -1,4 +1,4 @@
-//! Inputs over a communication step, as their values and time derivatives at its start.
+//! Inputs over a communication step, as values and time derivatives at its start, for models.
 
 use super::storage::Accessor;
 use serde::{Deserialize, Serialize};

@@ -1,5 +1,5 @@
-//! Inputs over a step: evaluates the polynomials that the importer's input derivatives define, and
-//! holds the inputs at their values at the end of the step.
+//! Inputs over a step, for models and instances: evaluates the polynomials that the importer's
+//! input derivatives define, and holds the inputs at their values at the end of the step.
 
 use super::input::InputPolynomial;
 use super::layout::Layout;

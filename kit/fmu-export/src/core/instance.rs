@@ -1,5 +1,5 @@
-//! One instance of a model, independent of the version of FMI: its state, the outputs computed from
-//! it, and their invalidation when something is set.
+//! One instance of a model, which `fmi2` and `fmi3` wrap for the importer: its state, the outputs
+//! computed from it, and their invalidation when something is set.
 
 use super::equation_cache::EquationCache;
 use super::fault::{Fault, refuse};

@@ -1,6 +1,6 @@
-//! Maps numbers (value references) to the elements of a model's table. Elements are numbered over
-//! all rows: a scalar has one number, a vector one for each element. A row may set the number of
-//! its first element, so numbers may be skipped and need not ascend.
+//! Maps numbers (value references) to elements of a model's table, for all that accesses or
+//! describes variables. Elements are numbered over all rows: a scalar has one number, a vector one
+//! for each element. A row may set its first number, so numbers may be skipped and need not ascend.
 //!
 //! A long row, and a row in a `Vec`, has only one number `r`, whatever its length; its elements
 //! have numbers far above all others, from `(r + 1) << 20` on.

@@ -1,4 +1,4 @@
-//! The length of a row in a `Vec`, and the function that changes it.
+//! How long rows can be, and the lengths of rows in a `Vec`, for tables, `layout` and `sizes`.
 
 use super::impl_copy::impl_copy;
 

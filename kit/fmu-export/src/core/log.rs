@@ -1,4 +1,4 @@
-//! [`Log`]: a model's own messages, queued during a call and sent to the importer after it.
+//! [`Log`], for models: their own messages, queued during a call and sent to the importer after it.
 
 use super::message::{Kind, Level, Message};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

@@ -1,5 +1,5 @@
-//! Messages of an instance. They are queued as plain text during a call and sent when the instance
-//! is no longer in use, because the importer's logger may call back.
+//! Messages of an instance, from the FMI functions and the model's log. They are queued as text in
+//! a call and sent when the instance is no longer in use: the importer's logger may call back.
 
 /// Severity of a model's message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,5 +1,5 @@
-//! Model Exchange: the importer integrates the model, gets derivatives and event indicators, sets
-//! time and states, and lets the model handle events.
+//! Model Exchange, for `fmi2` and `fmi3`: the importer integrates the model, gets derivatives and
+//! event indicators, sets time and states, and lets the model handle events.
 
 use super::equation_cache::Equations;
 use super::event::Event;

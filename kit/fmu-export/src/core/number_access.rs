@@ -1,4 +1,4 @@
-//! Setting and getting numbers of FMI 3.0 other than Float64, by block. All types share one
+//! Setting and getting numbers other than Float64, by block, for `fmi3`. All types share one
 //! implementation, which works on bytes, to keep libraries small. A batch is checked completely
 //! before anything is written.
 //!

@@ -1,4 +1,4 @@
-//! Panics stop at the border and print nothing.
+//! Catches panics of a model for the C interface, which reports them; nothing is printed.
 //!
 //! The default panic hook prints to stderr before unwinding, so another one is installed, once. A
 //! shared library written in Rust carries its own copy of the standard library, hence its own hook:

@@ -1,4 +1,4 @@
-//! Reads files that String parameters name, such as a file with parameter values.
+//! Reads files that String parameters name, such as parameter values, for authors of models.
 
 use std::fmt::Display;
 #[cfg(not(target_arch = "wasm32"))]

@@ -1,4 +1,4 @@
-//! Setting parameters, including String parameters that set others, for example from a file.
+//! Setting parameters for `fmi2` and `fmi3`, including String ones that set others (from a file).
 //!
 //! The result does not depend on the order of setting: start values, overridden by what each text
 //! sets, overridden by every value that was set explicitly. Importers write start values back, so a

@@ -1,4 +1,4 @@
-//! The phases of an instance: the states that FMI defines, except those of a single version.
+//! The phases of an instance, for `core`, `fmi3` and the call order: FMI's states outside a step.
 
 use serde::{Deserialize, Serialize};
 

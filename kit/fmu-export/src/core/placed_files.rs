@@ -1,5 +1,5 @@
-//! The files that String parameters name where there is no file system: a host places them in the
-//! module.
+//! Files for `parameter_file` where there is no file system: a WebAssembly host places them in the
+//! module through `wasm::files`.
 
 use std::collections::BTreeMap;
 use std::io::{self, Error, ErrorKind};

@@ -1,4 +1,4 @@
-//! Saved states: copies that the instance keeps under numbered handles, and their serialization.
+//! Saved states, for `c_api`: copies that an instance keeps by handle, and their serialization.
 //!
 //! A handle is a number that is looked up and never reused, so that a freed or foreign one is an
 //! error. The bytes are a header and the state in `postcard` (little-endian reals, so that a

@@ -1,4 +1,4 @@
-//! The macro `setters!`: builder methods in `const` contexts, for rows, units and `Info`.
+//! The macro `setters!` for rows and `Info`: builder methods that work in `const` contexts.
 
 /// Methods that set one field each: name, arguments, field and its value.
 macro_rules! setters {

@@ -1,4 +1,4 @@
-//! Rows in a `Vec`, whose length the row declares: a number, or a structural parameter.
+//! Rows in a `Vec` (length: a number or a structural parameter), for `core`, `c_api` and `check`.
 //!
 //! The `Vec`s are resized wherever start values are made or a size is set, so that a model always
 //! finds vectors of the declared length.

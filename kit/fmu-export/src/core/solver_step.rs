@@ -1,4 +1,4 @@
-//! A communication step of a model of differential equations: integrates it with a solver of
+//! A communication step of an `Ode`, which calls it: integrates the model with a solver of
 //! `fmu-solver` and handles the events within the step.
 
 use super::continuous::Continuous;

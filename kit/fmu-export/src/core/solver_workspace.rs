@@ -1,4 +1,4 @@
-//! The workspace of a model's solver, reused between communication steps.
+//! The workspace of an instance's solver, which `Ode` and `solver_step` reuse between steps.
 
 use super::log::Log;
 use fmu_solver::{Solver, TOLERANCE};

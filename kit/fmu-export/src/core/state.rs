@@ -1,4 +1,4 @@
-//! The state of an instance: everything that fmi2GetFMUstate saves.
+//! The state of an instance (all that a saved state holds), for steps, access and `saved`.
 
 use super::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
 use super::layout::Layout;

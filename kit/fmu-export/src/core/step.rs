@@ -1,4 +1,4 @@
-//! Communication steps: checks time and step size, and advances the model.
+//! Communication steps for fmi2DoStep and fmi3DoStep: checks time and step, advances the model.
 
 use super::fault::Fault;
 use super::input::InputPolynomial;

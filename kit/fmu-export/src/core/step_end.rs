@@ -1,4 +1,4 @@
-//! The result of a model's step.
+//! The result of a step, which a model's `step` returns and the instance checks.
 
 /// The result of a model's step: how far it went, and why it ended there.
 ///

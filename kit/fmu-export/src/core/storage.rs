@@ -1,5 +1,5 @@
-//! Where a model stores the elements of a row (in its parameters, inputs or outputs), their type,
-//! and typed access to them. The macro `types!` makes all of it from one list of types.
+//! Where a model stores the elements of a row (parameters, inputs or outputs), their type, and
+//! typed access, for all of the crate. The macro `types!` makes all of it from one list of types.
 
 use super::impl_copy::impl_copy;
 use std::path::Path;

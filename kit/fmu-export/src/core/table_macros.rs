@@ -1,4 +1,4 @@
-//! Macros for writing tables of variables: [`joined!`](crate::joined) joins lists, and
+//! Macros for tables that models' authors write: [`joined!`](crate::joined) joins lists, and
 //! [`row!`](crate::row) makes a row from its name and field.
 
 /// Joins constant slices to one at compile time: lists of names, or rows of a table.

@@ -1,5 +1,5 @@
-//! [`Value`]: what every type of variable implements, such as bounds checks, comparison by bits and
-//! texts for messages and XML.
+//! [`Value`]: what every type of variable implements (bounds checks, comparison by bits, texts for
+//! messages and XML), for access to variables, model descriptions and `check`.
 
 use super::binary::Binary;
 use super::enumeration::numbered;

@@ -1,4 +1,5 @@
-//! Serialization of arrays of any length as tuples, for which serde has no implementation.
+//! Serialization of arrays of any length as one flat tuple, because serde implements arrays only up
+//! to 32 elements. The code that `fmu-export-derive` generates uses it.
 
 use super::Choice;
 use crate::Binary;

@@ -1,4 +1,4 @@
-//! [`Choice`]: a field whose type is a Rust enumeration, as an Enumeration variable.
+//! [`Choice`], for models with derives: a field whose type is a Rust enumeration.
 
 use crate::Enumeration;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

@@ -1,5 +1,5 @@
-//! Makes the compiler report a missing derive on a field's struct once, and not for each trait that
-//! the generated code needs.
+//! For the code that derives generate: makes the compiler report a missing derive on a field's
+//! struct once, and not for each trait that the generated code needs.
 //!
 //! One place requires the struct's derive. All other generated code uses [`FieldType`], whose
 //! functions are those of the type if it implements the trait, and otherwise those of [`Fallback`],

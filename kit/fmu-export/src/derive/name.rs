@@ -1,4 +1,4 @@
-//! Names of nested variables, joined at compile time.
+//! Joins names of nested variables at compile time, for generated code, `path` and `ode`.
 
 /// Longest name, bytes.
 const LONGEST: usize = 128;

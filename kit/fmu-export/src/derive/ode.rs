@@ -1,4 +1,4 @@
-//! [`Ode`]: models of ordinary differential equations; implements [`Model`] and [`Continuous`].
+//! [`Ode`], for authors who use derives: differential equations as [`Model`] and [`Continuous`].
 
 use super::solver::{SolverName, solver};
 use super::{Input, Name, Output, Parameters, Path};

@@ -1,4 +1,4 @@
-//! Paths to nested structs within the parameters, inputs or outputs of a model.
+//! Paths to structs nested in parameters, inputs, outputs or states, for generated code.
 
 use super::Name;
 use std::marker::PhantomData;

@@ -1,4 +1,4 @@
-//! Joins the rows of nested structs to one table, at compile time.
+//! Joins rows of nested structs to one table at compile time, for derives and `derived!`.
 
 use fmi_units::{BASE, KNOWN_UNITS, Unit};
 

@@ -1,5 +1,5 @@
-//! The functions of FMI 2.0 and the states in which each may be called, generic over the model;
-//! [`export_fmu!`](crate::export_fmu) exports them under their C names for one model.
+//! The functions of FMI 2.0 for importers and the states in which each may be called, for any
+//! model; [`export_fmu!`](crate::export_fmu) exports them under their C names for one model.
 //!
 //! # Safety
 //! As FMI requires of the importer: `c` is NULL or an instance of this library that no other thread

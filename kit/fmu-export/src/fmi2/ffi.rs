@@ -1,4 +1,4 @@
-//! The C types of FMI 2.0 (`fmi2TypesPlatform.h`, `fmi2FunctionTypes.h`), 64- and 32-bit.
+//! The C types of FMI 2.0 (`fmi2TypesPlatform.h`, `fmi2FunctionTypes.h`), for `fmi2` and tests.
 //!
 //! Enumerations that the importer passes are plain `c_int`, because a value outside a Rust
 //! enumeration would be undefined behaviour.

@@ -1,4 +1,4 @@
-//! The files of an FMI 2.0 FMU other than its binaries.
+//! The files of an FMU for FMI 2.0 other than its binaries, which `cargo fmu pack` reads.
 
 use super::description::model_description_with_sizes;
 use crate::Model;

@@ -1,5 +1,5 @@
-//! What FMI 2.0 adds to an instance: the names of its states, the status of the last step, and the
-//! functions that treat it (fmi2DoStep, fmi2Reset, fmi2SetFMUstate).
+//! What FMI 2.0 adds to an instance, for `entry`: the names of its states, the status of the last
+//! step, and the functions that set this status (fmi2DoStep, fmi2Reset, fmi2SetFMUstate).
 
 use super::ffi::Status;
 use super::log::{self, Log, Logger};

@@ -1,4 +1,4 @@
-//! fmi2Instantiate and fmi2FreeInstance: instances of FMI 2.0 are made and freed here.
+//! fmi2Instantiate and fmi2FreeInstance, which `entry` re-exports for `export_fmu!`.
 
 use super::ffi::*;
 use super::instance::Fmi2;

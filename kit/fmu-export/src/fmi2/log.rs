@@ -1,4 +1,4 @@
-//! Logging in FMI 2.0: enabled categories, fmi2SetDebugLogging and the importer's logger.
+//! Logging in FMI 2.0, for all its functions: fmi2SetDebugLogging and the importer's logger.
 
 use super::ffi::{CallbackFunctions, CallbackLogger, ComponentEnvironment, Status};
 use crate::c_api::answer::Answer;

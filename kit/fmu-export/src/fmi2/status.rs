@@ -1,5 +1,5 @@
-//! fmi2GetStatus and its relatives, and fmi2CancelStep. Steps are synchronous, so most status kinds
-//! have no value, for which FMI 2.0 demands fmi2Discard.
+//! fmi2GetStatus and its relatives, and fmi2CancelStep, for `entry`. Steps are synchronous, so most
+//! kinds of status have no value; FMI 2.0 demands fmi2Discard for them.
 
 use super::ffi::{
     Boolean, DO_STEP_STATUS, LAST_SUCCESSFUL_TIME, PENDING_STATUS, Status, Str, TERMINATED,

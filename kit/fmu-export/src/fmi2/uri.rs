@@ -1,4 +1,4 @@
-//! Converts fmuResourceLocation, a URI, to the path of the resources folder.
+//! Converts fmuResourceLocation, a URI, to the resources folder, for fmi2Instantiate.
 
 use percent_encoding::percent_decode_str;
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! `modelDescription.xml` of FMI 3.0, made from the table of variables.
+//! `modelDescription.xml` of FMI 3.0 from the table, for `files`, `check` and tests of models.
 
 mod structure;
 pub(crate) mod terminals;

@@ -1,6 +1,6 @@
-//! The functions of FMI 3.0 and the states in which each may be called, generic over the model;
-//! [`export_fmu!`](crate::export_fmu) exports them under their C names for one model. Getters and
-//! setters of variables are in `values`, functions of unsupported features in `unsupported`.
+//! The functions of FMI 3.0 for importers and the states in which each may be called, for any
+//! model; [`export_fmu!`](crate::export_fmu) exports them under their C names for one model. Access
+//! to variables is in `values`, functions of unsupported features in `unsupported`.
 //!
 //! # Safety
 //! As FMI requires of the importer: the instance is NULL or one of this library that no other

@@ -1,4 +1,4 @@
-//! The C types of FMI 3.0 (`fmi3PlatformTypes.h`, `fmi3FunctionTypes.h`).
+//! C types of FMI 3.0 (`fmi3PlatformTypes.h`, `fmi3FunctionTypes.h`) for `fmi3`, `wasm`, tests.
 //!
 //! Enumerations and `bool`s that the importer passes are plain numbers, because a value outside the
 //! Rust type would be undefined behaviour.

@@ -1,4 +1,4 @@
-//! What FMI 3.0 adds to an instance: Event Mode, Configuration Mode, early return, updates.
+//! What FMI 3.0 adds, for `entry`: Event Mode, Configuration Mode, early return, updates.
 
 use super::ffi::*;
 use super::log::{self, Log, Logger};

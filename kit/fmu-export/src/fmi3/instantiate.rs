@@ -1,4 +1,4 @@
-//! The instantiation functions of FMI 3.0 and fmi3FreeInstance.
+//! Instantiation and fmi3FreeInstance of FMI 3.0, for `entry` and WebAssembly components.
 
 use super::description::check;
 use super::ffi::*;

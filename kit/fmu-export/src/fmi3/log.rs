@@ -1,5 +1,5 @@
-//! Logging in FMI 3.0: fmi3SetDebugLogging, and calling the importer's logger (section 2.3.1) with
-//! plain text, only if logging is on, and with no worse status than the function returns.
+//! Logging in all functions of FMI 3.0: fmi3SetDebugLogging, and calls of the importer's logger
+//! (2.3.1) with plain text, if logging is on, and with no worse status than the function returns.
 
 use super::ffi::{InstanceEnvironment, LogMessage, Status};
 use crate::c_api::answer::Answer;

@@ -1,5 +1,5 @@
-//! The functions for clocks and Scheduled Execution, which these FMUs do not support: each logs an
-//! error and leaves the instance as it is.
+//! The functions of FMI 3.0 for clocks and Scheduled Execution, which these FMUs do not support: an
+//! importer's call is refused with an error, and the instance stays as it is.
 
 use super::ffi::*;
 use super::instance::{Fmi3, Fmi3Instance};

@@ -1,4 +1,4 @@
-//! The functions of FMI 3.0 that get and set variables, for each type.
+//! The functions of FMI 3.0 with which importers get and set variables, for each type.
 //!
 //! Enumerations and sizes, which the core stores with 32 bits, are set and read with 64 bits (FMI
 //! 3.0.2, section 2.2.6.2).

@@ -1,4 +1,4 @@
-//! Reads the columns of a CSV file as numbers, and converts their units.
+//! Reads the columns of a CSV file as numbers for `Curve` and `Map`, and converts their units.
 
 use crate::KNOWN_UNITS;
 

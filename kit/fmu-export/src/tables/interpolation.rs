@@ -1,4 +1,4 @@
-//! Interpolation between the values of a table: linear, or monotone cubic.
+//! Interpolation in a `Curve` or `Map`: linear, or monotone cubic.
 
 use serde::{Deserialize, Serialize};
 

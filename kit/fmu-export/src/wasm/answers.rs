@@ -1,4 +1,4 @@
-//! The canonical ABI of the WebAssembly Component Model: how the functions of a component receive
+//! The canonical ABI of the WebAssembly Component Model, for `component`: how its functions receive
 //! and return lists, records and results.
 
 use crate::fmi3::ffi::Status;

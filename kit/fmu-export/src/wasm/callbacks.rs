@@ -1,5 +1,5 @@
-//! The callbacks: imports of the module, under the names that FMI-LS-WASM gives them, and C
-//! functions that call them, which a host hands to fmi3InstantiateCoSimulation.
+//! The callbacks of a module for its host and for `component`: imports with the names of
+//! FMI-LS-WASM, and C functions that call them, to be passed to fmi3InstantiateCoSimulation.
 
 use crate::c_api::library::text;
 use crate::fmi3::ffi::*;

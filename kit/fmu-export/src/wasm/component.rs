@@ -1,6 +1,6 @@
-//! The functions of an FMI-LS-WASM component (`fmi:fmi3@3.0.0`, world `co-simulation-fmu`), which
-//! call the C functions of FMI 3.0. `cargo fmu pack` makes the component from the module; its file
-//! `fmi3.wit` holds the interface.
+//! The functions of an FMI-LS-WASM component (`fmi:fmi3@3.0.0`, world `co-simulation-fmu`), which a
+//! host calls and which call the C functions of FMI 3.0. `cargo fmu pack` makes the component from
+//! the module; its file `fmi3.wit` holds the interface.
 
 pub use super::answers::{Answer, List, call, result};
 pub use crate::fmi3::ffi::{Status, ValueReference};

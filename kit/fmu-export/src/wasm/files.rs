@@ -1,4 +1,4 @@
-//! Files of a WebAssembly module, which has no file system: its host places them.
+//! Lets the host of a WebAssembly module, which has no file system, place files in the module.
 
 use crate::core::placed_files;
 use std::slice;

@@ -1,4 +1,4 @@
-//! A tree of XML elements, from which model descriptions are built and written as text.
+//! A tree of XML elements, for `fmi2` and `fmi3`: model descriptions and terminals.
 
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};

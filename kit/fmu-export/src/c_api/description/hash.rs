@@ -1,6 +1,6 @@
-//! The hash that identifies the model (`guid`, `instantiationToken`): a UUID v5 of everything in
-//! the model description. It is computed from the table and not from the XML text, which would take
-//! most of the time of the first instantiation in a process.
+//! The hash that identifies the model (`guid`, `instantiationToken`), for `description`,
+//! instantiation and saved states: a UUID v5 of all that the model description says. It is computed
+//! from the table, because writing XML would take most of a process's first instantiation.
 
 use super::parts::{enumerations, units_in_use};
 use crate::core::causality::Dependencies;

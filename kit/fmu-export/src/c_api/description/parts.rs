@@ -1,5 +1,5 @@
-//! The elements of a model description that both versions of FMI write alike: root, units, types,
-//! log categories, default experiment and the common attributes of variables.
+//! The elements of a model description that `fmi2` and `fmi3` write alike: root, units, types, log
+//! categories, default experiment and the common attributes of variables.
 
 use super::element::Element;
 use crate::c_api::log::CATEGORIES;

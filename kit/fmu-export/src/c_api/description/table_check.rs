@@ -1,4 +1,4 @@
-//! Checks a model's table of variables for mistakes that the compiler cannot find.
+//! Finds mistakes in a table of variables, for model descriptions and for instantiation.
 
 use super::parts::unit;
 use crate::c_api::log::CATEGORIES;

@@ -1,5 +1,5 @@
-//! The element `<ModelStructure>` of FMI 2.0: the dependencies of outputs and derivatives while
-//! stepping, and of all that is computed in Initialization Mode.
+//! The element `<ModelStructure>` of FMI 2.0, for `description`: the dependencies of outputs and
+//! derivatives while stepping, and of all that is computed in Initialization Mode.
 
 use crate::Model;
 use crate::c_api::description::{Element, listed};

@@ -1,4 +1,4 @@
-//! The element `<ModelVariables>` of FMI 2.0: one `<ScalarVariable>` for each element of the table.
+//! The element `<ModelVariables>` for `description`: one `<ScalarVariable>` for each element.
 
 use crate::Model;
 use crate::c_api::description::{Element, type_attributes, variable};

@@ -1,6 +1,6 @@
-//! The element `<ModelStructure>` of FMI 3.0: the dependencies of outputs, derivatives and event
-//! indicators, and those in Initialization Mode. An array depends on everything that any of its
-//! elements depends on; fmi3GetVariableDependencies returns them element by element.
+//! The element `<ModelStructure>` of FMI 3.0, for `description`: the dependencies of outputs,
+//! derivatives and event indicators, and those in Initialization Mode. An array depends on all that
+//! any element depends on; fmi3GetVariableDependencies returns these element by element.
 
 use crate::Model;
 use crate::c_api::description::{Element, listed};

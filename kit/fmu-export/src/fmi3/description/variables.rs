@@ -1,5 +1,5 @@
-//! The element `<ModelVariables>` of FMI 3.0: time, and an array or scalar for each row. A row of
-//! elements with different units becomes one scalar for each element.
+//! The element `<ModelVariables>` of FMI 3.0, for `description`: time, and an array or scalar for
+//! each row. A row of elements with different units becomes one scalar for each element.
 
 use super::super::instance::NAMES;
 use crate::Model;
