@@ -1,4 +1,4 @@
-//! Executes the JSON commands of a page: restart, watch, get, set, save, restore and so on.
+//! Executes the JSON commands of a page on its engine: restart, watch, get, set, save and others.
 
 use anyhow::{Context, Result, bail};
 use cosim::describe;
