@@ -1,5 +1,5 @@
-//! The instances of a run with the plans of what is passed between them, which the master makes and
-//! saves. The schedules are made of the operations here: pass values, step components, handle
+//! The instances of a run with the plans of what is passed between them, made and saved by the
+//! master. The schedules are made of the operations here: pass values, step components, handle
 //! events, account for power bonds. These operations look nothing up and allocate nothing.
 
 use anyhow::{Result, bail, ensure};

@@ -1,7 +1,7 @@
 //! A cache of instances, for Python scripts that make thousands of runs: an instance that has ended
 //! its run is reset and used again, which is quicker than to make another.
 //!
-//! It is off until a thread turns it on. Instances belong to a thread, so each has its own cache.
+//! The cache is off until a thread turns it on; each thread has its own, with its own instances.
 
 use std::cell::RefCell;
 use std::sync::Arc;

@@ -1,5 +1,5 @@
 //! Supervises a run of `simulate` or of a page: watches every communication point for divergence,
-//! and judges the result by it, by energy that the coupling created or lost, and by FMUs' messages.
+//! and judges the result by divergence, energy that the coupling created or lost, and FMU messages.
 
 use anyhow::Result;
 

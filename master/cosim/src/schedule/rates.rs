@@ -1,5 +1,5 @@
 //! Components with steps of their own (`--rate`), a whole part or multiple of the communication
-//! step, and continuous inputs between communication points (`--between`); `coupling` steps them.
+//! step, and continuous inputs between communication points (`--between`), for `coupling`.
 
 use std::collections::BTreeMap;
 
