@@ -1,4 +1,4 @@
-//! Executes the JSON commands of a page: restart, watch, get, set, save, restore and so on.
+//! Executes the JSON commands that `exports` gets from a page: restart, watch, get, set and others.
 
 use anyhow::{Context, Result, bail};
 use cosim::describe;

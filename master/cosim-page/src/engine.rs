@@ -1,4 +1,4 @@
-//! The state of a page: the system or FMU that it has opened, and the run of it.
+//! The system or FMU that a page has opened, with its run; `command` and `exports` call it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
-//! The functions that the page's worker calls. It passes texts and bytes in memory that it has
-//! allocated here; an answer is valid at [`answer_address`] until the next call.
+//! The functions that `worker.js` of `page-files` calls. The worker passes texts and bytes in
+//! memory that it has allocated here; an answer is valid at [`answer_address`] until the next call.
 #![allow(unsafe_code)]
 
 use std::alloc::{Layout, alloc, dealloc};

@@ -1,5 +1,5 @@
-//! The co-simulation master as a WebAssembly module for web pages: it opens a packed system or an
-//! FMU and runs it in the page.
+//! The co-simulation master as a WebAssembly module: it opens a packed system or an FMU and runs it
+//! in a web page. `cargo fmu web` puts the module into the pages that it makes.
 //!
 //! `worker.js` of `page-files` instantiates this module and hosts the WebAssembly modules of the
 //! FMUs, which `cosim` calls. Commands and answers are JSON ([`command`]); the values of a run are

@@ -1,5 +1,5 @@
 //! A run in a page: steps the system, records the watched variables, sets inputs and parameters,
-//! and keeps saved states.
+//! and keeps saved states. `engine` owns the run; `command` calls it.
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,5 @@
-//! Command-line options and endings shared by the programs on this library: which system is run,
-//! how it is stepped, its start values and inputs, which signals are written, and the exit code.
+//! Options and output that `cosim`, the programs of the studies and the Python module share: which
+//! system is run and how, with which start values and inputs, the signals written, the exit code.
 
 mod places;
 mod step_args;

@@ -1,5 +1,5 @@
-//! Describes FMUs and systems as text and as JSON, for `cosim info`. The names in the JSON are a
-//! contract (`docs/master/cosim-options.md`): names are added, none is renamed.
+//! Describes FMUs and systems as text and JSON for `cosim info`, variables also for `cosim-page`.
+//! The JSON's names are a contract (`docs/master/cosim-options.md`): names are added, none renamed.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;

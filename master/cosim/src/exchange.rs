@@ -1,6 +1,6 @@
-//! Passes values over all connections of a system, at every communication point of a run. The plan
-//! is made once: in each stage one read per component with outputs in it, then one write per
-//! component that receives them. Running it neither looks anything up nor allocates.
+//! Passes values over a system's connections at every communication point, for the master and its
+//! schedules; `cosim wiring` prints the plan. The plan is made once: each stage has one read, then
+//! one write per component, type and clocks. Running it neither looks anything up nor allocates.
 
 pub(crate) mod algebraic_loop;
 pub(crate) mod balance;

@@ -1,4 +1,4 @@
-//! A loaded FMU as the master uses it: its variables by element, and the instances made of it.
+//! A loaded FMU with its variables by element: systems hold it, and instances are made of it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -1,5 +1,5 @@
-//! An FMU instance as the master calls it, in this thread or another. Errors of its calls name the
-//! instance, the time, the variables and the reasons that the FMU logged.
+//! An FMU instance that the master and the studies call, in this thread or another. Errors of its
+//! calls name the instance, the time, the variables and the reasons that the FMU logged.
 
 mod errors;
 #[cfg(feature = "native")]

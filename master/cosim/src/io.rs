@@ -1,4 +1,4 @@
-//! Files and texts with values: CSV logs, input tables, scenarios, and numbers as users write them.
+//! Files and texts with values, for programs, Python, pages: CSV, input tables, scenarios, numbers.
 
 pub mod cells;
 #[cfg(feature = "native")]

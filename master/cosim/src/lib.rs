@@ -1,5 +1,5 @@
-//! Co-simulation master for FMI 2.0 and 3.0, also mixed: runs a system of FMUs as its SSP
-//! system structure describes it.
+//! Co-simulation master for FMI 2.0 and 3.0, also mixed: runs a system of FMUs as its SSP system
+//! structure describes it. The program `cosim`, pages, the studies and Python use it.
 //!
 //! The structure names the FMUs, their connections, the order in which they are stepped and the
 //! power bonds ([`structure`]). The model descriptions declare which outputs depend directly on

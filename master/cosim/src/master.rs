@@ -1,5 +1,5 @@
 //! The co-simulation master: makes and initializes the instances of a system, steps them by a
-//! schedule, and saves and restores the state of the whole.
+//! schedule, and saves and restores the state of the whole. Runs, scripts and pages step it.
 
 use anyhow::{Context, Result, bail, ensure};
 use fmi_description::{Access, Variability};

@@ -1,5 +1,5 @@
-//! A run of a system: instances are made and initialized, stepped to a stop time and observed; the
-//! outcome ends with a verdict on the result.
+//! A run of a system, for programs, Python and pages: instances are made and initialized, stepped
+//! to a stop time and observed; the outcome ends with a verdict on the result.
 
 pub mod divergence;
 pub mod experiment;

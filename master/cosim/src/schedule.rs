@@ -1,6 +1,6 @@
-//! The schedules of a run: in which order outputs are read, inputs are set and components are
-//! stepped. `standard` does each once for all components ([`standard`]). The others pass values by
-//! stages in the order of direct feedthrough, so that outputs are read again after inputs were set.
+//! The schedules of a run, which the master calls: the order in which outputs are read, inputs set
+//! and components stepped. `standard` does each once for all components ([`standard`]). The others
+//! pass values in the order of direct feedthrough, and read outputs again after inputs were set.
 
 mod choice;
 pub(crate) mod rates;

@@ -1,4 +1,4 @@
-//! The communication steps of a run to its stop time: of one length, or of variable length.
+//! The communication steps of a run, which `simulate` makes: of one length, variable or repeated.
 
 mod controller;
 mod fixed;

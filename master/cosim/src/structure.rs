@@ -1,5 +1,5 @@
 //! Reads a system structure of SSP into the flat system that the master runs ([`Structure`]), and
-//! loads its FMUs ([`system`]).
+//! loads its FMUs ([`system`]), for programs, Python and pages.
 
 pub(crate) mod arrays;
 mod bond;

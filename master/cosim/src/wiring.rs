@@ -1,5 +1,5 @@
-//! The connections of a system, resolved against the model descriptions of its FMUs: types, units
-//! and causalities are checked here. [`order`] sorts them by direct feedthrough.
+//! The connections of a system, resolved against its FMUs' model descriptions: types, units and
+//! causalities are checked here. Exchanges are planned from them, in the order of [`order`].
 
 mod order;
 pub mod probing;

@@ -1,6 +1,5 @@
 //! The HTML, CSS and JavaScript files of the page that runs an FMU or a packed system in a browser.
-//! `cargo fmu web` joins them into one file; the page of the machine takes its common parts from
-//! here.
+//! `cargo fmu web` joins them into one file; the page of the machine takes common parts from here.
 //!
 //! ```
 //! let page = page_files::file("model.html").unwrap();

@@ -1,5 +1,5 @@
-//! Connectors of components and systems: the declared name, direction, type, unit and size of a
-//! variable.
+//! Connectors of components, systems and signal dictionaries: the declared name, direction, type,
+//! unit and size of a variable, for `cosim`. Parameter sets share the types and units.
 
 use fmi_description::Unit;
 use fmi_description::xml::{Element, XmlError};

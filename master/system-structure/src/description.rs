@@ -1,5 +1,5 @@
 //! System structures (`.ssd`): systems, their elements, connectors, connections and parameter
-//! bindings.
+//! bindings. `cosim` flattens them into components and connections.
 
 use fmi_description::Unit;
 use fmi_description::xml::{self, XmlError};

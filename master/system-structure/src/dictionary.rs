@@ -1,4 +1,4 @@
-//! Signal dictionaries (`.ssb`): named signals that connections in several systems share, like a bus.
+//! Signal dictionaries (`.ssb`), for `cosim`: signals that connections in several systems share.
 
 use fmi_description::Unit;
 use fmi_description::xml::{Element, XmlError};

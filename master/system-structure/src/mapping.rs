@@ -1,5 +1,5 @@
 //! Parameter mappings (`.ssm`): they rename the parameters of a set for a component, and transform
-//! their values.
+//! their values. `cosim` also maps the variables of a replaced FMU by them.
 
 use fmi_description::xml::{Element, XmlError};
 

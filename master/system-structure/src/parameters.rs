@@ -1,5 +1,5 @@
 //! Parameter sets (`.ssv`), and the bindings by which a structure applies them to a component or a
-//! system.
+//! system. `cosim` takes start values from both.
 
 use fmi_description::Unit;
 use fmi_description::xml::{Element, XmlError};

@@ -1,5 +1,5 @@
 //! Transformations of values, which connections and parameter mappings have: linear, or from value
-//! to value.
+//! to value. `cosim` applies them.
 
 use fmi_description::xml::{self, Element, XmlError};
 

@@ -1,5 +1,5 @@
-//! Finds packed FMUs and systems whose folder is not given: by the environment variable `FMU_DIR`,
-//! or near the program.
+//! Finds packed FMUs and systems whose folder is not given, for `cosim` and the programs of the
+//! studies: by the environment variable `FMU_DIR`, or near the program.
 
 use std::path::{Path, PathBuf};
 

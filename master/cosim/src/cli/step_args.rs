@@ -1,5 +1,5 @@
-//! Options of `cosim run` for variable communication steps, and for snapshots from which a run is
-//! resumed.
+//! Options of `cosim run` for variable or repeated communication steps, and for snapshots: when
+//! they are saved, and from which one a run is resumed.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,5 @@
-//! Solves algebraic loops, outputs that depend directly on each other, by Newton's method.
+//! Solves algebraic loops, outputs that depend directly on each other, by Newton's method: for each
+//! exchange, and for steps that the schedule `standard` repeats (`--solve-loops`).
 //!
 //! The unknowns `y` are the values that the outputs of a loop pass on; `g(y)` are the outputs after
 //! the inputs were set to `y`. The solution is `g(y) = y`. The derivatives of `g` with respect to

@@ -1,7 +1,7 @@
-//! Corrects the inputs of power bonds so that the coupling nearly conserves energy (`--between
-//! balanced`): the error of effort and flow over a step is added to them over the next one (NEPCE:
-//! Benedikt et al. 2013; Sadjina and Pedersen 2019, arXiv 1606.05168). Outputs are read with the
-//! uncorrected inputs: the correction holds for the step alone.
+//! Corrects the inputs of power bonds for `coupling`, so that energy is nearly conserved
+//! (`--between balanced`): the error of effort and flow over a step is added to them over the next
+//! one (NEPCE: Benedikt et al. 2013; Sadjina and Pedersen 2019, arXiv 1606.05168). Outputs are read
+//! with the uncorrected inputs: the correction holds for the step alone.
 //!
 //! Over a step of `h` the receiver of an effort was given `F` where its mean was `F̄`. Over the
 //! next one, of `h'` from `F'` and `v'`,
@@ -10,8 +10,7 @@
 //! ```
 //! `F̄` is the mean that the bond names, `v̄` the mean of the flows at both ends of the step.
 //! Effort and flow then are those of the middle of the step, to second order, and errors do not
-//! accumulate. A longer step gets back the missing impulse, a shorter one no more than the mean
-//! error.
+//! accumulate. A longer step gets back the missing impulse, a shorter one at most the mean error.
 
 use anyhow::{Result, ensure};
 

@@ -1,5 +1,5 @@
 //! Power residual of a bond of effort and flow (force and velocity, voltage and current): the power
-//! that the coupling itself creates or destroys. It is reported at the end of every run.
+//! that the coupling itself creates or destroys. Reports, supervision and step control use it.
 //!
 //! The component that exerts the effort delivers over a step the mean power `F̄·u_v`: its mean
 //! effort times the flow it was given. The other one receives `u_F·v̄`: the effort it was given

@@ -1,6 +1,6 @@
-//! The instances of a run with the plans of what is passed between them. The schedules are made of
-//! the operations here: pass values, step components, handle events, account for power bonds.
-//! Nothing here looks anything up or allocates.
+//! The instances of a run with the plans of what is passed between them, made and saved by the
+//! master. The schedules are made of the operations here: pass values, step components, handle
+//! events, account for power bonds. These operations look nothing up and allocate nothing.
 
 use anyhow::{Result, bail, ensure};
 use serde::{Deserialize, Serialize};

@@ -1,5 +1,5 @@
-//! Alters values on their way to inputs: the faults of wires (`--fault`) and the events of
-//! scenarios (`--scenario`). Off unless requested. Equal seeds give equal runs.
+//! Alters values on their way to inputs, for exchanges and input tables: faults of wires
+//! (`--fault`, and in studies) and events of scenarios (`--scenario`). Equal seeds give equal runs.
 
 use anyhow::{Context, Result, bail, ensure};
 use fmi_description::{Causality, Kind};

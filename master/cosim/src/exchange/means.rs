@@ -1,5 +1,5 @@
-//! Mean efforts of power bonds over a step. The Gauss–Seidel schedule reads them from a component
-//! after its step, and sets them as inputs of the components that it steps later.
+//! Mean efforts of power bonds over a step: `coupling` reads them after the step of a component,
+//! for the residuals. Gauss–Seidel also sets them as inputs of the components that it steps later.
 
 use std::collections::BTreeMap;
 

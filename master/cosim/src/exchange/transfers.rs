@@ -1,5 +1,5 @@
-//! Batched reads and writes: variables of one component and one type that one call of the FMU gets
-//! or sets, with the slots of their values. The parts that exchanges are planned from.
+//! Batched reads and writes: variables of one component, type and clocks that one call of the FMU
+//! gets or sets, with the slots of their values. Exchanges, signals and input tables use them.
 
 use std::collections::BTreeMap;
 use std::ops::Range;

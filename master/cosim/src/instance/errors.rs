@@ -1,5 +1,5 @@
-//! Error texts of failed calls: which instance and FMU, at which time, which variables, and the
-//! reasons that the FMU logged.
+//! Error texts for failed calls of an `Instance`: which instance and FMU, at which time, which
+//! variables, and the reasons that the FMU logged.
 
 use anyhow::{Error, Result, anyhow};
 use fmi_description::Version;

@@ -1,5 +1,5 @@
-//! An instance in another thread, as the master calls it: each call is sent to the instance's
-//! worker as a task, and may be begun before its answer is needed.
+//! An instance in another thread, which `Instance` calls like one in its own: each call is sent to
+//! the instance's worker as a task, and may be begun before its answer is needed.
 
 use std::any::Any;
 use std::collections::btree_map::Entry;

@@ -1,4 +1,4 @@
-//! Runs instances in other threads, so that several cores share the work of a communication step.
+//! Runs instances in threads that `thread_plan` starts: several cores share a communication step.
 //!
 //! A worker thread makes, steps and frees its instances; it has its own copy of each FMU's library.
 //! It takes orders from one queue and answers through a queue for each instance. The master begins

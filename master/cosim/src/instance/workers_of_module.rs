@@ -1,5 +1,5 @@
 //! Worker threads in a WebAssembly module: there are none, because a module runs in the thread of
-//! its host.
+//! its host. Without the feature `native` this file replaces `workers.rs`.
 
 use anyhow::{Result, bail};
 

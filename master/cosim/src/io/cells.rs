@@ -1,4 +1,4 @@
-//! Splits lines of CSV files into cells, and quotes cells.
+//! Splits lines of CSV files into cells for input tables, and quotes the cells of written files.
 
 use std::borrow::Cow;
 

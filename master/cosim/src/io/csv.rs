@@ -1,5 +1,5 @@
-//! Logs the signals of a run to a CSV file (`--csv`): a line of names, then a row for each
-//! communication point. The units are in a second file, `NAME.units.csv`.
+//! Logs the signals of a run to a CSV file (`--csv` of `cosim` and the studies): names, then a row
+//! for each communication point or interval. The units are in a second file, `NAME.units.csv`.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};

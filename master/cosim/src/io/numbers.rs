@@ -1,5 +1,5 @@
-//! Values of variables as f64: checks which numbers a variable accepts, and parses them as users
-//! and files write them.
+//! Values of variables as f64, for faults, input tables, pages and the probing of feedthrough:
+//! checks which numbers a variable accepts, and parses them as users and files write them.
 
 use anyhow::{Result, ensure};
 use fmi_description::{Kind, Variable};

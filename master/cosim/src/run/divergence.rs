@@ -1,7 +1,7 @@
-//! Detects divergence, the sign of a communication step that is too long: a value that jumps up and
-//! down from one communication point to the next, further each time. A loop of components does that
-//! long before a component refuses a value. A physical oscillation does not, because many
-//! communication steps resolve it; noise jumps, but does not keep growing.
+//! Detects divergence, for `supervision`. It is the sign of a communication step that is too long:
+//! a value that jumps up and down from one communication point to the next, further each time. A
+//! loop of components does that long before a component refuses a value. A physical oscillation
+//! does not, because many communication steps resolve it; noise jumps, but does not keep growing.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,5 +1,5 @@
-//! An experiment: the conditions of a run (step, start values, inputs, faults), from which it
-//! starts the initialized system.
+//! An experiment: the conditions of a run (step, threads, start values, inputs, faults). Programs,
+//! Python and pages start the initialized system from it.
 
 use std::sync::Arc;
 

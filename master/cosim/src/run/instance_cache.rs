@@ -1,8 +1,7 @@
-//! A cache of instances, for programs that make thousands of runs: an instance that has ended its
-//! run is reset and used again, which is quicker than to make another.
+//! A cache of instances, for Python scripts that make thousands of runs: an instance that has ended
+//! its run is reset and used again, which is quicker than to make another.
 //!
-//! The cache is off until a thread turns it on. Instances belong to their thread, so each thread
-//! has a cache of its own.
+//! The cache is off until a thread turns it on; each thread has its own, with its own instances.
 
 use std::cell::RefCell;
 use std::sync::Arc;

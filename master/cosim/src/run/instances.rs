@@ -1,4 +1,4 @@
-//! Makes instances of a system's components and sets their start values.
+//! Makes instances of components with their start values, for the master, probing and studies.
 
 use anyhow::{Context, Result};
 

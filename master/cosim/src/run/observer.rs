@@ -1,5 +1,5 @@
-//! Observers: what a run calls at every communication point. Measures, recordings and log files
-//! implement the trait [`Observer`].
+//! Observers: what `run::simulate` calls at every communication point. Recordings, log files and
+//! measures of the studies implement the trait [`Observer`].
 
 use anyhow::Result;
 

@@ -1,5 +1,5 @@
-//! The plan of a run, besides its experiment: where it ends, how long its steps are, and which
-//! files it is saved to or resumed from.
+//! The plan of a run, besides its experiment, as `cosim run` and the studies give it to `simulate`:
+//! where the run ends, how long its steps are, and which files it is saved to or resumed from.
 
 use std::path::PathBuf;
 

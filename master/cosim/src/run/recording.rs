@@ -1,4 +1,4 @@
-//! A recording: the values of chosen variables at every communication point of a run, in memory.
+//! Records chosen variables at communication points in memory, for Python and the studies.
 
 use anyhow::{Context, Result, ensure};
 

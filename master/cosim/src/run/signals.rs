@@ -1,5 +1,5 @@
-//! Reads and sets variables of a running system together, with one call per component, and finds
-//! variables whose names match patterns.
+//! Reads and sets variables of a running system together, and finds variables by patterns of their
+//! names, for logs, recordings, studies, Python and pages.
 
 use std::collections::BTreeMap;
 

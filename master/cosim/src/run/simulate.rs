@@ -1,5 +1,5 @@
 //! Simulates: steps a system from its start to a stop time, with an observer at every communication
-//! point, and returns the outcome.
+//! point, and returns the outcome. `cosim`, Python and the studies call it.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -95,6 +95,7 @@ pub fn run_plan(
         let before = (timed <= thread_choice::STEPS).then(Instant::now);
         let made = state.steps.make(&mut state.master);
         shortest = before.map_or(shortest, |before| before.elapsed().min(shortest));
+        // The first steps were timed on one thread: several threads continue if that is faster.
         if let (thread_choice::STEPS, Ok(_), Some(experiment)) = (timed, &made, &plan.threads_for) {
             let (k, all) = state.steps.so_far(&state.master);
             let (left, supervision) = (all - k, &mut state.supervision);

@@ -1,5 +1,5 @@
 //! Snapshots: a run at a communication point as bytes, from which another process resumes it with
-//! bit-identical results.
+//! bit-identical results. `simulate` writes and reads them (`--snapshot`, `--resume`).
 
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,6 @@
 //! Finds gaps in a system structure: connectors that an FMU does not have, inputs that nothing
-//! drives or sets, values that match no variable. They become findings of a run's verdict, or
-//! errors with `--strict`.
+//! drives or sets, values that match no variable. They become findings of a run's verdict, also in
+//! pages, or errors with `--strict`; `cosim wiring` lists them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;

@@ -1,5 +1,5 @@
-//! Supervises a run: watches every communication point for divergence, and judges the result at the
-//! end by divergence, energy that the coupling created, and the messages of the FMUs.
+//! Supervises a run of `simulate` or of a page: watches every communication point for divergence,
+//! and judges the result by divergence, energy that the coupling created or lost, and FMU messages.
 
 use anyhow::Result;
 

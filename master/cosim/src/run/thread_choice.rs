@@ -1,5 +1,5 @@
-//! Chooses the number of threads of a run when none is given: times the first eight steps on one
-//! thread; if they are long, times them again on several threads, and keeps the faster.
+//! Chooses the number of threads of `cosim run` without `--threads`: times the first eight steps on
+//! one thread; if they are long, times them again on several threads, and keeps the faster.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};

@@ -1,5 +1,5 @@
-//! The verdict on the result of a run: a list of findings. The result must not be used as it stands
-//! if one of them is bad.
+//! The verdict on the result of a run, for programs, Python and pages: a list of findings. The
+//! result must not be used as it stands if one of them is bad.
 
 use std::fmt;
 

@@ -1,5 +1,5 @@
-//! The settings of a run's steps that users choose: schedule, communication step, inputs between
-//! communication points, jitter.
+//! The settings of a run's steps that programs, Python and pages give the master: schedule,
+//! communication step, inputs between communication points, jitter.
 
 use serde::{Deserialize, Serialize};
 

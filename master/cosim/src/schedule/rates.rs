@@ -1,5 +1,5 @@
 //! Components with steps of their own (`--rate`), a whole part or multiple of the communication
-//! step, and the course of continuous inputs between communication points (`--between`).
+//! step, and continuous inputs between communication points (`--between`), for `coupling`.
 
 use std::collections::BTreeMap;
 

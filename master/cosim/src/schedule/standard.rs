@@ -1,5 +1,5 @@
-//! The schedule `standard`: get all outputs, set all inputs, step all components. FMI 2.0
-//! guarantees nothing more.
+//! The schedule `standard`, called by `schedule`: get all outputs, set all inputs, step all
+//! components. FMI 2.0 guarantees nothing more.
 
 use anyhow::Result;
 

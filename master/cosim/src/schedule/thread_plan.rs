@@ -1,5 +1,5 @@
 //! Distributes the components of a run over threads, and sorts them into ranks that may be stepped
-//! at the same time.
+//! at the same time. The master makes this plan for `--threads`.
 
 use std::num::NonZero;
 use std::sync::Arc;

@@ -1,5 +1,5 @@
-//! How the length of communication steps is chosen: fixed, or by a PI controller that holds the
-//! error of each step near a tolerance.
+//! The four choices of the lengths of communication steps (fixed, repeated, energy, doubling), and
+//! the PI controller by which `variable` holds the error of each step near a tolerance.
 
 use anyhow::{Result, ensure};
 use serde::{Deserialize, Serialize};
@@ -102,7 +102,7 @@ impl StepLimits {
 /// Progress of the steps of a run, as a snapshot saves it.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub(crate) struct Progress {
-    /// Number of steps, including those whose communication points are lost.
+    /// Number of steps, also of those whose communication points jitter leaves out.
     pub made: u64,
     pub controller: ControllerState,
 }
@@ -133,9 +133,9 @@ impl StepController {
     /// Begins with steps of `length`, s, within the limits.
     ///
     /// With `remembers` it follows the largest of the recent errors, each scaled with the square of
-    /// the step length, to which an energy residual is proportional. A power that changes its sign
-    /// shows no error at that moment although the coupling is no better, and a steady step costs
-    /// less than one that follows such dips.
+    /// the step length, to which an energy residual is proportional. When a bond's power passes
+    /// zero, its error is small for a moment although the coupling is as bad as before. Following
+    /// that dip would lengthen the step and then shorten or repeat it, so the largest error counts.
     pub fn new(limits: StepLimits, length: f64, remembers: bool) -> Result<Self> {
         limits.check()?;
         let next = length.clamp(limits.length[0], limits.length[1]);

@@ -1,5 +1,5 @@
-//! Communication steps of one length, with jitter if it is wanted. The last step is shortened to
-//! end at the stop time, if every component can vary its step.
+//! Communication steps of one length for `Steps`, with jitter if it is wanted. The last step is
+//! shortened to end at the stop time, if every component can vary its step.
 
 use anyhow::{Result, bail, ensure};
 

@@ -1,6 +1,6 @@
-//! Communication steps of variable length, chosen by the error of the step before, and steps that
-//! are repeated from a saved state: because their error was too large or a component stopped within
-//! them.
+//! Communication steps of variable length for `Steps`, chosen by the error of the step before, and
+//! steps that are repeated from a saved state: because their error was too large or a component
+//! stopped within them.
 
 use anyhow::{Result, bail, ensure};
 use fmi_description::{Access, Variability, Variable};

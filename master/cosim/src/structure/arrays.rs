@@ -1,5 +1,5 @@
-//! Array connectors of SSP 2.0: a connection of whole arrays becomes one connection per element,
-//! because the master treats each element of an array as a variable.
+//! Array connectors of SSP 2.0: for `system`, a connection of whole arrays becomes one connection
+//! per element, because the master treats each element of an array as a variable.
 
 use std::sync::Arc;
 

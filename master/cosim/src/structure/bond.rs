@@ -1,5 +1,5 @@
-//! Power bonds as system structures declare them: an annotation on the connection that carries the
-//! effort names the conjugate flow. The master reports the power residual of each bond.
+//! Power bonds as system structures declare them, for `flatten`: an annotation on the connection
+//! that carries the effort names the conjugate flow. The master reports the residual of each bond.
 
 use anyhow::{Result, bail};
 use system_structure::Annotation;

@@ -1,5 +1,5 @@
-//! The flat system that the master runs: FMU components, the connections between them and their
-//! start values, without nested systems.
+//! The flat system that `flatten` makes and the master runs: FMU components, the connections
+//! between them and their start values, without nested systems.
 
 use fmi_description::Unit;
 use system_structure::{Connector, DataType, Direction, Transformation};

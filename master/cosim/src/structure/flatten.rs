@@ -1,5 +1,5 @@
-//! Flattens a system structure: nested systems, signal dictionaries and structures in other files
-//! become one list of components and connections ([`Structure`]).
+//! Flattens a system structure for `System` and `cosim info`: nested systems, signal dictionaries
+//! and structures in other files become one list of components and connections ([`Structure`]).
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! Reads the files of a system: from a packed system (`.ssp`), or from the folder of a `.ssd`.
+//! Reads the files of a packed system (`.ssp`) or a `.ssd`'s folder, for `System` and `cosim info`.
 
 use std::borrow::Cow;
 use std::fs;

@@ -1,5 +1,5 @@
-//! Replacing a component's FMU by one with other variable names (`cosim run --fmu --map`): a
-//! parameter mapping (`.ssm`) gives the FMU's name for each name of the structure.
+//! Renames a system's variables to those of a component's FMU, for `System` (`--map`, and `maps` in
+//! Python): a parameter mapping (`.ssm`) gives the FMU's name for each name of the structure.
 
 use fmi_description::Description;
 use system_structure::{MappingEntry, ParameterMapping, Transformation};

@@ -1,5 +1,5 @@
-//! A loaded system: the structure and its FMUs. Programs load it once and run it as often and in as
-//! many threads as they like.
+//! A loaded system: the structure and its FMUs. Programs, Python and pages load it once and run it
+//! as often, and in as many threads, as they like.
 
 mod names;
 mod values;

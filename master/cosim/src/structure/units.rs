@@ -1,5 +1,5 @@
-//! Looks up units by name: as the files of a system define them, else among the common units. For
-//! columns of input files, which have unit names only.
+//! Looks up units by name: as the files of a system define them, else among the common units. Input
+//! tables use it, because their columns have unit names only.
 
 use fmi_description::Unit;
 

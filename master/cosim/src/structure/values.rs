@@ -1,5 +1,5 @@
-//! Reads the parameter values that a binding of the structure or a parameter set gives, with
-//! prefixes and mappings applied to their names.
+//! Reads the parameter values that a binding of the structure (for `flatten`) or a parameter set
+//! (for `System`) gives, with prefixes and mappings applied to their names.
 
 use anyhow::{Context, Result};
 use system_structure::{Binding, ParameterMapping, ParameterSet, Sourced};

@@ -1,5 +1,5 @@
 //! Joins connections that lead through connectors of nested systems into connections between
-//! components. The last part of flattening a structure.
+//! components, as the last part of `flatten`.
 
 use std::collections::HashMap;
 

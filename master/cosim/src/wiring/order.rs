@@ -1,5 +1,5 @@
 //! Sorts the connections by direct feedthrough: which outputs can be read together after which
-//! inputs are set, and which form algebraic loops. For the plans in [`crate::exchange`].
+//! inputs are set, and which form algebraic loops. The plans in [`crate::exchange`] use this order.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 

@@ -1,5 +1,5 @@
-//! Transformations of values between an output and an input (SSP 1.0): unit conversion, scaling and
-//! offset, and mapping of values. The transformations along a connection are composed into one.
+//! Transformations of values between an output and an input (SSP 1.0), composed along a connection:
+//! unit conversion, scaling and offset, mapping of values. Wires, start values and tables use them.
 
 use anyhow::{Result, bail};
 use fmi_description::{Description, Item, Kind, Unit, Variable};

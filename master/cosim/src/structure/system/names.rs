@@ -1,4 +1,4 @@
-//! Finds the variables of a system by name, and suggests a known name for an unknown one.
+//! Methods of `System` that find variables by name and suggest a known name for an unknown one.
 
 use anyhow::{Context, Result, bail};
 use fmi_description::Variable;

@@ -1,5 +1,5 @@
-//! Start values from the structure, from parameter sets and from the user, converted to the types
-//! and units of their variables.
+//! Start values of a `System`, from the structure, from parameter sets and from the user, converted
+//! to the types and units of their variables.
 
 use std::path::Path;
 
