@@ -1,5 +1,5 @@
 //! [`Description`]: a whole model description, with identity, capabilities, units, variables and
-//! their dependencies.
+//! their dependencies. The importer, the master, the check and `cargo fmu` get it from `parse`.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! [`DescriptionError`]: why a model description cannot be used.
+//! [`DescriptionError`]: why a model description cannot be used, for the users of FMUs to read.
 
 use thiserror::Error;
 

@@ -1,4 +1,4 @@
-//! Reads a [`Description`] from the bytes or the text of a `modelDescription.xml`.
+//! Reads a [`Description`] from the bytes or text of a `modelDescription.xml`, for every importer.
 
 use std::collections::HashSet;
 

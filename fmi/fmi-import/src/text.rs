@@ -1,4 +1,4 @@
-//! Reads C strings that an FMU returns, without trusting that the pointers lead to memory.
+//! Reads C strings of FMUs, for `log`, `raw` and `functions`; the pointers need not lead to memory.
 
 use std::ffi::{CStr, CString};
 

@@ -1,4 +1,4 @@
-//! Checks WebAssembly components in the archive by the draft FMI-LS-WASM, without running them.
+//! Checks, for `check`, WebAssembly components by the draft FMI-LS-WASM, without running them.
 
 use fmi_description::platform::WASM;
 

@@ -1,4 +1,4 @@
-//! Step size control: internal steps as long as the tolerance allows.
+//! Step size control for the methods with a tolerance: internal steps as long as it allows.
 
 use super::algorithm::Algorithm;
 use super::system::System;

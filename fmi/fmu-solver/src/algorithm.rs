@@ -1,4 +1,4 @@
-//! [`Algorithm`]: the interface of the integration methods to the step size control.
+//! [`Algorithm`]: the interface of the methods to fixed and controlled steps (`lib`, `adaptive`).
 
 use super::dense_output::DenseOutput;
 use super::system::System;

@@ -1,4 +1,4 @@
-//! Runs programs, with errors that name the whole command.
+//! Runs programs, with errors that name the whole command, for all files here and for `xtask`.
 
 use std::process::{Command, ExitCode, Stdio};
 

@@ -1,4 +1,4 @@
-//! Probes of saved states: restored, as bytes in another instance, and with damaged bytes.
+//! Probes of saved states, for `supervision`: restored, in another instance, and of damaged bytes.
 
 use anyhow::Result;
 
