@@ -1,5 +1,5 @@
 //! [`Description`]: a whole model description, with identity, capabilities, units, variables and
-//! their dependencies. The importer, the master, the check and `cargo fmu` get it from `parse`.
+//! their dependencies. `parse` makes it for importer, master, check, `torture` and `cargo fmu`.
 
 use std::collections::HashMap;
 

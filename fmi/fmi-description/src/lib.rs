@@ -1,5 +1,5 @@
-//! What a `modelDescription.xml` of FMI 2.0 or 3.0 (co-simulation) says, typed, for the importer,
-//! the master, the check and `cargo fmu`: identity, capabilities, variables, and the inputs that
+//! What a `modelDescription.xml` of FMI 2.0 or 3.0 (co-simulation) says, typed, for importer,
+//! master, check, `torture` and `cargo fmu`: identity, capabilities, variables, and the inputs that
 //! outputs depend on. What both versions have is one type here. [`Archive`] opens the FMU itself.
 //!
 //! Other tools' FMUs are read as they are: in any encoding that is usual, with whatever their

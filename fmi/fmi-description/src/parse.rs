@@ -1,4 +1,4 @@
-//! Reads a [`Description`] from the bytes or text of a `modelDescription.xml`, for every importer.
+//! Reads a [`Description`] from a `modelDescription.xml` (bytes or text), for all who open FMUs.
 
 use std::collections::HashSet;
 

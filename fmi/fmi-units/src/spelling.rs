@@ -1,4 +1,4 @@
-//! Finds a unit by any of its usual names, such as those in the head of a table, for the master.
+//! Finds a unit by any of its usual names, such as those in heads of tables that the master reads.
 
 use crate::known::KNOWN_UNITS;
 use crate::unit::Unit;

@@ -1,4 +1,4 @@
-//! The C functions that an FMU's library must export, by version and interfaces, for `check`.
+//! The C functions that a library must export, by version and interfaces, for `fmu_check::check`.
 
 use fmi_description::Version;
 use fmi_description::xml::Element;

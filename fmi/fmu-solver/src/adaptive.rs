@@ -1,4 +1,4 @@
-//! Step size control for the methods with a tolerance: internal steps as long as it allows.
+//! Step size control of `Solver` for methods with a tolerance: steps as long as the error allows.
 
 use super::algorithm::Algorithm;
 use super::system::System;

@@ -1,4 +1,4 @@
-//! [`Algorithm`]: the interface of the methods to fixed and controlled steps (`lib`, `adaptive`).
+//! [`Algorithm`]: the interface of the methods to the solver's fixed and adaptive internal steps.
 
 use super::dense_output::DenseOutput;
 use super::system::System;

@@ -1,4 +1,4 @@
-//! Probes, for `supervision`, of directional and adjoint derivatives, and of time derivatives.
+//! Probes of directional and adjoint derivatives and of time derivatives, for `supervision`.
 
 use anyhow::{Result, bail, ensure};
 use fmi_description::{Access, Causality, Variability, Variable, Version};

@@ -1,4 +1,4 @@
-//! Probes of saved states, for `supervision`: restored, in another instance, and of damaged bytes.
+//! Probes of saved states (restored, in another instance, damaged bytes), for `supervision`.
 
 use anyhow::Result;
 

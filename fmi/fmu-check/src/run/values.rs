@@ -1,4 +1,4 @@
-//! Probes, for `supervision`, of values set and read, and of outputs that inputs act on at once.
+//! Probes of values set and read, and of outputs that inputs act on at once, for `supervision`.
 
 use anyhow::Result;
 use fmi_description::{Access, Causality, Initial, Variability, Variable};

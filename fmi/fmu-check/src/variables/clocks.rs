@@ -1,4 +1,4 @@
-//! Checks, for `variables`, clocks of FMI 3.0 (sections 2.2.8, 2.4.7.4), and what belongs to them.
+//! Checks clocks of FMI 3.0 (sections 2.2.8, 2.4.7.4) and clocked variables, for `variables`.
 
 use fmi_description::xml::Element;
 
