@@ -1,6 +1,6 @@
-//! [`Archive`]: the ZIP archive of an FMU or of a system. Whatever ZIP allows is accepted (folders
-//! as entries, data descriptors, zip64), but nothing is written outside the folder that it is
-//! unpacked to.
+//! [`Archive`]: the ZIP archive of an FMU or of a system, for the importer and the master. Whatever
+//! ZIP allows is accepted (folders as entries, data descriptors, zip64), but nothing is written
+//! outside the folder to which it is unpacked.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,5 +1,5 @@
-//! Dependencies of the variables of a model description: derivatives on states, and outputs on
-//! inputs (`ModelStructure`; FMI 2.0, section 2.2.8; FMI 3.0, section 2.4.8).
+//! Which states derivatives belong to, and which inputs outputs depend on (`ModelStructure`; FMI
+//! 2.0, section 2.2.8; FMI 3.0, section 2.4.8), for the call order of the master and for the check.
 
 use crate::description::{Description, Unknown, Version};
 use crate::variable::{Causality, Initial};

@@ -1,5 +1,5 @@
 //! [`Description`]: a whole model description, with identity, capabilities, units, variables and
-//! their dependencies.
+//! their dependencies. `parse` makes it for importer, master, check, `torture` and `cargo fmu`.
 
 use std::collections::HashMap;
 

@@ -1,5 +1,5 @@
-//! Splits arrays of FMI 3.0 into a variable for each element, such as `zeta[3]` or `A[2,1]`, as FMI
-//! 2.0 and SSP 1.0 have them.
+//! Splits arrays of FMI 3.0 into a variable for each element, such as `zeta[3]` or `A[2,1]`, for
+//! the importing master (`fmu.rs` of `cosim`), which connects single elements as SSP 1.0 does.
 
 use crate::description::{Description, Unknown};
 use crate::variable::Variable;

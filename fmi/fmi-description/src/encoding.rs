@@ -1,5 +1,5 @@
-//! Decodes the bytes of an XML file by its byte order mark or by the encoding named in its first
-//! line.
+//! Decodes the bytes of a model description by its byte order mark or by the encoding named in its
+//! first line, for `parse` and the check.
 
 use crate::error::DescriptionError;
 

@@ -1,5 +1,5 @@
-//! Reads all files of an archive, and writes archives whose bytes depend only on their contents:
-//! entries are sorted by name and have a fixed time.
+//! Reads all files of an archive, and writes archives whose bytes depend only on their contents
+//! (entries are sorted by name and have a fixed time), for `cargo fmu` and `xtask`.
 //!
 //! ```
 //! use fmi_description::entries::{Entries, read_bytes, stored};

@@ -1,4 +1,4 @@
-//! [`DescriptionError`]: why a model description cannot be used.
+//! [`DescriptionError`]: why a model description cannot be used; importer and master report it.
 
 use thiserror::Error;
 

@@ -1,5 +1,5 @@
-//! Reads what model descriptions of both versions have in common: identity, capabilities, units,
-//! and attributes of a variable that it may inherit from its declared type.
+//! Reads what model descriptions of both versions share, for `parse`, `fmi2` and `fmi3`: identity,
+//! capabilities, units, and attributes that a variable may inherit from its declared type.
 
 use std::collections::HashMap;
 

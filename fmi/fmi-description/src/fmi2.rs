@@ -1,4 +1,4 @@
-//! Reads variables and dependencies of a model description of FMI 2.0.
+//! Reads variables and dependencies of a model description of FMI 2.0, for `parse`.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! Reads variables, clocks and dependencies of a model description of FMI 3.0.
+//! Reads variables, clocks and dependencies of a model description of FMI 3.0, for `parse`.
 
 use std::collections::HashMap;
 

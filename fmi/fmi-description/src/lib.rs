@@ -1,7 +1,6 @@
-//! What a `modelDescription.xml` of FMI 2.0 or 3.0 (co-simulation) says, typed: identity,
-//! capabilities, variables with their types and bounds, and which inputs each output depends on.
-//! Where a notion is the same in both versions, so is its type here. [`Archive`] opens the FMU
-//! itself.
+//! What a `modelDescription.xml` of FMI 2.0 or 3.0 (co-simulation) says, typed, for importer,
+//! master, check, `torture` and `cargo fmu`: identity, capabilities, variables, and the inputs that
+//! outputs depend on. What both versions have is one type here. [`Archive`] opens the FMU itself.
 //!
 //! Other tools' FMUs are read as they are: in any encoding that is usual, with whatever their
 //! vendors add. What is wrong by the standard but harmless becomes a [`Remark`].

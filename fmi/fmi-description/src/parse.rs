@@ -1,4 +1,4 @@
-//! Reads a [`Description`] from the bytes or the text of a `modelDescription.xml`.
+//! Reads a [`Description`] from a `modelDescription.xml` (bytes or text), for all who open FMUs.
 
 use std::collections::HashSet;
 

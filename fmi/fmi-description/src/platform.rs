@@ -1,4 +1,5 @@
-//! Platforms that FMUs have folders for, by FMI 2.0 (section 2.3) and 3.0 (section 2.5.1.4).
+//! Platforms that FMUs have folders for, by FMI 2.0 (section 2.3) and 3.0 (section 2.5.1.4), for
+//! the importer, the check and `cargo fmu`.
 //!
 //! ```
 //! use fmi_description::{Version, platform::WINDOWS};

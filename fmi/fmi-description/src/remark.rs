@@ -1,4 +1,4 @@
-//! [`Remark`]: a harmless violation of the standard by an FMU, which is read nevertheless.
+//! [`Remark`]: a harmless fault of an FMU that is read nevertheless; the master prints it.
 
 use thiserror::Error;
 

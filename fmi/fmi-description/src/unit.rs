@@ -1,4 +1,4 @@
-//! [`Unit`]: a unit as model descriptions and the files of SSP define it.
+//! [`Unit`]: a unit as model descriptions and files of SSP define it; the master converts by it.
 
 use crate::xml::{Element, XmlError};
 

@@ -1,4 +1,4 @@
-//! Reads an XML file as a tree of elements: model descriptions, and the files of SSP.
+//! Reads XML as a tree of elements, for `parse`, the check, `xtask` and `system-structure` (SSP).
 //!
 //! Names are compared without their namespace prefix, and attributes are read by name. Whatever
 //! nobody reads, such as comments and additions of vendors, is ignored. An error names the file,

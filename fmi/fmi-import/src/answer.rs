@@ -1,5 +1,5 @@
-//! Errors of a C function that a co-simulation master called: which function, the status that it
-//! returned, and when in the run that was.
+//! Errors of a C function that a co-simulation master called (which function, the status that it
+//! returned), and when in the run that was; instances return them, and the master explains them.
 //!
 //! ```
 //! use fmi_import::answer::At;

@@ -1,6 +1,6 @@
 //! A [`Batch`] says what one call of a co-simulation master reads or sets: which value references,
-//! and where each value stands among those that the call passes. It is planned before the run, so
-//! that nothing is looked up in a step.
+//! and where each value stands among those that the call passes. The master plans it before the
+//! run, so that nothing is looked up in a step.
 //!
 //! FMI 2.0 passes single elements. FMI 3.0 passes whole arrays: to set some elements, the last
 //! values of the others are passed too, from a memory whose slots are given by a [`Layout`].

@@ -1,6 +1,6 @@
-//! The C functions of an FMU as pointers, looked up by name in what was loaded. Many libraries lack
-//! functions that are never called, so a missing one is no error at loading: what is called instead
-//! of it returns [`ABSENT`].
+//! The C functions of an FMU as pointers, looked up by name in what was loaded, for `functions`.
+//! Many libraries lack functions that are never called, so a missing one is no error at loading:
+//! what is called instead of it returns [`ABSENT`].
 #![allow(unsafe_code, non_snake_case)] // named as in the standard
 
 use std::any::Any;

@@ -1,5 +1,5 @@
-//! The clocks of an FMU of FMI 3.0 for a co-simulation master: when they tick, and which variables
-//! belong to them.
+//! The clocks of an FMU of FMI 3.0, when they tick, and which variables belong to them; the master
+//! makes this plan of each FMU, and `fmi3` follows it.
 //!
 //! Clocked variables may be set and read only while a clock of theirs is active, that is at its
 //! ticks in Event Mode. Between ticks the instance's memory has their values.

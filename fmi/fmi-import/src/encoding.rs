@@ -1,5 +1,5 @@
-//! Conversion of numbers between the 64 bits in which this crate keeps them, their C type in an
-//! array that a call passes, and `f64`.
+//! Converts numbers between the 64 bits in which this crate keeps them, their C type in an array
+//! that a call passes, and `f64`, for the instances of `fmi2` and `fmi3`, and for `values`.
 
 use fmi_description::Access;
 

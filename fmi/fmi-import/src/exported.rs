@@ -1,5 +1,5 @@
 //! The files of an FMU that a library made with `fmu_export::export_fmu!` carries, received through
-//! its functions `fmi2ExportFiles` and `fmi3ExportFiles`.
+//! its functions `fmi2ExportFiles` and `fmi3ExportFiles`, for `cargo fmu`, `xtask` and `Fmu::open`.
 
 use std::error::Error;
 use std::ffi::{CStr, c_char, c_int, c_void};

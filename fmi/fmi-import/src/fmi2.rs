@@ -1,5 +1,5 @@
-//! An instance of FMI 2.0 behind [`FmiInstance`]: what a co-simulation master asks of it, done by
-//! the C functions of this version.
+//! An instance of FMI 2.0 behind [`FmiInstance`], made by `instantiate`: what a co-simulation
+//! master asks of it, done by the C functions of this version.
 
 use std::any::Any;
 use std::cell::Cell;

@@ -1,6 +1,6 @@
-//! An instance of FMI 3.0 behind [`FmiInstance`]: what a co-simulation master asks of it, done by
-//! the C functions of this version. FMI 3.0 passes whole arrays and exchanges clocked variables at
-//! ticks only, so the instance keeps a memory of all values that it was given.
+//! An instance of FMI 3.0 behind [`FmiInstance`], made by `instantiate`: what a master asks of it,
+//! done by the C functions of this version. FMI 3.0 passes whole arrays and exchanges clocked
+//! variables at ticks only, so the instance keeps a memory of all values that it was given.
 
 mod events;
 mod values;

@@ -1,5 +1,5 @@
-//! [`FmiInstance`]: the interface by which a co-simulation master calls an instance, whatever
-//! version of FMI it has and wherever it is: in this thread, in another one, or in a page.
+//! [`FmiInstance`]: the interface by which a co-simulation master (`cosim`) calls an instance,
+//! whatever version of FMI it has and wherever it is: in this thread, in another one, or in a page.
 //!
 //! ```
 //! use fmi_import::fmi_instance::{Call, FmiInstance};

@@ -1,4 +1,4 @@
-//! [`Fmu`]: an FMU whose library is loaded once and shared by all its instances.
+//! [`Fmu`]: an FMU whose library is loaded once for all instances, for master, check and `torture`.
 
 use std::ffi::CString;
 use std::sync::Arc;

@@ -1,5 +1,5 @@
-//! The C functions of a loaded library, of FMI 2.0 or 3.0, and what the model description says
-//! about how to call them: sizes of arrays, and whether there is Event Mode.
+//! The C functions of a loaded library, of FMI 2.0 or 3.0, for all kinds of instances, and what the
+//! model description says about calling them: sizes of arrays, and whether there is Event Mode.
 
 use std::collections::HashMap;
 use std::ffi::c_int;

@@ -1,6 +1,6 @@
 //! [`Instance`]: an instance that is called in the order of the standard, with its time and its
-//! log, for programs that test FMUs. It calls no functions for types of which the FMU has no
-//! variable.
+//! log, for programs that test FMUs (`fmu-check`, `torture`). It calls no functions for types of
+//! which the FMU has no variable.
 //!
 //! ```
 //! fn first_step(fmu: &fmi_import::Fmu) -> anyhow::Result<()> {

@@ -1,4 +1,4 @@
-//! Makes an instance for a co-simulation master from the functions of a library.
+//! Makes an instance for a co-simulation master (`cosim`) from the functions of a library.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
-//! Imports FMUs of FMI 2.0 and 3.0: opens them, makes instances, and calls their functions.
-//! Programs that simulate, check or test FMUs are built on it.
+//! Imports FMUs of FMI 2.0 and 3.0: opens them, makes instances, and calls their functions, for the
+//! master `cosim`, for `fmu-check` and for `torture`; `cargo fmu` inspects libraries with it.
 //!
 //! [`Fmu`] is an FMU whose library is loaded. There are three kinds of instances of it:
 //!

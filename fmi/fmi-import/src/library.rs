@@ -1,4 +1,4 @@
-//! Loads the shared library of an FMU, together with libraries in its folder that it needs.
+//! Loads an FMU's shared library and those in its folder that it needs, for `fmu` and `exported`.
 use std::fs;
 use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 use std::sync::Arc;

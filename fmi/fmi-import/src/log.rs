@@ -1,5 +1,5 @@
-//! The loggers that FMUs are passed. A message goes to the [`Log`] of its instance, which keeps it
-//! or adds it to the messages of this thread ([`messages`]).
+//! The loggers that instances of every kind pass to FMUs. A message goes to the [`Log`] of its
+//! instance, which keeps it or adds it to the messages of this thread ([`messages`]).
 //!
 //! The environment that an FMU passes to the logger is a number that is looked up, never a pointer
 //! that is followed, since some FMUs pass another one than they were given.

@@ -1,5 +1,5 @@
-//! The messages that FMUs have logged in this thread, kept for error texts and for the verdict of a
-//! run. Messages that differ only in their numbers are counted, not repeated.
+//! The messages that FMUs have logged in this thread, for error texts and verdicts of the master,
+//! and for its page. Messages that differ only in their numbers are counted, not repeated.
 //!
 //! FMUs log while they are called, so a buffer for each thread separates systems that run in
 //! parallel.

@@ -1,5 +1,5 @@
-//! The WebAssembly module of an FMU, used instead of a shared library when this crate runs in a
-//! page: the host of WebAssembly compiles it, and forwards the functions of FMI 3.0 to it.
+//! The WebAssembly module of an FMU, which `fmu` uses instead of a shared library when this crate
+//! runs in a page: the host of WebAssembly compiles it, and forwards functions of FMI 3.0 to it.
 
 use std::ffi::{c_int, c_void};
 

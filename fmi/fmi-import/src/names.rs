@@ -1,5 +1,5 @@
-//! Names of functions and statuses of FMI 2.0 translated to FMI 3.0, for messages that are written
-//! with those of FMI 2.0.
+//! Translates names of functions and statuses of FMI 2.0 to FMI 3.0, for `functions`, and for
+//! `fmu-check`, whose reports are written with those of FMI 2.0.
 
 use crate::standard::FMI3;
 

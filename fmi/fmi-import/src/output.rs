@@ -1,6 +1,6 @@
-//! Keeps what FMUs print apart from the standard output of this program. Many FMUs print banners
-//! there: once outputs are [separate], that goes to standard error, with the name of the FMU while
-//! it is loaded and instantiated.
+//! Keeps what FMUs print apart from the standard output of the master's program `cosim`. Many FMUs
+//! print banners there: once outputs are [separate], that goes to standard error, with the name of
+//! the FMU while it is loaded and instantiated.
 //!
 //! ```
 //! fmi_import::output::write("0.01,1.5\n")?;

@@ -1,5 +1,5 @@
 //! Finds for which platform a library was built, by its own header, and which platform this machine
-//! is.
+//! is, for the importer, the check, `cargo fmu` and `xtask`.
 //!
 //! ```
 //! let program = std::fs::read(std::env::current_exe()?)?;

@@ -1,5 +1,5 @@
 //! What a library or program needs from the machine that loads it, and what it reveals of the
-//! machine that built it, read from its headers.
+//! machine that built it, read from its headers for `fmu-check`, `cargo fmu` and `xtask`.
 //!
 //! ```
 //! use fmi_import::portability::Needs;

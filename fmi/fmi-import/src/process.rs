@@ -1,4 +1,4 @@
-//! Waits for a process that runs an FMU, which may hang.
+//! Waits, with a time limit, for a process that runs an FMU, for `fmu-check` and `torture`.
 
 use std::process::{Child, ExitStatus};
 use std::thread;

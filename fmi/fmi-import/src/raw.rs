@@ -1,5 +1,5 @@
-//! The C functions of one instance, called with slices: in any order and with any arguments, NULL
-//! included. Each returns the status that the library returned.
+//! The C functions of one instance, called with slices: in any order, with any arguments, even
+//! NULL. Each returns its status. All instances use them, `fmu-check` and `torture` directly too.
 //!
 //! All that is passed stays valid for as long as the library may read or write it. A library may
 //! still crash when it is called out of order, with NULL or with a freed handle: call it so only to

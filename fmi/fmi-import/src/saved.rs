@@ -1,5 +1,5 @@
-//! Saved states of an instance for a co-simulation master. Each holds the state that the FMU saved
-//! and what this crate tracks of the instance, and keeps the instance alive until it is freed.
+//! Saved states of an instance for `fmi2` and `fmi3`. Each holds the state that the FMU saved and
+//! what this crate tracks of the instance, and keeps the instance alive until it is freed.
 
 use std::any::Any;
 use std::ffi::c_int;

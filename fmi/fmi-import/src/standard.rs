@@ -1,6 +1,6 @@
 //! The C functions of FMI 2.0 and 3.0 in two tables: name, interface, states of co-simulation in
-//! which an importer may call it, and C type. Enumerations are plain integers here, so that a
-//! broken FMU that returns an unknown value causes no undefined behaviour.
+//! which an importer may call it, and C type; `fmu-check` and `torture` use them too. Enumerations
+//! are integers, so that a broken FMU that returns an unknown value causes no undefined behaviour.
 //!
 //! ```
 //! use fmi_import::standard::{Mode, is_allowed};

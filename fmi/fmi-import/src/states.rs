@@ -1,4 +1,4 @@
-//! Saved states of an [`Instance`], and their bytes.
+//! Saved states of an [`Instance`], and their bytes, for `fmu-check` and `torture`.
 
 use std::ffi::c_int;
 

@@ -1,5 +1,5 @@
 //! Statuses that a C function returns, which both versions of FMI number alike, and codes in their
-//! place.
+//! place, for the master, the check and `torture`.
 //!
 //! ```
 //! use fmi_import::status;

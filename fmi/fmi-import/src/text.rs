@@ -1,4 +1,4 @@
-//! Reads C strings that an FMU returns, without trusting that the pointers lead to memory.
+//! Reads C strings of FMUs, for `log`, `raw` and `functions`; on Linux any pointer may be given.
 
 use std::ffi::{CStr, CString};
 

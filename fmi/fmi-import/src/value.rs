@@ -1,5 +1,5 @@
-//! [`Value`]: a value of any type of FMI, for those that an `f64` cannot represent: integers of 64
-//! bits, texts and bytes.
+//! [`Value`]: a value of any type of FMI, also of those that an `f64` cannot represent (integers of
+//! 64 bits, texts and bytes), for the master, which reads, passes on and prints them.
 //!
 //! ```
 //! use fmi_description::Access;

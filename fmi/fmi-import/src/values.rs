@@ -1,5 +1,5 @@
-//! Values of variables of any type and derivatives, read and set by an [`Instance`]. Values are
-//! texts: numbers in decimal, Booleans as `true` and `false`, bytes as hexadecimal digits.
+//! Values of variables of any type and derivatives, read and set by an [`Instance`] for `fmu-check`
+//! and `torture`. Values are texts: decimal numbers, `true`, `false`, bytes as hexadecimal digits.
 
 use std::ffi::{CString, c_int};
 

@@ -1,4 +1,4 @@
-//! The units that every model may use without declaring them.
+//! The units that every model made with `fmu-export` may use undeclared; `spelling` finds them too.
 
 use crate::unit::{DisplayUnit, Unit};
 use core::f64::consts::PI;

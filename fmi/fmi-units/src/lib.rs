@@ -1,5 +1,5 @@
-//! Units of measurement by name, in SI base units: those that a model may use without defining
-//! them, and further ones that people write in tables.
+//! Units of measurement by name, in SI base units: those that a model made with `fmu-export` may
+//! use without defining them, and further ones in tables that the master reads.
 //!
 //! ```
 //! let rpm = fmi_units::named("rpm").unwrap();

@@ -1,4 +1,4 @@
-//! Finds a unit by any of its usual names, such as those in the head of a table.
+//! Finds a unit by any of its usual names, such as those in heads of tables that the master reads.
 
 use crate::known::KNOWN_UNITS;
 use crate::unit::Unit;
@@ -10,7 +10,6 @@ const FURTHER: [Unit; 2] = [
     Unit::new("bar").kg(1).m(-1).s(-2).factor(1e5),
 ];
 
-/// Other spellings.
 const SPELLINGS: [(&str, &str); 7] = [
     ("°", "deg"),
     ("°/s", "deg/s"),

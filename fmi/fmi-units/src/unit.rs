@@ -1,4 +1,5 @@
-//! Definitions of units and display units, for the model description.
+//! Definitions of units and display units, for the model descriptions that FMUs write
+//! (`fmu-export`), and for the master, which knows common units by name.
 
 /// A unit in terms of the SI base units and `rad`, in one line:
 ///
@@ -15,7 +16,7 @@ pub struct Unit {
     pub name: &'static str,
     /// In the order of [`BASE`].
     pub exponents: [i8; 8],
-    /// How many base units it is.
+    /// Factor from this unit to base units (`mm` to `m`: 1e-3).
     pub factor: f64,
     /// Value of its zero in base units.
     pub offset: f64,
@@ -75,7 +76,7 @@ impl Unit {
     }
 }
 
-/// A unit in which tools may show values: shown value = factor · value + offset.
+/// A unit to show values in: shown value = factor · value + offset. [`Unit`] goes the other way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DisplayUnit {
     /// Name.

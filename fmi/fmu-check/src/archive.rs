@@ -1,5 +1,5 @@
-//! Checks the archive: whether it opens everywhere, unpacks safely, and has its files where the
-//! standard puts them.
+//! Checks the archive, for `fmu_check::check`: whether it opens everywhere, unpacks safely, and has
+//! its files where the standard puts them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Cursor, Read};

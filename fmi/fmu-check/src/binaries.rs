@@ -1,5 +1,5 @@
-//! Checks the libraries of all platforms without loading them: processor, exported functions, what
-//! they need, and whether they reveal where they were built.
+//! Checks the libraries of all platforms, for `fmu_check::check`, without loading them: processor,
+//! exported functions, what they need, and whether they reveal where they were built.
 
 use std::collections::BTreeSet;
 

@@ -1,5 +1,5 @@
 //! Reads WebAssembly components of FMUs of FMI 3.0, which follow the draft FMI-LS-WASM and its
-//! interface `fmi3.wit`.
+//! interface `fmi3.wit`, for the check of them (`wasm`) and for `cargo fmu`, which makes them.
 //!
 //! ```
 //! let module = b"\0asm\x01\0\0\0";

@@ -1,4 +1,4 @@
-//! The C functions that the library of an FMU must export, by version and interfaces.
+//! The C functions that a library must export, by version and interfaces, for `fmu_check::check`.
 
 use fmi_description::Version;
 use fmi_description::xml::Element;

@@ -1,6 +1,6 @@
-//! Checks whether an FMU of any tool does what importers rely on: its archive, its model
-//! description, its libraries, and how it behaves when it is called. A violation of the standard is
-//! a failure; what the standard permits but importers have trouble with is a remark.
+//! Checks whether an FMU of any tool does what importers rely on (archive, model description,
+//! libraries, behaviour when called), for `fmu-check` and `cargo fmu check`. A violation of the
+//! standard is a failure; what the standard permits but importers have trouble with is a remark.
 #![cfg_attr(doctest, doc = include_str!("../README.md"))]
 #![forbid(unsafe_code)]
 

@@ -1,4 +1,4 @@
-//! [`CheckOptions`]: how an FMU is checked.
+//! [`CheckOptions`]: how an FMU is checked, for `arguments` and for callers of this library.
 
 use std::path::Path;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! The report of a check: a table with a row for each promise, its outcome and its verdict.
+//! The report of a check, filled in by all checks and probes: rows of promise, outcome and verdict.
 
 use std::fmt::{self, Write};
 

@@ -1,5 +1,5 @@
-//! What an FMU does when it is run. Each promise is tested by a [probe](probe::Probe) in its own
-//! process, so that a crash, a hang or a line on standard output becomes a row of the report.
+//! What an FMU does when run, for `fmu_check::check`. A [probe](probe::Probe) tests each promise in
+//! its own process, so a crash, a hang or a line on standard output becomes a row of the report.
 
 mod calls;
 mod derivatives;

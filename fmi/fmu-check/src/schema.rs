@@ -1,5 +1,5 @@
-//! Validates model descriptions by the schema files of the standard, which are in `schema/` as they
-//! were published.
+//! Validates model descriptions and (for `terminals`) `terminalsAndIcons.xml` by the schema files
+//! of the standard, which are in `schema/` as they were published; `fmu_check::check` reports it.
 
 mod rewriting;
 

@@ -1,5 +1,5 @@
 //! Checks ModelStructure (FMI 2.0, section 2.2.8; FMI 3.0, section 2.4.8), and what the model
-//! description says about the whole model.
+//! description says about the whole model, for `fmu_check::check`.
 
 use std::collections::BTreeSet;
 

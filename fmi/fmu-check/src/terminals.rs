@@ -1,4 +1,4 @@
-//! Checks `terminalsAndIcons.xml` of FMI 3.0 (section 2.4.9).
+//! Checks `terminalsAndIcons.xml` of FMI 3.0 (section 2.4.9), for `fmu_check::check`.
 
 use std::collections::BTreeSet;
 

@@ -1,5 +1,5 @@
-//! Checks the variables of a model description by the rules of the standard that the schema does
-//! not express (FMI 2.0, sections 2.2.7 and 2.2.9; FMI 3.0, section 2.4.7).
+//! Checks the variables of a model description, for `fmu_check::check`, by rules of the standard
+//! that the schema does not express (FMI 2.0, sections 2.2.7 and 2.2.9; FMI 3.0, section 2.4.7).
 
 mod arrays;
 mod clocks;

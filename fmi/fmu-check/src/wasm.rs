@@ -1,4 +1,4 @@
-//! Checks WebAssembly components in the archive by the draft FMI-LS-WASM, without running them.
+//! Checks WebAssembly components by FMI-LS-WASM, for `fmu_check::check`, without running them.
 
 use fmi_description::platform::WASM;
 

@@ -1,4 +1,4 @@
-//! Step size control: internal steps as long as the tolerance allows.
+//! Step size control of `Solver` for methods with a tolerance: steps as long as the error allows.
 
 use super::algorithm::Algorithm;
 use super::system::System;

@@ -1,4 +1,4 @@
-//! [`Algorithm`]: the interface of the integration methods to the step size control.
+//! [`Algorithm`]: the interface of the methods to the solver's fixed and adaptive internal steps.
 
 use super::dense_output::DenseOutput;
 use super::system::System;

@@ -1,4 +1,4 @@
-//! LU factorization of band matrices, for the stiff solver; a full matrix has the widest band.
+//! LU factorization of band matrices, for `rosenbrock`; a full matrix has the widest band.
 
 /// A square band matrix, or its factors once it is factorized.
 pub(crate) struct BandMatrix {

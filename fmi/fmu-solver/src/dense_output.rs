@@ -1,4 +1,4 @@
-//! Dense output (the states within an internal step) and the location of events with it.
+//! Dense output (the states within an internal step), and location of events for the solver.
 
 use super::system::System;
 

@@ -1,5 +1,5 @@
-//! The explicit Runge–Kutta method of Dormand and Prince (1980): order 5, with an error estimate
-//! and dense output of order 4.
+//! The explicit Runge–Kutta method of Dormand and Prince (1980), for `Method::Adaptive`: order 5,
+//! with an error estimate and dense output of order 4.
 
 use super::algorithm::{Algorithm, add, vectors};
 use super::dense_output::DenseOutput;

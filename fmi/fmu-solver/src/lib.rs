@@ -1,4 +1,4 @@
-//! Solvers of ordinary differential equations with events, over one communication step.
+//! Solves ordinary differential equations with events over a communication step, for `fmu-export`.
 //!
 //! - [`Method::Fixed`]: the classical Runge–Kutta method of order 4 in equal internal steps.
 //! - [`Method::Adaptive`]: the method of Dormand and Prince of order 5, which chooses its steps by

@@ -1,5 +1,5 @@
-//! The Rosenbrock method Rodas5P for stiff equations: linearly implicit, so that a step solves
-//! linear equations without iteration.
+//! The Rosenbrock method Rodas5P for stiff equations, for `Method::Stiff`: linearly implicit, so
+//! that a step solves linear equations without iteration.
 //!
 //! Rodas5P by G. Steinebach, *Construction of Rosenbrock–Wanner method Rodas5P and numerical
 //! benchmarks within the Julia Differential Equations package*, BIT Numerical Mathematics 63

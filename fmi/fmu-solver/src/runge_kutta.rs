@@ -1,4 +1,4 @@
-//! The classical Runge–Kutta method of order 4, without an error estimate.
+//! The classical Runge–Kutta method of order 4, for `Method::Fixed`, without an error estimate.
 
 use super::algorithm::{Algorithm, add, vectors};
 use super::dense_output::DenseOutput;

@@ -1,5 +1,5 @@
-//! The sparsity pattern of the Jacobian; groups of columns that one evaluation computes together,
-//! and an order of the states in which the non-zeros are near the diagonal.
+//! The sparsity pattern of the Jacobian, which a model gives to the stiff method; groups of columns
+//! that one evaluation computes together, and an order of states with non-zeros near the diagonal.
 
 /// The states that each derivative reads, which are the non-zeros of the Jacobian.
 #[derive(Clone, Debug)]

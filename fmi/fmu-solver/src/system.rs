@@ -1,4 +1,4 @@
-//! [`System`]: the differential equations that a solver integrates.
+//! [`System`]: the differential equations that a solver integrates, implemented by `fmu-export`.
 
 /// Differential equations x' = f(t, x) with event indicators, over one communication step. Times
 /// `s` are in s from its start, so that a system can evaluate inputs that change within the step.

@@ -1,8 +1,7 @@
 //! Makes FMUs of Rust models that use `fmu-export`: builds their libraries, gets the files that
-//! these carry, and packs both into archives.
-//!
-//! This is the library of the program `cargo fmu`, for tools that do the same. No model is linked:
-//! libraries are loaded, asked for their files, and closed again.
+//! these carry, and packs both into archives, for the program `cargo fmu`, and for `xtask`, which
+//! builds and tests this project with it. No model is linked: libraries are loaded, asked for their
+//! files, and closed again.
 #![forbid(unsafe_code)]
 
 pub mod library;

@@ -1,5 +1,5 @@
 //! The files of an FMU that a library made with `fmu_export::export_fmu!` carries, and the model
-//! description among them.
+//! description among them, for `pack`, `wasm`, `web`, `xtask` and tests of `cosim`.
 //!
 //! ```no_run
 //! use cargo_fmu::library::{Version, description, exported_files};

@@ -1,5 +1,5 @@
-//! Collects the licence texts of a package for the folder `documentation/licenses/` of its FMU,
-//! with `license.txt` as the first file to read (FMI 2.0.4, section 2.3).
+//! Collects licence texts of a package for `pack`, for the folder `documentation/licenses/` of its
+//! FMU with `license.txt` (FMI 2.0.4, section 2.3), and finds those of crates for `notices`.
 
 use std::fs;
 use std::path::{Path, PathBuf};

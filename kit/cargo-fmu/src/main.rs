@@ -1,4 +1,4 @@
-//! `cargo fmu`: makes, packs and checks FMUs of Rust models in any cargo workspace.
+//! `cargo fmu`: makes crates, packs and checks FMUs of Rust models, and makes web pages of FMUs.
 #![forbid(unsafe_code)]
 
 use std::path::PathBuf;

@@ -1,5 +1,5 @@
-//! Third-party notices for a library or program: names, versions, licences and licence texts of all
-//! that others wrote in it, the same bytes on every machine.
+//! Third-party notices for a library or program, for `pack` and `xtask`: names, versions, licences
+//! and licence texts of all that others wrote in it, the same bytes on every machine.
 //!
 //! The crates are those of `cargo tree`. Their texts are the licence files in each crate, else the
 //! text of SPDX for its licence. What a package contains besides crates (scripts, data, C code) is

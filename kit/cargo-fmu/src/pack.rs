@@ -1,4 +1,4 @@
-//! `cargo fmu pack`: builds libraries, gets the files that they carry, and packs both into FMUs.
+//! `cargo fmu pack`, also for `xtask`: builds libraries and packs them with their files into FMUs.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! Runs programs, with errors that name the whole command.
+//! Runs programs for `cargo fmu` and `xtask`, with errors that name the whole command.
 
 use std::process::{Command, ExitCode, Stdio};
 

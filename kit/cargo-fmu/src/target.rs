@@ -1,5 +1,5 @@
 //! Builds libraries for a platform of FMI so that old systems can load them, without paths of the
-//! building machine, and with the same bytes wherever the source is.
+//! building machine, with the same bytes from any folder, for `pack`, `wasm`, `web` and `xtask`.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
-//! Adds WebAssembly to FMUs of FMI 3.0 by the draft FMI-LS-WASM: a module of the model is made a
-//! component with the interface `fmi3.wit`.
+//! Adds WebAssembly to FMUs of FMI 3.0 by the draft FMI-LS-WASM, for `cargo fmu pack` and `xtask`:
+//! a module of the model is made a component with the interface `fmi3.wit`.
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! A cargo workspace: finds the packages that make FMUs, and lets cargo build their libraries.
+//! A cargo workspace, also for `xtask`: finds packages that make FMUs, and lets cargo build them.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -87,7 +87,8 @@ impl Workspace {
         serde_json::from_str(&output(&mut command)?).context("the answer of cargo metadata")
     }
 
-    /// The packages that make FMUs: only the one that `folder` is in, if it is in one.
+    /// The packages that make FMUs. Inside a package's folder: only that package, or none if it
+    /// makes no FMU.
     pub fn fmus(&self, folder: &Path) -> Vec<Source> {
         let around = |p: &&Package| folder.starts_with(p.folder()) && p.folder() != self.root;
         let nearest = self.packages.iter().filter(around);

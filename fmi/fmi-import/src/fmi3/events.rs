@@ -1,5 +1,5 @@
-//! Event Mode of an instance of FMI 3.0: entering and leaving it, updates of discrete states, and
-//! the clocks that tick in it.
+//! Event Mode of an instance of FMI 3.0, for `fmi3`: entering and leaving it, updates of discrete
+//! states, and the clocks that tick in it.
 
 use anyhow::{Result, bail};
 

@@ -1,6 +1,6 @@
-//! Setting and reading variables of an instance of FMI 3.0 through its memory: from there whole
-//! arrays are passed although some elements are set, and clocked variables although they were set
-//! earlier.
+//! Sets and reads variables of an instance of FMI 3.0 through its memory, for `fmi3` and `events`:
+//! whole arrays are passed from there although only some elements are set, and clocked variables
+//! although they were set earlier.
 
 use anyhow::Result;
 use fmi_description::Access;

@@ -1,5 +1,5 @@
-//! The calls of a [`RawInstance`] in tables: each row has the function of FMI 2.0 and that of FMI
-//! 3.0 with its arguments, or the status that is returned for a version without it.
+//! The calls of a [`RawInstance`] in tables, for every user of `raw`: each row has the function of
+//! FMI 2.0 and that of FMI 3.0, or the status that is returned for a version without it.
 
 use std::ffi::c_int;
 use std::ptr;

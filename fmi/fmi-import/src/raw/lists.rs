@@ -1,5 +1,5 @@
-//! Calls of a [`RawInstance`] that need more than a row of `calls.rs`: those that pass texts and
-//! bytes, and sequences of several calls.
+//! Calls of a [`RawInstance`] that need more than a row of `calls.rs`, for every user of `raw`:
+//! those that pass texts and bytes, and sequences of several calls.
 
 use std::ffi::{CStr, CString, c_int};
 use std::ptr;

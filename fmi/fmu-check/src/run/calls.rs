@@ -1,4 +1,4 @@
-//! Probes of the call order, and of the messages that the logger receives.
+//! Probes of the call order, and of the messages that the logger receives, for `supervision`.
 
 use std::ffi::c_int;
 

@@ -1,4 +1,4 @@
-//! Probes of derivatives: directional and adjoint ones, and time derivatives of inputs and outputs.
+//! Probes of directional and adjoint derivatives and of time derivatives, for `supervision`.
 
 use anyhow::{Result, bail, ensure};
 use fmi_description::{Access, Causality, Variability, Variable, Version};

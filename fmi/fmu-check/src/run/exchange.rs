@@ -1,4 +1,4 @@
-//! Probes of Model Exchange, with an importer that integrates the states itself.
+//! Probes of Model Exchange, for `supervision`, with an importer that integrates the states itself.
 
 use anyhow::{Result, bail, ensure};
 

@@ -1,4 +1,4 @@
-//! Probes of what only FMI 3.0 has: how a step ended, numbers of values, dependencies of elements.
+//! Probes of FMI 3.0 only, for `supervision`: how steps ended, numbers of values, dependencies.
 
 use anyhow::{Context, Result, bail};
 use fmi_description::{Access, Causality, Variable, Version};

@@ -1,4 +1,4 @@
-//! Probes with several instances: one after another, in turns, many at a time, and in threads.
+//! Probes of several instances (in turn, many, in threads) and of a reset, for `supervision`.
 
 use anyhow::{Result, ensure};
 

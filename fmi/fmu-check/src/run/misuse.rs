@@ -1,6 +1,6 @@
-//! Probes with wrong calls. They must be refused, and must not change what the instance does
-//! afterwards. The standard forbids importers to make them, so to accept one is a remark; a crash
-//! is a failure.
+//! Probes with wrong calls, for `supervision`. They must be refused, and must not change what the
+//! instance does afterwards. The standard forbids importers to make them, so to accept one is a
+//! remark; a crash is a failure.
 
 use std::ffi::c_int;
 

@@ -1,5 +1,5 @@
 //! A [`Probe`]: a promise about what an FMU does when it is run, and the function that tests it.
-//! The other files of this folder list their probes with the macro `probes!`.
+//! Other files of this folder list probes with the macro `probes!`, and `supervision` runs them.
 
 use std::path::Path;
 

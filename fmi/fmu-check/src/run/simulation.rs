@@ -1,4 +1,4 @@
-//! Probes of loading the library, and of the plain run that every importer makes.
+//! Probes of loading, making, freeing, and the run that every importer makes, for `supervision`.
 
 use std::ffi::c_int;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Probes of saved states: restored, as bytes in another instance, and with damaged bytes.
+//! Probes of saved states (restored, in another instance, damaged bytes), for `supervision`.
 
 use anyhow::Result;
 

@@ -1,5 +1,5 @@
-//! Runs all probes of an FMU in processes of their own, with a time limit for each and for all
-//! together, and adds their outcomes to the report.
+//! Runs an FMU's probes for `fmu_check::check`, in processes of their own with time limits for each
+//! and for all, and adds their outcomes to the report; `arguments` runs one in such a process.
 
 use std::fs::{self, File};
 use std::path::Path;

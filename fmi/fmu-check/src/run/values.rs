@@ -1,4 +1,4 @@
-//! Probes of values that are set and read, and of the outputs that an input acts on at once.
+//! Probes of values set and read, and of outputs that inputs act on at once, for `supervision`.
 
 use anyhow::Result;
 use fmi_description::{Access, Causality, Initial, Variability, Variable};

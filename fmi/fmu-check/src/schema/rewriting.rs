@@ -1,4 +1,4 @@
-//! Rewrites a schema with equivalent constructs that the validator handles.
+//! Rewrites a schema for `schema` with equivalent constructs that the validator handles.
 //!
 //! uppsala 0.12 ignores how often a group may occur, a group that extends a type, how often the
 //! sequence of an extension may occur, and the content of the base type if an extension adds only

@@ -1,4 +1,4 @@
-//! Checks arrays of FMI 3.0 (section 2.4.7.1): their dimensions, and their numbers of start values.
+//! Checks dimensions and start values of arrays of FMI 3.0 (section 2.4.7.1), for `variables`.
 
 use fmi_description::xml::Element;
 

@@ -1,4 +1,4 @@
-//! Checks clocks of FMI 3.0 (sections 2.2.8 and 2.4.7.4), and the variables that belong to them.
+//! Checks clocks of FMI 3.0 (sections 2.2.8, 2.4.7.4) and clocked variables, for `variables`.
 
 use fmi_description::xml::Element;
 

@@ -1,4 +1,4 @@
-//! Checks names and value references of variables.
+//! Checks names and value references of variables, for `variables`.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,5 +1,5 @@
 //! Checks that causality, variability and initial fit together, and that start values are given
-//! where they must be.
+//! where they must be, for `variables`.
 
 use fmi_description::Version;
 

@@ -1,4 +1,4 @@
-//! Checks units and display units of floating-point variables.
+//! Checks units and display units of floating-point variables, for `variables`.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,4 @@
-//! Checks start values, bounds, nominal values and declared types.
+//! Checks start values, bounds, nominal values and declared types, for `variables`.
 
 use fmi_description::Version;
 

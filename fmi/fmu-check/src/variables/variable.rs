@@ -1,5 +1,5 @@
-//! A variable of a model description as its texts, which may be invalid, with the defaults of the
-//! standard. `fmi_description` has typed variables, but refuses what this check must report.
+//! A variable of a model description as its texts, which may be invalid, with the standard's
+//! defaults, for `variables`, `structure`, `terminals`. `fmi_description` refuses what they report.
 
 use fmi_description::Version;
 use fmi_description::xml::Element;
