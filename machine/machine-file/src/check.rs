@@ -1,4 +1,4 @@
-//! Collects all errors of a machine file, so that they are reported at once.
+//! Collects all errors of a machine file for `source`, so that they are reported at once.
 
 use std::fmt::Display;
 use thiserror::Error;

@@ -1,5 +1,5 @@
-//! Inertias of the machine's bodies as the controller knows them: nominal values including a known
-//! load, and the adapted estimates with their bounds.
+//! Inertias of the machine's bodies: nominal values including a known load, and adapted estimates
+//! with their bounds. Control laws read and adapt them; `controller` sets loads and weighs.
 
 mod estimate;
 mod payload;
