@@ -1,5 +1,5 @@
 //! Reads, checks and writes a machine's parameters as JSON (the machine file), and embeds the
-//! shipped ones, for models of mechanism, actuators and controller, their FMUs, studies and Python.
+//! shipped machines, for models of plant, actuators and controller, their FMUs, studies and Python.
 //!
 //! A [`Machine`] that [`Machine::from_json`] returns is finite, complete and within its physical
 //! ranges, so the models need not check again. SI units throughout. Frames and symbols follow the

@@ -1,4 +1,4 @@
-//! Converts rotation vectors to quaternions and back, for this crate, `tip-path` and `vdc`.
+//! Converts rotation vectors to quaternions and back, bit-identically, for `tip-path` and `vdc`.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 

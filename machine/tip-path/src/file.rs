@@ -1,4 +1,4 @@
-//! Contents of a path file (JSON, CSV, built-in), for the crate and, as `Load`, for the controller.
+//! Contents of a path file (JSON, CSV, built-in), for planning, check, the FMU, studies and Python.
 
 use crate::iso9283::Iso9283;
 use nalgebra::{UnitQuaternion, Vector3};

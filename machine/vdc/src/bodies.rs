@@ -1,5 +1,5 @@
-//! Inertias of the machine's bodies: nominal values including a known load, and adapted estimates
-//! with their bounds. Control laws read and adapt them; `controller` sets loads and weighs.
+//! Inertias of the bodies: nominal values including a known load, and adapted estimates with
+//! bounds. Control laws use and adapt them; `controller` sets the load and weighs the payload.
 
 mod estimate;
 mod payload;

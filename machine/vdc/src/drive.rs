@@ -1,4 +1,4 @@
-//! The low level of `controller`: a rod's required force and motion to the voltages of its drive.
+//! The low level of `controller`: from a rod's required force and motion to its drive's voltages.
 
 mod reading;
 mod voltage_law;
