@@ -1,4 +1,4 @@
-//! Enumerations of the FMU `Controller`: names and numbers for enums of `vdc`.
+//! Enumerations of the FMU `Controller`, for `table` and `model`: names and numbers of values.
 
 use fmu_export::Items;
 use vdc::{Level, MODES, Mode, RateCommand, Stage};

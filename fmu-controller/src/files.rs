@@ -1,4 +1,4 @@
-//! Reads the files that String parameters name: machine, network, path.
+//! Reads the files that String parameters in `table` name: machine, network, path.
 
 use super::model::Parameters;
 use emla::Surrogate;

@@ -1,5 +1,5 @@
 //! FMU `Controller` for co-simulation in FMI 2.0 and 3.0: the adaptive modular controller of the
-//! manipulator.
+//! manipulator, for the shipped systems and any importer.
 //!
 //! This file connects the table of variables (`table`) to the `vdc` library.
 #![allow(non_snake_case)] // the paper's symbols
@@ -106,7 +106,7 @@ fmu_export::export_fmu!(ControllerFmu);
 mod tests {
     use super::*;
 
-    /// Accessors, and dependencies against trying.
+    /// Every accessor works, and the declared dependencies are those found by varying the inputs.
     #[test]
     fn the_table_agrees_with_the_model() {
         assert_eq!(fmu_export::check::<ControllerFmu>(), [""; 0]);

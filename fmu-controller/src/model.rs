@@ -1,4 +1,4 @@
-//! State, inputs and parameters of the FMU `Controller`.
+//! State, inputs and parameters of the FMU `Controller`, which `table` names and `lib` uses.
 
 use super::enumerations::{LEVEL, MODE, RATE_COMMAND, TRAJECTORY, TrajectoryItem};
 use emla::Surrogate;

@@ -1,4 +1,4 @@
-//! Variables of the FMU `Controller`: names, units, bounds and dependencies, each once.
+//! Variables of the FMU `Controller`, for `fmu_export`: names, units, bounds and dependencies.
 //!
 //! Each row names the field of `vdc` or `machine_file` that it reads or sets.
 

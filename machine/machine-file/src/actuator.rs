@@ -1,5 +1,5 @@
 //! The sections `emla` and `ratings` of a machine file: parameters of an electromechanical linear
-//! actuator, and what it is rated for.
+//! actuator and its ratings, for actuator models, controller, motion check and studies.
 
 use crate::check::{Findings, MachineError, examine};
 use serde::{Deserialize, Serialize};

@@ -1,5 +1,5 @@
-//! The sections `bodies`, `limits` and `start` of a machine file: inertial parameters of the
-//! bodies, ranges of strokes and joints, and the start pose.
+//! The sections `bodies`, `limits` and `start` of a machine file: inertial parameters, limits of
+//! strokes, joints and wrist torques, and the start pose, for plant, controller and motion check.
 
 use crate::check::Findings;
 use serde::{Deserialize, Serialize};

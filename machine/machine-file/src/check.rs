@@ -1,4 +1,4 @@
-//! Collects all errors of a machine file, so that they are reported at once.
+//! Collects the errors that the checks of a machine's sections find, so that users see all at once.
 
 use std::fmt::Display;
 use thiserror::Error;

@@ -1,5 +1,5 @@
-//! The sections `controller` and `trajectories` of a machine file: gains, and the paper's reference
-//! paths.
+//! The sections `controller` and `trajectories` of a machine file, for `vdc` and its FMU: gains,
+//! and the paper's reference paths.
 
 use crate::check::{Findings, MachineError, examine};
 use serde::{Deserialize, Serialize};

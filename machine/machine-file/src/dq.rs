@@ -1,5 +1,5 @@
-//! Voltages, currents and flux linkages as pairs in dq (rotor-flux) coordinates, with their
-//! rotation and amplitude limit.
+//! Voltages, currents and flux linkages as pairs in dq (rotor-flux) coordinates, with rotation and
+//! amplitude limit, for both actuator models (`emla` and `rig`).
 
 use serde::{Deserialize, Serialize};
 use std::ops::{Add, Mul};

@@ -1,5 +1,5 @@
-//! Undervoltage trip, DC-link current and holding brake of an actuator: the discrete behaviour that
-//! both actuator models (`emla` and `rig`) share.
+//! Undervoltage trip, DC-link current and holding brake of an actuator, which both actuator models
+//! (`emla` and `rig`) and their FMUs share.
 
 use crate::Brake;
 

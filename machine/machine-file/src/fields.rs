@@ -1,4 +1,4 @@
-//! The section `emla` with every optional field present, so that an FMU has a parameter for each.
+//! The section `emla` with all optional fields, for parameters of FMUs and the check in `shape`.
 
 use crate::{Brake, CoreLosses, Emla, Heat, InverterLosses, Temperature};
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! The section `geometry` of a machine file: dimensions of the mechanism.
+//! The section `geometry` of a machine file, for `hdrm` and `motion-check`: mechanism dimensions.
 
 use crate::check::{Findings, examine};
 use serde::{Deserialize, Serialize};

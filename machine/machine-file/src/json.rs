@@ -1,4 +1,4 @@
-//! Reads JSON and refuses duplicate keys, of which `serde_json` alone silently keeps the last.
+//! Reads JSON for `source`, refusing duplicate keys, of which `serde_json` silently keeps the last.
 
 use serde::Deserializer;
 use serde::de::{DeserializeSeed, Error, MapAccess, SeqAccess, Visitor};

@@ -1,5 +1,5 @@
-//! The machine file: reads, checks and writes the parameters of a machine as JSON. The shipped
-//! machines are embedded. Every model, FMU and tool gets its parameters from here.
+//! Reads, checks and writes a machine's parameters as JSON (the machine file), and embeds the
+//! shipped machines, for models of plant, actuators and controller, their FMUs, studies and Python.
 //!
 //! A [`Machine`] that [`Machine::from_json`] returns is finite, complete and within its physical
 //! ranges, so the models need not check again. SI units throughout. Frames and symbols follow the

@@ -1,4 +1,4 @@
-//! The whole machine file as one struct, and the check of all its values.
+//! The whole machine file as one struct, from which models and FMUs are built, and its check.
 
 use crate::actuator::{Emla, Ratings};
 use crate::bodies::{Bodies, Limits, Start};

@@ -1,5 +1,5 @@
-//! One value for each of the three actuators. A machine file has one object for all, or
-//! `{"slew": …, "lift": …, "tilt": …}`. Saved states hold all three.
+//! One value for each of the three actuators, for `Machine`. A machine file has one object for all,
+//! or `{"slew": …, "lift": …, "tilt": …}`. Saved states hold all three.
 
 use crate::check::{Finding, Findings};
 use serde::ser::SerializeStruct;

@@ -1,4 +1,4 @@
-//! Sections of a machine file that may have an object for each actuator.
+//! Sections that may have an object for each actuator, and their split, for `shape` and `source`.
 
 use crate::per_axis::AXES;
 use serde_json::{Map, Value};

@@ -1,5 +1,5 @@
-//! Compares the JSON of a machine file with a template that has all fields, and reports every field
-//! that is unknown, missing or of a wrong type.
+//! Compares a machine file's JSON with a template of all fields, for `source`, and reports fields
+//! that are unknown, missing or of a wrong type; suggests similar names, for other crates too.
 
 use crate::check::Findings;
 use crate::per_axis::{AXES, PerAxis};

@@ -1,5 +1,5 @@
-//! Loads a machine: a shipped one by its name, a complete file, or a file that has `"extends"` with
-//! the name of another machine and only the fields that differ.
+//! Loads a machine for FMUs, studies and Python: a shipped one by its name, a complete file, or a
+//! file that has `"extends"` with the name of another machine and only the fields that differ.
 
 use crate::check::{Findings, MachineError};
 use crate::sections::{SECTIONS_PER_AXIS, is_split, split};

@@ -1,6 +1,6 @@
-//! Checks and messages that the models of this project share: parameters outside their range,
-//! unusable step sizes, results that are not finite; and the number of substeps in a communication
-//! step, which decides what step size is too long.
+//! Checks and messages that the models `hdrm`, `emla`, `rig` and `dclink` share: parameters outside
+//! their range (also for `tip-path`), unusable step sizes, results that are not finite; and the
+//! number of substeps in a communication step, which decides what step size is too long.
 #![forbid(unsafe_code)]
 
 mod parameter;

@@ -1,4 +1,4 @@
-//! Range checks of a model's parameters, and the error that names parameter, value and rule.
+//! Range checks of models' parameters and path files; the error names parameter, value and rule.
 
 use thiserror::Error;
 

@@ -1,4 +1,4 @@
-//! Checks of a communication step, its division into substeps, and the errors of a failed one.
+//! Checks of a communication step, its substeps and its errors, for the models of plant and drives.
 
 use thiserror::Error;
 

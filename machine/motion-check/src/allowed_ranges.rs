@@ -1,4 +1,4 @@
-//! The ranges that the machine file allows, and the margin of a motion's demand to them.
+//! Ranges that the machine file allows and a demand's margins to them, for `tip-path` and studies.
 
 use crate::demand::Demand;
 use crate::quantity::Quantity;

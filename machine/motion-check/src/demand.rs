@@ -1,5 +1,5 @@
-//! Inverse dynamics of the machine: the rod forces, strokes and speeds, wrist torques, motor
-//! torques, currents and voltages that a joint motion requires.
+//! Inverse dynamics of the machine, for path check and studies: the rod forces, strokes and speeds,
+//! wrist torques, motor torques, currents and voltages that a joint motion requires.
 
 use crate::quantity::Quantity;
 use emla::maps;

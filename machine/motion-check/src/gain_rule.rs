@@ -1,5 +1,5 @@
 //! Computes controller gains for a machine whose actuators are not ideal: compliant, sampled and
-//! delayed. Used by `hdrm-fmu machine gains` and the studies.
+//! delayed. Used by `hdrm-fmu machine gains`, the setup of experiments and the Python package.
 //!
 //! Each gain is a fixed ratio of the quantity that bounds it. The ratios are those with which the
 //! reference machine is stable in every plant of the tests; `docs/machines.md` has the reasoning.

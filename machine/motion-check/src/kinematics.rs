@@ -1,4 +1,4 @@
-//! Inverse kinematics: from the pose and motion of the tip to the joint angles and their motion.
+//! Kinematics of the arm, forward and inverse, for the path check, the controller and the studies.
 
 use hdrm::{DOF, GeometryError, Tip, Tree};
 use machine_file::Machine;

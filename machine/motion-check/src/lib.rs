@@ -1,7 +1,7 @@
 //! Checks whether a machine can do a given motion, without simulating it: inverse kinematics and
 //! inverse dynamics give the forces, speeds, torques, currents and voltages that the motion
 //! requires, which are compared with the limits of the machine file. Used by `tip-path` before a
-//! path starts, by the controller and by the studies.
+//! path starts, by the controller, the studies and the Python package.
 //!
 //! [`Kinematics`] turns a tip motion into a joint motion, [`DemandModel`] computes the [`Demand`]
 //! of that, and [`AllowedRanges`] the [`Margin`] of each quantity to its limits. The equations are

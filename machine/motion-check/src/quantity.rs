@@ -1,4 +1,4 @@
-//! The quantities of a motion that the machine file limits, with names and units for messages.
+//! Quantities of a motion that have limits, with names and units, for `tip-path` and the studies.
 
 use machine_file::AXES;
 use std::fmt;

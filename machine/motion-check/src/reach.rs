@@ -1,4 +1,4 @@
-//! How far the stretched arm reaches from its lift joint: a quick test whether a point is in reach.
+//! Reach of the stretched arm, to test whether a point is in reach, for `tip-path` and `vdc`.
 
 use machine_file::Geometry;
 use serde::{Deserialize, Serialize};

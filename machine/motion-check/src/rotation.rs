@@ -1,4 +1,4 @@
-//! Conversions between rotation vectors and quaternions, bit-identical on every platform.
+//! Converts rotation vectors to quaternions and back, bit-identically, for `tip-path` and `vdc`.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 

@@ -1,5 +1,5 @@
-//! Spatial inertia of a rigid body: mass, first moment and rotational inertia in a frame, and how
-//! they change with the frame.
+//! Spatial inertia of a rigid body, for plant, controller and studies: mass, first moment and
+//! rotational inertia in a frame, and how they change with the frame.
 
 use crate::{Twist, Wrench};
 use nalgebra::{Matrix3, Matrix6, Vector3};

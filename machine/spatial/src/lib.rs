@@ -1,7 +1,7 @@
-//! Spatial (6-D) vector algebra for rigid-body dynamics, used by `hdrm` (plant) and `vdc`
-//! (controller). The paper's convention: a twist is `[v; w]`
-//! (velocity of the frame's origin, angular velocity), a wrench is `[f; m]` (force, moment about
-//! the frame's origin), both expressed in and about the frame they belong to
+//! Spatial (6-D) vector algebra for rigid-body dynamics, used by `hdrm` (plant), `vdc` (controller)
+//! and the identification study. The paper's convention: a twist is `[v; w]` (velocity of the
+//! frame's origin, angular velocity), a wrench is `[f; m]` (force, moment about the frame's
+//! origin), both expressed in and about the frame they belong to
 //! (`[paper] Eq. (Eq:linear_angular)`, `(Eq:Force_Moment)`, `(Eq:Transformation)`).
 //!
 //! Twists and wrenches are dual and have different types, so that they cannot be mixed up.

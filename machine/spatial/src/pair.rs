@@ -1,4 +1,4 @@
-//! Common implementation of twists and wrenches, pairs of a linear and an angular part.
+//! Macro that implements what `Twist` and `Wrench`, pairs of linear and angular part, share.
 
 /// Implements constructors, conversions to and from a column, and sums for a pair of vectors.
 macro_rules! pair_of_vectors {

@@ -1,4 +1,4 @@
-//! Pose of one frame in another, and the change of frame of twists, wrenches and inertias.
+//! Pose of one frame in another, and changes of frame, for the recursions of plant and controller.
 
 use crate::{Inertia, Twist, Wrench};
 use nalgebra::{Matrix3, Vector3};

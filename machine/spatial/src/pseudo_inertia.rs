@@ -1,5 +1,5 @@
 //! Pseudo-inertia: the inertial parameters of a body as a symmetric 4×4 matrix, the form in which
-//! the controller adapts its estimates.
+//! the controller adapts its estimates and the identification study varies bodies.
 
 use crate::Inertia;
 use nalgebra::{Matrix3, Matrix4};

@@ -1,4 +1,4 @@
-//! Twists: spatial velocities, accelerations and joint axes, and their cross products.
+//! Twists for plant and controller: velocities, accelerations, joint axes, and cross products.
 
 use crate::Wrench;
 use crate::pair::pair_of_vectors;

@@ -1,4 +1,4 @@
-//! Wrenches: a force with a moment on a rigid body, or its spatial momentum.
+//! Wrenches for plant and controller: a force with a moment on a rigid body, or its momentum.
 
 use crate::pair::pair_of_vectors;
 use nalgebra::{Vector3, Vector6};

@@ -1,5 +1,5 @@
-//! Checks before a path starts whether the machine can follow it: computes the required forces,
-//! speeds and currents along the path and compares them with the limits of the machine file.
+//! Checks for controller and studies, before a path starts, whether the machine can follow it:
+//! compares the required motion, forces, currents and voltages with the limits of the machine file.
 
 use crate::error::Place;
 use crate::file::{Load, PathFile, Points};

@@ -1,5 +1,5 @@
-//! Reads path files in CSV: a header with the names of the columns, then a row for each point;
-//! lines that begin with `#` are comments.
+//! Reads path files in CSV, for `reading`: a header with the names of the columns, then a row for
+//! each point; lines that begin with `#` are comments.
 
 use crate::error::{PathError, refused, unknown};
 use crate::file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint};

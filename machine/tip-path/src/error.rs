@@ -1,4 +1,4 @@
-//! Errors of reading or planning a path, with the place in the file, and places on a path in words.
+//! Errors of reading or planning a path, for the crate's users; places on a path, for `check`.
 
 use std::fmt;
 use thiserror::Error;

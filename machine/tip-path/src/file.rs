@@ -1,4 +1,4 @@
-//! Contents of a path file after reading, whether it was JSON, CSV or a built-in path.
+//! Contents of a path file (JSON, CSV, built-in), for planning, check, the FMU, studies and Python.
 
 use crate::iso9283::Iso9283;
 use nalgebra::{UnitQuaternion, Vector3};

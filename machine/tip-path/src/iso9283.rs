@@ -1,5 +1,5 @@
 //! Built-in test paths of ISO 9283:1998, "Manipulating industrial robots – Performance criteria and
-//! related test methods".
+//! related test methods", for `reading` and the study that evaluates the tests.
 //!
 //! The cube has edges of 400 mm, one of the standard's sizes, along the world's axes; its centre is
 //! where the tip starts. The test plane is the cube's diagonal plane through the upper near and the

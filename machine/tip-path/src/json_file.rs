@@ -1,4 +1,4 @@
-//! Reads path files in JSON; turns serde's errors into messages with waypoint, field and rule.
+//! Reads path files in JSON, for `reading`; error messages name waypoint, field and rule.
 
 use crate::error::{PathError, refused, unknown};
 use crate::file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint};

@@ -1,5 +1,5 @@
-//! Motion along waypoints: a leg is a straight line with a rotation, travelled from rest to rest;
-//! at a blended corner two legs overlap in time.
+//! Motion along waypoints, for `path`: a leg is a straight line with a rotation, travelled from
+//! rest to rest; at a blended corner two legs overlap in time.
 //!
 //! Position and orientation are sums: `p = p_0 + Σ d_k·s_k(t)` and
 //! `q = exp(φ_n·s_n(t))·…·exp(φ_1·s_1(t))·q_0`, with the displacement `d_k`, the rotation vector

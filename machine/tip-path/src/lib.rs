@@ -1,5 +1,5 @@
 //! Reads path files for the manipulator's tip and plans the motion along them. The controller
-//! follows the result as its reference.
+//! follows the result as its reference; studies and Python package read and check paths, too.
 //!
 //! A [`PathFile`] has waypoints or samples, read from JSON or CSV, or is a built-in test path. With
 //! the start pose of the tip it becomes a [`TipPath`]: position, orientation, their rates and the

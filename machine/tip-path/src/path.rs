@@ -1,4 +1,4 @@
-//! The planned path: pose, velocity, acceleration and load of the tip as functions of time.
+//! The planned path, for the controller and the studies: motion and load of the tip over time.
 
 use crate::error::{PathError, Place};
 use crate::file::{Load, PathFile, Points, Sample, Waypoint};

@@ -1,4 +1,4 @@
-//! Time law of a leg: a double S-curve from rest to rest with limited speed, acceleration and jerk.
+//! Time law of `legs`: double S-curve from rest to rest with limited speed, acceleration and jerk.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! Check of the orientations in path files.
+//! Checks that an orientation has length 1, for the readers of path files in JSON and CSV.
 
 use crate::error::{PathError, refused};
 use nalgebra::{Quaternion, UnitQuaternion};

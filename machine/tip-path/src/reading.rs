@@ -1,4 +1,4 @@
-//! Reads a path from the text of a file or by the name of a built-in one, and checks its values.
+//! Reads and checks a path from text or a built-in one, for the FMU, Python and the studies.
 
 use crate::error::{PathError, refused};
 use crate::file::{MotionLimits, PathFile, Points, Sample, Waypoint};

@@ -1,4 +1,4 @@
-//! A smooth curve through the samples of a path.
+//! A smooth curve through the samples of a path, which `path` evaluates.
 
 use crate::file::Sample;
 use motion_check::{Pose, TipMotion};

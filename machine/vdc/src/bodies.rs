@@ -1,5 +1,5 @@
-//! Inertias of the machine's bodies as the controller knows them: nominal values including a known
-//! load, and the adapted estimates with their bounds.
+//! Inertias of the bodies: nominal values including a known load, and adapted estimates with
+//! bounds. Control laws use and adapt them; `controller` sets the load and weighs the payload.
 
 mod estimate;
 mod payload;

@@ -1,5 +1,5 @@
 //! Stability conditions of the voltage law ([eq:EMLA_stability_conditions]) and its accompanying
-//! function ([eq:v_EMLA]), evaluated for given gains.
+//! function ([eq:v_EMLA]) for given gains: for the outputs in `proof` and a warning of the FMU.
 //!
 //! The paper bounds the cross term of ν̇_a by Young's inequality with weight 1, which adds N² to A²
 //! and cannot hold with these units: its first condition needs β₂ ≤ 2 N/A, passed at 0.05 A. With a

@@ -1,5 +1,5 @@
-//! The controller as a whole: evaluates the control law stage by stage, from measurements to
-//! commands. Its module `step` advances its state. Only these two files know all stages.
+//! The whole controller, for the FMU: evaluates the control law stage by stage, from measurements
+//! to commands; its module `step` advances its state. Only these two files know all stages.
 
 mod step;
 

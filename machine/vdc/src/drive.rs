@@ -1,4 +1,4 @@
-//! The low level: from the required force and motion of a rod to the voltages of its drive.
+//! The low level of `controller`: from a rod's required force and motion to its drive's voltages.
 
 mod reading;
 mod voltage_law;

@@ -1,4 +1,4 @@
-//! Errors of the controller: invalid parameters or paths, unusable steps, infinite results.
+//! Errors of the controller, for the FMU: invalid parameters or paths, bad steps, infinite results.
 
 use hdrm::{Body, GeometryError};
 use machine_file::MachineError;

@@ -1,5 +1,5 @@
-//! Result of one evaluation of the control law: all intermediate quantities from measurements to
-//! commands at one instant, from which the outputs and the state's advance are computed.
+//! Result of one evaluation of the control law at one instant, from measurements to commands: the
+//! FMU takes its outputs, `controller::step` advances the state with it, and `warnings` reads it.
 
 use crate::bodies::WristInertia;
 use crate::drive::{Command, RodDemand};

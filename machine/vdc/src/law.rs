@@ -1,4 +1,4 @@
-//! Control laws: from the required motion to the forces of rods and wrist joints.
+//! Control laws, for `controller`: from the required motion to the forces of rods and wrist joints.
 //!
 //! A law is a file that implements [`ControlLaw`], a value of [`Mode`] and its rows in [`MODES`].
 //! It adapts the estimates in [`Bodies`](crate::bodies::Bodies); [`State`](crate::state::State) has

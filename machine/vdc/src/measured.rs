@@ -1,5 +1,5 @@
-//! Preparation of the measurements for the control law: joint rates by an observer, sample and
-//! hold, and prediction over a delay.
+//! Prepares the measurements for `controller`: joint rates by an observer, sample and hold, and
+//! prediction over a delay.
 
 mod observer;
 mod prediction;

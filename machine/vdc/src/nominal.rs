@@ -1,5 +1,5 @@
-//! The controller's constant knowledge of the machine: mechanism, friction, actuators, limits. The
-//! inertias, which loads and adaptation change, are in [`crate::bodies`].
+//! The controller's constant knowledge of the machine, for all its stages: mechanism, friction,
+//! actuators, limits. The inertias, which loads and adaptation change, are in [`crate::bodies`].
 
 mod singularities;
 mod tip;

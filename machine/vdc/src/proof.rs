@@ -1,5 +1,5 @@
 //! Computes the quantities of the paper's stability proof as outputs: accompanying functions,
-//! dissipation, stability conditions.
+//! dissipation, stability conditions. `controller` calls it in every evaluation.
 
 use crate::conditions::Conditions;
 use crate::evaluation::Evaluation;

@@ -1,5 +1,5 @@
-//! The reference motion of the tip T4 in the world frame: the paper's trajectories, a path file, an
-//! operator's commanded rates, or the inputs.
+//! The reference motion of the tip T4 in the world frame, for `controller`: the paper's
+//! trajectories, a path file, an operator's commanded rates, or the inputs.
 //!
 //! [`Reference`] is immutable; the joints that commanded rates move are a [`Motion`] in the
 //! controller's state.

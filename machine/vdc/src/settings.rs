@@ -1,4 +1,4 @@
-//! Settings of the controller that may change while it runs: mode, gains, limits, options.
+//! Settings that the FMU gives the controller in every step: mode, gains, limits, options.
 
 use crate::law::Mode;
 use crate::reference::RateCommand;

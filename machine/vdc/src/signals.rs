@@ -1,4 +1,4 @@
-//! Inputs and outputs of the controller.
+//! Inputs and outputs of the controller, which the FMU sets and reads.
 
 use crate::conditions::Conditions;
 use hdrm::{Body, DOF};

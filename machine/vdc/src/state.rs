@@ -1,4 +1,4 @@
-//! The controller's state, with one field for each stage.
+//! The state that `controller::step` advances: times, integrals, and the states of the stages.
 
 use crate::bodies::Bodies;
 use crate::drive::DriveState;

@@ -1,4 +1,4 @@
-//! The supervisor: detects oscillations and overload of the machine and reacts in stages.
+//! The supervisor, run by `controller`: detects oscillations and overload and reacts in stages.
 //!
 //! Oscillation is measured for each rod as a power: the root mean square of the force error
 //! `f_r − F` times that of the velocity error `ẋ_r − ẋ`, both band-passed around the boom's elastic

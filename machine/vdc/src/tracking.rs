@@ -1,4 +1,4 @@
-//! Feedback on the tracking error: from reference and measurements to the required motion.
+//! Feedback on the tracking error: from reference and measurements to the control laws' input.
 
 mod clik;
 mod errors;

@@ -1,4 +1,4 @@
-//! Warnings to the operator about conditions that lead to loss of control: a step too long, a
+//! Warnings in the FMU's log about conditions that lead to loss of control: a step too long, a
 //! reference out of reach, saturated forces or voltages, commands that are limited, and actions of
 //! the supervisor. Each is reported once, when it begins.
 

@@ -1,4 +1,4 @@
-//! Natural adaptation of a body's inertial parameters ([L adapt], [Df]).
+//! Natural adaptation of a body's inertia ([L adapt], [Df]), for the adaptive law and the proof.
 //!
 //! The estimate lives on the manifold of physically consistent inertias: its pseudo-inertia
 //! `L̂ = [[Σ, h], [hᵀ, m]]` stays positive definite. The law `L̂' = (1/γ)·L̂·S·L̂` is integrated

@@ -1,5 +1,5 @@
-//! Detects an empty hook while the machine rests after the start ("weighing"). Not in the paper,
-//! whose controller knows its payload.
+//! Detects an empty hook while the machine rests after the start ("weighing"), for `Bodies::weigh`.
+//! Not in the paper, whose controller knows its payload.
 //!
 //! Without payload the inertia at the wrist is a twentieth: gains for the payload, sampled and
 //! delayed, then make the wrist oscillate, and gains for the empty hook let a payload sway. If the

@@ -1,5 +1,5 @@
-//! Advances the controller's state over a communication step: in one interval, from sample to
-//! sample, or with delayed commands.
+//! Advances the controller's state over a communication step, for the FMU: in one interval, from
+//! sample to sample, or with delayed commands.
 
 use super::Controller;
 use crate::drive::{Reading, VoltageLaw};

@@ -1,4 +1,4 @@
-//! What needs the whole controller, and sees its state.
+//! Tests that need the whole controller and access to its private state.
 
 use super::*;
 use crate::{Mode, RateLimits, tip_pose};

@@ -1,4 +1,4 @@
-//! The measurements of one drive, taken from the controller's inputs.
+//! The measurements of one drive from the controller's inputs, for voltage law and prediction.
 
 use crate::signals::Input;
 

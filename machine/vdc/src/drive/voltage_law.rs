@@ -1,7 +1,6 @@
-//! The voltage law of one actuator ([eq:voltages_Control] to [eq:current_q_required]).
-//!
-//! It computes the dq voltages from the required force and rod motion with the controller's nominal
-//! actuator parameters. dq quantities are peak-valued.
+//! The voltage law of one actuator ([eq:voltages_Control] to [eq:current_q_required]), which
+//! `controller` evaluates and advances: dq voltages from the required force and rod motion with the
+//! controller's nominal actuator parameters. dq quantities are peak-valued.
 
 use crate::drive::reading::Reading;
 use crate::settings::Settings;

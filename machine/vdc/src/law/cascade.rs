@@ -1,5 +1,5 @@
-//! Cascade control as in industrial drives, for comparison: position P, velocity PI, with
-//! feedforward of nominal gravity and friction.
+//! Cascade control as in industrial drives, a mode for comparison with the paper's laws: position
+//! P, velocity PI, with feedforward of nominal gravity and friction.
 //!
 //! Source: R. Krishnan, *Permanent Magnet Synchronous and Brushless DC Motor Drives*, chapter on
 //! speed control. The position loop is that of the tip (`Lambda_position`, `Lambda_orientation`);

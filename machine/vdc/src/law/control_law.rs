@@ -1,4 +1,4 @@
-//! The interface of a control law: its inputs at an instant, and the forces it returns.
+//! The interface of a control law for `controller` and `drive`: its inputs, forces and adaptation.
 
 use crate::bodies::Bodies;
 use crate::law::decomposition::{self, BodyMotion, VelocityErrors};

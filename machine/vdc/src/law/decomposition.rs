@@ -1,5 +1,6 @@
-//! Virtual decomposition: required twists and wrenches of all bodies, and the joint forces that
-//! follow from them ([Eq:Base_Required_Kinematics] to [Eq:Actuator_Base_Required_Dynamics2]).
+//! Virtual decomposition, for the control laws and `controller`: required twists and wrenches of
+//! all bodies, and the joint forces that follow from them ([Eq:Base_Required_Kinematics] to
+//! [Eq:Actuator_Base_Required_Dynamics2]).
 //!
 //! The bodies form a tree of geared joints (`hdrm`), so the paper's equations per object become
 //! one recursion up the tree for the twists and one down for the wrenches. Projected on the joints

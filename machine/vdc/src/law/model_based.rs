@@ -1,5 +1,5 @@
-//! The paper's control laws: forces from the rigid-body model, with nominal inertias (modular) or
-//! with adapted estimates (adaptive).
+//! The paper's control laws, the modes `modular` and `adaptive`: forces from the rigid-body model,
+//! with nominal inertias or with adapted estimates.
 
 use crate::bodies::{Bodies, adaptation_direction};
 use crate::law::control_law::{ControlLaw, Forces, Instant};

@@ -1,4 +1,4 @@
-//! Control law for comparison: computed torque with a disturbance observer at the joints.
+//! Control law, a mode for comparison: computed torque with a disturbance observer at the joints.
 //!
 //! Source: W.-H. Chen, D. J. Ballance, P. J. Gawthrop, J. O'Reilly, *A nonlinear disturbance
 //! observer for robotic manipulators*, IEEE Transactions on Industrial Electronics 47(4), 2000.

@@ -1,5 +1,5 @@
-//! Control laws for comparison, without a model of the dynamics: damping of the rate errors behind
-//! the inverse kinematics, with or without gravity compensation.
+//! Control laws, two modes for comparison, without a model of the dynamics: damping of the rate
+//! errors behind the inverse kinematics, with or without gravity compensation.
 
 use crate::law::control_law::{ControlLaw, Forces, Instant, Rod};
 use crate::law::decomposition;

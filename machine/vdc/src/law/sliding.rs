@@ -1,4 +1,4 @@
-//! Control law for comparison: second-order sliding mode (super-twisting).
+//! Control law, a mode for comparison: second-order sliding mode (super-twisting).
 //!
 //! Source: J. A. Moreno, M. Osorio, *Strict Lyapunov functions for the super-twisting algorithm*,
 //! IEEE TAC 57(4), 2012. With `s = ζ̇_r − ζ̇` as the sliding variable, scaled by the inertia:

@@ -1,4 +1,4 @@
-//! Tracking observer: estimates the joint rates from the joint angles.
+//! Tracking observer for `controller`: estimates the joint rates from the joint angles.
 //!
 //! Not in the paper, which measures rates. Differences of encoder angles are coarse, and a filter
 //! delays them. The observer uses the required acceleration, so it lags only behind other motion.

@@ -1,4 +1,4 @@
-//! Predicts the measurements one communication step ahead, to compensate a delay of the commands.
+//! Predicts measurements one communication step ahead, so that `controller` can compensate delays.
 
 use crate::drive::Reading;
 use crate::error::ControllerError;

@@ -1,4 +1,4 @@
-//! Sample time and delay of the controller: held measurements and planned commands.
+//! Sample time and delay as the FMU sets them, with held measurements and plans for `controller`.
 
 use crate::measured::prediction::Plan;
 use crate::signals::Input;

@@ -1,4 +1,4 @@
-//! Singular poses of wrist and elbow, and the inverse of the tip's Jacobian, damped near them.
+//! Singular poses and the inverse of the tip's Jacobian, damped near them, for `clik` and `rates`.
 
 use hdrm::{DOF, Tree};
 use nalgebra::{Matrix6, Vector6};

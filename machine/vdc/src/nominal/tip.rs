@@ -1,4 +1,4 @@
-//! Forward kinematics: pose of the tip at given joint angles.
+//! Forward kinematics of the tip, for reference, tracking and the start values of the FMU.
 
 use hdrm::{GeometryError, Tip, Tree};
 use machine_file::Machine;

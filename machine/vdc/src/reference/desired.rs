@@ -1,4 +1,4 @@
-//! The desired motion of the tip at one instant.
+//! The desired motion of the tip at one instant, which each kind of reference gives `tracking`.
 
 use motion_check::turn;
 use nalgebra::{UnitQuaternion, Vector3};

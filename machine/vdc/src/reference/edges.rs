@@ -1,5 +1,5 @@
-//! The paper's trajectories along a cube's edges (`cubic`) and a triangle's: from rest to rest with
-//! a quintic time law and a dwell at every vertex. The orientation is constant.
+//! The paper's cubic and triangular trajectories, for `reference`: straight edges from rest to rest
+//! with a quintic time law and a dwell at every vertex. The orientation is constant.
 
 use crate::reference::desired::DesiredMotion;
 use machine_file::{CubicPath, TriangularPath};

@@ -1,4 +1,4 @@
-//! The external reference: the tip's motion from the inputs `reference.*`.
+//! The reference from the inputs `reference.*`, and its orientation ahead for the prediction.
 
 use crate::error::ControllerError;
 use crate::reference::desired::DesiredMotion;

@@ -1,4 +1,4 @@
-//! A path file as the reference: plans the path, checks it, and evaluates it.
+//! A path file as the reference, for `reference`: plans the path, checks it, and evaluates it.
 
 use crate::error::ControllerError;
 use crate::reference::desired::DesiredMotion;

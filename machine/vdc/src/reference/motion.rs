@@ -1,4 +1,4 @@
-//! The joints' reference motion under commanded rates or while the supervisor stops the machine.
+//! Reference motion of the joints, advanced by `rates` or, in a stop, by the supervisor.
 
 use crate::nominal::orientation;
 use crate::reference::desired::DesiredMotion;

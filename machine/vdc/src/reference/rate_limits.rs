@@ -1,4 +1,4 @@
-//! Limits of an operator's commanded rates, of the joints or of the tip.
+//! Limits of an operator's commanded rates of joints or tip, which the FMU sets and `rates` keeps.
 
 use crate::error::ControllerError;
 use hdrm::DOF;

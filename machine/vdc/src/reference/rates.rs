@@ -1,4 +1,4 @@
-//! An operator's commanded rates, of the joints or of the tip, as the reference. Not in the paper.
+//! An operator's commanded joint or tip rates, for `reference` and `warnings`. Not in the paper.
 //!
 //! Commands are converted to a motion ζ_d, ζ̇_d, ζ̈_d of the joints with limited and smoothed rates
 //! and accelerations, which the control law can follow. Before the end of a joint's range or a

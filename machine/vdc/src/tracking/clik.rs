@@ -1,4 +1,4 @@
-//! Closed-loop inverse kinematics: required joint motion from the tip's error
+//! Closed-loop inverse kinematics, for `tracking`: required joint motion from the tip's error
 //! ([Eq:Inverse Kinematics2]).
 
 use crate::nominal::{Inverse, Singularities};

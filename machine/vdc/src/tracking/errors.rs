@@ -1,4 +1,4 @@
-//! The tracking error and, in some modes, its integral.
+//! Tracking error and, in some modes, its integral: `tracking` feeds them back, `step` integrates.
 //!
 //! The integral is not in the paper. Without it a controller that does not compensate an unknown
 //! load has a constant error, which any integral removes; with it the comparison shows what

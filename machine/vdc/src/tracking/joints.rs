@@ -1,4 +1,4 @@
-//! Required joint motion from the joints' own errors, under commanded rates or in a stop.
+//! Required joint motion, for `tracking`, from joints' errors under commanded rates or in a stop.
 
 use crate::reference::JointTarget;
 use crate::tracking::errors::Errors;

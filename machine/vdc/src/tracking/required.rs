@@ -1,4 +1,4 @@
-//! The required motion of joints and rods, the input of the control laws.
+//! The required motion of joints and rods, the input of the control laws and the voltage law.
 
 use nalgebra::Vector6;
 

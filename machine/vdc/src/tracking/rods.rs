@@ -1,5 +1,5 @@
-//! Required motion of the rods, from their own references (as on a one-axis testbed) or from the
-//! required motion of the joints.
+//! Required motion of the rods, for `controller`: from their own references (as on a one-axis
+//! testbed) or from the required motion of the joints.
 
 use crate::signals::Input;
 use crate::tracking::errors::Errors;

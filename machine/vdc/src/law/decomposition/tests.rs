@@ -1,4 +1,4 @@
-//! Virtual power flows at the cuts between the bodies ([VPF]).
+//! Tests the virtual power flows at the cuts between the bodies ([VPF]).
 //!
 //! At a cut the flow is `p = (V_r − V)ᵀ(F_r − F)`. It leaves one body and enters the next, so over
 //! the whole machine the flows cancel in pairs and only those at the rods and the wrist motors

@@ -1,4 +1,4 @@
-//! The reference alone, under commands that no operator gives.
+//! Tests commanded rates without the controller, under commands that no operator gives.
 
 use super::*;
 use nalgebra::Vector3;
