@@ -1,4 +1,4 @@
-//! FMU `Sensors` for Co-Simulation in FMI 2.0 and 3.0: measurements between plants and controller.
+//! FMU `Sensors` for Co-Simulation in FMI 2.0 and 3.0: measurements of the plants for a controller.
 //!
 //! This file connects the table of variables (`table`) to the `sensors` library.
 #![allow(non_snake_case)] // the paper's symbols

@@ -1,4 +1,4 @@
-//! Electrical equations of the permanent-magnet synchronous motor in dq coordinates.
+//! The motor's electrical equations in dq coordinates, for `maps`, `dynamics` and `tangent`.
 
 use machine_file::Dq;
 

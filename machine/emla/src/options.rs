@@ -1,4 +1,4 @@
-//! Options of the electrical side that go beyond the paper: undervoltage trip, heat, temperature.
+//! Options beyond the paper, of the FMU and `surrogate`: undervoltage trip, heat, temperature.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,5 +1,5 @@
-//! The network's correction of the quasi-static force (the paper's hybrid model), and the warning
-//! outside its trained range.
+//! The network's correction of the quasi-static force (the paper's hybrid model), for this model
+//! and the controller, and the FMU's warning outside the trained range.
 
 use crate::actuator::Emla;
 use crate::maps;

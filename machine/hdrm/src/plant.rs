@@ -1,4 +1,4 @@
-//! The plant: its configuration, and the quantities at one state that do not depend on the inputs.
+//! The plant's configuration, and what a state and the base's tilt give before other inputs act.
 
 pub(crate) mod assembly;
 pub(crate) mod continuous;
