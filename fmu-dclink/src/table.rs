@@ -1,4 +1,4 @@
-//! Variables of the FMU `DcLink` for its description and calls: names, units, dependencies.
+//! Variables of the FMU `DcLink` for its description and calls: name, unit, bounds, dependencies.
 
 use super::model::DcLinkFmu;
 use fmu_export::{ALL_PARAMETERS, File, Info, NO_STATES, Terminal, Unit, Variable, row};

@@ -1,6 +1,6 @@
-//! FMU `Rig` for Co-Simulation in FMI 2.0 and 3.0: the linear actuator "as built", for test rigs.
-//!
-//! This file connects the table of variables (`table`) to the `rig` library.
+//! FMU `Rig` for Co-Simulation in FMI 2.0 and 3.0: the linear actuator in detail, "as built", for
+//! the systems `Real.ssd` and `RigTestbed.ssd` and for any importer. This file connects the table
+//! of variables (`table`) to the `rig` library.
 #![allow(non_snake_case)] // the paper's symbols
 
 mod model;

@@ -1,4 +1,4 @@
-//! Variables of the FMU `Sensors` for its description and calls: names, units, dependencies.
+//! Variables of the FMU `Sensors` for its description and calls: name, unit, bounds, dependencies.
 
 use super::model::{FORCE, SPEED, SensorsFmu};
 use fmu_export::{ALL_PARAMETERS, File, Info, Terminal, Unit, Variable, row};

@@ -1,7 +1,7 @@
 //! The paper's model of the electromechanical linear actuator (EMLA): a permanent-magnet
 //! synchronous motor drives a nut through a gear and a ball screw; the nut pushes a rod through a
 //! spring and a damper. The FMU `Emla` wraps it; the controller predicts its measurements with it;
-//! [`maps`] and network also serve `motion-check` and the studies.
+//! `motion-check` and the studies use its [`maps`], and the study `surrogate` trains its network.
 //!
 //! Source: section "Integrated Dynamic Model of the EMLA" of the paper; each function names its
 //! equation and any departure from it. dq quantities are peak-valued, oriented to the rotor flux.

@@ -1,4 +1,4 @@
-//! The motor's electrical equations in dq coordinates, for `maps`, `dynamics` and `tangent`.
+//! The motor's equations in dq coordinates, for `maps`, `instant`, `dynamics` and `tangent`.
 
 use machine_file::Dq;
 

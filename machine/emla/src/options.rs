@@ -1,4 +1,4 @@
-//! Options beyond the paper, of the FMU and `surrogate`: undervoltage trip, heat, temperature.
+//! Options beyond the paper, set by the FMU and `surrogate`: undervoltage trip, heat, temperature.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! The plant's configuration, and what a state and the base's tilt give before other inputs act.
+//! The plant's configuration, and the terms of its equations at one state, for steps and outputs.
 
 pub(crate) mod assembly;
 pub(crate) mod continuous;

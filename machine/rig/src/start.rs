@@ -1,4 +1,4 @@
-//! The start state, in equilibrium with a load or in steady motion, for the FMU `Rig` and studies.
+//! The start state, in equilibrium with a load or in steady motion, for FMU `Rig` and the studies.
 
 use crate::{Balance, Input, Powers, Rig, State, StepError};
 use machine_file::{BrakeState, Dq};

@@ -1,4 +1,4 @@
-//! Options that the FMU or `motion-check` adds to the machine file or sets in its place.
+//! Options with which the FMU or `motion-check` adds to the machine file or replaces values of it.
 
 use crate::DOF;
 use crate::forces::contact::Contact;
