@@ -1,5 +1,5 @@
 //! FMU `Emla` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: an electromechanical linear
-//! actuator, for the systems in `system` and for any importer.
+//! actuator, for systems in `system` and for any importer.
 //!
 //! This file connects the table of variables (`table`) to the `emla` library.
 #![allow(non_snake_case)] // the paper's symbols

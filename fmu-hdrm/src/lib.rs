@@ -1,5 +1,5 @@
 //! FMU `Hdrm` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: the heavy-duty manipulator
-//! with both closed loops, for the systems in `system` and for any importer.
+//! with both closed loops, for systems in `system` and for any importer.
 //!
 //! This file connects the table of variables (`table`) to the `hdrm` library.
 #![allow(non_snake_case)] // the paper's symbols

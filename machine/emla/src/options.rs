@@ -1,4 +1,4 @@
-//! Options beyond the paper, set by the FMU and `surrogate`: undervoltage trip, heat, temperature.
+//! Options beyond the paper (undervoltage trip, heat) of the FMU and of the study `surrogate`.
 
 use serde::{Deserialize, Serialize};
 
