@@ -1,4 +1,4 @@
-//! Inputs of an actuator FMU, and the rod's position between two calls that set the input `x`.
+//! Inputs of the FMUs `Emla` and `Rig`, and the rod's position between two calls that set `x`.
 //!
 //! The rod keeps moving with its velocity, within a step and from one step to the next, until `x`
 //! is set again: holding it while x_dot ≠ 0 would falsify the force by K_b·x_dot·h, some 20 kN at

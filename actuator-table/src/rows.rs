@@ -1,4 +1,4 @@
-//! Rows of the variable table that both actuator FMUs have.
+//! Rows of the variable table that the FMUs `Emla` and `Rig` both have.
 
 use fmu_export::{Model, Variable};
 

@@ -1,7 +1,6 @@
 //! FMU `DcLink` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: battery pack, capacitor,
-//! precharge and brake chopper.
-//!
-//! This file connects the table of variables (`table`) to the `dclink` library.
+//! precharge and brake chopper, for the system `Electric.ssd` and for any importer. This file
+//! connects the table of variables (`table`) to the `dclink` library.
 #![allow(non_snake_case)] // symbols of the books
 
 mod model;
@@ -126,7 +125,8 @@ impl Continuous for DcLinkFmu {
     }
 
     fn completed_step(&mut self, _p: &Params, u: &Input, t: f64) -> Result<bool, ModelError> {
-        self.state.v_mean = self.state.v_c; // there is no communication step
+        // in Model Exchange there is no step to take the mean over: the mean is the value
+        self.state.v_mean = self.state.v_c;
         let after = self.state;
         if let Some(before) = self.seen.replace(after) {
             self.warn(u, &before, &after, t);
@@ -142,7 +142,7 @@ fmu_export::export_fmu!(DcLinkFmu);
 mod tests {
     use super::*;
 
-    /// Accessors, and dependencies against trying.
+    /// Every accessor works, and the declared dependencies are those found by varying the inputs.
     #[test]
     fn the_table_agrees_with_the_model() {
         assert_eq!(fmu_export::check::<DcLinkFmu>(), [""; 0]);

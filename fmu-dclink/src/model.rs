@@ -1,4 +1,4 @@
-//! State of the FMU `DcLink`, and its warnings about limits and voltages.
+//! State of the FMU `DcLink`, and its warnings about limits and voltages, for its FMI calls.
 
 use dclink::{DcLink, Input, Params, Regime, State};
 use fmu_export::Log;

@@ -1,4 +1,4 @@
-//! The table of variables of the FMU `DcLink`: names, units, bounds and dependencies.
+//! Variables of the FMU `DcLink` for its description and calls: name, unit, bounds, dependencies.
 
 use super::model::DcLinkFmu;
 use fmu_export::{ALL_PARAMETERS, File, Info, NO_STATES, Terminal, Unit, Variable, row};

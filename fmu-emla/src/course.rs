@@ -1,4 +1,4 @@
-//! Inputs of the actuator during a step, with the rod moving along its polynomial.
+//! Inputs of the actuator during a step of Co-Simulation, with the rod moving along its polynomial.
 
 use super::model::EmlaFmu;
 use actuator_table::{Input, rod_end};

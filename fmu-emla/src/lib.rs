@@ -1,5 +1,5 @@
 //! FMU `Emla` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: an electromechanical linear
-//! actuator.
+//! actuator, for systems in `system` and for any importer.
 //!
 //! This file connects the table of variables (`table`) to the `emla` library.
 #![allow(non_snake_case)] // the paper's symbols
@@ -193,7 +193,7 @@ fmu_export::export_fmu!(EmlaFmu);
 mod tests {
     use super::*;
 
-    /// Accessors, and dependencies against trying.
+    /// Every accessor works, and the declared dependencies are those found by varying the inputs.
     #[test]
     fn the_table_agrees_with_the_model() {
         assert_eq!(fmu_export::check::<EmlaFmu>(), [""; 0]);

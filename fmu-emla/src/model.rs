@@ -1,4 +1,4 @@
-//! State and parameters of the FMU `Emla`, and warnings about its state.
+//! State and parameters of the FMU `Emla` and warnings, for this crate's FMI calls and table.
 
 use actuator_table::{AXIS, DRIVE, ROOM_TEMPERATURE};
 use emla::{Electric, Emla, State, Surrogate};

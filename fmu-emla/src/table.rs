@@ -1,4 +1,4 @@
-//! The table of variables of the FMU `Emla`: names, units, bounds and dependencies.
+//! Variables of the FMU `Emla` for its description and calls: names, units, bounds, dependencies.
 
 use super::model::{EmlaFmu, Parameters};
 use actuator_table::{

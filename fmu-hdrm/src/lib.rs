@@ -1,5 +1,5 @@
-//! FMU `Hdrm` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: the heavy-duty manipulator,
-//! both closed loops included.
+//! FMU `Hdrm` for Co-Simulation and Model Exchange in FMI 2.0 and 3.0: the heavy-duty manipulator
+//! with both closed loops, for systems in `system` and for any importer.
 //!
 //! This file connects the table of variables (`table`) to the `hdrm` library.
 #![allow(non_snake_case)] // the paper's symbols
@@ -202,7 +202,7 @@ fmu_export::export_fmu!(HdrmFmu);
 mod tests {
     use super::*;
 
-    /// Accessors, and dependencies against trying.
+    /// Every accessor works, and the declared dependencies are those found by varying the inputs.
     #[test]
     fn the_table_agrees_with_the_model() {
         assert_eq!(fmu_export::check::<HdrmFmu>(), [""; 0]);

@@ -1,4 +1,4 @@
-//! State, inputs and parameters of the FMU `Hdrm`.
+//! State, inputs and parameters of the FMU `Hdrm`, for this crate's FMI calls and table.
 
 use fmu_export::{Evaluation, ModelError};
 use hdrm::{DOF, Dynamics, Hdrm, Load, Options, Slips, State};

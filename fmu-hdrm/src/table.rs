@@ -1,4 +1,4 @@
-//! The table of variables of the FMU `Hdrm`: names, units, bounds and dependencies.
+//! Variables of the FMU `Hdrm` for its description and calls: names, units, bounds, dependencies.
 
 use super::model::{HdrmFmu, Parameters};
 use fmu_export::{

@@ -1,6 +1,6 @@
-//! FMU `Rig` for Co-Simulation in FMI 2.0 and 3.0: the linear actuator in detail, "as built".
-//!
-//! This file connects the table of variables (`table`) to the `rig` library.
+//! FMU `Rig` for Co-Simulation in FMI 2.0 and 3.0: the linear actuator in detail, "as built", for
+//! the systems `Real.ssd` and `RigTestbed.ssd` and for any importer. This file connects the table
+//! of variables (`table`) to the `rig` library.
 #![allow(non_snake_case)] // the paper's symbols
 
 mod model;
@@ -82,7 +82,7 @@ mod tests {
     use super::*;
     use fmu_export::CountedInput;
 
-    /// Accessors, and dependencies against trying.
+    /// Every accessor works, and the declared dependencies are those found by varying the inputs.
     #[test]
     fn the_table_agrees_with_the_model() {
         assert_eq!(fmu_export::check::<RigFmu>(), [""; 0]);

@@ -1,4 +1,4 @@
-//! State and parameters of the FMU `Rig`.
+//! State and parameters of the FMU `Rig` and a warning, for this crate's FMI calls and table.
 
 use actuator_table::{AXIS, DRIVE, ROOM_TEMPERATURE};
 use fmu_export::{ExtrapolatedInput, ModelError};

@@ -1,4 +1,4 @@
-//! The table of variables of the FMU `Rig`: names, units, bounds and dependencies.
+//! Variables of the FMU `Rig` for its description and calls: names, units, bounds, dependencies.
 
 use super::model::{Parameters, RigFmu};
 use actuator_table::{

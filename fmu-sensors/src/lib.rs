@@ -1,6 +1,6 @@
-//! FMU `Sensors` for Co-Simulation in FMI 2.0 and 3.0: measurements between plants and controller.
-//!
-//! This file connects the table of variables (`table`) to the `sensors` library.
+//! FMU `Sensors` for Co-Simulation in FMI 2.0 and 3.0: measurements between plants and controller,
+//! for the system `Real.ssd` and for any importer. This file connects the table of variables
+//! (`table`) to the `sensors` library.
 #![allow(non_snake_case)] // the paper's symbols
 
 mod model;

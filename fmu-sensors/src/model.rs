@@ -1,4 +1,4 @@
-//! State, inputs, parameters and enumerations of the FMU `Sensors`.
+//! State, inputs, parameters, enumerations of the FMU `Sensors`, for this crate's calls and table.
 
 use fmu_export::{Evaluation, Items, ModelError};
 use sensors::{ForceKind, Params, Sample, Sensors, Signals, SpeedKind, State};

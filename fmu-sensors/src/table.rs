@@ -1,4 +1,4 @@
-//! The table of variables of the FMU `Sensors`: names, units, bounds and dependencies.
+//! Variables of the FMU `Sensors` for its description and calls: name, unit, bounds, dependencies.
 
 use super::model::{FORCE, SPEED, SensorsFmu};
 use fmu_export::{ALL_PARAMETERS, File, Info, Terminal, Unit, Variable, row};

@@ -1,5 +1,5 @@
-//! The equations for Model Exchange, where the importer integrates: derivatives of the state, event
-//! indicators, and the mode after an event.
+//! The equations for Model Exchange, where the importer of the FMU `DcLink` integrates: derivatives
+//! of the state, event indicators, and the mode after an event.
 
 use crate::circuit::Point;
 use crate::input::Input;

@@ -1,4 +1,4 @@
-//! Inputs of the DC link: currents of the drives and the ambient temperature.
+//! Inputs of the DC link, as the FMU `DcLink` sets them: drive currents, ambient temperature.
 
 use serde::{Deserialize, Serialize};
 

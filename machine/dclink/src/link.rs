@@ -1,4 +1,4 @@
-//! The configuration of a DC link: checked parameters and constants computed from them once.
+//! A DC link as the FMU `DcLink` builds it: checked parameters, and constants computed from them.
 
 use crate::pack::Pack;
 use crate::params::Params;

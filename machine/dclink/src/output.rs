@@ -1,4 +1,4 @@
-//! The start state of the DC link, and its outputs.
+//! The start state of the DC link, and its outputs, for the FMU `DcLink`.
 
 use crate::circuit::Point;
 use crate::input::Input;

@@ -1,5 +1,5 @@
-//! The battery pack's equations: open-circuit voltage, current limits, RC pairs, temperature.
-//! Divisors are stored as their inverses.
+//! The battery pack's equations, for `circuit` and `step`: open-circuit voltage, current limits, RC
+//! pairs, temperature. Divisors are stored as their inverses.
 
 use crate::params::{Battery, POINTS};
 use serde::{Deserialize, Serialize};

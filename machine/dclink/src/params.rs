@@ -1,4 +1,4 @@
-//! Parameters of battery pack, link, brake chopper and precharge, with their checks.
+//! Parameters of pack, link, brake chopper and precharge, set by the FMU `DcLink`; their checks.
 
 use model_rules::{ParamError, Range, check, check_fields, require};
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! State of the DC link: charge, voltages, temperature, mode of the circuit, energies.
+//! State of the DC link, which the FMU saves: charge, voltages, temperature, mode, energies.
 
 use model_rules::{StepError, check_finite};
 use serde::{Deserialize, Serialize};

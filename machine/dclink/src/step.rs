@@ -1,5 +1,5 @@
-//! Integration over one communication step: J. C. Butcher's Runge–Kutta method of order 6 within a
-//! mode, and events where a mode ends.
+//! Integration over one communication step of the FMU `DcLink`: J. C. Butcher's Runge–Kutta method
+//! of order 6 within a mode, and events where a mode ends.
 //!
 //! Each substep is first integrated in its mode. If the guard is positive at its end, the mode
 //! ended inside: the Illinois variant of the secant rule finds the instant, to [`EVENT_TOLERANCE`]

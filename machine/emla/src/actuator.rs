@@ -1,4 +1,4 @@
-//! Configuration of an actuator: parameters, drive mode, and the surrogate network blended in.
+//! An actuator, built by FMU, controller and studies: parameters, drive mode, surrogate network.
 
 use crate::options::Electric;
 use crate::substep::longest_substep;

@@ -1,4 +1,5 @@
-//! Constants of a step: parameters at the present temperature, DC-link voltage, gates, brake.
+//! What the equations of an instant take as given: parameters at the present temperature, DC-link
+//! voltage, gates, brake, and the network's force; `step`, `continuous` and `tangent` pass it on.
 
 use machine_file::{BrakeState, Drive};
 

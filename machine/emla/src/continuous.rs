@@ -1,5 +1,5 @@
-//! The equations for Model Exchange, where the importer integrates: derivatives of the state, event
-//! indicators, and the state after an event.
+//! The equations for Model Exchange, where the importer of the FMU `Emla` integrates: derivatives
+//! of the state, event indicators, and the state after an event.
 //!
 //! Quantities that a step of Co-Simulation holds constant are evaluated at the present instant
 //! here: temperatures, resistance, flux, and the network's residual. The network's outputs and all

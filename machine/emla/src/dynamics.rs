@@ -1,4 +1,4 @@
-//! Equations of motion: the state's time derivative, and powers and energies at one instant.
+//! The state's derivative, powers and energies at an instant, for `step`, `continuous`, `output`.
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;

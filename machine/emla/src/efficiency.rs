@@ -1,4 +1,4 @@
-//! Efficiency at an operating point, from the quasi-static maps, and its derivative.
+//! Efficiency at an operating point, from powers that `output` gives; derivative for `tangent`.
 
 /// Efficiency of an operating point.
 ///

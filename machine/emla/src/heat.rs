@@ -1,4 +1,4 @@
-//! Temperatures of winding and housing, and their effect on resistance and magnets.
+//! Temperatures of winding and housing and their effects, for `step`, `continuous` and `output`.
 //!
 //! Source: F. P. Incropera et al., *Fundamentals of Heat and Mass Transfer*, lumped capacitance.
 

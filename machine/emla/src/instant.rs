@@ -1,5 +1,5 @@
 //! The algebraic part of the model: spring force, friction, transmission and motor torque at one
-//! instant, from which rates and outputs are computed.
+//! instant, from which `dynamics`, `losses`, `output` and `tangent` compute rates and outputs.
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;

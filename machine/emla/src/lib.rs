@@ -1,12 +1,11 @@
 //! The paper's model of the electromechanical linear actuator (EMLA): a permanent-magnet
 //! synchronous motor drives a nut through a gear and a ball screw; the nut pushes a rod through a
-//! spring and a damper. The FMU `Emla` wraps it, and the controller uses its [`maps`] with nominal
-//! parameters.
+//! spring and a damper. The FMU `Emla` wraps it; the controller predicts its measurements with it;
+//! `motion-check` and the studies use its [`maps`], and the study `surrogate` trains its network.
 //!
 //! Source: section "Integrated Dynamic Model of the EMLA" of the paper; each function names its
-//! equation and any departure from it. Quantities in dq coordinates are peak-valued and oriented to
-//! the rotor flux. The rod's position `x` and its force `F` are positive when the actuator extends.
-//! SI units throughout.
+//! equation and any departure from it. dq quantities are peak-valued, oriented to the rotor flux.
+//! Rod position `x` and force `F` are positive when the actuator extends. SI units throughout.
 //!
 //! [`Emla`] is the configuration; [`State`] is passed by value, so a step that fails changes
 //! nothing. There are two drive modes: in [`Drive::Motion`] the mechanism prescribes the rod's

@@ -1,4 +1,4 @@
-//! Losses of the actuator by kind: copper, iron, inverter, friction.
+//! Losses by kind (copper, iron, inverter, mechanical), for `dynamics`, `output` and `tangent`.
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;

@@ -1,6 +1,6 @@
 //! Static maps of the actuator, functions of parameters and operating point alone: transmission,
-//! gear loss, stiffness, torque, and the quasi-static force of the whole actuator with its inverse.
-//! The controller calls them with its own nominal parameters.
+//! gear loss, stiffness, torque, quasi-static force and its inverse. This model, the controller,
+//! `motion-check` and the studies call them, each with its own parameters.
 //!
 //! Quotients of parameters come first in a product (`1/N·τ`, not `τ/N`): the compiler then moves
 //! them out of the loop over the substeps, where a division costs as much as ten sums.

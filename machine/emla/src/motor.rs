@@ -1,4 +1,4 @@
-//! Electrical equations of the permanent-magnet synchronous motor in dq coordinates.
+//! The motor's equations in dq coordinates, for `maps`, `instant`, `dynamics` and `tangent`.
 
 use machine_file::Dq;
 

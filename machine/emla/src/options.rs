@@ -1,4 +1,4 @@
-//! Options of the electrical side that go beyond the paper: undervoltage trip, heat, temperature.
+//! Options beyond the paper (undervoltage trip, heat) of the FMU and of the study `surrogate`.
 
 use serde::{Deserialize, Serialize};
 

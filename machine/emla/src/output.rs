@@ -1,4 +1,4 @@
-//! Outputs of the actuator at one instant: forces, motion, currents, powers, energies, efficiency.
+//! All outputs of the actuator at one instant, for the FMU, the controller and the studies.
 
 use crate::actuator::Emla;
 use crate::dynamics::{power_in, power_out};

@@ -1,5 +1,5 @@
-//! The network's correction of the quasi-static force (the paper's hybrid model), and the warning
-//! outside its trained range.
+//! The network's correction of the quasi-static force (the paper's hybrid model), for this model
+//! and the controller; outside the trained range a warning for the FMU, and the force cut off.
 
 use crate::actuator::Emla;
 use crate::maps;

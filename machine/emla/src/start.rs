@@ -1,4 +1,4 @@
-//! The start state: in equilibrium with a load, at rest or in steady motion.
+//! The start state, in equilibrium with a load or in steady motion, for the FMU `Emla`.
 
 use crate::actuator::Emla;
 use crate::maps;

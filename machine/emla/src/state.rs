@@ -1,4 +1,4 @@
-//! The actuator's state, the part of it that is integrated, and its time derivative.
+//! State of the actuator, which the FMU saves; the part that `step` integrates, and its derivative.
 
 use machine_file::Dq;
 use model_rules::{StepError, check_finite};

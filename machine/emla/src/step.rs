@@ -1,4 +1,4 @@
-//! Integration over one communication step: classical Runge–Kutta with a fixed substep.
+//! One communication step by Runge–Kutta in equal substeps, for the FMU and the controller.
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;

@@ -1,4 +1,4 @@
-//! The longest substep for an actuator, from its fastest mode and an error bound of the force.
+//! Longest substep, by the fastest mode and an error bound of the force; `Emla::new` computes it.
 
 use crate::maps;
 use machine_file::Drive;

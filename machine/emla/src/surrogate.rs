@@ -1,4 +1,5 @@
-//! The surrogate: a trained network `(tau_e, w_m) → (F, x_dot)`, limited to its trained range.
+//! The surrogate: a trained network `(tau_e, w_m) → (F, x_dot)`, limited to its trained range;
+//! this model and the controller blend it in, and the study `surrogate` trains and judges it.
 //!
 //! `[paper]` Eqs. (eq:dnn_prediction_efficiency), first line, and (eq:dnn_structure). The network
 //! 2-64-48-32-16-8-2 is trained on one direction of motion, in steady sliding, in a box of torque
@@ -8,9 +9,8 @@
 //! - the other direction follows by odd symmetry, blended through standstill:
 //!   `F = (1+s)/2·N(tau,|w|) − (1−s)/2·N(−tau,|w|)`, `s = tanh(w_m/2)`.
 //!
-//! A physical map that is compared with the network must pass through the same guards
-//! ([`Surrogate::guard`]). Results are bit-identical on all processors: see [`network`]. The error
-//! of its tanh, below 6e-15, changes the trained force by less than 1e-8 N (tested).
+//! A map compared with the network must pass through the same guards ([`Surrogate::guard`]). All
+//! processors give the same bits ([`network`]); the error of tanh changes F by less than 1e-8 N.
 
 mod file;
 mod network;
@@ -227,7 +227,6 @@ impl Surrogate {
         }
     }
 
-    /// Whether both are the same network in memory.
     pub(crate) fn is_shared_with(&self, other: &Self) -> bool {
         match (&self.0, &other.0) {
             (Source::Shipped, Source::Shipped) => true,

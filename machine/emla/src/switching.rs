@@ -1,4 +1,4 @@
-//! Discrete states of the drive: DC-link voltage, gates, undervoltage trip and holding brake.
+//! The drive's link voltage, gates, trip and holding brake, for `step`, `continuous` and `output`.
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;

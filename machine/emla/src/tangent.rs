@@ -1,5 +1,5 @@
-//! Derivatives of outputs and rates with respect to time, state and inputs, for FMI's output
-//! derivatives and directional derivatives.
+//! Derivatives of outputs and rates with respect to time, state and inputs, from which the FMU
+//! `Emla` answers FMI's calls for output derivatives and directional derivatives.
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;

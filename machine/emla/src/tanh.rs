@@ -1,5 +1,5 @@
-//! A hyperbolic tangent for network and friction that is bit-identical on every machine and can be
-//! inlined and vectorised.
+//! A hyperbolic tangent for the network and for friction and gear in `maps`; it is bit-identical on
+//! every machine and can be inlined and vectorised.
 
 /// Beyond this argument tanh differs from ±1 by less than half a unit in the last place.
 const SATURATION: f64 = 19.1;

@@ -1,4 +1,4 @@
-//! Equations of motion: mass matrix and bias forces, forward and inverse dynamics, energies.
+//! Mass matrix, bias forces, forward and inverse dynamics, for plant, `motion-check` and studies.
 
 pub(crate) mod base;
 pub(crate) mod boom_frame;

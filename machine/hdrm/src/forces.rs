@@ -1,4 +1,4 @@
-//! Force laws: contact with a plane, end stops, joint friction and wrist drives.
+//! Force laws of the plant: contact with a plane, end stops, joint friction, wrist drives.
 
 pub(crate) mod contact;
 pub(crate) mod contact_force;

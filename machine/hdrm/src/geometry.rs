@@ -1,4 +1,4 @@
-//! Geometry and kinematics: bodies, the two closed loops, the tree of joints, the tip.
+//! Kinematics for plant, controller and studies: bodies, closed loops, tree of joints, tip.
 
 pub(crate) mod body;
 pub(crate) mod lift;

@@ -1,6 +1,6 @@
 //! Model of the heavy-duty manipulator (HDRM): rigid-body kinematics and dynamics with both closed
 //! loops, end stops, friction, contact, load and a moving base. The FMU `Hdrm` wraps it; the
-//! controller uses its kinematics.
+//! controller, `motion-check` and studies use its kinematics, the last two its dynamics too.
 //!
 //! Minimal coordinates are `zeta[0..6]`: slew about +y, lift about +z, tilt about +z relative to
 //! the lift boom, wrist about x, z, x. World frame: x forward, y up, z = x × y. Both closed loops

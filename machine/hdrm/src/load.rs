@@ -1,6 +1,6 @@
-//! What the end-effector carries: the body `PL` is the sum of the machine file's payload, whose
-//! mass and centre of mass may be changed, and a load, a point mass that is picked up and set down.
-//! Its change during motion is in [`crate::load::reload`].
+//! What the end-effector carries, as the FMU `Hdrm` and `motion-check` set it: the body `PL` is the
+//! sum of the payload, whose mass and centre of mass may differ from the machine file's, and a
+//! load, a point mass that is picked up and set down ([`crate::load::reload`]).
 
 pub(crate) mod reload;
 

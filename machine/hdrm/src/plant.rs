@@ -1,4 +1,4 @@
-//! The plant: its configuration, and the quantities at one state that do not depend on the inputs.
+//! The plant's configuration, and the terms of its equations at one state, for steps and outputs.
 
 pub(crate) mod assembly;
 pub(crate) mod continuous;

@@ -1,4 +1,4 @@
-//! The discrete conditions that are constant over a substep: gates and brake.
+//! Gates and brake, constant over a substep; `switching` sets them for the equations of motion.
 
 use machine_file::BrakeState;
 

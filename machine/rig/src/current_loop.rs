@@ -1,5 +1,5 @@
-//! Gains of the current loop inside the drive: a PI regulator at the switching frequency.
-//! Industrial drives close this loop themselves and receive a current reference over the network.
+//! Gains of the PI current loop inside the drive at the switching frequency; the FMU `Rig` sets
+//! them. Industrial drives close this loop themselves and receive a current reference.
 //!
 //! Source: S.-K. Sul, *Control of Electric Machine Drive Systems*, chapter on current regulators.
 

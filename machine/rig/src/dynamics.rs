@@ -1,4 +1,4 @@
-//! Equations of motion: forces, powers and losses at one instant, and the state's time derivative.
+//! Forces, powers and losses at an instant, and the state's derivative, for `step` and `output`.
 
 use crate::conditions::Conditions;
 use crate::friction::Shaft;

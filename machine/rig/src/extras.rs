@@ -1,5 +1,5 @@
-//! Parameters of the effects that the idealised actuator neglects, in groups that can be switched
-//! on and off, with their checks.
+//! Parameters of the effects that the idealised actuator neglects, in groups that the FMU `Rig` and
+//! the studies switch on and off, with their checks.
 
 use model_rules::{ParamError, check_fields, require};
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! Friction of motor, gear, screw and nut (LuGre model), and the acceleration of the shaft.
+//! Friction of motor, gear, screw and nut (LuGre), and shaft acceleration, for `dynamics`, `step`.
 //!
 //! Source: C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, *A new model for control of
 //! systems with friction* (LuGre), IEEE TAC 40(3), 1995; H. Olsson's thesis for a damping that

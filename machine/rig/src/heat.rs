@@ -1,4 +1,4 @@
-//! Temperatures of winding and housing, two lumped thermal masses.
+//! Temperatures of winding and housing, two lumped thermal masses, for `dynamics` and `output`.
 //!
 //! Source: F. P. Incropera et al., *Fundamentals of Heat and Mass Transfer*, lumped capacitance.
 

@@ -1,5 +1,5 @@
 //! A detailed model of the electromechanical linear actuator ("as built"), to test controllers that
-//! only know the idealised model `emla`. The FMU `Rig` wraps it, with the same inputs and outputs.
+//! only know the idealised model `emla`. The FMU `Rig` and the studies' virtual test rigs use it.
 //!
 //! The effects beyond the idealised actuator are in [`Extras`]: saturation, temperature, ripple and
 //! cogging, an inverter that samples and delays its voltages, stiction with presliding, backlash,

@@ -1,5 +1,5 @@
-//! The connection of nut and rod: stiffness of screw, bearings, mounting and pins in series,
-//! damping and backlash.
+//! The connection of nut and rod, for `dynamics` and `start`: stiffness of screw, bearings,
+//! mounting and pins in series, damping and backlash.
 
 use crate::Rig;
 

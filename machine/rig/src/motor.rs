@@ -1,5 +1,5 @@
-//! Permanent-magnet synchronous motor in rotor coordinates, with saturation, temperature, flux
-//! harmonics and cogging.
+//! Permanent-magnet synchronous motor in rotor coordinates, for `dynamics` and `start`, with
+//! saturation, temperature, flux harmonics and cogging.
 //!
 //! Source: P. C. Krause, O. Wasynczuk, S. D. Sudhoff, *Analysis of Electric Machinery*, chapter on
 //! permanent-magnet machines.

@@ -1,4 +1,4 @@
-//! Outputs of the actuator at one instant: forces, motion, currents, powers, energies, efficiency.
+//! All outputs of the actuator at one instant, for the FMU `Rig` and the studies.
 
 use crate::{Input, Rig, State};
 use serde::{Deserialize, Serialize};

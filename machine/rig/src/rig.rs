@@ -1,4 +1,4 @@
-//! Configuration of an actuator as built: parameters, effects, drive mode and options.
+//! An actuator as built, as the FMU `Rig` or a study makes it: parameters, effects, drive mode.
 
 use crate::current_loop::CurrentLoop;
 use crate::extras::Extras;

@@ -1,4 +1,4 @@
-//! The start state: in equilibrium with a load, at rest or in steady motion.
+//! The start state, in equilibrium with a load or in steady motion, for FMU `Rig` and the studies.
 
 use crate::{Balance, Input, Powers, Rig, State, StepError};
 use machine_file::{BrakeState, Dq};

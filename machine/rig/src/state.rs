@@ -1,4 +1,4 @@
-//! The actuator's state, its energy balance, and its time derivative.
+//! State of the actuator, which the FMU saves, its energy balance, and its derivative for `step`.
 
 use machine_file::Dq;
 use model_rules::{StepError, check_finite};

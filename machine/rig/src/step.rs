@@ -1,4 +1,4 @@
-//! Integration over one communication step.
+//! Integration over one communication step, for the FMU `Rig` and the studies.
 //!
 //! Each substep is a symmetric composition: half a substep of the bristles, exact at the present
 //! speed and load; a whole one of everything else by the classical Runge–Kutta method with the

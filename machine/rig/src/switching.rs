@@ -1,4 +1,4 @@
-//! Discrete states of the drive: gates, undervoltage trip and holding brake.
+//! The drive's discrete states for `step` and `start`: gates, undervoltage trip, holding brake.
 
 use crate::conditions::Conditions;
 use crate::rig::Rig;

@@ -1,5 +1,5 @@
-//! Current measurement of a motor: sensors in two phases with gain, offset, noise and quantisation,
-//! transformed to dq coordinates with the measured angle.
+//! Current measurement of a motor, for `sample`: sensors in two phases with gain, offset, noise and
+//! quantisation, transformed to dq coordinates with the measured angle.
 
 use crate::Current;
 use std::f64::consts::FRAC_PI_3;

@@ -1,4 +1,4 @@
-//! Quantised position readings of encoders.
+//! Quantised position readings of the encoders of motors, joints and rods, for `sample`.
 
 use crate::Encoder;
 

@@ -1,5 +1,5 @@
-//! Readings of rod forces: a load cell with lag, hysteresis, gain error, bias and noise, or an
-//! estimate from the motor current.
+//! Readings of rod forces, for `sample`: a load cell with lag, hysteresis, gain error, bias and
+//! noise, or an estimate from the motor current.
 
 use crate::{Force, ForceKind};
 use std::f64::consts::TAU;

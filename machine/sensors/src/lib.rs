@@ -1,6 +1,6 @@
 //! Sensor models between the plants and the controller: encoders of motors, joints and rods, speed
-//! estimates from positions, currents, forces, calibration errors, and communication delay. The FMU
-//! `Sensors` wraps them.
+//! estimates from positions, currents, forces, calibration errors, and communication delay, for the
+//! FMU `Sensors` and for the virtual test rig of the study `surrogate`.
 //!
 //! A sensor samples at communication points. Its reading depends on the present inputs and on
 //! [`State`]: the previous reading, filters, and the noise of the next sample. Constant errors

@@ -1,5 +1,5 @@
-//! The standard normal distribution by the ziggurat method, in the variant ZIGNOR: J. A. Doornik,
-//! *An improved ziggurat method to generate normal random samples* (2005).
+//! The standard normal distribution for `random` by the ziggurat method, in the variant ZIGNOR:
+//! J. A. Doornik, *An improved ziggurat method to generate normal random samples* (2005).
 //!
 //! `rand_distr` has the same method and table, but takes `ln` and `exp` from the platform, which
 //! differ in the last digits. These numbers are bit-identical on all platforms.

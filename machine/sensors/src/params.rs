@@ -1,4 +1,4 @@
-//! Parameters of the sensors, and typical values.
+//! Parameters of the sensors, set by the FMU `Sensors` and the study `surrogate`.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! Random numbers of the sensors: constant errors of a run, and the noise of each sample.
+//! Random numbers for `sensors` and `sample`: constant errors of a run, and noise of each sample.
 
 use crate::{ACTUATORS, JOINTS, normal};
 use rand::{RngExt, SeedableRng};

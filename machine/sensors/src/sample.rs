@@ -1,4 +1,4 @@
-//! Takes one sample of all sensors and advances their state.
+//! Takes one sample of all sensors and advances their state, for the FMU and the study `surrogate`.
 
 use crate::current::Errors;
 use crate::random::Source;

@@ -1,4 +1,4 @@
-//! Configuration of the sensors: parameters, and the constant errors drawn from the seed.
+//! Configuration for `sample`: parameters, and the constant errors drawn from the seed.
 
 use crate::params::{DELAY_MAX, Params};
 use crate::random::FixedErrors;

@@ -1,4 +1,4 @@
-//! Speed estimates from position readings: filtered difference, or tracking observer.
+//! Speed estimates from position readings, for `sample`: filtered difference or tracking observer.
 
 use crate::{Speed, SpeedKind};
 use serde::{Deserialize, Serialize};

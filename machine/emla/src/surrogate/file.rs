@@ -1,4 +1,4 @@
-//! The JSON file of a trained network: weights, trained range, training record, and its checks.
+//! The JSON file of a network and its checks: the study `surrogate` writes it, the FMUs read it.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;

@@ -1,4 +1,4 @@
-//! Evaluation of the network: fixed shapes, no allocation, bit-identical on every machine.
+//! Evaluates the network for `Surrogate`: fixed shapes, no allocation, same bits on every machine.
 //!
 //! Source: `[paper]` Eq. (eq:dnn_structure), `y = W_6·σ(… σ(W_1·x + b_1) …) + b_6`, σ = tanh.
 //! Weights of one input are contiguous, so that the compiler vectorises the inner loop over the

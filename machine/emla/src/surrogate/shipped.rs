@@ -1,4 +1,4 @@
-//! The shipped network as constants; `build.rs` writes them from `parameters/surrogate.json`.
+//! The network of `Surrogate::reference`; `build.rs` writes it from `parameters/surrogate.json`.
 
 use super::file::{EfficiencyBound, MinMax, Ranges, Split, TrainingRecord};
 use super::network::{Layer, Network};

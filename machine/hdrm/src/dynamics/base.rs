@@ -1,8 +1,8 @@
-//! Effects of a tilted or accelerating base: apparent gravity, and the holding forces against it.
+//! Effects of a tilted or accelerating base, for `dynamics`, `output` and `sensitivity`: apparent
+//! gravity, and the holding forces against it.
 //!
-//! The fast path of the dynamics ([`crate::dynamics::boom_frame`]) handles gravity along −y, which
-//! is in the boom plane at any slew angle. Components across y come from the general recursion,
-//! which runs only if there are any.
+//! The fast path of the dynamics ([`crate::dynamics::boom_frame`]) handles gravity along −y, in the
+//! boom plane at any slew angle; the general recursion adds the components across y, if any.
 
 use crate::DOF;
 use crate::dynamics::gravity::{Gravity, felt_gravity};

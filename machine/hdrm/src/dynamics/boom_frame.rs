@@ -1,5 +1,5 @@
-//! The fast path of the dynamics: mass matrix and bias forces of the whole machine, assembled in
-//! one frame P that rotates with the slew joint.
+//! The fast path of `dynamics`: mass matrix and bias forces of the whole machine, assembled in one
+//! frame P that rotates with the slew joint; contact and load changes map forces with it.
 //!
 //! P has T1's axes and origin, so it turns with `zeta_1` about y. Lift and tilt move their eight
 //! bodies in a plane of P; only the wrist moves in space. With everything expressed in and about P,

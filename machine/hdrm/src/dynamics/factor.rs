@@ -1,4 +1,4 @@
-//! Factorisation of the 6×6 mass matrix, to solve for accelerations.
+//! Factor of the 6×6 mass matrix, for accelerations and for effective masses at stops and contacts.
 
 use crate::DOF;
 use nalgebra::{Matrix6, Vector6};

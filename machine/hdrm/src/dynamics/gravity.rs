@@ -1,5 +1,5 @@
-//! The gravity vector in the machine's axes, also for a tilted or accelerating base. Its effect on
-//! the machine is in [`crate::dynamics::base`].
+//! The gravity vector in the machine's axes, also on a tilted or accelerating base, for the plant
+//! and the controller. Its effect on the machine is in [`crate::dynamics::base`].
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};

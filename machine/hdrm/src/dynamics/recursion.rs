@@ -1,8 +1,8 @@
-//! Inverse dynamics by recursion over the tree of bodies (Newton–Euler), with its time derivative.
+//! Inverse dynamics by recursion over the tree of bodies (Newton–Euler), with its time derivative,
+//! for the output derivatives and for a tilted or turning base.
 //!
-//! This is the general form of the equations: an outward pass for twists and accelerations, an
-//! inward pass for wrenches (see [`crate::Tree`]). Forward dynamics use the specialised equations
-//! of [`crate::dynamics::boom_frame`]; tests compare the two.
+//! In this general form an outward pass gives twists and accelerations, an inward pass wrenches
+//! (see [`crate::Tree`]). Forward dynamics use [`crate::dynamics::boom_frame`]; tests compare both.
 
 use crate::dynamics::gravity::Gravity;
 use crate::{BODIES, Body, Configuration, DOF, Tree};

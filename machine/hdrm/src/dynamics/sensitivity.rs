@@ -1,5 +1,5 @@
-//! Exact derivatives of the joint accelerations with respect to the inputs (directional
-//! derivatives) and to time (output derivatives).
+//! Exact derivatives of the joint accelerations with respect to the inputs and to time, from which
+//! the FMU `Hdrm` answers calls for directional derivatives and output derivatives.
 
 use crate::dynamics::recursion;
 use crate::plant::input::{Input, wrench};

@@ -1,9 +1,9 @@
-//! Effects of a rotating base: the Coriolis, centrifugal and Euler forces of all bodies.
+//! Coriolis, centrifugal and Euler forces on the bodies of a machine whose base rotates, for
+//! `dynamics`, `output` and `sensitivity`; the wrench on the base, for tests.
 //!
-//! The world frame is fixed to the base, so joint angles and rates are relative to it. With the
-//! base's angular velocity Ω and its rate Ω̇ the mass matrix is unchanged; the additional bias
-//! forces are the difference of two recursions over the bodies, one with the ground moving with
-//! `V = [0; Ω]`, `V̇ = [0; Ω̇]` and one with the ground at rest. Only computed if the base rotates.
+//! The world frame is fixed to the base, so joint angles and rates are relative to it, and the mass
+//! matrix is unchanged. The additional bias forces are the difference of two recursions, one with
+//! the ground moving with `V = [0; Ω]`, `V̇ = [0; Ω̇]` and one at rest, if the base rotates.
 
 use crate::dynamics::recursion::{self, Ground, WithRate};
 use crate::plant::input::{Input, wrench};

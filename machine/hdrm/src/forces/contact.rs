@@ -1,5 +1,5 @@
-//! Force law of the tip's contact with a plane: Hunt–Crossley normal force and smoothed Coulomb
-//! friction, with its time derivative.
+//! Force law of the tip's contact with a plane, for `contact_force`: Hunt–Crossley normal force and
+//! smoothed Coulomb friction, with its time derivative.
 
 use crate::DOF;
 use crate::dynamics::boom_frame::BoomFrame;

@@ -1,5 +1,5 @@
-//! Applies the contact law to the manipulator: force on the tip, its rate, the resulting joint
-//! forces, and the rate that substeps must resolve.
+//! The contact law applied to the manipulator, for `dynamics`, `output` and `step`: force on the
+//! tip, its rate, the resulting joint forces, and the rate that substeps must resolve.
 
 use crate::DOF;
 use crate::forces::contact::ContactForce;

@@ -1,4 +1,4 @@
-//! Dry friction of the slew, lift and tilt joint: Coulomb friction with Stribeck effect.
+//! Dry friction of slew, lift and tilt joint (Coulomb, Stribeck), for `dynamics` and `step`.
 //!
 //! Source: H. Olsson, K. J. Åström, C. Canudas de Wit, M. Gäfvert, P. Lischinsky, *Friction models
 //! and friction compensation*, European Journal of Control 4(3), 1998: Coulomb friction with

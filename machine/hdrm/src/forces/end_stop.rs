@@ -1,4 +1,4 @@
-//! End stops: one-sided, stiff, dissipative contacts at both ends of a range.
+//! End stops of strokes and wrist, one-sided, stiff and dissipative, for `dynamics` and `step`.
 
 use serde::{Deserialize, Serialize};
 

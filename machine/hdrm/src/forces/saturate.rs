@@ -1,4 +1,4 @@
-//! Saturation of a command.
+//! Saturation of a command, for the wrist's torques and drives and for the controller.
 
 /// `x` saturated to ±`limit`. Unlike [`f64::clamp`] it does not panic for an invalid limit, which a
 /// damaged saved state may have. NaN stays NaN.

@@ -1,5 +1,5 @@
-//! Model of the wrist's drives as built: first-order lag from command to torque, saturation,
-//! inertia and dry friction of the motor reflected to the joint, and an elastic gear with backlash.
+//! Model of the wrist's drives as built, for `step` and `continuous`: first-order lag of torque,
+//! saturation, inertia and dry friction of the motor at the joint, elastic gear with backlash.
 //!
 //! Source: B. Siciliano, L. Sciavicco, L. Villani, G. Oriolo, *Robotics: Modelling, Planning and
 //! Control*, chapter on elastic joints; J. J. Moreau's time stepping for dry friction.

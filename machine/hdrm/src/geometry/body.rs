@@ -1,4 +1,4 @@
-//! The 13 bodies, their tree structure, and their joint axes.
+//! The 13 bodies, their tree and joint axes, for this model, the controller and the studies.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};

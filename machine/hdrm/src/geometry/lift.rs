@@ -1,4 +1,4 @@
-//! Kinematics of the lift mechanism: a triangle of boom, base and actuator (the paper's three-bar).
+//! Kinematics of the lift for `Tree`: triangle of boom, base and actuator (the paper's three-bar).
 
 use crate::geometry::planar::{Polar, turning};
 use machine_file::Geometry;

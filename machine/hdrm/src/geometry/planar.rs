@@ -1,5 +1,5 @@
-//! Plane geometry for the two closed loops: a vector that depends on one joint angle, in polar
-//! form, with exact derivatives.
+//! Plane geometry of the closed loops, for `lift`, `tilt`, `tree` and `boom_frame`: a vector that
+//! depends on one joint angle, in polar form, with exact derivatives.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};

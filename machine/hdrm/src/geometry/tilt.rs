@@ -1,4 +1,4 @@
-//! Kinematics of the tilt mechanism: the four-bar linkage A–B–C–D and the actuator from E to D.
+//! Kinematics of the tilt for `Tree`: four-bar linkage A–B–C–D and the actuator from E to D.
 
 use crate::geometry::planar::{Derivatives, Polar, perp, turned, turning, unit};
 use machine_file::Geometry;

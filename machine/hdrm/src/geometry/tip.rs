@@ -1,4 +1,4 @@
-//! Kinematics of the tip T4: position, orientation, Jacobian and its rate.
+//! The tip T4 for plant, controller and studies: position, orientation, Jacobian and its rate.
 
 use crate::{Body, Configuration, DOF, Tree};
 use nalgebra::{Matrix6, Quaternion, Vector3};

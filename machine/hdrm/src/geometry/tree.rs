@@ -1,8 +1,8 @@
-//! The mechanism as a tree of 12 joints, each driven by one coordinate with a variable gear ratio.
+//! The mechanism as a tree of 12 joints, each driven by one coordinate with a variable gear ratio,
+//! for the dynamics, the controller, `motion-check` and the studies.
 //!
 //! Body k is attached to its parent by a joint q_k that depends on one coordinate `zeta_c(k)`, with
-//! the gear `g_k(zeta) = dq_k/dzeta_c`; with the joint's unit twist `s_k` and the change of frame
-//! `X`
+//! the gear `g_k(zeta) = dq_k/dzeta_c`; with the joint's unit twist `s_k` and change of frame `X`
 //! ```text
 //! V_k = X V_parent + s_k g_k zeta_c_dot
 //! A_k = X A_parent + s_k (g_k zeta_c_ddot + g_k′ zeta_c_dot²) + crm(V_k) s_k g_k zeta_c_dot

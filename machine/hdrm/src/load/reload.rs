@@ -1,6 +1,6 @@
-//! Change of the load while the machine moves. A load that is set down leaves with the velocity of
-//! the end-effector. A load that is picked up has that velocity too, so that no velocity jumps, or
-//! its own velocity; then the momentum of arm and load is conserved (a plastic impact).
+//! Change of the load while the machine moves, for the FMU `Hdrm`. A load set down leaves with the
+//! velocity of the end-effector. A load picked up has that velocity too, so that no velocity jumps,
+//! or its own velocity; then the momentum of arm and load is conserved (a plastic impact).
 
 use crate::dynamics::boom_frame::MovingParts;
 use crate::geometry::body::Body;

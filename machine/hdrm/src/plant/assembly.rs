@@ -1,4 +1,4 @@
-//! Builds the plant from a machine file and options: tree, inertias, end stops.
+//! Builds the plant from machine file and options, for the FMU, `motion-check` and the studies.
 
 use crate::DOF;
 use crate::dynamics::boom_frame::MovingParts;

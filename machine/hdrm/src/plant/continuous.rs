@@ -1,5 +1,5 @@
-//! The equations for Model Exchange, where the importer integrates: derivatives of the state, event
-//! indicators, and the state after an event.
+//! The equations for Model Exchange, where the importer of the FMU `Hdrm` integrates: derivatives
+//! of the state, event indicators, and the state after an event.
 
 use crate::DOF;
 use crate::forces::saturate::saturate;

@@ -1,4 +1,4 @@
-//! Why a plant could not be built from a machine file and options.
+//! Why a plant could not be built or loaded, for the FMU, the path check and the controller.
 
 use crate::geometry::tree::GeometryError;
 use model_rules::ParamError;

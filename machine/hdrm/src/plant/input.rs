@@ -1,4 +1,4 @@
-//! Inputs of the manipulator: rod forces, wrist torques, external wrench, motion of the base.
+//! Inputs of the FMU `Hdrm`: rod forces, wrist torques, external wrench, motion of the base.
 
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};

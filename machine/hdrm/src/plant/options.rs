@@ -1,4 +1,4 @@
-//! Options of the plant that the machine file does not have or that may differ from it.
+//! Options with which the FMU or `motion-check` adds to the machine file or replaces values of it.
 
 use crate::DOF;
 use crate::forces::contact::Contact;

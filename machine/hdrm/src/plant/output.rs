@@ -1,4 +1,4 @@
-//! Outputs of the manipulator as functions of state and input, and their first time derivative.
+//! Outputs of the manipulator and their time derivatives at a state and input, for the FMU `Hdrm`.
 
 use crate::dynamics::recursion;
 use crate::plant::input::Input;

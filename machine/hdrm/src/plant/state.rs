@@ -1,4 +1,4 @@
-//! State of the manipulator: joint angles and rates, energies, and the wrist's drives.
+//! State of the manipulator, which the FMU saves: angles, rates, energies, and the wrist's drives.
 
 use crate::DOF;
 use crate::forces::wrist_drive::WristState;

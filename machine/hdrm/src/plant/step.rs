@@ -1,5 +1,5 @@
-//! Integration of the manipulator over one communication step: RK4 with substeps that are shorter
-//! near contacts and in fast motion.
+//! Integration of the manipulator over one communication step of the FMU `Hdrm`: RK4 with substeps
+//! that are shorter near contacts, with stiff friction and in fast motion.
 
 use crate::plant::input::Input;
 use crate::plant::state::State;
