@@ -1,4 +1,4 @@
-//! Checks the machine and path files of a run before it starts.
+//! Checks the machine and path files of a run before it starts, and rules gains, for `hdrm_fmu`.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! Judges models on held-out profiles: their errors, with confidence intervals.
+//! Judges models on held-out profiles: their errors, with confidence intervals, for the commands.
 
 pub mod candidates;
 pub mod conformal;

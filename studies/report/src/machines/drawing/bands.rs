@@ -1,4 +1,4 @@
-//! The bands of payload that the workspace is coloured by.
+//! The bands of payload by which a machine's sheet colours the workspace, in the view `loads`.
 
 use plotters::style::{Color as _, HSLColor, RGBColor};
 

@@ -1,4 +1,4 @@
-//! Axes that the side view and the workspace share.
+//! Axes that the side view and the workspace on a machine's sheet share.
 
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;

@@ -1,4 +1,4 @@
-//! The sheet's legend: what the points mean, and the machine's limits.
+//! The legend on a machine's sheet: what the points mean, and the machine's limits.
 
 use plotters::prelude::*;
 

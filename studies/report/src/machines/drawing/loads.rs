@@ -1,4 +1,4 @@
-//! The view of the workspace, coloured by the greatest payload.
+//! The view on a machine's sheet of the workspace, coloured by the greatest payload.
 
 use plotters::prelude::*;
 

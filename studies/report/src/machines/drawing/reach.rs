@@ -1,4 +1,4 @@
-//! The view of the greatest payload over reach.
+//! The view on a machine's sheet of the greatest payload over reach.
 
 use plotters::prelude::*;
 

@@ -1,4 +1,4 @@
-//! The side view with its points and dimensions.
+//! The side view on a machine's sheet, with the machine's points and dimensions.
 
 use plotters::prelude::*;
 
