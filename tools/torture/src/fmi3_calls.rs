@@ -1,5 +1,5 @@
 //! Random calls, for `turns`, of functions that only FMI 3.0 has: Event Mode, adjoint derivatives,
-//! dependencies; also wrong numbers of values, and functions that these FMUs lack.
+//! dependencies; also wrong numbers of values, and functions for what these FMUs lack.
 
 use crate::arguments::{elements, seeds};
 use crate::derivative_calls::{is_known, is_unknown};

@@ -58,8 +58,7 @@ const PROGRAMS: [(&str, &str); 4] = [
     ("report", "hdrm-fmu-report"),
     ("surrogate", "hdrm-fmu-surrogate"),
 ];
-/// Packages to build: those of `PROGRAMS`, and `torture`, which the checks run; `cosim` and it
-/// first.
+/// Packages to build: those of `PROGRAMS`, and `torture`, which the checks run; experiments last.
 const PACKAGES: [&str; 5] = ["cosim", "torture", "experiments", "report", "surrogate"];
 /// The profile of the programs: as for this machine, but without debug assertions, overflow checks
 /// and symbols.

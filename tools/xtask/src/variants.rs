@@ -1,6 +1,6 @@
 //! Makes the variants of a system structure that `pack` packs with it, so that the wiring is
-//! written once: with parameter sets bound, with loads, with delayed outputs, with actuators as
-//! built. Changes are located in the structure's tree; the rest of its text stays as it is.
+//! written once: parameter sets bound, loads connected, outputs delayed, actuators as built and
+//! others. Changes are located in the structure's tree; the rest of its text stays as it is.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! The bands of payload by which a machine's sheet colours the workspace, in the view `loads`.
+//! On the sheet of `machine draw`: the bands of payload that colour the workspace (`loads`).
 
 use plotters::style::{Color as _, HSLColor, RGBColor};
 

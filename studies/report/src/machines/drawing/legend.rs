@@ -1,4 +1,4 @@
-//! The legend on a machine's sheet: what the points mean, and the machine's limits.
+//! On the sheet of `machine draw`: the legend, with the points' meanings and the machine's limits.
 
 use plotters::prelude::*;
 

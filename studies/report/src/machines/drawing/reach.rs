@@ -1,4 +1,4 @@
-//! The view on a machine's sheet of the greatest payload over reach.
+//! On the sheet of `machine draw`: the view of the greatest payload over reach.
 
 use plotters::prelude::*;
 

@@ -1,4 +1,4 @@
-//! The side view on a machine's sheet, with the machine's points and dimensions.
+//! On the sheet of `machine draw`: the side view, with the machine's points and dimensions.
 
 use plotters::prelude::*;
 
