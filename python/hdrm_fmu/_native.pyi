@@ -12,7 +12,7 @@ REAL_PARAMETERS: str
 VERSION: str
 
 class RunFailed(Exception):
-    """A run that failed: the master's message, with the texts that the FMUs logged."""
+    """Any error of the native code: a failed run (the master's message, with what the FMUs logged), or a file that cannot be read."""
 
 class DrawnMachine:
     """A machine drawn by seed; its file exists as long as this object."""

@@ -1,4 +1,4 @@
-//! Errors of the native code as Python exceptions.
+//! Errors of the native code as Python exceptions, for all functions that Python calls.
 
 use pyo3::prelude::*;
 
@@ -6,7 +6,7 @@ pyo3::create_exception!(
     hdrm_fmu,
     RunFailed,
     pyo3::exceptions::PyException,
-    "A run that failed: the master's message, with the texts that the FMUs logged."
+    "Any error of the native code: a failed run (the master's message, with what the FMUs logged), or a file that cannot be read."
 );
 
 /// The Python exception for an error; an exception that came from Python stays the same.

@@ -1,4 +1,4 @@
-//! Checks the machine and path files of a run before it starts.
+//! Checks machine and path files before a run, and computes gains by rule, for `hdrm_fmu`.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! The metrics of a run, which crate `experiments` defines.
+//! The metrics of a run, which crate `experiments` defines, for `run` and for the Python package.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! A whole run, and its results as Python objects: signals as columns of numbers, metrics, verdict.
+//! A whole run for `System.run`, and its results as Python objects: columns, metrics, verdict.
 
 use anyhow::Result;
 use cosim::io::csv::stride;

@@ -1,6 +1,6 @@
-//! A run that a Python script steps. A thread of its own owns the running system, because an FMU's
-//! instance belongs to one thread; the script's calls are sent to it, and the interpreter's lock is
-//! free meanwhile.
+//! A run that a Python script steps through `hdrm_fmu.System`. A thread of its own owns the running
+//! system, because an FMU's instance belongs to one thread; the script's calls are sent to it, and
+//! the interpreter's lock is free meanwhile.
 
 use std::collections::HashMap;
 use std::sync::Arc;

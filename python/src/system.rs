@@ -1,4 +1,4 @@
-//! The class `System` of the native module: a loaded system, its variables, and its runs.
+//! The class `System`: a loaded system, its variables, and its runs; `hdrm_fmu.System` holds one.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

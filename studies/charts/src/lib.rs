@@ -1,5 +1,5 @@
-//! Draws figures as PNG and SVG: curves in panels ([`Figure`]), and paths in space ([`Path3`]), for
-//! the report and for the training of the surrogate. Both write any other [`Picture`] by [`save`].
+//! Figures as PNG and SVG, for the programs `hdrm-fmu-report` and `hdrm-fmu-surrogate`: curves in
+//! panels ([`Figure`]), paths in space ([`Path3`]), and any other [`Picture`] ([`save`], `write`).
 #![forbid(unsafe_code)]
 
 use std::fs::File;

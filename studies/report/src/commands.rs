@@ -1,4 +1,4 @@
-//! The subcommands of `hdrm-fmu` that this program carries out.
+//! The subcommands of `hdrm-fmu` that this program carries out; `main` calls them.
 
 pub mod drawings;
 pub mod page;

@@ -1,8 +1,8 @@
 //! The report: one HTML file that opens without a network, with conditions, robustness table, plots
-//! and a 3-D animation, and the same figures as PNG and SVG. [`Report::new`] makes the runs,
-//! [`Report::write`] the page.
+//! and a 3-D animation, and the same figures as PNG and SVG. The command `report` calls
+//! [`Report::new`], which makes the runs, and [`Report::write`], which writes the page.
 //!
-//! Everything in it comes out of the FMUs, except the animation's drawing: the FMU gives joint
+//! Each run of a system is a run of FMUs. The animation is drawn by this crate: FMUs give the joint
 //! angles, and the poses of the 13 bodies are computed from them with the kinematics of crate
 //! `hdrm` and the machine file that the FMU runs with (module `scene`). Every frame is checked
 //! against the tip position that the FMU gives, so a drawing of another machine is refused.

@@ -1,4 +1,4 @@
-//! A machine on a sheet: its drawing and its load chart.
+//! A machine on a sheet, for the command `machine draw`: its drawing and its load chart.
 
 pub mod drawing;
 pub mod load_chart;

@@ -1,7 +1,7 @@
 //! The program `hdrm-fmu-report`, which draws: the evaluation as one page ([`evaluation`]), a
 //! machine on a sheet ([`machines`]), signals over time ([`plot`]), figures of sizing and of
-//! margins along a path. `hdrm-fmu` starts it with its own arguments; crate `experiments` computes
-//! the numbers.
+//! margins along a path; and writes the live page's scene. `hdrm-fmu` starts it with its own
+//! arguments; crate `experiments` computes most numbers.
 #![forbid(unsafe_code)]
 
 mod commands;

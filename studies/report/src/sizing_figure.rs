@@ -1,5 +1,5 @@
-//! The figure that `sizing` draws: motor torque over speed of a motion, under the motor's peak and
-//! continuous envelopes.
+//! The figure that `sizing --figures` draws: motor torque over speed of a motion, under the motor's
+//! peak and continuous envelopes; `commands::drawings` calls it.
 
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};

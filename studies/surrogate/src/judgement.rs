@@ -1,4 +1,4 @@
-//! Judges models on held-out profiles: their errors, with confidence intervals.
+//! Judges models on held-out profiles, for commands; its intervals are also for `experiments`.
 
 pub mod candidates;
 pub mod conformal;

@@ -1,7 +1,7 @@
 //! The pipeline of the actuator's surrogate network: data of the rig ([`measurement`]), predictions
 //! by physics, look-up map, network and hybrid ([`prediction`]), their errors on held-out profiles
-//! ([`judgement`]), and the network's training (`training`, a feature that is on by default). The
-//! program `hdrm-fmu-surrogate` runs it and draws its pictures.
+//! ([`judgement`]), and the network's training (`training`, a default feature). The program
+//! `hdrm-fmu-surrogate` runs it; crates `experiments` and `report` use it without training.
 //!
 //! The rig is a simulation of the actuator as built (crate `rig`), the same as in the machine of
 //! the real world; nothing here is measured, unless a user brings a CSV file

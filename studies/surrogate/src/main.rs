@@ -1,5 +1,5 @@
 //! The program `hdrm-fmu-surrogate`: makes data on the rig, trains the actuator's surrogate
-//! network, and judges it.
+//! network, and judges it. `hdrm-fmu train` and `hdrm-fmu surrogate` start it.
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // the paper's symbols
 

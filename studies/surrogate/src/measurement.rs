@@ -1,5 +1,5 @@
-//! From a profile to rows of data: motions and loads, the rig that is driven along them, means over
-//! 20 ms of its sensors' readings and of the true values, and the files of rows and signals.
+//! From a profile to rows of data, for this crate, `report` and `experiments`: motions and loads,
+//! the rig driven along them, means over 20 ms of measured and true values, files of the rows.
 
 pub mod campaign;
 pub mod coupled_run;

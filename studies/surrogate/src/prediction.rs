@@ -1,5 +1,5 @@
-//! Models of the actuator that are fitted to a campaign's rows, and the current and efficiency that
-//! they predict for a motion under a load.
+//! Models of the actuator, most of them fitted to a campaign's rows, and the current and efficiency
+//! that they predict for a motion under a load; for the judgement, `report` and `experiments`.
 
 pub mod efficiency_map;
 pub mod identification;

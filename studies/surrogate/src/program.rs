@@ -1,4 +1,4 @@
-//! The program's commands and the pictures that they draw.
+//! The program's commands, which `main` runs, and the pictures that they draw.
 
 pub mod commands;
 mod files;

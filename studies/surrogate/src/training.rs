@@ -1,4 +1,4 @@
-//! Trains the network as the paper does: by Levenberg–Marquardt, on scaled inputs and targets.
+//! Trains the network as the paper does, by Levenberg–Marquardt on scaled data; for `train`.
 
 pub mod lm;
 pub mod network;

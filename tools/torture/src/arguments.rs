@@ -1,5 +1,5 @@
-//! Random arguments of calls: valid ones for half of the calls, for the others anything of the
-//! right type in C.
+//! Random arguments of calls: if `valid`, ones that an FMU must accept; else anything that C's
+//! types allow. For the modules of random calls; long and continued runs take start values from it.
 
 use std::ffi::CString;
 
@@ -121,8 +121,8 @@ pub fn value_for(
         .to_string()
 }
 
-/// The variable and index of each element of the references; an unknown reference counts as a
-/// scalar.
+/// For each value that these references stand for: its variable and its place in the variable's
+/// array. An unknown reference counts as a scalar.
 pub fn elements<'a>(
     fmu: &'a Fmu,
     vr: &'a [u32],

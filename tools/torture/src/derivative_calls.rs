@@ -1,5 +1,5 @@
-//! Random calls that set and get derivatives: input and output derivatives, directional
-//! derivatives.
+//! Random calls, for `turns`, that set and get derivatives: input and output derivatives,
+//! directional derivatives.
 
 use crate::arguments::*;
 use crate::oracle::{Call, Expect};

@@ -1,5 +1,5 @@
-//! Random calls of functions that only FMI 3.0 has: Event Mode, adjoint derivatives, dependencies;
-//! also calls with a wrong number of values, and functions for features that these FMUs lack.
+//! Random calls, for `turns`, of functions that only FMI 3.0 has: Event Mode, adjoint derivatives,
+//! dependencies; also wrong numbers of values, and functions for what these FMUs lack.
 
 use crate::arguments::{elements, seeds};
 use crate::derivative_calls::{is_known, is_unknown};

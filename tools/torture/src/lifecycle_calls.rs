@@ -1,4 +1,4 @@
-//! Random calls of the life cycle of an instance: instantiation, modes, steps, inquiries, logging.
+//! Random calls, for `turns`, of the life cycle: instantiation, modes, steps, inquiries, logging.
 
 use crate::arguments::{c_string, integer, real};
 use crate::oracle::{Call, Expect};

@@ -1,4 +1,5 @@
-//! The program `torture`: mistreats FMUs of FMI 2.0 and 3.0 and checks that they withstand it.
+//! The program `torture`: mistreats FMUs of FMI 2.0 and 3.0 and checks that they withstand it. The
+//! scripts `tests/robustness.py` and `tests/handed_out.py` run it.
 //!
 //! `calls`: random calls over all 34 functions of FMI 2.0, or those of FMI 3.0, with any arguments
 //! of the right C types, against an oracle made of the standard's call order and the FMU's own

@@ -1,5 +1,5 @@
-//! The oracle: which statuses a call may return, by the standard and the model description, and the
-//! check of its status and messages.
+//! The oracle of `torture calls`: which statuses a call may return, by the standard and the model
+//! description, and the check of its status and messages.
 
 use crate::subject::Subject;
 use anyhow::{Context, Result, anyhow, ensure};

@@ -1,5 +1,5 @@
-//! Seeded random numbers (splitmix64): the same sequence on every platform, so that a seed is a
-//! test case.
+//! Seeded random numbers (splitmix64) for all random calls: the same sequence on every platform, so
+//! that a seed is a test case.
 
 pub struct Random(u64);
 

@@ -1,5 +1,5 @@
-//! The state of a batch of random calls: several instances of one FMU, and saved states that they
-//! may be given.
+//! The state of a batch of random calls, which `turns` and the modules of calls share: several
+//! instances of one FMU, and saved states that they may be given.
 
 use crate::oracle::{Call, Expect};
 use crate::random::Random;

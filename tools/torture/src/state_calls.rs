@@ -1,5 +1,5 @@
-//! Random calls that save, restore, free and serialize states, with valid, freed and foreign
-//! handles and with whole and damaged bytes.
+//! Random calls, for `turns`, that save, restore, free and serialize states, with valid, freed and
+//! foreign handles and with whole and damaged bytes.
 
 use crate::oracle::{Call, Expect};
 use crate::session::{Bytes, Session};
@@ -74,7 +74,7 @@ impl Session<'_> {
         self.trace(i, format_args!("{name}({handle:?}: {held:?})"));
         let status = self.instances[i].set_state(handle);
         if let (OK, Some(known)) = (status, held) {
-            // A state is one of the model; what was set before it was saved is in it.
+            // The restored state includes what was set before it was saved: nothing is pending.
             let mode = match known.mode {
                 Mode::SteppingAfterSet => Mode::Stepping,
                 mode => mode,

@@ -1,4 +1,4 @@
-//! An instance under test, with the state that the oracle expects it to be in.
+//! An instance under test with the state that the oracle expects, for all commands but `exchange`.
 
 use std::ffi::c_int;
 use std::ops::{Deref, DerefMut};

@@ -1,6 +1,5 @@
 //! `torture save` and `torture continue`: one process saves a state in the middle of a run;
-//! another, maybe on another platform, continues from it and must compute the same numbers, bit for
-//! bit.
+//! another, maybe on another platform, continues from it and must compute the same bits.
 
 use std::fs;
 use std::path::Path;

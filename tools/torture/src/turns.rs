@@ -1,4 +1,4 @@
-//! A batch of random calls on several instances of one FMU, each judged by the oracle.
+//! A batch of random calls on instances of one FMU, for `batches`, each judged by the oracle.
 
 use std::ffi::c_int;
 

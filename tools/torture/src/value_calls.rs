@@ -1,4 +1,4 @@
-//! Random calls that set and get variables of any type.
+//! Random calls, for `turns`, that set and get variables of any type.
 
 use crate::arguments::*;
 use crate::oracle::{Call, Expect};

@@ -1,6 +1,6 @@
 //! `cargo xtask bench`: builds what is measured, and runs the script `tests/bench/measure.py`. It
 //! prints one table of costs, with other engines measured in the same run, or compares instruction
-//! counts with the recorded ones.
+//! counts with the recorded ones, as `test` does too.
 
 use std::path::PathBuf;
 use std::process::Command;

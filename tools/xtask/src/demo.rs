@@ -1,5 +1,5 @@
-//! `cargo xtask demo`: from a fresh checkout to the coupled machine. Builds the FMUs and programs,
-//! prints the paper's table, and writes a report.
+//! `cargo xtask demo`, for a first look: from a fresh checkout to the coupled machine. Builds the
+//! FMUs and programs, prints the paper's table, and writes a report.
 
 use std::fs;
 use std::path::PathBuf;

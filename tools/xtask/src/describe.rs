@@ -1,6 +1,6 @@
 //! `cargo xtask describe`: writes the model descriptions of the built libraries into
 //! `modelDescription/`, and those of FMI 3.0 into its folder `fmi3/`. They are committed, so that a
-//! review shows each change of an interface.
+//! review shows each change of an interface; `test` compares them with the packed FMUs.
 
 use std::fs;
 use std::path::PathBuf;

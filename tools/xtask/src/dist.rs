@@ -1,6 +1,6 @@
-//! `cargo xtask dist`: makes the folder that is handed out. Its FMUs hold a library for each
-//! platform, its programs and libraries run on any machine of a platform, and a commit gives the
-//! same bytes wherever it is built.
+//! `cargo xtask dist`: makes the folder that is handed out, also for `test`. Its FMUs hold a
+//! library for each platform, its programs and libraries run on any machine of a platform, and a
+//! commit gives the same bytes wherever it is built.
 
 mod check;
 mod folder;
@@ -58,7 +58,7 @@ const PROGRAMS: [(&str, &str); 4] = [
     ("report", "hdrm-fmu-report"),
     ("surrogate", "hdrm-fmu-surrogate"),
 ];
-/// These packages, and one that the checks need; those of the experiments last.
+/// Packages to build: those of `PROGRAMS`, and `torture`, which the checks run; experiments last.
 const PACKAGES: [&str; 5] = ["cosim", "torture", "experiments", "report", "surrogate"];
 /// The profile of the programs: as for this machine, but without debug assertions, overflow checks
 /// and symbols.
@@ -171,8 +171,8 @@ pub fn lacking(workspace: &Workspace, nightly: bool) -> Result<String> {
     Ok(missing(&platforms).join("\n"))
 }
 
-/// The platforms, with the tools to build for them. A platform that is not named and cannot be
-/// built for is listed.
+/// The platforms, with the tools to build for them. Lists each platform that is not built: by
+/// default macOS where tools are missing, else what was not named.
 fn platforms(workspace: &Workspace, names: &[String], listing: &mut Listing) -> Result<Platforms> {
     let mut platforms = Platforms::named(names)?;
     let is_default = platforms.targets.is_empty();

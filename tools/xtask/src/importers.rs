@@ -1,5 +1,5 @@
-//! rust-fmi, another importer of FMUs in Rust, and its command line fmi-sim, which the nightly
-//! checks build and run. Their bindings are made by bindgen, which loads libclang.
+//! rust-fmi, another importer of FMUs in Rust, and its command line fmi-sim, which `test --nightly`
+//! builds and runs. Their bindings are made by bindgen, which loads libclang.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

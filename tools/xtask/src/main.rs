@@ -1,5 +1,5 @@
-//! `cargo xtask`: builds, describes, packs, demonstrates, tests and measures the FMU suite. `cargo
-//! xtask help` lists the commands.
+//! `cargo xtask`, for developers and CI: builds, describes, packs, demonstrates, tests and measures
+//! the FMU suite. `cargo xtask help` lists the commands.
 
 mod bench;
 mod demo;

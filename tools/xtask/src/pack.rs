@@ -1,4 +1,4 @@
-//! `cargo xtask pack`: packs the suite's FMUs, and the systems that are made of them.
+//! `cargo xtask pack`: packs the suite's FMUs and the systems made of them; most commands call it.
 
 use std::fs;
 use std::path::{Path, PathBuf};

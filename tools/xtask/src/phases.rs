@@ -1,4 +1,4 @@
-//! The phases of a long command: each is announced, timed, and listed in a table at the end.
+//! The phases of `demo`, `quick` and `test`: each is announced and timed; a table lists them all.
 
 use std::sync::{Mutex, PoisonError};
 use std::thread;

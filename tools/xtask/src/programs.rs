@@ -1,5 +1,5 @@
 //! Programs that `cargo xtask` runs with its own arguments: `cosim`, `hdrm-fmu` with the programs
-//! that this starts, and the script of the robustness checks.
+//! that this starts, and the script of the robustness checks; also for `web` and `test`.
 
 use std::ffi::OsStr;
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! Python environments with the packages that builds and tests need: the repository's own in
-//! `.venv`, and others.
+//! Python environments with the packages that builds, tests and benches need: the repository's own
+//! in `.venv`, and others.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! `cargo xtask test`: everything that CI checks, in one run.
+//! `cargo xtask test`: everything that CI checks, in one run, for CI and developers.
 
 use std::path::PathBuf;
 
@@ -117,7 +117,7 @@ fn rust_checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
     })
 }
 
-/// Builds all that the tests need besides the Rust tests.
+/// Builds what tests in Python and torture need: the handout, FMUs, programs, WebAssembly.
 fn test_inputs(
     workspace: &Workspace,
     phases: &Phases,

@@ -1,6 +1,6 @@
-//! Makes the variants of a system structure that are packed with it: the same structure with
-//! parameter sets bound, so that the wiring is written once. Changes are located in the structure's
-//! tree; the rest of its text stays as it is.
+//! Makes the variants of a system structure that `pack` packs with it, so that the wiring is
+//! written once: parameter sets bound, loads connected, outputs delayed, actuators as built and
+//! others. Changes are located in the structure's tree; the rest of its text stays as it is.
 
 use std::ops::Range;
 

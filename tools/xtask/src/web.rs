@@ -1,5 +1,5 @@
 //! `cargo xtask web`: makes the live machine, one HTML file that runs the coupled system in a
-//! browser.
+//! browser; also for `dist` and `test`.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! `cargo xtask wheel`: makes a wheel of the Python package `hdrm_fmu` with the packed FMUs.
+//! `cargo xtask wheel`: makes a wheel of the Python package `hdrm_fmu`; also for `dist` and `test`.
 
 use std::fs;
 use std::path::{Path, PathBuf};

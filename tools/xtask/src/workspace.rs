@@ -1,4 +1,4 @@
-//! This repository's workspace: its folders, its FMUs, and the commands that build it.
+//! This repository's workspace, for all commands: its folders, its FMUs, and how cargo builds it.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;

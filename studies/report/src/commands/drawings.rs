@@ -1,5 +1,5 @@
 //! The commands `machine draw`, `machine scene` and `plot`, and `sizing` and `path check` with
-//! their figures.
+//! their figures; `main` calls them.
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,5 @@
-//! The command `report`: finds the systems that the report covers, makes their runs, and writes
-//! the page and its figures.
+//! The command `report`, which `main` calls: finds the systems that the report covers, makes their
+//! runs, and writes the page and its figures.
 
 use std::path::{Path, PathBuf};
 

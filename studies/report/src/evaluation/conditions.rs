@@ -1,4 +1,4 @@
-//! The conditions under which the report was made, for its first section.
+//! The conditions under which the report was made, for the last section of its page.
 
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};

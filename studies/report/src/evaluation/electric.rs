@@ -1,5 +1,5 @@
-//! The section on the machine fed by a battery: where the energy goes, the DC link over time, and
-//! the motors' torque under their envelopes.
+//! The report's section on the machine fed by a battery: where the energy goes, the DC link over
+//! time, and the motors' torque under their envelopes. `Report::new` makes it.
 
 use std::f64::consts::TAU;
 

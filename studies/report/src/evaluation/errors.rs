@@ -1,5 +1,5 @@
-//! The section on the robustness studies besides the paper's table: what each varies, its runs, and
-//! its worst case.
+//! The report's section on the robustness studies besides the paper's table: what each varies, its
+//! runs, and its worst case. `Report::new` makes it.
 
 use anyhow::Result;
 use serde_json::{Value, json};

@@ -1,4 +1,4 @@
-//! The report's figures as PNG and SVG, for papers.
+//! The report's figures as PNG and SVG, for papers; `report --figures` writes them.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! The section on a path that the user gave: margins, tip errors and energy.
+//! The report's section on a path that the user gave: margins, tip errors and energy.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,4 @@
-//! Puts template, style, scripts and data together into the page, which loads nothing else.
+//! Joins template, style, scripts and data into one page, which `Report::write` writes.
 
 use anyhow::{Context, Result};
 use serde::Serialize;

@@ -1,5 +1,5 @@
-//! The sections on studies that take hours, tournament and stability margins: read from the JSON
-//! files that their commands wrote.
+//! The report's sections on studies that take hours, tournament and stability margins: the command
+//! `report` reads them from the JSON files that the studies' commands wrote.
 
 use std::fs;
 use std::path::Path;

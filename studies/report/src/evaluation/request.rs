@@ -1,5 +1,5 @@
-//! What the report covers ([`Request`]), and how its sections deal with failed runs: the failure is
-//! listed, and the rest is reported.
+//! What the report covers ([`Request`], which the command `report` fills in), and how the report's
+//! sections deal with failed runs: the failure is listed, and the rest is reported.
 
 use anyhow::Result;
 use cosim::{Experiment, System};

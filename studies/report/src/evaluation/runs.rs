@@ -1,4 +1,4 @@
-//! The runs of the paper's table, and the signals, energies and frames that the page takes of them.
+//! The runs of the paper's table, with signals, energies and frames for the page and its figures.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Numbers as the page holds them: sampled, single precision, little endian, base64.
+//! Sampled numbers for the report's sections and figures: single precision, little endian, base64.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;

@@ -1,5 +1,5 @@
-//! The scene of the report's animation and of the live page: shapes of the machine's bodies in body
-//! axes, and the bodies' poses over a run.
+//! The shapes of the machine's bodies in body axes, for the report's animation and for the live
+//! page (command `machine scene`); for the report also the bodies' poses over a run.
 //!
 //! The shapes are made up around the mechanism's points, which are exact.
 

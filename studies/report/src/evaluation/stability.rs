@@ -1,5 +1,5 @@
-//! The section on the stability proof: the numbers that `hdrm-fmu stability` prints, and the
-//! accompanying functions and powers over time.
+//! The report's section on the stability proof, and the data of its figure: the numbers that
+//! `hdrm-fmu stability` prints, and the accompanying functions and powers over time.
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,5 @@
-//! The section on the surrogate on the rig: efficiency maps, time responses, and coupled runs of
-//! the machine with it.
+//! The report's section on the surrogate on the rig: efficiency maps, time responses, and coupled
+//! runs of the machine with it. `Report::new` makes it.
 
 use anyhow::{Context as _, Result};
 use cosim::{Experiment, System};

@@ -1,5 +1,5 @@
-//! The section on the testbed: one actuator at a time replays the loads that a run of the machine
-//! put on it.
+//! The report's section on the testbed, and the data of its figures: one actuator at a time replays
+//! the loads that a run of the machine put on it.
 
 use std::collections::BTreeMap;
 

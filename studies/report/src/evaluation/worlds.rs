@@ -1,5 +1,5 @@
-//! The section that compares the worlds: the errors of the adaptive law and its rivals in each,
-//! with a sentence on what the world contains.
+//! Data for the report's section on worlds (a world: plant, sensors and errors that a law is tried
+//! in): the errors of the adaptive law and its rivals in each.
 
 use anyhow::{Context as _, Result};
 use cosim::{Experiment, System};

@@ -1,5 +1,5 @@
-//! Draws a machine on one sheet, as crane makers print it: side view with named points and
-//! dimensions, legend, workspace coloured by payload, payload over reach.
+//! Draws a machine on one sheet for `machine draw`, as crane makers print it: side view with named
+//! points and dimensions, legend, workspace coloured by payload, payload over reach.
 
 mod bands;
 mod frame;

@@ -1,4 +1,4 @@
-//! A machine seen from the side: the places of its named points in a pose, for its drawing.
+//! A machine seen from the side: the places of its named points in a pose, for its sheet.
 #![allow(non_snake_case)] // names of points
 
 use hdrm::{Body, DOF, Tree};

@@ -1,5 +1,5 @@
-//! The comparison that `surrogate compare` prints: physics, refitted physics, look-up map, network
-//! and hybrid, all from the same data, and their errors on held-out profiles.
+//! What `surrogate compare` prints: the errors of physics, refitted physics, look-up map, networks
+//! and hybrid on the same held-out profiles, and how often the bounds of the networks hold.
 
 use std::fmt::Write as _;
 

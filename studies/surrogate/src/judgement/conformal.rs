@@ -1,5 +1,5 @@
 //! A bound on the error of the network's efficiency that holds with a given probability whatever
-//! the errors' distribution: a conformal prediction interval, calibrated on whole profiles.
+//! the errors' distribution (conformal prediction), for `surrogate calibrate` and `compare`.
 
 use anyhow::{Context as _, Result};
 use emla::{Drive, EfficiencyBound, Electric, Emla, State, Surrogate, Thermal};

@@ -1,6 +1,6 @@
-//! Judges models on whole held-out profiles in free-running simulation: a model is given the
-//! temperature at the start and the desired speeds and loads, and predicts current, losses,
-//! temperatures and energy.
+//! Judges models on whole held-out profiles in free-running simulation, for `surrogate compare`: a
+//! model is given a temperature at the start and the desired speeds and loads, and predicts
+//! current, losses, temperatures and energy. `surrogate calibrate` uses the profiles as driven.
 
 use anyhow::Result;
 use emla::maps;

@@ -1,4 +1,4 @@
-//! 95 % confidence intervals: the bootstrap over profiles, and Clopper and Pearson's for a share.
+//! 95 % confidence intervals, by the bootstrap and by Clopper and Pearson; also for `experiments`.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

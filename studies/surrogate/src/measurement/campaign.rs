@@ -1,5 +1,5 @@
-//! The campaign of runs on the rig: profiles to train on, held-out profiles, the rows of data, and
-//! their errors.
+//! The campaign of runs on the rig: profiles to train on, held-out profiles, rows of data and their
+//! errors. For the commands, the judgement, `report` and `experiments`.
 
 use anyhow::Result;
 use emla::maps;
@@ -89,8 +89,8 @@ pub fn compliance(p: &Emla, campaign: &[Vec<Window>]) -> f64 {
 }
 
 /// Rows of a campaign, and the number of each one's profile. Their torque is computed with the
-/// magnets of `p`. The rod's speed is corrected by the rate at which the changing force bends the
-/// structure, which gives that of the nut: so rows of changing and of steady loads lie on one map.
+/// magnets of `p`. The speed in a row is the nut's, not the rod's: the rod's plus compliance · Ḟ.
+/// So rows under changing and under steady load lie on one map.
 pub fn rows(p: &Emla, campaign: &[Vec<Window>]) -> (Vec<Row>, Vec<u32>) {
     let compliance = compliance(p, campaign);
     let row = |w: &Window| Row {
@@ -104,8 +104,8 @@ pub fn rows(p: &Emla, campaign: &[Vec<Window>]) -> (Vec<Row>, Vec<u32>) {
         .unzip()
 }
 
-/// Force errors of rows, N, root mean square, which even a perfect map cannot explain. An error of
-/// the torque counts as the force that the torque gives.
+/// Root mean square of the force error of a row, N, that even a perfect map leaves; a torque error
+/// is converted to force.
 #[derive(Clone, Copy, Debug)]
 pub struct RowErrors {
     /// Relative to the true values: the sensors' noise floor.

@@ -1,5 +1,5 @@
-//! A coupled run of the machine on rigs, from signals in memory or from a CSV file of `hdrm-fmu
-//! run`: its tip errors, currents, and the true values of its actuators in windows of 20 ms.
+//! A coupled run of the machine on rigs, of `experiments` or, for `surrogate loop`, of a CSV file
+//! of `hdrm-fmu run`: tip errors, currents, and true values of its actuators in windows of 20 ms.
 
 use std::path::Path;
 

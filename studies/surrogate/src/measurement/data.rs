@@ -1,5 +1,5 @@
 //! The CSV file with the rows of a campaign on the rig, or with measurements of a user's own, that
-//! the network is trained on.
+//! the network is trained on, for `data`, `train` and `plots`; `experiments` uses its `sha256`.
 //!
 //! The header names each column and may give its unit in brackets: `tau_e [N.m]`. Training needs
 //! `tau_e`, `w_m`, `F_ext` and `x_dot`; other columns are allowed. Lines that begin with `#` are

@@ -1,5 +1,5 @@
-//! The motions and loads along which the rig is driven: speed steps, sine sweeps, whole strokes,
-//! creeping, and work.
+//! The motions and loads along which the rig is driven, by `rig_run` for campaigns and judgement:
+//! speed steps, sine sweeps, whole strokes, creeping, and work.
 //!
 //! The load has both signs, up to the paper's 70 kN against extension and as much along it, and the
 //! rod goes both ways: all four quadrants.

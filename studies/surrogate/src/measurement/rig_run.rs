@@ -1,5 +1,5 @@
 //! Drives the rig along a profile: the actuator as built against a load, with its drive and its
-//! sensors.
+//! sensors. For campaigns and judgement; the efficiency maps take the rig alone.
 
 use anyhow::{Context as _, Result};
 use rig::{Drive, Extras, Input, Output, Rig};

@@ -1,5 +1,5 @@
 //! Reads a CSV file of signals over time, as `run --csv` or another importer writes it, with `time`
-//! as its first column.
+//! as its first column; for `surrogate loop`, `plot` and `evaluate`.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,5 +1,5 @@
 //! Averages the samples of a run on the rig over windows of 20 ms: rows of measured values, and the
-//! true values.
+//! true values; for campaigns, judgement, models and `experiments`.
 //!
 //! A window averages cogging and noise and is short compared with the motions. Measured speeds
 //! decide which windows are used. The torque of a row is that of the measured currents, with the

@@ -1,5 +1,5 @@
-//! Fits the actuator's own equations to a campaign: winding and magnets to the voltage, friction to
-//! the force, and as a check the friction's dependence on temperature, stroke and direction.
+//! Fits the actuator's winding, magnets and friction to a campaign, and as a check the friction's
+//! dependence on temperature, stroke and direction. For `data`, `compare` and `experiments`.
 
 use emla::maps;
 use machine_file::Emla;

@@ -1,5 +1,5 @@
 //! Nonlinear least squares of a few parameters, with confidence intervals that account for the
-//! dependence between rows of one profile.
+//! dependence between rows of one profile; `identification` calls it.
 
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
@@ -21,9 +21,9 @@ pub struct Fit<const N: usize> {
 
 impl<const N: usize> Fit<N> {
     /// Minimises the sum of the squared residuals `residual(parameters, row)` by Levenberg and
-    /// Marquardt's method, starting at `first`; `sizes` are the parameters' orders of magnitude, by
-    /// which derivatives are taken as central differences. `profiles` holds the rows of each
-    /// profile.
+    /// Marquardt's method from `first`. `sizes` are the parameters' orders of magnitude: the search
+    /// works in parameters divided by them, with central differences of 1e-4 of each. `profiles`
+    /// holds the rows of each profile.
     ///
     /// The intervals are those of Liang and Zeger (1986, *Longitudinal data analysis using
     /// generalized linear models*), `V = A⁻¹ Σ_g (J_gᵀ e_g)(J_gᵀ e_g)ᵀ A⁻¹ · G/(G − 1)`, `A = JᵀJ`,

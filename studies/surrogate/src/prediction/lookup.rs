@@ -1,5 +1,4 @@
-//! A look-up map fitted to a campaign's rows: the force lost to friction over torque and speed. One
-//! of the models that `surrogate compare` judges.
+//! A look-up map fitted to rows, for `surrogate compare`: friction force over torque and speed.
 
 /// Number of nodes along torque and along speed. Each has the same number of rows on average, so
 /// that slow speeds, where friction changes most, have as many as fast ones.

@@ -1,5 +1,5 @@
-//! A model of the actuator, by physics, look-up map, network or hybrid: the current and efficiency
-//! that it predicts for a motion under a load, and its errors.
+//! A model of the actuator (physics, look-up map, network or hybrid): current and efficiency for a
+//! motion under a load, and their errors. For judgement, `loop`, `report` and `experiments`.
 
 use emla::{Surrogate, maps};
 use machine_file::Emla;

@@ -1,4 +1,4 @@
-//! The program's command line, and its commands `train` and `plots`.
+//! The program's command line, which `main` runs, and its commands `train` and `plots`.
 
 use std::io::{Write as _, stdout};
 use std::path::PathBuf;

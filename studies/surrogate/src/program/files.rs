@@ -1,4 +1,4 @@
-//! The files that the commands read and write: networks and tables.
+//! Reads network files, and writes network files and tables, for the commands of this program.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,5 @@
-//! The commands that run the rig: `data`, `compare`, `calibrate` and `loop`.
+//! The commands about the rig: `data`, `compare` and `calibrate` run it; `loop` judges a recorded
+//! run with rigs. The command line and `train` call them.
 
 use std::env::{self, consts::EXE_SUFFIX};
 use std::io::{Write as _, stdout};

@@ -1,4 +1,4 @@
-//! One Levenberg–Marquardt iteration as MATLAB's `trainlm` takes it.
+//! One Levenberg–Marquardt iteration as MATLAB's `trainlm` takes it; `progress` makes one an epoch.
 //!
 //! The error is the mean over all R residuals, `mse = Σ e²/R`, `e = y − target`. A step solves
 //! `(JᵀJ/R + mu·I)·dw = −Jᵀe/R`. If it lowers the error it is taken and `mu` falls to a tenth;

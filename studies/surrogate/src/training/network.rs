@@ -1,5 +1,5 @@
 //! The network during training, of any widths, with tanh in the hidden layers and linear outputs:
-//! its outputs, and their derivatives by the weights.
+//! its outputs and their derivatives by the weights, for the other modules of `training`.
 //!
 //! All weights stand in one vector, layer by layer: the matrix (one row per neuron), then the
 //! bias. `[paper]` Eq. (eq:dnn_structure).

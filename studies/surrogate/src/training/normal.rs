@@ -1,4 +1,4 @@
-//! The normal matrix of a Levenberg–Marquardt step, and its Cholesky factor, in square tiles.
+//! The normal matrix of a Levenberg–Marquardt step (`lm`) and its Cholesky factor, in square tiles.
 //!
 //! The step `−(JᵀJ + c·I)⁻¹·Jᵀe` equals `−Jᵀ·(J·Jᵀ + c·I)⁻¹·e`. The cheaper one is solved. `J·Jᵀ`
 //! never needs J: rows of J are sums over layers of outer products, so

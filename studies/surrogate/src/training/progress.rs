@@ -1,5 +1,5 @@
-//! The training run: splits the data, iterates, stops early, keeps the best network, and resumes
-//! from a checkpoint.
+//! The run of the command `train`: splits the data, iterates, stops early, keeps the best network,
+//! and resumes from a checkpoint. The command `plots` takes its test rows.
 
 use std::path::Path;
 use std::time::{Duration, Instant};

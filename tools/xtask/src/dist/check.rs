@@ -1,5 +1,5 @@
-//! Tries the folder that is handed out, by the script `tests/handed_out.py`: runs its programs and
-//! FMUs, builds it again, installs its wheel.
+//! Tries the folder that is handed out, for `dist` and `test`, by the script `tests/handed_out.py`:
+//! runs its programs and FMUs, builds it again, installs its wheel.
 
 use std::fs;
 use std::path::{Path, PathBuf};

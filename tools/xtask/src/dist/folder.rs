@@ -1,4 +1,4 @@
-//! The folder that `cargo xtask dist` makes, and the files in it.
+//! The folder that `cargo xtask dist` makes, and the files in it; its listing and checks read them.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,5 +1,5 @@
-//! The listing that `cargo xtask dist` prints: for each platform, what was built, what was run, and
-//! what was not and why.
+//! The listing that `cargo xtask dist` and `test` print: for each platform, what was built, what
+//! was run, and what was not and why.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! The bands of payload that the workspace is coloured by.
+//! On the sheet of `machine draw`: the bands of payload that colour the workspace (`loads`).
 
 use plotters::style::{Color as _, HSLColor, RGBColor};
 

@@ -1,4 +1,4 @@
-//! Axes that the side view and the workspace share.
+//! On the sheet of `machine draw`: the axes that the side view and the workspace share.
 
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;

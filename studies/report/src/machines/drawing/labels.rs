@@ -1,4 +1,4 @@
-//! Labels of points and lengths, placed so that they do not cover each other.
+//! Labels of points and lengths in a sheet's side view, placed so that none covers another.
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};

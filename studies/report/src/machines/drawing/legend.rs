@@ -1,4 +1,4 @@
-//! The sheet's legend: what the points mean, and the machine's limits.
+//! On the sheet of `machine draw`: the legend, with the points' meanings and the machine's limits.
 
 use plotters::prelude::*;
 

@@ -1,4 +1,4 @@
-//! The view of the workspace, coloured by the greatest payload.
+//! On the sheet of `machine draw`: the view of the workspace, coloured by the greatest payload.
 
 use plotters::prelude::*;
 

@@ -1,4 +1,4 @@
-//! The view of the greatest payload over reach.
+//! On the sheet of `machine draw`: the view of the greatest payload over reach.
 
 use plotters::prelude::*;
 

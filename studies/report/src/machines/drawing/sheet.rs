@@ -1,4 +1,4 @@
-//! The data of a sheet, which all its views draw, and its fonts.
+//! The data of a machine's sheet, which `drawing` fills in and all views draw, and its fonts.
 
 use machine_file::Machine;
 

@@ -1,4 +1,4 @@
-//! The side view with its points and dimensions.
+//! On the sheet of `machine draw`: the side view, with the machine's points and dimensions.
 
 use plotters::prelude::*;
 
