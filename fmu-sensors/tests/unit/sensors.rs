@@ -74,7 +74,7 @@ fn passes(y: &Signals, u: &Signals) -> bool {
         && same(&y.x_dot, &u.x_dot)
 }
 
-/// Accessors, and dependencies against trying.
+/// Every accessor works, and the declared dependencies are those found by varying the inputs.
 #[test]
 fn the_table_agrees_with_the_model() {
     assert_eq!(fmu_export::check::<SensorsFmu>(), [""; 0]);
