@@ -28,7 +28,7 @@ pub(crate) const CATEGORIES: [(&str, u32, &str); 5] = [
     (
         "logStatusError",
         REFUSED,
-        "A wrong call (the instance is as before), or a panic of the model; never switch_log off",
+        "A wrong call (the instance is as before), or a panic of the model; never switched off",
     ),
 ];
 
