@@ -1,5 +1,5 @@
 //! [`Variable`]: a variable of a model description (FMI 2.0, section 2.2.7; FMI 3.0, section
-//! 2.4.7), for all who open FMUs. It is a scalar, an array of FMI 3.0, or an element of an array.
+//! 2.4.7), a scalar, an array or an element of one; importer, master, check and Python read it.
 
 /// Defines an enumeration with the words for its values in a model description.
 macro_rules! words {

@@ -1,4 +1,4 @@
-//! State of the actuator, which the FMU saves; the part that `step` integrates, and its derivative.
+//! State of the actuator: the FMU saves it, `step` and `vdc`'s prediction integrate a part of it.
 
 use machine_file::Dq;
 use model_rules::{StepError, check_finite};
@@ -21,7 +21,7 @@ pub struct State {
     /// Rod velocity in [`crate::Drive::Force`], m/s; stays at its start value in
     /// [`crate::Drive::Motion`].
     pub x_dot: f64,
-    /// The network's residual at the state's torque and speed, held over the next step.
+    /// The surrogate network's residual at the state's torque and speed, held over the next step.
     pub residual: Residual,
     /// Mean force on the load over the last step, N; at the start the present force.
     pub F_mean: f64,

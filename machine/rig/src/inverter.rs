@@ -1,5 +1,5 @@
-//! Three-phase inverter for `step` and `dynamics`: voltage limit, sampling and hold in stator
-//! coordinates, dead time, and the drive's own current loop.
+//! Three-phase inverter for `step`, `dynamics`, `start` and `output`: voltage limit, sampling and
+//! hold in stator coordinates, dead time, and the drive's own current loop.
 //!
 //! Source: S.-K. Sul, *Control of Electric Machine Drive Systems*, chapters on space-vector
 //! modulation and on dead time.

@@ -3,9 +3,9 @@
 //! actuator; also other control laws for comparison, operator commands, and a supervisor. The FMU
 //! `Controller` wraps it.
 //!
-//! A [`Controller`] evaluates its law for measurements ([`Input`]) to an [`Evaluation`], from which
-//! come the commands ([`Output`]), and advances its state with it. It has its own nominal machine
-//! file, so that a mismatch to the plant can be studied.
+//! A [`Controller`] computes an [`Evaluation`] from measurements ([`Input`]); the commands
+//! ([`Output`]) and the next state follow from it. The controller has its own nominal machine file,
+//! so that a mismatch to the plant can be studied.
 //!
 //! Source: the paper's section "Control"; labels in brackets are those of its equations, and
 //! departures are named. World frame: x forward, y up, z = x × y; SI; dq peak-valued.

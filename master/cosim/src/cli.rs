@@ -152,10 +152,10 @@ pub struct RunArgs {
     /// them
     #[arg(long)]
     pub input_derivatives: bool,
-    /// What continuous inputs are between communication points: held; extrapolated from the last
-    /// two; with --schedule gauss-seidel interpolated to the end of the step, or their value there,
-    /// where the giver is stepped before and no power bond gives the mean; balanced: effort and
-    /// flow of power bonds with what they lacked over the step before, others held
+    /// Continuous inputs within a step: held; extrapolated from the last two points; with
+    /// --schedule gauss-seidel also interpolated to the value at the end of the step, or that
+    /// value, if the source was stepped first and no power bond passes its mean; balanced: effort
+    /// and flow of power bonds corrected by what they lacked in the last step, others held
     #[arg(long, value_enum, default_value_t)]
     pub between: Between,
     /// Threads that share the components, with the same results; each has its own copies of the

@@ -38,7 +38,7 @@ impl Steps {
         )?))
     }
 
-    /// Makes a step; false if its communication point is lost.
+    /// Makes a step; false if jitter leaves out its communication point.
     pub fn make(&mut self, master: &mut Master) -> Result<bool> {
         match self {
             Self::Fixed(steps) => steps.make(master),

@@ -35,7 +35,7 @@ pub enum StepControl {
     Doubling {
         /// Difference relative to the sum of nominal and present value.
         tolerance: f64,
-        /// How the length follows the error, except for the gains: a step is of first order.
+        /// How the length follows the error; the gains are ignored, since a step is of first order.
         limits: StepLimits,
     },
 }
