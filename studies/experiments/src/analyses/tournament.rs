@@ -25,6 +25,8 @@ use crate::runs::grid::{Case, Spread};
 use crate::runs::run_store::RunStore;
 use crate::setup::start_values::{Law, trajectory_settings};
 
+type NamedValues = Vec<(String, f64)>;
+
 /// Paths on which gains are tuned.
 pub const TUNING_PATHS: [&str; 2] = ["triangular", SIX_JOINTS];
 /// Largest factor on a gain; its inverse is the smallest.
@@ -174,7 +176,7 @@ impl Tournament<'_> {
         &self,
         contestant: &Contestant,
         logs: &[f64],
-    ) -> Result<(Vec<(String, f64)>, Vec<Setting>)> {
+    ) -> Result<(NamedValues, Vec<Setting>)> {
         let law = Law::new(contestant.name, contestant.mode);
         let (mut gains, mut settings) = (Vec::new(), law.settings(self.system)?);
         for (group, log) in contestant.gains.iter().zip(logs) {

@@ -170,7 +170,7 @@ impl Evaluation {
         let mut orientation = Distance::default();
         let mut speed: f64 = 0.0;
         let (mut to_rigid, mut sagging) = (Sum::default(), Distance::default());
-        for k in first..recording.times.len() {
+        for (k, _) in recording.times.iter().enumerate().skip(first) {
             let seen = k.saturating_sub(self.late);
             let reference = vector(&desired, seen);
             let own = |share: f64| {
