@@ -177,7 +177,7 @@ pub fn steady_torque(p: &Emla, i: [f64; 2], T: f64, w_m_dot: f64) -> f64 {
 }
 
 /// Windows in which the encoders of both rod and motor move one way, in no quarter slower than
-/// [`SLOWEST`]. Both, because a changing load bends the structure and moves the rod while the motor
+/// `SLOWEST`. Both, because a changing load bends the structure and moves the rod while the motor
 /// stands still.
 pub fn windows(p: &Emla, run: &[RigSample]) -> Vec<Window> {
     let count = run.len().saturating_sub(2) / SAMPLES;
@@ -202,7 +202,7 @@ pub fn windows(p: &Emla, run: &[RigSample]) -> Vec<Window> {
         .collect()
 }
 
-/// Mean of a quantity over the window from sample `first` to the one [`SAMPLES`] later, by the
+/// Mean of a quantity over the window from sample `first` to the one `SAMPLES` later, by the
 /// trapezoidal rule.
 pub fn mean(first: usize, at: impl Fn(usize) -> f64) -> f64 {
     let last = first + SAMPLES;

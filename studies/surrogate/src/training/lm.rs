@@ -70,9 +70,9 @@ fn mean_square(e: &[[f64; 2]]) -> f64 {
 pub enum Outcome {
     /// The error decreased.
     Stepped,
-    /// The gradient is below [`GRADIENT_MIN`]; nothing changed.
+    /// The gradient is below `GRADIENT_MIN`; nothing changed.
     FlatGradient,
-    /// No step lowered the error before `mu` passed [`MU_MAX`]; nothing changed.
+    /// No step lowered the error before `mu` passed `MU_MAX`; nothing changed.
     MuMax,
 }
 
