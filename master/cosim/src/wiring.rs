@@ -1,6 +1,6 @@
 //! The connections of a system, resolved against its FMUs' model descriptions: types, units and
 //! causalities are checked here. The master plans its exchanges from them, in the order of
-//! [`order`]; `cosim wiring`, pages and the studies read them.
+//! `order`; `cosim wiring`, pages and the studies read them.
 
 mod order;
 pub mod probing;
