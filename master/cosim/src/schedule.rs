@@ -1,5 +1,5 @@
 //! The schedules of a run, which the master calls: the order in which outputs are read, inputs set
-//! and components stepped. `standard` does each once for all components (module `standard`). The others
+//! and components stepped. `standard` does each once for all components. The others
 //! pass values in the order of direct feedthrough, and read outputs again after inputs were set.
 
 mod choice;
