@@ -167,7 +167,13 @@ fn call(
             ("fmi2SetTime", &[Event, ContinuousTime], right, status)
         }
         which @ (10 | 11) => {
-            let nominals = if is_3 { INITIALIZED } else { ALL };
+            let without_initialization: &[State] =
+                &[Instantiated, Event, ContinuousTime, Terminated];
+            let nominals = if is_3 {
+                INITIALIZED
+            } else {
+                without_initialization
+            };
             let (which, allowed, of) = match (which, r.below(3)) {
                 (11, _) => (
                     ContinuousValues::Indicators,
