@@ -52,7 +52,7 @@ def test_the_readme_is_for_the_first_five_minutes():
 
 def test_the_readme_says_how_long_how_much_disk_and_which_door_is_whose():
     text = " ".join((ROOT / "README.md").read_text().split())
-    assert "`demo` prints the table after two minutes and has written the report after three and a half" in text
+    assert "`demo` prints the table after two to four minutes and has written the report after four to eight" in text
     assert "takes 0.6 GB of disk" in text and "side by side" in text
     doors = text[text.index("## Four doors") : text.index("## Use it")]
     for door in ("run the machine", "export a model of your own", "script runs", "test an importer, or FMUs in your CI"):
