@@ -86,7 +86,7 @@ fn a_variable_is_read_with_its_declared_type() {
         name: name.to_string(),
         value,
     });
-    assert_eq!(v("k").kind, Kind::Enumeration(items.to_vec()));
+    assert_eq!(v("k").kind, Kind::Enumeration(items.to_vec().into()));
     assert_eq!(
         (v("k").access(), v("k").bounds()),
         (Access::Integer, [1.0, 4.0])

@@ -224,7 +224,7 @@ fn values_are_numbers_that_their_variables_can_take() {
         ("gear", "high", Ok(4.0)),
         ("gear", "4", Ok(4.0)),
         ("gear", "1.0", Ok(1.0)),
-        ("gear", "2", Err("`2` is not one of low, high")),
+        ("gear", "2", Err("`2` is not one of low (1), high (4)")),
         ("n", "-128", Ok(-128.0)),
         ("n", "3.0", Ok(3.0)),
         (
