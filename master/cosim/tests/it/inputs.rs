@@ -110,7 +110,7 @@ fn a_table_in_memory_is_an_input() {
         (
             &[0.0][..],
             table(&[], &[("spring.x", Some("V"), &[1.0])]),
-            "column `spring.x`: its unit is V, that of the input is m",
+            "column `spring.x`: its unit is `V`, that of the input is `m`",
         ),
         (
             &[0.0][..],
@@ -205,7 +205,7 @@ fn what_a_run_writes_another_one_reads() {
     fs::write(csv.with_extension("units.csv"), "signal,unit\ntime,ms\n").unwrap();
     let error = format!("{:#}", Table::load(&csv, &alone, &chosen).unwrap_err());
     assert!(
-        error.contains("writes.units.csv`: row 2: the unit of `time` is ms; it must be s"),
+        error.contains("writes.units.csv`: row 2: the unit of `time` is `ms`; it must be `s`"),
         "{error}"
     );
 }
