@@ -270,7 +270,7 @@ class System:
             if start.type != end.type:
                 raise BadSystem(f"connection {link}: the types differ, {start.type} and {end.type}; both ends must be of the same type")
             if start.unit != end.unit and not link.units_stay:
-                raise BadSystem(f"connection {link}: the units differ, {start.unit or 'none'} and {end.unit or 'none'}; {UNITS}")
+                raise BadSystem(f"connection {link}: the units differ, `{start.unit or 'none'}` and `{end.unit or 'none'}`; {UNITS}")
             if link.transformation != AS_IT_IS and start.type != "Real":
                 raise BadSystem(f"connection {link}: a LinearTransformation is for Real connectors; these are {start.type}")
             if link.target in driven:
@@ -299,7 +299,7 @@ class System:
             found = fmus[self.components[component]].variables.get(name)
             unit = found and unit_of(found)
             if connector.unit and unit and connector.unit != unit:
-                raise BadSystem(f"connector `{component}.{name}` is declared in {connector.unit}, but its FMU has it in {unit}")
+                raise BadSystem(f"connector `{component}.{name}` is declared in `{connector.unit}`, but its FMU has it in `{unit}`")
         for link in self.links:
             units = []
             for (component, name), causality in ((link.source, "output"), (link.target, "input")):
@@ -310,7 +310,7 @@ class System:
                     )
                 units.append(unit_of(found))
             if all(units) and units[0] != units[1] and not link.units_stay:
-                raise BadSystem(f"connection {link}: the FMUs' units differ, {units[0]} and {units[1]}; {UNITS}")
+                raise BadSystem(f"connection {link}: the FMUs' units differ, `{units[0]}` and `{units[1]}`; {UNITS}")
             self._check_bond(link, variable)
         for component, values in self.parameters.items():
             for name, parameter in values.items():
@@ -345,7 +345,7 @@ def check_parameter(name, parameter, variable):
     if kind not in ACCEPTED[variable.type]:
         raise BadSystem(f"`{name}` = {value}: given as {kind}, but the variable is of type {variable.type}")
     if unit is not None and unit != unit_of(variable):
-        raise BadSystem(f"`{name}` = {value} {unit}: the unit must be the unit of the variable, {unit_of(variable)}")
+        raise BadSystem(f"`{name}` = {value} in `{unit}`: the unit must be the unit of the variable, `{unit_of(variable)}`")
     items = [item.name for item in variable.declaredType.items] if variable.type == "Enumeration" else []
     if kind == "Enumeration" and value not in items:
         raise BadSystem(f"`{name}` = `{value}` must be one of {', '.join(items)}")

@@ -95,7 +95,7 @@ SET = (ROOT / "system/resources/triangular.ssv").read_text()
 @pytest.mark.parametrize("right, wrong, expected", [
     ('Integer value="2"', 'Enumeration value="circle"', ["controller.trajectory", "`circle`", "cubic, triangular, external"]),
     ('value="2"', 'value="7"', ["trajectory", "7"]),
-    ('unit="s"', 'unit="ms"', ["`controller.settle_time` = 4 ms", "it must be in the unit of the variable, s"]),
+    ('unit="s"', 'unit="ms"', ["`controller.settle_time` = 4 in `ms`", "it must be in the unit of the variable, `s`"]),
     ('value="4"', 'value="-4"', ["settle_time", "-4 must be from 0"]),
     ('name="settle_time"', 'name="settling"', ["no component", "`settling`"]),
     ('name="trajectory"', 'name="alpha"', ["several components", "`alpha`"]),

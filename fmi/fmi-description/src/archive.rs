@@ -1,6 +1,7 @@
 //! [`Archive`]: the ZIP archive of an FMU or of a system, for the importer and the master. Whatever
 //! ZIP allows is accepted (folders as entries, data descriptors, zip64), but nothing is written
-//! outside the folder to which it is unpacked.
+//! outside the folder to which it is unpacked, and no more than [`crate::limits`] allows.
+//! [`Archive::open`] is where every archive is refused that must be.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,6 +15,7 @@ use zip::result::ZipError;
 
 use crate::description::Description;
 use crate::error::DescriptionError;
+use crate::limits;
 use crate::platform::Platform;
 use crate::remark::Remark;
 
@@ -22,6 +24,8 @@ pub struct Archive {
     zip: ZipArchive<Cursor<Vec<u8>>>,
     /// Index of each file in the ZIP archive, by its path.
     files: BTreeMap<String, usize>,
+    /// Size of all files, bytes.
+    size: u64,
     remarks: Vec<Remark>,
 }
 
@@ -40,7 +44,7 @@ pub enum ArchiveError {
         /// Why.
         reason: String,
     },
-    /// A path that leads out of the folder, or a link.
+    /// A path that leads out of the folder, a link, or a file that is there twice.
     #[error("`{name}` in it {reason}")]
     Unsafe {
         /// Path in the archive.
@@ -48,6 +52,12 @@ pub enum ArchiveError {
         /// What is wrong with it.
         reason: &'static str,
     },
+    /// Two files have the same name.
+    #[error("two of its files have the same name")]
+    Repeated,
+    /// It has more files, or larger ones, than an archive may have.
+    #[error("it is too large: {0}")]
+    TooLarge(String),
     /// It has no model description, so it is no FMU.
     #[error("it holds no modelDescription.xml")]
     NoDescription,
@@ -79,23 +89,42 @@ impl Archive {
     /// Opens an archive.
     ///
     /// # Errors
-    /// It is no ZIP archive, or it contains an unsafe path or a link.
+    /// It is no ZIP archive, or it does not begin with its first byte; it contains an unsafe path, a
+    /// link, or a file twice; files overlap; it is too large once unpacked.
     pub fn open(bytes: Vec<u8>) -> Result<Self, ArchiveError> {
+        let packed = bytes.len() as u64;
         // It must begin with the first byte: else a truncated package would be opened as the last
         // FMU that is stored in it.
         let archive_offset = ArchiveOffset::Known(0);
         let mut zip = ZipArchive::with_config(Config { archive_offset }, Cursor::new(bytes))?;
+        if zip.len() > limits::FILES {
+            let (count, most) = (zip.len(), limits::FILES);
+            let text = format!("{count} files; at most {most} are allowed");
+            return Err(ArchiveError::TooLarge(text));
+        }
+        if zip.has_duplicate_names() {
+            return Err(ArchiveError::Repeated);
+        }
         let (mut files, mut remarks) = (BTreeMap::new(), Vec::new());
+        let (mut places, mut size) = (Vec::with_capacity(zip.len()), 0_u64);
         for index in 0..zip.len() {
             let entry = zip.by_index_raw(index)?;
             let written = entry.name()?.into_owned();
+            let end = entry.data_start().unwrap_or(entry.header_start()) + entry.compressed_size();
+            places.push((entry.header_start(), end, index));
+            size = size.saturating_add(entry.size());
             let slashed = written.replace('\\', "/");
             let parts = slashed.split('/').filter(|part| !matches!(*part, "" | "."));
             let name = parts.collect::<Vec<_>>().join("/");
+            let is_file = entry.is_file() && !slashed.ends_with('/');
             let reason = if !is_inside(&slashed) {
                 Some("is a path that leads elsewhere")
             } else if entry.is_symlink() {
                 Some("is a link")
+            } else if is_file && files.contains_key(&name) {
+                Some("is there twice")
+            } else if cfg!(windows) {
+                unportable(&name)
             } else {
                 None
             };
@@ -106,20 +135,40 @@ impl Archive {
             if slashed != written && remarks.is_empty() {
                 remarks.push(Remark::Backslash(written));
             }
-            if entry.is_file() && !slashed.ends_with('/') {
+            if is_file {
                 files.insert(name, index);
             }
+        }
+        places.sort_unstable();
+        if let Some(pair) = places.windows(2).find(|pair| pair[1].0 < pair[0].1) {
+            let name = zip.by_index_raw(pair[1].2)?.name()?.into_owned();
+            let reason = "shares its bytes with another file";
+            return Err(ArchiveError::Unsafe { name, reason });
+        }
+        if let Some(text) = limits::excess(packed, size) {
+            return Err(ArchiveError::TooLarge(text));
         }
         Ok(Self {
             zip,
             files,
+            size,
             remarks,
         })
+    }
+
+    /// Size of all its files once unpacked, bytes.
+    pub fn unpacked_size(&self) -> u64 {
+        self.size
     }
 
     /// Paths of its files, with `/` as separator.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.files.keys().map(String::as_str)
+    }
+
+    /// Whether it has a file with this path.
+    pub fn holds(&self, name: &str) -> bool {
+        self.files.contains_key(name)
     }
 
     /// The content of the file with this path; None if there is none.
@@ -140,6 +189,7 @@ impl Archive {
             .by_index(index)
             .map_err(|e| unreadable(e.to_string()))?;
         let mut content = Vec::new();
+        // An error if there is more than the directory says, whose sizes were checked.
         let read = entry.read_to_end(&mut content);
         read.map_err(|e| unreadable(e.to_string()))?;
         Ok(content)
@@ -221,6 +271,28 @@ pub fn library_among<'a>(
 /// Whether a path stays in its folder on every file system: no drive, no device, no `..`.
 fn is_inside(name: &str) -> bool {
     !name.starts_with('/') && !name.contains(['\0', ':']) && name.split('/').all(|p| p != "..")
+}
+
+/// Why no file of Windows can have this path, which archives may have elsewhere; None if one can.
+pub fn unportable(path: &str) -> Option<&'static str> {
+    let is_device = |part: &str| {
+        let stem = part.split('.').next().unwrap_or_default().trim_end();
+        let stem = stem.to_ascii_uppercase();
+        let numbered = |name| {
+            stem.strip_prefix(name)
+                .is_some_and(|k| k.chars().count() == 1)
+        };
+        matches!(&*stem, "CON" | "PRN" | "AUX" | "NUL" | "CONIN$" | "CONOUT$")
+            || (numbered("COM") || numbered("LPT"))
+                && stem.ends_with(|k: char| k.is_ascii_digit() || "¹²³".contains(k))
+    };
+    let is_odd = |c: char| c.is_control() || r#"<>:"|?*\"#.contains(c);
+    path.split('/').find_map(|part| match part {
+        _ if part.contains(is_odd) => Some("has a character that no file of Windows can have"),
+        _ if part.ends_with(['.', ' ']) => Some("ends with a dot or a blank, which Windows drops"),
+        _ if is_device(part) => Some("is the name of a device of Windows"),
+        _ => None,
+    })
 }
 
 /// An FMU may contain programs, and archives made on Windows do not mark them as executable.

@@ -1,7 +1,7 @@
 //! Which states derivatives belong to, and which inputs outputs depend on (`ModelStructure`; FMI
 //! 2.0, section 2.2.8; FMI 3.0, section 2.4.8), for the call order of the master and for the check.
 
-use crate::description::{Description, Unknown, Version};
+use crate::description::{Description, Version};
 use crate::variable::{Causality, Initial};
 
 impl Description {
@@ -28,35 +28,46 @@ impl Description {
 
     /// As [`Self::feedthrough`], but None if the description does not declare it: `ModelStructure`
     /// lists the output without `dependencies`, or not at all.
+    pub fn declared_feedthrough(&self, output: usize, initialization: bool) -> Option<Vec<usize>> {
+        let Dependence::On(known) = self.dependence(output, initialization) else {
+            return None;
+        };
+        let known = known.iter().copied();
+        Some(known.filter(|k| self.variables[*k].is_input()).collect())
+    }
+
+    /// What the output with index `output` depends on directly.
     ///
     /// In Initialization Mode `InitialUnknowns` count. An output that they do not list has its
     /// dependencies at communication points, or none if it is given (`initial="exact"`). A variable
     /// that is no output depends on nothing unless it is listed.
-    pub fn declared_feedthrough(&self, output: usize, initialization: bool) -> Option<Vec<usize>> {
-        let entry =
-            |list: &'_ [Unknown]| list.iter().position(|u| self.is_same(u.variable, output));
-        let initially = entry(&self.initial_unknowns).map(|k| &self.initial_unknowns[k]);
-        let initially = initially.filter(|_| initialization);
+    pub fn dependence(&self, output: usize, initialization: bool) -> Dependence<'_> {
+        let initially = match initialization {
+            true => self.initial_unknown(output),
+            false => None,
+        };
         let is_given = self.variables[output].initial == Some(Initial::Exact);
         if initialization && initially.is_none() && is_given {
-            return Some(Vec::new());
+            return Dependence::On(&[]);
         }
-        let always = || entry(&self.outputs).map(|k| &self.outputs[k]);
-        let Some(unknown) = initially.or_else(always) else {
-            let is_output = self.variables[output].causality == Causality::Output;
-            return (!is_output).then(Vec::new);
+        let Some(unknown) = initially.or_else(|| self.output(output)) else {
+            return match self.variables[output].causality {
+                Causality::Output => Dependence::Undeclared,
+                _ => Dependence::On(&[]),
+            };
         };
-        let known = unknown.dependencies.as_ref()?.iter().copied();
-        Some(known.filter(|k| self.variables[*k].is_input()).collect())
-    }
-
-    /// Whether one entry of `ModelStructure` is about both variables: in FMI 3.0 aliases share
-    /// entries.
-    pub(crate) fn is_same(&self, one: usize, other: usize) -> bool {
-        let place = |k: usize| (self.variables[k].reference, self.variables[k].element);
-        match self.fmi {
-            Version::Fmi2 => one == other,
-            Version::Fmi3 => place(one) == place(other),
+        match &unknown.dependencies {
+            Some(known) => Dependence::On(known),
+            None => Dependence::Undeclared,
         }
     }
+}
+
+/// What an output depends on directly.
+#[derive(Clone, Copy, Debug)]
+pub enum Dependence<'a> {
+    /// Nothing is declared: on all inputs.
+    Undeclared,
+    /// On those of these variables that are inputs.
+    On(&'a [usize]),
 }

@@ -2,6 +2,7 @@
 //! their dependencies. `parse` makes it for importer, master, check, `torture` and `cargo fmu`.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use crate::error::DescriptionError;
 use crate::remark::Remark;
@@ -65,8 +66,21 @@ pub struct Description {
     pub initial_unknowns: Vec<Unknown>,
     /// Harmless violations of the standard.
     pub remarks: Vec<Remark>,
-    pub(crate) by_name: HashMap<String, usize>,
+    pub(crate) index: Index,
 }
+
+/// Places of variables, units and entries of `ModelStructure`, so that nothing is searched for.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Index {
+    variables: HashMap<String, usize>,
+    units: HashMap<String, usize>,
+    outputs: HashMap<Place, usize>,
+    initial_unknowns: HashMap<Place, usize>,
+}
+
+/// What an entry of `ModelStructure` is about: the number of a variable; in FMI 3.0, where aliases
+/// share entries, a value reference and the place of an element.
+type Place = (usize, Option<usize>);
 
 /// A computed variable and what it depends on.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -74,8 +88,8 @@ pub struct Unknown {
     /// Index into [`Description::variables`].
     pub variable: usize,
     /// Indices of the variables that it depends on. None if nothing is declared, which means all
-    /// inputs.
-    pub dependencies: Option<Vec<usize>>,
+    /// inputs. Elements of an array share them.
+    pub dependencies: Option<Arc<[usize]>>,
 }
 
 /// Capability flags of co-simulation (FMI 2.0, section 4.3.1; FMI 3.0, section 4.4.1). Flags that
@@ -130,15 +144,52 @@ pub struct DefaultExperiment {
 }
 
 impl Description {
-    /// Rebuilds the index of names from the variables.
-    pub(crate) fn index_names(&mut self) {
+    /// Rebuilds the index.
+    pub(crate) fn make_index(&mut self) {
+        let entries = |list: &[Unknown]| {
+            // Of two entries the first counts.
+            let entries = list.iter().enumerate().rev();
+            entries.map(|(k, u)| (self.place(u.variable), k)).collect()
+        };
         let names = self.variables.iter().enumerate();
-        self.by_name = names.map(|(k, v)| (v.name.clone(), k)).collect();
+        let units = self.units.iter().enumerate().rev();
+        self.index = Index {
+            variables: names.map(|(k, v)| (v.name.clone(), k)).collect(),
+            units: units.map(|(k, unit)| (unit.name.clone(), k)).collect(),
+            outputs: entries(&self.outputs),
+            initial_unknowns: entries(&self.initial_unknowns),
+        };
+    }
+
+    fn place(&self, variable: usize) -> Place {
+        let v = &self.variables[variable];
+        match self.fmi {
+            Version::Fmi2 => (variable, None),
+            Version::Fmi3 => (v.reference as usize, v.element),
+        }
+    }
+
+    /// The entry of `ModelStructure` on an output, at communication points.
+    pub(crate) fn output(&self, variable: usize) -> Option<&Unknown> {
+        let found = self.index.outputs.get(&self.place(variable));
+        found.map(|k| &self.outputs[*k])
+    }
+
+    /// The same in Initialization Mode, on any variable.
+    pub(crate) fn initial_unknown(&self, variable: usize) -> Option<&Unknown> {
+        let found = self.index.initial_unknowns.get(&self.place(variable));
+        found.map(|k| &self.initial_unknowns[*k])
     }
 
     /// Index of the variable named `name`.
     pub fn index(&self, name: &str) -> Option<usize> {
-        self.by_name.get(name).copied()
+        self.index.variables.get(name).copied()
+    }
+
+    /// The unit `name`, or a unit with only the name if the description does not define it.
+    pub fn unit(&self, name: &str) -> Unit {
+        let found = self.index.units.get(name).map(|k| self.units[*k].clone());
+        found.unwrap_or_else(|| Unit::named(name))
     }
 
     /// Whether a variable, or the array that it is an element of, is a continuous state of Model

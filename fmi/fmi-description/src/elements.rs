@@ -1,6 +1,8 @@
 //! Splits arrays of FMI 3.0 into a variable for each element, such as `zeta[3]` or `A[2,1]`, for
 //! the importing master (`fmu.rs` of `cosim`), which connects single elements as SSP 1.0 does.
 
+use std::sync::Arc;
+
 use crate::description::{Description, Unknown};
 use crate::variable::Variable;
 
@@ -23,7 +25,7 @@ impl Description {
         let unknowns = |list: &[Unknown]| {
             let each = list.iter().flat_map(|u| {
                 let known = u.dependencies.as_ref();
-                let known: Option<Vec<usize>> =
+                let known: Option<Arc<[usize]>> =
                     known.map(|known| known.iter().flat_map(|k| ranges[*k].clone()).collect());
                 ranges[u.variable].clone().map(move |variable| Unknown {
                     variable,
@@ -39,8 +41,7 @@ impl Description {
             variables,
             ..self.clone()
         };
-        by_element.by_name.clear();
-        by_element.index_names();
+        by_element.make_index();
         by_element
     }
 }

@@ -1,7 +1,12 @@
-//! Decodes the bytes of a model description by its byte order mark or by the encoding named in its
-//! first line, for `parse` and the check.
+//! Decodes the bytes of an XML file by its byte order mark or by the encoding named in its first
+//! line: model descriptions for `parse` and the check, files of SSP for the master.
 
-use crate::error::DescriptionError;
+use thiserror::Error;
+
+/// Why bytes are no text.
+#[derive(Debug, Error)]
+#[error("{0}")]
+pub struct EncodingError(String);
 
 /// The letters of Windows-1252 from 0x80 to 0x9F, where ISO-8859-1 has control characters; U+FFFD
 /// for unused codes.
@@ -15,7 +20,7 @@ const WINDOWS: [char; 32] = [
 ///
 /// # Errors
 /// It is in another encoding, or not in the one that it names.
-pub fn text(bytes: &[u8]) -> Result<String, DescriptionError> {
+pub fn text(bytes: &[u8]) -> Result<String, EncodingError> {
     match bytes {
         [0xef, 0xbb, 0xbf, rest @ ..] => utf8(rest),
         [0xff, 0xfe, rest @ ..] => utf16(rest, u16::from_le_bytes),
@@ -27,7 +32,7 @@ pub fn text(bytes: &[u8]) -> Result<String, DescriptionError> {
 }
 
 /// Decodes by the name in the first line, which is ASCII in all of these; UTF-8 if there is none.
-fn named(bytes: &[u8]) -> Result<String, DescriptionError> {
+fn named(bytes: &[u8]) -> Result<String, EncodingError> {
     let end = bytes.windows(2).position(|two| two == b"?>");
     let head = end.filter(|_| bytes.starts_with(b"<?xml"));
     let head = String::from_utf8_lossy(&bytes[..head.unwrap_or(0)]);
@@ -35,12 +40,13 @@ fn named(bytes: &[u8]) -> Result<String, DescriptionError> {
     let name = name.trim_start_matches(|c: char| c.is_whitespace() || c == '=');
     let name = name.split(['"', '\'']).nth(1).unwrap_or("UTF-8");
     match name.to_ascii_lowercase().as_str() {
-        "utf-8" | "utf8" | "us-ascii" | "ascii" => utf8(bytes),
+        // Programs convert a file to UTF-8 and leave `UTF-16` in its first line.
+        "utf-8" | "utf8" | "us-ascii" | "ascii" | "utf-16" => utf8(bytes),
         "iso-8859-1" | "iso8859-1" | "latin1" | "latin-1" => {
             Ok(bytes.iter().map(|byte| char::from(*byte)).collect())
         }
         "windows-1252" | "cp1252" => Ok(bytes.iter().map(|byte| windows(*byte)).collect()),
-        _ => Err(DescriptionError::Encoding(format!(
+        _ => Err(EncodingError(format!(
             "it is in `{name}`, but must be in UTF-8, UTF-16, ISO-8859-1 or Windows-1252"
         ))),
     }
@@ -53,18 +59,18 @@ fn windows(byte: u8) -> char {
     }
 }
 
-fn utf8(bytes: &[u8]) -> Result<String, DescriptionError> {
+fn utf8(bytes: &[u8]) -> Result<String, EncodingError> {
     let text = std::str::from_utf8(bytes);
-    let text = text.map_err(|e| DescriptionError::Encoding(format!("it is not UTF-8: {e}")))?;
+    let text = text.map_err(|e| EncodingError(format!("it is not UTF-8: {e}")))?;
     Ok(text.to_string())
 }
 
-fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Result<String, DescriptionError> {
+fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Result<String, EncodingError> {
     let (pairs, rest) = bytes.as_chunks::<2>();
     let units: Vec<u16> = pairs.iter().map(|pair| unit(*pair)).collect();
     match String::from_utf16(&units) {
         Ok(text) if rest.is_empty() => Ok(text),
-        _ => Err(DescriptionError::Encoding("it is not UTF-16".into())),
+        _ => Err(EncodingError("it is not UTF-16".into())),
     }
 }
 
@@ -83,6 +89,8 @@ mod tests {
         let refused = text(b"<?xml version='1.0' encoding='EBCDIC-US'?><a/>").unwrap_err();
         assert!(refused.to_string().contains("`EBCDIC-US`"), "{refused}");
         assert!(text(b"<a b='\xfc'/>").is_err());
+        let converted = "<?xml version='1.0' encoding='utf-16'?><a b='ü'/>";
+        assert_eq!(text(converted.as_bytes()).unwrap(), converted);
     }
 
     #[test]

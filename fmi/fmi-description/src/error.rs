@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use crate::encoding::EncodingError;
 use crate::xml::XmlError;
 
 /// Why a model description cannot be used, or what was not found in it.
@@ -10,7 +11,7 @@ use crate::xml::XmlError;
 pub enum DescriptionError {
     /// The encoding is unknown, or is not the one that is named.
     #[error("the model description cannot be read: {0}")]
-    Encoding(String),
+    Encoding(#[from] EncodingError),
     /// Not well-formed, or an element or attribute is missing or has the wrong form.
     #[error("the model description cannot be read: line {}: {}", .0.line, .0.text)]
     Xml(#[from] XmlError),

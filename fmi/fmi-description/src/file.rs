@@ -2,8 +2,9 @@
 //! capabilities, units, and attributes that a variable may inherit from its declared type.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
-use crate::description::{Capabilities, DefaultExperiment, Description, Unknown, Version};
+use crate::description::{Capabilities, DefaultExperiment, Description, Index, Unknown, Version};
 use crate::error::DescriptionError;
 use crate::remark::Remark;
 use crate::unit::Unit;
@@ -55,7 +56,7 @@ pub fn read_head(root: &Element, fmi: Version) -> Result<Description, Descriptio
         event_indicators: root.whole("numberOfEventIndicators")?.unwrap_or(0),
         initial_unknowns: Vec::new(),
         remarks,
-        by_name: HashMap::new(),
+        index: Index::default(),
         model,
     })
 }
@@ -112,18 +113,29 @@ fn default_experiment(root: &Element) -> Result<DefaultExperiment, XmlError> {
     })
 }
 
-/// Reads the items of an enumeration type.
-pub fn items(declared: Option<&Element>) -> Result<Vec<Item>, XmlError> {
-    let items = declared
-        .into_iter()
-        .flat_map(|declared| declared.all("Item"));
+/// The items of declared types, which all variables of a type share.
+pub type Items = HashMap<String, Result<Arc<[Item]>, XmlError>>;
+
+/// Reads the items of types, given by their names.
+pub fn items<'a>(types: impl Iterator<Item = (&'a String, &'a Element)>) -> Items {
     let item = |item: &Element| {
         Ok(Item {
             name: item.required("name")?,
             value: item.must("value", item.whole("value")?)?,
         })
     };
-    items.map(item).collect()
+    let all = |declared: &'a Element| declared.all("Item").map(item).collect();
+    types
+        .map(|(name, declared)| (name.clone(), all(declared)))
+        .collect()
+}
+
+/// The kind of an enumeration, whose type is named by `typed`.
+pub fn enumeration(typed: &Element, items: &Items) -> Result<Kind, XmlError> {
+    let own = typed.get("declaredType").and_then(|name| items.get(name));
+    Ok(Kind::Enumeration(
+        own.cloned().unwrap_or_else(|| Ok([].into()))?,
+    ))
 }
 
 /// Reads an entry of `ModelStructure`. `index` finds the variables that it names, its own in the
@@ -135,7 +147,7 @@ pub fn unknown(
 ) -> Result<Unknown, XmlError> {
     let index = |word: &str| index(word).map_err(|what| listed.error(what));
     let known = listed.get("dependencies").map(str::split_whitespace);
-    let known = known.map(|words| words.map(index).collect());
+    let known = known.map(|words| words.map(index).collect::<Result<_, _>>());
     Ok(Unknown {
         variable: index(&listed.required(key)?)?,
         dependencies: known.transpose()?,
@@ -163,9 +175,9 @@ impl<'a> VariableElements<'a> {
             .map_or(Ok(None), |element| element.number(attribute))
     }
 
-    fn text(&self, attribute: &str) -> Option<String> {
-        let element = self.element_with(attribute);
-        element.map(|element| element.text(attribute))
+    fn unit(&self, attribute: &str) -> Option<String> {
+        let name = Unit::name_in(self.element_with(attribute)?, attribute);
+        name.map(str::to_string)
     }
 
     /// Reads the variable as a scalar without a start value. `variability` is the default.
@@ -192,8 +204,8 @@ impl<'a> VariableElements<'a> {
             min: self.number("min")?,
             max: self.number("max")?,
             nominal: self.number("nominal")?,
-            unit: self.text("unit"),
-            display_unit: self.text("displayUnit"),
+            unit: self.unit("unit"),
+            display_unit: self.unit("displayUnit"),
             is_relative: relative.map_or(Ok(false), |e| e.flag("relativeQuantity"))?,
             derivative: self.typed.whole("derivative")?,
             clocks: Vec::new(),

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::description::{Description, Unknown};
-use crate::file::{VariableElements, items, unknown};
+use crate::file::{Items, VariableElements, enumeration, items, unknown};
 use crate::variable::{Access, Kind, Variability, Variable};
 use crate::xml::{Element, XmlError};
 
@@ -11,9 +11,12 @@ use crate::xml::{Element, XmlError};
 pub fn read(root: &Element, into: &mut Description) -> Result<(), XmlError> {
     let types = root.all_in("TypeDefinitions");
     let types: HashMap<_, _> = types.map(|t| (t.text("name"), t)).collect();
+    let enumerations = types.iter();
+    let enumerations = enumerations.filter_map(|(name, t)| Some((name, t.child("Enumeration")?)));
+    let enumerations = items(enumerations);
     let variables = root.listed("ModelVariables", "ScalarVariable");
     into.variables = variables
-        .map(|v| variable(v, &types))
+        .map(|v| variable(v, &types, &enumerations))
         .collect::<Result<_, _>>()?;
     let count = into.variables.len();
     into.outputs = unknowns(root, "Outputs", count)?;
@@ -25,7 +28,11 @@ pub fn read(root: &Element, into: &mut Description) -> Result<(), XmlError> {
 /// Tags of the elements that give a variable its type.
 const TYPES: [&str; 5] = ["Real", "Integer", "Boolean", "String", "Enumeration"];
 
-fn variable(v: &Element, types: &HashMap<String, &Element>) -> Result<Variable, XmlError> {
+fn variable(
+    v: &Element,
+    types: &HashMap<String, &Element>,
+    enumerations: &Items,
+) -> Result<Variable, XmlError> {
     let is_type = |child: &&Element| TYPES.contains(&child.tag.as_str());
     let Some(typed) = v.children.iter().find(is_type) else {
         return Err(v.error(format!("variable `{}` has no type", v.text("name"))));
@@ -37,7 +44,7 @@ fn variable(v: &Element, types: &HashMap<String, &Element>) -> Result<Variable, 
         "Integer" => (Kind::Integer, Access::Integer),
         "Boolean" => (Kind::Boolean, Access::Boolean),
         "String" => (Kind::String, Access::String),
-        _ => (Kind::Enumeration(items(declared)?), Access::Integer),
+        _ => (enumeration(typed, enumerations)?, Access::Integer),
     };
     let source = VariableElements {
         variable: v,

@@ -3,12 +3,10 @@
 use std::collections::HashMap;
 
 use crate::description::{Description, Unknown};
-use crate::file::{VariableElements, items, unknown};
+use crate::file::{Items, VariableElements, enumeration, items, unknown};
+use crate::limits::ARRAY_ELEMENTS;
 use crate::variable::{Access, Causality, ClockInterval, ClockTiming, Kind, Variability, Variable};
 use crate::xml::{Element, XmlError};
-
-/// Largest number of elements of an array.
-const MAX_ELEMENTS: usize = 1 << 24;
 
 /// Reads what FMI 3.0 describes in its own way.
 pub fn read(root: &Element, into: &mut Description) -> Result<(), XmlError> {
@@ -32,6 +30,16 @@ pub fn read(root: &Element, into: &mut Description) -> Result<(), XmlError> {
     into.outputs = unknowns("Output")?;
     into.derivatives = unknowns("ContinuousStateDerivative")?;
     into.initial_unknowns = unknowns("InitialUnknown")?;
+    let all = [&into.outputs, &into.derivatives, &into.initial_unknowns]
+        .into_iter()
+        .flatten();
+    let known = all.flat_map(|u| u.dependencies.iter().flat_map(|known| known.iter()));
+    if known.map(|k| into.variables[*k].size()).sum::<usize>() > 16 * ARRAY_ELEMENTS {
+        let most = 16 * ARRAY_ELEMENTS;
+        let text =
+            format!("ModelStructure lists more than {most} dependencies, counted by element");
+        return Err(root.error(text));
+    }
     let indicators = unknowns("EventIndicator")?.into_iter();
     into.event_indicators = indicators.map(|u| into.variables[u.variable].size()).sum();
     Ok(())
@@ -41,8 +49,9 @@ pub fn read(root: &Element, into: &mut Description) -> Result<(), XmlError> {
 fn variables(root: &Element) -> Result<Vec<Variable>, XmlError> {
     let types = root.all_in("TypeDefinitions");
     let types: HashMap<_, _> = types.map(|t| (t.text("name"), t)).collect();
+    let enumerations = items(types.iter().map(|(name, t)| (name, *t)));
     let lengths: HashMap<_, _> = root.all_in("ModelVariables").filter_map(length).collect();
-    let mut variables = Vec::new();
+    let (mut variables, mut size) = (Vec::new(), 0);
     for element in root.all_in("ModelVariables") {
         let Some(access) = access(&element.tag) else {
             continue; // an annotation
@@ -55,7 +64,7 @@ fn variables(root: &Element) -> Result<Vec<Variable>, XmlError> {
         };
         let own = Variable {
             dimensions: dimensions(element, &lengths)?,
-            ..variable(source, access)?
+            ..variable(source, access, &enumerations)?
         };
         let aliases = element.all("Alias").map(|alias| {
             let display_unit = alias.get("displayUnit").map(str::to_string);
@@ -67,6 +76,16 @@ fn variables(root: &Element) -> Result<Vec<Variable>, XmlError> {
             })
         });
         let aliases = aliases.collect::<Result<Vec<_>, XmlError>>()?;
+        // Each element has the texts of its array.
+        let weight = 1 + (own.name.len() + own.description.len()) / 256;
+        if !own.dimensions.is_empty() {
+            size += own.size().saturating_mul(weight * (1 + aliases.len()));
+        }
+        if size > ARRAY_ELEMENTS {
+            return Err(element.wrong(format!(
+                "is too large: all arrays of an FMU may have {ARRAY_ELEMENTS} elements together"
+            )));
+        }
         variables.push(own);
         variables.extend(aliases);
     }
@@ -107,19 +126,23 @@ fn dimensions(element: &Element, lengths: &HashMap<u32, usize>) -> Result<Vec<us
     let lengths = lengths.filter(|lengths| {
         let mut lengths = lengths.iter();
         let size = lengths.try_fold(1_usize, |size, length| size.checked_mul(*length));
-        size.is_some_and(|size| (1..=MAX_ELEMENTS).contains(&size))
+        size.is_some_and(|size| (1..=ARRAY_ELEMENTS).contains(&size))
     });
     lengths.ok_or_else(|| {
         element.error(format!(
-            "a dimension of `{}` must be a number of at least 1 or name a structural parameter that starts at one; an array has at most {MAX_ELEMENTS} elements",
+            "a dimension of `{}` must be a number of at least 1 or name a structural parameter that starts at one; an array has at most {ARRAY_ELEMENTS} elements",
             element.text("name")
         ))
     })
 }
 
-fn variable(source: VariableElements, access: Option<Access>) -> Result<Variable, XmlError> {
+fn variable(
+    source: VariableElements,
+    access: Option<Access>,
+    enumerations: &Items,
+) -> Result<Variable, XmlError> {
     let kind = match access {
-        None => Kind::Enumeration(items(source.declared)?),
+        None => enumeration(source.typed, enumerations)?,
         Some(Access::Real | Access::Float32) => Kind::Real,
         Some(Access::Boolean) => Kind::Boolean,
         Some(Access::String) => Kind::String,

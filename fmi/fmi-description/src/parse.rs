@@ -37,7 +37,7 @@ impl Description {
             Version::Fmi3 => fmi3::read(&root, &mut description)?,
         }
         add_remarks(&root, &mut description);
-        description.index_names();
+        description.make_index();
         Ok(description)
     }
 }

@@ -54,9 +54,9 @@ impl Unit {
         Ok(unit)
     }
 
-    /// The unit `name` of a file, or a unit with only the name if the file does not define it.
-    pub fn find_or_named(units: &[Self], name: &str) -> Self {
-        let found = units.iter().find(|unit| unit.name == name);
-        found.cloned().unwrap_or_else(|| Self::named(name))
+    /// The name in an attribute of `element`; None if there is none or it is empty.
+    pub fn name_in<'a>(element: &'a Element, attribute: &str) -> Option<&'a str> {
+        let name = element.get(attribute).map(str::trim);
+        name.filter(|name| !name.is_empty())
     }
 }

@@ -1,6 +1,8 @@
 //! [`Variable`]: a variable of a model description (FMI 2.0, section 2.2.7; FMI 3.0, section
 //! 2.4.7), a scalar, an array or an element of one; importer, master, check and Python read it.
 
+use std::sync::Arc;
+
 /// Defines an enumeration with the words for its values in a model description.
 macro_rules! words {
     (
@@ -79,7 +81,7 @@ pub enum Kind {
     /// A text.
     String,
     /// An integer with named values.
-    Enumeration(Vec<Item>),
+    Enumeration(Arc<[Item]>),
     /// Bytes (FMI 3.0).
     Binary,
     /// A clock (FMI 3.0).

@@ -21,9 +21,7 @@ use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 use thiserror::Error;
 
-/// Largest depth of nested elements. Trees are walked by recursion, and files of tools are far from
-/// it.
-const MAX_DEPTH: usize = 256;
+use crate::limits::{ATTRIBUTES, DEPTH, ELEMENTS};
 
 /// What is wrong with a file, and where.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -56,7 +54,8 @@ impl Element {
     /// The outermost element of a text, which must be `root`; `file` is its name for messages.
     ///
     /// # Errors
-    /// It is not well-formed, has another outermost element, or is nested too deeply.
+    /// It is not well-formed, has another outermost element, is nested too deeply, is too large, or
+    /// declares entities, which could multiply its length without end.
     pub fn parse(text: &str, file: &str, root: &str) -> Result<Self, XmlError> {
         let text = text.trim_start_matches('\u{feff}');
         let file: Arc<str> = file.into();
@@ -70,7 +69,7 @@ impl Element {
         }
         let mut reader = quick_xml::Reader::from_str(text);
         let mut open: Vec<Self> = Vec::new();
-        let mut lines = Lines::default();
+        let (mut lines, mut count) = (Lines::default(), 0);
         loop {
             let begin = usize::try_from(reader.buffer_position()).unwrap_or(usize::MAX);
             let event = reader.read_event();
@@ -82,8 +81,8 @@ impl Element {
                 element.map_err(unreadable)
             };
             let mut closed = match event.map_err(|e| unreadable(e.to_string()))? {
-                Event::Start(_) if open.len() == MAX_DEPTH => {
-                    let text = format!("more than {MAX_DEPTH} elements are nested in each other");
+                Event::Start(_) if open.len() == DEPTH => {
+                    let text = format!("more than {DEPTH} elements are nested in each other");
                     return Err(fail(line, text));
                 }
                 Event::Start(start) => {
@@ -95,8 +94,16 @@ impl Element {
                     .pop()
                     .ok_or_else(|| unreadable("an element ends that has not begun".into()))?,
                 Event::Eof => return Err(fail(line, format!("it has no element {root}"))),
+                Event::DocType(declared) if declared.contains("<!ENTITY") => {
+                    let text = "it declares entities (<!ENTITY), which are not read: what they stand for must be written out";
+                    return Err(fail(line, text.into()));
+                }
                 _ => continue,
             };
+            count += 1;
+            if count > ELEMENTS {
+                return Err(fail(line, format!("it has more than {ELEMENTS} elements")));
+            }
             closed.range.end = end;
             match open.last_mut() {
                 Some(parent) => parent.children.push(closed),
@@ -118,12 +125,18 @@ impl Element {
             let value = value.map_err(|e| e.to_string())?.into_owned();
             Ok((attribute.key.0.to_string(), value))
         });
+        // The search for an attribute that is there twice takes the square of their number.
+        let attributes = attributes.take(ATTRIBUTES + 1);
+        let attributes = attributes.collect::<Result<Vec<_>, String>>()?;
+        if attributes.len() > ATTRIBUTES {
+            return Err(format!("an element has more than {ATTRIBUTES} attributes"));
+        }
         Ok(Self {
             tag: start.local_name().as_ref().to_string(),
             line,
             children: Vec::new(),
             range,
-            attributes: attributes.collect::<Result<_, String>>()?,
+            attributes,
             file: file.clone(),
         })
     }

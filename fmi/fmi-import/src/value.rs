@@ -40,8 +40,12 @@ impl Value {
     }
 
     /// Reads a number, `true` or `false`, a text, or bytes as hexadecimal digits; None if the type
-    /// has no such value.
+    /// has no such value. As in XML, blanks and line ends around anything but a text do not count.
     pub fn parse(access: Access, text: &str) -> Option<Self> {
+        let text = match access {
+            Access::String => text,
+            _ => text.trim_matches([' ', '\t', '\r', '\n']),
+        };
         match access {
             Access::Real | Access::Float32 => text.parse().ok().map(Self::Real),
             Access::Boolean => match text {
@@ -60,7 +64,7 @@ impl Value {
     }
 
     /// As [`Self::parse`], for the type of a variable; an enumeration item may be given by its
-    /// name.
+    /// name, and its number must be that of an item.
     ///
     /// # Errors
     /// What the text must be instead.
@@ -74,6 +78,8 @@ impl Value {
             Some(item) => Some(Self::Whole(item.value.into())),
             None => Self::parse(v.access(), text),
         };
+        let is_item = |value: &Self| items.iter().any(|i| *value == Self::Whole(i.value.into()));
+        let found = found.filter(|value| items.is_empty() || is_item(value));
         found.ok_or_else(|| match &v.kind {
             Kind::Real => "a number".into(),
             Kind::Integer => {
@@ -82,8 +88,10 @@ impl Value {
             }
             Kind::Boolean => "true or false".into(),
             Kind::Enumeration(_) => {
-                let names: Vec<_> = items.iter().map(|item| item.name.as_str()).collect();
-                format!("one of {}", names.join(", "))
+                let names = items
+                    .iter()
+                    .map(|item| format!("{} ({})", item.name, item.value));
+                format!("one of {}", Vec::from_iter(names).join(", "))
             }
             Kind::String => "a string without NUL characters".into(),
             Kind::Binary => "bytes, each as two hexadecimal digits".into(),
@@ -167,7 +175,10 @@ mod tests {
             (Access::Binary, ""),
             (Access::Real, "0.1"),
         ] {
-            assert_eq!(Value::parse(access, text).unwrap().to_string(), text);
+            let read = Value::parse(access, text).unwrap();
+            assert_eq!(read.to_string(), text);
+            let blank = Value::parse(access, &format!("\r\n\t {text} \n")).unwrap();
+            assert_eq!(blank == read, access != Access::String, "{access:?}");
         }
         for (access, text) in [
             (Access::Int64, "9223372036854775808"),

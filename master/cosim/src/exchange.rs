@@ -10,7 +10,7 @@ pub mod faults;
 pub(crate) mod means;
 mod transfers;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, HashMap};
 
 use crate::exchange::algebraic_loop::{LoopStage, Unknowns};
 use crate::exchange::faults::Alteration;
@@ -102,12 +102,19 @@ impl Exchange {
         let kept = wiring.links.iter().filter(|link| is_kept(link));
         let outputs = kept.map(|link| link.from).filter(is_first);
         let first = reads(wiring, outputs, &mut slots);
-        for level in 0..=levels.iter().copied().max().unwrap_or(0) {
-            let all = wiring.links.iter().zip(&levels);
-            let own = all.filter(|(link, l)| **l == level && is_kept(link));
-            let links: Vec<&Link> = own.map(|(link, _)| link).collect();
+        let count = levels.iter().max().map_or(1, |last| last + 1);
+        let mut by_level: Vec<Vec<&Link>> = vec![Vec::new(); count];
+        for (link, level) in wiring.links.iter().zip(&levels) {
+            if is_kept(link) {
+                by_level[*level].push(link);
+            }
+        }
+        let in_loop = loops.iter().flatten().enumerate();
+        let in_loop: HashMap<Port, usize> = in_loop.map(|(place, port)| (*port, place)).collect();
+        for links in by_level {
             let outputs = links.iter().map(|link| link.from);
-            let reads = reads(wiring, outputs.filter(|port| !is_first(port)), &mut slots);
+            let outputs = outputs.filter(|port| !is_first(port));
+            let reads = reads(wiring, outputs.clone(), &mut slots);
             let mut stage_writes = Vec::new();
             for exact in [false, true] {
                 let links = links.iter();
@@ -118,9 +125,9 @@ impl Exchange {
                 all.for_each(|write| write.is_exact = exact);
                 stage_writes.extend(planned);
             }
-            let read: BTreeSet<_> = reads.iter().flat_map(Read::slots).collect();
-            let is_read = |port: &Port| slots.get(port).is_some_and(|slot| read.contains(slot));
-            let in_loops = loops.iter().flatten().copied().filter(is_read);
+            let in_loops = outputs.filter_map(|port| Some((*in_loop.get(&port)?, port)));
+            let in_loops: BTreeMap<usize, Port> = in_loops.collect();
+            let in_loops = in_loops.into_values();
             let unknowns = Unknowns::new(wiring, &slots, in_loops)?;
             stages.push(Stage {
                 reads,
@@ -387,7 +394,9 @@ impl Exchange {
             1 => "1 value".to_string(),
             _ => format!("{n} values"),
         };
-        let name = |slot| self.output(slot).map(|port| wiring.name(port));
+        let outputs = self.slots.iter().map(|(port, slot)| (*slot, *port));
+        let outputs: HashMap<usize, Port> = outputs.collect();
+        let name = |slot| outputs.get(&slot).map(|port| wiring.name(*port));
         if !self.first.is_empty() {
             text += "right after the step, before any input is set\n";
         }

@@ -15,6 +15,8 @@ pub struct Fmu {
     pub file: String,
     /// The model description, with arrays of FMI 3.0 by element, as a system structure names them.
     pub description: Description,
+    /// Size of all its files, bytes.
+    pub(crate) unpacked_size: u64,
     pub(crate) loaded: fmi_import::Fmu,
     layout: Layout,
     pub(crate) plan: Arc<ClockPlan>,
@@ -48,6 +50,7 @@ impl Fmu {
         let layout = Layout::new(&description);
         Ok(Arc::new(Self {
             file: file.to_string(),
+            unpacked_size: archive.unpacked_size(),
             loaded,
             plan: Arc::new(ClockPlan::new(&description, &layout)),
             layout,

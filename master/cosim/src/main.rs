@@ -246,9 +246,9 @@ fn read_system(path: &Path, args: &InfoArgs) -> Result<(Structure, Vec<Described
     let name = package.structure_name(variant);
     let structure = structure::read(&text, &name, &mut |source| package.text(source))?;
     let place = place(args.fmu_dir.as_deref())?;
-    let mut fmus: Vec<DescribedFmu> = Vec::new();
+    let (mut fmus, mut seen) = (Vec::new(), BTreeSet::new());
     for component in &structure.components {
-        if fmus.iter().any(|fmu| fmu.file == component.source) {
+        if !seen.insert(&component.source) {
             continue;
         }
         let context = || format!("FMU of component `{}`", component.name);

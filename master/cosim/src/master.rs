@@ -1,6 +1,8 @@
 //! The co-simulation master: makes and initializes the instances of a system, steps them by a
 //! schedule, and saves and restores the state of the whole. Runs, scripts and pages step it.
 
+use std::collections::HashSet;
+
 use anyhow::{Context, Result, bail, ensure};
 use fmi_description::{Access, Variability};
 use serde::{Deserialize, Serialize};
@@ -193,10 +195,10 @@ impl Master {
     /// scenario that nothing drives keeps its present value apart from the faults.
     pub fn apply_faults(&mut self, system: &System, faults: &Faults) -> Result<()> {
         let wiring = system.wiring()?;
+        let mut fed: HashSet<Port> = self.fed().iter().copied().collect();
         for fault in faults.list.iter().filter(|fault| fault.is_event) {
             let (port, is_source) = (fault.port, is_source(system, fault.port));
-            let fed = self.fed();
-            if !is_source && wiring.driver(port).is_none() && !fed.contains(&port) {
+            if !is_source && wiring.driver(port).is_none() && fed.insert(port) {
                 let (value, time) = (self.number(port)?, self.time);
                 let table = self.inputs.get_or_insert_with(|| InputTable::empty(time));
                 table.hold(&wiring, port, value);

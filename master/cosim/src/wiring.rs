@@ -4,17 +4,22 @@
 
 mod order;
 pub mod probing;
+mod strong_parts;
 pub(crate) mod transformation;
 
 use std::collections::HashMap;
+use std::ptr::from_ref;
+use std::sync::{Arc, OnceLock};
 
 use crate::structure::{Connection, Power, Structure};
 use crate::wiring::transformation::{Linear, Transformation, compose, unit_of};
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use fmi_description::{Access, Causality, Description, Kind, Variability, Variable, Version};
+use fmi_description::{
+    Access, Causality, Dependence, Description, Kind, Variability, Variable, Version,
+};
 use fmi_import::batch::{Batch, Layout};
 use serde::{Deserialize, Serialize};
-use system_structure::DataType;
+use system_structure::{Connector, DataType};
 
 pub use order::{Feedthrough, Undeclared};
 
@@ -62,35 +67,64 @@ pub struct Wiring<'a> {
     /// Oddities that do no harm, for the user.
     pub remarks: Vec<String>,
     driver: HashMap<Port, usize>,
+    /// Connected inputs of each component, in the order of its variables.
+    driven: Vec<Vec<Port>>,
+    /// Layout of each component, which those of one FMU share; made when it is needed.
+    layouts: Vec<Arc<OnceLock<Layout>>>,
     structure: &'a Structure,
+}
+
+/// Places by name: of the components, and of their connectors.
+struct Names<'a> {
+    components: HashMap<&'a str, usize>,
+    connectors: HashMap<(usize, &'a str), &'a Connector>,
 }
 
 impl<'a> Wiring<'a> {
     /// Resolve the connections of `structure`; `descriptions` has one entry per component.
     pub fn new(structure: &'a Structure, descriptions: &[&'a Description]) -> Result<Self> {
         let names = structure.components.iter().map(|c| c.name.as_str());
+        let mut layouts: HashMap<_, Arc<OnceLock<Layout>>> = HashMap::new();
+        let mut layout = |d: &&Description| layouts.entry(from_ref(*d)).or_default().clone();
         let mut wiring = Self {
+            layouts: descriptions.iter().map(&mut layout).collect(),
             components: names.zip(descriptions.iter().copied()).collect(),
             links: Vec::new(),
             remarks: Vec::new(),
             driver: HashMap::new(),
+            driven: vec![Vec::new(); descriptions.len()],
             structure,
         };
+        // Of two of the same name the first counts.
+        let components = structure.components.iter().enumerate().rev();
+        let connectors = components.clone().flat_map(|(k, c)| {
+            let own = c.connectors.iter().rev();
+            own.map(move |connector| ((k, connector.name.as_str()), connector))
+        });
+        let names = Names {
+            connectors: connectors.collect(),
+            components: components.map(|(k, c)| (c.name.as_str(), k)).collect(),
+        };
         for c in &structure.connections {
-            let link = wiring.resolve(c);
+            let link = wiring.resolve(c, &names);
             let link = match c.place.is_empty() {
                 true => link?,
                 false => link.with_context(|| c.place.clone())?,
             };
             wiring.driver.insert(link.to, wiring.links.len());
+            wiring.driven[link.to.component].push(link.to);
             wiring.links.push(link);
+        }
+        for inputs in &mut wiring.driven {
+            inputs.sort();
+            inputs.dedup();
         }
         Ok(wiring)
     }
 
-    fn resolve(&mut self, c: &Connection) -> Result<Link> {
-        let from = self.port(&c.start, Side::Start)?;
-        let to = self.port(&c.end, Side::End)?;
+    fn resolve(&mut self, c: &Connection, names: &Names) -> Result<Link> {
+        let from = self.port(&c.start, Side::Start, names)?;
+        let to = self.port(&c.end, Side::End, names)?;
         let [start, end] = [from, to].map(|p| self.variable(p));
         if start.kind.name() != end.kind.name() && !(is_whole(start) && is_whole(end)) {
             bail!(
@@ -133,14 +167,14 @@ impl<'a> Wiring<'a> {
         }
         if let Some(unit) = single_unit {
             self.remarks.push(format!(
-                "connection {c}: only one end has a unit, {unit}; values pass unchanged"
+                "connection {c}: only one end has a unit, `{unit}`; values pass unchanged"
             ));
         }
         let bond = c.bond.as_ref().map(|bond| {
             let ((component, effort), [step_mean, flow]) =
                 (&c.start, [&bond.step_mean, &bond.flow]);
             let port_of_start = |variable: &String, side| {
-                let port = self.port(&(component.clone(), variable.clone()), side);
+                let port = self.port(&(component.clone(), variable.clone()), side, names);
                 port.with_context(|| {
                     format!("power bond of {component}.{effort}: {component}.{variable}")
                 })
@@ -162,14 +196,18 @@ impl<'a> Wiring<'a> {
     }
 
     /// The variable at an end of a connection; checks its declared type and its causality.
-    fn port(&self, (component, variable): &(String, String), side: Side) -> Result<Port> {
-        let Some(k) = self.structure.component(component) else {
+    fn port(
+        &self,
+        (component, variable): &(String, String),
+        side: Side,
+        names: &Names,
+    ) -> Result<Port> {
+        let Some(k) = names.components.get(component.as_str()).copied() else {
             bail!("the system has no component `{component}`")
         };
         let description = self.components[k].1;
         let v = description.variable(variable)?;
-        let connectors = &self.structure.components[k].connectors;
-        let connector = connectors.iter().find(|c| c.name == *variable);
+        let connector = names.connectors.get(&(k, variable.as_str()));
         let declared = connector.and_then(|c| c.data_type);
         let kind = v.kind.name();
         let fits = declared.is_none_or(|t| {
@@ -217,7 +255,8 @@ impl<'a> Wiring<'a> {
     /// A batch that reads or writes variables of a component together.
     pub(crate) fn batch(&self, component: usize, variables: impl Iterator<Item = usize>) -> Batch {
         let description = self.description(component);
-        Batch::new(description, &Layout::new(description), variables.collect())
+        let layout = self.layouts[component].get_or_init(|| Layout::new(description));
+        Batch::new(description, layout, variables.collect())
     }
 
     /// Description of a component.
@@ -242,9 +281,9 @@ impl<'a> Wiring<'a> {
         let description = self.description(output.component);
         let has_events = description.fmi == Version::Fmi2 || description.capabilities.event_mode;
         let is_declared = || {
-            let declared = description.declared_feedthrough(output.variable, false);
+            let depends = description.dependence(output.variable, false);
             let trusted = &self.structure.feedthrough;
-            declared.is_some()
+            matches!(depends, Dependence::On(_))
                 || trusted
                     .iter()
                     .any(|c| c == self.component(output.component))

@@ -1,12 +1,30 @@
 //! Connectors of components, systems and signal dictionaries: the declared name, direction, type,
 //! unit and size of a variable, for `cosim`. Parameter sets share the types and units.
 
+use std::collections::HashMap;
+
 use fmi_description::Unit;
 use fmi_description::xml::{Element, XmlError};
 
-/// The units that a file defines.
-pub(crate) fn units(file: &Element) -> Result<Vec<Unit>, XmlError> {
-    file.listed("Units", "Unit").map(Unit::read).collect()
+/// The units that a file defines, by name.
+pub(crate) struct Units(HashMap<String, Unit>);
+
+impl Units {
+    pub(crate) fn read(file: &Element) -> Result<Self, XmlError> {
+        let mut units = HashMap::new();
+        for unit in file.listed("Units", "Unit").map(Unit::read) {
+            let unit = unit?;
+            units.entry(unit.name.clone()).or_insert(unit);
+        }
+        Ok(Self(units))
+    }
+
+    /// The unit of an element with a type; None if it has none, or an empty one.
+    pub(crate) fn of(&self, typed: &Element) -> Option<Unit> {
+        let name = Unit::name_in(typed, "unit")?;
+        let defined = self.0.get(name).cloned();
+        Some(defined.unwrap_or_else(|| Unit::named(name)))
+    }
 }
 
 /// Type of a connector or a parameter. The bit widths of FMI 3.0 are not distinguished.
@@ -113,7 +131,7 @@ pub struct Connector {
 }
 
 /// The connectors that the element `node` declares.
-pub(crate) fn read_connectors(node: &Element, units: &[Unit]) -> Result<Vec<Connector>, XmlError> {
+pub(crate) fn read_connectors(node: &Element, units: &Units) -> Result<Vec<Connector>, XmlError> {
     let read = |c: &Element| {
         let name = c.required("name")?;
         let direction = match c.required("kind")?.as_str() {
@@ -129,7 +147,6 @@ pub(crate) fn read_connectors(node: &Element, units: &[Unit]) -> Result<Vec<Conn
             }
         };
         let declared = DataType::declared(c);
-        let unit = declared.and_then(|(_, node)| node.get("unit"));
         let dimensions = c.all("Dimension");
         let size = |d: &Element| {
             let Some(text) = d.get("size") else {
@@ -144,7 +161,7 @@ pub(crate) fn read_connectors(node: &Element, units: &[Unit]) -> Result<Vec<Conn
             name,
             direction,
             data_type: declared.map(|(data_type, _)| data_type),
-            unit: unit.map(|name| Unit::find_or_named(units, name)),
+            unit: declared.and_then(|(_, node)| units.of(node)),
             line: c.line,
         })
     };

@@ -1,10 +1,11 @@
 //! System structures (`.ssd`): systems, their elements, connectors, connections and parameter
 //! bindings. `cosim` flattens them into components and connections.
 
-use fmi_description::Unit;
+use std::collections::HashSet;
+
 use fmi_description::xml::{self, XmlError};
 
-use crate::connector::{Connector, read_connectors, units};
+use crate::connector::{Connector, Units, read_connectors};
 use crate::dictionary::{DictionaryReference, SignalDictionary};
 use crate::parameters::{Binding, Sourced};
 use crate::transformation::Transformation;
@@ -187,15 +188,15 @@ impl SystemStructure {
             })
         });
         Ok(Self {
-            system: read_system(system, &units(&root)?)?,
+            system: read_system(system, &Units::read(&root)?)?,
             default_experiment: experiment.transpose()?.unwrap_or_default(),
         })
     }
 }
 
-fn read_system(node: &xml::Element, units: &[Unit]) -> Result<System, XmlError> {
+fn read_system(node: &xml::Element, units: &Units) -> Result<System, XmlError> {
     let name = node.required("name")?;
-    let mut elements: Vec<Element> = Vec::new();
+    let (mut elements, mut names) = (Vec::new(), HashSet::new());
     for child in node.child("Elements").into_iter().flat_map(|e| &e.children) {
         let element = match child.tag.as_str() {
             "Component" => Element::Component(read_component(child, units)?),
@@ -207,7 +208,7 @@ fn read_system(node: &xml::Element, units: &[Unit]) -> Result<System, XmlError> 
             }),
             _ => continue,
         };
-        if elements.iter().any(|other| other.name() == element.name()) {
+        if !names.insert(element.name().to_string()) {
             let what = match element {
                 Element::Component(_) => "components",
                 _ => "elements",
@@ -244,7 +245,7 @@ fn read_system(node: &xml::Element, units: &[Unit]) -> Result<System, XmlError> 
     })
 }
 
-fn read_component(node: &xml::Element, units: &[Unit]) -> Result<Component, XmlError> {
+fn read_component(node: &xml::Element, units: &Units) -> Result<Component, XmlError> {
     let (name, source) = (node.required("name")?, node.required("source")?);
     let kind = match node.get("type") {
         None | Some("application/x-fmu-sharedlibrary") => Kind::Fmu,
@@ -276,7 +277,11 @@ fn read_component(node: &xml::Element, units: &[Unit]) -> Result<Component, XmlE
 fn read_connection(node: &xml::Element) -> Result<Connection, XmlError> {
     let end = |element, connector| {
         Ok(End {
-            element: node.get(element).map(str::to_string),
+            // OMSimulator writes an empty name for the system itself.
+            element: node
+                .get(element)
+                .filter(|name| !name.is_empty())
+                .map(str::to_string),
             connector: node.required(connector)?,
         })
     };

@@ -3,7 +3,7 @@
 use fmi_description::Unit;
 use fmi_description::xml::{Element, XmlError};
 
-use crate::connector::{Connector, DataType, units};
+use crate::connector::{Connector, DataType, Units};
 
 /// The signals of a dictionary.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -19,7 +19,7 @@ impl SignalDictionary {
     }
 
     pub(crate) fn read(node: &Element) -> Result<Self, XmlError> {
-        let units = units(node)?;
+        let units = Units::read(node)?;
         let all = node.all("DictionaryEntry");
         let entries = all.map(|entry| {
             let name = entry.required("name")?;
@@ -28,10 +28,7 @@ impl SignalDictionary {
                     entry.error(format!("the entry `{name}` of the dictionary has no type"))
                 );
             };
-            let unit = declared
-                .get("unit")
-                .map(|name| Unit::find_or_named(&units, name));
-            Ok((name, data_type, unit))
+            Ok((name, data_type, units.of(declared)))
         });
         Ok(Self {
             entries: entries.collect::<Result<_, _>>()?,

@@ -1,6 +1,8 @@
 //! Parameter mappings (`.ssm`): they rename the parameters of a set for a component, and transform
 //! their values. `cosim` also maps the variables of a replaced FMU by them.
 
+use std::collections::HashSet;
+
 use fmi_description::xml::{Element, XmlError};
 
 use crate::transformation::Transformation;
@@ -32,10 +34,10 @@ impl ParameterMapping {
     }
 
     pub(crate) fn read(node: &Element) -> Result<Self, XmlError> {
-        let mut entries: Vec<MappingEntry> = Vec::new();
+        let (mut entries, mut targets) = (Vec::new(), HashSet::new());
         for entry in node.all("MappingEntry") {
             let target = entry.required("target")?;
-            if entries.iter().any(|other| other.target == target) {
+            if !targets.insert(target.clone()) {
                 return Err(entry.error(format!(
                     "two entries of the mapping have the target `{target}`"
                 )));

@@ -4,7 +4,7 @@
 use fmi_description::Unit;
 use fmi_description::xml::{Element, XmlError};
 
-use crate::connector::{DataType, units};
+use crate::connector::{DataType, Units};
 use crate::mapping::ParameterMapping;
 
 /// The value of a parameter, or the start value of another variable.
@@ -34,7 +34,7 @@ impl ParameterSet {
     }
 
     fn read(node: &Element) -> Result<Self, XmlError> {
-        let units = units(node)?;
+        let units = Units::read(node)?;
         let all = node.listed("Parameters", "Parameter");
         let parameters = all.map(|p| {
             let name = p.required("name")?;
@@ -45,9 +45,7 @@ impl ParameterSet {
                 name,
                 data_type,
                 value: value.required("value")?,
-                unit: value
-                    .get("unit")
-                    .map(|name| Unit::find_or_named(&units, name)),
+                unit: units.of(value),
             })
         });
         Ok(Self {

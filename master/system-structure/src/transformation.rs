@@ -1,6 +1,9 @@
 //! Transformations of values, which connections and parameter mappings have: linear, or from value
 //! to value. `cosim` applies them.
 
+use std::collections::HashSet;
+use std::hash::Hash;
+
 use fmi_description::xml::{self, Element, XmlError};
 
 /// How a connection or a parameter mapping changes a value.
@@ -53,11 +56,11 @@ fn read_linear(node: &Element) -> Result<Transformation, XmlError> {
     }
 }
 
-fn read_entries<T: PartialEq>(
+fn read_entries<T: Clone + Eq + Hash>(
     node: &Element,
     value: impl Fn(&str) -> Option<T>,
 ) -> Result<Vec<(T, T)>, XmlError> {
-    let mut entries: Vec<(T, T)> = Vec::new();
+    let (mut entries, mut sources) = (Vec::new(), HashSet::new());
     for entry in node.all("MapEntry") {
         let get = |name| {
             let text = entry.required(name)?;
@@ -66,7 +69,7 @@ fn read_entries<T: PartialEq>(
             })
         };
         let (source, target) = (get("source")?, get("target")?);
-        if entries.iter().any(|(other, _)| *other == source) {
+        if !sources.insert(source.clone()) {
             let text = entry.required("source")?;
             return Err(entry.error(format!("{}: two entries map `{text}`", node.tag)));
         }

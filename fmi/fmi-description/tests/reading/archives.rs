@@ -11,7 +11,7 @@ use zip::{CompressionMethod, ZipWriter};
 const TEXT: &str = r#"<fmiModelDescription fmiVersion="2.0" modelName="Lag" guid="{1}">
   <CoSimulation modelIdentifier="Lag"/><ModelVariables/><ModelStructure/></fmiModelDescription>"#;
 
-fn zip(names: &[&str], options: SimpleFileOptions) -> Vec<u8> {
+pub fn zip(names: &[&str], options: SimpleFileOptions) -> Vec<u8> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     for name in names {
         if name.ends_with('/') {
@@ -34,7 +34,7 @@ fn content(name: &str) -> &[u8] {
 /// An archive by hand: each file stored, sizes in a data descriptor behind it (bit 3 of the flags),
 /// as those write who cannot go back in their output (APPNOTE, sections 4.3.9 and 4.4.4); with
 /// `zip64` the sizes stand in an extra field of the directory (section 4.5.3).
-fn by_hand(names: &[&str], zip64: bool) -> Vec<u8> {
+pub fn by_hand(names: &[&str], zip64: bool) -> Vec<u8> {
     let (mut bytes, mut directory) = (Vec::new(), Vec::new());
     for name in names {
         let (content, offset) = (content(name), u32::try_from(bytes.len()).unwrap());
@@ -79,7 +79,7 @@ fn by_hand(names: &[&str], zip64: bool) -> Vec<u8> {
 }
 
 /// CRC-32 of ISO 3309, bit by bit.
-fn crc32(bytes: &[u8]) -> u32 {
+pub fn crc32(bytes: &[u8]) -> u32 {
     let bit = |crc: u32, _| (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg());
     !bytes
         .iter()

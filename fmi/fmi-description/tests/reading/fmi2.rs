@@ -86,7 +86,7 @@ fn a_variable_is_read_with_its_declared_type() {
         name: name.to_string(),
         value,
     });
-    assert_eq!(v("k").kind, Kind::Enumeration(items.to_vec()));
+    assert_eq!(v("k").kind, Kind::Enumeration(items.to_vec().into()));
     assert_eq!(
         (v("k").access(), v("k").bounds()),
         (Access::Integer, [1.0, 4.0])
@@ -114,9 +114,9 @@ fn a_variable_is_read_with_its_declared_type() {
 fn dependencies_absent_empty_and_listed_differ() {
     let d = read();
     let expected = [(3, Some(vec![1, 2])), (4, None), (5, Some(vec![0]))];
-    let expected = expected.map(|(variable, dependencies)| Unknown {
+    let expected = expected.map(|(variable, known): (_, Option<Vec<usize>>)| Unknown {
         variable,
-        dependencies,
+        dependencies: known.map(Into::into),
     });
     assert_eq!(d.outputs, expected);
     assert_eq!(

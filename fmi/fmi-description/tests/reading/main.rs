@@ -4,3 +4,4 @@ mod archives;
 mod fmi2;
 mod fmi3;
 mod foreign;
+mod limits;

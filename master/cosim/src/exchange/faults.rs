@@ -1,6 +1,8 @@
 //! Alters values on their way to inputs, for exchanges and input tables: faults of wires
 //! (`--fault`, and in studies) and events of scenarios (`--scenario`). Equal seeds give equal runs.
 
+use std::collections::{HashMap, HashSet};
+
 use anyhow::{Context, Result, bail, ensure};
 use fmi_description::{Causality, Kind};
 use rand_chacha::ChaCha8Rng;
@@ -11,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::io::numbers;
 use crate::schedule::{Stepping, steps_in};
 use crate::structure::system::System;
-use crate::wiring::{Port, Wiring};
+use crate::wiring::{Link, Port, Wiring};
 use fmi_import::value::is_non_numeric;
 
 /// What is done to a value; numbers are in the unit of the variable.
@@ -113,10 +115,16 @@ impl Faults {
     /// variable that gets or passes on no value is an error.
     pub fn describe(&self, system: &System, wiring: &Wiring, fed: &[Port]) -> Result<Vec<String>> {
         let mut lines = Vec::new();
+        let mut wires_at: HashMap<Port, Vec<&Link>> = HashMap::new();
+        for link in wiring.links.iter().filter(|link| !link.is_initial) {
+            for end in [link.from, link.to] {
+                wires_at.entry(end).or_default().push(link);
+            }
+        }
+        let fed: HashSet<Port> = fed.iter().copied().collect();
         for fault in &self.list {
             let (port, name) = (fault.port, system.name(fault.port));
-            let links = wiring.links.iter().filter(|link| !link.is_initial);
-            let mut wires = links.filter(|link| link.from == port || link.to == port);
+            let mut wires = wires_at.get(&port).into_iter().flatten();
             let is_input = !is_source(system, port);
             let what = match (wires.next(), wires.next()) {
                 (Some(wire), _) if is_non_numeric(wiring.access(wire.from)) => {
@@ -232,6 +240,9 @@ impl Effect {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Alteration {
     faults: Vec<FaultState>,
+    /// Places of the faults of each variable.
+    #[serde(skip)]
+    by_port: HashMap<Port, Vec<usize>>,
     /// Faults that draw random numbers, in this order.
     draws: Vec<usize>,
     channels: Vec<Channel>,
@@ -296,8 +307,13 @@ impl Alteration {
                 is_lost: false,
             });
         }
+        let mut by_port: HashMap<Port, Vec<usize>> = HashMap::new();
+        for (k, fault) in faults.list.iter().enumerate() {
+            by_port.entry(fault.port).or_default().push(k);
+        }
         Ok(Self {
             faults: active,
+            by_port,
             draws: Vec::new(),
             channels: Vec::new(),
             generator: ChaCha8Rng::seed_from_u64(faults.seed),
@@ -324,10 +340,8 @@ impl Alteration {
     /// Add a channel for values of `port`; None if no fault concerns them.
     pub fn channel(&mut self, port: Port) -> Option<usize> {
         let mut states = Vec::new();
-        for (k, FaultState { fault, .. }) in self.faults.iter().enumerate() {
-            if fault.port != port {
-                continue;
-            }
+        for k in self.by_port.get(&port).into_iter().flatten().copied() {
+            let fault = &self.faults[k].fault;
             let draws = matches!(fault.effect, Effect::Noise(_) | Effect::Drop(_));
             if draws && !self.draws.contains(&k) {
                 self.draws.push(k);

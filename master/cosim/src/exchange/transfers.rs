@@ -1,7 +1,7 @@
 //! Batched reads and writes: variables of one component, type and clocks that one call of the FMU
 //! gets or sets, with the slots of their values. Exchanges, signals and input tables use them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::ops::Range;
 
 use anyhow::Result;
@@ -204,11 +204,10 @@ pub fn reads(
     slots: &mut BTreeMap<Port, usize>,
 ) -> Vec<Read> {
     let mut together: BTreeMap<_, Vec<Port>> = BTreeMap::new();
-    for port in ports {
+    let mut seen = HashSet::new();
+    for port in ports.filter(|port| seen.insert(*port)) {
         let list = together.entry(call_key(wiring, port)).or_default();
-        if !list.contains(&port) {
-            list.push(port);
-        }
+        list.push(port);
     }
     let mut reads = Vec::new();
     for ((instance, ..), ports) in together {

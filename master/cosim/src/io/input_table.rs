@@ -1,6 +1,7 @@
 //! Feeds inputs that no connection drives with values over time, from a CSV file (`--input`) or
 //! from memory (the Python API).
 
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
@@ -13,8 +14,8 @@ use crate::io::cells::cells;
 use crate::io::numbers::{allowed, fits, number};
 use crate::structure::Hop;
 use crate::structure::package::read_text;
-use crate::structure::system::System;
-use crate::structure::units::{common_unit, find_unit};
+use crate::structure::system::{Names, System};
+use crate::structure::units::{common_unit, defined_units};
 use crate::wiring::transformation::{Transformation, compose, conversion, unit_of};
 use crate::wiring::{Port, Wiring};
 
@@ -75,25 +76,29 @@ impl Table {
             "row 1: the first column is `{}`; it must be `time`",
             names[0]
         );
+        let units: HashMap<&String, &String> = units.iter().rev().map(|(s, u)| (s, u)).collect();
+        let mut by_column: HashMap<&str, Vec<&String>> = HashMap::new();
+        for (input, column) in chosen {
+            by_column.entry(column).or_default().push(input);
+        }
         let mut table = Self::default();
         let mut places = Vec::new();
         for (place, name) in names.iter().enumerate().skip(1) {
-            let inputs = chosen.iter().filter(|(_, column)| column == name);
-            let inputs: Vec<&String> = match chosen.is_empty() {
+            let inputs = match chosen.is_empty() {
                 true => vec![name],
-                false => inputs.map(|(input, _)| input).collect(),
+                false => by_column.get(&**name).cloned().unwrap_or_default(),
             };
             for input in inputs {
-                let unit = units.iter().find(|(signal, _)| signal == name);
                 table.columns.push(Column {
                     name: input.clone(),
-                    unit: unit.map(|(_, unit)| unit.clone()),
+                    unit: units.get(name).map(|unit| (*unit).clone()),
                     values: Vec::new(),
                 });
                 places.push(place);
             }
         }
-        let has = |column: &String| names[1..].contains(column);
+        let columns: HashSet<&String> = names[1..].iter().collect();
+        let has = |column: &String| columns.contains(column);
         if let Some((input, column)) = chosen.iter().find(|(_, column)| !has(column)) {
             bail!(
                 "row 1: there is no column `{column}` for `{input}`; there are {}",
@@ -148,7 +153,7 @@ fn parse_units(text: &str) -> Result<Vec<(String, String)>> {
         };
         ensure!(
             signal != "time" || unit == "s",
-            "row {row}: the unit of `time` is {unit}; it must be s"
+            "row {row}: the unit of `time` is `{unit}`; it must be `s`"
         );
         units.push((signal.clone(), unit.clone()));
     }
@@ -331,25 +336,26 @@ fn targets<'a>(
     columns: &[Column],
     place: &str,
 ) -> Result<Vec<Target<'a>>> {
-    let mut taken: Vec<(Port, &str)> = Vec::new();
-    let mut targets = Vec::new();
-    for (k, column) in columns.iter().enumerate() {
+    let mut taken: HashMap<Port, &str> = HashMap::new();
+    let (mut seen, mut targets) = (HashSet::new(), Vec::new());
+    let names = Names::new(system);
+    let units = match columns.iter().any(|column| column.unit.is_some()) {
+        true => defined_units(system),
+        false => HashMap::new(),
+    };
+    for column in columns {
         let name = column.name.as_str();
-        ensure!(
-            columns[..k].iter().all(|other| other.name != name),
-            "{place}two columns are named `{name}`"
-        );
+        ensure!(seen.insert(name), "{place}two columns are named `{name}`");
         let place = || format!("{place}column `{name}`");
-        let ends = ends(system, column).with_context(place)?;
+        let ends = ends(&names, &units, column).with_context(place)?;
         for (port, _) in &ends {
             if let Some(driver) = wiring.source(*port) {
                 let driver = wiring.name(driver);
                 bail!("{}: the connection from `{driver}` drives it", place());
             }
-            if let Some((_, other)) = taken.iter().find(|(p, _)| p == port) {
+            if let Some(other) = taken.insert(*port, name) {
                 bail!("{}: the column `{other}` gives this input, too", place());
             }
-            taken.push((*port, name));
         }
         let mut variables = ends.iter().map(|(port, _)| system.variable(*port));
         let is_plain = ends.iter().all(|(_, t)| *t == Transformation::NONE);
@@ -365,26 +371,35 @@ fn targets<'a>(
 }
 
 /// The inputs that a column feeds, with the transformations of its values.
-fn ends(system: &System, column: &Column) -> Result<Vec<(Port, Transformation)>> {
-    let name = &column.name;
-    let unit = column.unit.as_deref().filter(|unit| *unit != "1");
-    let unit = unit.map(|unit| find_unit(system, unit));
-    let mut inputs = system.structure.inputs.iter();
-    if let Some(input) = inputs.find(|input| input.name == *name) {
+fn ends(
+    names: &Names,
+    units: &HashMap<String, Unit>,
+    column: &Column,
+) -> Result<Vec<(Port, Transformation)>> {
+    let (name, system) = (&column.name, names.system);
+    let unit = column.unit.as_deref().map(str::trim);
+    let unit = unit.filter(|unit| !matches!(*unit, "" | "1"));
+    let unit = unit.map(|name| {
+        units
+            .get(name)
+            .cloned()
+            .unwrap_or_else(|| common_unit(name))
+    });
+    if let Some(input) = names.inputs.get(&**name) {
         let first = match (&unit, &input.unit) {
             (Some(unit), Some(own)) => unit_conversion(unit, own)?,
             _ => Transformation::NONE,
         };
         let unit = input.unit.clone().or(unit);
         let end = |((component, variable), way): &((String, String), Vec<Hop>)| {
-            let port = system.port(&format!("{component}.{variable}"))?;
+            let port = names.port(&format!("{component}.{variable}"))?;
             let ends = [None, Some(system.variable(port))];
             let rest = compose(way, unit.clone(), ends, &mut None)?;
             Ok((port, first.clone().then(rest)))
         };
         return input.ends.iter().map(end).collect();
     }
-    let port = system.port(name)?;
+    let port = names.port(name)?;
     let variable = system.variable(port);
     ensure!(
         (variable.is_input() || variable.is_tunable()) && variable.access().is_number(),
@@ -416,7 +431,7 @@ fn unit_conversion(unit: &Unit, own: &Unit) -> Result<Transformation> {
     let linear = conversion(unit, own).or_else(|| conversion(unit, &known));
     linear.map(Transformation::Linear).with_context(|| {
         format!(
-            "its unit is {}, that of the input is {}: it must be the same, or one that is defined with the same base units",
+            "its unit is `{}`, that of the input is `{}`: it must be the same, or one that is defined with the same base units",
             unit.name, own.name
         )
     })

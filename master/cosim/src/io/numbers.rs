@@ -14,7 +14,7 @@ const LARGEST_EXACT: f64 = 9_007_199_254_740_992.0;
 pub fn number(v: &Variable, text: &str) -> Result<f64> {
     let number = match Value::parse_for(v, text) {
         Ok(Value::Whole(number)) => Some(number as f64),
-        _ => text.parse().ok(),
+        _ => text.trim().parse().ok(),
     };
     let number = number.filter(|number| fits(v, *number));
     ensure!(number.is_some(), "`{text}` is not {}", allowed(v));
@@ -30,6 +30,7 @@ pub fn fits(v: &Variable, number: f64) -> bool {
         Kind::Real => number.is_finite() && is_within,
         Kind::Integer => is_whole && is_within && value::fits(v.access(), number as i128),
         Kind::Boolean => number == 0.0 || number == 1.0,
+        Kind::Enumeration(items) if items.is_empty() => is_whole && is_within,
         Kind::Enumeration(items) => items.iter().any(|item| item.value as f64 == number),
         Kind::String | Kind::Binary | Kind::Clock => false,
     }

@@ -1,6 +1,7 @@
 //! Reads scenarios in the format of libcosim (`--scenario`): timed events that override a variable,
 //! add a bias, ramp it, or reset it. They become [`Faults`] with a start and an end.
 
+use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
@@ -10,7 +11,7 @@ use serde_json::{Map, Value};
 use crate::exchange::faults::{Effect, Fault, Faults, effect};
 use crate::schedule::Stepping;
 use crate::structure::package::read;
-use crate::structure::system::System;
+use crate::structure::system::{Names, System};
 use crate::wiring::Port;
 
 /// Keys that are ignored: comments, and keys of older versions of the format that repeat the model
@@ -53,11 +54,17 @@ pub fn add(
     let steps = |time: f64| (time / stepping.step - 1e-6).ceil();
     let over = steps(end.unwrap_or(0.0)).max(steps(last) + 1.0);
     let over = stepping.start + over * stepping.step;
+    // Times of the events of each variable; they are not below 0, so their bits are in order.
+    let times = events
+        .iter()
+        .map(|event| (event.port, event.time.to_bits()));
+    let times: BTreeSet<(Port, u64)> = times.collect();
     for event in &events {
         let Some(effect) = event.effect else { continue };
-        let others = events.iter().filter(|other| other.port == event.port);
-        let next = others.map(|o| o.time).filter(|time| *time > event.time);
-        let until = next.reduce(f64::min).map(|time| stepping.start + time);
+        let (port, time) = (event.port, event.time.to_bits());
+        let mut later = times.range((port, time + 1)..=(port, u64::MAX));
+        let next = later.next().map(|(_, time)| f64::from_bits(*time));
+        let until = next.map(|time| stepping.start + time);
         faults.list.push(Fault {
             port: event.port,
             effect,
@@ -91,18 +98,22 @@ fn read_events(scenario: &Value, system: &System) -> Result<(Vec<Event>, Option<
     let end = scenario.get("end").map(|end| time(end, "`end`"));
     let list = scenario.get("events").and_then(Value::as_array);
     let list = list.context("it must have a list `events`")?;
-    let mut events: Vec<Event> = Vec::new();
+    let names = Names::new(system);
+    let (mut events, mut places) = (Vec::new(), HashMap::new());
     for (k, event) in (1..).zip(list) {
-        let event = read_event(event, defaults, system).with_context(|| format!("event {k}"))?;
+        let event = read_event(event, defaults, &names).with_context(|| format!("event {k}"))?;
         // Of two events of a variable at the same time the later one counts.
-        events.retain(|e| e.port != event.port || e.time != event.time);
-        events.push(event);
+        let before = places.insert((event.port, event.time.to_bits()), events.len());
+        before.into_iter().for_each(|k: usize| events[k] = None);
+        events.push(Some(event));
     }
+    let events: Vec<Event> = events.into_iter().flatten().collect();
     ensure!(!events.is_empty(), "it has no events");
     Ok((events, end.transpose()?))
 }
 
-fn read_event(event: &Value, defaults: &Map<String, Value>, system: &System) -> Result<Event> {
+fn read_event(event: &Value, defaults: &Map<String, Value>, names: &Names) -> Result<Event> {
+    let system = names.system;
     let event = object(event, "it")?;
     check_keys(
         event,
@@ -123,13 +134,13 @@ fn read_event(event: &Value, defaults: &Map<String, Value>, system: &System) -> 
         word("variable")?.context("it has no `variable`, nor have the `defaults` one")?;
     let port = match word("model")? {
         Some(model) => {
-            let component = system.structure.component(model).with_context(|| {
+            let component = names.component(model).with_context(|| {
                 let all = system.structure.component_names();
                 format!("`model` = `{model}`: the system has no component of this name, only {all}")
             })?;
             system.port_of(component, variable)?
         }
-        None => system.port(variable)?,
+        None => names.port(variable)?,
     };
     let (v, name) = (system.variable(port), system.name(port));
     use Causality::{CalculatedParameter, Input, Output, Parameter};
@@ -203,6 +214,10 @@ fn check_keys(object: &Map<String, Value>, keys: &[&str]) -> Result<()> {
 
 /// A time since the start, s.
 fn time(value: &Value, what: &str) -> Result<f64> {
-    let time = value.as_f64().filter(|time| *time >= 0.0);
+    // Adding 0 makes -0 a 0.
+    let time = value
+        .as_f64()
+        .filter(|time| *time >= 0.0)
+        .map(|time| time + 0.0);
     time.with_context(|| format!("{what} = {value}: it must be a number, s, not below 0"))
 }

@@ -2,7 +2,7 @@
 //! drives or sets, values that match no variable. They become findings of a run's verdict, also in
 //! pages, or errors with `--strict`; `cosim wiring` lists them.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 
 use anyhow::{Result, ensure};
@@ -40,8 +40,10 @@ impl System {
         let wiring = self.wiring()?;
         let mut remarks = self.structure.remarks.clone();
         remarks.extend(wiring.remarks.iter().cloned());
+        // The first component of each FMU.
+        let mut kinds: HashMap<*const Fmu, usize> = HashMap::new();
         for (k, fmu) in self.fmus.iter().enumerate() {
-            if self.fmus[..k].iter().all(|other| !Arc::ptr_eq(other, fmu)) {
+            if *kinds.entry(Arc::as_ptr(fmu)).or_insert(k) == k {
                 let own = fmu.remarks.iter();
                 remarks.extend(own.map(|r| format!("FMU `{}`: {r}", fmu.file)));
             }
@@ -51,6 +53,7 @@ impl System {
             remarks,
             ..StructureGaps::default()
         };
+        let set: HashSet<Port> = settings.iter().map(|s| s.port).collect();
         // By FMU: components that do not mention an input, and those that are only counted.
         let mut found: BTreeMap<(usize, &str), usize> = BTreeMap::new();
         let mut counted: BTreeMap<usize, (&str, usize)> = BTreeMap::new();
@@ -59,20 +62,21 @@ impl System {
             let lacking = declared.filter(|name| fmu.description.index(name).is_none());
             let lacking = lacking.map(|name| format!("{}.{name}", c.name));
             gaps.missing_connectors.extend(lacking);
-            let is_same = |other: &Arc<Fmu>| Arc::ptr_eq(other, fmu);
-            let kind = self.fmus.iter().position(is_same).unwrap_or(component);
+            let declared: HashSet<&String> = c.connectors.iter().map(|c| &c.name).collect();
+            let bound: HashSet<&String> = c.parameters.iter().map(|p| &p.name).collect();
+            let kind = kinds[&Arc::as_ptr(fmu)];
             let (mut seen, mut is_counted) = (BTreeSet::new(), false);
-            for (variable, v) in fmu.description.variables.iter().enumerate() {
+            let inputs = fmu.description.variables.iter().enumerate();
+            for (variable, v) in inputs.filter(|(_, v)| v.is_input()) {
                 let port = Port {
                     component,
                     variable,
                 };
-                let is_given = wiring.driver(port).is_some()
-                    || c.parameters.iter().any(|p| p.name == v.name)
-                    || settings.iter().any(|s| s.port == port);
+                let is_given =
+                    wiring.driver(port).is_some() || bound.contains(&v.name) || set.contains(&port);
                 let group = v.name.split(['[', '.']).next().unwrap_or(&v.name);
-                let is_declared = c.connectors.iter().any(|c| c.name == v.name);
-                let is_known = !v.is_input() || v.kind == Kind::Clock || is_given;
+                let is_declared = declared.contains(&v.name);
+                let is_known = v.kind == Kind::Clock || is_given;
                 if is_known || !seen.insert((group, is_declared)) {
                     continue;
                 }

@@ -1,6 +1,8 @@
 //! Supervises a run of `simulate` or of a page: watches every communication point for divergence,
 //! and judges the result by divergence, energy that the coupling created or lost, and FMU messages.
 
+use std::collections::HashMap;
+
 use anyhow::Result;
 
 use crate::exchange::bond::Residual;
@@ -76,9 +78,10 @@ impl Supervision {
         master.terminate()?;
         // Threads have delivered their messages one after the other.
         let mut messages = messages::take();
-        let structure = &system.structure;
-        let component = |m: &Message| structure.component(&m.instance).unwrap_or(usize::MAX);
-        messages.sort_by_key(component);
+        let components = system.structure.components.iter().enumerate();
+        let components: HashMap<_, _> = components.map(|(k, c)| (c.name.as_str(), k)).collect();
+        let component = |m: &Message| components.get(&*m.instance).copied();
+        messages.sort_by_key(|message| component(message).unwrap_or(usize::MAX));
         (messages.iter()).for_each(|message| verdict.note(message.to_string()));
         Ok(verdict)
     }

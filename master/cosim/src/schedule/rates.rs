@@ -1,7 +1,7 @@
 //! Components with steps of their own (`--rate`), a whole part or multiple of the communication
 //! step, and continuous inputs between communication points (`--between`), for `coupling`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use anyhow::{Result, anyhow, bail, ensure};
 use serde::{Deserialize, Serialize};
@@ -90,14 +90,22 @@ impl Rates {
             "input derivatives say what inputs are between communication points: components have no other steps or inputs then"
         );
         let mut components = Vec::new();
+        let own_steps = structure
+            .rates
+            .iter()
+            .map(|(name, own)| (name.as_str(), *own));
+        let own_steps: HashMap<&str, f64> = own_steps.collect();
+        let mut driving: Vec<Vec<&Link>> = vec![Vec::new(); structure.components.len()];
+        for link in &wiring.links {
+            driving[link.to.component].push(link);
+        }
         for (k, component) in structure.components.iter().enumerate() {
-            let own = structure.rates.iter().rfind(|(c, _)| *c == component.name);
-            let [parts, every] =
-                own.map_or(Ok([1, 1]), |(name, own)| step_ratio(step, *own, name))?;
+            let name = component.name.as_str();
+            let own = own_steps.get(name);
+            let [parts, every] = own.map_or(Ok([1, 1]), |own| step_ratio(step, *own, name))?;
             let is_taken = |link: &Link| {
                 let is_before = is_sequential && link.from.component < k;
-                link.to.component == k
-                    && !link.is_initial
+                !link.is_initial
                     && wiring.is_continuous(link.from)
                     && wiring.is_continuous(link.to)
                     && !(is_before && link.bond.is_some())
@@ -109,7 +117,7 @@ impl Rates {
                 ..ComponentRate::default()
             };
             if between != Between::Held && (every == 1 || between == Between::End) {
-                let links = wiring.links.iter().filter(|link| is_taken(link));
+                let links = driving[k].iter().copied().filter(|link| is_taken(link));
                 rate.plan(wiring, exchange, links, needs_order);
             }
             components.push(rate);

@@ -1,6 +1,7 @@
 //! Distributes the components of a run over threads, and sorts them into ranks that may be stepped
 //! at the same time. The master makes this plan for `--threads`.
 
+use std::collections::HashMap;
 use std::num::NonZero;
 use std::sync::Arc;
 use std::thread::available_parallelism;
@@ -28,11 +29,14 @@ impl ThreadPlan {
     pub fn new(system: &System, count: usize, parts: usize) -> Result<Self> {
         ensure!(count > 0, "{count} threads: there must be at least 1");
         let fmus = &system.fmus;
-        let kind = |k: usize| fmus.iter().position(|fmu| Arc::ptr_eq(fmu, &fmus[k]));
+        let mut kinds = HashMap::new();
+        let firsts = fmus.iter().enumerate();
+        let firsts = firsts.map(|(k, fmu)| *kinds.entry(Arc::as_ptr(fmu)).or_insert(k));
+        let firsts: Vec<usize> = firsts.collect();
         let count = count.min(fmus.len()).max(1);
         let mut order: Vec<usize> = (0..fmus.len()).collect();
         let mut threads = vec![0; fmus.len()];
-        order.sort_by_cached_key(|k| kind(*k));
+        order.sort_by_key(|k| firsts[*k]);
         for (place, k) in order.into_iter().enumerate() {
             threads[k] = place % count;
         }

@@ -1,6 +1,8 @@
 //! The flat system that `flatten` makes and the master runs: FMU components, the connections
 //! between them and their start values, without nested systems.
 
+use std::collections::HashMap;
+
 use fmi_description::Unit;
 use system_structure::{Connector, DataType, Direction, Transformation};
 
@@ -192,18 +194,20 @@ impl Structure {
         });
     }
 
-    /// Let the input `name` of the system feed an input of a component.
+    /// Let the input `name` of the system feed an input of a component; `places` has the places of
+    /// the inputs by name.
     pub(super) fn feed(
         &mut self,
+        places: &mut HashMap<String, usize>,
         name: String,
         unit: Option<Unit>,
         end: ((String, String), Vec<Hop>),
     ) {
-        let mut inputs = self.inputs.iter_mut();
-        let ends = vec![end];
-        match inputs.find(|input| input.name == name) {
-            Some(input) => input.ends.extend(ends),
-            None => self.inputs.push(OuterInput { name, unit, ends }),
+        let place = *places.entry(name.clone()).or_insert(self.inputs.len());
+        if place == self.inputs.len() {
+            let ends = Vec::new();
+            self.inputs.push(OuterInput { name, unit, ends });
         }
+        self.inputs[place].ends.push(end);
     }
 }

@@ -11,7 +11,7 @@ use system_structure::{
 
 use super::bond::PowerBond;
 use super::flat::{Component, Connection, Hop, Parameter, Structure};
-use super::package::DEFAULT;
+use super::package::{Base, DEFAULT};
 use super::values::{Files, binding_values};
 use super::ways::{Key, join, resolve};
 
@@ -24,6 +24,13 @@ const RATE: &str = "io.github.hdrm-fmu.rate";
 /// Deepest nesting of files; stops a file that names itself.
 const MAX_DEPTH: usize = 16;
 
+/// Most elements, connectors, connections and values of a system. A few small files that each name
+/// the next one ten times would otherwise make a system without end.
+const MAX_PARTS: usize = 5_000_000;
+
+/// Most bytes of the files that a structure names, counted as often as they are named.
+const MAX_TEXT: usize = 1 << 29;
+
 /// Direction of values at a connector, seen from the system that connects it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Side {
@@ -35,6 +42,16 @@ enum Side {
 /// Read the text of the system structure `file`; `files` reads the files that it names.
 pub fn read(text: &str, file: &str, files: &mut Files<'_>) -> Result<Structure> {
     let read = SystemStructure::parse(text, file)?;
+    let mut bytes = 0;
+    let mut files = |name: &str| {
+        let text = files(name)?;
+        bytes += text.len();
+        ensure!(
+            bytes <= MAX_TEXT,
+            "`{name}`: with it the files that systems in systems name have more than {MAX_TEXT} bytes together, each counted as often as it is named"
+        );
+        Ok(text)
+    };
     let mut flattening = Flattening {
         structure: Structure {
             name: read.system.name.clone(),
@@ -43,14 +60,20 @@ pub fn read(text: &str, file: &str, files: &mut Files<'_>) -> Result<Structure> 
             step: base_step(&read)?,
             ..Structure::default()
         },
-        files,
+        files: &mut files,
         parts: Vec::new(),
+        driven: HashMap::new(),
         values: Vec::new(),
         references: HashMap::new(),
+        count: 0,
+    };
+    let base = Base {
+        folder: "",
+        is_packed: false,
     };
     let place = SourceFile {
         file,
-        base: "",
+        base,
         depth: 0,
     };
     flattening.system(&read.system, "", &place, &[])?;
@@ -78,9 +101,24 @@ fn base_step(read: &SystemStructure) -> Result<Option<f64>> {
 /// The file that is being read.
 struct SourceFile<'a> {
     file: &'a str,
-    /// Prefix for the names of files that it names: its folder.
-    base: &'a str,
+    base: Base<'a>,
     depth: usize,
+}
+
+/// The connectors of the elements of a system, and its own, by the names of the element (None for
+/// its own) and of the connector.
+type Connectors<'a> = HashMap<(Option<&'a str>, &'a str), &'a Connector>;
+
+fn connectors(system: &System) -> Connectors<'_> {
+    let elements = system.elements.iter();
+    let elements = elements.map(|e| (Some(e.name()), e.connectors()));
+    let mut found = HashMap::new();
+    for (owner, own) in elements.chain([(None, &system.connectors[..])]) {
+        for connector in own {
+            found.entry((owner, &*connector.name)).or_insert(connector);
+        }
+    }
+    found
 }
 
 struct Flattening<'a> {
@@ -88,10 +126,14 @@ struct Flattening<'a> {
     files: &'a mut Files<'a>,
     /// Connections of all systems, directed from their sources to their sinks.
     parts: Vec<Connection>,
+    /// The place in `parts` of the connection to a connector.
+    driven: HashMap<Key, usize>,
     /// Values with full names, in the order in which they are applied.
     values: Vec<Parameter>,
     /// Path of the dictionary, by the path of the element that refers to it.
     references: HashMap<String, String>,
+    /// Elements, connectors, connections and values so far.
+    count: usize,
 }
 
 impl Flattening<'_> {
@@ -104,10 +146,13 @@ impl Flattening<'_> {
         place: &SourceFile,
         around: &[(String, String)],
     ) -> Result<()> {
+        let connectors = connectors(system);
+        let parts = system.elements.len() + system.connections.len() + connectors.len();
+        self.count(1 + parts, place)?;
         let mut dictionaries = around.to_vec();
         for (name, dictionary) in &system.dictionaries {
             if let Sourced::File(source) = dictionary {
-                let text = (self.files)(&format!("{}{source}", place.base))?;
+                let text = (self.files)(&place.base.file(source)?)?;
                 SignalDictionary::parse(&text, source)?;
             }
             // No path of an element begins with this character.
@@ -133,8 +178,9 @@ impl Flattening<'_> {
         }
         for wire in &system.connections {
             let place = format!("`{}`, line {}", place.file, wire.line);
-            let part = self.connection(system, path, wire, &place);
+            let part = self.connection((system, &connectors), path, wire, &place);
             let part = part.with_context(|| place.clone())?;
+            self.driven.insert(part.end.clone(), self.parts.len());
             self.parts.push(part);
         }
         let owner = format!("system `{}`", system.name);
@@ -147,7 +193,8 @@ impl Flattening<'_> {
         path: &str,
         place: &SourceFile,
     ) -> Result<()> {
-        let source = format!("{}{}", place.base, component.source);
+        let source = place.base.file(&component.source);
+        let source = source.with_context(|| format!("component `{path}`"))?;
         let file = match component.kind {
             Kind::Fmu => {
                 if component.annotations.iter().any(|a| a.kind == FEEDTHROUGH) {
@@ -156,7 +203,7 @@ impl Flattening<'_> {
                 for annotation in component.annotations.iter().filter(|a| a.kind == RATE) {
                     if let Some(rate) = annotation.content.child("Rate") {
                         let step = rate.required("step")?;
-                        let step: Option<f64> = step.parse().ok().filter(|s| *s > 0.0);
+                        let step: Option<f64> = step.trim().parse().ok().filter(|s| *s > 0.0);
                         let step = step.with_context(|| {
                             rate.error("step of a Rate must be a time greater than 0, s".into())
                         })?;
@@ -180,9 +227,13 @@ impl Flattening<'_> {
             }
             let text = (self.files)(&file).with_context(|| format!("component `{path}`"))?;
             let read = SystemStructure::parse(&text, &file)?;
+            let base = Base {
+                folder: &file[..file.rfind('/').map_or(0, |slash| slash + 1)],
+                is_packed: place.base.is_packed || component.kind == Kind::Package,
+            };
             let inner = SourceFile {
                 file: &file,
-                base: &file[..file.rfind('/').map_or(0, |slash| slash + 1)],
+                base,
                 depth: place.depth + 1,
             };
             self.system(&read.system, path, &inner, &[])?;
@@ -200,7 +251,9 @@ impl Flattening<'_> {
         place: &SourceFile,
     ) -> Result<()> {
         for binding in bindings {
-            for mut parameter in binding_values(binding, owner, place.base, self.files)? {
+            let values = binding_values(binding, owner, place.base, self.files)?;
+            self.count(values.len(), place)?;
+            for mut parameter in values {
                 parameter.name = join(path, &parameter.name);
                 self.values.push(parameter);
             }
@@ -208,16 +261,27 @@ impl Flattening<'_> {
         Ok(())
     }
 
+    /// Counts parts of the system; an error if they are too many.
+    fn count(&mut self, parts: usize, place: &SourceFile) -> Result<()> {
+        self.count += parts;
+        ensure!(
+            self.count <= MAX_PARTS,
+            "`{}`: with it the system has more than {MAX_PARTS} elements, connectors, connections and values, systems in other files included",
+            place.file
+        );
+        Ok(())
+    }
+
     /// A connection, directed as its connectors require.
     fn connection(
         &self,
-        system: &System,
+        system: (&System, &Connectors),
         path: &str,
         wire: &Wire,
         place: &str,
     ) -> Result<Connection> {
         let [(start, start_side), (end, end_side)] =
-            [self.end(system, &wire.start)?, self.end(system, &wire.end)?];
+            [find(system, &wire.start)?, find(system, &wire.end)?];
         let misused = |end: &End, connector: &Connector, used: &str| {
             let declared = connector.direction.name();
             anyhow!(
@@ -277,7 +341,8 @@ impl Flattening<'_> {
         }
         let [(first, start), (last, end)] = ends;
         let [start, end] = [start, end].map(|end| self.key(path, end));
-        if let Some(other) = self.parts.iter().find(|other| other.end == end) {
+        if let Some(other) = self.driven.get(&end) {
+            let other = &self.parts[*other];
             let [input, first, second] =
                 [&end, &other.start, &start].map(|(a, b)| format!("{a}.{b}"));
             bail!("input {input} is driven twice, by {first} and by {second}");
@@ -301,34 +366,6 @@ impl Flattening<'_> {
         })
     }
 
-    /// The connector at one end of a connection, and the direction of values there.
-    fn end<'s>(&self, system: &'s System, end: &End) -> Result<(&'s Connector, Side)> {
-        let (owner, connectors) = match &end.element {
-            None => (format!("system `{}`", system.name), &system.connectors[..]),
-            Some(name) => {
-                let element = system.elements.iter().find(|e| e.name() == name);
-                let element = element.with_context(|| {
-                    format!(
-                        "a connection names the component `{name}`, which the system does not have"
-                    )
-                })?;
-                (format!("component `{name}`"), element.connectors())
-            }
-        };
-        let Some(found) = connectors.iter().find(|c| c.name == end.connector) else {
-            bail!(
-                "{owner} declares no connector `{}`, but a connection uses it",
-                end.connector
-            );
-        };
-        let is_source = match found.direction {
-            Direction::Output | Direction::CalculatedParameter => end.element.is_some(),
-            Direction::Input | Direction::Parameter => end.element.is_none(),
-            Direction::Either => return Ok((found, Side::Either)),
-        };
-        Ok((found, if is_source { Side::Source } else { Side::Sink }))
-    }
-
     /// The path and name of the connector at an end of a connection in the system with this path.
     fn key(&self, path: &str, end: &End) -> Key {
         let owner = match &end.element {
@@ -338,4 +375,32 @@ impl Flattening<'_> {
         let owner = self.references.get(&owner).cloned().unwrap_or(owner);
         (owner, end.connector.clone())
     }
+}
+
+/// The connector at one end of a connection, and the direction of values there.
+fn find<'s>(
+    (system, connectors): (&'s System, &Connectors<'s>),
+    end: &End,
+) -> Result<(&'s Connector, Side)> {
+    let element = end.element.as_deref();
+    let Some(found) = connectors.get(&(element, &*end.connector)) else {
+        let mut elements = system.elements.iter();
+        let owner = match element {
+            None => format!("system `{}`", system.name),
+            Some(name) => format!("component `{name}`"),
+        };
+        if let Some(name) = element.filter(|name| elements.all(|e| e.name() != *name)) {
+            bail!("a connection names the component `{name}`, which the system does not have");
+        }
+        bail!(
+            "{owner} declares no connector `{}`, but a connection uses it",
+            end.connector
+        );
+    };
+    let is_source = match found.direction {
+        Direction::Output | Direction::CalculatedParameter => element.is_some(),
+        Direction::Input | Direction::Parameter => element.is_none(),
+        Direction::Either => return Ok((found, Side::Either)),
+    };
+    Ok((found, if is_source { Side::Source } else { Side::Sink }))
 }

@@ -4,7 +4,7 @@
 mod names;
 mod values;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -18,6 +18,7 @@ use crate::structure::renaming::rename;
 use crate::structure::{self, Component, Structure, arrays};
 use crate::wiring::{Port, Wiring};
 
+pub(crate) use names::Names;
 pub use values::Setting;
 
 /// A system structure with one loaded FMU per component (shared where the source is the same).
@@ -66,19 +67,25 @@ impl System {
         if let Some((unknown, _)) = replaced.iter().find(is_unknown) {
             bail!("an FMU is given for the component `{unknown}`, which the system does not have");
         }
+        let given: HashMap<&String, &PathBuf> =
+            replaced.iter().map(|(c, file)| (c, file)).collect();
         let mut fmus = Vec::new();
         for c in &structure.components {
-            let own = replaced.iter().rfind(|(name, _)| *name == c.name);
-            let source = own.map_or(c.source.clone(), |(_, file)| file.display().to_string());
+            let own = given.get(&c.name);
+            let source = own.map_or(c.source.clone(), |file| file.display().to_string());
             let fmu = match loaded.get(&source) {
                 Some(fmu) => fmu.clone(),
                 None => {
                     let bytes = match own {
-                        Some((_, file)) => read(file),
+                        Some(file) => read(file),
                         None => place.read(&source, package),
                     };
-                    let bytes = bytes.with_context(|| format!("FMU of component `{}`", c.name))?;
-                    let fmu = Fmu::load(&source, bytes)?;
+                    let context = || format!("FMU of component `{}`", c.name);
+                    let fmu = Fmu::load(&source, bytes.with_context(context)?)?;
+                    if let (None, FmuPlace::Structure { .. }) = (own, place) {
+                        let counted = package.count(&source, fmu.unpacked_size);
+                        counted.with_context(context)?;
+                    }
                     loaded.insert(source, fmu.clone());
                     fmu
                 }
@@ -150,6 +157,7 @@ impl System {
             fmus,
         };
         system.structure.stop_time = Some(system.preferred_stop());
+        let mut driven = HashSet::new();
         for text in connections {
             let context = || format!("--connect {text}");
             let ends = text.split_once('=').context("it must be a.y=b.u");
@@ -160,8 +168,10 @@ impl System {
                 anyhow::Ok((component, system.variable(port).name.clone()))
             };
             let (start, end) = (end_of(start)?, end_of(end)?);
-            let mut others = system.structure.connections.iter();
-            if let Some(other) = others.find(|c| c.end == end) {
+            if !driven.insert(end.clone()) {
+                let mut others = system.structure.connections.iter();
+                let other = others.find(|c| c.end == end);
+                let other = other.map(ToString::to_string).unwrap_or_default();
                 bail!("--connect {text}: this input is driven already, {other}");
             }
             system.structure.connect(start, end);

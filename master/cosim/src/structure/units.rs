@@ -1,22 +1,36 @@
-//! Looks up units by name: as the files of a system define them, else among the common units. Input
-//! tables use it, because their columns have unit names only.
+//! The units that the files of a system define, and the common units, by name. Input tables use
+//! them, because their columns have unit names only.
+
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 use fmi_description::Unit;
 
 use crate::structure::system::System;
 use crate::wiring::transformation::unit_of;
 
-/// The unit `name`: as an FMU or the structure defines it, else the common unit of this name.
-pub(crate) fn find_unit(system: &System, name: &str) -> Unit {
-    let descriptions = system.fmus.iter().map(|fmu| &fmu.description);
+/// The units that the FMUs of a system and its structure define, by name; the first of a name.
+pub(crate) fn defined_units(system: &System) -> HashMap<String, Unit> {
+    let mut seen = HashSet::new();
+    let fmus = system
+        .fmus
+        .iter()
+        .filter(|fmu| seen.insert(Arc::as_ptr(fmu)));
+    let descriptions = fmus.map(|fmu| &fmu.description);
     let of_fmus = descriptions.flat_map(|d| d.variables.iter().filter_map(|v| unit_of(d, v)));
     let components = system.structure.components.iter();
     let connectors = components.flat_map(|c| c.connectors.iter().filter_map(|c| c.unit.clone()));
     let inputs = system.structure.inputs.iter();
     let outer = inputs.filter_map(|input| input.unit.clone());
-    let mut all = of_fmus.chain(connectors).chain(outer);
-    let defined = all.find(|unit| unit.name == name && unit.exponents.is_some());
-    defined.unwrap_or_else(|| common_unit(name))
+    let mut units = HashMap::new();
+    for unit in of_fmus
+        .chain(connectors)
+        .chain(outer)
+        .filter(|unit| unit.exponents.is_some())
+    {
+        units.entry(unit.name.clone()).or_insert(unit);
+    }
+    units
 }
 
 /// The common unit `name`; without a definition if there is none.

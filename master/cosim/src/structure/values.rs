@@ -1,10 +1,13 @@
 //! Reads the parameter values that a binding of the structure (for `flatten`) or a parameter set
 //! (for `System`) gives, with prefixes and mappings applied to their names.
 
+use std::collections::HashMap;
+
 use anyhow::{Context, Result};
 use system_structure::{Binding, ParameterMapping, ParameterSet, Sourced};
 
 use super::flat::{Hop, Parameter};
+use super::package::Base;
 
 /// Reads the text of a file that a structure names.
 pub(super) type Files<'a> = dyn FnMut(&str) -> Result<String> + 'a;
@@ -15,16 +18,17 @@ pub fn parse_set(text: &str, file: &str) -> Result<Vec<Parameter>> {
     Ok(set_values(set, &format!("parameter set `{file}`")))
 }
 
-/// The values of a binding of the element `owner`, with the names that they have there; `files`
-/// reads files, by names relative to `base`.
+/// The values of a binding of the element `owner` in a structure at `base`, with the names that they
+/// have there; `files` reads files.
 pub(super) fn binding_values(
     binding: &Binding,
     owner: &str,
-    base: &str,
+    base: Base<'_>,
     files: &mut Files<'_>,
 ) -> Result<Vec<Parameter>> {
     let mut file = |source: &str, what: &str| {
-        files(&format!("{base}{source}")).with_context(|| format!("{owner}: {what}"))
+        let text = base.file(source).and_then(|name| files(&name));
+        text.with_context(|| format!("{owner}: {what}"))
     };
     let mut parameters = match &binding.set {
         Sourced::Inline(set) => set_values(set.clone(), "the system structure"),
@@ -44,12 +48,14 @@ pub(super) fn binding_values(
             ParameterMapping::parse(&text, source).with_context(|| owner.to_string())?
         }
     };
+    let named = parameters.iter().map(|p| (p.name.as_str(), p));
+    let named: HashMap<_, _> = named.collect();
     let mut mapped = Vec::new();
     for entry in mapping.entries {
-        let Some(parameter) = parameters.iter().rfind(|p| p.name == entry.source) else {
+        let Some(parameter) = named.get(&*entry.source) else {
             continue;
         };
-        let mut parameter = parameter.clone();
+        let mut parameter = (*parameter).clone();
         parameter.name = entry.target;
         parameter.way.push(Hop {
             transformation: entry.transformation,

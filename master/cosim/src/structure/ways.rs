@@ -1,7 +1,7 @@
 //! Joins connections that lead through connectors of nested systems into connections between
 //! components, as the last part of `flatten`.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use anyhow::{Result, bail};
 use system_structure::System;
@@ -23,7 +23,7 @@ pub(super) fn join(path: &str, name: &str) -> String {
 /// The connections of all systems, by the connector that they lead to.
 struct Network<'a> {
     drivers: HashMap<&'a Key, &'a Connection>,
-    components: Vec<String>,
+    components: HashSet<String>,
 }
 
 impl<'a> Network<'a> {
@@ -42,12 +42,13 @@ impl<'a> Network<'a> {
                     to.1
                 );
             }
-            way.insert(0, *last);
+            way.push(*last);
             key = &last.start;
             if self.is_component(key) {
                 break;
             }
         }
+        way.reverse();
         Ok(way)
     }
 }
@@ -69,13 +70,15 @@ pub(super) fn resolve(
         components: names.collect(),
     };
     // A value for a connector of a system is passed on to the components that the connector feeds.
-    let mut fed: Vec<(&Key, String, Vec<Hop>)> = Vec::new();
+    let mut fed: HashMap<String, Vec<(&Key, Vec<Hop>)>> = HashMap::new();
+    let mut inputs: HashMap<String, usize> = HashMap::new();
     for part in parts.iter().filter(|part| network.is_component(&part.end)) {
         let way = network.way(&part.end)?;
         for (k, inner) in way.iter().enumerate() {
             if !network.is_component(&inner.start) {
                 let (owner, connector) = &inner.start;
-                fed.push((&part.end, join(owner, connector), hops(&way[k..])));
+                let ends = fed.entry(join(owner, connector)).or_default();
+                ends.push((&part.end, hops(&way[k..])));
             }
         }
         let Some(first) = way.first() else { continue };
@@ -90,7 +93,7 @@ pub(super) fn resolve(
             });
         } else if first.start.0.is_empty() {
             let (name, end) = (first.start.1.clone(), (part.end.clone(), hops(&way)));
-            structure.feed(name, first.unit.clone(), end);
+            structure.feed(&mut inputs, name, first.unit.clone(), end);
         }
     }
     for connector in &outermost.connectors {
@@ -104,29 +107,30 @@ pub(super) fn resolve(
             });
         }
     }
+    let components = structure.components.iter().enumerate().rev();
+    let components: HashMap<_, _> = components.map(|(k, c)| (c.name.clone(), k)).collect();
     for value in values {
-        let mut is_matched = false;
-        for component in &mut structure.components {
-            let variable = value.name.strip_prefix(&component.name);
-            let own = variable.and_then(|rest| rest.strip_prefix('.'));
-            let own = own.map(|name| (name, Vec::new()));
-            let given = fed
-                .iter()
-                .filter(|(end, name, _)| end.0 == component.name && *name == value.name);
-            let given = given.map(|(end, _, hops)| (end.1.as_str(), hops.clone()));
-            for (name, hops) in own.into_iter().chain(given) {
-                let mut parameter = Parameter {
-                    name: name.to_string(),
-                    ..value.clone()
-                };
-                parameter.way.extend(hops);
-                component.parameters.push(parameter);
-                is_matched = true;
-            }
-        }
-        if !is_matched {
+        let dots = value.name.match_indices('.');
+        let own = dots.filter_map(|(at, _)| {
+            let component = components.get(&value.name[..at])?;
+            Some((*component, value.name[at + 1..].to_string(), Vec::new()))
+        });
+        let given = fed.get(&value.name).into_iter().flatten();
+        let given = given.filter_map(|((component, name), hops)| {
+            Some((*components.get(component)?, name.clone(), hops.clone()))
+        });
+        let all: Vec<_> = own.chain(given).collect();
+        if all.is_empty() {
             let text = format!("`{}` ({})", value.name, value.origin);
             structure.unmatched.push(text);
+        }
+        for (component, name, hops) in all {
+            let mut parameter = Parameter {
+                name,
+                ..value.clone()
+            };
+            parameter.way.extend(hops);
+            structure.components[component].parameters.push(parameter);
         }
     }
     Ok(())

@@ -1,10 +1,12 @@
 //! Sorts the connections by direct feedthrough: which outputs can be read together after which
 //! inputs are set, and which form algebraic loops. The plans in [`crate::exchange`] use this order.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{HashMap, HashSet};
 
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow};
+use fmi_description::Dependence;
 
+use super::strong_parts::strong_parts;
 use super::{Port, Wiring};
 
 /// What the user can do about an algebraic loop.
@@ -31,28 +33,160 @@ pub struct Feedthrough {
     pub undeclared: Undeclared,
 }
 
+/// What identifies the inputs on which an output depends: its component, and the list of the
+/// description. Outputs that share them need not be looked at one by one.
+type Key = (usize, *const usize, usize);
+
+/// Connected outputs, the sets of inputs on which they depend, and which depends on which.
+struct Graph {
+    outputs: Vec<Port>,
+    /// The inputs of each set that are connected.
+    sets: Vec<Vec<Port>>,
+    /// Nodes that each node needs: of an output, the first nodes, the set of its inputs; of a set
+    /// the outputs that drive these inputs.
+    edges: Vec<Vec<usize>>,
+    /// The node of each output.
+    places: HashMap<Port, usize>,
+    /// Groups of nodes that need each other, each after those that it needs.
+    parts: Vec<Vec<usize>>,
+    /// The group of each node.
+    part_of: Vec<usize>,
+}
+
+impl Graph {
+    fn new(wiring: &Wiring, which: Feedthrough) -> Self {
+        let (mut outputs, mut places) = (Vec::new(), HashMap::new());
+        for link in &wiring.links {
+            places.entry(link.from).or_insert_with(|| {
+                outputs.push(link.from);
+                outputs.len() - 1
+            });
+        }
+        let (mut sets, mut known) = (Vec::new(), HashMap::new());
+        let (mut edges, mut set_edges) = (Vec::new(), Vec::new());
+        for output in &outputs {
+            let set = known.entry(wiring.key(*output, which)).or_insert_with(|| {
+                let (inputs, drivers): (Vec<_>, Vec<_>) = wiring.needed(*output, which).unzip();
+                set_edges.push(drivers.iter().map(|driver| places[driver]).collect());
+                sets.push(inputs);
+                outputs.len() + sets.len() - 1
+            });
+            edges.push(vec![*set]);
+        }
+        edges.append(&mut set_edges);
+        let parts = strong_parts(&edges);
+        let mut part_of = vec![0; edges.len()];
+        for (k, part) in parts.iter().enumerate() {
+            part.iter().for_each(|node| part_of[*node] = k);
+        }
+        Self {
+            outputs,
+            sets,
+            edges,
+            places,
+            parts,
+            part_of,
+        }
+    }
+
+    fn is_set(&self, node: usize) -> bool {
+        node >= self.outputs.len()
+    }
+
+    /// Level of each output, and of each set that of the outputs which need it. A loop is an error
+    /// unless it `is_solved`: then all its outputs have the same level.
+    fn levels(&self, is_solved: bool) -> Result<Vec<usize>, &[usize]> {
+        let mut levels = vec![0; self.edges.len()];
+        let above = |levels: &[usize], nodes: &mut dyn Iterator<Item = &usize>| {
+            nodes.map(|node| 1 + levels[*node]).max().unwrap_or(0)
+        };
+        for (k, part) in self.parts.iter().enumerate() {
+            if part.len() > 1 && !is_solved {
+                return Err(part);
+            }
+            let sets = || part.iter().filter(|node| self.is_set(**node));
+            let needed = sets().flat_map(|set| &self.edges[*set]);
+            let mut others = needed.filter(|node| self.part_of[**node] != k);
+            let level = match part[..] {
+                [output] if !self.is_set(output) => levels[self.edges[output][0]],
+                _ => above(&levels, &mut others),
+            };
+            part.iter().for_each(|node| levels[*node] = level);
+            // Outputs that need these inputs but are not in the loop come after it.
+            for set in sets() {
+                levels[*set] = above(&levels, &mut self.edges[*set].iter());
+            }
+        }
+        Ok(levels)
+    }
+
+    /// The outputs and inputs along a loop, in the order of the signals.
+    fn along(&self, part: &[usize]) -> Vec<Port> {
+        let is_own = |node: &&usize| self.part_of[**node] == self.part_of[part[0]];
+        let inside = |set: usize| {
+            let found = self.edges[set].iter().position(|node| is_own(&node));
+            let place = found.expect("a loop goes on");
+            (self.edges[set][place], place)
+        };
+        let mut node = match self.is_set(part[0]) {
+            true => inside(part[0]).0,
+            false => part[0],
+        };
+        let (mut path, mut seen) = (Vec::new(), HashMap::new());
+        while !seen.contains_key(&node) {
+            seen.insert(node, path.len());
+            let set = self.edges[node][0];
+            let (next, place) = inside(set);
+            path.extend([
+                self.outputs[node],
+                self.sets[set - self.outputs.len()][place],
+            ]);
+            node = next;
+        }
+        path.drain(..seen[&node]);
+        path.push(self.outputs[node]);
+        path.reverse();
+        path
+    }
+}
+
 impl Wiring<'_> {
-    /// The inputs on which an output depends directly.
-    fn dependencies(&self, output: Port, which: Feedthrough) -> Vec<usize> {
-        let (variable, is_initial) = (output.variable, which.is_initial);
-        let description = self.description(output.component);
+    /// The inputs on which an output depends directly; None for all of its component.
+    fn dependencies(&self, output: Port, which: Feedthrough) -> Option<&[usize]> {
         let is_over_step = which.undeclared == Undeclared::AllOverStep;
-        if !is_initial && !is_over_step && self.is_read_once(output) {
-            return Vec::new();
+        if !which.is_initial && !is_over_step && self.is_read_once(output) {
+            return Some(&[]);
         }
-        match which.undeclared {
-            Undeclared::None => description.declared_feedthrough(variable, is_initial),
-            _ => Some(description.feedthrough(variable, is_initial)),
+        let description = self.description(output.component);
+        match description.dependence(output.variable, which.is_initial) {
+            Dependence::On(known) => Some(known),
+            Dependence::Undeclared if which.undeclared == Undeclared::None => Some(&[]),
+            Dependence::Undeclared => None,
         }
-        .unwrap_or_default()
+    }
+
+    fn key(&self, output: Port, which: Feedthrough) -> Key {
+        let list = self.dependencies(output, which);
+        let list = list.map_or((std::ptr::null(), 0), |list| (list.as_ptr(), list.len()));
+        (output.component, list.0, list.1)
     }
 
     /// The connected inputs on which an output depends directly, each with the output that drives
     /// it.
-    fn needed(&self, output: Port, which: Feedthrough) -> impl Iterator<Item = [Port; 2]> {
-        let inputs = self.dependencies(output, which).into_iter();
-        let inputs = inputs.map(move |variable| Port { variable, ..output });
-        inputs.filter_map(|input| Some([input, self.source(input)?]))
+    fn needed(&self, output: Port, which: Feedthrough) -> impl Iterator<Item = (Port, Port)> {
+        let list = self.dependencies(output, which);
+        let all = match list {
+            Some(_) => &[],
+            None => &self.driven[output.component][..],
+        };
+        let own = list.into_iter().flatten();
+        let own = own.map(move |variable| Port {
+            variable: *variable,
+            ..output
+        });
+        let inputs = all.iter().copied().chain(own);
+        let inputs = inputs.filter(|input| self.variable(*input).is_input());
+        inputs.filter_map(|input| Some((input, self.source(input)?)))
     }
 
     /// Level of the output of each connection: 0 if it depends on no connected input, else one more
@@ -60,22 +194,30 @@ impl Wiring<'_> {
     /// level of its component. All outputs of a level can be read together once the inputs fed by
     /// lower levels are set. An algebraic loop is an error that names it.
     pub(crate) fn levels(&self, which: Feedthrough) -> Result<Vec<usize>> {
-        let mut search = Search {
-            wiring: self,
-            which,
-            loops: &self.loops(which),
-            known: HashMap::new(),
-            path: Vec::new(),
-        };
-        let levels = self.links.iter().map(|link| search.level(link.from));
-        let mut levels: Vec<usize> = levels.collect::<Result<_>>()?;
+        let graph = Graph::new(self, which);
+        let levels = graph.levels(self.structure.solves_loops);
+        let levels = levels.map_err(|part| {
+            let along = graph.along(part).into_iter();
+            let names: Vec<_> = along.map(|port| self.name(port)).collect();
+            let when = match which.is_initial {
+                true => " in initialization",
+                false => "",
+            };
+            anyhow!("algebraic loop{when}: {}; {REMEDY}", names.join(" -> "))
+        })?;
+        let links = self.links.iter();
+        let mut levels: Vec<usize> = links.map(|l| levels[graph.places[&l.from]]).collect();
         // Saves the component an evaluation for outputs that no connected output depends on.
-        for (k, link) in self.links.iter().enumerate() {
+        let mut last = vec![0; self.components.len()];
+        for (link, level) in self.links.iter().zip(&levels) {
+            let last: &mut usize = &mut last[link.from.component];
+            *last = (*last).max(*level);
+        }
+        let awaited: HashSet<Port> = graph.sets.into_iter().flatten().collect();
+        for (link, level) in self.links.iter().zip(&mut levels) {
             let is_free = which.is_initial || !self.is_read_once(link.from);
-            if is_free && !self.is_awaited(link.to, which) {
-                let same = self.links.iter().zip(&levels);
-                let last = same.filter(|(other, _)| other.from.component == link.from.component);
-                levels[k] = last.map(|(_, level)| *level).max().unwrap_or(levels[k]);
+            if is_free && !awaited.contains(&link.to) {
+                *level = last[link.from.component];
             }
         }
         Ok(levels)
@@ -86,76 +228,16 @@ impl Wiring<'_> {
         if !self.structure.solves_loops {
             return Vec::new();
         }
-        let all_needed = |output: Port| {
-            let (mut found, mut rest) = (BTreeSet::new(), vec![output]);
-            while let Some(next) = rest.pop() {
-                let needed = self.needed(next, which).map(|[_, driver]| driver);
-                rest.extend(needed.filter(|driver| found.insert(*driver)));
-            }
-            found
-        };
-        let outputs: BTreeSet<Port> = self.links.iter().map(|link| link.from).collect();
-        let needed: BTreeMap<_, _> = outputs.iter().map(|o| (*o, all_needed(*o))).collect();
-        let mut loops: Vec<Vec<Port>> = Vec::new();
-        for (output, own) in needed.iter().filter(|(output, own)| own.contains(output)) {
-            if loops.iter().any(|known| known.contains(output)) {
-                continue;
-            }
-            let mutual = own.iter().filter(|other| needed[other].contains(output));
-            loops.push(mutual.copied().collect());
-        }
+        let graph = Graph::new(self, which);
+        let loops = graph.parts.iter().filter(|part| part.len() > 1);
+        let outputs = loops.map(|part| {
+            let own = part.iter().filter(|node| !graph.is_set(**node));
+            let mut own: Vec<Port> = own.map(|node| graph.outputs[*node]).collect();
+            own.sort();
+            own
+        });
+        let mut loops: Vec<Vec<Port>> = outputs.collect();
+        loops.sort();
         loops
-    }
-
-    /// Whether a connected output depends directly on an input.
-    fn is_awaited(&self, input: Port, which: Feedthrough) -> bool {
-        let outputs = self.links.iter().map(|link| link.from);
-        let mut own = outputs.filter(|output| output.component == input.component);
-        own.any(|output| self.dependencies(output, which).contains(&input.variable))
-    }
-}
-
-/// The search for the level of each output.
-struct Search<'a> {
-    wiring: &'a Wiring<'a>,
-    which: Feedthrough,
-    /// Loops that are solved: all outputs of one have the same level.
-    loops: &'a [Vec<Port>],
-    known: HashMap<Port, usize>,
-    /// Outputs and the inputs between them; each depends on the next one.
-    path: Vec<Port>,
-}
-
-impl Search<'_> {
-    fn level(&mut self, output: Port) -> Result<usize> {
-        if let Some(level) = self.known.get(&output) {
-            return Ok(*level);
-        }
-        if let Some(start) = self.path.iter().position(|p| *p == output) {
-            let along = self.path[start..].iter().chain([&output]).rev();
-            let names: Vec<_> = along.map(|p| self.wiring.name(*p)).collect();
-            let when = match self.which.is_initial {
-                true => " in initialization",
-                false => "",
-            };
-            bail!("algebraic loop{when}: {}; {REMEDY}", names.join(" -> "));
-        }
-        let (wiring, alone) = (self.wiring, [output]);
-        let own = self.loops.iter().find(|own| own.contains(&output));
-        let together = own.map_or(&alone[..], Vec::as_slice);
-        let mut level = 0;
-        for member in together {
-            for [input, driver] in wiring.needed(*member, self.which) {
-                if own.is_some_and(|own| own.contains(&driver)) {
-                    continue;
-                }
-                self.path.extend([output, input]);
-                level = level.max(1 + self.level(driver)?);
-                self.path.truncate(self.path.len() - 2);
-            }
-        }
-        self.known
-            .extend(together.iter().map(|member| (*member, level)));
-        Ok(level)
     }
 }

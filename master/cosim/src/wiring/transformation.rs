@@ -110,7 +110,7 @@ const UNIT_ADVICE: &str = "they are converted where both are defined with the sa
 /// The unit of a variable with its definition.
 pub(crate) fn unit_of(description: &Description, variable: &Variable) -> Option<Unit> {
     let name = variable.unit.as_ref()?;
-    Some(Unit::find_or_named(&description.units, name))
+    Some(description.unit(name))
 }
 
 /// Conversion from the unit `a` to the unit `b`; None if their definitions do not allow it.
@@ -143,7 +143,11 @@ pub(crate) fn compose(
     for hop in way {
         if let (Some(a), Some(b), false) = (&unit, &hop.unit, hop.keeps_units) {
             let Some(mut linear) = conversion(a, b) else {
-                bail!("the units differ, {} and {}; {UNIT_ADVICE}", a.name, b.name);
+                bail!(
+                    "the units differ, `{}` and `{}`; {UNIT_ADVICE}",
+                    a.name,
+                    b.name
+                );
             };
             if is_relative {
                 linear.offset = 0.0;

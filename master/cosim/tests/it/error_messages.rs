@@ -83,7 +83,7 @@ fn units_that_do_not_fit_are_named() {
     assert_contains(
         &error,
         &[
-            "connection mass.x_ddot -> spring.x: the FMUs' units differ, m/s2 and m; ",
+            "connection mass.x_ddot -> spring.x: the FMUs' units differ, `m/s2` and `m`; ",
             "must say suppressUnitConversion=\"true\"",
         ],
     );

@@ -110,7 +110,7 @@ fn a_table_in_memory_is_an_input() {
         (
             &[0.0][..],
             table(&[], &[("spring.x", Some("V"), &[1.0])]),
-            "column `spring.x`: its unit is V, that of the input is m",
+            "column `spring.x`: its unit is `V`, that of the input is `m`",
         ),
         (
             &[0.0][..],
@@ -205,7 +205,7 @@ fn what_a_run_writes_another_one_reads() {
     fs::write(csv.with_extension("units.csv"), "signal,unit\ntime,ms\n").unwrap();
     let error = format!("{:#}", Table::load(&csv, &alone, &chosen).unwrap_err());
     assert!(
-        error.contains("writes.units.csv`: row 2: the unit of `time` is ms; it must be s"),
+        error.contains("writes.units.csv`: row 2: the unit of `time` is `ms`; it must be `s`"),
         "{error}"
     );
 }
@@ -224,7 +224,7 @@ fn values_are_numbers_that_their_variables_can_take() {
         ("gear", "high", Ok(4.0)),
         ("gear", "4", Ok(4.0)),
         ("gear", "1.0", Ok(1.0)),
-        ("gear", "2", Err("`2` is not one of low, high")),
+        ("gear", "2", Err("`2` is not one of low (1), high (4)")),
         ("n", "-128", Ok(-128.0)),
         ("n", "3.0", Ok(3.0)),
         (

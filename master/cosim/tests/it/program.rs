@@ -444,7 +444,7 @@ fn parameters_of_the_system_and_lone_units() {
     assert_eq!(code, 0, "{error}");
     assert!(
         text.contains(
-            "connection mass.x -> spring.x: only one end has a unit, m; values pass unchanged"
+            "connection mass.x -> spring.x: only one end has a unit, `m`; values pass unchanged"
         ),
         "{text}"
     );

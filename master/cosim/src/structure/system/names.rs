@@ -1,13 +1,63 @@
 //! Methods of `System` that find variables by name and suggest a known name for an unknown one.
 
+use std::collections::HashMap;
+
 use anyhow::{Context, Result, bail};
 use fmi_description::Variable;
 
 use super::System;
+use crate::structure::{OuterInput, OuterOutput};
 use crate::wiring::Port;
 
 /// Least similarity of a known name that is suggested for an unknown one; 1 is the same name.
 const LEAST_SIMILARITY: f64 = 0.85;
+
+/// The names of a system, for many look-ups.
+pub(crate) struct Names<'a> {
+    pub system: &'a System,
+    components: HashMap<&'a str, usize>,
+    /// Inputs of the system.
+    pub inputs: HashMap<&'a str, &'a OuterInput>,
+    outputs: HashMap<&'a str, &'a OuterOutput>,
+}
+
+impl<'a> Names<'a> {
+    pub fn new(system: &'a System) -> Self {
+        // Of two of the same name the first counts.
+        let structure = &system.structure;
+        let components = structure.components.iter().enumerate().rev();
+        let inputs = structure.inputs.iter().rev();
+        let outputs = structure.outputs.iter().rev();
+        Self {
+            system,
+            components: components.map(|(k, c)| (c.name.as_str(), k)).collect(),
+            inputs: inputs.map(|input| (input.name.as_str(), input)).collect(),
+            outputs: outputs
+                .map(|output| (output.name.as_str(), output))
+                .collect(),
+        }
+    }
+
+    /// Index of a component.
+    pub fn component(&self, name: &str) -> Option<usize> {
+        self.components.get(name).copied()
+    }
+
+    /// As [`System::port`].
+    pub fn port(&self, name: &str) -> Result<Port> {
+        if let Some(output) = self.outputs.get(name)
+            && let Some(component) = self.component(&output.start.0)
+        {
+            return self.system.port_of(component, &output.start.1);
+        }
+        let mut dots = name.rmatch_indices('.');
+        let found = dots.find_map(|(at, _)| Some((self.component(&name[..at])?, &name[at + 1..])));
+        match found {
+            Some((component, variable)) => self.system.port_of(component, variable),
+            None => self.system.port(name),
+        }
+    }
+}
 
 impl System {
     /// The variable named `component.variable`, or `variable` if only one component has it, or

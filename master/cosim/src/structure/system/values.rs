@@ -1,6 +1,7 @@
 //! Start values of a `System`, from the structure, from parameter sets and from the user, converted
 //! to the types and units of their variables.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
@@ -29,7 +30,9 @@ impl System {
         let (structure, fmus) = (&mut self.structure, &self.fmus);
         for (component, fmu) in structure.components.iter_mut().zip(fmus) {
             let values = std::mem::take(&mut component.parameters);
-            for parameter in values.into_iter().flat_map(|value| split_array(fmu, value)) {
+            let mut arrays = None;
+            let split = |value| split_array(fmu, &mut arrays, value);
+            for parameter in values.into_iter().flat_map(split) {
                 if fmu.description.index(&parameter.name).is_none() {
                     let (name, origin) = (&parameter.name, &parameter.origin);
                     let text = format!("`{}.{name}` ({origin})", component.name);
@@ -121,7 +124,7 @@ impl System {
                     && conversion(declared, &unit) != Some(Linear::NONE)
                 {
                     bail!(
-                        "connector `{}.{}` is declared in {}, but its FMU has it in {}",
+                        "connector `{}.{}` is declared in `{}`, but its FMU has it in `{}`",
                         c.name,
                         connector.name,
                         declared.name,
@@ -134,19 +137,25 @@ impl System {
     }
 }
 
-/// Split the values of an array into one for each element; any other value stays as it is.
-fn split_array(fmu: &Fmu, parameter: Parameter) -> Vec<Parameter> {
-    let names = match fmu.description.index(&parameter.name) {
-        Some(_) => Vec::new(),
-        None => arrays::elements(fmu, &parameter.name),
-    };
+/// Split the values of an array into one for each element; any other value stays as it is. `arrays`
+/// is made once it is needed.
+fn split_array<'a>(
+    fmu: &'a Fmu,
+    arrays: &mut Option<HashMap<&'a str, Vec<&'a str>>>,
+    parameter: Parameter,
+) -> Vec<Parameter> {
+    if fmu.description.index(&parameter.name).is_some() {
+        return vec![parameter];
+    }
+    let arrays = arrays.get_or_insert_with(|| arrays::elements(fmu));
+    let names = arrays.get(&*parameter.name).map_or(&[][..], Vec::as_slice);
     let values = parameter.value.split_whitespace();
     if names.is_empty() || names.len() != values.clone().count() {
         return vec![parameter];
     }
-    let pairs = names.into_iter().zip(values);
+    let pairs = names.iter().zip(values);
     let each = pairs.map(|(name, value)| Parameter {
-        name,
+        name: (*name).to_string(),
         value: value.to_string(),
         ..parameter.clone()
     });
@@ -182,10 +191,10 @@ fn convert(component: &str, fmu: &Fmu, parameter: Parameter) -> Result<Parameter
     let ends = [None, Some(variable)];
     let transformation = compose(&way, unit.clone(), ends, &mut None).map_err(|_| {
         anyhow!(
-            "{origin}: `{component}.{name}` = {value} {}: it must be in the unit of the variable, {}, or in one that is defined with the \
-             same base units",
-            unit.as_ref().map_or("", |u| &u.name),
-            variable.unit.as_deref().unwrap_or("none")
+            "{origin}: `{component}.{name}` = {value} in `{}`: it must be in the unit of the variable, `{}`, or in one that is defined with \
+             the same base units",
+            unit.as_ref().map_or("1", |u| &u.name),
+            variable.unit.as_deref().unwrap_or("1")
         )
     })?;
     if transformation == Transformation::NONE {
