@@ -11,6 +11,7 @@ use std::ffi::c_int;
 use anyhow::Result;
 use thiserror::Error;
 
+use crate::digits::short;
 use crate::status::{OK, WARNING};
 
 /// Where in the run a call was made, for its error text.
@@ -26,7 +27,7 @@ impl std::fmt::Display for At {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Initialization => f.write_str("in initialization"),
-            Self::Time(t) => write!(f, "at t = {t} s"),
+            Self::Time(t) => write!(f, "at t = {} s", short(*t)),
         }
     }
 }

@@ -62,6 +62,8 @@ pub struct Fmi3Instance {
     returns_early: bool,
     /// A step that ends early is not continued, but reported as [`Stopped`].
     stops_early: Cell<bool>,
+    /// What the run is told to be, until it begins.
+    experiment: Cell<Experiment>,
     tracked: Tracked,
     /// Workspace for the values that one call passes.
     passed: RefCell<Vec<u64>>,
@@ -83,6 +85,7 @@ impl Fmi3Instance {
             has_events: arguments.has_events,
             returns_early: arguments.returns_early,
             stops_early: Cell::new(false),
+            experiment: Cell::new(Experiment::from_start(f64::NAN)),
             tracked: Tracked {
                 mode: Cell::new(Mode::Initialization),
                 time: Cell::new(f64::NAN),
@@ -101,7 +104,8 @@ impl Fmi3Instance {
 
     fn enter_initialization(&self, start: f64) -> Result<()> {
         self.tracked.time.set(start);
-        let status = self.raw.begin(Experiment::from_start(start));
+        let told = Some(self.experiment.get()).filter(|told| told.start == start);
+        let status = (self.raw).begin(told.unwrap_or(Experiment::from_start(start)));
         Answer::check(status, "fmi3EnterInitializationMode")
     }
 
@@ -176,7 +180,10 @@ impl FmiInstance for Fmi3Instance {
         let done = match call {
             Call::Step(t, h) => self.step(t, h),
             // FMI 3.0 has no call before Initialization Mode for this.
-            Call::SetUp(_) => Ok(()),
+            Call::SetUp(experiment) => {
+                self.experiment.set(experiment);
+                Ok(())
+            }
             Call::EnterInitialization(start) => self.enter_initialization(start),
             Call::ExitInitialization => self.exit_initialization(),
             Call::Time => return Ok(self.tracked.time.get()),

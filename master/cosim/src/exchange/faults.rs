@@ -62,25 +62,11 @@ pub struct Faults {
     pub seed: u64,
 }
 
-/// The variable named `name`, or the elements of the array of this name.
-pub fn elements(system: &System, name: &str) -> Result<Vec<Port>> {
-    let found = system.port(name);
-    let mut firsts = ["[1]", "[1,1]"].iter();
-    let first = firsts.find_map(|index| system.port(&format!("{name}{index}")).ok());
-    let (Err(_), Some(first)) = (&found, first) else {
-        return Ok(vec![found?]);
-    };
-    let variables = &system.fmus[first.component].description.variables;
-    let array = |k: usize| variables[k].name.rsplit_once('[').map(|(array, _)| array);
-    let own = (0..variables.len()).filter(|k| array(*k) == array(first.variable));
-    Ok(own.map(|variable| Port { variable, ..first }).collect())
-}
-
 impl Faults {
     /// Add a fault of a variable, or of the elements of an array, written
     /// `component.variable=effect:number@from..until`; the times, s, are optional.
     pub fn add(&mut self, system: &System, text: &str) -> Result<()> {
-        let parts = text.split_once('=');
+        let parts = system.split_name(text);
         let (name, what) =
             parts.with_context(|| format!("it must be WIRE=EFFECT, and EFFECT {EFFECT_FORMS}"))?;
         let (what, times) = what.rsplit_once('@').unwrap_or((what, ""));
@@ -96,7 +82,7 @@ impl Faults {
             "it begins at {from} s and must end later than that, not at {until} s"
         );
         let (word, value) = what.split_once(':').unwrap_or((what, ""));
-        for port in elements(system, name.trim())? {
+        for port in system.ports(name)? {
             let effect = effect(system, port, word.trim(), value.trim())?;
             self.list.push(Fault {
                 port,

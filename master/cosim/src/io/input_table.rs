@@ -75,6 +75,7 @@ impl Table {
             "row 1: the first column is `{}`; it must be `time`",
             names[0]
         );
+        let chosen = &by_element(system, chosen, &names);
         let mut table = Self::default();
         let mut places = Vec::new();
         for (place, name) in names.iter().enumerate().skip(1) {
@@ -125,6 +126,25 @@ impl Table {
         ensure!(!table.times.is_empty(), "it has no rows of numbers");
         Ok(table)
     }
+}
+
+/// Pairs of inputs and columns, of arrays whose elements have a column each by element.
+fn by_element(
+    system: &System,
+    chosen: &[(String, String)],
+    columns: &[String],
+) -> Vec<(String, String)> {
+    let each = |(input, column): &(String, String)| {
+        let name = |port: &Port| system.name(*port);
+        let names = system.ports(input).unwrap_or_default();
+        let names: Vec<String> = names.iter().map(name).collect();
+        let of = |name: &String| format!("{column}{}", &name[name.rfind('[').unwrap_or(0)..]);
+        match names.len() > 1 && names.iter().all(|name| columns.contains(&of(name))) {
+            true => names.iter().map(|name| (name.clone(), of(name))).collect(),
+            false => vec![(input.clone(), column.clone())],
+        }
+    };
+    chosen.iter().flat_map(each).collect()
 }
 
 /// The lines that are not empty, with their numbers.
@@ -384,7 +404,12 @@ fn ends(system: &System, column: &Column) -> Result<Vec<(Port, Transformation)>>
         };
         return input.ends.iter().map(end).collect();
     }
-    let port = system.port(name)?;
+    let ports = system.ports(name)?.into_iter();
+    ports.map(|port| end(system, port, unit.as_ref())).collect()
+}
+
+/// An input that a column with this unit feeds, with the transformation of its values.
+fn end(system: &System, port: Port, unit: Option<&Unit>) -> Result<(Port, Transformation)> {
     let variable = system.variable(port);
     ensure!(
         (variable.is_input() || variable.is_tunable()) && variable.access().is_number(),
@@ -394,7 +419,7 @@ fn ends(system: &System, column: &Column) -> Result<Vec<(Port, Transformation)>>
         format!("{:?}", variable.causality).to_lowercase()
     );
     let own = unit_of(&system.fmus[port.component].description, variable);
-    let mut transformation = match (&unit, own) {
+    let mut transformation = match (unit, own) {
         (Some(unit), Some(own)) => unit_conversion(unit, &own)?,
         _ => Transformation::NONE,
     };
@@ -404,7 +429,7 @@ fn ends(system: &System, column: &Column) -> Result<Vec<(Port, Transformation)>>
     {
         linear.offset = 0.0;
     }
-    Ok(vec![(port, transformation)])
+    Ok((port, transformation))
 }
 
 /// The conversion from the unit of a column to that of an input.

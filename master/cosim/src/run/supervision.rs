@@ -79,7 +79,8 @@ impl Supervision {
         let structure = &system.structure;
         let component = |m: &Message| structure.component(&m.instance).unwrap_or(usize::MAX);
         messages.sort_by_key(component);
-        (messages.iter()).for_each(|message| verdict.note(message.to_string()));
+        let findings = messages.iter().filter(|message| !message.is_info);
+        findings.for_each(|message| verdict.note(message.to_string()));
         Ok(verdict)
     }
 

@@ -311,7 +311,7 @@ impl ComponentRate {
 /// Parse `COMPONENT=TIME`: a pattern for the names of components, and their step, `0.25ms`, `60s`
 /// or `0.001` in s.
 pub fn parse_rate(text: &str) -> Result<(&str, f64)> {
-    let parsed = text.split_once('=').and_then(|(name, length)| {
+    let parsed = text.rsplit_once('=').and_then(|(name, length)| {
         let length = length.trim();
         let units = [("us", 1e-6), ("ms", 1e-3), ("s", 1.0), ("", 1.0)];
         let mut units = units.iter();

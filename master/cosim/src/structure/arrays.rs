@@ -15,7 +15,10 @@ type End = (String, String);
 /// Names of the elements of an array, `x[1]`, `x[2]`; empty if the FMU has no such array.
 pub(crate) fn elements(fmu: &Fmu, array: &str) -> Vec<String> {
     let names = fmu.description.variables.iter().map(|v| &v.name);
-    let is_element = |name: &&String| name.strip_prefix(array).is_some_and(|n| n.starts_with('['));
+    let is_element = |name: &&String| {
+        let index = name.strip_prefix(array);
+        index.is_some_and(|n| n.starts_with('[') && n.find(']') == Some(n.len() - 1))
+    };
     names.filter(is_element).cloned().collect()
 }
 
