@@ -73,7 +73,7 @@ impl Answer {
 
 /// An FMU asked to end the simulation, which ends the run without being a failure.
 #[derive(Clone, Debug, Error, PartialEq)]
-#[error("{call} asks to end the simulation at t = {time} s")]
+#[error("{call} asks to end the simulation at t = {} s", short(*.time))]
 pub struct Ended {
     /// C name of the function by which it asked.
     pub call: &'static str,
@@ -97,7 +97,8 @@ impl std::fmt::Display for Stopped {
         match self.time {
             Some(time) => write!(
                 f,
-                "the run ends at t = {time} s, the last successful time of {name}"
+                "the run ends at t = {} s, the last successful time of {name}",
+                short(*time)
             ),
             None => write!(f, "the run ends, because {name} does not make this step"),
         }

@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 use crate::answer::{Answer, Ended, Stopped};
 use crate::batch::{Batch, Layout};
 use crate::clocks::{Clock, ClockPlan, TickTimes};
+use crate::digits::short;
 use crate::encoding::{as_bits, load, number};
 use crate::fmi_instance::{Arguments, Call, FmiInstance};
 use crate::raw::{Array, Experiment, RawInstance, StepEnd};
@@ -141,7 +142,10 @@ impl Fmi3Instance {
                 bail!(Ended { call, time });
             }
             if early && !self.returns_early {
-                bail!("fmi3DoStep returned early, at {time} s, which it was not allowed to");
+                bail!(
+                    "fmi3DoStep returned early, at {} s, which it was not allowed to",
+                    short(time)
+                );
             }
             let end = t + h;
             let is_short = early && end - time > f64::EPSILON * end.abs();
@@ -158,7 +162,10 @@ impl Fmi3Instance {
             }
             stays = if time > from { 0 } else { stays + 1 };
             if stays == MAX_PASSES {
-                bail!("fmi3DoStep returned early {MAX_PASSES} times at {time} s");
+                bail!(
+                    "fmi3DoStep returned early {MAX_PASSES} times at {} s",
+                    short(time)
+                );
             }
             (from, rest) = (time, end - time);
         }

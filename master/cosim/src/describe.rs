@@ -5,22 +5,41 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use crate::structure::Structure;
-use fmi_description::{Archive, Capabilities, Description, Kind, Variable};
+use fmi_description::xml::Element;
+use fmi_description::{Archive, Capabilities, Description, DescriptionError, Kind, Variable};
 use serde_json::{Map, Value, json};
+
+/// Remark on an FMU of FMI 1.0.
+const NOT_RUN_1: &str = "FMI 1.0 is listed only; FMI 2.0 and 3.0 can be run";
 
 /// An FMU that is described but not loaded.
 pub struct DescribedFmu {
     /// File, as the user or the system names it.
     pub file: String,
-    description: Description,
+    content: Content,
     /// Platforms that it has libraries for.
     platforms: Vec<String>,
+    has_sources_only: bool,
+}
+
+/// What is known of an FMU.
+enum Content {
+    Description(Box<Description>),
+    /// Of FMI 1.0 the outermost element: it is listed, not read.
+    Fmi1(Element),
 }
 
 impl DescribedFmu {
-    /// Reads the description from an opened archive.
+    /// Reads the description from an opened archive, whatever its interfaces and version are.
     pub fn from_archive(file: String, mut archive: Archive) -> anyhow::Result<Self> {
-        let description = archive.description()?;
+        let text = archive.description_text()?;
+        let content = match Description::parse_any(&text) {
+            Err(DescriptionError::Version { version, .. }) if version.trim().starts_with("1.") => {
+                let name = "modelDescription.xml";
+                Content::Fmi1(Element::parse(&text, name, "fmiModelDescription")?)
+            }
+            read => Content::Description(Box::new(read?)),
+        };
         let names = archive.names();
         let libraries = names.filter_map(|name| name.strip_prefix("binaries/")?.split_once('/'));
         let platforms: BTreeSet<_> = libraries
@@ -28,7 +47,8 @@ impl DescribedFmu {
             .collect();
         Ok(Self {
             file,
-            description,
+            content,
+            has_sources_only: archive.has_sources_only(),
             platforms: platforms.into_iter().collect(),
         })
     }
@@ -51,9 +71,35 @@ fn abilities(c: &Capabilities) -> [(&'static str, &'static str, bool); 9] {
     ]
 }
 
+/// The interface of an FMU of FMI 1.0, which has one.
+fn interface_1(root: &Element) -> &'static str {
+    match root.child("Implementation") {
+        Some(_) => "Co-Simulation",
+        None => "Model Exchange",
+    }
+}
+
+/// An FMU of FMI 1.0 as JSON: names, version, interface.
+fn fmu_1_json(fmu: &DescribedFmu, root: &Element) -> Value {
+    let text = |name| root.text(name);
+    let variables = root.all_in("ModelVariables");
+    let variables = variables
+        .map(|v| json!({"name": v.text("name"), "causality": v.text("causality"), "description": v.text("description")}));
+    json!({
+        "file": fmu.file, "kind": "fmu", "fmi": text("fmiVersion"), "model": text("modelName"), "version": text("version"),
+        "tool": text("generationTool"), "identifier": text("modelIdentifier"), "token": text("guid"), "platforms": fmu.platforms,
+        "sources_only": fmu.has_sources_only, "interfaces": [interface_1(root)], "capabilities": {},
+        "default_experiment": {"start": null, "stop": null, "step": null, "tolerance": null}, "units": [], "remarks": [NOT_RUN_1],
+        "variables": variables.collect::<Value>(),
+    })
+}
+
 /// An FMU as JSON.
 pub fn fmu_json(fmu: &DescribedFmu) -> Value {
-    let d = &fmu.description;
+    let d = match &fmu.content {
+        Content::Description(description) => description,
+        Content::Fmi1(root) => return fmu_1_json(fmu, root),
+    };
     let e = &d.default_experiment;
     let abilities = abilities(&d.capabilities);
     let abilities = abilities.map(|(name, _, has)| (name.to_string(), json!(has)));
@@ -61,7 +107,8 @@ pub fn fmu_json(fmu: &DescribedFmu) -> Value {
     let remarks = d.remarks.iter().map(ToString::to_string);
     json!({
         "file": fmu.file, "kind": "fmu", "fmi": d.fmi.to_string(), "model": d.model, "version": d.version, "tool": d.tool,
-        "identifier": d.identifier, "token": d.guid, "platforms": fmu.platforms,
+        "identifier": d.identifier, "token": d.guid, "platforms": fmu.platforms, "sources_only": fmu.has_sources_only,
+        "interfaces": d.interfaces,
         "capabilities": Map::from_iter(abilities),
         "default_experiment": {"start": e.start, "stop": e.stop, "step": e.step, "tolerance": e.tolerance},
         "units": d.units.iter().map(unit).collect::<Value>(),
@@ -161,17 +208,38 @@ pub fn system(file: &str, s: &Structure, fmus: &[DescribedFmu]) -> String {
     text
 }
 
-/// An FMU as text: platforms, abilities, default experiment, variables.
+/// The platforms of an FMU as text.
+fn platforms(fmu: &DescribedFmu) -> String {
+    let platforms: Vec<&str> = fmu.platforms.iter().map(String::as_str).collect();
+    match fmu.has_sources_only {
+        true => "none (C sources only)".into(),
+        false => listed(&platforms),
+    }
+}
+
+/// An FMU as text: interfaces, platforms, abilities, default experiment, variables.
 pub fn fmu(fmu: &DescribedFmu) -> String {
-    let d = &fmu.description;
+    let d = match &fmu.content {
+        Content::Description(description) => description,
+        Content::Fmi1(root) => {
+            let [model, version] = ["modelName", "fmiVersion"].map(|name| root.text(name));
+            let count = root.all_in("ModelVariables").count();
+            return format!(
+                "{}: {model}, FMI {version}\n  interfaces: {}\n  platforms: {}\n  remark: {NOT_RUN_1}\n  {count} variables\n",
+                fmu.file,
+                interface_1(root),
+                platforms(fmu)
+            );
+        }
+    };
     let mut text = format!("{}: {}, FMI {}", fmu.file, d.model, d.fmi);
     if !d.tool.is_empty() {
         text += &format!(", made by {}", d.tool);
     }
     text.push('\n');
     let mut line = |l: String| text += &(l + "\n");
-    let platforms: Vec<&str> = fmu.platforms.iter().map(String::as_str).collect();
-    line(format!("  platforms: {}", listed(&platforms)));
+    line(format!("  interfaces: {}", listed(&d.interfaces)));
+    line(format!("  platforms: {}", platforms(fmu)));
     let has = abilities(&d.capabilities);
     let has: Vec<&str> = has.iter().filter(|a| a.2).map(|a| a.1).collect();
     line(format!("  abilities: {}", listed(&has)));

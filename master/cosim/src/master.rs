@@ -21,6 +21,7 @@ use crate::schedule::{self, Between};
 use crate::structure::system::{Setting, System};
 use crate::wiring::{Link, Port, Wiring};
 use fmi_import::raw::Experiment as FmiExperiment;
+use fmi_import::digits::short;
 
 pub use crate::run::instances::{instantiate, start_value};
 pub use crate::schedule::{Jitter, Schedule, Stepping};
@@ -89,7 +90,9 @@ impl Master {
         let Stepping { start, step, .. } = stepping;
         ensure!(
             step.is_finite() && step > 0.0 && start.is_finite(),
-            "step {step} s from {start} s: both must be finite and the step > 0"
+            "step {} s from {} s: both must be finite and the step > 0",
+            short(step),
+            short(start)
         );
         let wiring = system.wiring()?;
         let is_staged = stepping.schedule != Schedule::Standard;

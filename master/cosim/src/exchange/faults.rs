@@ -13,6 +13,7 @@ use crate::schedule::{Stepping, steps_in};
 use crate::structure::system::System;
 use crate::wiring::{Port, Wiring};
 use fmi_import::value::is_non_numeric;
+use fmi_import::digits::short;
 
 /// What is done to a value; numbers are in the unit of the variable.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
@@ -79,7 +80,9 @@ impl Faults {
         let (from, until) = (time(from, f64::NEG_INFINITY)?, time(until, f64::INFINITY)?);
         ensure!(
             from < until,
-            "it begins at {from} s and must end later than that, not at {until} s"
+            "it begins at {from} s and must end later than that, not at {until} s",
+            from = short(from),
+            until = short(until)
         );
         let (word, value) = what.split_once(':').unwrap_or((what, ""));
         for port in system.ports(name)? {
@@ -135,7 +138,7 @@ impl Faults {
             let mut line = format!("on {what}: {effect}");
             for (word, time) in [(", from", fault.from), (" until", fault.until)] {
                 if time.is_finite() {
-                    line += &format!("{word} t = {time} s");
+                    line += &format!("{word} t = {} s", short(time));
                 }
             }
             lines.push(line);
@@ -270,9 +273,10 @@ impl Alteration {
             if let Effect::Delay(delay) = fault.effect {
                 ensure!(
                     steps_in(delay, stepping.step).is_some(),
-                    "the delay of {delay} s of `{}` must be a multiple of the communication step, {} s",
+                    "the delay of {} s of `{}` must be a multiple of the communication step, {} s",
+                    short(delay),
                     system.name(fault.port),
-                    stepping.step
+                    short(stepping.step)
                 );
             }
             active.push(FaultState {

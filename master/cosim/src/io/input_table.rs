@@ -17,6 +17,7 @@ use crate::structure::system::System;
 use crate::structure::units::{common_unit, find_unit};
 use crate::wiring::transformation::{Transformation, compose, conversion, unit_of};
 use crate::wiring::{Port, Wiring};
+use fmi_import::digits::short;
 
 /// Values over time as a user gives them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -180,7 +181,9 @@ fn check_order(times: &[f64], time: f64) -> Result<()> {
     let last = times.last().copied().unwrap_or(f64::NEG_INFINITY);
     ensure!(
         time > last,
-        "the time {time} s must be greater than the one before, {last} s"
+        "the time {} s must be greater than the one before, {} s",
+        short(time),
+        short(last)
     );
     Ok(())
 }
@@ -224,7 +227,7 @@ impl InputTable {
             );
             for (t, value) in table.times.iter().zip(&column.values) {
                 let checked = target.check(*value);
-                checked.map_err(|unfit| anyhow!("column `{}`: at {t} s {unfit}", column.name))?;
+                checked.map_err(|unfit| anyhow!("column `{}`: at {} s {unfit}", column.name, short(*t)))?;
             }
         }
         let (mut columns, mut inputs) = (Vec::new(), Vec::new());

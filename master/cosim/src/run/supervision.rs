@@ -9,6 +9,7 @@ use crate::run::divergence::Watch;
 use crate::run::verdict::Verdict;
 use crate::structure::system::System;
 use fmi_import::messages::{self, Message};
+use fmi_import::digits::short;
 
 /// Share of the energy through all bonds that the coupling may create or lose.
 const SPURIOUS: f64 = 0.01;
@@ -28,7 +29,9 @@ impl Supervision {
         let step = master.stepping().step;
         if let Some((component, internal)) = system.uneven_step(step) {
             verdict.note(format!(
-                "the communication step of {step} s is no multiple of the fixed internal step of `{component}`, {internal} s"
+                "the communication step of {} s is no multiple of the fixed internal step of `{component}`, {} s",
+                short(step),
+                short(internal)
             ));
         }
         Self {
@@ -88,7 +91,7 @@ impl Supervision {
     fn divergence(&self, system: &System, master: &Master) -> Option<String> {
         let (slot, since) = self.watch.diverged?;
         let name = system.name(master.exchange().output(slot)?);
-        let step = master.stepping().step;
+        let [since, step] = [since, master.stepping().step].map(short);
         Some(format!(
             "`{name}` diverges from t = {since} s on: it jumps up and down from one communication point to the next, further each time; the \
              communication step of {step} s is too long for the loops of this system"

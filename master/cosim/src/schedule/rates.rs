@@ -12,6 +12,7 @@ use crate::exchange::{Exchange, Read, Write, reads, writes};
 use crate::instance::{At, BegunCall, Call, Instance};
 use crate::structure::Structure;
 use crate::wiring::{Link, Wiring};
+use fmi_import::digits::short;
 
 /// The steps and inputs of all components.
 pub(crate) struct Rates {
@@ -62,7 +63,9 @@ fn step_ratio(step: f64, own: f64, name: &str) -> Result<[usize; 2]> {
         return Ok([1, (own / step).round() as usize]);
     }
     bail!(
-        "the step of `{name}`, {own} s, must be a whole part or a whole multiple of the communication step, {step} s"
+        "the step of `{name}`, {} s, must be a whole part or a whole multiple of the communication step, {} s",
+        short(own),
+        short(step)
     )
 }
 
