@@ -172,7 +172,9 @@ impl System {
         };
         let mut experiment = args.experiment(&self.system)?;
         for (name, value) in &conditions.settings {
-            experiment.settings.extend(self.system.settings(name, value)?);
+            experiment
+                .settings
+                .extend(self.system.settings(name, value)?);
         }
         let mut findings = check_mentions(&args, &self.system, &experiment)?;
         findings.extend(preferred);

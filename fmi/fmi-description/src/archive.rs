@@ -155,7 +155,9 @@ impl Archive {
     /// The text of the model description.
     pub fn description_text(&mut self) -> Result<String, ArchiveError> {
         let bytes = self.file("modelDescription.xml")?;
-        Ok(crate::encoding::text(&bytes.ok_or(ArchiveError::NoDescription)?)?)
+        Ok(crate::encoding::text(
+            &bytes.ok_or(ArchiveError::NoDescription)?,
+        )?)
     }
 
     /// Whether it has sources, and no library for any platform.
@@ -204,7 +206,8 @@ pub fn library_among<'a>(
         expected: format!("library for {}", platform.folder),
         has: format!("FMI {} has no folder for it", description.fmi),
     })?;
-    let (binaries, others): (Vec<&str>, Vec<&str>) = names.partition(|n| n.starts_with("binaries/"));
+    let (binaries, others): (Vec<&str>, Vec<&str>) =
+        names.partition(|n| n.starts_with("binaries/"));
     if binaries.contains(&expected.as_str()) {
         return Ok((expected, None));
     }

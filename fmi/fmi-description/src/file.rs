@@ -29,7 +29,9 @@ pub fn read_head(
         Version::Fmi2 => "guid",
         Version::Fmi3 => "instantiationToken",
     })?;
-    let offered = INTERFACES.iter().filter(|(tag, _)| root.child(tag).is_some());
+    let offered = INTERFACES
+        .iter()
+        .filter(|(tag, _)| root.child(tag).is_some());
     let interfaces: Vec<_> = offered.map(|(_, name)| *name).collect();
     let mut tags = INTERFACES.iter().map(|(tag, _)| *tag);
     let wanted = tags.by_ref().take(if of_any { 3 } else { 1 });

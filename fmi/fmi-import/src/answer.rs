@@ -98,7 +98,7 @@ impl std::fmt::Display for Stopped {
             Some(time) => write!(
                 f,
                 "the run ends at t = {} s, the last successful time of {name}",
-                short(*time)
+                short(time)
             ),
             None => write!(f, "the run ends, because {name} does not make this step"),
         }

@@ -10,7 +10,7 @@ use cosim::fmu::Fmu;
 use cosim::run::experiment::Experiment;
 use cosim::schedule::{STEP, Schedule, Stepping};
 use cosim::structure::package::{FmuPlace, Package};
-use cosim::structure::system::{DefaultStep, System};
+use cosim::structure::system::System;
 use serde_json::{Map, Value};
 
 use crate::run::Run;
@@ -156,9 +156,8 @@ impl Engine {
         };
         let system = self.system(word(STRUCTURE).as_deref(), &sets)?;
         // A variable of this name counts, of an FMU opened by itself.
-        let is_of_run = |name: &str| {
-            [START_TIME, TOLERANCE].contains(&name) && system.ports(name).is_err()
-        };
+        let is_of_run =
+            |name: &str| [START_TIME, TOLERANCE].contains(&name) && system.ports(name).is_err();
         let mut start_values = Vec::new();
         for (name, value) in settings {
             let is_other = [STRUCTURE, PARAMETERS, SCHEDULE, STEP_SIZE].contains(&name.as_str());
@@ -200,8 +199,8 @@ impl Engine {
         };
         let gaps = system.find_gaps(&experiment.settings)?;
         let mut verdict = gaps.judge(&system, experiment.stepping.schedule, false)?;
-        let widened = default.filter(DefaultStep::is_widened);
-        (widened.iter()).for_each(|chosen| verdict.note(chosen.to_string()));
+        let widened = default.filter(|chosen| chosen.is_widened);
+        (widened.into_iter()).for_each(|chosen| verdict.note(chosen.text));
         let mut run = Run::start(system, &experiment, verdict)?;
         let watched = self.run.iter().flat_map(|before| before.watched());
         let known = watched.filter(|name| run.system.port(name).is_ok());

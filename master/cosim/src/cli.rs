@@ -26,7 +26,7 @@ use crate::run::simulate::Experiment;
 use crate::run::verdict::Verdict;
 pub use crate::schedule::STEP;
 use crate::schedule::{Between, parse_rate};
-use crate::structure::system::{System, component_names, split_after};
+use crate::structure::system::{System, split_file};
 use crate::wiring::Port;
 use fmi_import::digits::short;
 use fmi_import::output;
@@ -90,20 +90,13 @@ impl SystemArgs {
             (folder, _) => place(folder.as_deref())?,
         };
         let variant = self.variant.as_deref();
-        // Names of components are needed only to tell which of several `=` ends one.
-        let is_doubtful = |text: &String| text.matches('=').count() > 1;
-        let components = match self.fmus.iter().chain(&self.maps).any(is_doubtful) {
-            true => component_names(&path, variant)?,
-            false => Vec::new(),
-        };
-        let split = |text| split_after(text, |name| components.iter().any(|c| c == name));
         let replaced = self.fmus.iter().map(|text| {
-            let (component, file) =
-                split(text).with_context(|| format!("--fmu {text}: it must be COMPONENT=FILE"))?;
+            let (component, file) = split_file(text)
+                .with_context(|| format!("--fmu {text}: it must be COMPONENT=FILE"))?;
             Ok((component.to_string(), PathBuf::from(file)))
         });
         let replaced = replaced.collect::<Result<Vec<_>>>()?;
-        let mapping = |text: &String| match (split(text), replaced.as_slice()) {
+        let mapping = |text: &String| match (split_file(text), replaced.as_slice()) {
             (Some((component, file)), _) => Ok((component.to_string(), PathBuf::from(file))),
             (None, [(component, _)]) => Ok((component.clone(), PathBuf::from(text))),
             (None, _) => {
@@ -201,7 +194,7 @@ impl RunArgs {
         if let (None, Some(chosen)) = (self.step, system.default_step(stop - start)) {
             self.step = Some(chosen.step);
             if chosen.step != STEP {
-                verdict.note(chosen.to_string());
+                verdict.note(chosen.text);
             }
         }
         if given.is_none() {

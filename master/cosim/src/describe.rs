@@ -9,36 +9,30 @@ use fmi_description::xml::Element;
 use fmi_description::{Archive, Capabilities, Description, DescriptionError, Kind, Variable};
 use serde_json::{Map, Value, json};
 
-/// Remark on an FMU of FMI 1.0.
-const NOT_RUN_1: &str = "FMI 1.0 is listed only; FMI 2.0 and 3.0 can be run";
-
 /// An FMU that is described but not loaded.
 pub struct DescribedFmu {
     /// File, as the user or the system names it.
     pub file: String,
-    content: Content,
+    /// The JSON of an FMU of FMI 1.0, which is listed rather than read.
+    described: Result<Box<Description>, Value>,
     /// Platforms that it has libraries for.
     platforms: Vec<String>,
     has_sources_only: bool,
-}
-
-/// What is known of an FMU.
-enum Content {
-    Description(Box<Description>),
-    /// Of FMI 1.0 the outermost element: it is listed, not read.
-    Fmi1(Element),
 }
 
 impl DescribedFmu {
     /// Reads the description from an opened archive, whatever its interfaces and version are.
     pub fn from_archive(file: String, mut archive: Archive) -> anyhow::Result<Self> {
         let text = archive.description_text()?;
-        let content = match Description::parse_any(&text) {
+        let described = match Description::parse_any(&text) {
             Err(DescriptionError::Version { version, .. }) if version.trim().starts_with("1.") => {
-                let name = "modelDescription.xml";
-                Content::Fmi1(Element::parse(&text, name, "fmiModelDescription")?)
+                Err(fmi_1_json(&Element::parse(
+                    &text,
+                    "modelDescription.xml",
+                    "fmiModelDescription",
+                )?))
             }
-            read => Content::Description(Box::new(read?)),
+            read => Ok(Box::new(read?)),
         };
         let names = archive.names();
         let libraries = names.filter_map(|name| name.strip_prefix("binaries/")?.split_once('/'));
@@ -47,7 +41,7 @@ impl DescribedFmu {
             .collect();
         Ok(Self {
             file,
-            content,
+            described,
             has_sources_only: archive.has_sources_only(),
             platforms: platforms.into_iter().collect(),
         })
@@ -71,34 +65,34 @@ fn abilities(c: &Capabilities) -> [(&'static str, &'static str, bool); 9] {
     ]
 }
 
-/// The interface of an FMU of FMI 1.0, which has one.
-fn interface_1(root: &Element) -> &'static str {
-    match root.child("Implementation") {
+/// An FMU of FMI 1.0 as JSON, without its file: names, version, interface.
+fn fmi_1_json(root: &Element) -> Value {
+    let interface = match root.child("Implementation") {
         Some(_) => "Co-Simulation",
         None => "Model Exchange",
-    }
-}
-
-/// An FMU of FMI 1.0 as JSON: names, version, interface.
-fn fmu_1_json(fmu: &DescribedFmu, root: &Element) -> Value {
-    let text = |name| root.text(name);
+    };
     let variables = root.all_in("ModelVariables");
-    let variables = variables
-        .map(|v| json!({"name": v.text("name"), "causality": v.text("causality"), "description": v.text("description")}));
+    let variables =
+        variables.map(|v| json!({"name": v.text("name"), "causality": v.text("causality")}));
     json!({
-        "file": fmu.file, "kind": "fmu", "fmi": text("fmiVersion"), "model": text("modelName"), "version": text("version"),
-        "tool": text("generationTool"), "identifier": text("modelIdentifier"), "token": text("guid"), "platforms": fmu.platforms,
-        "sources_only": fmu.has_sources_only, "interfaces": [interface_1(root)], "capabilities": {},
-        "default_experiment": {"start": null, "stop": null, "step": null, "tolerance": null}, "units": [], "remarks": [NOT_RUN_1],
-        "variables": variables.collect::<Value>(),
+        "kind": "fmu", "fmi": root.text("fmiVersion"), "model": root.text("modelName"), "version": root.text("version"),
+        "tool": root.text("generationTool"), "identifier": root.text("modelIdentifier"), "token": root.text("guid"),
+        "interfaces": [interface], "capabilities": {}, "default_experiment": {}, "units": [], "variables": variables.collect::<Value>(),
+        "remarks": ["FMI 1.0 is listed only; FMI 2.0 and 3.0 can be run"],
     })
 }
 
 /// An FMU as JSON.
 pub fn fmu_json(fmu: &DescribedFmu) -> Value {
-    let d = match &fmu.content {
-        Content::Description(description) => description,
-        Content::Fmi1(root) => return fmu_1_json(fmu, root),
+    let d = match &fmu.described {
+        Ok(description) => description,
+        Err(json) => {
+            let mut json = json.clone();
+            json["file"] = fmu.file.clone().into();
+            json["platforms"] = json!(fmu.platforms);
+            json["sources_only"] = fmu.has_sources_only.into();
+            return json;
+        }
     };
     let e = &d.default_experiment;
     let abilities = abilities(&d.capabilities);
@@ -219,15 +213,17 @@ fn platforms(fmu: &DescribedFmu) -> String {
 
 /// An FMU as text: interfaces, platforms, abilities, default experiment, variables.
 pub fn fmu(fmu: &DescribedFmu) -> String {
-    let d = match &fmu.content {
-        Content::Description(description) => description,
-        Content::Fmi1(root) => {
-            let [model, version] = ["modelName", "fmiVersion"].map(|name| root.text(name));
-            let count = root.all_in("ModelVariables").count();
+    let d = match &fmu.described {
+        Ok(description) => description,
+        Err(json) => {
+            let text = |key: &str| json[key].as_str().unwrap_or_default().to_string();
+            let [interface, remark] =
+                ["interfaces", "remarks"].map(|key| json[key][0].as_str().unwrap_or_default());
             return format!(
-                "{}: {model}, FMI {version}\n  interfaces: {}\n  platforms: {}\n  remark: {NOT_RUN_1}\n  {count} variables\n",
+                "{}: {}, FMI {}\n  interfaces: {interface}\n  platforms: {}\n  remark: {remark}\n",
                 fmu.file,
-                interface_1(root),
+                text("model"),
+                text("fmi"),
                 platforms(fmu)
             );
         }

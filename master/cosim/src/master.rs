@@ -20,8 +20,8 @@ use crate::schedule::thread_plan::ThreadPlan;
 use crate::schedule::{self, Between};
 use crate::structure::system::{Setting, System};
 use crate::wiring::{Link, Port, Wiring};
-use fmi_import::raw::Experiment as FmiExperiment;
 use fmi_import::digits::short;
+use fmi_import::raw::Experiment as FmiExperiment;
 
 pub use crate::run::instances::{instantiate, start_value};
 pub use crate::schedule::{Jitter, Schedule, Stepping};
@@ -115,7 +115,16 @@ impl Master {
         let (means, bonds) = Means::new(&wiring, &exchange, derivatives.as_ref())?;
         let parts = Rates::most_parts(&system.structure, step);
         let thread_plan = ThreadPlan::new(system, threads, parts)?;
-        let make = |k| make(system, k, settings, is_staged, experiment, thread_plan.worker(k));
+        let make = |k| {
+            make(
+                system,
+                k,
+                settings,
+                is_staged,
+                experiment,
+                thread_plan.worker(k),
+            )
+        };
         let instances: Vec<Instance> = (0..system.fmus.len()).map(make).collect::<Result<_>>()?;
         exchange.is_multi_threaded = instances.iter().any(Instance::is_elsewhere);
         initialize(&instances, &wiring, stepping)?;

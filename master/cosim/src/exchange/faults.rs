@@ -12,8 +12,8 @@ use crate::io::numbers;
 use crate::schedule::{Stepping, steps_in};
 use crate::structure::system::System;
 use crate::wiring::{Port, Wiring};
-use fmi_import::value::is_non_numeric;
 use fmi_import::digits::short;
+use fmi_import::value::is_non_numeric;
 
 /// What is done to a value; numbers are in the unit of the variable.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]

@@ -15,8 +15,8 @@ use crate::run::signals::Signals;
 use crate::schedule::steps_in;
 use crate::structure::system::System;
 use crate::wiring::Port;
-use fmi_import::value::is_non_numeric;
 use fmi_import::digits::short;
+use fmi_import::value::is_non_numeric;
 
 /// A CSV file that is written under a temporary name and gets its own when it is complete. If it is
 /// dropped before that, nothing is left.

@@ -227,7 +227,9 @@ impl InputTable {
             );
             for (t, value) in table.times.iter().zip(&column.values) {
                 let checked = target.check(*value);
-                checked.map_err(|unfit| anyhow!("column `{}`: at {} s {unfit}", column.name, short(*t)))?;
+                checked.map_err(|unfit| {
+                    anyhow!("column `{}`: at {} s {unfit}", column.name, short(*t))
+                })?;
             }
         }
         let (mut columns, mut inputs) = (Vec::new(), Vec::new());

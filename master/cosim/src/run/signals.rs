@@ -157,8 +157,10 @@ fn matching_access(
                 Causality::Local => !is_whole || silent.contains(&port.component),
                 _ => !is_whole,
             };
-            let all = system.all_ports().filter(|port| is_fit(port) && is_shown(port));
-            found.extend(all.filter(|port| matches_pattern(pattern, &system.name(*port))));
+            found.extend(system.all_ports().filter(|port| {
+                let is_wanted = is_fit(port) && is_shown(port);
+                is_wanted && matches_pattern(pattern, &system.name(*port))
+            }));
         }
         ensure!(
             !found.is_empty(),
@@ -176,22 +178,19 @@ pub(crate) fn split_lists(system: &System, lists: &[String]) -> Vec<String> {
         let mut all = system.all_ports();
         all.any(|port| matches_pattern(pattern, &system.name(port)))
     };
-    let commas = system.all_ports().map(|port| system.name(port).matches(',').count());
-    let longest = commas.max().unwrap_or(0) + 1;
+    let commas = |port| system.name(port).matches(',').count();
+    let longest = system.all_ports().map(commas).max().unwrap_or(0) + 1;
     let mut names = Vec::new();
     for list in lists {
         let mut rest = list.as_str();
         loop {
             let ends = rest.match_indices(',').map(|(k, _)| k);
             let ends: Vec<usize> = ends.chain([rest.len()]).take(longest).collect();
-            let end = match ends.as_slice() {
-                [only] => *only,
-                ends => {
-                    let is_name = |end: &&usize| system.is_known(rest[..**end].trim());
-                    let pattern = || ends.iter().find(|end| matches(rest[..**end].trim()));
-                    *ends.iter().rev().find(is_name).or_else(pattern).unwrap_or(&ends[0])
-                }
-            };
+            let is_name = |end: &&usize| system.is_known(rest[..**end].trim());
+            let is_pattern = |end: &&usize| matches(rest[..**end].trim());
+            let name = ends.iter().rev().find(is_name);
+            let end = name.or_else(|| ends.iter().find(is_pattern));
+            let end = *end.unwrap_or(&ends[0]);
             names.push(rest[..end].trim().to_string());
             match rest.get(end + 1..) {
                 Some(more) => rest = more,

@@ -8,8 +8,8 @@ use crate::master::Master;
 use crate::run::divergence::Watch;
 use crate::run::verdict::Verdict;
 use crate::structure::system::System;
-use fmi_import::messages::{self, Message};
 use fmi_import::digits::short;
+use fmi_import::messages::{self, Message};
 
 /// Share of the energy through all bonds that the coupling may create or lose.
 const SPURIOUS: f64 = 0.01;

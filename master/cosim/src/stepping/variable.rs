@@ -6,7 +6,7 @@ use anyhow::{Result, bail, ensure};
 use fmi_description::{Access, Variability, Variable};
 
 use super::controller::{Progress, StepControl, StepController, StepLimits};
-use crate::instance::Stopped;
+use crate::instance::{At, Stopped};
 use crate::master::{LastStep, Master};
 use crate::structure::system::System;
 use fmi_import::digits::short;
@@ -58,7 +58,10 @@ impl VariableSteps {
             short(start)
         );
         if let Some(delay) = master.exchange().faults.as_ref().and_then(|f| f.delay()) {
-            bail!("a delay of {} s needs communication steps of one length", short(delay));
+            bail!(
+                "a delay of {} s needs communication steps of one length",
+                short(delay)
+            );
         }
         let (tolerance, limits) = match *control {
             StepControl::Fixed | StepControl::Repeated => {
@@ -259,7 +262,10 @@ impl VariableSteps {
                 )
             }
             false => {
-                bail!("{} {REPEATS} communication steps failed, however short", At::Time(t))
+                bail!(
+                    "{} {REPEATS} communication steps failed, however short",
+                    At::Time(t)
+                )
             }
         }
     }

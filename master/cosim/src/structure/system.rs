@@ -20,7 +20,6 @@ use crate::structure::{self, Component, Structure, arrays};
 use crate::wiring::{Port, Wiring};
 
 pub use default_step::DefaultStep;
-pub(crate) use names::split_after;
 pub use values::Setting;
 
 /// A system structure with one loaded FMU per component (shared where the source is the same).
@@ -244,15 +243,6 @@ impl System {
     }
 }
 
-/// The names of the components of a packed system or a structure, without loading its FMUs.
-#[cfg(feature = "native")]
-pub(crate) fn component_names(path: &Path, variant: Option<&str>) -> Result<Vec<String>> {
-    let mut package = Package::open(path)?;
-    let (text, name) = (package.structure(variant)?, package.structure_name(variant));
-    let structure = structure::read(&text, &name, &mut |source| package.text(source))?;
-    Ok(structure.components.into_iter().map(|c| c.name).collect())
-}
-
 /// The earliest start time that an FMU declares, s, else 0.
 fn earliest_start(fmus: &[Arc<Fmu>]) -> f64 {
     let experiments = fmus.iter().map(|fmu| &fmu.description.default_experiment);
@@ -260,17 +250,23 @@ fn earliest_start(fmus: &[Arc<Fmu>]) -> f64 {
     starts.reduce(f64::min).unwrap_or(0.0)
 }
 
+/// Splits `NAME=FILE` before the longest file that there is, else at the first `=`.
+pub(crate) fn split_file(text: &str) -> Option<(&str, &str)> {
+    let splits = text.match_indices('=');
+    let mut splits = splits.map(|(k, _)| (&text[..k], &text[k + 1..]));
+    let first = splits.clone().next()?;
+    let found = splits.find(|(_, file)| Path::new(file).is_file());
+    Some(found.unwrap_or(first))
+}
+
 /// Name and file of `NAME=FILE`, or of a file, which names a component by itself.
-fn named_file(text: &Path) -> (String, String) {
-    let file = text.display().to_string();
-    let ends = file.match_indices('=').map(|(k, _)| k);
-    let is_file = |k: &usize| Path::new(&file[k + 1..]).is_file();
-    let split = ends.clone().find(is_file).or_else(|| ends.clone().next());
-    match split.filter(|k| *k > 0 && !text.is_file()) {
-        Some(k) => (file[..k].to_string(), file[k + 1..].to_string()),
+fn named_file(path: &Path) -> (String, String) {
+    let text = path.display().to_string();
+    match split_file(&text).filter(|(name, _)| !name.is_empty() && !path.is_file()) {
+        Some((name, file)) => (name.to_string(), file.to_string()),
         None => {
-            let stem = text.file_stem().unwrap_or_default();
-            (stem.to_string_lossy().into_owned(), file)
+            let stem = path.file_stem().unwrap_or_default();
+            (stem.to_string_lossy().into_owned(), text)
         }
     }
 }

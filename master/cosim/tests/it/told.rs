@@ -85,7 +85,13 @@ fn last(lines: &[String]) -> Vec<f64> {
 fn fmus_are_told_start_stop_and_tolerance() {
     for version in [2, 3] {
         let test = format!("told-{version}");
-        let file = fmu(&test, "X", version, [VARIES, EXPERIMENT, &outputs(version)], &[]);
+        let file = fmu(
+            &test,
+            "X",
+            version,
+            [VARIES, EXPERIMENT, &outputs(version)],
+            &[],
+        );
         for schedule in ["standard", "jacobi", "gauss-seidel"] {
             let (rows, text) = lines(&test, &[&file, "--schedule", schedule]);
             let told = last(&rows);
@@ -93,13 +99,35 @@ fn fmus_are_told_start_stop_and_tolerance() {
             assert!((told[1] - 0.5).abs() < 1e-15, "{told:?}");
             assert_eq!(told[2..5], [3e-5, 0.0, 3.0], "{version} {schedule}");
             assert!(!text.contains("a step is made"), "{text}");
-            let more = ["--start-time", "5", "--stop-time", "5.3", "--tolerance", "1e-9"];
-            let told = last(&lines(&test, &[&[&*file, "--schedule", schedule][..], &more].concat()).0);
+            let more = [
+                "--start-time",
+                "5",
+                "--stop-time",
+                "5.3",
+                "--tolerance",
+                "1e-9",
+            ];
+            let told = last(
+                &lines(
+                    &test,
+                    &[&[&*file, "--schedule", schedule][..], &more].concat(),
+                )
+                .0,
+            );
             assert_eq!((told[0], told[2]), (5.0, 1e-9));
             assert!((told[1] - 5.3).abs() < 1e-14 && told[4] == 3.0, "{told:?}");
         }
-        let none = fmu(&test, "Y", version, [VARIES, r#"stopTime="1""#, &outputs(version)], &[]);
-        assert_eq!(last(&lines(&test, &[&none, "--step", "0.1"]).0)[..3], [0.0, 1.0, -1.0]);
+        let none = fmu(
+            &test,
+            "Y",
+            version,
+            [VARIES, r#"stopTime="1""#, &outputs(version)],
+            &[],
+        );
+        assert_eq!(
+            last(&lines(&test, &[&none, "--step", "0.1"]).0)[..3],
+            [0.0, 1.0, -1.0]
+        );
         for (option, value, part) in [
             ("--tolerance", "0", "above 0 and below 1"),
             ("--start-time", "NaN", "a finite time in s"),
@@ -136,19 +164,31 @@ fn tiny_steps_are_taken_only_where_they_must() {
     let tiny = r#"stopTime="0.01" stepSize="1e-8""#;
     let steps = |version: u32, flags: &str, experiment: &str, more: &[&str]| {
         let test = format!("tiny-{version}-{}", flags.len());
-        let file = fmu(&test, "X", version, [flags, experiment, &outputs(version)], &[]);
+        let file = fmu(
+            &test,
+            "X",
+            version,
+            [flags, experiment, &outputs(version)],
+            &[],
+        );
         let (rows, text) = lines(&test, &[&[&*file], more].concat());
         (last(&rows)[4], text)
     };
     for version in [2, 3] {
         let (made, text) = steps(version, VARIES, tiny, &[]);
         assert_eq!(made, 1e5);
-        assert_contains(&text, &["10 times the 1e-8 s that `X` asks for: 100000 steps"]);
+        assert_contains(
+            &text,
+            &["10 times the 1e-8 s that `X` asks for: 100000 steps"],
+        );
         // It is said before the run, and in the verdict.
         assert_eq!(text.matches("10 times").count(), 2, "{text}");
         let (made, text) = steps(version, "", r#"stopTime="2e-3" stepSize="1e-8""#, &[]);
         assert_eq!(made, 2e5);
-        assert_contains(&text, &["as `X` asks, which cannot vary its step: 200000 steps"]);
+        assert_contains(
+            &text,
+            &["as `X` asks, which cannot vary its step: 200000 steps"],
+        );
         assert_eq!(steps(version, VARIES, tiny, &["--step", "1e-4"]).0, 100.0);
         // Not tiny, though there are many.
         let many = r#"stopTime="150" stepSize="1e-3""#;
@@ -168,7 +208,13 @@ const NAMES: [&str; 9] = [
 /// For each name an output, an input and a parameter.
 fn named(version: u32) -> String {
     let all = NAMES.iter().enumerate().map(|(k, name)| {
-        let input = variable(version, &format!("u.{name}"), 18 + k, r#"causality="input""#, r#"start="0""#);
+        let input = variable(
+            version,
+            &format!("u.{name}"),
+            18 + k,
+            r#"causality="input""#,
+            r#"start="0""#,
+        );
         let role = r#"causality="parameter" variability="fixed""#;
         let parameter = variable(version, &format!("p.{name}"), 28 + k, role, r#"start="1""#);
         output(version, name, 8 + k) + &input + &parameter
@@ -181,7 +227,13 @@ fn named(version: u32) -> String {
 fn every_name_can_be_said_in_every_option() {
     for version in [2, 3] {
         let test = format!("names-{version}");
-        let file = fmu(&test, "X", version, [VARIES, EXPERIMENT, &named(version)], &[]);
+        let file = fmu(
+            &test,
+            "X",
+            version,
+            [VARIES, EXPERIMENT, &named(version)],
+            &[],
+        );
         let [a, b] = ["a", "b"].map(|name| format!("{name}={file}"));
         for name in NAMES {
             let [set, connect] = [format!("a.p.{name}=7"), format!("a.{name}=b.u.{name}")];
@@ -189,8 +241,22 @@ fn every_name_can_be_said_in_every_option() {
             let noise = format!("b.u.{name}=0");
             let signals = format!("b.u.{name},a.{name},a.p*,a.u.{name}");
             let run = [
-                &*a, &b, "--set", &set, "--connect", &connect, "--fault", &other, "--fault", &fault, "--noise", &noise,
-                "--schedule", "jacobi", "--signals", &signals,
+                &*a,
+                &b,
+                "--set",
+                &set,
+                "--connect",
+                &connect,
+                "--fault",
+                &other,
+                "--fault",
+                &fault,
+                "--noise",
+                &noise,
+                "--schedule",
+                "jacobi",
+                "--signals",
+                &signals,
             ];
             // A pattern may match several names, and a name that it is counts alone.
             let run: Vec<&str> = run.to_vec();
@@ -199,16 +265,40 @@ fn every_name_can_be_said_in_every_option() {
                 true => format!("\"{}\"", name.replace('"', "\"\"")),
                 false => name,
             };
-            let head = [format!("b.u.{name}"), format!("a.{name}")].map(quoted).join(",");
-            assert!(rows[0].starts_with(&format!("time,{head},")), "{name}: {}", rows[0]);
-            assert!(rows[0].ends_with(&quoted(format!("a.u.{name}"))), "{name}: {}", rows[0]);
+            let head = [format!("b.u.{name}"), format!("a.{name}")]
+                .map(quoted)
+                .join(",");
+            assert!(
+                rows[0].starts_with(&format!("time,{head},")),
+                "{name}: {}",
+                rows[0]
+            );
+            assert!(
+                rows[0].ends_with(&quoted(format!("a.u.{name}"))),
+                "{name}: {}",
+                rows[0]
+            );
             assert!(rows[1].starts_with("0.2,4.0,0.0"), "{name}: {}", rows[1]);
-            assert_contains(&text, &[&format!("on the wire a.{name} -> b.u.{name}: override by 3")]);
+            assert_contains(
+                &text,
+                &[&format!(
+                    "on the wire a.{name} -> b.u.{name}: override by 3"
+                )],
+            );
             let input = scratch(&test).join("in.csv");
             fs::write(&input, "time,k=1\n0,5\n").unwrap();
             let column = format!("b.u.{name}=k=1");
             let input = input.display().to_string();
-            let run = [&*a, &b, "--input", &input, "--input-column", &column, "--signals", &signals];
+            let run = [
+                &*a,
+                &b,
+                "--input",
+                &input,
+                "--input-column",
+                &column,
+                "--signals",
+                &signals,
+            ];
             assert!(lines(&test, &run).0[1].starts_with("0.2,5.0,0.0"), "{name}");
         }
     }
@@ -235,7 +325,16 @@ fn an_array_is_named_as_a_whole() {
         let file = fmu(&test, "X", version, [VARIES, EXPERIMENT, &variables], &[]);
         let [a, b] = ["a", "b"].map(|name| format!("{name}={file}"));
         let run = [
-            &*a, &b, "--connect", "a.y=b.u", "--fault", "b.u=bias:2", "--signals", "b.u,a.y", "--schedule", "jacobi",
+            &*a,
+            &b,
+            "--connect",
+            "a.y=b.u",
+            "--fault",
+            "b.u=bias:2",
+            "--signals",
+            "b.u,a.y",
+            "--schedule",
+            "jacobi",
         ];
         let (rows, _) = lines(&test, &run);
         let names = r#"time,"b.u[1,1]","b.u[1,2]","b.u[2,1]","b.u[2,2]","a.y[1,1]""#;
@@ -243,16 +342,34 @@ fn an_array_is_named_as_a_whole() {
         assert_eq!(last(&rows), [2.0, 2.0, 2.0, 2.0, 0.0, 0.0, 0.0, 0.0]);
         let system = System::from_fmus(&[a.into()], &[]).unwrap();
         let of = |text: &str| -> anyhow::Result<Vec<String>> {
-            Ok(settings(&system, &[text])?.into_iter().map(|s| s.value).collect())
+            Ok(settings(&system, &[text])?
+                .into_iter()
+                .map(|s| s.value)
+                .collect())
         };
         assert_eq!(of("p=1 2 3 4").unwrap(), ["1", "2", "3", "4"]);
         assert_eq!(of("a.p = 5").unwrap(), ["5"; 4]);
-        assert_contains(&of("a.p=1 2").unwrap_err().to_string(), &["`a.p` has 4 elements", "2 are given"]);
+        assert_contains(
+            &of("a.p=1 2").unwrap_err().to_string(),
+            &["`a.p` has 4 elements", "2 are given"],
+        );
         let input = scratch(&test).join("in.csv");
-        fs::write(&input, "time,m,\"k[1,1]\",\"k[1,2]\",\"k[2,1]\",\"k[2,2]\"\n0,9,1,2,3,4\n").unwrap();
+        fs::write(
+            &input,
+            "time,m,\"k[1,1]\",\"k[1,2]\",\"k[2,1]\",\"k[2,2]\"\n0,9,1,2,3,4\n",
+        )
+        .unwrap();
         let input = input.display().to_string();
         for (column, expected) in [("b.u=m", [9.0; 4]), ("b.u=k", [1.0, 2.0, 3.0, 4.0])] {
-            let run = [&*b, "--input", &input, "--input-column", column, "--signals", "b.u"];
+            let run = [
+                &*b,
+                "--input",
+                &input,
+                "--input-column",
+                column,
+                "--signals",
+                "b.u",
+            ];
             assert_eq!(last(&lines(&test, &run).0), expected);
         }
     }
@@ -262,7 +379,10 @@ fn an_array_is_named_as_a_whole() {
 #[test]
 fn one_fmu_runs_twice_under_names() {
     let file = fmu("twice", "X", 2, [VARIES, EXPERIMENT, &named(2)], &[]);
-    let (rows, _) = lines("twice", &[&format!("a={file}"), &file, "--set", "X.p.c d=2"]);
+    let (rows, _) = lines(
+        "twice",
+        &[&format!("a={file}"), &file, "--set", "X.p.c d=2"],
+    );
     assert_contains(&rows[0], &["a.c d", "X.c d"]);
     let (code, _, error) = cosim(&["run", &file, &file]);
     assert_eq!(code, 1);
@@ -276,7 +396,13 @@ fn fmus_without_outputs_show_their_local_variables() {
         let test = format!("silent-{version}");
         let role = r#"causality="local" variability="continuous""#;
         let variables = variable(version, "x", 4, role, "")
-            + &variable(version, "p", 8, r#"causality="parameter" variability="fixed""#, r#"start="1""#);
+            + &variable(
+                version,
+                "p",
+                8,
+                r#"causality="parameter" variability="fixed""#,
+                r#"start="1""#,
+            );
         let file = fmu(&test, "X", version, [VARIES, EXPERIMENT, &variables], &[]);
         for more in [&[][..], &["--signals", "*"]] {
             let (rows, text) = lines(&test, &[&[&*file], more].concat());
@@ -294,14 +420,31 @@ fn constants_and_calculated_values_are_not_set() {
         let test = format!("settable-{version}");
         let row = |name: &str, k, role: &str, start| variable(version, name, k, role, start);
         let start = r#"start="1""#;
-        let variables = row("p", 8, r#"causality="parameter" variability="fixed""#, start)
-            + &row("pi", 9, r#"causality="local" variability="constant" initial="exact""#, start)
-            + &row("q", 10, r#"causality="calculatedParameter" variability="fixed" initial="calculated""#, "")
-            + &row("y", 11, r#"causality="output" initial="calculated""#, "")
+        let variables = row(
+            "p",
+            8,
+            r#"causality="parameter" variability="fixed""#,
+            start,
+        ) + &row(
+            "pi",
+            9,
+            r#"causality="local" variability="constant" initial="exact""#,
+            start,
+        ) + &row(
+            "q",
+            10,
+            r#"causality="calculatedParameter" variability="fixed" initial="calculated""#,
+            "",
+        ) + &row("y", 11, r#"causality="output" initial="calculated""#, "")
             + &row("l", 12, r#"causality="local""#, "")
             + &row("x0", 13, r#"causality="local" initial="exact""#, start)
             + &row("g", 14, r#"causality="local" initial="approx""#, start)
-            + &row("time", 15, r#"causality="independent" variability="continuous""#, "")
+            + &row(
+                "time",
+                15,
+                r#"causality="independent" variability="continuous""#,
+                "",
+            )
             + &row("u", 16, r#"causality="input""#, start);
         let file = fmu(&test, "X", version, [VARIES, EXPERIMENT, &variables], &[]);
         for (name, why) in [
@@ -313,7 +456,10 @@ fn constants_and_calculated_values_are_not_set() {
         ] {
             let (code, _, error) = cosim(&["run", &file, "--set", &format!("X.{name}=2")]);
             assert_eq!(code, 1);
-            assert_contains(&error, &[&format!("`X.{name}` {why}"), "can be set: p, x0, g, u"]);
+            assert_contains(
+                &error,
+                &[&format!("`X.{name}` {why}"), "can be set: p, x0, g, u"],
+            );
         }
         for name in ["p", "x0", "g", "u"] {
             lines(&test, &[&file, "--set", &format!("{name}=2")]);
@@ -326,7 +472,13 @@ fn constants_and_calculated_values_are_not_set() {
             </ssd:SystemStructureDescription>"#;
         fs::write(&system, text).unwrap();
         let (_, text) = lines(&test, &[&system.display().to_string()]);
-        assert_contains(&text, &["verdict: good", "`x.pi` is a constant: its value 3 is left out"]);
+        assert_contains(
+            &text,
+            &[
+                "verdict: good",
+                "`x.pi` is a constant: its value 3 is left out",
+            ],
+        );
     }
 }
 
@@ -335,7 +487,13 @@ fn constants_and_calculated_values_are_not_set() {
 fn an_fmu_that_logs_only_when_asked_says_why_it_fails() {
     for version in [2, 3] {
         let parts = [VARIES, EXPERIMENT, &outputs(version)];
-        let file = fmu(&format!("refused-{version}"), "X", version, parts, &["-DREFUSED"]);
+        let file = fmu(
+            &format!("refused-{version}"),
+            "X",
+            version,
+            parts,
+            &["-DREFUSED"],
+        );
         let (code, _, error) = cosim(&["run", &file]);
         assert_eq!(code, 1);
         assert_contains(&error, &["could not be instantiated", "the key is lost"]);
@@ -356,15 +514,30 @@ fn info_lists_every_fmu() {
     };
     let x = variable(2, "x", 0, r#"causality="output""#, "");
     let two = |interfaces: &str| {
-        format!(r#"<fmiModelDescription fmiVersion="2.0" modelName="two" guid="t">{interfaces}<ModelVariables>{x}</ModelVariables></fmiModelDescription>"#)
+        format!(
+            r#"<fmiModelDescription fmiVersion="2.0" modelName="two" guid="t">{interfaces}<ModelVariables>{x}</ModelVariables></fmiModelDescription>"#
+        )
     };
-    let exchange = write("me.fmu", &two(r#"<ModelExchange modelIdentifier="two"/>"#), &["binaries/linux64/two.so"]);
-    let both = two(r#"<CoSimulation modelIdentifier="two"/><ModelExchange modelIdentifier="two"/>"#);
+    let exchange = write(
+        "me.fmu",
+        &two(r#"<ModelExchange modelIdentifier="two"/>"#),
+        &["binaries/linux64/two.so"],
+    );
+    let both =
+        two(r#"<CoSimulation modelIdentifier="two"/><ModelExchange modelIdentifier="two"/>"#);
     let sources = write("c.fmu", &both, &["sources/all.c"]);
     let one = r#"<fmiModelDescription fmiVersion="1.0" modelName="one" modelIdentifier="one" guid="t"><ModelVariables>
         <ScalarVariable name="h" valueReference="0" causality="output"><Real/></ScalarVariable></ModelVariables>"#;
-    let alone = format!("{one}<Implementation><CoSimulation_StandAlone/></Implementation></fmiModelDescription>");
-    let [one, alone] = [format!("{one}</fmiModelDescription>"), alone].map(|xml| write(&format!("{}.fmu", xml.len()), &xml, &["binaries/win32/one.dll"]));
+    let alone = format!(
+        "{one}<Implementation><CoSimulation_StandAlone/></Implementation></fmiModelDescription>"
+    );
+    let [one, alone] = [format!("{one}</fmiModelDescription>"), alone].map(|xml| {
+        write(
+            &format!("{}.fmu", xml.len()),
+            &xml,
+            &["binaries/win32/one.dll"],
+        )
+    });
     let (code, text, error) = cosim(&["info", &exchange, &sources, &one, &alone]);
     assert_eq!(code, 0, "{error}");
     assert_contains(
@@ -381,7 +554,10 @@ fn info_lists_every_fmu() {
     let list: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(list[0]["interfaces"][0], "Model Exchange");
     assert_eq!(list[1]["sources_only"], true);
-    assert_eq!((&list[2]["fmi"], &list[2]["variables"][0]["name"]), (&"1.0".into(), &"h".into()));
+    assert_eq!(
+        (&list[2]["fmi"], &list[2]["variables"][0]["name"]),
+        (&"1.0".into(), &"h".into())
+    );
     let (code, _, error) = cosim(&["run", &exchange]);
     assert_eq!(code, 1);
     assert_contains(&error, &["offers Model Exchange only, no co-simulation"]);

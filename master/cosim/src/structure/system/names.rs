@@ -10,19 +10,6 @@ use crate::wiring::Port;
 /// Least similarity of a known name that is suggested for an unknown one; 1 is the same name.
 const LEAST_SIMILARITY: f64 = 0.85;
 
-/// Splits a text after the longest name before a `=` that is known, else at the first `=`.
-pub(crate) fn split_after(
-    text: &str,
-    is_known: impl Fn(&str) -> bool,
-) -> Option<(&str, &str)> {
-    let mut splits = text.rmatch_indices('=');
-    let split = |(k, _): (usize, &str)| (text[..k].trim(), text[k + 1..].trim());
-    let first = text.find('=')?;
-    let mut known = splits.by_ref().take_while(|(k, _)| *k > first).map(split);
-    let longest = known.find(|(name, _)| is_known(name));
-    Some(longest.unwrap_or_else(|| split((first, "="))))
-}
-
 impl System {
     /// The variable named `component.variable`, or `variable` if only one component has it, or
     /// named as an output of the system.
@@ -51,7 +38,10 @@ impl System {
     fn known_ports(&self, name: &str) -> Option<Vec<Port>> {
         let port = |component: usize, name: &str| {
             let variable = self.fmus[component].description.index(name)?;
-            Some(Port { component, variable })
+            Some(Port {
+                component,
+                variable,
+            })
         };
         if let [(k, variable)] = self.owners(name, |k, name| port(k, name).is_some())[..]
             && let Some(port) = port(k, variable)
@@ -90,7 +80,11 @@ impl System {
     /// Splits `NAME=REST` after the longest name of a variable, an array or an input of the system,
     /// since a name may contain `=`; else at the first `=`. None without any `=`.
     pub fn split_name<'a>(&self, text: &'a str) -> Option<(&'a str, &'a str)> {
-        split_after(text, |name| self.is_known(name))
+        let split = |(k, _): (usize, &str)| (text[..k].trim(), text[k + 1..].trim());
+        let first = text.find('=')?;
+        let later = text.rmatch_indices('=').take_while(|(k, _)| *k > first);
+        let longest = later.map(split).find(|(name, _)| self.is_known(name));
+        Some(longest.unwrap_or_else(|| split((first, "="))))
     }
 
     /// Whether it names a variable, an array or an input of the system.
@@ -123,7 +117,10 @@ impl System {
     pub(crate) fn all_ports(&self) -> impl Iterator<Item = Port> {
         let all = self.fmus.iter().map(|fmu| fmu.description.variables.len());
         all.enumerate().flat_map(|(component, count)| {
-            (0..count).map(move |variable| Port { component, variable })
+            (0..count).map(move |variable| Port {
+                component,
+                variable,
+            })
         })
     }
 

@@ -14,9 +14,6 @@ use crate::structure::{Parameter, arrays, parse_set};
 use crate::wiring::Port;
 use crate::wiring::transformation::{Linear, Transformation, compose, conversion, unit_of};
 
-/// Variables that a refusal names as those that can be set.
-const MOST_NAMED: usize = 8;
-
 /// A start value for a variable, as text.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setting {
@@ -99,15 +96,14 @@ impl System {
             return Ok(());
         };
         let all = self.fmus[port.component].description.variables.iter();
-        let own = all.filter(|v| unsettable(v).is_none());
-        let mut own: Vec<&str> = own.map(|v| v.name.as_str()).collect();
-        let more = if own.len() > MOST_NAMED { ", …" } else { "" };
-        own.truncate(MOST_NAMED);
+        let mut own = all.filter(|v| unsettable(v).is_none());
+        let mut names: Vec<&str> = own.by_ref().take(8).map(|v| v.name.as_str()).collect();
+        names.extend(own.next().map(|_| "…"));
+        let (name, owner) = (self.name(port), self.component_of(port));
+        let none = if names.is_empty() { "nothing" } else { "" };
         bail!(
-            "`{}` {why}; of `{}` can be set: {}{more}",
-            self.name(port),
-            self.component_of(port),
-            if own.is_empty() { "nothing".into() } else { own.join(", ") }
+            "`{name}` {why}; of `{owner}` can be set: {none}{}",
+            names.join(", ")
         )
     }
 
@@ -138,12 +134,10 @@ impl System {
                 true => each,
                 false => vec![value; ports.len()],
             };
+            (ports.iter()).try_for_each(|port| self.check_settable(*port))?;
+            let values = values.into_iter().map(str::to_string);
             let pairs = ports.into_iter().zip(values);
-            let setting = |(port, value): (Port, &str)| {
-                self.check_settable(port)?;
-                Ok(Setting { port, value: value.to_string() })
-            };
-            return pairs.map(setting).collect();
+            return Ok(pairs.map(|(port, value)| Setting { port, value }).collect());
         };
         let mut settings = Vec::new();
         for ((component, variable), way) in &input.ends {
@@ -206,7 +200,7 @@ pub fn unsettable(v: &Variable) -> Option<&'static str> {
 
 /// Why the value of a parameter set is left out, as a remark, if the variable cannot be set.
 fn left_out(component: &str, fmu: &Fmu, parameter: &Parameter) -> Option<String> {
-    let Parameter { name, value, origin, .. } = parameter;
+    let (name, value, origin) = (&parameter.name, &parameter.value, &parameter.origin);
     let why = unsettable(fmu.description.variable(name).ok()?)?;
     Some(format!(
         "`{component}.{name}` {why}: its value {value} is left out ({origin})"
