@@ -6,9 +6,9 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use anyhow::{Context, Result};
+use cosim::io::numbers::short;
 use cosim::{Port, System, Verdict};
 use fmi_description::Kind;
-use fmi_import::digits::short;
 use machine_file::AXES;
 
 use self::Meaning::{RatedMean, Rating, Saturation, Supervision};
