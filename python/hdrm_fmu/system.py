@@ -219,7 +219,9 @@ class System:
         step, stop = positive("step", self._step), positive("stop_time", stop_time)
         conditions = {"settings": list(values.items()), "step": step, "stop_time": stop, "schedule": self.schedule, "strict": self.strict}
         altered = {"inputs": None, "scenario": self.scenario, "faults": list(self.faults), "fault_seed": whole("fault_seed", self.fault_seed, 0)}
-        told = {"start_time": _number("start_time", self.start_time), "tolerance": positive("tolerance", self.tolerance, "parts")}
+        told = {"start_time": _number("start_time", self.start_time), "tolerance": _number("tolerance", self.tolerance)}
+        if told["tolerance"] is not None and not 0 < told["tolerance"] < 1:
+            raise BadInput(f"tolerance = {self.tolerance!r}: a relative tolerance must be above 0 and below 1")
         return {**conditions, **altered, **told}
 
     @contextmanager
