@@ -101,7 +101,7 @@ class Names:
             owner = max((c for c in components if v.name.startswith(f"{c}.")), key=len)
             short = v.name[len(owner) + 1 :]
             self._short.setdefault(short, []).append(v.name)
-            array = re.fullmatch(r"(.*)\[\d+\]", short)
+            array = re.fullmatch(r"(.*)\[\d+(?:,\d+)*\]", short)
             if array:
                 name = f"{owner}.{array[1]}"
                 self._arrays.setdefault(name, []).append(v.name)

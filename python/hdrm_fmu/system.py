@@ -24,8 +24,8 @@ from hdrm_fmu.run_options import RunOptions, complete
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-#: A packed system, a structure, or one or several FMUs without one.
-Files = Union[str, "os.PathLike[str]", Iterable[Union[str, "os.PathLike[str]"]]]
+#: A packed system, a structure, or one or several FMUs without one, by name if they are to have names of their own.
+Files = Union[str, "os.PathLike[str]", Iterable[Union[str, "os.PathLike[str]"]], Mapping[str, Union[str, "os.PathLike[str]"]]]
 #: Values over time of inputs: a table, or what another run returned.
 Inputs = Union[pandas.DataFrame, xarray.Dataset]
 #: Orders of exchange and stepping that the master knows.
@@ -49,7 +49,7 @@ class System:
 
     Parameters
     ----------
-    path : path of the system, or of an FMU, or several FMUs, each a component named after its file.
+    path : path of the system, or of an FMU, or several FMUs, each a component named after its file; `{"a": "X.fmu", "b": "X.fmu"}` gives names.
     connect : connections between these FMUs: `Plant.y=Controller.measured`, from an output to an input.
     variant : structure to take from a packed system, such as `triangular_pd.ssd`; default: its first.
     parameters : parameter sets (`.ssv`), in the packed system or files, applied in this order.
@@ -61,6 +61,8 @@ class System:
     settings : start values by name, applied last; the component may be left out where one alone has the variable.
     waypoints : path that the controller follows, as of `run`.
     step : communication step, s; default: what the system asks for, else its FMUs, else 1 ms. The shipped systems run at 1 ms.
+    start_time : s; default: that of the system's default experiment, else the earliest of its FMUs.
+    tolerance : relative tolerance that the FMUs are told; default: the one that each declares.
     schedule : `gauss-seidel`, `jacobi` or `standard`.
     scenario : events that alter variables: a file of libcosim's scenarios, as JSON.
     faults : what is done to values on their way, such as `emla_2.x=bias:0.001@1..2`, as `cosim run --fault` takes it.
@@ -89,18 +91,22 @@ class System:
         settings: Mapping[str, object] | None = None,
         waypoints: Waypoints | None = None,
         step: float | None = None,
+        start_time: float | None = None,
+        tolerance: float | None = None,
         schedule: str = "gauss-seidel",
         strict: bool = False,
         scenario: str | os.PathLike[str] | None = None,
         faults: Iterable[str] = (),
         fault_seed: int = 0,
     ) -> None:
-        self.files = tuple(Path(p) for p in ([path] if isinstance(path, (str, os.PathLike)) else path))
+        self.names = tuple(path) if isinstance(path, Mapping) else ()
+        paths = path.values() if isinstance(path, Mapping) else [path] if isinstance(path, (str, os.PathLike)) else path
+        self.files = tuple(Path(p) for p in paths)
         if not self.files:
             raise BadInput("no system is named, and no FMU")
         self.path = self.files[0]
         self.connect = tuple(connect)
-        if len(self.files) > 1 or self.path.suffix == ".fmu":
+        if len(self.files) > 1 or self.names or self.path.suffix == ".fmu":
             self._only_fmus(variant, replace, maps)
         elif self.connect:
             raise BadInput(f"connect = {list(self.connect)} is for FMUs without a structure; `{self.path}` has one")
@@ -113,6 +119,7 @@ class System:
         self.settings = by_name(settings)
         self.waypoints = waypoints
         self._step = step
+        self.start_time, self.tolerance = start_time, tolerance
         self.schedule = schedule
         self.strict = strict
         self.scenario = None if scenario is None else str(scenario)
@@ -131,14 +138,17 @@ class System:
 
     def _load(self):
         has_loads = self._tip_path is not None and self._tip_path.has_loads
-        source = {"files": tuple(map(str, self.files)), "connect": self.connect, "variant": self.variant, "parameters": self.parameters}
+        source = {"files": tuple(map(str, self.files)), "names": self.names, "connect": self.connect, "variant": self.variant, "parameters": self.parameters}
         source |= {"disconnect": self.disconnect, "replaced": self.replace, "maps": self.maps, "feedthrough": self.feedthrough}
         return _loaded(self._stamp(), has_loads, **source)
 
     @property
     def step_size(self) -> float:
         """Communication step, s: the one given, else the one that the system asks for."""
-        return self._native.step() if self._step is None else self._step
+        return self._step_until(None)
+
+    def _step_until(self, stop_time):
+        return self._native.step(self.start_time, stop_time) if self._step is None else self._step
 
     @cached_property
     def _tip_path(self):
@@ -209,7 +219,10 @@ class System:
         step, stop = positive("step", self._step), positive("stop_time", stop_time)
         conditions = {"settings": list(values.items()), "step": step, "stop_time": stop, "schedule": self.schedule, "strict": self.strict}
         altered = {"inputs": None, "scenario": self.scenario, "faults": list(self.faults), "fault_seed": whole("fault_seed", self.fault_seed, 0)}
-        return {**conditions, **altered}
+        told = {"start_time": _number("start_time", self.start_time), "tolerance": _number("tolerance", self.tolerance)}
+        if told["tolerance"] is not None and not 0 < told["tolerance"] < 1:
+            raise BadInput(f"tolerance = {self.tolerance!r}: a relative tolerance must be above 0 and below 1")
+        return {**conditions, **altered, **told}
 
     @contextmanager
     def _on_path(self, conditions):
@@ -236,9 +249,10 @@ class System:
         if metrics and not self._native.is_machine():
             raise BadInput(f"the metrics {', '.join(metrics)} are those of the manipulator, which `{self.path}` is not")
         if interval is not None:
-            steps = positive("interval", interval) / self.step_size
+            step = self._step_until(options["stop_time"])
+            steps = positive("interval", interval) / step
             if not (steps >= 0.5 and abs(steps - round(steps)) <= 1e-6 * steps):
-                raise BadInput(f"interval = {interval} s must be a multiple of the communication step, {self.step_size} s")
+                raise BadInput(f"interval = {interval} s must be a multiple of the communication step, {step} s")
         return self.signals(options["signals"])
 
     def run(self, *, inputs: Inputs | None = None, progress: bool = False, **options: Unpack[RunOptions]) -> xarray.Dataset:
@@ -301,7 +315,7 @@ class System:
             "settings": json.dumps(dict(conditions["settings"])),
             "waypoints": "" if self._tip_path is None else self._tip_path.name,
             "schedule": self.schedule,
-            "step": float(self.step_size),
+            "step": float(self._step_until(conditions["stop_time"])),
             "simulated": done["simulated"],
             "elapsed": done["elapsed"],
         }
@@ -371,6 +385,15 @@ def _columns(inputs):
     for k, name in enumerate(inputs.columns):
         columns.append((str(name), units.get(name), _numbers(f"column `{name}`", inputs.iloc[:, k])))
     return times, columns
+
+
+def _number(name, value):
+    if value is None:
+        return None
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise BadInput(f"{name} = {value!r} must be a number") from None
 
 
 def _numbers(what, values):

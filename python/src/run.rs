@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use cosim::io::csv::stride;
+use cosim::run::signals::note_locals;
 use cosim::run::simulate;
 use cosim::{Experiment, Master, Port, Recording, System, Verdict};
 use experiments::measures::metrics::{Metrics, add_residuals, tip_metrics};
@@ -85,12 +86,14 @@ pub fn run(
         }
         (outcome.run, metrics, verdict)
     } else {
-        let master = experiment.start(system)?;
         let stop = experiment.stop(system)?;
+        let master = experiment.start_until(system, Some(stop))?;
         let outcome = simulate::run(system, master, stop, &progress, observe)?;
         let mut metrics = Metrics::new();
         add_residuals(&mut metrics, &outcome.residuals);
-        (outcome, metrics, Verdict::default())
+        let mut verdict = Verdict::default();
+        note_locals(system, &ports, &mut verdict);
+        (outcome, metrics, verdict)
     };
     let mut all = outcome.verdict;
     all.extend(verdict);

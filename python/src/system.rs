@@ -10,7 +10,7 @@ use cosim::cli::{InputArgs, RunArgs, STEP};
 use cosim::io::input_table::{Column, Table};
 use cosim::master::Schedule;
 use cosim::run::signals::connected;
-use cosim::structure::package::FmuPlace;
+use cosim::structure::package::{FmuPlace, read};
 use cosim::structure::system::{Setting, System as Loaded};
 use cosim::{Experiment, Verdict, matching};
 use experiments::measures::run::default_signals;
@@ -37,6 +37,8 @@ pub struct System {
 struct Source {
     /// A system, or FMUs without one.
     files: Vec<PathBuf>,
+    /// Names of these FMUs; empty: those of the files.
+    names: Vec<String>,
     /// Connections between these FMUs.
     connect: Vec<String>,
     variant: Option<String>,
@@ -59,7 +61,10 @@ struct Conditions {
     settings: Vec<(String, String)>,
     /// s; None: the step that the system asks for, else its FMUs.
     step: Option<f64>,
+    start_time: Option<f64>,
     stop_time: Option<f64>,
+    /// None: that of each FMU.
+    tolerance: Option<f64>,
     schedule: String,
     strict: bool,
     inputs: Option<Inputs>,
@@ -105,7 +110,12 @@ impl System {
             [path] if !is_fmu(path) => {
                 Loaded::load(path, variant, &place, &source.replaced, &source.maps)?
             }
-            files => Loaded::from_fmus(files, &source.connect)?,
+            files if source.names.is_empty() => Loaded::from_fmus(files, &source.connect)?,
+            files => {
+                let files = files.iter().map(|file| file.display().to_string());
+                let files = source.names.iter().cloned().zip(files).collect();
+                Loaded::from_files(files, &source.connect, |file| read(Path::new(file)))?
+            }
         };
         for name in source.feedthrough {
             ensure!(
@@ -142,15 +152,16 @@ impl System {
                 conditions.schedule
             );
         };
-        let setting = |(name, value): &(String, String)| format!("{name}={value}");
         let mut args = RunArgs {
             step: conditions.step,
+            start_time: conditions.start_time,
             stop_time: conditions.stop_time,
+            tolerance: conditions.tolerance,
             schedule,
             input_derivatives: false,
             threads: None,
             between: Default::default(),
-            settings: conditions.settings.iter().map(setting).collect(),
+            settings: Vec::new(),
             strict: conditions.strict,
             check: false,
         };
@@ -160,6 +171,11 @@ impl System {
             false => args.fill_defaults(&self.system),
         };
         let mut experiment = args.experiment(&self.system)?;
+        for (name, value) in &conditions.settings {
+            experiment
+                .settings
+                .extend(self.system.settings(name, value)?);
+        }
         let mut findings = check_mentions(&args, &self.system, &experiment)?;
         findings.extend(preferred);
         let column = |(name, unit, values)| Column { name, unit, values };
@@ -233,10 +249,15 @@ impl System {
         (inputs.collect(), outputs.collect())
     }
 
-    /// Communication step where none is given, s.
-    fn step(&self) -> f64 {
-        let preferred = self.system.preferred_step().map(|(step, _)| step);
-        preferred.filter(|_| !self.is_machine()).unwrap_or(STEP)
+    /// Communication step where none is given, s, of a run between these times, s.
+    #[pyo3(signature = (start=None, stop=None))]
+    fn step(&self, start: Option<f64>, stop: Option<f64>) -> f64 {
+        let start = start.unwrap_or(self.system.structure.start_time);
+        let stop = stop.or(self.system.structure.stop_time);
+        let stop = stop.unwrap_or_else(|| self.system.preferred_stop(start));
+        let preferred = self.system.default_step(stop - start);
+        let preferred = preferred.filter(|_| !self.is_machine());
+        preferred.map_or(STEP, |chosen| chosen.step)
     }
 
     /// Whether it is the manipulator with its controller.

@@ -62,10 +62,26 @@ def test_several_fmus_without_a_structure(tmp_path):
     files, connections = [fmus["Hdrm"], fmus["Emla"]], ["Hdrm.x[1]=Emla.x", "Hdrm.x_dot[1]=Emla.x_dot", "Emla.F=Hdrm.f[1]"]
     run = hdrm_fmu.run(system=System(files, connect=connections), stop_time=0.01, signals=["*.F", "Hdrm.x[1]"])
     connect = [option for text in connections for option in ("--connect", text)]
-    equal(run[["Hdrm.x[1]", "Emla.F"]], cosim(tmp_path, *files, *connect, "--stop-time", 0.01, "--signals", "*.F,Hdrm.x[1]")[0])
+    equal(run, cosim(tmp_path, *files, *connect, "--stop-time", 0.01, "--signals", "*.F,Hdrm.x[1]")[0])
     assert (run["Emla.F"] != run["Emla.F"][0]).any()
     with pytest.raises(BadInput, match="this input is driven already"):
         System(files, connect=[*connections, "Hdrm.x[2]=Emla.x"]).variables
+
+
+def test_one_fmu_runs_twice_from_a_start_time(tmp_path):
+    link = hdrm_fmu.fmus()["DcLink"]
+    twice = System({"a=b": link, "c": link}, start_time=2.0, tolerance=1e-6, settings={"a=b.T_ambient": 300.0})
+    run = twice.run(stop_time=2.01, signals=["c.v_dc", "a=b.v_dc", "a=b.T_ambient"])
+    options = ("--start-time", 2, "--stop-time", 2.01, "--tolerance", 1e-6, "--set", "a=b.T_ambient=300")
+    named = (f"a=b={link}", f"c={link}", "--signals", "c.v_dc,a=b.v_dc,a=b.T_ambient")
+    equal(run, cosim(tmp_path, *named, *options)[0])
+    assert run.time[0] == 2.0 and (run["a=b.T_ambient"] == 300.0).all()
+    with twice as stepped:
+        stepped.step()
+        assert stepped.time == 2.0 + twice.step_size
+    for wrong, reason in (({"tolerance": -1.0}, "tolerance"), ({"start_time": "now"}, "start_time")):
+        with pytest.raises(BadInput, match=reason):
+            System(link, **wrong).run(stop_time=0.01)
 
 
 def test_a_whole_run_is_the_input_of_another():

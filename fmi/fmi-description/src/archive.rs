@@ -197,10 +197,23 @@ impl Archive {
 
     /// Reads the model description, and adds remarks on the archive to it.
     pub fn description(&mut self) -> Result<Description, ArchiveError> {
-        let bytes = self.file("modelDescription.xml")?;
-        let mut description = Description::read(&bytes.ok_or(ArchiveError::NoDescription)?)?;
+        let mut description = Description::parse(&self.description_text()?)?;
         description.remarks.extend(self.remarks.iter().cloned());
         Ok(description)
+    }
+
+    /// The text of the model description.
+    pub fn description_text(&mut self) -> Result<String, ArchiveError> {
+        let bytes = self.file("modelDescription.xml")?;
+        Ok(crate::encoding::text(
+            &bytes.ok_or(ArchiveError::NoDescription)?,
+        )?)
+    }
+
+    /// Whether it has sources, and no library for any platform.
+    pub fn has_sources_only(&self) -> bool {
+        let has_library = self.names().any(|name| name.starts_with("binaries/"));
+        !has_library && self.names().any(is_source)
     }
 
     /// Path of the library for a platform, as [`library_among`] finds it.
@@ -243,7 +256,8 @@ pub fn library_among<'a>(
         expected: format!("library for {}", platform.folder),
         has: format!("FMI {} has no folder for it", description.fmi),
     })?;
-    let binaries: Vec<_> = names.filter(|n| n.starts_with("binaries/")).collect();
+    let (binaries, others): (Vec<&str>, Vec<&str>) =
+        names.partition(|n| n.starts_with("binaries/"));
     if binaries.contains(&expected.as_str()) {
         return Ok((expected, None));
     }
@@ -262,10 +276,16 @@ pub fn library_among<'a>(
         return Ok((found, Some(remark)));
     }
     let has = match binaries.is_empty() {
+        true if others.iter().any(|name| is_source(name)) => "it has C sources only".to_string(),
         true => "it has no binaries".to_string(),
         false => format!("it has {}", binaries[..binaries.len().min(8)].join(", ")),
     };
     Err(ArchiveError::NoLibrary { expected, has })
+}
+
+/// Whether it is a source of an FMU that is handed out to be compiled.
+fn is_source(name: &str) -> bool {
+    name.starts_with("sources/") && [".c", ".cpp", ".cc"].iter().any(|end| name.ends_with(end))
 }
 
 /// Whether a path stays in its folder on every file system: no drive, no device, no `..`.

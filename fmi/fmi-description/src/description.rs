@@ -58,6 +58,8 @@ pub struct Description {
     pub outputs: Vec<Unknown>,
     /// Whether it offers Model Exchange, too.
     pub model_exchange: bool,
+    /// The interfaces that it offers, in words.
+    pub interfaces: Vec<&'static str>,
     /// Derivatives of the continuous states, in the order of the states, with their dependencies.
     pub derivatives: Vec<Unknown>,
     /// Number of event indicators.

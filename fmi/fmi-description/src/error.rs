@@ -29,7 +29,7 @@ pub enum DescriptionError {
         /// Model.
         model: String,
         /// What it offers instead.
-        offered: &'static str,
+        offered: String,
     },
     /// The identifier cannot be the name of a file, as it must.
     #[error("model `{model}`: modelIdentifier `{identifier}` cannot be the name of a file")]

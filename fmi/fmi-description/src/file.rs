@@ -11,20 +11,35 @@ use crate::unit::Unit;
 use crate::variable::{Access, Causality, Initial, Item, Kind, Variability, Variable};
 use crate::xml::{Element, XmlError};
 
-/// Reads all but the variables and their dependencies.
-pub fn read_head(root: &Element, fmi: Version) -> Result<Description, DescriptionError> {
+/// Interfaces: element and name.
+const INTERFACES: [(&str, &str); 3] = [
+    ("CoSimulation", "Co-Simulation"),
+    ("ModelExchange", "Model Exchange"),
+    ("ScheduledExecution", "Scheduled Execution"),
+];
+
+/// Reads all but the variables and their dependencies. Identifier and capabilities are those of
+/// Co-Simulation; with `of_any` of the first interface that there is.
+pub fn read_head(
+    root: &Element,
+    fmi: Version,
+    of_any: bool,
+) -> Result<Description, DescriptionError> {
     let model = root.text("modelName");
     let guid = root.required(match fmi {
         Version::Fmi2 => "guid",
         Version::Fmi3 => "instantiationToken",
     })?;
-    let Some(slave) = root.child("CoSimulation") else {
-        let offers = |tag| root.child(tag).is_some();
-        let offered = match (offers("ModelExchange"), offers("ScheduledExecution")) {
-            (true, true) => "Model Exchange and Scheduled Execution only",
-            (true, false) => "Model Exchange only",
-            (false, true) => "Scheduled Execution only",
-            (false, false) => "no interface",
+    let offered = INTERFACES
+        .iter()
+        .filter(|(tag, _)| root.child(tag).is_some());
+    let interfaces: Vec<_> = offered.map(|(_, name)| *name).collect();
+    let mut tags = INTERFACES.iter().map(|(tag, _)| *tag);
+    let wanted = tags.by_ref().take(if of_any { 3 } else { 1 });
+    let Some(slave) = wanted.flat_map(|tag| root.child(tag)).next() else {
+        let offered = match interfaces.as_slice() {
+            [] => "no interface".into(),
+            names => format!("{} only", names.join(" and ")),
         };
         return Err(DescriptionError::NoCoSimulation { model, offered });
     };
@@ -52,6 +67,7 @@ pub fn read_head(root: &Element, fmi: Version) -> Result<Description, Descriptio
         variables: Vec::new(),
         outputs: Vec::new(),
         model_exchange: root.child("ModelExchange").is_some(),
+        interfaces,
         derivatives: Vec::new(),
         event_indicators: root.whole("numberOfEventIndicators")?.unwrap_or(0),
         initial_unknowns: Vec::new(),

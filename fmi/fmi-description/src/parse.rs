@@ -20,6 +20,18 @@ impl Description {
 
     /// Reads the text of a `modelDescription.xml`, with the errors of [`Self::read`].
     pub fn parse(text: &str) -> Result<Self, DescriptionError> {
+        Self::parse_interface(text, false)
+    }
+
+    /// As [`Self::parse`], of an FMU with any interface, to be described rather than run.
+    ///
+    /// # Errors
+    /// It is no valid model description by FMI 2.0 or 3.0.
+    pub fn parse_any(text: &str) -> Result<Self, DescriptionError> {
+        Self::parse_interface(text, true)
+    }
+
+    fn parse_interface(text: &str, of_any: bool) -> Result<Self, DescriptionError> {
         let root = Element::parse(text, "modelDescription.xml", "fmiModelDescription")?;
         let version = root.required("fmiVersion")?;
         let model = root.required("modelName")?;
@@ -28,7 +40,7 @@ impl Description {
             two if two.starts_with("2.0") => Version::Fmi2,
             _ => return Err(DescriptionError::Version { model, version }),
         };
-        let mut description = file::read_head(&root, fmi)?;
+        let mut description = file::read_head(&root, fmi, of_any)?;
         if fmi == Version::Fmi2 && version != "2.0" {
             description.remarks.push(Remark::Version(version));
         }

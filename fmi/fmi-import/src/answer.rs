@@ -11,6 +11,7 @@ use std::ffi::c_int;
 use anyhow::Result;
 use thiserror::Error;
 
+use crate::digits::short;
 use crate::status::{OK, WARNING};
 
 /// Where in the run a call was made, for its error text.
@@ -26,7 +27,7 @@ impl std::fmt::Display for At {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Initialization => f.write_str("in initialization"),
-            Self::Time(t) => write!(f, "at t = {t} s"),
+            Self::Time(t) => write!(f, "at t = {} s", short(*t)),
         }
     }
 }
@@ -72,7 +73,7 @@ impl Answer {
 
 /// An FMU asked to end the simulation, which ends the run without being a failure.
 #[derive(Clone, Debug, Error, PartialEq)]
-#[error("{call} asks to end the simulation at t = {time} s")]
+#[error("{call} asks to end the simulation at t = {} s", short(*.time))]
 pub struct Ended {
     /// C name of the function by which it asked.
     pub call: &'static str,
@@ -96,7 +97,8 @@ impl std::fmt::Display for Stopped {
         match self.time {
             Some(time) => write!(
                 f,
-                "the run ends at t = {time} s, the last successful time of {name}"
+                "the run ends at t = {} s, the last successful time of {name}",
+                short(time)
             ),
             None => write!(f, "the run ends, because {name} does not make this step"),
         }

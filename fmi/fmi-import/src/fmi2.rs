@@ -34,9 +34,9 @@ impl Fmi2Instance {
         }
     }
 
-    fn set_up(&self, start: f64) -> Result<()> {
-        self.start.set(start);
-        let status = self.raw.begin(Experiment::from_start(start));
+    fn set_up(&self, experiment: Experiment) -> Result<()> {
+        self.start.set(experiment.start);
+        let status = self.raw.begin(experiment);
         Answer::check(status, "fmi2SetupExperiment")
     }
 
@@ -108,10 +108,10 @@ impl FmiInstance for Fmi2Instance {
         let raw = &self.raw;
         let (status, name) = match call {
             Call::Step(t, h) => return self.step(t, h).map(|()| 0.0),
-            Call::SetUp(start) => return self.set_up(start).map(|()| 0.0),
+            Call::SetUp(experiment) => return self.set_up(experiment).map(|()| 0.0),
             Call::EnterInitialization(start) => {
                 if self.start.get() != start {
-                    self.set_up(start)?;
+                    self.set_up(Experiment::from_start(start))?;
                 }
                 let status = raw.enter_initialization_mode(Experiment::default());
                 (status, "fmi2EnterInitializationMode")

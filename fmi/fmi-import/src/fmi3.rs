@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 use crate::answer::{Answer, Ended, Stopped};
 use crate::batch::{Batch, Layout};
 use crate::clocks::{Clock, ClockPlan, TickTimes};
+use crate::digits::short;
 use crate::encoding::{as_bits, load, number};
 use crate::fmi_instance::{Arguments, Call, FmiInstance};
 use crate::raw::{Array, Experiment, RawInstance, StepEnd};
@@ -62,6 +63,8 @@ pub struct Fmi3Instance {
     returns_early: bool,
     /// A step that ends early is not continued, but reported as [`Stopped`].
     stops_early: Cell<bool>,
+    /// What the run is told to be, until it begins.
+    experiment: Cell<Experiment>,
     tracked: Tracked,
     /// Workspace for the values that one call passes.
     passed: RefCell<Vec<u64>>,
@@ -83,6 +86,7 @@ impl Fmi3Instance {
             has_events: arguments.has_events,
             returns_early: arguments.returns_early,
             stops_early: Cell::new(false),
+            experiment: Cell::new(Experiment::from_start(f64::NAN)),
             tracked: Tracked {
                 mode: Cell::new(Mode::Initialization),
                 time: Cell::new(f64::NAN),
@@ -101,7 +105,8 @@ impl Fmi3Instance {
 
     fn enter_initialization(&self, start: f64) -> Result<()> {
         self.tracked.time.set(start);
-        let status = self.raw.begin(Experiment::from_start(start));
+        let told = Some(self.experiment.get()).filter(|told| told.start == start);
+        let status = (self.raw).begin(told.unwrap_or(Experiment::from_start(start)));
         Answer::check(status, "fmi3EnterInitializationMode")
     }
 
@@ -137,7 +142,10 @@ impl Fmi3Instance {
                 bail!(Ended { call, time });
             }
             if early && !self.returns_early {
-                bail!("fmi3DoStep returned early, at {time} s, which it was not allowed to");
+                bail!(
+                    "fmi3DoStep returned early, at {} s, which it was not allowed to",
+                    short(time)
+                );
             }
             let end = t + h;
             let is_short = early && end - time > f64::EPSILON * end.abs();
@@ -154,7 +162,10 @@ impl Fmi3Instance {
             }
             stays = if time > from { 0 } else { stays + 1 };
             if stays == MAX_PASSES {
-                bail!("fmi3DoStep returned early {MAX_PASSES} times at {time} s");
+                bail!(
+                    "fmi3DoStep returned early {MAX_PASSES} times at {} s",
+                    short(time)
+                );
             }
             (from, rest) = (time, end - time);
         }
@@ -176,7 +187,10 @@ impl FmiInstance for Fmi3Instance {
         let done = match call {
             Call::Step(t, h) => self.step(t, h),
             // FMI 3.0 has no call before Initialization Mode for this.
-            Call::SetUp(_) => Ok(()),
+            Call::SetUp(experiment) => {
+                self.experiment.set(experiment);
+                Ok(())
+            }
             Call::EnterInitialization(start) => self.enter_initialization(start),
             Call::ExitInitialization => self.exit_initialization(),
             Call::Time => return Ok(self.tracked.time.get()),

@@ -14,6 +14,7 @@ use std::ffi::CString;
 use anyhow::Result;
 
 use crate::batch::Batch;
+use crate::raw::Experiment;
 use crate::value::Value;
 
 /// The arguments with which an instance is made.
@@ -27,6 +28,8 @@ pub struct Arguments {
     pub resources: CString,
     /// The master enters Event Mode if it is needed (eventModeUsed).
     pub has_events: bool,
+    /// loggingOn.
+    pub is_logging: bool,
     /// Steps may end early (earlyReturnAllowed).
     pub returns_early: bool,
 }
@@ -34,9 +37,10 @@ pub struct Arguments {
 /// A call that passes no values of variables. It returns a number, 0 unless said otherwise.
 #[derive(Clone, Copy, Debug)]
 pub enum Call {
-    /// fmi2SetupExperiment with the start of the run, s. It comes before start values are set,
-    /// since FMUs of 20-sim lose them here.
-    SetUp(f64),
+    /// What the FMU is told of the run: fmi2SetupExperiment, in FMI 3.0 the arguments of the next
+    /// [`Self::EnterInitialization`]. It comes before start values are set, since FMUs of 20-sim
+    /// lose them here.
+    SetUp(Experiment),
     /// From Instantiated to Initialization Mode at this time, s, with or without [`Self::SetUp`].
     EnterInitialization(f64),
     /// From Initialization Mode to the first communication point.

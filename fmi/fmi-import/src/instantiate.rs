@@ -36,7 +36,7 @@ pub fn instantiate(
         name: Some(&arguments.name),
         token: Some(&arguments.token),
         resources: Some(&arguments.resources),
-        is_logging: true,
+        is_logging: arguments.is_logging,
         has_events: arguments.has_events,
         returns_early: arguments.returns_early,
         given: CallbackSet::LoggerAndMemory,

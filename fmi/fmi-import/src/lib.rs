@@ -33,6 +33,7 @@ pub mod batch;
 mod calls;
 #[cfg(feature = "master")]
 mod clocks;
+pub mod digits;
 mod encoding;
 #[cfg(feature = "native")]
 mod exported;

@@ -148,7 +148,7 @@ impl Drop for Log {
 pub fn receive(environment: usize, status: c_int, text: &str) {
     let name = listeners().get(&environment).map(|l| l.name.clone());
     let name = name.as_deref().unwrap_or(messages::NOBODY);
-    messages::add(name, status <= 1, text.trim_end());
+    messages::add(name, status, text.trim_end());
 }
 
 /// Hands a message to its listener; `name` is None in FMI 3.0, which does not pass it.

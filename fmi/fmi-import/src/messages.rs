@@ -9,6 +9,9 @@
 //! ```
 
 use std::cell::RefCell;
+use std::ffi::c_int;
+
+use crate::status::{OK, WARNING};
 
 /// Instance name of a message whose instance is not known.
 pub const NOBODY: &str = "an FMU";
@@ -25,8 +28,10 @@ thread_local! {
 pub struct Message {
     /// Name of the instance that logged it.
     pub instance: String,
-    /// It is a warning, not the reason of a failure.
+    /// It is no more than a warning, not the reason of a failure.
     pub is_warning: bool,
+    /// It has the status OK: it tells what the FMU does, and nothing that a verdict needs.
+    pub is_info: bool,
     /// The text: of several warnings the first, of several failures the last.
     pub text: String,
     /// How often it was logged.
@@ -48,10 +53,12 @@ fn are_alike(a: &str, b: &str) -> bool {
     a.chars().filter(bare).eq(b.chars().filter(bare))
 }
 
-pub(crate) fn add(instance: &str, is_warning: bool, text: &str) {
+pub(crate) fn add(instance: &str, status: c_int, text: &str) {
+    let (is_warning, is_info) = (status <= WARNING, status == OK);
     MESSAGES.with_borrow_mut(|messages| {
+        let is_same_kind = |m: &Message| m.is_warning == is_warning && m.is_info == is_info;
         let same = |m: &&mut Message| {
-            m.instance == instance && m.is_warning == is_warning && are_alike(&m.text, text)
+            m.instance == instance && is_same_kind(m) && are_alike(&m.text, text)
         };
         if let Some(message) = messages.iter_mut().find(same) {
             message.count += 1;
@@ -62,6 +69,7 @@ pub(crate) fn add(instance: &str, is_warning: bool, text: &str) {
             messages.push(Message {
                 instance: instance.to_string(),
                 is_warning,
+                is_info,
                 text: text.to_string(),
                 count: 1,
             });
@@ -85,12 +93,14 @@ pub fn take() -> Vec<Message> {
 }
 
 /// Removes the messages of this thread; returns those of an instance that say why a call failed, or
-/// if there are none its warnings.
+/// if there are none its warnings, or else what it said of itself.
 pub fn reasons(instance: &str) -> Vec<String> {
     let mut messages = take();
     messages.retain(|m| m.instance == instance || m.instance == NOBODY);
     if messages.iter().any(|m| !m.is_warning) {
         messages.retain(|m| !m.is_warning);
+    } else if messages.iter().any(|m| !m.is_info) {
+        messages.retain(|m| !m.is_info);
     }
     let mut texts: Vec<_> = messages.into_iter().map(|m| m.text).collect();
     texts.dedup();
@@ -104,10 +114,10 @@ mod tests {
     #[test]
     fn messages_that_differ_in_numbers_are_counted() {
         for t in ["0.1", "0.2", "1e-3"] {
-            add("a", true, &format!("hot at t = {t} s"));
-            add("a", false, &format!("burnt at t = {t} s"));
+            add("a", WARNING, &format!("hot at t = {t} s"));
+            add("a", 3, &format!("burnt at t = {t} s"));
         }
-        add("b", true, "hot at t = 0.1 s");
+        add("b", WARNING, "hot at t = 0.1 s");
         let texts: Vec<_> = take().iter().map(ToString::to_string).collect();
         let times = "(3 times)";
         assert_eq!(

@@ -67,7 +67,7 @@ fn describe_run(engine: &mut Engine) -> Result<Value> {
     Ok(json!({
         "name": structure.name, "structures": structures, "parameters": sets, "watched": run.watched(),
         "components": components.collect::<Value>(),
-        "start": stepping.start, "step": stepping.step, "stop": run.system.structure.stop_time.unwrap_or(run.system.preferred_stop()),
+        "start": stepping.start, "step": stepping.step, "stop": run.system.structure.stop_time.unwrap_or(run.system.preferred_stop(stepping.start)),
     }))
 }
 

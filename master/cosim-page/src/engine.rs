@@ -1,7 +1,7 @@
 //! The system or FMU that a page has opened, with its run; `command` and `exports` call it.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
@@ -26,6 +26,8 @@ const STRUCTURE: &str = "structure";
 const PARAMETERS: &str = "parameters";
 const SCHEDULE: &str = "schedule";
 const STEP_SIZE: &str = "step";
+const START_TIME: &str = "start_time";
+const TOLERANCE: &str = "tolerance";
 
 /// An opened package and its run.
 pub struct Engine {
@@ -52,8 +54,9 @@ impl Engine {
     pub fn open(bytes: Vec<u8>) -> Result<Self> {
         let package = Package::from_bytes(NAME, bytes)?;
         let source = if package.holds("modelDescription.xml") {
-            let files = vec![(PathBuf::from(FMU_NAME), package.into_bytes())];
-            let mut system = System::from_archives(files, &[])?;
+            let (name, mut bytes) = (FMU_NAME.to_string(), package.into_bytes());
+            let read = |_: &str| Ok(std::mem::take(&mut bytes));
+            let mut system = System::from_files(vec![(name.clone(), name)], &[], read)?;
             // The name that `cosim run` gives it, from its file.
             system.structure.components[0].name = system.fmus[0].description.identifier.clone();
             Source::Fmu(system)
@@ -138,8 +141,8 @@ impl Engine {
     }
 
     /// Start a new run. The settings are start values by the names of variables, and `structure`,
-    /// `parameters` (names of sets), `schedule` and `step`, s. If this fails, the run before goes
-    /// on.
+    /// `parameters` (names of sets), `schedule`, `step` and `start_time`, s, and the `tolerance`
+    /// that FMUs are told. If this fails, the run before goes on.
     pub fn restart(&mut self, settings: &Map<String, Value>) -> Result<()> {
         let word = |key: &str| {
             settings
@@ -152,35 +155,52 @@ impl Engine {
             _ => word(PARAMETERS).into_iter().collect::<Vec<_>>(),
         };
         let system = self.system(word(STRUCTURE).as_deref(), &sets)?;
+        // A variable of this name counts, of an FMU opened by itself.
+        let is_of_run =
+            |name: &str| [START_TIME, TOLERANCE].contains(&name) && system.ports(name).is_err();
         let mut start_values = Vec::new();
         for (name, value) in settings {
-            if ![STRUCTURE, PARAMETERS, SCHEDULE, STEP_SIZE].contains(&name.as_str()) {
-                let setting = format!("{}={}", self.full_name(name.clone()), setting_text(value));
-                start_values.extend(system.parse_settings(&setting)?);
+            let is_other = [STRUCTURE, PARAMETERS, SCHEDULE, STEP_SIZE].contains(&name.as_str());
+            if !is_other && !is_of_run(name) {
+                let full = self.full_name(name.clone());
+                start_values.extend(system.settings(&full, &setting_text(value))?);
             }
         }
-        let step = match word(STEP_SIZE) {
-            Some(step) => step.parse().ok(),
-            None => Some(system.preferred_step().map_or(STEP, |(step, _)| step)),
+        let number = |key: &str, what: &str, fits: fn(f64) -> bool| {
+            let number = word(key).filter(|_| is_of_run(key) || key == STEP_SIZE);
+            let number = number.map(|text| text.parse().ok().filter(|x: &f64| fits(*x)));
+            let number = number.map(|number| number.with_context(|| format!("`{key}`: {what}")));
+            number.transpose()
         };
-        let step = step.filter(|h: &f64| h.is_finite() && *h > 0.0);
+        let start = number(START_TIME, "the start must be a time in s", f64::is_finite)?;
+        let start = start.unwrap_or(system.structure.start_time);
+        let what = "a relative tolerance must be above 0 and below 1";
+        let tolerance = number(TOLERANCE, what, |x| x > 0.0 && x < 1.0)?;
+        let what = "the communication step must be a number greater than 0 s";
+        let step = number(STEP_SIZE, what, |h| h.is_finite() && h > 0.0)?;
+        let stop = system.structure.stop_time;
+        let stop = stop.unwrap_or_else(|| system.preferred_stop(start));
+        let default = system.default_step(stop - start).filter(|_| step.is_none());
+        let own_step = default.as_ref().map_or(STEP, |chosen| chosen.step);
         let experiment = Experiment {
             threads: 1,
             stepping: Stepping {
-                start: system.structure.start_time,
-                step: step
-                    .context("`step`: the communication step must be a number greater than 0 s")?,
+                start,
+                step: step.unwrap_or(own_step),
                 schedule: word(SCHEDULE).map_or(Ok(Schedule::default()), |name| schedule(&name))?,
                 between: Default::default(),
                 jitter: None,
             },
             stop: None,
+            tolerance,
             settings: start_values,
             faults: Faults::default(),
             inputs: None,
         };
         let gaps = system.find_gaps(&experiment.settings)?;
-        let verdict = gaps.judge(&system, experiment.stepping.schedule, false)?;
+        let mut verdict = gaps.judge(&system, experiment.stepping.schedule, false)?;
+        let widened = default.filter(|chosen| chosen.is_widened);
+        (widened.into_iter()).for_each(|chosen| verdict.note(chosen.text));
         let mut run = Run::start(system, &experiment, verdict)?;
         let watched = self.run.iter().flat_map(|before| before.watched());
         let known = watched.filter(|name| run.system.port(name).is_ok());

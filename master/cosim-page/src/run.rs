@@ -116,7 +116,7 @@ impl Run {
     /// all inputs that it feeds. It takes effect at the present communication point, but with the
     /// schedule `standard` just before the next step, because nothing may be read after it.
     pub fn set(&mut self, name: &str, text: &str) -> Result<()> {
-        let settings = self.system.parse_settings(&format!("{name}={text}"))?;
+        let settings = self.system.settings(name, text)?;
         for setting in &settings {
             self.refuse_fixed(setting.port)?;
             let v = self.system.variable(setting.port);
@@ -198,7 +198,7 @@ impl Run {
     /// The findings of the run so far.
     pub fn verdict(&self) -> Verdict {
         let mut verdict = self.supervision.verdict(&self.system, &self.master);
-        for message in messages::present() {
+        for message in messages::present().iter().filter(|m| !m.is_info) {
             verdict.note(message.to_string());
         }
         verdict

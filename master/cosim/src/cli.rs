@@ -21,13 +21,14 @@ use crate::io::csv::Log;
 use crate::io::input_table::{InputTable, Table};
 use crate::io::scenario;
 use crate::master::{Schedule, Stepping};
-use crate::run::signals::{matches_pattern, matching_any};
+use crate::run::signals::{connected, matches_pattern, matching_any, note_locals, split_lists};
 use crate::run::simulate::Experiment;
 use crate::run::verdict::Verdict;
 pub use crate::schedule::STEP;
 use crate::schedule::{Between, parse_rate};
-use crate::structure::system::System;
+use crate::structure::system::{System, split_file};
 use crate::wiring::Port;
+use fmi_import::digits::short;
 use fmi_import::output;
 use places::place_of_fmi_3;
 
@@ -88,14 +89,14 @@ impl SystemArgs {
             (folder, Some(3)) => place_of_fmi_3(folder.as_deref(), &path)?,
             (folder, _) => place(folder.as_deref())?,
         };
+        let variant = self.variant.as_deref();
         let replaced = self.fmus.iter().map(|text| {
-            let parts = text.split_once('=');
-            let (component, file) =
-                parts.with_context(|| format!("--fmu {text}: it must be COMPONENT=FILE"))?;
+            let (component, file) = split_file(text)
+                .with_context(|| format!("--fmu {text}: it must be COMPONENT=FILE"))?;
             Ok((component.to_string(), PathBuf::from(file)))
         });
         let replaced = replaced.collect::<Result<Vec<_>>>()?;
-        let mapping = |text: &String| match (text.split_once('='), replaced.as_slice()) {
+        let mapping = |text: &String| match (split_file(text), replaced.as_slice()) {
             (Some((component, file)), _) => Ok((component.to_string(), PathBuf::from(file))),
             (None, [(component, _)]) => Ok((component.clone(), PathBuf::from(text))),
             (None, _) => {
@@ -103,7 +104,6 @@ impl SystemArgs {
             }
         };
         let maps = self.maps.iter().map(mapping).collect::<Result<Vec<_>>>()?;
-        let variant = self.variant.as_deref();
         let mut system = System::load(&path, variant, &place, &replaced, &maps)?;
         for set in &self.parameters {
             system.apply_set(set)?;
@@ -141,6 +141,13 @@ pub struct RunArgs {
     /// the smallest that an FMU prefers; else 0.001]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub step: Option<f64>,
+    /// Start time, s [default: that of the system's default experiment, else the earliest of its
+    /// FMUs]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    pub start_time: Option<f64>,
+    /// Relative tolerance that the FMUs are told [default: the one that each FMU declares, if any]
+    #[arg(long, value_name = "TOLERANCE")]
+    pub tolerance: Option<f64>,
     /// Stop time, s [default: the end of the motion where the program knows it, else that of the
     /// system's default experiment]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
@@ -181,16 +188,19 @@ impl RunArgs {
     /// Returns findings on them.
     pub fn fill_defaults(&mut self, system: &System) -> Verdict {
         let mut verdict = Verdict::default();
-        if let (None, Some((step, who))) = (self.step, system.preferred_step()) {
-            self.step = Some(step);
-            if step != STEP {
-                verdict.note(format!("the communication step is {step} s, as {who} asks"));
+        let start = self.start_time.unwrap_or(system.structure.start_time);
+        let given = self.stop_time.or(system.structure.stop_time);
+        let stop = given.unwrap_or_else(|| system.preferred_stop(start));
+        if let (None, Some(chosen)) = (self.step, system.default_step(stop - start)) {
+            self.step = Some(chosen.step);
+            if chosen.step != STEP {
+                verdict.note(chosen.text);
             }
         }
-        if self.stop_time.or(system.structure.stop_time).is_none() {
-            let stop = system.preferred_stop();
+        if given.is_none() {
             verdict.note(format!(
-                "no stop time is given: the run ends at t = {stop} s"
+                "no stop time is given: the run ends at t = {} s",
+                short(stop)
             ));
             self.stop_time = Some(stop);
         }
@@ -209,14 +219,25 @@ impl RunArgs {
             let parsed = system.parse_settings(text);
             settings.extend(parsed.with_context(|| format!("--set {text}"))?);
         }
-        let step = self.step.unwrap_or(STEP);
+        let (step, start) = (self.step.unwrap_or(STEP), self.start_time);
+        let start = start.unwrap_or(system.structure.start_time);
+        ensure!(
+            start.is_finite(),
+            "--start-time {start}: the start must be a finite time in s"
+        );
+        if let Some(tolerance) = self.tolerance {
+            ensure!(
+                tolerance > 0.0 && tolerance < 1.0,
+                "--tolerance {tolerance}: a relative tolerance must be above 0 and below 1"
+            );
+        }
         ensure!(
             step.is_finite() && step > 0.0,
             "--step {step}: the communication step must be greater than 0 s"
         );
         Ok(Experiment {
             stepping: Stepping {
-                start: system.structure.start_time,
+                start,
                 step,
                 schedule,
                 between: self.between,
@@ -224,6 +245,7 @@ impl RunArgs {
             },
             threads: self.threads.unwrap_or(1),
             stop: self.stop_time,
+            tolerance: self.tolerance,
             settings,
             faults: Faults::default(),
             inputs: None,
@@ -269,8 +291,8 @@ impl InputArgs {
     pub fn add_to(&self, experiment: &mut Experiment, system: &System) -> Result<Verdict> {
         let mut verdict = Verdict::default();
         let pair = |text: &String| {
-            let parts = text.split_once('=');
-            let parts = parts.map(|(a, b)| (a.trim().into(), b.trim().into()));
+            let parts = system.split_name(text);
+            let parts = parts.map(|(a, b)| (a.into(), b.into()));
             parts.with_context(|| format!("--input-column {text}: it must be INPUT=COLUMN"))
         };
         let columns = self.columns.iter().map(pair).collect::<Result<Vec<_>>>()?;
@@ -284,7 +306,7 @@ impl InputArgs {
             added.with_context(|| format!("--fault {text}"))?;
         }
         for text in &self.noise {
-            let (wire, sigma) = text.split_once('=').unwrap_or((text, ""));
+            let (wire, sigma) = system.split_name(text).unwrap_or((text, ""));
             let added = faults.add(system, &format!("{wire}=noise:{sigma}"));
             added.with_context(|| format!("--noise {text}"))?;
         }
@@ -308,9 +330,9 @@ pub struct CsvArgs {
     /// Write signals to this CSV file, and their units beside it to NAME.units.csv
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
-    /// Signals for --csv, comma-separated, with * for any text: `arm.tip.*,*.F`; `*` for all
-    /// outputs [default: a useful few]
-    #[arg(long, value_delimiter = ',', value_name = "PATTERNS", requires = "csv")]
+    /// Signals for --csv in the order of their columns, comma-separated, with * for any text:
+    /// `arm.tip.*,*.F`; `*` for all outputs; an array by its name [default: a useful few]
+    #[arg(long, value_name = "PATTERNS", requires = "csv")]
     pub signals: Vec<String>,
     /// Time from row to row, s, a multiple of the communication step [default: the communication
     /// step]
@@ -324,6 +346,15 @@ pub struct CsvArgs {
 }
 
 impl CsvArgs {
+    /// Findings on the signals that are written where none are named.
+    pub fn notes(&self, system: &System) -> Result<Verdict> {
+        let mut verdict = Verdict::default();
+        if self.csv.is_some() && self.signals.iter().all(|pattern| pattern == "*") {
+            note_locals(system, &connected(system)?, &mut verdict);
+        }
+        Ok(verdict)
+    }
+
     /// The log file, if one is wanted; without `--signals` of the variables `useful`. With
     /// `has_steps` it has columns for the length and the error of each step.
     pub fn log(
@@ -338,7 +369,7 @@ impl CsvArgs {
         };
         let ports = match self.signals.is_empty() {
             true => useful()?,
-            false => matching_any(system, &self.signals)?,
+            false => matching_any(system, &split_lists(system, &self.signals))?,
         };
         let (interval, stepping) = (self.interval, experiment.stepping);
         Log::create(path, system, &ports, interval, stepping, has_steps).map(Some)

@@ -5,22 +5,35 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use crate::structure::Structure;
-use fmi_description::{Archive, Capabilities, Description, Kind, Variable};
+use fmi_description::xml::Element;
+use fmi_description::{Archive, Capabilities, Description, DescriptionError, Kind, Variable};
 use serde_json::{Map, Value, json};
 
 /// An FMU that is described but not loaded.
 pub struct DescribedFmu {
     /// File, as the user or the system names it.
     pub file: String,
-    description: Description,
+    /// The JSON of an FMU of FMI 1.0, which is listed rather than read.
+    described: Result<Box<Description>, Value>,
     /// Platforms that it has libraries for.
     platforms: Vec<String>,
+    has_sources_only: bool,
 }
 
 impl DescribedFmu {
-    /// Reads the description from an opened archive.
+    /// Reads the description from an opened archive, whatever its interfaces and version are.
     pub fn from_archive(file: String, mut archive: Archive) -> anyhow::Result<Self> {
-        let description = archive.description()?;
+        let text = archive.description_text()?;
+        let described = match Description::parse_any(&text) {
+            Err(DescriptionError::Version { version, .. }) if version.trim().starts_with("1.") => {
+                Err(fmi_1_json(&Element::parse(
+                    &text,
+                    "modelDescription.xml",
+                    "fmiModelDescription",
+                )?))
+            }
+            read => Ok(Box::new(read?)),
+        };
         let names = archive.names();
         let libraries = names.filter_map(|name| name.strip_prefix("binaries/")?.split_once('/'));
         let platforms: BTreeSet<_> = libraries
@@ -28,7 +41,8 @@ impl DescribedFmu {
             .collect();
         Ok(Self {
             file,
-            description,
+            described,
+            has_sources_only: archive.has_sources_only(),
             platforms: platforms.into_iter().collect(),
         })
     }
@@ -51,9 +65,35 @@ fn abilities(c: &Capabilities) -> [(&'static str, &'static str, bool); 9] {
     ]
 }
 
+/// An FMU of FMI 1.0 as JSON, without its file: names, version, interface.
+fn fmi_1_json(root: &Element) -> Value {
+    let interface = match root.child("Implementation") {
+        Some(_) => "Co-Simulation",
+        None => "Model Exchange",
+    };
+    let variables = root.all_in("ModelVariables");
+    let variables =
+        variables.map(|v| json!({"name": v.text("name"), "causality": v.text("causality")}));
+    json!({
+        "kind": "fmu", "fmi": root.text("fmiVersion"), "model": root.text("modelName"), "version": root.text("version"),
+        "tool": root.text("generationTool"), "identifier": root.text("modelIdentifier"), "token": root.text("guid"),
+        "interfaces": [interface], "capabilities": {}, "default_experiment": {}, "units": [], "variables": variables.collect::<Value>(),
+        "remarks": ["FMI 1.0 is listed only; FMI 2.0 and 3.0 can be run"],
+    })
+}
+
 /// An FMU as JSON.
 pub fn fmu_json(fmu: &DescribedFmu) -> Value {
-    let d = &fmu.description;
+    let d = match &fmu.described {
+        Ok(description) => description,
+        Err(json) => {
+            let mut json = json.clone();
+            json["file"] = fmu.file.clone().into();
+            json["platforms"] = json!(fmu.platforms);
+            json["sources_only"] = fmu.has_sources_only.into();
+            return json;
+        }
+    };
     let e = &d.default_experiment;
     let abilities = abilities(&d.capabilities);
     let abilities = abilities.map(|(name, _, has)| (name.to_string(), json!(has)));
@@ -61,7 +101,8 @@ pub fn fmu_json(fmu: &DescribedFmu) -> Value {
     let remarks = d.remarks.iter().map(ToString::to_string);
     json!({
         "file": fmu.file, "kind": "fmu", "fmi": d.fmi.to_string(), "model": d.model, "version": d.version, "tool": d.tool,
-        "identifier": d.identifier, "token": d.guid, "platforms": fmu.platforms,
+        "identifier": d.identifier, "token": d.guid, "platforms": fmu.platforms, "sources_only": fmu.has_sources_only,
+        "interfaces": d.interfaces,
         "capabilities": Map::from_iter(abilities),
         "default_experiment": {"start": e.start, "stop": e.stop, "step": e.step, "tolerance": e.tolerance},
         "units": d.units.iter().map(unit).collect::<Value>(),
@@ -161,17 +202,40 @@ pub fn system(file: &str, s: &Structure, fmus: &[DescribedFmu]) -> String {
     text
 }
 
-/// An FMU as text: platforms, abilities, default experiment, variables.
+/// The platforms of an FMU as text.
+fn platforms(fmu: &DescribedFmu) -> String {
+    let platforms: Vec<&str> = fmu.platforms.iter().map(String::as_str).collect();
+    match fmu.has_sources_only {
+        true => "none (C sources only)".into(),
+        false => listed(&platforms),
+    }
+}
+
+/// An FMU as text: interfaces, platforms, abilities, default experiment, variables.
 pub fn fmu(fmu: &DescribedFmu) -> String {
-    let d = &fmu.description;
+    let d = match &fmu.described {
+        Ok(description) => description,
+        Err(json) => {
+            let text = |key: &str| json[key].as_str().unwrap_or_default().to_string();
+            let [interface, remark] =
+                ["interfaces", "remarks"].map(|key| json[key][0].as_str().unwrap_or_default());
+            return format!(
+                "{}: {}, FMI {}\n  interfaces: {interface}\n  platforms: {}\n  remark: {remark}\n",
+                fmu.file,
+                text("model"),
+                text("fmi"),
+                platforms(fmu)
+            );
+        }
+    };
     let mut text = format!("{}: {}, FMI {}", fmu.file, d.model, d.fmi);
     if !d.tool.is_empty() {
         text += &format!(", made by {}", d.tool);
     }
     text.push('\n');
     let mut line = |l: String| text += &(l + "\n");
-    let platforms: Vec<&str> = fmu.platforms.iter().map(String::as_str).collect();
-    line(format!("  platforms: {}", listed(&platforms)));
+    line(format!("  interfaces: {}", listed(&d.interfaces)));
+    line(format!("  platforms: {}", platforms(fmu)));
     let has = abilities(&d.capabilities);
     let has: Vec<&str> = has.iter().filter(|a| a.2).map(|a| a.1).collect();
     line(format!("  abilities: {}", listed(&has)));

@@ -8,10 +8,11 @@ mod remote;
 pub(crate) mod workers;
 
 use std::any::Any;
-use std::ffi::CString;
+use std::ffi::{CStr, CString};
 use std::sync::Arc;
 
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
+use fmi_description::Description;
 use fmi_import::answer::Answer;
 pub use fmi_import::answer::{At, Ended, Stopped};
 use fmi_import::batch::Batch;
@@ -111,11 +112,13 @@ impl Instance {
         let description = &fmu.description;
         let has_events =
             description.capabilities.event_mode && (is_staged || description.needs_events());
-        let arguments = Arguments {
+        let mut arguments = Arguments {
             name: c_string(name)?,
             token: c_string(&description.guid)?,
             resources: fmu.loaded.resources.clone(),
             has_events,
+            // Of an FMU without the categories of the standard all would be logged: that costs time.
+            is_logging: !warnings_of(description).is_empty(),
             returns_early: has_events && description.capabilities.variable_step,
         };
         if let Some(clock) = fmu.plan.clocks.first().filter(|_| !has_events) {
@@ -126,13 +129,19 @@ impl Instance {
             );
         }
         fmu.register(name)?;
-        let made = match worker {
-            None => fmu.make(&fmu.loaded.functions, &arguments),
+        let make = |arguments: &Arguments| match worker {
+            None => fmu.make(&fmu.loaded.functions, arguments),
             #[cfg(feature = "native")]
-            Some(worker) => remote::make(worker, fmu, &arguments),
+            Some(worker) => remote::make(worker, fmu, arguments),
             #[cfg(not(feature = "native"))]
             Some(worker) => match *worker {},
         };
+        let mut made = make(&arguments);
+        if matches!(made, Ok(None)) && !arguments.is_logging {
+            // Once more, so that it may say why.
+            arguments.is_logging = true;
+            made = make(&arguments);
+        }
         let fmi = match made {
             Ok(Some(fmi)) => fmi,
             Ok(None) | Err(_) => {
@@ -185,18 +194,7 @@ impl Instance {
     /// Turns on warnings and errors only, if the FMU has the standard categories: other messages
     /// cost time.
     fn log_only_warnings(&self) -> Result<()> {
-        const CATEGORIES: [&str; 4] = [
-            "logStatusWarning",
-            "logStatusDiscard",
-            "logStatusError",
-            "logStatusFatal",
-        ];
-        let declared = &self.fmu.description.log_categories;
-        let chosen: Vec<CString> = CATEGORIES
-            .iter()
-            .filter(|c| declared.iter().any(|d| d == *c))
-            .filter_map(|c| CString::new(*c).ok())
-            .collect();
+        let chosen = warnings_of(&self.fmu.description);
         if chosen.is_empty() {
             return Ok(());
         }
@@ -378,6 +376,20 @@ impl Instance {
     pub(crate) fn reset(&self) -> bool {
         self.fmi.reset() && self.log_only_warnings().is_ok()
     }
+}
+
+/// The standard log categories of warnings and errors that an FMU declares.
+fn warnings_of(description: &Description) -> Vec<CString> {
+    const CATEGORIES: [&CStr; 4] = [
+        c"logStatusWarning",
+        c"logStatusDiscard",
+        c"logStatusError",
+        c"logStatusFatal",
+    ];
+    let names = || description.log_categories.iter().map(String::as_bytes);
+    let declared = CATEGORIES.into_iter();
+    let declared = declared.filter(|c| names().any(|name| name == c.to_bytes()));
+    declared.map(CStr::to_owned).collect()
 }
 
 impl Drop for Instance {

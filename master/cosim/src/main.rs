@@ -13,8 +13,9 @@ use cosim::cli::{CsvArgs, InputArgs, RunArgs, StepArgs, SystemArgs, bar, exit, p
 use cosim::describe::{self, DescribedFmu};
 use cosim::exchange::{Exchange, Order};
 use cosim::run::signals::connected;
-use cosim::run::simulate;
+use cosim::run::simulate::{self, Experiment};
 use cosim::run::verdict::Verdict;
+use cosim::schedule::Stepping;
 use cosim::stepping::StepControl;
 use cosim::structure::package::{Package, read};
 use cosim::structure::system::System;
@@ -71,8 +72,9 @@ struct WiringArgs {
 
 #[derive(Args)]
 struct OneRunArgs {
-    /// One or several FMUs in place of a system; or a system, as with --system
-    #[arg(value_name = "FILE", conflicts_with = "system")]
+    /// One or several FMUs in place of a system, each a component named after its file, or with a
+    /// name; or a system, as with --system
+    #[arg(value_name = "[NAME=]FILE", conflicts_with = "system")]
     files: Vec<PathBuf>,
     /// Connection between these FMUs, from an output to an input; repeatable
     #[arg(long, value_name = "A.Y=B.U", requires = "files")]
@@ -149,13 +151,16 @@ fn run_system(args: &OneRunArgs) -> Result<Verdict> {
     let defaults = run.fill_defaults(&system);
     let mut experiment = run.experiment(&system)?;
     let mut verdict = run.judge_gaps(&system, &experiment)?;
-    verdict.extend(defaults);
+    verdict.extend(defaults.clone());
+    verdict.extend(args.csv.notes(&system)?);
     verdict.extend(args.inputs.add_to(&mut experiment, &system)?);
-    let mut plan = args.steps.plan(experiment.stop(&system)?)?;
+    let stop = experiment.stop(&system)?;
+    announce(&experiment, stop, &defaults);
+    let mut plan = args.steps.plan(stop)?;
     if args.run.threads.is_none() && plan.resume.is_none() {
         plan.threads_for = Some(experiment.clone());
     }
-    let master = experiment.start(&system)?;
+    let master = experiment.start_until(&system, Some(stop))?;
     let has_steps = plan.control != StepControl::Fixed;
     let useful = || connected(&system);
     let mut log = args.csv.log(&system, &experiment, has_steps, useful)?;
@@ -176,16 +181,28 @@ fn run_system(args: &OneRunArgs) -> Result<Verdict> {
     Ok(verdict)
 }
 
+/// Steps from which on a run may take long.
+const MANY_STEPS: f64 = 5e4;
+
+/// Says before a run of many steps why it has so many; the verdict says it again.
+fn announce(experiment: &Experiment, stop: f64, defaults: &Verdict) {
+    let Stepping { start, step, .. } = experiment.stepping;
+    if (stop - start) / step > MANY_STEPS {
+        (defaults.findings().iter()).for_each(|finding| eprintln!("{}", finding.text));
+    }
+}
+
 fn bench(args: &BenchArgs) -> Result<Verdict> {
     let system = load(&args.system)?;
     let mut run = args.run.clone();
-    run.fill_defaults(&system);
+    let defaults = run.fill_defaults(&system);
     let experiment = run.experiment(&system)?;
     let stop = experiment.stop(&system)?;
+    announce(&experiment, stop, &defaults);
     let mut outcomes = Vec::new();
     let useful = || connected(&system);
     for _ in 0..args.repeat.max(1) {
-        let master = experiment.start(&system)?;
+        let master = experiment.start_until(&system, Some(stop))?;
         let mut log = args.csv.log(&system, &experiment, false, useful)?;
         let (plan, progress) = (simulate::Plan::to(stop), |_, _| ());
         let outcome = simulate::run_plan(&system, master, &plan, &progress, &mut log)?;

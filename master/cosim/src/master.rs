@@ -22,6 +22,8 @@ use crate::schedule::thread_plan::ThreadPlan;
 use crate::schedule::{self, Between};
 use crate::structure::system::{Setting, System};
 use crate::wiring::{Link, Port, Wiring};
+use fmi_import::digits::short;
+use fmi_import::raw::Experiment as FmiExperiment;
 
 pub use crate::run::instances::{instantiate, start_value};
 pub use crate::schedule::{Jitter, Schedule, Stepping};
@@ -75,10 +77,24 @@ impl Master {
         stepping: Stepping,
         threads: usize,
     ) -> Result<Self> {
+        let experiment = FmiExperiment::from_start(stepping.start);
+        Self::for_experiment(system, settings, stepping, threads, experiment)
+    }
+
+    /// The same where the FMUs are told `experiment`: start, stop and tolerance.
+    pub(crate) fn for_experiment(
+        system: &System,
+        settings: &[Setting],
+        stepping: Stepping,
+        threads: usize,
+        experiment: FmiExperiment,
+    ) -> Result<Self> {
         let Stepping { start, step, .. } = stepping;
         ensure!(
             step.is_finite() && step > 0.0 && start.is_finite(),
-            "step {step} s from {start} s: both must be finite and the step > 0"
+            "step {} s from {} s: both must be finite and the step > 0",
+            short(step),
+            short(start)
         );
         let wiring = system.wiring()?;
         let is_staged = stepping.schedule != Schedule::Standard;
@@ -101,7 +117,16 @@ impl Master {
         let (means, bonds) = Means::new(&wiring, &exchange, derivatives.as_ref())?;
         let parts = Rates::most_parts(&system.structure, step);
         let thread_plan = ThreadPlan::new(system, threads, parts)?;
-        let make = |k| make(system, k, settings, is_staged, start, thread_plan.worker(k));
+        let make = |k| {
+            make(
+                system,
+                k,
+                settings,
+                is_staged,
+                experiment,
+                thread_plan.worker(k),
+            )
+        };
         let instances: Vec<Instance> = (0..system.fmus.len()).map(make).collect::<Result<_>>()?;
         exchange.is_multi_threaded = instances.iter().any(Instance::is_elsewhere);
         initialize(&instances, &wiring, stepping)?;

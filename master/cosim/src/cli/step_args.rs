@@ -8,6 +8,7 @@ use clap::Args;
 
 use crate::run::simulate::Plan;
 use crate::stepping::{StepControl, StepLimits};
+use fmi_import::digits::short;
 
 /// How long communication steps are, and where a run is saved or resumed.
 #[derive(Args, Clone)]
@@ -66,7 +67,8 @@ impl StepArgs {
                 .with_context(|| format!("--snapshot {text}: it must be TIME=FILE"))?;
             ensure!(
                 time <= stop,
-                "--snapshot {text}: the run ends before, at {stop} s"
+                "--snapshot {text}: the run ends before, at {} s",
+                short(stop)
             );
             snapshots.push((time, PathBuf::from(file)));
         }

@@ -14,6 +14,7 @@ use crate::io::numbers;
 use crate::schedule::{Stepping, steps_in};
 use crate::structure::system::System;
 use crate::wiring::{Link, Port, Wiring};
+use fmi_import::digits::short;
 use fmi_import::value::is_non_numeric;
 
 /// What is done to a value; numbers are in the unit of the variable.
@@ -64,25 +65,11 @@ pub struct Faults {
     pub seed: u64,
 }
 
-/// The variable named `name`, or the elements of the array of this name.
-pub fn elements(system: &System, name: &str) -> Result<Vec<Port>> {
-    let found = system.port(name);
-    let mut firsts = ["[1]", "[1,1]"].iter();
-    let first = firsts.find_map(|index| system.port(&format!("{name}{index}")).ok());
-    let (Err(_), Some(first)) = (&found, first) else {
-        return Ok(vec![found?]);
-    };
-    let variables = &system.fmus[first.component].description.variables;
-    let array = |k: usize| variables[k].name.rsplit_once('[').map(|(array, _)| array);
-    let own = (0..variables.len()).filter(|k| array(*k) == array(first.variable));
-    Ok(own.map(|variable| Port { variable, ..first }).collect())
-}
-
 impl Faults {
     /// Add a fault of a variable, or of the elements of an array, written
     /// `component.variable=effect:number@from..until`; the times, s, are optional.
     pub fn add(&mut self, system: &System, text: &str) -> Result<()> {
-        let parts = text.split_once('=');
+        let parts = system.split_name(text);
         let (name, what) =
             parts.with_context(|| format!("it must be WIRE=EFFECT, and EFFECT {EFFECT_FORMS}"))?;
         let (what, times) = what.rsplit_once('@').unwrap_or((what, ""));
@@ -95,10 +82,12 @@ impl Faults {
         let (from, until) = (time(from, f64::NEG_INFINITY)?, time(until, f64::INFINITY)?);
         ensure!(
             from < until,
-            "it begins at {from} s and must end later than that, not at {until} s"
+            "it begins at {from} s and must end later than that, not at {until} s",
+            from = short(from),
+            until = short(until)
         );
         let (word, value) = what.split_once(':').unwrap_or((what, ""));
-        for port in elements(system, name.trim())? {
+        for port in system.ports(name)? {
             let effect = effect(system, port, word.trim(), value.trim())?;
             self.list.push(Fault {
                 port,
@@ -157,7 +146,7 @@ impl Faults {
             let mut line = format!("on {what}: {effect}");
             for (word, time) in [(", from", fault.from), (" until", fault.until)] {
                 if time.is_finite() {
-                    line += &format!("{word} t = {time} s");
+                    line += &format!("{word} t = {} s", short(time));
                 }
             }
             lines.push(line);
@@ -295,9 +284,10 @@ impl Alteration {
             if let Effect::Delay(delay) = fault.effect {
                 ensure!(
                     steps_in(delay, stepping.step).is_some(),
-                    "the delay of {delay} s of `{}` must be a multiple of the communication step, {} s",
+                    "the delay of {} s of `{}` must be a multiple of the communication step, {} s",
+                    short(delay),
                     system.name(fault.port),
-                    stepping.step
+                    short(stepping.step)
                 );
             }
             active.push(FaultState {

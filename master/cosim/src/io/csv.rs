@@ -15,6 +15,7 @@ use crate::run::signals::Signals;
 use crate::schedule::steps_in;
 use crate::structure::system::System;
 use crate::wiring::Port;
+use fmi_import::digits::short;
 use fmi_import::value::is_non_numeric;
 
 /// A CSV file that is written under a temporary name and gets its own when it is complete. If it is
@@ -196,7 +197,9 @@ pub fn stride(interval: Option<f64>, step: f64) -> Result<u64> {
     steps.with_context(|| {
         let interval = interval.unwrap_or_default();
         format!(
-            "an interval of {interval} s must be a multiple of the communication step, {step} s"
+            "an interval of {} s must be a multiple of the communication step, {} s",
+            short(interval),
+            short(step)
         )
     })
 }

@@ -18,6 +18,7 @@ use crate::structure::system::{Names, System};
 use crate::structure::units::{common_unit, defined_units};
 use crate::wiring::transformation::{Transformation, compose, conversion, unit_of};
 use crate::wiring::{Port, Wiring};
+use fmi_import::digits::short;
 
 /// Values over time as a user gives them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -76,6 +77,8 @@ impl Table {
             "row 1: the first column is `{}`; it must be `time`",
             names[0]
         );
+        let columns: HashSet<&String> = names[1..].iter().collect();
+        let chosen = &by_element(system, chosen, &columns);
         let units: HashMap<&String, &String> = units.iter().rev().map(|(s, u)| (s, u)).collect();
         let mut by_column: HashMap<&str, Vec<&String>> = HashMap::new();
         for (input, column) in chosen {
@@ -97,7 +100,6 @@ impl Table {
                 places.push(place);
             }
         }
-        let columns: HashSet<&String> = names[1..].iter().collect();
         let has = |column: &String| columns.contains(column);
         if let Some((input, column)) = chosen.iter().find(|(_, column)| !has(column)) {
             bail!(
@@ -130,6 +132,25 @@ impl Table {
         ensure!(!table.times.is_empty(), "it has no rows of numbers");
         Ok(table)
     }
+}
+
+/// Pairs of inputs and columns, of arrays whose elements have a column each by element.
+fn by_element(
+    system: &System,
+    chosen: &[(String, String)],
+    columns: &HashSet<&String>,
+) -> Vec<(String, String)> {
+    let each = |(input, column): &(String, String)| {
+        let name = |port: &Port| system.name(*port);
+        let names = system.ports(input).unwrap_or_default();
+        let names: Vec<String> = names.iter().map(name).collect();
+        let of = |name: &String| format!("{column}{}", &name[name.rfind('[').unwrap_or(0)..]);
+        match names.len() > 1 && names.iter().all(|name| columns.contains(&of(name))) {
+            true => names.iter().map(|name| (name.clone(), of(name))).collect(),
+            false => vec![(input.clone(), column.clone())],
+        }
+    };
+    chosen.iter().flat_map(each).collect()
 }
 
 /// The lines that are not empty, with their numbers.
@@ -165,7 +186,9 @@ fn check_order(times: &[f64], time: f64) -> Result<()> {
     let last = times.last().copied().unwrap_or(f64::NEG_INFINITY);
     ensure!(
         time > last,
-        "the time {time} s must be greater than the one before, {last} s"
+        "the time {} s must be greater than the one before, {} s",
+        short(time),
+        short(last)
     );
     Ok(())
 }
@@ -209,7 +232,9 @@ impl InputTable {
             );
             for (t, value) in table.times.iter().zip(&column.values) {
                 let checked = target.check(*value);
-                checked.map_err(|unfit| anyhow!("column `{}`: at {t} s {unfit}", column.name))?;
+                checked.map_err(|unfit| {
+                    anyhow!("column `{}`: at {} s {unfit}", column.name, short(*t))
+                })?;
             }
         }
         let (mut columns, mut inputs) = (Vec::new(), Vec::new());
@@ -399,7 +424,12 @@ fn ends(
         };
         return input.ends.iter().map(end).collect();
     }
-    let port = names.port(name)?;
+    let ports = names.ports(name)?.into_iter();
+    ports.map(|port| end(system, port, unit.as_ref())).collect()
+}
+
+/// An input that a column with this unit feeds, with the transformation of its values.
+fn end(system: &System, port: Port, unit: Option<&Unit>) -> Result<(Port, Transformation)> {
     let variable = system.variable(port);
     ensure!(
         (variable.is_input() || variable.is_tunable()) && variable.access().is_number(),
@@ -409,7 +439,7 @@ fn ends(
         format!("{:?}", variable.causality).to_lowercase()
     );
     let own = unit_of(&system.fmus[port.component].description, variable);
-    let mut transformation = match (&unit, own) {
+    let mut transformation = match (unit, own) {
         (Some(unit), Some(own)) => unit_conversion(unit, &own)?,
         _ => Transformation::NONE,
     };
@@ -419,7 +449,7 @@ fn ends(
     {
         linear.offset = 0.0;
     }
-    Ok(vec![(port, transformation)])
+    Ok((port, transformation))
 }
 
 /// The conversion from the unit of a column to that of an input.

@@ -4,6 +4,7 @@
 use anyhow::{Result, ensure};
 use fmi_description::{Kind, Variable};
 
+pub use fmi_import::digits::short;
 use fmi_import::value::{self, Value};
 
 /// Integers up to here are exact as f64: 2^53.

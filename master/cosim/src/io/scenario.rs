@@ -13,6 +13,7 @@ use crate::schedule::Stepping;
 use crate::structure::package::read;
 use crate::structure::system::{Names, System};
 use crate::wiring::Port;
+use fmi_import::digits::short;
 
 /// Keys that are ignored: comments, and keys of older versions of the format that repeat the model
 /// description.
@@ -79,9 +80,10 @@ pub fn add(
         None => ", a step after its last event, because it has no `end`",
     };
     Ok(format!(
-        "{}: {} events; what it alters ends at t = {over} s{why}",
+        "{}: {} events; what it alters ends at t = {} s{why}",
         context(),
-        events.len()
+        events.len(),
+        short(over)
     ))
 }
 

@@ -10,6 +10,7 @@ use crate::io::input_table::{InputTable, Table};
 use crate::master::{Master, Stepping};
 use crate::structure::system::{Setting, System};
 use fmi_import::messages;
+use fmi_import::raw::Experiment as FmiExperiment;
 
 /// Conditions of a run.
 #[derive(Clone, Debug)]
@@ -20,6 +21,8 @@ pub struct Experiment {
     pub threads: usize,
     /// Stop time, s; None for that of the system's default experiment.
     pub stop: Option<f64>,
+    /// Relative tolerance that the FMUs are told; None for each one's own.
+    pub tolerance: Option<f64>,
     /// Start values, applied in this order after those of the system.
     pub settings: Vec<Setting>,
     /// Faults, noise and events of a scenario, which alter values on their way.
@@ -31,8 +34,21 @@ pub struct Experiment {
 impl Experiment {
     /// The initialized system at its start time.
     pub fn start(&self, system: &System) -> Result<Master> {
+        self.start_until(system, None)
+    }
+
+    /// The same for a run that ends at `stop`, s, at the latest, which the FMUs are told.
+    pub fn start_until(&self, system: &System, stop: Option<f64>) -> Result<Master> {
         messages::take();
-        let mut master = Master::with_threads(system, &self.settings, self.stepping, self.threads)?;
+        let (settings, stepping, threads) = (&self.settings, self.stepping, self.threads);
+        let told = FmiExperiment {
+            start: stepping.start,
+            has_stop: stop.is_some(),
+            stop: stop.map_or(0.0, |stop| told_stop(system, stepping, stop)),
+            has_tolerance: self.tolerance.is_some(),
+            tolerance: self.tolerance.unwrap_or_default(),
+        };
+        let mut master = Master::for_experiment(system, settings, stepping, threads, told)?;
         if let Some(table) = &self.inputs {
             master.feed(InputTable::new(system, table)?)?;
         }
@@ -46,5 +62,16 @@ impl Experiment {
     pub fn stop(&self, system: &System) -> Result<f64> {
         let stop = self.stop.or(system.structure.stop_time);
         stop.context("no stop time is given, and the system structure has none")
+    }
+}
+
+/// The stop time that FMUs are told, s: rounding may let the last step end just after that of the
+/// run, and an FMU may refuse a step that passes its stop time.
+fn told_stop(system: &System, stepping: Stepping, stop: f64) -> f64 {
+    let Stepping { start, step, .. } = stepping;
+    let last = start + (((stop - start) / step + 1e-6).floor() - 1.0) * step;
+    match system.structure.rates.is_empty() {
+        true => stop.max(last + step),
+        false => stop.max(last + step).next_up().next_up(),
     }
 }

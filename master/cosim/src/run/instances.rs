@@ -7,21 +7,22 @@ use crate::instance::{At, Call, Instance};
 use crate::run::instance_cache;
 use crate::structure::system::{Setting, System};
 use crate::wiring::Port;
+use fmi_import::raw::Experiment as FmiExperiment;
 
 /// An instance of component `k` on its own, with the system's parameter values, then `settings`.
 pub fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Instance> {
-    let start = system.structure.start_time;
-    make(system, k, settings, false, start, None)
+    let experiment = FmiExperiment::from_start(system.structure.start_time);
+    make(system, k, settings, false, experiment, None)
 }
 
-/// The same for a run from `start`, s, in a worker's thread if one is given; `is_staged` as in
-/// [`Instance::new`].
+/// The same for a run of which the FMU is told `experiment`, with its own tolerance where none is
+/// given, in a worker's thread if there is one; `is_staged` as in [`Instance::new`].
 pub(crate) fn make(
     system: &System,
     k: usize,
     settings: &[Setting],
     is_staged: bool,
-    start: f64,
+    mut experiment: FmiExperiment,
     worker: Option<&Worker>,
 ) -> Result<Instance> {
     let (component, fmu) = (&system.structure.components[k], &system.fmus[k]);
@@ -33,7 +34,11 @@ pub(crate) fn make(
         Some(instance) => instance,
         None => Instance::in_thread(worker, fmu, &component.name, is_staged)?,
     };
-    instance.call(Call::SetUp(start), At::Initialization)?;
+    let own = fmu.description.default_experiment.tolerance;
+    if let (false, Some(tolerance)) = (experiment.has_tolerance, own.filter(|own| *own > 0.0)) {
+        (experiment.has_tolerance, experiment.tolerance) = (true, tolerance);
+    }
+    instance.call(Call::SetUp(experiment), At::Initialization)?;
     for p in &component.parameters {
         instance
             .set_from_text(&p.name, &p.value)

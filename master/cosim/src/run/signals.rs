@@ -1,15 +1,16 @@
 //! Reads and sets variables of a running system together, and finds variables by patterns of their
 //! names, for logs, recordings, studies, Python and pages.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::exchange::{Read, Write, reads, writes};
 use crate::instance::At;
 use crate::master::Master;
+use crate::run::verdict::Verdict;
 use crate::structure::system::System;
 use crate::wiring::Port;
 use crate::wiring::transformation::Transformation;
-use anyhow::{Result, bail};
+use anyhow::{Result, bail, ensure};
 use fmi_description::{Access, Causality};
 
 /// Variables that are read together.
@@ -82,11 +83,16 @@ impl Inputs {
 }
 
 /// The signals that are written if none are named: all outputs that connections pass on, or all
-/// outputs if there are no connections; only those that are numbers.
+/// outputs if there are no connections; only those that are numbers. Of components without outputs
+/// their local variables.
 pub fn connected(system: &System) -> Result<Vec<Port>> {
     let mut ports: Vec<Port> = system.wiring()?.links.iter().map(|l| l.from).collect();
     if ports.is_empty() {
         return matching(system, &["*".into()]);
+    }
+    for k in without_outputs(system) {
+        let name = format!("{}.*", system.structure.components[k].name);
+        ports.extend(matching(system, &[name]).unwrap_or_default());
     }
     ports.retain(|port| system.variable(*port).access().is_number());
     ports.sort();
@@ -94,9 +100,33 @@ pub fn connected(system: &System) -> Result<Vec<Port>> {
     Ok(ports)
 }
 
+/// The components whose FMUs have no outputs.
+fn without_outputs(system: &System) -> impl Iterator<Item = usize> {
+    let has_none = |k: &usize| {
+        let mut variables = system.fmus[*k].description.variables.iter();
+        variables.all(|v| v.causality != Causality::Output)
+    };
+    (0..system.fmus.len()).filter(has_none)
+}
+
+/// What the user must know of signals that were not named one by one: of which components local
+/// variables are among `ports`, because they have no outputs.
+pub fn note_locals(system: &System, ports: &[Port], verdict: &mut Verdict) {
+    for k in without_outputs(system) {
+        let count = ports.iter().filter(|port| port.component == k).count();
+        if count > 0 {
+            verdict.note(format!(
+                "`{}` has no outputs: {count} of its other variables are recorded",
+                system.structure.components[k].name
+            ));
+        }
+    }
+}
+
 /// All numeric outputs whose `component.variable` matches one of `patterns` (`*` stands for any
-/// text); also inputs and local variables, except for the patterns `*` and `component.*`. A pattern
-/// that matches nothing is an error.
+/// text), in the order of the patterns; also inputs and local variables, except for the patterns
+/// `*` and `component.*`, which mean local variables of components without outputs. A name that
+/// [`System::ports`] knows is no pattern. A pattern that matches nothing is an error.
 pub fn matching(system: &System, patterns: &[String]) -> Result<Vec<Port>> {
     matching_access(system, patterns, Access::is_number)
 }
@@ -111,34 +141,64 @@ fn matching_access(
     patterns: &[String],
     is_wanted: impl Fn(Access) -> bool,
 ) -> Result<Vec<Port>> {
-    let mut ports = Vec::new();
-    let mut matched = vec![false; patterns.len()];
-    for (component, fmu) in system.fmus.iter().enumerate() {
-        for (variable, v) in fmu.description.variables.iter().enumerate() {
-            if !is_wanted(v.access()) || !(v.is_input() || v.is_computed()) {
-                continue;
-            }
-            let is_output = v.causality == Causality::Output;
-            let port = Port {
-                component,
-                variable,
+    let silent: Vec<usize> = without_outputs(system).collect();
+    let (mut ports, mut seen) = (Vec::new(), BTreeSet::new());
+    let is_fit = |port: &Port| {
+        let v = system.variable(*port);
+        is_wanted(v.access()) && (v.is_input() || v.is_computed())
+    };
+    for pattern in patterns {
+        let mut found = system.ports(pattern).unwrap_or_default();
+        found.retain(is_fit);
+        if found.is_empty() {
+            let is_whole = pattern == "*" || pattern.ends_with(".*");
+            let is_shown = |port: &Port| match system.variable(*port).causality {
+                Causality::Output => true,
+                Causality::Local => !is_whole || silent.contains(&port.component),
+                _ => !is_whole,
             };
-            let (name, mut is_matched) = (system.name(port), false);
-            for (pattern, matched) in patterns.iter().zip(&mut matched) {
-                let names_variable = pattern != "*" && !pattern.ends_with(".*");
-                if matches_pattern(pattern, &name) && (is_output || names_variable) {
-                    (*matched, is_matched) = (true, true);
-                }
-            }
-            ports.extend(is_matched.then_some(port));
+            found.extend(system.all_ports().filter(|port| {
+                let is_wanted = is_fit(port) && is_shown(port);
+                is_wanted && matches_pattern(pattern, &system.name(*port))
+            }));
         }
-    }
-    if let Some((pattern, _)) = patterns.iter().zip(&matched).find(|(_, m)| !**m) {
-        bail!(
+        ensure!(
+            !found.is_empty(),
             "no signal matches `{pattern}`; signals are named component.variable, `*` stands for any text"
         );
+        ports.extend(found.into_iter().filter(|port| seen.insert(*port)));
     }
     Ok(ports)
+}
+
+/// The names and patterns in lists that are separated by commas. A name may contain commas: the
+/// longest name that is known counts, else the shortest pattern that matches something.
+pub(crate) fn split_lists(system: &System, lists: &[String]) -> Vec<String> {
+    let matches = |pattern: &str| {
+        let mut all = system.all_ports();
+        all.any(|port| matches_pattern(pattern, &system.name(port)))
+    };
+    let commas = |port| system.name(port).matches(',').count();
+    let longest = system.all_ports().map(commas).max().unwrap_or(0) + 1;
+    let mut names = Vec::new();
+    for list in lists {
+        let mut rest = list.as_str();
+        loop {
+            let ends = rest.match_indices(',').map(|(k, _)| k);
+            let ends: Vec<usize> = ends.chain([rest.len()]).take(longest).collect();
+            let is_name = |end: &&usize| system.is_known(rest[..**end].trim());
+            let is_pattern = |end: &&usize| matches(rest[..**end].trim());
+            let name = ends.iter().rev().find(is_name);
+            let end = name.or_else(|| ends.iter().find(is_pattern));
+            let end = *end.unwrap_or(&ends[0]);
+            names.push(rest[..end].trim().to_string());
+            match rest.get(end + 1..) {
+                Some(more) => rest = more,
+                None => break,
+            }
+        }
+    }
+    names
 }
 
 /// True if `name` is `pattern` with each `*` replaced by some text.

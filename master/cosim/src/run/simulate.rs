@@ -18,6 +18,7 @@ use crate::run::thread_choice;
 use crate::run::verdict::Verdict;
 use crate::stepping::StepCount;
 use crate::structure::system::System;
+use fmi_import::digits::short;
 
 pub use crate::run::experiment::Experiment;
 pub use crate::run::plan::Plan;
@@ -69,7 +70,8 @@ pub fn run_plan(
     let mut verdict = Verdict::default();
     if let Some(fixed) = system.fixed_step().filter(|_| lacks_rest) {
         verdict.note(format!(
-            "the last step is not shortened to end at {stop} s, because `{fixed}` cannot vary its step"
+            "the last step is not shortened to end at {} s, because `{fixed}` cannot vary its step",
+            short(stop)
         ));
     }
     let mut state = RunState {

@@ -10,6 +10,7 @@ use crate::master::Master;
 use crate::run::divergence::Watch;
 use crate::run::verdict::Verdict;
 use crate::structure::system::System;
+use fmi_import::digits::short;
 use fmi_import::messages::{self, Message};
 
 /// Share of the energy through all bonds that the coupling may create or lose.
@@ -30,7 +31,9 @@ impl Supervision {
         let step = master.stepping().step;
         if let Some((component, internal)) = system.uneven_step(step) {
             verdict.note(format!(
-                "the communication step of {step} s is no multiple of the fixed internal step of `{component}`, {internal} s"
+                "the communication step of {} s is no multiple of the fixed internal step of `{component}`, {} s",
+                short(step),
+                short(internal)
             ));
         }
         Self {
@@ -82,7 +85,8 @@ impl Supervision {
         let components: HashMap<_, _> = components.map(|(k, c)| (c.name.as_str(), k)).collect();
         let component = |m: &Message| components.get(&*m.instance).copied();
         messages.sort_by_key(|message| component(message).unwrap_or(usize::MAX));
-        (messages.iter()).for_each(|message| verdict.note(message.to_string()));
+        let findings = messages.iter().filter(|message| !message.is_info);
+        findings.for_each(|message| verdict.note(message.to_string()));
         Ok(verdict)
     }
 
@@ -90,7 +94,7 @@ impl Supervision {
     fn divergence(&self, system: &System, master: &Master) -> Option<String> {
         let (slot, since) = self.watch.diverged?;
         let name = system.name(master.exchange().output(slot)?);
-        let step = master.stepping().step;
+        let [since, step] = [since, master.stepping().step].map(short);
         Some(format!(
             "`{name}` diverges from t = {since} s on: it jumps up and down from one communication point to the next, further each time; the \
              communication step of {step} s is too long for the loops of this system"

@@ -12,6 +12,7 @@ use crate::exchange::{Exchange, Read, Write, reads, writes};
 use crate::instance::{At, BegunCall, Call, Instance};
 use crate::structure::Structure;
 use crate::wiring::{Link, Wiring};
+use fmi_import::digits::short;
 
 /// The steps and inputs of all components.
 pub(crate) struct Rates {
@@ -62,7 +63,9 @@ fn step_ratio(step: f64, own: f64, name: &str) -> Result<[usize; 2]> {
         return Ok([1, (own / step).round() as usize]);
     }
     bail!(
-        "the step of `{name}`, {own} s, must be a whole part or a whole multiple of the communication step, {step} s"
+        "the step of `{name}`, {} s, must be a whole part or a whole multiple of the communication step, {} s",
+        short(own),
+        short(step)
     )
 }
 
@@ -319,7 +322,7 @@ impl ComponentRate {
 /// Parse `COMPONENT=TIME`: a pattern for the names of components, and their step, `0.25ms`, `60s`
 /// or `0.001` in s.
 pub fn parse_rate(text: &str) -> Result<(&str, f64)> {
-    let parsed = text.split_once('=').and_then(|(name, length)| {
+    let parsed = text.rsplit_once('=').and_then(|(name, length)| {
         let length = length.trim();
         let units = [("us", 1e-6), ("ms", 1e-3), ("s", 1.0), ("", 1.0)];
         let mut units = units.iter();

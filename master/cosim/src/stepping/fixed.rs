@@ -5,6 +5,7 @@ use anyhow::{Result, bail, ensure};
 
 use crate::master::Master;
 use crate::schedule::Stepping;
+use fmi_import::digits::short;
 
 /// The communication steps of a run to a stop time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +28,10 @@ impl FixedSteps {
         let steps = (stop - start) / step;
         if !(steps > 0.0 && steps < 1e12) {
             bail!(
-                "the run from {start} s to {stop} s must go forward, in less than 1e12 steps of {step} s"
+                "the run from {} s to {} s must go forward, in less than 1e12 steps of {} s",
+                short(start),
+                short(stop),
+                short(step)
             );
         }
         // A stop time that is a multiple of h up to rounding is met exactly; the comparison is
@@ -63,7 +67,9 @@ impl FixedSteps {
         let grid = start + made as f64 * step;
         ensure!(
             (time - grid).abs() <= 1e-6 * step || self.stepping.jitter.is_some(),
-            "after {made} steps of {step} s the time must be {grid} s, not {time} s: the last one was shortened"
+            "after {made} steps of {step} s the time must be {} s, not {} s: the last one was shortened",
+            short(grid),
+            short(time)
         );
         self.made = made;
         Ok(())

@@ -6,9 +6,10 @@ use anyhow::{Result, bail, ensure};
 use fmi_description::{Access, Variability, Variable};
 
 use super::controller::{Progress, StepControl, StepController, StepLimits};
-use crate::instance::Stopped;
+use crate::instance::{At, Stopped};
 use crate::master::{LastStep, Master};
 use crate::structure::system::System;
+use fmi_import::digits::short;
 
 /// Repetitions of a step after which the run fails.
 const REPEATS: usize = 100;
@@ -52,10 +53,15 @@ impl VariableSteps {
         let (step, start) = (master.stepping().step, master.time());
         ensure!(
             stop > start && stop.is_finite(),
-            "the stop time {stop} s must be after the start, {start} s"
+            "the stop time {} s must be after the start, {} s",
+            short(stop),
+            short(start)
         );
         if let Some(delay) = master.exchange().faults.as_ref().and_then(|f| f.delay()) {
-            bail!("a delay of {delay} s needs communication steps of one length");
+            bail!(
+                "a delay of {} s needs communication steps of one length",
+                short(delay)
+            );
         }
         let (tolerance, limits) = match *control {
             StepControl::Fixed | StepControl::Repeated => {
@@ -251,11 +257,15 @@ impl VariableSteps {
         match on_grid {
             true => {
                 bail!(
-                    "at t = {t} s a component stopped {REPEATS} times within the step, however short"
+                    "{} a component stopped {REPEATS} times within the step, however short",
+                    At::Time(t)
                 )
             }
             false => {
-                bail!("at t = {t} s {REPEATS} communication steps failed, however short")
+                bail!(
+                    "{} {REPEATS} communication steps failed, however short",
+                    At::Time(t)
+                )
             }
         }
     }

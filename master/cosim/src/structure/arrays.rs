@@ -18,7 +18,9 @@ pub(crate) fn elements(fmu: &Fmu) -> HashMap<&str, Vec<&str>> {
     let mut arrays: HashMap<&str, Vec<&str>> = HashMap::new();
     for v in &fmu.description.variables {
         for (at, _) in v.name.match_indices('[') {
-            arrays.entry(&v.name[..at]).or_default().push(&v.name);
+            if v.name[at..].find(']') == Some(v.name.len() - at - 1) {
+                arrays.entry(&v.name[..at]).or_default().push(&v.name);
+            }
         }
     }
     arrays

@@ -127,6 +127,8 @@ pub struct Structure {
     pub outputs: Vec<OuterOutput>,
     /// Start time of the default experiment, s (0 when absent).
     pub start_time: f64,
+    /// The structure itself declares the start time.
+    pub has_start: bool,
     /// Stop time of the default experiment, s.
     pub stop_time: Option<f64>,
     /// Communication step that the structure requests, s.

@@ -56,6 +56,7 @@ pub fn read(text: &str, file: &str, files: &mut Files<'_>) -> Result<Structure> 
         structure: Structure {
             name: read.system.name.clone(),
             start_time: read.default_experiment.start.unwrap_or(0.0),
+            has_start: read.default_experiment.start.is_some(),
             stop_time: read.default_experiment.stop,
             step: base_step(&read)?,
             ..Structure::default()

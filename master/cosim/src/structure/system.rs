@@ -1,6 +1,7 @@
 //! A loaded system: the structure and its FMUs. Programs, Python and pages load it once and run it
 //! as often, and in as many threads, as they like.
 
+mod default_step;
 mod names;
 mod values;
 
@@ -8,7 +9,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use fmi_description::Description;
 use system_structure::ParameterMapping;
 
@@ -19,6 +20,7 @@ use crate::structure::{self, Component, Structure, arrays};
 use crate::wiring::{Port, Wiring};
 
 pub(crate) use names::Names;
+pub use default_step::DefaultStep;
 pub use values::Setting;
 
 /// A system structure with one loaded FMU per component (shared where the source is the same).
@@ -97,6 +99,9 @@ impl System {
             structure,
             fmus,
         };
+        if !system.structure.has_start {
+            system.structure.start_time = earliest_start(&system.fmus);
+        }
         for (name, file) in mappings {
             system.map(name, file)?;
         }
@@ -122,66 +127,83 @@ impl System {
         Ok(())
     }
 
-    /// A system of FMUs without a structure, each a component named after its file; `connections`
-    /// are written `a.y=b.u`.
+    /// A system of FMUs without a structure: `FILE`, a component named after the file, or
+    /// `NAME=FILE`; `connections` are written `a.y=b.u`.
     pub fn from_fmus(files: &[PathBuf], connections: &[String]) -> Result<Self> {
-        let read = files.iter().map(|file| Ok((file.clone(), read(file)?)));
-        Self::from_archives(read.collect::<Result<_>>()?, connections)
+        let files = files.iter().map(|file| named_file(file)).collect();
+        Self::from_files(files, connections, |file| read(Path::new(file)))
     }
 
-    /// As [`System::from_fmus`], from the bytes of the files.
-    pub fn from_archives(files: Vec<(PathBuf, Vec<u8>)>, connections: &[String]) -> Result<Self> {
+    /// As [`System::from_fmus`], from names and files; `read` reads each file once.
+    pub fn from_files(
+        files: Vec<(String, String)>,
+        connections: &[String],
+        mut read: impl FnMut(&str) -> Result<Vec<u8>>,
+    ) -> Result<Self> {
         let mut structure = Structure::default();
         let mut fmus: Vec<Arc<Fmu>> = Vec::new();
-        let path = files.first().map(|(file, _)| file.clone());
-        for (file, bytes) in files {
-            let source = file.display().to_string();
-            let stem = file.file_stem().unwrap_or_default().to_string_lossy();
-            if structure.component(&stem).is_some() {
-                bail!("two FMUs are named `{stem}`; a structure can give them names");
+        let path = files.first().map(|(_, file)| PathBuf::from(file));
+        for (name, source) in files {
+            if structure.component(&name).is_some() {
+                bail!("two FMUs are named `{name}`; give them names: a={source} b={source}");
             }
+            let fmu = match fmus.iter().find(|fmu| fmu.file == source) {
+                Some(fmu) => fmu.clone(),
+                None => Fmu::load(&source, read(&source)?)?,
+            };
             structure.components.push(Component {
-                name: stem.into_owned(),
-                source: source.clone(),
+                name,
+                source,
                 connectors: Vec::new(),
                 parameters: Vec::new(),
             });
-            fmus.push(Fmu::load(&source, bytes)?);
+            fmus.push(fmu);
         }
-        let experiments = || fmus.iter().map(|fmu| &fmu.description.default_experiment);
-        let starts = experiments().filter_map(|e| e.start);
-        structure.start_time = starts.reduce(f64::min).unwrap_or(0.0);
+        structure.start_time = earliest_start(&fmus);
         let mut system = Self {
             path: path.unwrap_or_default(),
             structure,
             fmus,
         };
-        system.structure.stop_time = Some(system.preferred_stop());
-        let mut driven = HashSet::new();
+        let stop = system.preferred_stop(system.structure.start_time);
+        system.structure.stop_time = Some(stop);
         for text in connections {
-            let context = || format!("--connect {text}");
-            let ends = text.split_once('=').context("it must be a.y=b.u");
-            let (start, end) = ends.with_context(context)?;
-            let end_of = |name: &str| {
-                let port = system.port(name.trim()).with_context(context)?;
-                let component = system.component_of(port).to_string();
-                anyhow::Ok((component, system.variable(port).name.clone()))
-            };
-            let (start, end) = (end_of(start)?, end_of(end)?);
-            if !driven.insert(end.clone()) {
-                let mut others = system.structure.connections.iter();
-                let other = others.find(|c| c.end == end);
-                let other = other.map(ToString::to_string).unwrap_or_default();
-                bail!("--connect {text}: this input is driven already, {other}");
-            }
-            system.structure.connect(start, end);
+            let connected = system.connect(text);
+            connected.with_context(|| format!("--connect {text}"))?;
         }
         Ok(system)
     }
 
+    /// Connect an output with an input that nothing drives, or whole arrays: `a.y=b.u`.
+    fn connect(&mut self, text: &str) -> Result<()> {
+        let ends = text.match_indices('=');
+        let mut ends = ends.map(|(k, _)| (text[..k].trim(), text[k + 1..].trim()));
+        let known = ends.find(|(start, end)| self.is_known(start) && self.is_known(end));
+        let ends = known.or_else(|| self.split_name(text));
+        let (start, end) = ends.context("it must be a.y=b.u")?;
+        let (starts, ends) = (self.ports(start)?, self.ports(end)?);
+        let [from, to] = [starts.len(), ends.len()];
+        ensure!(
+            from == to,
+            "`{start}` has {from} elements, and `{end}` has {to}"
+        );
+        for (start, end) in starts.into_iter().zip(ends) {
+            let end_of = |port: Port| {
+                let component = self.component_of(port).to_string();
+                (component, self.variable(port).name.clone())
+            };
+            let (start, end) = (end_of(start), end_of(end));
+            let mut others = self.structure.connections.iter();
+            if let Some(other) = others.find(|c| c.end == end) {
+                bail!("this input is driven already, {other}");
+            }
+            self.structure.connect(start, end);
+        }
+        Ok(())
+    }
+
     /// The latest default stop time of the FMUs, s, else 1 s after the start.
-    pub fn preferred_stop(&self) -> f64 {
-        let start = self.structure.start_time;
+    pub fn preferred_stop(&self, start: f64) -> f64 {
         let experiments = self
             .fmus
             .iter()
@@ -189,21 +211,6 @@ impl System {
         let stops = experiments.filter_map(|preferred| preferred.stop);
         let latest = stops.filter(|stop| stop.is_finite() && *stop > start);
         latest.reduce(f64::max).unwrap_or(start + 1.0)
-    }
-
-    /// The communication step, s, that the structure requests, else the smallest that an FMU
-    /// prefers; and which of them it is.
-    pub fn preferred_step(&self) -> Option<(f64, String)> {
-        if let Some(step) = self.structure.step {
-            return Some((step, "the system structure".into()));
-        }
-        let all = self.structure.components.iter().zip(&self.fmus);
-        let steps = all.filter_map(|(c, fmu)| {
-            let (d, preferred) = (&fmu.description, &fmu.description.default_experiment);
-            let step = preferred.step.or(d.capabilities.internal_step)?;
-            (step.is_finite() && step > 0.0).then(|| (step, format!("`{}`", c.name)))
-        });
-        steps.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     /// The connections, resolved.
@@ -240,5 +247,33 @@ impl System {
             let fits = parts.round() >= 1.0 && (parts - parts.round()).abs() <= 1e-6 * parts;
             (!fits).then_some((component.name.as_str(), internal))
         })
+    }
+}
+
+/// The earliest start time that an FMU declares, s, else 0.
+fn earliest_start(fmus: &[Arc<Fmu>]) -> f64 {
+    let experiments = fmus.iter().map(|fmu| &fmu.description.default_experiment);
+    let starts = experiments.filter_map(|e| e.start);
+    starts.reduce(f64::min).unwrap_or(0.0)
+}
+
+/// Splits `NAME=FILE` before the longest file that there is, else at the first `=`.
+pub(crate) fn split_file(text: &str) -> Option<(&str, &str)> {
+    let splits = text.match_indices('=');
+    let mut splits = splits.map(|(k, _)| (&text[..k], &text[k + 1..]));
+    let first = splits.clone().next()?;
+    let found = splits.find(|(_, file)| Path::new(file).is_file());
+    Some(found.unwrap_or(first))
+}
+
+/// Name and file of `NAME=FILE`, or of a file, which names a component by itself.
+fn named_file(path: &Path) -> (String, String) {
+    let text = path.display().to_string();
+    match split_file(&text).filter(|(name, _)| !name.is_empty() && !path.is_file()) {
+        Some((name, file)) => (name.to_string(), file.to_string()),
+        None => {
+            let stem = path.file_stem().unwrap_or_default();
+            (stem.to_string_lossy().into_owned(), text)
+        }
     }
 }

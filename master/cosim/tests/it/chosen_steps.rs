@@ -123,6 +123,7 @@ fn what_cannot_be_had_is_refused_by_name() {
     let mut faults = Faults::default();
     faults.add(&system, "mass.f=delay:0.01").unwrap();
     let experiment = Experiment {
+        tolerance: None,
         threads: 1,
         stepping: stepping(1e-3, Schedule::Jacobi),
         stop: None,
@@ -175,6 +176,7 @@ fn a_resumed_run_has_the_same_bits() {
             faults.add(&system, text).unwrap();
         }
         Experiment {
+            tolerance: None,
             threads: 1,
             stepping: stepping(0.01, schedule),
             stop: None,

@@ -24,6 +24,7 @@ pub fn spring(name: &str) -> System {
 
 fn experiment(system: &System, table: Option<Table>) -> Experiment {
     Experiment {
+        tolerance: None,
         threads: 1,
         stepping: stepping(0.25, Schedule::Jacobi),
         stop: Some(1.5),

@@ -20,5 +20,7 @@ mod saved;
 mod support;
 mod threads;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod told;
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod whole_values;
 mod wires;

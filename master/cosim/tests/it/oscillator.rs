@@ -202,6 +202,7 @@ fn the_standard_schedule_passes_what_was_read_before_anything_was_set() {
 
 fn experiment(system: &System, step: f64, stop: Option<f64>) -> Experiment {
     Experiment {
+        tolerance: None,
         threads: 1,
         faults: cosim::exchange::faults::Faults::default(),
         inputs: None,

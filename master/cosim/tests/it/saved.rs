@@ -34,6 +34,7 @@ fn started(system: &System, schedule: Schedule) -> Master {
         values: vec![0.0, 1.0],
     };
     let experiment = Experiment {
+        tolerance: None,
         threads: 1,
         stepping: stepping(0.01, schedule),
         stop: None,

@@ -45,6 +45,7 @@ fn bits(system: &System, experiment: &Experiment, steps: usize) -> Vec<u64> {
 
 fn experiment(system: &System, schedule: Schedule, threads: usize) -> Experiment {
     Experiment {
+        tolerance: None,
         stepping: stepping(1e-3, schedule),
         threads,
         stop: None,

@@ -7,7 +7,7 @@
 
 use anyhow::Result;
 use clap::ValueEnum;
-use cosim::exchange::faults::{Faults, elements};
+use cosim::exchange::faults::Faults;
 use cosim::{Experiment, Port, Setting, System, Verdict, start_value};
 use serde::Serialize;
 
@@ -218,7 +218,7 @@ pub fn count(cases: &[Case]) -> u64 {
 }
 
 fn tip_error(system: &System, experiment: &Experiment) -> Result<(TipError, Verdict)> {
-    let ports = ["desired.position", "tip.position"].map(|array| elements(system, array));
+    let ports = ["desired.position", "tip.position"].map(|array| system.ports(array));
     let ports: Vec<Port> = ports.into_iter().collect::<Result<Vec<_>>>()?.concat();
     let recorded = RecordedRun::record(system, experiment, &ports)?;
     let columns = ports.iter().map(|port| recorded.recording.column(*port));

@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use anyhow::{Context, Result};
+use cosim::io::numbers::short;
 use cosim::{Port, System, Verdict};
 use fmi_description::Kind;
 use machine_file::AXES;
@@ -222,7 +223,13 @@ impl Limit {
         let Self {
             name, unit, worst, ..
         } = self;
-        let limit = (1e4 * self.limit).round() / 1e4;
+        let limit = short((1e4 * self.limit).round() / 1e4);
+        // Five digits, or as many as tell it from the limit.
+        let shown = |value: f64| {
+            let rounded = (4..16).map(|digits: usize| format!("{value:.digits$e}").parse());
+            let differs = |x: &f64| *x != self.limit;
+            short(rounded.flatten().find(differs).unwrap_or(value))
+        };
         let samples = samples.max(1) as f64;
         let (rms, share) = (
             (self.squares / samples).sqrt(),
@@ -234,7 +241,8 @@ impl Limit {
             RatedMean if rms > self.limit => (
                 true,
                 format!(
-                    "{name}: root mean square {rms:.4} {unit}, more than the rated {limit} {unit}"
+                    "{name}: root mean square {} {unit}, more than the rated {limit} {unit}",
+                    shown(rms)
                 ),
             ),
             RatedMean => return,
@@ -247,7 +255,8 @@ impl Limit {
             Rating => (
                 true,
                 format!(
-                    "{name}: up to {worst:.4} {unit}, more than the rated {limit} {unit} {when}"
+                    "{name}: up to {} {unit}, more than the rated {limit} {unit} {when}",
+                    shown(*worst)
                 ),
             ),
             Saturation => (

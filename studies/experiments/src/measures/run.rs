@@ -154,7 +154,8 @@ pub fn run(
     mut observe: impl FnMut(&Master) -> Result<()>,
 ) -> Result<Outcome> {
     let file = MachineFile::from_plant(system, &experiment.settings)?;
-    let master = experiment.start(system).map_err(refused_path)?;
+    let started = experiment.start_until(system, experiment.stop);
+    let master = started.map_err(refused_path)?;
     let parameter = |port| master.number(port);
     let tip_error = tip_error_port(system)?;
     let of_controller = |name| parameter(system.port_of(tip_error.component, name)?);

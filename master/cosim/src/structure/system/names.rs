@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use fmi_description::Variable;
 
 use super::System;
-use crate::structure::{OuterInput, OuterOutput};
+use crate::structure::{OuterInput, OuterOutput, arrays};
 use crate::wiring::Port;
 
 /// Least similarity of a known name that is suggested for an unknown one; 1 is the same name.
@@ -57,25 +57,22 @@ impl<'a> Names<'a> {
             None => self.system.port(name),
         }
     }
+
+    /// As [`System::ports`].
+    pub fn ports(&self, name: &str) -> Result<Vec<Port>> {
+        let found = self.port(name);
+        found.map_or_else(|_| self.system.ports(name), |port| Ok(vec![port]))
+    }
 }
 
 impl System {
     /// The variable named `component.variable`, or `variable` if only one component has it, or
     /// named as an output of the system.
     pub fn port(&self, name: &str) -> Result<Port> {
-        if let Some(output) = self.structure.outputs.iter().find(|o| o.name == name)
-            && let Some(component) = self.structure.component(&output.start.0)
-        {
-            return self.port_of(component, &output.start.1);
-        }
-        if let Some((component, variable)) = self.structure.split(name) {
-            return self.port_of(component, variable);
-        }
-        let has = |k: &usize| self.fmus[*k].description.index(name).is_some();
-        let mut owners = (0..self.fmus.len()).filter(has);
-        match (owners.next(), owners.next()) {
-            (Some(only), None) => self.port_of(only, name),
-            (None, _) => bail!(
+        let has = |k: usize, name: &str| self.fmus[k].description.index(name).is_some();
+        match self.owners(name, has)[..] {
+            [(component, variable)] => self.port_of(component, variable),
+            [] => bail!(
                 "no component of the system has a variable `{name}`{}; its components are {}",
                 self.nearest(name),
                 self.structure.component_names()
@@ -84,6 +81,72 @@ impl System {
                 "several components have a variable `{name}`; name the component: component.{name}"
             ),
         }
+    }
+
+    /// The variables that a user means by a name, in every option: one, as of [`Self::port`], or
+    /// all elements of the array of this name.
+    pub fn ports(&self, name: &str) -> Result<Vec<Port>> {
+        let found = self.known_ports(name);
+        found.map_or_else(|| self.port(name).map(|port| vec![port]), Ok)
+    }
+
+    fn known_ports(&self, name: &str) -> Option<Vec<Port>> {
+        let port = |component: usize, name: &str| {
+            let variable = self.fmus[component].description.index(name)?;
+            Some(Port {
+                component,
+                variable,
+            })
+        };
+        if let [(k, variable)] = self.owners(name, |k, name| port(k, name).is_some())[..]
+            && let Some(port) = port(k, variable)
+        {
+            return Some(vec![port]);
+        }
+        let elements = |k: usize, array: &str| -> Vec<Port> {
+            let arrays = arrays::elements(&self.fmus[k]);
+            let names = arrays.get(array).map_or(&[][..], Vec::as_slice);
+            names.iter().filter_map(|name| port(k, name)).collect()
+        };
+        match self.owners(name, |k, array| !elements(k, array).is_empty())[..] {
+            [(k, array)] => Some(elements(k, array)).filter(|ports| !ports.is_empty()),
+            _ => None,
+        }
+    }
+
+    /// The component that a name belongs to, and the name in it; none, or two if more components
+    /// have a variable of this name, as `has` says.
+    fn owners<'a>(
+        &'a self,
+        name: &'a str,
+        has: impl Fn(usize, &str) -> bool,
+    ) -> Vec<(usize, &'a str)> {
+        if let Some(output) = self.structure.outputs.iter().find(|o| o.name == name)
+            && let Some(component) = self.structure.component(&output.start.0)
+        {
+            return vec![(component, &output.start.1)];
+        }
+        if let Some(own) = self.structure.split(name) {
+            return vec![own];
+        }
+        let owners = (0..self.fmus.len()).filter(|k| has(*k, name));
+        owners.take(2).map(|k| (k, name)).collect()
+    }
+
+    /// Splits `NAME=REST` after the longest name of a variable, an array or an input of the system,
+    /// since a name may contain `=`; else at the first `=`. None without any `=`.
+    pub fn split_name<'a>(&self, text: &'a str) -> Option<(&'a str, &'a str)> {
+        let split = |(k, _): (usize, &str)| (text[..k].trim(), text[k + 1..].trim());
+        let first = text.find('=')?;
+        let later = text.rmatch_indices('=').take_while(|(k, _)| *k > first);
+        let longest = later.map(split).find(|(name, _)| self.is_known(name));
+        Some(longest.unwrap_or_else(|| split((first, "="))))
+    }
+
+    /// Whether it names a variable, an array or an input of the system.
+    pub(crate) fn is_known(&self, name: &str) -> bool {
+        let mut inputs = self.structure.inputs.iter();
+        inputs.any(|input| input.name == name) || self.known_ports(name).is_some()
     }
 
     /// A suggestion for an unknown name, as the end of an error message.
@@ -104,6 +167,17 @@ impl System {
             }
             _ => String::new(),
         }
+    }
+
+    /// All variables, component by component.
+    pub(crate) fn all_ports(&self) -> impl Iterator<Item = Port> {
+        let all = self.fmus.iter().map(|fmu| fmu.description.variables.len());
+        all.enumerate().flat_map(|(component, count)| {
+            (0..count).map(move |variable| Port {
+                component,
+                variable,
+            })
+        })
     }
 
     /// A variable of the component with this index.

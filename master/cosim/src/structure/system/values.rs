@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
+use fmi_description::{Causality, Initial, Variability, Variable};
 use system_structure::DataType;
 
 use super::System;
@@ -39,6 +40,10 @@ impl System {
                     structure.unmatched.push(text);
                     continue;
                 }
+                if let Some(remark) = left_out(&component.name, fmu, &parameter) {
+                    structure.remarks.push(remark);
+                    continue;
+                }
                 let parameter = convert(&component.name, fmu, parameter)?;
                 component.parameters.push(parameter);
             }
@@ -69,6 +74,10 @@ impl System {
             let parameter = Parameter { name, ..parameter };
             let component = &mut self.structure.components[port.component];
             let fmu = &self.fmus[port.component];
+            if let Some(remark) = left_out(&component.name, fmu, &parameter) {
+                self.structure.remarks.push(remark);
+                continue;
+            }
             let parameter = convert(&component.name, fmu, parameter)?;
             component.parameters.push(parameter);
         }
@@ -77,23 +86,61 @@ impl System {
 
     /// A start value for a variable named as in [`System::port`].
     pub fn setting(&self, name: &str, value: impl ToString) -> Result<Setting> {
+        let port = self.port(name)?;
+        self.check_settable(port)?;
         Ok(Setting {
-            port: self.port(name)?,
+            port,
             value: value.to_string(),
         })
     }
 
-    /// Parse `name=value` with a name as in [`System::port`]. For an input of the system these are
-    /// the start values of all inputs that it feeds.
+    fn check_settable(&self, port: Port) -> Result<()> {
+        let Some(why) = unsettable(self.variable(port)) else {
+            return Ok(());
+        };
+        let all = self.fmus[port.component].description.variables.iter();
+        let mut own = all.filter(|v| unsettable(v).is_none());
+        let mut names: Vec<&str> = own.by_ref().take(8).map(|v| v.name.as_str()).collect();
+        names.extend(own.next().map(|_| "…"));
+        let (name, owner) = (self.name(port), self.component_of(port));
+        let none = if names.is_empty() { "nothing" } else { "" };
+        bail!(
+            "`{name}` {why}; of `{owner}` can be set: {none}{}",
+            names.join(", ")
+        )
+    }
+
+    /// Parse `name=value` with a name as in [`System::ports`]; [`System::settings`] of both.
     pub fn parse_settings(&self, text: &str) -> Result<Vec<Setting>> {
-        let (name, value) = text.split_once('=').unwrap_or((text, ""));
+        let parts = self.split_name(text);
+        let (name, value) =
+            parts.with_context(|| format!("`{text}` is not component.variable=value"))?;
+        self.settings(name, value)
+    }
+
+    /// Start values of the variables that a name means: of an array one value for all elements, or
+    /// one for each, separated by blanks. Of an input of the system they are those of all inputs
+    /// that it feeds.
+    pub fn settings(&self, name: &str, value: &str) -> Result<Vec<Setting>> {
         let mut inputs = self.structure.inputs.iter();
-        let Some(input) = inputs.find(|input| input.name == name.trim()) else {
+        let Some(input) = inputs.find(|input| input.name == name) else {
+            let ports = self.ports(name)?;
+            let each: Vec<&str> = value.split_whitespace().collect();
+            let is_one_each = ports.len() > 1 && each.len() == ports.len();
             ensure!(
-                text.contains('='),
-                "`{text}` is not component.variable=value"
+                is_one_each || ports.len() == 1 || each.len() <= 1,
+                "`{name}` has {} elements; it needs one value for all, or one for each, but {} are given",
+                ports.len(),
+                each.len()
             );
-            return Ok(vec![self.setting(name.trim(), value.trim())?]);
+            let values = match is_one_each {
+                true => each,
+                false => vec![value; ports.len()],
+            };
+            (ports.iter()).try_for_each(|port| self.check_settable(*port))?;
+            let values = values.into_iter().map(str::to_string);
+            let pairs = ports.into_iter().zip(values);
+            return Ok(pairs.map(|(port, value)| Setting { port, value }).collect());
         };
         let mut settings = Vec::new();
         for ((component, variable), way) in &input.ends {
@@ -135,6 +182,32 @@ impl System {
         }
         Ok(())
     }
+}
+
+/// Why no start value can be given to a variable; None if one can. What a description leaves to the
+/// standard's defaults is calculated, unless it has a start value.
+pub fn unsettable(v: &Variable) -> Option<&'static str> {
+    use Causality::{CalculatedParameter, Independent, Local, Output};
+    let is_calculated = v.initial == Some(Initial::Calculated);
+    let is_left_open = v.initial.is_none() && v.start.is_empty();
+    match (v.causality, v.variability) {
+        (Independent, _) => Some("is the independent variable, which is not set"),
+        (_, Variability::Constant) => Some("is a constant"),
+        (CalculatedParameter, _) if v.initial != Some(Initial::Approx) => {
+            Some("is calculated from parameters")
+        }
+        (Local | Output, _) if is_calculated || is_left_open => Some("is calculated by its FMU"),
+        _ => None,
+    }
+}
+
+/// Why the value of a parameter set is left out, as a remark, if the variable cannot be set.
+fn left_out(component: &str, fmu: &Fmu, parameter: &Parameter) -> Option<String> {
+    let (name, value, origin) = (&parameter.name, &parameter.value, &parameter.origin);
+    let why = unsettable(fmu.description.variable(name).ok()?)?;
+    Some(format!(
+        "`{component}.{name}` {why}: its value {value} is left out ({origin})"
+    ))
 }
 
 /// Split the values of an array into one for each element; any other value stays as it is. `arrays`

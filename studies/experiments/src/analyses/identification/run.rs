@@ -11,7 +11,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use cosim::exchange::faults::elements;
 use cosim::run::simulate::{Plan, run_plan};
 use cosim::{Experiment, Port, Recording, Setting, System};
 use hdrm::DOF;
@@ -156,8 +155,8 @@ impl Commissioning {
     /// Makes the exciting run and estimates the machine.
     fn excite(&self, system: &System, experiment: &Experiment) -> Result<Found> {
         let controller = tip_error_port(system)?.component;
-        let mut ports = elements(system, "zeta_measured")?;
-        ports.extend(elements(system, "F_measured")?);
+        let mut ports = system.ports("zeta_measured")?;
+        ports.extend(system.ports("F_measured")?);
         ports.extend(system.elements(controller, "tau_wrist", 3)?);
         let mut recording = Recording::new(system, &ports)?;
         let master = experiment.start(system)?;
