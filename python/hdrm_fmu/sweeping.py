@@ -140,7 +140,7 @@ def chosen_system(world="ideal", system=None, step=1e-3, schedule="gauss-seidel"
     if system is None:
         return world_system(world, real_parameters, step=step, schedule=schedule)
     if isinstance(system, System):
-        if any((system.disconnect, system.replace, system.maps, system.feedthrough, system.scenario, system.faults, system.files[1:])):
+        if any((system.disconnect, system.replace, system.maps, system.feedthrough, system.scenario, system.faults, system.allow_nonfinite, system.files[1:])):
             raise BadInput("a sweep runs systems as their files have them, without disconnected inputs, replaced FMUs and options for them")
         return system
     return System(system, step=step, schedule=schedule)

@@ -178,6 +178,7 @@ impl Engine {
             settings: start_values,
             faults: Faults::default(),
             inputs: None,
+            nonfinite: Vec::new(),
         };
         let gaps = system.find_gaps(&experiment.settings)?;
         let verdict = gaps.judge(&system, experiment.stepping.schedule, false)?;

@@ -10,11 +10,13 @@ use crate::exchange::bond::{BondStep, Residual};
 use crate::exchange::coupling::{self, Coupling};
 use crate::exchange::faults::{Alteration, Faults, is_source};
 use crate::exchange::means::Means;
+use crate::exchange::unconnected::{Nonfinite, Unconnected};
 use crate::exchange::{Exchange, Order};
 use crate::instance::{At, Call, Instance, State, all};
 use crate::io::input_table::InputTable;
 use crate::run::instance_cache;
 use crate::run::instances::make;
+use crate::run::verdict::Verdict;
 use crate::schedule::rates::Rates;
 use crate::schedule::thread_plan::ThreadPlan;
 use crate::schedule::{self, Between};
@@ -26,6 +28,8 @@ pub use crate::schedule::{Jitter, Schedule, Stepping};
 
 /// Part of the communication step within which an event counts as met.
 const TOLERANCE: f64 = 1e-6;
+/// Events in a row, each within that time of the one before, after which they count as endless.
+const MAX_CROWDED: u32 = 1000;
 
 /// A running system.
 pub struct Master {
@@ -64,14 +68,26 @@ impl Master {
         Self::with_threads(system, settings, stepping, 1)
     }
 
-    /// The same with the components shared by several threads, including this one. Each component
-    /// is made, stepped and freed by one thread, which has its own copies of the libraries. The
-    /// results are bit-identical.
+    /// The same with several threads.
     pub fn with_threads(
         system: &System,
         settings: &[Setting],
         stepping: Stepping,
         threads: usize,
+    ) -> Result<Self> {
+        Self::with_nonfinite(system, settings, stepping, threads, &[])
+    }
+
+    /// The same with the components shared by several threads, including this one. Each component
+    /// is made, stepped and freed by one thread, which has its own copies of the libraries. The
+    /// results are bit-identical. The variables `nonfinite`, and inputs that they drive, may have
+    /// values that are not finite.
+    pub fn with_nonfinite(
+        system: &System,
+        settings: &[Setting],
+        stepping: Stepping,
+        threads: usize,
+        nonfinite: &[Port],
     ) -> Result<Self> {
         let Stepping { start, step, .. } = stepping;
         ensure!(
@@ -99,7 +115,16 @@ impl Master {
         let (means, bonds) = Means::new(&wiring, &exchange, derivatives.as_ref())?;
         let parts = Rates::most_parts(&system.structure, step);
         let thread_plan = ThreadPlan::new(system, threads, parts)?;
-        let make = |k| make(system, k, settings, is_staged, start, thread_plan.worker(k));
+        let driven = wiring
+            .links
+            .iter()
+            .filter(|link| nonfinite.contains(&link.from));
+        let driven = driven.map(|link| link.to);
+        let all_nonfinite: Vec<Port> = nonfinite.iter().copied().chain(driven).collect();
+        let make = |k| {
+            let worker = thread_plan.worker(k);
+            make(system, k, settings, is_staged, start, worker, &all_nonfinite)
+        };
         let instances: Vec<Instance> = (0..system.fmus.len()).map(make).collect::<Result<_>>()?;
         exchange.is_multi_threaded = instances.iter().any(Instance::is_elsewhere);
         initialize(&instances, &wiring, stepping)?;
@@ -113,6 +138,7 @@ impl Master {
             ranks: thread_plan.ranks(&wiring, |link| {
                 is_sequential && (link.bond.is_some() || has_ends)
             }),
+            unconnected: Unconnected::new(&wiring, &exchange, &instances),
             instances,
             rates,
             exchange,
@@ -239,6 +265,20 @@ impl Master {
         self.coupling.pass_again(self.time)
     }
 
+    /// Findings on outputs that no connection passes on and that were not finite.
+    pub(crate) fn judge_unconnected(&self, system: &System, verdict: &mut Verdict) {
+        let unconnected = &self.coupling.unconnected;
+        for (port, Nonfinite { time, value }) in unconnected.nonfinite() {
+            let name = system.name(port);
+            verdict.object(format!(
+                "the output `{name}` became {value} at t = {time} s; no connection passes it on (--allow-nonfinite {name} where that is \
+                 meant)"
+            ));
+        }
+        let remarks = unconnected.remarks.iter().cloned();
+        remarks.for_each(|remark| verdict.note(remark));
+    }
+
     /// Power residuals of the bonds so far.
     pub fn residuals(&self) -> &[Residual] {
         &self.coupling.residuals
@@ -259,10 +299,20 @@ impl Master {
     /// Steps by `h` to `end`, both s, in parts if there are events in between.
     fn advance(&mut self, mut h: f64, end: f64) -> Result<()> {
         let Stepping { step, schedule, .. } = self.stepping;
-        let tolerance = TOLERANCE * step;
+        let (tolerance, mut crowded) = (TOLERANCE * step, 0);
         loop {
             schedule::prepare(schedule, &mut self.coupling, self.time)?;
             let split = self.coupling.split(end - tolerance);
+            let is_close = split.is_some_and(|t| t - self.time < tolerance);
+            crowded = if is_close { crowded + 1 } else { 0 };
+            if crowded > MAX_CROWDED {
+                bail!(
+                    "at t = {} s: `{}` has had {MAX_CROWDED} events in a row, each less than {tolerance} s after the one before: they do not \
+                     end",
+                    self.time,
+                    self.coupling.first_to_split()
+                );
+            }
             let part = split.map_or([self.time, h, end], |t| [self.time, t - self.time, t]);
             schedule::advance(schedule, &mut self.coupling, part)?;
             self.time = part[2];

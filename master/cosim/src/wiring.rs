@@ -9,7 +9,7 @@ pub(crate) mod transformation;
 use std::collections::HashMap;
 
 use crate::structure::{Connection, Power, Structure};
-use crate::wiring::transformation::{Linear, Transformation, compose, unit_of};
+use crate::wiring::transformation::{Transformation, compose, unit_of};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use fmi_description::{Access, Causality, Description, Kind, Variability, Variable, Version};
 use fmi_import::batch::{Batch, Layout};
@@ -125,7 +125,7 @@ impl<'a> Wiring<'a> {
             }
             anyhow!("connection {c}: {text}")
         })?;
-        if start.kind != Kind::Real && transformation.linear() != Linear::NONE {
+        if start.kind != Kind::Real && transformation.has_linear() {
             bail!(
                 "connection {c}: a LinearTransformation is for Real, not for {}",
                 start.kind.name()

@@ -9,6 +9,7 @@ use crate::exchange::faults::Faults;
 use crate::io::input_table::{InputTable, Table};
 use crate::master::{Master, Stepping};
 use crate::structure::system::{Setting, System};
+use crate::wiring::Port;
 use fmi_import::messages;
 
 /// Conditions of a run.
@@ -26,13 +27,17 @@ pub struct Experiment {
     pub faults: Faults,
     /// Values over time for inputs that no connection drives.
     pub inputs: Option<Arc<Table>>,
+    /// Variables that may have values that are not finite.
+    pub nonfinite: Vec<Port>,
 }
 
 impl Experiment {
     /// The initialized system at its start time.
     pub fn start(&self, system: &System) -> Result<Master> {
         messages::take();
-        let mut master = Master::with_threads(system, &self.settings, self.stepping, self.threads)?;
+        let (settings, stepping, threads) = (&self.settings, self.stepping, self.threads);
+        let mut master =
+            Master::with_nonfinite(system, settings, stepping, threads, &self.nonfinite)?;
         if let Some(table) = &self.inputs {
             master.feed(InputTable::new(system, table)?)?;
         }

@@ -11,11 +11,11 @@ use crate::wiring::Port;
 /// An instance of component `k` on its own, with the system's parameter values, then `settings`.
 pub fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Instance> {
     let start = system.structure.start_time;
-    make(system, k, settings, false, start, None)
+    make(system, k, settings, false, start, None, &[])
 }
 
 /// The same for a run from `start`, s, in a worker's thread if one is given; `is_staged` as in
-/// [`Instance::new`].
+/// [`Instance::new`], `nonfinite` as in [`Master::with_nonfinite`](crate::Master::with_nonfinite).
 pub(crate) fn make(
     system: &System,
     k: usize,
@@ -23,16 +23,19 @@ pub(crate) fn make(
     is_staged: bool,
     start: f64,
     worker: Option<&Worker>,
+    nonfinite: &[Port],
 ) -> Result<Instance> {
     let (component, fmu) = (&system.structure.components[k], &system.fmus[k]);
     let cached = match worker {
         None => instance_cache::take(fmu, &component.name, is_staged),
         Some(_) => None,
     };
-    let instance = match cached {
+    let mut instance = match cached {
         Some(instance) => instance,
         None => Instance::in_thread(worker, fmu, &component.name, is_staged)?,
     };
+    let own = nonfinite.iter().filter(|port| port.component == k);
+    instance.allow_nonfinite(own.map(|port| port.variable).collect());
     instance.call(Call::SetUp(start), At::Initialization)?;
     for p in &component.parameters {
         instance

@@ -10,7 +10,7 @@ use crate::structure::system::System;
 use crate::wiring::Port;
 use crate::wiring::transformation::Transformation;
 use anyhow::{Result, bail};
-use fmi_description::{Access, Causality};
+use fmi_description::{Access, Causality, Kind};
 
 /// Variables that are read together.
 pub struct Signals {
@@ -49,7 +49,7 @@ impl Signals {
     pub fn read(&mut self, master: &Master) -> Result<&[f64]> {
         let at = At::Time(master.time());
         for read in &self.reads {
-            read.run(master.instances(), &mut self.raw, at)?;
+            read.run_unchecked(master.instances(), &mut self.raw, at)?;
         }
         for (value, slot) in self.values.iter_mut().zip(&self.order) {
             *value = self.raw[*slot];
@@ -137,6 +137,37 @@ fn matching_access(
         bail!(
             "no signal matches `{pattern}`; signals are named component.variable, `*` stands for any text"
         );
+    }
+    Ok(ports)
+}
+
+/// The Real variables that patterns name, of any role: those that may have values that are not
+/// finite (`--allow-nonfinite`). The name of an array stands for all its elements.
+pub fn matching_real(system: &System, patterns: &[String]) -> Result<Vec<Port>> {
+    let mut ports = Vec::new();
+    for pattern in patterns {
+        let (before, named) = (ports.len(), system.port(pattern).ok());
+        for (component, fmu) in system.fmus.iter().enumerate() {
+            for (variable, v) in fmu.description.variables.iter().enumerate() {
+                let port = Port {
+                    component,
+                    variable,
+                };
+                let name = system.name(port);
+                let array = name.strip_suffix(']').and_then(|name| name.rsplit_once('['));
+                let is_named = named == Some(port)
+                    || matches_pattern(pattern, &name)
+                    || array.is_some_and(|(array, _)| matches_pattern(pattern, array));
+                if v.kind == Kind::Real && is_named {
+                    ports.push(port);
+                }
+            }
+        }
+        if ports.len() == before {
+            bail!(
+                "no variable of type Real matches `{pattern}`; variables are named component.variable, `*` stands for any text"
+            );
+        }
     }
     Ok(ports)
 }

@@ -1,12 +1,15 @@
 //! Renames a system's variables to those of a component's FMU, for `System` (`--map`, and `maps` in
 //! Python): a parameter mapping (`.ssm`) gives the FMU's name for each name of the structure.
 
+use std::fmt::Debug;
+
+use anyhow::{Context, Result, bail};
 use fmi_description::Description;
 use system_structure::{MappingEntry, ParameterMapping, Transformation};
 
 use crate::structure::{Hop, Structure};
 
-/// Rename the connections, connectors and values of the component with the index `component` to the
+/// Rename the connections, connectors and values, and inputs and outputs of the system, of the component with the index `component` to the
 /// names of its FMU. Connections to variables that the FMU lacks, and power bonds whose mean effort
 /// it lacks, are dropped with a remark.
 pub(crate) fn rename(
@@ -14,7 +17,7 @@ pub(crate) fn rename(
     component: usize,
     mapping: &ParameterMapping,
     description: &Description,
-) {
+) -> Result<()> {
     let name = structure.components[component].name.clone();
     let entry = |variable: &str| mapping.entries.iter().find(|e| e.source == variable);
     let renamed = |variable: &str| entry(variable).map_or(variable, |e| &e.target).to_string();
@@ -32,13 +35,18 @@ pub(crate) fn rename(
         }
         if let Some(entry) = entry(&connection.start.1) {
             connection.start.1.clone_from(&entry.target);
-            let back = entry.transformation.as_ref().map(inverse);
-            let unit = connection.unit.take();
+            let back = entry.transformation.as_ref().map(inverse).transpose();
+            let back = back.with_context(|| format!("`{}` of `{name}`", entry.source))?;
+            // The other way round: the transformation first, which acts in the unit of the FMU.
             let first = Hop {
-                unit,
-                ..hop(entry, back)
+                transformation: back,
+                ..Hop::default()
             };
-            connection.way.insert(0, first);
+            let second = Hop {
+                unit: connection.unit.take(),
+                ..hop(entry, None)
+            };
+            connection.way.splice(0..0, [first, second]);
         }
         if let Some(bond) = &mut connection.bond {
             bond.step_mean = renamed(&bond.step_mean);
@@ -63,6 +71,23 @@ pub(crate) fn rename(
         }
         lacking.is_none()
     });
+    let ends = structure
+        .inputs
+        .iter_mut()
+        .flat_map(|input| &mut input.ends);
+    for ((owner, variable), way) in ends {
+        if *owner == name
+            && let Some(entry) = entry(variable)
+        {
+            variable.clone_from(&entry.target);
+            way.push(hop(entry, entry.transformation.clone()));
+        }
+    }
+    for output in &mut structure.outputs {
+        if output.start.0 == name {
+            output.start.1 = renamed(&output.start.1);
+        }
+    }
     let component = &mut structure.components[component];
     for connector in &mut component.connectors {
         if let Some(entry) = entry(&connector.name) {
@@ -77,6 +102,7 @@ pub(crate) fn rename(
         }
     }
     structure.remarks.extend(remarks);
+    Ok(())
 }
 
 fn hop(entry: &MappingEntry, transformation: Option<Transformation>) -> Hop {
@@ -88,18 +114,31 @@ fn hop(entry: &MappingEntry, transformation: Option<Transformation>) -> Hop {
 }
 
 /// The transformation from the FMU's values to those of the structure.
-fn inverse(transformation: &Transformation) -> Transformation {
-    fn swapped<T: Clone>(entries: &[(T, T)]) -> Vec<(T, T)> {
+///
+/// # Errors
+/// Several values become one.
+fn inverse(transformation: &Transformation) -> Result<Transformation> {
+    fn swapped<T: Clone + Debug + PartialEq>(entries: &[(T, T)]) -> Result<Vec<(T, T)>> {
+        for (k, (source, target)) in entries.iter().enumerate() {
+            if let Some((other, _)) = entries[..k].iter().find(|(_, t)| t == target) {
+                bail!(
+                    "its mapping cannot be applied to an output, which takes it backwards: {other:?} and {source:?} both become {target:?}"
+                );
+            }
+        }
         let all = entries.iter().cloned();
-        all.map(|(source, target)| (target, source)).collect()
+        Ok(all.map(|(source, target)| (target, source)).collect())
     }
-    match transformation {
+    Ok(match transformation {
+        Transformation::Linear { factor: 0.0, .. } => {
+            bail!("its factor 0 cannot be applied to an output, which takes it backwards")
+        }
         Transformation::Linear { factor, offset } => Transformation::Linear {
             factor: 1.0 / factor,
             offset: -offset / factor,
         },
-        Transformation::Booleans(entries) => Transformation::Booleans(swapped(entries)),
-        Transformation::Integers(entries) => Transformation::Integers(swapped(entries)),
-        Transformation::Items(entries) => Transformation::Items(swapped(entries)),
-    }
+        Transformation::Booleans(entries) => Transformation::Booleans(swapped(entries)?),
+        Transformation::Integers(entries) => Transformation::Integers(swapped(entries)?),
+        Transformation::Items(entries) => Transformation::Items(swapped(entries)?),
+    })
 }

@@ -51,6 +51,7 @@ fn experiment(system: &System, schedule: Schedule, threads: usize) -> Experiment
         settings: parameters(system),
         faults: Faults::default(),
         inputs: None,
+        nonfinite: Vec::new(),
     }
 }
 
