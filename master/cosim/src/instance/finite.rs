@@ -85,7 +85,7 @@ impl Instance {
                 false => String::new(),
             };
             bail!(
-                "`{name}` {done} {value}{too_large} {at}: what it {does} must be finite{advice} (FMU `{}`)",
+                "`{name}` {done} {value:?}{too_large} {at}: what it {does} must be finite{advice} (FMU `{}`)",
                 self.fmu.file
             );
         }
