@@ -1,6 +1,8 @@
 //! The co-simulation master: makes and initializes the instances of a system, steps them by a
 //! schedule, and saves and restores the state of the whole. Runs, scripts and pages step it.
 
+use std::collections::BTreeSet;
+
 use anyhow::{Context, Result, bail, ensure};
 use fmi_description::{Access, Variability};
 use serde::{Deserialize, Serialize};
@@ -115,15 +117,15 @@ impl Master {
         let (means, bonds) = Means::new(&wiring, &exchange, derivatives.as_ref())?;
         let parts = Rates::most_parts(&system.structure, step);
         let thread_plan = ThreadPlan::new(system, threads, parts)?;
-        let driven = wiring
-            .links
-            .iter()
-            .filter(|link| nonfinite.contains(&link.from));
-        let driven = driven.map(|link| link.to);
-        let all_nonfinite: Vec<Port> = nonfinite.iter().copied().chain(driven).collect();
+        let mut may_be_nonfinite: BTreeSet<Port> = nonfinite.iter().copied().collect();
+        for link in &wiring.links {
+            if may_be_nonfinite.contains(&link.from) {
+                may_be_nonfinite.insert(link.to);
+            }
+        }
         let make = |k| {
             let worker = thread_plan.worker(k);
-            make(system, k, settings, is_staged, start, worker, &all_nonfinite)
+            make(system, k, settings, is_staged, start, worker, &may_be_nonfinite)
         };
         let instances: Vec<Instance> = (0..system.fmus.len()).map(make).collect::<Result<_>>()?;
         exchange.is_multi_threaded = instances.iter().any(Instance::is_elsewhere);

@@ -1,7 +1,7 @@
 //! Batched reads and writes: variables of one component, type and clocks that one call of the FMU
 //! gets or sets, with the slots of their values. Exchanges, signals and input tables use them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use anyhow::Result;
@@ -246,11 +246,12 @@ pub fn reads(
     slots: &mut BTreeMap<Port, usize>,
 ) -> Vec<Read> {
     let mut together: BTreeMap<_, Vec<Port>> = BTreeMap::new();
-    for port in ports {
-        let list = together.entry(call_key(wiring, port)).or_default();
-        if !list.contains(&port) {
-            list.push(port);
-        }
+    let mut seen = BTreeSet::new();
+    for port in ports.filter(|port| seen.insert(*port)) {
+        together
+            .entry(call_key(wiring, port))
+            .or_default()
+            .push(port);
     }
     let mut reads = Vec::new();
     for ((instance, ..), ports) in together {

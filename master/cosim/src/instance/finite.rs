@@ -26,9 +26,8 @@ fn as_stored(access: Access, value: f64) -> f64 {
 }
 
 impl Instance {
-    /// From now on these variables alone may have values that are not finite.
-    pub(crate) fn allow_nonfinite(&mut self, mut variables: Vec<usize>) {
-        variables.sort_unstable();
+    /// From now on these variables alone, in order, may have values that are not finite.
+    pub(crate) fn allow_nonfinite(&mut self, variables: Vec<usize>) {
         self.nonfinite = variables;
     }
 

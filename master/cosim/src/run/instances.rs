@@ -1,5 +1,7 @@
 //! Makes instances of components with their start values, for the master, probing and studies.
 
+use std::collections::BTreeSet;
+
 use anyhow::{Context, Result};
 
 use crate::instance::workers::Worker;
@@ -11,7 +13,7 @@ use crate::wiring::Port;
 /// An instance of component `k` on its own, with the system's parameter values, then `settings`.
 pub fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Instance> {
     let start = system.structure.start_time;
-    make(system, k, settings, false, start, None, &[])
+    make(system, k, settings, false, start, None, &BTreeSet::new())
 }
 
 /// The same for a run from `start`, s, in a worker's thread if one is given; `is_staged` as in
@@ -23,7 +25,7 @@ pub(crate) fn make(
     is_staged: bool,
     start: f64,
     worker: Option<&Worker>,
-    nonfinite: &[Port],
+    nonfinite: &BTreeSet<Port>,
 ) -> Result<Instance> {
     let (component, fmu) = (&system.structure.components[k], &system.fmus[k]);
     let cached = match worker {
@@ -34,8 +36,12 @@ pub(crate) fn make(
         Some(instance) => instance,
         None => Instance::in_thread(worker, fmu, &component.name, is_staged)?,
     };
-    let own = nonfinite.iter().filter(|port| port.component == k);
-    instance.allow_nonfinite(own.map(|port| port.variable).collect());
+    let [first, next] = [k, k + 1].map(|component| Port {
+        component,
+        variable: 0,
+    });
+    let own = nonfinite.range(first..next).map(|port| port.variable);
+    instance.allow_nonfinite(own.collect());
     instance.call(Call::SetUp(start), At::Initialization)?;
     for p in &component.parameters {
         instance
