@@ -125,7 +125,15 @@ impl Master {
         }
         let make = |k| {
             let worker = thread_plan.worker(k);
-            make(system, k, settings, is_staged, start, worker, &may_be_nonfinite)
+            make(
+                system,
+                k,
+                settings,
+                is_staged,
+                start,
+                worker,
+                &may_be_nonfinite,
+            )
         };
         let instances: Vec<Instance> = (0..system.fmus.len()).map(make).collect::<Result<_>>()?;
         exchange.is_multi_threaded = instances.iter().any(Instance::is_elsewhere);

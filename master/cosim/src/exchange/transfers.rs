@@ -63,12 +63,7 @@ impl Read {
     }
 
     /// The same for values that are looked at only.
-    pub fn run_unchecked(
-        &self,
-        instances: &[Instance],
-        values: &mut [f64],
-        at: At,
-    ) -> Result<()> {
+    pub fn run_unchecked(&self, instances: &[Instance], values: &mut [f64], at: At) -> Result<()> {
         instances[self.instance].get(&self.batch, &mut values[self.slots.clone()], at)
     }
 }

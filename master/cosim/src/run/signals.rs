@@ -154,7 +154,9 @@ pub fn matching_real(system: &System, patterns: &[String]) -> Result<Vec<Port>> 
                     variable,
                 };
                 let name = system.name(port);
-                let array = name.strip_suffix(']').and_then(|name| name.rsplit_once('['));
+                let array = name
+                    .strip_suffix(']')
+                    .and_then(|name| name.rsplit_once('['));
                 let is_named = named == Some(port)
                     || matches_pattern(pattern, &name)
                     || array.is_some_and(|(array, _)| matches_pattern(pattern, array));

@@ -230,10 +230,10 @@ fn through_names(
         Some(ItemsOf(entries)) => Some(entries),
         _ => None,
     });
-    let last = |name: &String| {
-        lists.clone().fold(name, |name, entries| {
-            let found = entries.iter().find(|(source, _)| source == name);
-            found.map_or(name, |(_, target)| target)
+    let last = |name: &str| {
+        lists.clone().fold(name.to_string(), |name, entries| {
+            let found = entries.iter().find(|(source, _)| *source == name);
+            found.map_or(name, |(_, target)| target.clone())
         })
     };
     let items: &[Item] = match from.map(|v| &v.kind) {
@@ -247,7 +247,7 @@ fn through_names(
             all.push(source);
         }
     }
-    let entries = all.into_iter().map(|name| (name.clone(), last(name).clone()));
+    let entries = all.into_iter().map(|name| (name.clone(), last(name)));
     entries.collect()
 }
 

@@ -289,7 +289,12 @@ fn unconnected_outputs_spoil_the_verdict() {
                     simulate::run(&plain, master, 1.5, &|_, _| (), |_| Ok(())).unwrap()
                 };
                 let outcome = run(&base);
-                let bad: Vec<_> = outcome.verdict.findings().iter().filter(|f| f.is_bad).collect();
+                let bad: Vec<_> = outcome
+                    .verdict
+                    .findings()
+                    .iter()
+                    .filter(|f| f.is_bad)
+                    .collect();
                 let count = if version == Version::Fmi2 { 1 } else { 3 };
                 assert_eq!(bad.len(), count, "{schedule:?}: {bad:?}");
                 let parts = ["`b.y` became -inf at t = 0.8 s", "--allow-nonfinite b.y"];
@@ -324,7 +329,8 @@ fn a_restored_run_knows_what_was_found() {
     let base = experiment(&plain, &["b.at=0.72", "b.kind=1"], Schedule::Jacobi);
     let mut master = base.start(&plain).unwrap();
     let bad = |master: &Master| {
-        let supervision = cosim::run::supervision::Supervision::new(&plain, master, Default::default());
+        let supervision =
+            cosim::run::supervision::Supervision::new(&plain, master, Default::default());
         supervision.verdict(&plain, master).is_bad()
     };
     let before = master.save().unwrap();
@@ -352,7 +358,10 @@ fn start_values_are_checked() {
                 let start = [&*format!("{name}={text}")];
                 let base = experiment(&plain, &start, Schedule::Jacobi);
                 let error = format!("{:#}", base.start(&plain).err().unwrap());
-                assert_contains(&error, &[&format!("`{name}` = {text}: it must be a finite")]);
+                assert_contains(
+                    &error,
+                    &[&format!("`{name}` = {text}: it must be a finite")],
+                );
                 let nonfinite = matching_real(&plain, &[name.into()]).unwrap();
                 let allowed = Experiment { nonfinite, ..base };
                 allowed.start(&plain).unwrap();
