@@ -16,7 +16,7 @@ use cosim::structure::system::System;
 use fmi_description::Version;
 
 use super::foreign::compiled;
-use super::support::{assert_contains, pack, scratch, settings, stepping};
+use super::support::{assert_contains, fmu as fmu_of_kit, pack, scratch, settings, stepping};
 
 const H: f64 = 0.1;
 const VERSIONS: [Version; 2] = [Version::Fmi2, Version::Fmi3];
@@ -438,4 +438,28 @@ fn the_program_refuses_and_allows() {
     let (code, text) = run(&["--allow-nonfinite", "a.nothing"]);
     assert_eq!(code, 1, "{text}");
     assert_contains(&text, &["--allow-nonfinite: no variable", "`a.nothing`"]);
+}
+
+/// FMUs of the kit do not hand out such a number at all, also where nothing but the watch reads it.
+#[test]
+fn an_output_of_the_kit_ends_the_run() {
+    let folder = scratch("finite-kit");
+    fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("spring.fmu");
+    fs::write(&file, fmu_of_kit("spring")).unwrap();
+    let alone = System::from_fmus(&[file], &[]).unwrap();
+    let x = [alone.port("spring.x").unwrap()];
+    for schedule in SCHEDULES {
+        let base = experiment(&alone, &["spring.k=1e308"], schedule);
+        let mut master = base.start(&alone).unwrap();
+        (0..3).try_for_each(|_| master.step()).unwrap();
+        let mut inputs = Inputs::new(&alone, &x).unwrap();
+        inputs.set(&master, &[10.0]).unwrap();
+        let parts = [
+            "spring: ",
+            "`F` became -inf; it must be finite",
+            "t = 0.9 s",
+        ];
+        assert_contains(&failure(&mut master), &parts);
+    }
 }
