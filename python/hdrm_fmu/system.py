@@ -281,8 +281,8 @@ class System:
         return self._dataset(done, conditions)
 
     def _check_altered(self, conditions):
-        """Check inputs over time, faults and scenario before the run."""
-        if conditions["inputs"] or self.faults or self.scenario:
+        """Check inputs over time, faults, scenario and names of variables before the run."""
+        if conditions["inputs"] or self.faults or self.scenario or self.allow_nonfinite:
             try:
                 self._native.check(conditions)
             except RunFailed as error:
