@@ -142,3 +142,104 @@ fn inverse(transformation: &Transformation) -> Result<Transformation> {
         Transformation::Items(entries) => Transformation::Items(swapped(entries)?),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use fmi_description::Unit;
+
+    use super::*;
+    use crate::structure::{Component, Connection, OuterInput, OuterOutput};
+    use crate::wiring::transformation::compose;
+
+    fn length(name: &str, factor: f64) -> Unit {
+        Unit {
+            name: name.into(),
+            exponents: Some([0, 1, 0, 0, 0, 0, 0, 0]),
+            factor,
+            offset: 0.0,
+        }
+    }
+
+    fn structure() -> Structure {
+        let end = |component: &str, variable: &str| (component.to_string(), variable.to_string());
+        let component = |name: &str| Component {
+            name: name.into(),
+            source: String::new(),
+            connectors: Vec::new(),
+            parameters: Vec::new(),
+        };
+        Structure {
+            components: ["a", "b"].map(component).to_vec(),
+            connections: vec![Connection {
+                start: end("a", "y"),
+                end: end("b", "u"),
+                unit: Some(length("mm", 1e-3)),
+                way: vec![Hop::default()],
+                ..Connection::default()
+            }],
+            inputs: vec![OuterInput {
+                name: "push".into(),
+                unit: Some(length("mm", 1e-3)),
+                ends: vec![(end("a", "x"), vec![Hop::default()])],
+            }],
+            outputs: vec![OuterOutput {
+                name: "shown".into(),
+                start: end("a", "y"),
+            }],
+            ..Structure::default()
+        }
+    }
+
+    fn renamed(transformation: Transformation) -> Result<Structure> {
+        let description = Description::parse(
+            r#"<fmiModelDescription fmiVersion="2.0" modelName="M" guid="g"><CoSimulation modelIdentifier="M"/><ModelVariables>
+            <ScalarVariable name="X" valueReference="0" causality="input"><Real/></ScalarVariable>
+            <ScalarVariable name="Y" valueReference="1" causality="output"><Real/></ScalarVariable></ModelVariables><ModelStructure/>
+            </fmiModelDescription>"#,
+        );
+        let entry = |(source, target): (&str, &str)| MappingEntry {
+            source: source.into(),
+            target: target.into(),
+            keeps_units: false,
+            transformation: Some(transformation.clone()),
+        };
+        let entries = [("x", "X"), ("y", "Y")].map(entry).to_vec();
+        let mut structure = structure();
+        rename(
+            &mut structure,
+            0,
+            &ParameterMapping { entries },
+            &description.unwrap(),
+        )?;
+        Ok(structure)
+    }
+
+    /// 3000 mm of the structure are 3 m, twice that and 0.5 are 6.5 m of the FMU; an output takes
+    /// the same way back.
+    #[test]
+    fn an_output_takes_the_way_of_an_input_back() {
+        let (factor, offset) = (2.0, 0.5);
+        let structure = renamed(Transformation::Linear { factor, offset }).unwrap();
+        let (metre, millimetre) = (length("m", 1.0), length("mm", 1e-3));
+        let ((end, way), unit) = (&structure.inputs[0].ends[0], Some(millimetre));
+        assert_eq!(end.1, "X");
+        let mut way = way.clone();
+        way.last_mut().unwrap().unit = Some(metre.clone());
+        let there = compose(&way, unit, [None; 2], &mut None).unwrap();
+        assert_eq!(there.apply(3000.0), 6.5);
+        let back = &structure.connections[0];
+        assert_eq!(back.start.1, "Y");
+        let back = compose(&back.way, Some(metre), [None; 2], &mut None).unwrap();
+        assert_eq!(back.apply(6.5), 3000.0);
+        assert_eq!(structure.outputs[0].start.1, "Y");
+    }
+
+    #[test]
+    fn what_has_no_way_back_is_refused() {
+        let (factor, offset) = (0.0, 1.0);
+        let zero = renamed(Transformation::Linear { factor, offset }).unwrap_err();
+        assert!(format!("{zero:#}").contains("`y` of `a`: its factor 0"));
+        let twice = renamed(Transformation::Integers(vec![(1, 5), (2, 5)])).unwrap_err();
+        assert!(format!("{twice:#}").contains("1 and 2 both become 5"));
+    }
+}
