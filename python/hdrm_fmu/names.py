@@ -128,8 +128,8 @@ class Names:
             return [self.all[n] for owner in owners for n in self._arrays[owner]]
         return [self.one(name, kind)]
 
-    def settings(self, values, kind="parameter"):
-        """Checked start values by full name, as the text that the native code takes."""
+    def settings(self, values, kind="parameter", allows=False):
+        """Checked start values by full name, as the text that the native code takes; with `allows` it decides which may not be finite."""
         checked = {}
         for name, value in values.items():
             if name in self.inputs:
@@ -147,11 +147,11 @@ class Names:
                     raise BadInput(f"`{variable.name}` cannot be set: it is a variable of the kind `{variable.causality}`")
                 if variable.name in checked:
                     raise BadInput(f"`{variable.name}` is given twice, once as `{name}`")
-                checked[variable.name] = text(variable, element)
+                checked[variable.name] = text(variable, element, allows)
         return checked
 
 
-def text(variable, value):
+def text(variable, value, allows=False):
     """The text of a value, which reads back as the same value; refuses a value that the variable cannot have."""
     name = variable.name
     if isinstance(value, np.generic):
@@ -171,7 +171,7 @@ def text(variable, value):
         number = float(value)
     except (TypeError, ValueError):
         raise BadInput(f"`{name}` = {value!r} must be a number") from None
-    if not math.isfinite(number):
+    if not (math.isfinite(number) or allows and variable.type == "Real"):
         raise BadInput(f"`{name}` = {number} must be finite")
     for bound, is_beyond, word in ((variable.minimum, number.__lt__, "at least"), (variable.maximum, number.__gt__, "at most")):
         if bound is not None and is_beyond(bound):

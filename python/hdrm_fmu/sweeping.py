@@ -140,7 +140,8 @@ def chosen_system(world="ideal", system=None, step=1e-3, schedule="gauss-seidel"
     if system is None:
         return world_system(world, real_parameters, step=step, schedule=schedule)
     if isinstance(system, System):
-        if any((system.disconnect, system.replace, system.maps, system.feedthrough, system.scenario, system.faults, system.files[1:], system.names, system.start_time is not None, system.tolerance)):
+        own = (system.disconnect, system.replace, system.maps, system.feedthrough, system.scenario, system.faults, system.allow_nonfinite)
+        if any((*own, system.files[1:], system.names, system.start_time is not None, system.tolerance)):
             raise BadInput("a sweep runs systems as their files have them, without disconnected inputs, replaced FMUs and options for them")
         return system
     return System(system, step=step, schedule=schedule)

@@ -67,6 +67,8 @@ class System:
     scenario : events that alter variables: a file of libcosim's scenarios, as JSON.
     faults : what is done to values on their way, such as `emla_2.x=bias:0.001@1..2`, as `cosim run --fault` takes it.
     fault_seed : seed of what is random in faults.
+    allow_nonfinite : variables that may be NaN or infinite, by name or pattern; otherwise such a value ends the run, or in an output that no
+        connection passes on makes the verdict BAD.
     strict : refuse a system with connectors that its FMUs do not have, inputs that nothing drives, or values that match nothing.
 
     Nothing is loaded before it is needed. As a context manager it is a run that the script steps:
@@ -98,6 +100,7 @@ class System:
         scenario: str | os.PathLike[str] | None = None,
         faults: Iterable[str] = (),
         fault_seed: int = 0,
+        allow_nonfinite: Iterable[str] = (),
     ) -> None:
         self.names = tuple(path) if isinstance(path, Mapping) else ()
         paths = path.values() if isinstance(path, Mapping) else [path] if isinstance(path, (str, os.PathLike)) else path
@@ -125,6 +128,7 @@ class System:
         self.scenario = None if scenario is None else str(scenario)
         self.faults = (faults,) if isinstance(faults, str) else tuple(faults)
         self.fault_seed = fault_seed
+        self.allow_nonfinite = (allow_nonfinite,) if isinstance(allow_nonfinite, str) else tuple(allow_nonfinite)
         self._session = None
 
     def _only_fmus(self, variant, replace, maps):
@@ -212,8 +216,8 @@ class System:
             raise BadInput(str(error)) from None
 
     def _conditions(self, settings=None, stop_time=None):
-        names = self._names
-        values = {**names.settings(self.settings), **names.settings(by_name(settings))}
+        names, allows = self._names, bool(self.allow_nonfinite)
+        values = {**names.settings(self.settings, allows=allows), **names.settings(by_name(settings), allows=allows)}
         check_free(self._tip_path, values)
         choice("schedule", self.schedule, SCHEDULES)
         step, stop = positive("step", self._step), positive("stop_time", stop_time)
@@ -222,7 +226,7 @@ class System:
         told = {"start_time": _number("start_time", self.start_time), "tolerance": _number("tolerance", self.tolerance)}
         if told["tolerance"] is not None and not 0 < told["tolerance"] < 1:
             raise BadInput(f"tolerance = {self.tolerance!r}: a relative tolerance must be above 0 and below 1")
-        return {**conditions, **altered, **told}
+        return {**conditions, **altered, **told, "allow_nonfinite": list(self.allow_nonfinite)}
 
     @contextmanager
     def _on_path(self, conditions):
@@ -291,8 +295,8 @@ class System:
         return self._dataset(done, conditions)
 
     def _check_altered(self, conditions):
-        """Check inputs over time, faults and scenario before the run."""
-        if conditions["inputs"] or self.faults or self.scenario:
+        """Check inputs over time, faults, scenario and names of variables before the run."""
+        if conditions["inputs"] or self.faults or self.scenario or self.allow_nonfinite:
             try:
                 self._native.check(conditions)
             except RunFailed as error:
@@ -360,7 +364,7 @@ class System:
     def set(self, name: str | Mapping[str, object], value: object = None) -> None:
         """Set an input that no connection drives, or a tunable parameter, from the present time on; arrays whole or by element; several as
         a dictionary."""
-        values = self._names.settings({name: value} if isinstance(name, str) else by_name(name), "input")
+        values = self._names.settings({name: value} if isinstance(name, str) else by_name(name), "input", bool(self.allow_nonfinite))
         for full in values:
             v = self._names.all[full]
             if v.driver:

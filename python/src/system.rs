@@ -71,6 +71,8 @@ struct Conditions {
     scenario: Option<PathBuf>,
     faults: Vec<String>,
     fault_seed: u64,
+    /// Variables that may have values that are not finite.
+    allow_nonfinite: Vec<String>,
 }
 
 /// Inputs that no connection drives, over time: times (s), and columns with names and units.
@@ -162,6 +164,7 @@ impl System {
             threads: None,
             between: Default::default(),
             settings: Vec::new(),
+            allow_nonfinite: conditions.allow_nonfinite,
             strict: conditions.strict,
             check: false,
         };

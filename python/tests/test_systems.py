@@ -3,7 +3,10 @@
 import csv
 import json
 import os
+import shutil
 import subprocess
+import sys
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -120,6 +123,44 @@ def test_faults_and_scenarios_are_those_of_cosim(tmp_path):
     for wrong, reason in (({"faults": "emla_2.x=bend:2"}, "bend"), ({"faults": ["emla_9.x=freeze"]}, "emla_9"), ({"scenario": "/no.json"}, "no.json")):
         with pytest.raises(BadInput, match=reason):
             System(manipulator, **wrong).run(stop_time=0.01)
+
+
+NUMBERS = """<fmiModelDescription fmiVersion="2.0" modelName="numbers" guid="g"><CoSimulation modelIdentifier="numbers"/><ModelVariables>
+<ScalarVariable name="u" valueReference="0" causality="input"><Real start="1"/></ScalarVariable>
+<ScalarVariable name="y" valueReference="1" causality="output"><Real/></ScalarVariable>
+<ScalarVariable name="at" valueReference="2" causality="parameter" variability="fixed"><Real start="1e9"/></ScalarVariable>
+<ScalarVariable name="kind" valueReference="3" causality="parameter" variability="fixed"><Real start="0"/></ScalarVariable></ModelVariables>
+<ModelStructure><Outputs><Unknown index="2" dependencies=""/></Outputs></ModelStructure></fmiModelDescription>"""
+
+
+@pytest.mark.skipif(sys.platform != "linux" or not shutil.which("cc"), reason="a library for Linux, made by a C compiler")
+def test_numbers_that_are_not_finite(tmp_path):
+    """Through a wire they end the run, in an output that nothing reads they spoil it, allowed ones pass."""
+    source = Path(__file__).parents[2] / "master/cosim/tests/fmus/numbers.c"
+    subprocess.run(["cc", "-shared", "-fPIC", "-o", tmp_path / "numbers.so", source, "-lm"], check=True)
+    files = [tmp_path / "a.fmu", tmp_path / "b.fmu"]
+    for file in files:
+        with zipfile.ZipFile(file, "w") as archive:
+            archive.writestr("modelDescription.xml", NUMBERS)
+            archive.write(tmp_path / "numbers.so", "binaries/linux64/numbers.so")
+
+    def run(connect=(), settings=None, **options):
+        return System(files, connect=connect, step=0.1, **options).run(settings=settings, stop_time=1.0, signals=["b.u"])
+
+    wrong = {"a.at": 0.42, "a.kind": 1}
+    with pytest.raises(RunFailed, match="`a.y` became NaN at t = 0.5 s"):
+        run(["a.y=b.u"], wrong)
+    spoilt = run((), wrong)
+    assert spoilt.attrs["verdict"] == "BAD" and "`a.y` became NaN at t = 0.5 s" in spoilt.attrs["findings"]
+    assert run(["a.y=b.u"], wrong, allow_nonfinite=["a.y", "b.y"]).attrs["verdict"] == "good"
+    assert np.isnan(run(["a.y=b.u"], wrong, allow_nonfinite="a.*")["b.u"][-1])
+    with pytest.raises(BadInput, match="must be finite"):
+        run((), {"a.u": np.nan})
+    with pytest.raises(RunFailed, match="`a.u` = nan: it must be a finite number"):
+        run((), {"a.u": np.nan}, allow_nonfinite=["b.*"])
+    assert np.isinf(run((), {"b.u": np.inf}, allow_nonfinite=["b.u"])["b.u"][0])
+    with pytest.raises(BadInput, match="no variable of type Real matches `c.y`"):
+        run(allow_nonfinite=["c.y"])
 
 
 def test_a_reference_from_outside_moves_the_manipulator():

@@ -27,8 +27,10 @@ use crate::saved;
 use crate::status::UNFIT;
 use crate::value::{Value, fits};
 
-/// How many updates of discrete states, or early returns, there may be at one time.
+/// How many updates of discrete states there may be at one time.
 const MAX_PASSES: usize = 100;
+/// How many early returns there may be in a row that advance by less than a millionth of the step.
+const MAX_RETURNS: usize = 1000;
 
 /// The state of the instance in the state machine of the standard, as far as it matters here.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
@@ -160,10 +162,10 @@ impl Fmi3Instance {
             if !is_short {
                 return Ok(());
             }
-            stays = if time > from { 0 } else { stays + 1 };
-            if stays == MAX_PASSES {
+            stays = if time - from > 1e-6 * h { 0 } else { stays + 1 };
+            if stays == MAX_RETURNS {
                 bail!(
-                    "fmi3DoStep returned early {MAX_PASSES} times at {} s",
+                    "fmi3DoStep returned early {MAX_RETURNS} times in a row and hardly advanced, at {} s",
                     short(time)
                 );
             }

@@ -164,8 +164,8 @@ pub struct StepEnd {
     pub time: f64,
 }
 
-/// Results of an update of discrete states.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Results of an update of discrete states; by default no event is announced.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Update {
     /// Discrete states must be updated once more.
     pub again: bool,
@@ -173,6 +173,16 @@ pub struct Update {
     pub terminates: bool,
     /// Time of the next event, s; infinite if the FMU announces none.
     pub next: f64,
+}
+
+impl Default for Update {
+    fn default() -> Self {
+        Self {
+            again: false,
+            terminates: false,
+            next: f64::INFINITY,
+        }
+    }
 }
 
 /// The vectors of Model Exchange that an importer reads.

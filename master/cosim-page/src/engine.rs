@@ -196,6 +196,7 @@ impl Engine {
             settings: start_values,
             faults: Faults::default(),
             inputs: None,
+            nonfinite: Vec::new(),
         };
         let gaps = system.find_gaps(&experiment.settings)?;
         let mut verdict = gaps.judge(&system, experiment.stepping.schedule, false)?;

@@ -21,7 +21,9 @@ use crate::io::csv::Log;
 use crate::io::input_table::{InputTable, Table};
 use crate::io::scenario;
 use crate::master::{Schedule, Stepping};
-use crate::run::signals::{connected, matches_pattern, matching_any, note_locals, split_lists};
+use crate::run::signals::{
+    connected, matches_pattern, matching_any, matching_real, note_locals, split_lists,
+};
 use crate::run::simulate::Experiment;
 use crate::run::verdict::Verdict;
 pub use crate::schedule::STEP;
@@ -174,6 +176,11 @@ pub struct RunArgs {
     /// name, and the component left out where one alone has the variable
     #[arg(long = "set", value_name = "COMPONENT.VARIABLE=VALUE")]
     pub settings: Vec<String>,
+    /// Variable that may have values that are not finite numbers, `component.variable` or a pattern
+    /// as for --signals; repeatable. Otherwise such a value ends the run, or in an output that no
+    /// connection passes on makes the verdict bad
+    #[arg(long, value_name = "NAME")]
+    pub allow_nonfinite: Vec<String>,
     /// Refuse a system with input connectors that nothing drives or sets, or with connectors that
     /// its FMUs do not have; inputs without a connector keep their start values
     #[arg(long)]
@@ -249,6 +256,7 @@ impl RunArgs {
             settings,
             faults: Faults::default(),
             inputs: None,
+            nonfinite: matching_real(system, &self.allow_nonfinite).context("--allow-nonfinite")?,
         })
     }
 

@@ -9,6 +9,7 @@ pub(crate) mod coupling;
 pub mod faults;
 pub(crate) mod means;
 mod transfers;
+pub(crate) mod unconnected;
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -121,8 +122,10 @@ impl Exchange {
                 let own = links.filter(|l| is_non_numeric(wiring.access(l.from)) == exact);
                 let inputs = own.map(|l| (l.to, slots[&l.from], l.transformation.clone()));
                 let mut planned = writes(wiring, inputs);
-                let all = planned.iter_mut();
-                all.for_each(|write| write.is_exact = exact);
+                for write in &mut planned {
+                    write.is_exact = exact;
+                    write.trust_sources();
+                }
                 stage_writes.extend(planned);
             }
             let in_loops = outputs.filter_map(|port| Some((*in_loop.get(&port)?, port)));
@@ -240,8 +243,10 @@ impl Exchange {
     }
 
     /// Pass all values until none changes, bit for bit, at most `passes` times. Returns the outputs
-    /// that still change.
+    /// that still change. On the way there values need not be finite: in the first pass a component
+    /// may divide by an input that it has not got yet.
     pub fn settle(&mut self, instances: &[Instance], at: At, passes: usize) -> Result<Vec<Port>> {
+        self.set_preliminary(true);
         let mut changed = Vec::new();
         for _ in 0..passes {
             let (before, exact) = (self.values.clone(), self.exact.clone());
@@ -256,7 +261,20 @@ impl Exchange {
                 break;
             }
         }
+        self.set_preliminary(false);
+        if changed.is_empty() {
+            self.run(instances, at)?;
+        }
         Ok(changed)
+    }
+
+    fn set_preliminary(&mut self, is_preliminary: bool) {
+        for stage in &mut self.stages {
+            let reads = stage.reads.iter_mut();
+            reads.for_each(|read| read.is_preliminary = is_preliminary);
+            let writes = stage.writes.iter_mut();
+            writes.for_each(|write| write.set_preliminary(is_preliminary));
+        }
     }
 
     /// Read all outputs of one component.
@@ -352,12 +370,18 @@ impl Exchange {
     fn write_in_threads(&mut self, k: usize, instances: &[Instance], at: At) -> Result<()> {
         let mut faults = self.faults.as_mut();
         let (writes, resting) = (&mut self.stages[k].writes, &self.resting);
-        let mut failure = Failure::default();
+        let (mut failure, mut begun) = (Failure::default(), 0);
         for write in writes.iter_mut().filter(|w| !rests(resting, w.instance)) {
-            let begun = write.begin(instances, &self.values, faults.as_deref_mut(), at);
-            failure.add(write.instance, begun);
+            let done = write.begin(instances, &self.values, faults.as_deref_mut(), at);
+            let has_failed = done.is_err();
+            failure.add(write.instance, done);
+            if has_failed {
+                break;
+            }
+            begun += 1;
         }
-        for write in writes.iter().filter(|w| !rests(resting, w.instance)) {
+        let all = writes.iter().filter(|w| !rests(resting, w.instance));
+        for write in all.take(begun) {
             failure.add(write.instance, write.end(instances, at));
         }
         failure.into()
@@ -375,10 +399,12 @@ impl Exchange {
                 instance,
                 batch,
                 slots,
+                ..
             } in &stage.reads
             {
-                let values = &mut self.values[slots.clone()];
-                instances[*instance].get_derivatives(batch, values, at)?;
+                let (instance, values) = (&instances[*instance], &mut self.values[slots.clone()]);
+                instance.get_derivatives(batch, values, at)?;
+                instance.check_derivatives(batch, values, at)?;
             }
             for write in &mut stage.writes {
                 write.run_derivatives(instances, &self.values, faults, at)?;

@@ -2,6 +2,7 @@
 //! calls name the instance, the time, the variables and the reasons that the FMU logged.
 
 mod errors;
+pub(crate) mod finite;
 #[cfg(feature = "native")]
 mod remote;
 #[cfg_attr(not(feature = "native"), path = "instance/workers_of_module.rs")]
@@ -36,6 +37,8 @@ pub struct Instance {
     /// Made for schedules that read outputs again after inputs were set.
     pub(crate) is_staged: bool,
     is_elsewhere: bool,
+    /// Variables that may have values that are not finite, in order.
+    nonfinite: Vec<usize>,
 }
 
 /// The first error, in the order of components, of calls made in several threads: all calls that
@@ -166,6 +169,7 @@ impl Instance {
             has_events,
             is_staged,
             is_elsewhere: worker.is_some(),
+            nonfinite: Vec::new(),
         };
         instance.log_only_warnings()?;
         Ok(instance)
@@ -213,6 +217,7 @@ impl Instance {
         let value = Value::parse_for(v, text)
             .map_err(|unfit| anyhow!("{}.{variable}: `{text}` is not {unfit}", self.name))?;
         let index = description.index(variable).unwrap_or_default();
+        self.check_value(index, &value, text)?;
         let batch = self.fmu.any_batch(vec![index]);
         let set = self.fmi.set_values(&batch, &[value]);
         set.map_err(|error| match error.downcast::<Answer>() {

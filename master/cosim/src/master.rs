@@ -1,7 +1,7 @@
 //! The co-simulation master: makes and initializes the instances of a system, steps them by a
 //! schedule, and saves and restores the state of the whole. Runs, scripts and pages step it.
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 
 use anyhow::{Context, Result, bail, ensure};
 use fmi_description::{Access, Variability};
@@ -12,11 +12,13 @@ use crate::exchange::bond::{BondStep, Residual};
 use crate::exchange::coupling::{self, Coupling};
 use crate::exchange::faults::{Alteration, Faults, is_source};
 use crate::exchange::means::Means;
+use crate::exchange::unconnected::{Nonfinite, Unconnected};
 use crate::exchange::{Exchange, Order};
 use crate::instance::{At, Call, Instance, State, all};
 use crate::io::input_table::InputTable;
 use crate::run::instance_cache;
 use crate::run::instances::make;
+use crate::run::verdict::Verdict;
 use crate::schedule::rates::Rates;
 use crate::schedule::thread_plan::ThreadPlan;
 use crate::schedule::{self, Between};
@@ -30,6 +32,8 @@ pub use crate::schedule::{Jitter, Schedule, Stepping};
 
 /// Part of the communication step within which an event counts as met.
 const TOLERANCE: f64 = 1e-6;
+/// Events in a row, each within that time of the one before, after which they count as endless.
+const MAX_CROWDED: u32 = 1000;
 
 /// A running system.
 pub struct Master {
@@ -68,9 +72,7 @@ impl Master {
         Self::with_threads(system, settings, stepping, 1)
     }
 
-    /// The same with the components shared by several threads, including this one. Each component
-    /// is made, stepped and freed by one thread, which has its own copies of the libraries. The
-    /// results are bit-identical.
+    /// The same with several threads.
     pub fn with_threads(
         system: &System,
         settings: &[Setting],
@@ -78,16 +80,18 @@ impl Master {
         threads: usize,
     ) -> Result<Self> {
         let experiment = FmiExperiment::from_start(stepping.start);
-        Self::for_experiment(system, settings, stepping, threads, experiment)
+        Self::for_experiment(system, settings, stepping, threads, experiment, &[])
     }
 
-    /// The same where the FMUs are told `experiment`: start, stop and tolerance.
+    /// The same where the FMUs are told `experiment`: start, stop and tolerance. The variables
+    /// `nonfinite`, and inputs that they drive, may have values that are not finite.
     pub(crate) fn for_experiment(
         system: &System,
         settings: &[Setting],
         stepping: Stepping,
         threads: usize,
         experiment: FmiExperiment,
+        nonfinite: &[Port],
     ) -> Result<Self> {
         let Stepping { start, step, .. } = stepping;
         ensure!(
@@ -117,6 +121,12 @@ impl Master {
         let (means, bonds) = Means::new(&wiring, &exchange, derivatives.as_ref())?;
         let parts = Rates::most_parts(&system.structure, step);
         let thread_plan = ThreadPlan::new(system, threads, parts)?;
+        let mut may_be_nonfinite: BTreeSet<Port> = nonfinite.iter().copied().collect();
+        for link in &wiring.links {
+            if may_be_nonfinite.contains(&link.from) {
+                may_be_nonfinite.insert(link.to);
+            }
+        }
         let make = |k| {
             make(
                 system,
@@ -125,6 +135,7 @@ impl Master {
                 is_staged,
                 experiment,
                 thread_plan.worker(k),
+                &may_be_nonfinite,
             )
         };
         let instances: Vec<Instance> = (0..system.fmus.len()).map(make).collect::<Result<_>>()?;
@@ -140,6 +151,7 @@ impl Master {
             ranks: thread_plan.ranks(&wiring, |link| {
                 is_sequential && (link.bond.is_some() || has_ends)
             }),
+            unconnected: Unconnected::new(&wiring, &exchange, &instances),
             instances,
             rates,
             exchange,
@@ -266,6 +278,20 @@ impl Master {
         self.coupling.pass_again(self.time)
     }
 
+    /// Findings on outputs that no connection passes on and that were not finite.
+    pub(crate) fn judge_unconnected(&self, system: &System, verdict: &mut Verdict) {
+        let unconnected = &self.coupling.unconnected;
+        for (port, Nonfinite { time, value }) in unconnected.nonfinite() {
+            let name = system.name(port);
+            verdict.object(format!(
+                "the output `{name}` became {value} at t = {time} s; no connection passes it on (--allow-nonfinite {name} where that is \
+                 meant)"
+            ));
+        }
+        let remarks = unconnected.remarks.iter().cloned();
+        remarks.for_each(|remark| verdict.note(remark));
+    }
+
     /// Power residuals of the bonds so far.
     pub fn residuals(&self) -> &[Residual] {
         &self.coupling.residuals
@@ -286,10 +312,20 @@ impl Master {
     /// Steps by `h` to `end`, both s, in parts if there are events in between.
     fn advance(&mut self, mut h: f64, end: f64) -> Result<()> {
         let Stepping { step, schedule, .. } = self.stepping;
-        let tolerance = TOLERANCE * step;
+        let (tolerance, mut crowded) = (TOLERANCE * step, 0);
         loop {
             schedule::prepare(schedule, &mut self.coupling, self.time)?;
             let split = self.coupling.split(end - tolerance);
+            let is_close = split.is_some_and(|t| t - self.time < tolerance);
+            crowded = if is_close { crowded + 1 } else { 0 };
+            if crowded > MAX_CROWDED {
+                bail!(
+                    "at t = {} s: `{}` has had {MAX_CROWDED} events in a row, each less than {tolerance} s after the one before: they do not \
+                     end",
+                    self.time,
+                    self.coupling.first_to_split()
+                );
+            }
             let part = split.map_or([self.time, h, end], |t| [self.time, t - self.time, t]);
             schedule::advance(schedule, &mut self.coupling, part)?;
             self.time = part[2];

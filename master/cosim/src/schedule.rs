@@ -17,8 +17,12 @@ use crate::exchange::coupling::Coupling;
 /// The first exchange, at the start time `t`, s.
 pub(crate) fn begin(schedule: Schedule, coupling: &mut Coupling, t: f64) -> Result<()> {
     match schedule {
-        Schedule::Standard => coupling.read(t),
+        Schedule::Standard => {
+            coupling.read(t)?;
+            coupling.watch_unconnected(t)
+        }
         _ => {
+            coupling.watch_unconnected(t)?;
             coupling.pass(t)?;
             coupling.pass_derivatives(t)
         }
@@ -47,6 +51,7 @@ pub(crate) fn advance(
     coupling.step_all(t, h, gives_means)?;
     coupling.record_bonds(h, gives_means);
     coupling.enter_events(end)?;
+    coupling.watch_unconnected(end)?;
     coupling.pass(end)?;
     coupling.account(h);
     coupling.pass_derivatives(end)

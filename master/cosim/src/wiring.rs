@@ -12,7 +12,7 @@ use std::ptr::from_ref;
 use std::sync::{Arc, OnceLock};
 
 use crate::structure::{Connection, Power, Structure};
-use crate::wiring::transformation::{Linear, Transformation, compose, unit_of};
+use crate::wiring::transformation::{Transformation, compose, unit_of};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use fmi_description::{
     Access, Causality, Dependence, Description, Kind, Variability, Variable, Version,
@@ -159,7 +159,7 @@ impl<'a> Wiring<'a> {
             }
             anyhow!("connection {c}: {text}")
         })?;
-        if start.kind != Kind::Real && transformation.linear() != Linear::NONE {
+        if start.kind != Kind::Real && transformation.has_linear() {
             bail!(
                 "connection {c}: a LinearTransformation is for Real, not for {}",
                 start.kind.name()

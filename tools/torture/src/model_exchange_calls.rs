@@ -26,6 +26,8 @@ use State::{ContinuousTime, Event, Initialization, Instantiated, Terminated};
 
 /// States in which an instance has values.
 const INITIALIZED: &[State] = &[Initialization, Event, ContinuousTime, Terminated];
+/// States in which FMI 2.0 has nominal values.
+const WITH_NOMINALS: &[State] = &[Instantiated, Event, ContinuousTime, Terminated];
 const ALL: &[State] = &[
     Instantiated,
     Initialization,
@@ -167,13 +169,7 @@ fn call(
             ("fmi2SetTime", &[Event, ContinuousTime], right, status)
         }
         which @ (10 | 11) => {
-            let without_initialization: &[State] =
-                &[Instantiated, Event, ContinuousTime, Terminated];
-            let nominals = if is_3 {
-                INITIALIZED
-            } else {
-                without_initialization
-            };
+            let nominals = if is_3 { INITIALIZED } else { WITH_NOMINALS };
             let (which, allowed, of) = match (which, r.below(3)) {
                 (11, _) => (
                     ContinuousValues::Indicators,

@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 use anyhow::{Result, bail};
 use fmi_description::Access;
 
+use crate::instance::finite::are_finite;
 use crate::instance::{At, Instance};
 use crate::wiring::{Port, Wiring};
 use fmi_import::batch::Batch;
@@ -164,6 +165,9 @@ impl Unknowns {
             }
             for (y, row) in self.y.iter_mut().zip(&self.rows) {
                 *y += row[row.len() - 1];
+            }
+            if !are_finite(&self.y) {
+                return self.fail(at, "Newton's method leaves the range of numbers");
             }
         }
         self.fail(at, "Newton's method does not find a solution")

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::exchange::balance::Balance;
 use crate::exchange::bond::{BondSlots, BondStep, Residual};
 use crate::exchange::means::Means;
+use crate::exchange::unconnected::{Nonfinite, Unconnected};
 use crate::exchange::{Exchange, ExchangeState};
 use crate::instance::{At, BegunCall, Call, Failure, Instance, State, all};
 use crate::schedule::rates::{ComponentStep, PastValues, Rates};
@@ -26,6 +27,7 @@ pub(crate) struct Coupling {
     /// A component that cannot vary its step.
     pub fixed: Option<String>,
     pub exchange: Exchange,
+    pub unconnected: Unconnected,
     /// Set if components have steps of their own, or inputs that are not held.
     pub rates: Option<Rates>,
     /// Set if the inputs of power bonds are corrected.
@@ -44,6 +46,7 @@ pub(crate) struct Coupling {
 pub(crate) struct Saved<S = State> {
     instances: Vec<S>,
     passed: ExchangeState,
+    nonfinite: Vec<Option<Nonfinite>>,
     derivatives: Option<ExchangeState>,
     means: Vec<f64>,
     residuals: Vec<Residual>,
@@ -67,6 +70,7 @@ impl<S> Saved<S> {
         Ok(Saved {
             instances: instances.collect::<Result<_>>()?,
             passed: self.passed,
+            nonfinite: self.nonfinite,
             derivatives: self.derivatives,
             means: self.means,
             residuals: self.residuals,
@@ -88,6 +92,7 @@ impl Coupling {
     pub fn restore_bytes(&mut self, saved: Saved<Vec<u8>>, t: f64) -> Result<()> {
         ensure!(
             self.exchange.fits(&saved.passed)
+                && self.unconnected.found.len() == saved.nonfinite.len()
                 && self.derivatives.is_some() == saved.derivatives.is_some()
                 && self.means.values.len() == saved.means.len()
                 && self.residuals.len() == saved.residuals.len()
@@ -106,6 +111,7 @@ impl Coupling {
         Ok(Saved {
             instances: instances.collect::<Result<_>>()?,
             passed: self.exchange.save(),
+            nonfinite: self.unconnected.found.clone(),
             derivatives: self.derivatives.as_ref().map(Exchange::save),
             means: self.means.values.clone(),
             residuals: self.residuals.clone(),
@@ -124,6 +130,7 @@ impl Coupling {
             instance.restore(state, At::Time(t))?;
         }
         self.exchange.restore(&saved.passed);
+        self.unconnected.found.clone_from(&saved.nonfinite);
         for (exchange, passed) in self.derivatives.iter_mut().zip(&saved.derivatives) {
             exchange.restore(passed);
         }
@@ -139,6 +146,12 @@ impl Coupling {
     /// Read all outputs at `t`, s.
     pub fn read(&mut self, t: f64) -> Result<()> {
         self.exchange.read(&self.instances, At::Time(t))
+    }
+
+    /// Read the outputs that no connection passes on, before any input is set.
+    pub fn watch_unconnected(&mut self, t: f64) -> Result<()> {
+        let resting = &self.exchange.resting;
+        self.unconnected.read(&self.instances, resting, t)
     }
 
     /// Pass all connections, stage by stage.
@@ -309,7 +322,14 @@ impl Coupling {
             }
             self.pass_again(t)?;
         }
-        bail!("{at}: discrete states still change after {MAX_PASSES} passes of Event Mode")
+        let is_changing = |s: &&Instance| !matches!(s.call(Call::UpdateEvents, at), Ok(0.0));
+        let names: Vec<_> = (self.timed().filter(is_changing))
+            .map(|s| s.name.as_str())
+            .collect();
+        bail!(
+            "{at}: discrete states of {} still change after {MAX_PASSES} passes of Event Mode",
+            names.join(", ")
+        )
     }
 
     /// Each instance leaves Event Mode by itself.
@@ -323,6 +343,13 @@ impl Coupling {
     pub fn split(&self, end: f64) -> Option<f64> {
         let first = self.timed().map(Instance::next_event).reduce(f64::min)?;
         (first < end && self.fixed.is_none()).then_some(first)
+    }
+
+    /// Name of the component whose event comes first.
+    pub fn first_to_split(&self) -> &str {
+        let all = self.timed();
+        let first = all.min_by(|a, b| a.next_event().total_cmp(&b.next_event()));
+        first.map_or("", |instance| &instance.name)
     }
 
     /// Tick the clocks that are due at `t` within `tolerance`, both s, and pass what they change.

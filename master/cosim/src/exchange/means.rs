@@ -68,7 +68,8 @@ impl Means {
             });
         }
         let count = wiring.components.len();
-        let writes = writes(wiring, given.into_iter());
+        let mut writes = writes(wiring, given.into_iter());
+        writes.iter_mut().for_each(Write::trust_sources);
         let means = Self {
             reads: by_component(reads, Read::component, count),
             writes: by_component(writes, Write::component, count),

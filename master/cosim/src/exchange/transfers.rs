@@ -20,6 +20,8 @@ pub struct Read {
     pub(super) instance: usize,
     pub(super) batch: Batch,
     pub(super) slots: Range<usize>,
+    /// The values may not be final yet, and are not checked.
+    pub(super) is_preliminary: bool,
 }
 
 impl Read {
@@ -52,8 +54,16 @@ impl Read {
         }
     }
 
-    /// Read the values into their slots.
+    /// Read the values into their slots; they must be finite.
     pub fn run(&self, instances: &[Instance], values: &mut [f64], at: At) -> Result<()> {
+        if self.is_preliminary {
+            return self.run_unchecked(instances, values, at);
+        }
+        instances[self.instance].get_finite(&self.batch, &mut values[self.slots.clone()], at)
+    }
+
+    /// The same for values that are looked at only.
+    pub fn run_unchecked(&self, instances: &[Instance], values: &mut [f64], at: At) -> Result<()> {
         instances[self.instance].get(&self.batch, &mut values[self.slots.clone()], at)
     }
 }
@@ -70,6 +80,8 @@ pub struct Write {
     altered: [Vec<(usize, usize)>; 2],
     /// The values are passed exactly, not as f64.
     pub(super) is_exact: bool,
+    /// The values are those that a [`Read`] has found to be finite.
+    is_checked: bool,
     buffer: Vec<f64>,
     exact_buffer: Vec<Value>,
 }
@@ -92,6 +104,18 @@ impl Write {
                 altered.extend(channel.map(|channel| (place, channel)));
             }
         }
+        self.is_checked &= self.altered.iter().all(Vec::is_empty);
+    }
+
+    /// The values may not be final yet, and are not checked.
+    pub(super) fn set_preliminary(&mut self, is_preliminary: bool) {
+        self.is_checked = is_preliminary;
+    }
+
+    /// Promises that all values come from a [`Read`]: those that nothing changes on their way need
+    /// no further check.
+    pub fn trust_sources(&mut self) {
+        self.is_checked = self.transformed.is_empty() && self.batch.access == Access::Real;
     }
 
     /// Set the inputs to the values in their slots.
@@ -102,8 +126,18 @@ impl Write {
         faults: Option<&mut Alteration>,
         at: At,
     ) -> Result<()> {
+        let instance = &instances[self.instance];
         self.gather(values, faults);
-        instances[self.instance].set(&self.batch, &self.buffer, at)
+        self.check(instance, at)?;
+        instance.set(&self.batch, &self.buffer, at)
+    }
+
+    /// The values that were gathered must be finite.
+    fn check(&self, instance: &Instance, at: At) -> Result<()> {
+        match self.is_checked {
+            true => Ok(()),
+            false => instance.check_given(&self.batch, &self.buffer, at),
+        }
     }
 
     /// Set the inputs of an instance in this thread, or begin to set those of one in another
@@ -115,8 +149,9 @@ impl Write {
         faults: Option<&mut Alteration>,
         at: At,
     ) -> Result<()> {
-        self.gather(values, faults);
         let instance = &instances[self.instance];
+        self.gather(values, faults);
+        self.check(instance, at)?;
         if !instance.is_elsewhere() {
             return instance.set(&self.batch, &self.buffer, at);
         }
@@ -186,7 +221,9 @@ impl Write {
                 buffer[*k] = faults.alter_rate(*channel, buffer[*k]);
             }
         }
-        instances[self.instance].set_derivatives(&self.batch, buffer, at)
+        let instance = &instances[self.instance];
+        instance.check_derivatives(&self.batch, buffer, at)?;
+        instance.set_derivatives(&self.batch, buffer, at)
     }
 }
 
@@ -219,6 +256,7 @@ pub fn reads(
             instance,
             batch: wiring.batch(instance, ports.iter().map(|p| p.variable)),
             slots: start..start + ports.len(),
+            is_preliminary: false,
         });
     }
     reads
@@ -247,6 +285,7 @@ pub fn writes(
                 .collect(),
             altered: Default::default(),
             is_exact: false,
+            is_checked: false,
             buffer: vec![0.0; inputs.len()],
             exact_buffer: Vec::new(),
         });

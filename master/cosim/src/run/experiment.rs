@@ -9,6 +9,7 @@ use crate::exchange::faults::Faults;
 use crate::io::input_table::{InputTable, Table};
 use crate::master::{Master, Stepping};
 use crate::structure::system::{Setting, System};
+use crate::wiring::Port;
 use fmi_import::messages;
 use fmi_import::raw::Experiment as FmiExperiment;
 
@@ -29,6 +30,8 @@ pub struct Experiment {
     pub faults: Faults,
     /// Values over time for inputs that no connection drives.
     pub inputs: Option<Arc<Table>>,
+    /// Variables that may have values that are not finite.
+    pub nonfinite: Vec<Port>,
 }
 
 impl Experiment {
@@ -48,7 +51,9 @@ impl Experiment {
             has_tolerance: self.tolerance.is_some(),
             tolerance: self.tolerance.unwrap_or_default(),
         };
-        let mut master = Master::for_experiment(system, settings, stepping, threads, told)?;
+        let nonfinite = &self.nonfinite;
+        let mut master =
+            Master::for_experiment(system, settings, stepping, threads, told, nonfinite)?;
         if let Some(table) = &self.inputs {
             master.feed(InputTable::new(system, table)?)?;
         }

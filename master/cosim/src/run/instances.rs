@@ -1,5 +1,7 @@
 //! Makes instances of components with their start values, for the master, probing and studies.
 
+use std::collections::BTreeSet;
+
 use anyhow::{Context, Result};
 
 use crate::instance::workers::Worker;
@@ -12,11 +14,12 @@ use fmi_import::raw::Experiment as FmiExperiment;
 /// An instance of component `k` on its own, with the system's parameter values, then `settings`.
 pub fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Instance> {
     let experiment = FmiExperiment::from_start(system.structure.start_time);
-    make(system, k, settings, false, experiment, None)
+    make(system, k, settings, false, experiment, None, &BTreeSet::new())
 }
 
 /// The same for a run of which the FMU is told `experiment`, with its own tolerance where none is
-/// given, in a worker's thread if there is one; `is_staged` as in [`Instance::new`].
+/// given, in a worker's thread if there is one; `is_staged` as in [`Instance::new`]. The variables
+/// `nonfinite` may have values that are not finite.
 pub(crate) fn make(
     system: &System,
     k: usize,
@@ -24,16 +27,23 @@ pub(crate) fn make(
     is_staged: bool,
     mut experiment: FmiExperiment,
     worker: Option<&Worker>,
+    nonfinite: &BTreeSet<Port>,
 ) -> Result<Instance> {
     let (component, fmu) = (&system.structure.components[k], &system.fmus[k]);
     let cached = match worker {
         None => instance_cache::take(fmu, &component.name, is_staged),
         Some(_) => None,
     };
-    let instance = match cached {
+    let mut instance = match cached {
         Some(instance) => instance,
         None => Instance::in_thread(worker, fmu, &component.name, is_staged)?,
     };
+    let [first, next] = [k, k + 1].map(|component| Port {
+        component,
+        variable: 0,
+    });
+    let unchecked = nonfinite.range(first..next).map(|port| port.variable);
+    instance.allow_nonfinite(unchecked.collect());
     let own = fmu.description.default_experiment.tolerance;
     if let (false, Some(tolerance)) = (experiment.has_tolerance, own.filter(|own| *own > 0.0)) {
         (experiment.has_tolerance, experiment.tolerance) = (true, tolerance);

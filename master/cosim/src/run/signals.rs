@@ -11,7 +11,7 @@ use crate::structure::system::System;
 use crate::wiring::Port;
 use crate::wiring::transformation::Transformation;
 use anyhow::{Result, bail, ensure};
-use fmi_description::{Access, Causality};
+use fmi_description::{Access, Causality, Kind};
 
 /// Variables that are read together.
 pub struct Signals {
@@ -50,7 +50,7 @@ impl Signals {
     pub fn read(&mut self, master: &Master) -> Result<&[f64]> {
         let at = At::Time(master.time());
         for read in &self.reads {
-            read.run(master.instances(), &mut self.raw, at)?;
+            read.run_unchecked(master.instances(), &mut self.raw, at)?;
         }
         for (value, slot) in self.values.iter_mut().zip(&self.order) {
             *value = self.raw[*slot];
@@ -199,6 +199,27 @@ pub(crate) fn split_lists(system: &System, lists: &[String]) -> Vec<String> {
         }
     }
     names
+}
+
+/// The Real variables that patterns name, of any role: those that may have values that are not
+/// finite (`--allow-nonfinite`). The name of an array stands for all its elements.
+pub fn matching_real(system: &System, patterns: &[String]) -> Result<Vec<Port>> {
+    let is_real = |port: &Port| system.variable(*port).kind == Kind::Real;
+    let mut ports = Vec::new();
+    for pattern in patterns {
+        let mut found = system.ports(pattern).unwrap_or_default();
+        if found.is_empty() {
+            let all = system.all_ports();
+            found.extend(all.filter(|port| matches_pattern(pattern, &system.name(*port))));
+        }
+        found.retain(is_real);
+        ensure!(
+            !found.is_empty(),
+            "no variable of type Real matches `{pattern}`; variables are named component.variable, `*` stands for any text"
+        );
+        ports.extend(found);
+    }
+    Ok(ports)
 }
 
 /// True if `name` is `pattern` with each `*` replaced by some text.

@@ -11,7 +11,7 @@ use crate::stepping::{Progress, StepControl, Steps};
 use crate::structure::system::System;
 
 /// First bytes of a snapshot, with the version of the format; a checksum follows.
-const MAGIC: &[u8] = b"cosim snapshot 2\n";
+const MAGIC: &[u8] = b"cosim snapshot 3\n";
 const HEADER: usize = MAGIC.len() + 4;
 
 #[derive(Deserialize, Serialize)]

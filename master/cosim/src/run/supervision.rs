@@ -72,6 +72,7 @@ impl Supervision {
             verdict.object(text);
         }
         judge(master.residuals(), &mut verdict);
+        master.judge_unconnected(system, &mut verdict);
         verdict
     }
 
@@ -108,7 +109,9 @@ fn judge(residuals: &[Residual], verdict: &mut Verdict) {
     let all: f64 = residuals.iter().map(|r| r.turnover).sum();
     for Residual { bond, energy, .. } in residuals {
         let share = energy.abs() / all;
-        if share > SPURIOUS && energy.abs() > ROUNDING {
+        // An energy that is not finite is not small.
+        let is_small = share <= SPURIOUS || energy.abs() <= ROUNDING;
+        if !is_small {
             let done = if *energy < 0.0 { "created" } else { "lost" };
             verdict.object(format!(
                 "the coupling {done} {:.3e} J at the bond {bond}, {:.1} % of what went through all bonds: a loop is unstable, or the \

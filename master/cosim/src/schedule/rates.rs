@@ -181,7 +181,7 @@ impl Rates {
         } = &mut self.components[component];
         if !reads.is_empty() {
             let mut reads = reads.iter();
-            return reads.try_for_each(|read| read.run(instances, ends, At::Time(t)));
+            return reads.try_for_each(|read| read.run(instances, ends, At::Time(t + h)));
         }
         let PastValues { before, length, .. } = &self.known;
         let share = if *length > 0.0 { h / length } else { 0.0 };

@@ -33,7 +33,7 @@ pub fn advance(coupling: &mut Coupling, [t, h, end]: [f64; 3]) -> Result<()> {
         }
     }
     coupling.account(h);
-    Ok(())
+    coupling.watch_unconnected(end)
 }
 
 fn step(coupling: &mut Coupling, [t, h, end]: [f64; 3]) -> Result<()> {

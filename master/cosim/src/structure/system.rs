@@ -123,8 +123,8 @@ impl System {
             let found = description.variable(&entry.target);
             found.with_context(|| format!("mapping `{}`", file.display()))?;
         }
-        rename(&mut self.structure, k, &mapping, description);
-        Ok(())
+        let renamed = rename(&mut self.structure, k, &mapping, description);
+        renamed.with_context(|| format!("mapping `{}`", file.display()))
     }
 
     /// A system of FMUs without a structure: `FILE`, a component named after the file, or

@@ -4,6 +4,8 @@
 use anyhow::{Result, bail};
 use fmi_description::{Description, Item, Kind, Unit, Variable};
 
+use system_structure::Transformation::Items as ItemsOf;
+
 use crate::structure::Hop;
 
 /// `factor · value + offset`.
@@ -42,6 +44,8 @@ pub enum Transformation {
     Linear(Linear),
     /// Replacements for integers and Booleans; other values stay.
     Map(Vec<(f64, f64)>),
+    /// Both kinds, one after the other.
+    Chain(Vec<Self>),
 }
 
 impl Transformation {
@@ -56,13 +60,16 @@ impl Transformation {
                 let found = entries.iter().find(|(source, _)| *source == value);
                 found.map_or(value, |(_, target)| *target)
             }
+            Self::Chain(all) => all.iter().fold(value, |value, next| next.apply(value)),
         }
     }
 
     /// The transformed integer. A value that the map does not contain stays exactly as it is.
     pub fn apply_whole(&self, value: i128) -> i128 {
-        let Self::Map(entries) = self else {
-            return value;
+        let entries = match self {
+            Self::Linear(_) => return value,
+            Self::Map(entries) => entries,
+            Self::Chain(all) => return all.iter().fold(value, |k, next| next.apply_whole(k)),
         };
         let mut whole = entries.iter().map(|(s, t)| (*s as i128, *t as i128));
         let found = whole.find(|(source, _)| *source == value);
@@ -74,14 +81,33 @@ impl Transformation {
         match self {
             Self::Linear(linear) => linear.factor * rate,
             Self::Map(_) => rate,
+            Self::Chain(all) => all.iter().fold(rate, |rate, next| next.apply_rate(rate)),
         }
     }
 
-    /// The factor and offset; of a map, those that change nothing.
+    /// Whether it, or a part of it, replaces values one by one.
+    pub fn has_map(&self) -> bool {
+        match self {
+            Self::Linear(_) => false,
+            Self::Map(_) => true,
+            Self::Chain(all) => all.iter().any(Self::has_map),
+        }
+    }
+
+    /// Whether it, or a part of it, has a factor or an offset.
+    pub fn has_linear(&self) -> bool {
+        match self {
+            Self::Linear(linear) => *linear != Linear::NONE,
+            Self::Map(_) => false,
+            Self::Chain(all) => all.iter().any(Self::has_linear),
+        }
+    }
+
+    /// The factor and offset; where values are replaced one by one, those that change nothing.
     pub fn linear(&self) -> Linear {
         match self {
             Self::Linear(linear) => *linear,
-            Self::Map(_) => Linear::NONE,
+            Self::Map(_) | Self::Chain(_) => Linear::NONE,
         }
     }
 
@@ -91,14 +117,22 @@ impl Transformation {
             (Self::Linear(a), Self::Linear(b)) => Self::Linear(a.then(b)),
             (a, Self::Linear(Linear::NONE)) => a,
             (Self::Linear(Linear::NONE), b) => b,
-            (Self::Map(a), b) => {
-                let mut entries: Vec<_> = a.iter().map(|(s, t)| (*s, b.apply(*t))).collect();
-                if let Self::Map(b) = b {
-                    entries.extend(b.into_iter().filter(|(s, _)| a.iter().all(|(k, _)| k != s)));
-                }
+            (Self::Map(a), Self::Map(b)) => {
+                let is_new = |(s, _): &(f64, f64)| a.iter().all(|(k, _)| k != s);
+                let others: Vec<_> = b.iter().copied().filter(is_new).collect();
+                let next = Self::Map(b);
+                let mut entries: Vec<_> = a.iter().map(|(s, t)| (*s, next.apply(*t))).collect();
+                entries.extend(others);
                 Self::Map(entries)
             }
-            (Self::Linear(_), map @ Self::Map(_)) => map,
+            (a, b) => Self::Chain([a.into_parts(), b.into_parts()].concat()),
+        }
+    }
+
+    fn into_parts(self) -> Vec<Self> {
+        match self {
+            Self::Chain(all) => all,
+            one => vec![one],
         }
     }
 }
@@ -139,6 +173,7 @@ pub(crate) fn compose(
     single_unit: &mut Option<String>,
 ) -> Result<Transformation> {
     let (mut whole, mut unit) = (Transformation::NONE, unit);
+    let mut names = None;
     let is_relative = [from, to].into_iter().flatten().any(|v| v.is_relative);
     for hop in way {
         if let (Some(a), Some(b), false) = (&unit, &hop.unit, hop.keeps_units) {
@@ -155,7 +190,23 @@ pub(crate) fn compose(
             whole = whole.then(Transformation::Linear(linear));
         }
         if let Some(transformation) = &hop.transformation {
-            whole = whole.then(to_numbers(transformation, [from, to])?);
+            whole = match transformation {
+                // Only the names of the items between the first and the last mapping are known.
+                ItemsOf(entries) if names.is_none() => {
+                    let entries = through_names(way, entries, from);
+                    let entries = names.insert(ItemsOf(entries));
+                    whole.then(to_numbers(entries, [from, to])?)
+                }
+                ItemsOf(_) => whole,
+                other => whole.then(to_numbers(other, [from, to])?),
+            };
+        }
+        if let Transformation::Linear(Linear { factor, offset }) = whole
+            && !(factor.is_finite() && offset.is_finite())
+        {
+            bail!(
+                "its transformations together have the factor {factor} and the offset {offset}; both must be finite"
+            );
         }
         unit = match hop.keeps_units {
             true => hop.unit.clone(),
@@ -173,12 +224,60 @@ pub(crate) fn compose(
     Ok(whole)
 }
 
+/// The items that each item of the first of several mappings becomes by all of them, by name.
+fn through_names(
+    way: &[Hop],
+    first: &[(String, String)],
+    from: Option<&Variable>,
+) -> Vec<(String, String)> {
+    let lists = way.iter().filter_map(|hop| match &hop.transformation {
+        Some(ItemsOf(entries)) => Some(entries),
+        _ => None,
+    });
+    let last = |name: &str| {
+        lists.clone().fold(name.to_string(), |name, entries| {
+            let found = entries.iter().find(|(source, _)| *source == name);
+            found.map_or(name, |(_, target)| target.clone())
+        })
+    };
+    let items: &[Item] = match from.map(|v| &v.kind) {
+        Some(Kind::Enumeration(items)) => items,
+        _ => &[],
+    };
+    let is_item = |name: &String| items.iter().any(|item| item.name == *name);
+    let mut all: Vec<&String> = first.iter().map(|(source, _)| source).collect();
+    for (source, _) in lists.clone().flatten() {
+        if is_item(source) && !all.contains(&source) {
+            all.push(source);
+        }
+    }
+    let entries = all.into_iter().map(|name| (name.clone(), last(name)));
+    entries.collect()
+}
+
 /// A transformation of the file in terms of numbers.
 fn to_numbers(
     transformation: &system_structure::Transformation,
     [from, to]: [Option<&Variable>; 2],
 ) -> Result<Transformation> {
     use system_structure::Transformation as Of;
+    if let (Some(from), Some(_)) = (from, to) {
+        let (element, is_right) = match (transformation, &from.kind) {
+            (Of::Linear { .. }, _) => ("", true), // checked for the whole way
+            (Of::Booleans(_), kind) => ("BooleanMappingTransformation", *kind == Kind::Boolean),
+            (Of::Integers(_), kind) => (
+                "IntegerMappingTransformation",
+                matches!(kind, Kind::Integer | Kind::Enumeration(_)),
+            ),
+            (Of::Items(_), kind) => (
+                "EnumerationMappingTransformation",
+                matches!(kind, Kind::Enumeration(_)),
+            ),
+        };
+        if !is_right {
+            bail!("its {element} is not for {}", from.kind.name());
+        }
+    }
     let number = |on: bool| f64::from(u8::from(on));
     let whole = |k: i64| {
         let number = k as f64;
@@ -278,6 +377,98 @@ mod tests {
             conversion(&Unit::named("m"), &unit("m", length, 1.0, 0.0)),
             Some(Linear::NONE)
         );
+    }
+
+    /// Random ways over several systems: whatever they are made of, the whole does what the parts do
+    /// one after the other. Factors and offsets are such that nothing is rounded.
+    #[test]
+    fn the_whole_of_a_way_is_its_parts_one_after_the_other() {
+        use system_structure::Transformation as Of;
+        let mut state = 1u64;
+        let mut below = |n: u64| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) % n
+        };
+        for case in 0..2000 {
+            let hops = 1 + below(5);
+            let way: Vec<Hop> = (0..hops)
+                .map(|_| {
+                    let transformation = match below(3) {
+                        0 => None,
+                        1 => Some(Of::Linear {
+                            factor: [1.0, 2.0, -1.0, 4.0][below(4) as usize],
+                            offset: below(4) as f64 - 1.0,
+                        }),
+                        _ => {
+                            let target = |_| below(6) as i64;
+                            let targets = [0, 1, 2].map(target);
+                            Some(Of::Integers((0..).zip(targets).collect()))
+                        }
+                    };
+                    Hop {
+                        transformation,
+                        ..Hop::default()
+                    }
+                })
+                .collect();
+            let whole = compose(&way, None, [None, None], &mut None).unwrap();
+            for value in -2..7 {
+                let mut expected = f64::from(value);
+                for hop in &way {
+                    expected = match &hop.transformation {
+                        None => expected,
+                        Some(Of::Linear { factor, offset }) => factor * expected + offset,
+                        Some(Of::Integers(entries)) => {
+                            let found = entries.iter().find(|(s, _)| *s as f64 == expected);
+                            found.map_or(expected, |(_, t)| *t as f64)
+                        }
+                        Some(other) => panic!("{other:?}"),
+                    };
+                }
+                let found = whole.apply(f64::from(value));
+                assert_eq!(found, expected, "case {case}: {value} by {way:?}");
+                if !whole.has_linear() {
+                    assert_eq!(whole.apply_whole(value.into()) as f64, expected, "{way:?}");
+                }
+            }
+        }
+    }
+
+    /// Items pass by name, also where those between two mappings have no numbers here.
+    #[test]
+    fn mappings_of_items_follow_each_other_by_name() {
+        let of = |items: [&str; 3], first: i64| {
+            let items: String = (first..)
+                .zip(items)
+                .map(|(k, name)| format!("<Item name=\"{name}\" value=\"{k}\"/>"))
+                .collect();
+            let text = format!(
+                r#"<fmiModelDescription fmiVersion="2.0" modelName="M" guid="g"><CoSimulation modelIdentifier="M"/><TypeDefinitions>
+                <SimpleType name="T"><Enumeration>{items}</Enumeration></SimpleType></TypeDefinitions><ModelVariables>
+                <ScalarVariable name="e" valueReference="0"><Enumeration declaredType="T"/></ScalarVariable></ModelVariables><ModelStructure/>
+                </fmiModelDescription>"#
+            );
+            Description::parse(&text).unwrap()
+        };
+        let [from, to] = [of(["a", "b", "c"], 1), of(["c", "b", "a"], 11)];
+        let hop = |pairs: &[(&str, &str)]| Hop {
+            transformation: Some(ItemsOf(
+                (pairs.iter())
+                    .map(|(s, t)| (s.to_string(), t.to_string()))
+                    .collect(),
+            )),
+            ..Hop::default()
+        };
+        let ends = [Some(&from.variables[0]), Some(&to.variables[0])];
+        // a -> between -> c, b -> b, c -> a: the numbers 1, 2, 3 become 11, 12, 13.
+        let way = [
+            hop(&[("a", "between"), ("b", "b")]),
+            hop(&[("between", "c"), ("c", "a")]),
+        ];
+        let whole = compose(&way, None, ends, &mut None).unwrap();
+        assert_eq!([1, 2, 3].map(|k| whole.apply_whole(k)), [11, 12, 13]);
     }
 
     #[test]

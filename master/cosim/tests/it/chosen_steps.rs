@@ -130,6 +130,7 @@ fn what_cannot_be_had_is_refused_by_name() {
         settings: Vec::new(),
         faults,
         inputs: None,
+        nonfinite: Vec::new(),
     };
     let delayed = experiment.start(&system).unwrap();
     assert!(refused(delayed, by_doubling(1e-3)).contains("a delay of 0.01 s"));
@@ -183,6 +184,7 @@ fn a_resumed_run_has_the_same_bits() {
             settings: settings(&system, &["spring.k=23", "spring.d=0.1"]).unwrap(),
             faults,
             inputs: None,
+            nonfinite: Vec::new(),
         }
     };
     let file = scratch("resumed.snapshot");

@@ -39,6 +39,7 @@ fn experiment(system: &System, step: f64, schedule: Schedule, faults: Faults) ->
         settings: settings(system, &["spring.k=1"]).unwrap(),
         faults,
         inputs: None,
+        nonfinite: Vec::new(),
     }
 }
 

@@ -66,6 +66,7 @@ fn run_args() -> RunArgs {
         threads: None,
         between: Default::default(),
         settings: vec!["plain.u=21".into()],
+        allow_nonfinite: Vec::new(),
         strict: false,
         check: false,
     }

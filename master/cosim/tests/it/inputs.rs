@@ -31,6 +31,7 @@ fn experiment(system: &System, table: Option<Table>) -> Experiment {
         settings: settings(system, &["spring.k=2"]).unwrap(),
         faults: cosim::exchange::faults::Faults::default(),
         inputs: table.map(Arc::new),
+        nonfinite: Vec::new(),
     }
 }
 

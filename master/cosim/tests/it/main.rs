@@ -7,6 +7,8 @@ mod error_messages;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod events;
 mod faults;
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod finite;
 mod foreign;
 mod inputs;
 mod loops;

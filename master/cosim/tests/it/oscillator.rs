@@ -209,6 +209,7 @@ fn experiment(system: &System, step: f64, stop: Option<f64>) -> Experiment {
         stepping: stepping(step, Schedule::Jacobi),
         stop,
         settings: parameters(system, 0.0),
+        nonfinite: Vec::new(),
     }
 }
 

@@ -44,6 +44,7 @@ fn started(system: &System, schedule: Schedule) -> Master {
             times: vec![0.5, 1.5],
             columns: vec![rising],
         })),
+        nonfinite: Vec::new(),
     };
     experiment.start(system).unwrap()
 }

@@ -52,6 +52,7 @@ fn experiment(system: &System, schedule: Schedule, threads: usize) -> Experiment
         settings: parameters(system),
         faults: Faults::default(),
         inputs: None,
+        nonfinite: Vec::new(),
     }
 }
 

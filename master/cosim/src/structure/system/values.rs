@@ -273,7 +273,9 @@ fn convert(component: &str, fmu: &Fmu, parameter: Parameter) -> Result<Parameter
     if transformation == Transformation::NONE {
         return Ok(parameter);
     }
-    if let (Transformation::Map(_), Ok(number)) = (&transformation, value.trim().parse()) {
+    if !transformation.has_linear()
+        && let Ok(number) = value.trim().parse()
+    {
         return Ok(Parameter {
             value: transformation.apply_whole(number).to_string(),
             way: Vec::new(),
