@@ -2,7 +2,6 @@
 //! point, and returns the outcome. `cosim`, Python and the studies call it.
 
 use std::fmt::Write as _;
-use std::fs;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -11,6 +10,7 @@ use anyhow::{Context, Result};
 use crate::exchange::bond::Residual;
 use crate::instance::Ended;
 use crate::master::Master;
+use crate::run::interrupt::{self, Interrupted};
 use crate::run::observer::{Function, Observer};
 use crate::run::snapshot::RunState;
 use crate::run::supervision::Supervision;
@@ -55,7 +55,7 @@ pub fn run(
 /// time.
 ///
 /// # Errors
-/// A failed step, with the divergence that preceded it; a plan that this system cannot follow; a
+/// A failed step, with the divergence that preceded it; [`Interrupted`]; a plan that this system cannot follow; a
 /// snapshot of another run.
 pub fn run_plan(
     system: &System,
@@ -80,7 +80,7 @@ pub fn run_plan(
         steps,
     };
     if let Some(file) = &plan.resume {
-        let resumed = fs::read(file).map_err(Into::into);
+        let resumed = output_file::read(file).map_err(Into::into);
         let resumed = resumed.and_then(|bytes| state.resume(&bytes));
         resumed.with_context(|| format!("`{}`", file.display()))?;
     }
@@ -89,9 +89,14 @@ pub fn run_plan(
     save(&mut due, &state)?;
     let clock = Instant::now();
     observer.observe(&state.master)?;
-    let (mut timed, mut shortest) = (0, Duration::MAX);
+    let (mut timed, mut shortest, mut signal, mut is_readable) = (0, Duration::MAX, None, true);
     while !observer.is_done() && !state.steps.is_over(&state.master) {
+        signal = interrupt::signal();
+        if signal.is_some() {
+            break;
+        }
         timed += 1;
+        let time = state.master.time();
         let before = (timed <= thread_choice::STEPS).then(Instant::now);
         let made = state.steps.make(&mut state.master);
         shortest = before.map_or(shortest, |before| before.elapsed().min(shortest));
@@ -113,6 +118,9 @@ pub fn run_plan(
         if let Err(error) = observed {
             if error.downcast_ref::<Ended>().is_some() {
                 state.supervision.note(format!("{error:#}"));
+                // What it has reached can be read, except from FMUs that refuse it.
+                is_readable =
+                    state.master.time() == time || observer.observe(&state.master).is_ok();
                 break;
             }
             return Err(state.supervision.explain(error, system, &state.master));
@@ -123,6 +131,15 @@ pub fn run_plan(
         if k % 256 == 0 {
             progress(k, all);
         }
+    }
+    if is_readable {
+        observer.end(&state.master)?;
+    }
+    if let Some(signal) = signal {
+        let time = state.master.time();
+        // The run is over, whatever the FMUs say.
+        let _ = state.master.terminate();
+        return Err(Interrupted { signal, time }.into());
     }
     let (_, all) = state.steps.so_far(&state.master);
     progress(all, all);
@@ -144,7 +161,7 @@ fn save(due: &mut Vec<&(f64, PathBuf)>, state: &RunState) -> Result<()> {
     let now = |(time, _): &&(f64, PathBuf)| *time <= state.master.time() + tolerance;
     for (_, file) in due.extract_if(.., |snapshot| now(snapshot)) {
         let written = state.to_bytes();
-        let written = written.and_then(|bytes| Ok(fs::write(file, bytes)?));
+        let written = written.and_then(|bytes| Ok(output_file::write(file, bytes)?));
         written.with_context(|| format!("the snapshot `{}`", file.display()))?;
     }
     Ok(())

@@ -82,10 +82,7 @@ impl RunStore {
         }
         let value = make()?;
         let kept = Kept { made_of, value };
-        let part = file.with_extension("part");
-        fs::write(&part, serde_json::to_string_pretty(&kept)?)
-            .and_then(|()| fs::rename(&part, &file))
-            .with_context(|| file.display().to_string())?;
+        output_file::write(&file, serde_json::to_string_pretty(&kept)?)?;
         Ok(kept.value)
     }
 }

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
 use cosim::{Experiment, Recording};
+use output_file::TemporaryFolder;
 use serde_json::{Value, json};
 
 use super::request::{Request, success};
@@ -67,7 +68,7 @@ fn evaluate(
         }
     }
     write!(text, "\n{balances}")?;
-    let folder = tempfile::tempdir()?;
+    let folder = TemporaryFolder::new()?;
     let [_, svg] = margins_figure::draw(&margins, folder.path())?;
     let figure = std::fs::read_to_string(svg)?;
     Ok(json!({"name": name, "text": text, "figure": figure}))
