@@ -63,7 +63,9 @@ pub fn claim(path: &Path) -> io::Result<()> {
             Place::Stream(_) => return Ok(()),
         },
     };
-    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = file
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
     if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
         return refuse(&format!("there is no folder `{}`", folder.display()));
     }
@@ -87,7 +89,9 @@ pub(crate) fn refuse_read(file: &Path) -> io::Result<()> {
 fn same(file: &Path, is_wanted: impl Fn(bool) -> bool) -> Option<PathBuf> {
     let key = identity(file);
     let in_use = in_use();
-    let mut used = in_use.iter().filter(|(_, is_output)| is_wanted(**is_output));
+    let mut used = in_use
+        .iter()
+        .filter(|(_, is_output)| is_wanted(**is_output));
     let found = used.find(|(path, _)| identity(path) == key);
     found.map(|(path, _)| path.clone())
 }

@@ -16,8 +16,8 @@ use cosim::cli::{
 use cosim::describe::{self, DescribedFmu};
 use cosim::exchange::{Exchange, Order};
 use cosim::run::signals::connected;
-use cosim::run::{interrupt, simulate};
 use cosim::run::verdict::Verdict;
+use cosim::run::{interrupt, simulate};
 use cosim::stepping::StepControl;
 use cosim::structure::package::{Package, read};
 use cosim::structure::system::System;

@@ -133,6 +133,7 @@ impl Report {
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
         }
+        interrupt::check()?;
         Ok(output_file::write(path, page::html(self)?)?)
     }
 

@@ -13,8 +13,8 @@ static SIGNAL: LazyLock<Arc<AtomicUsize>> = LazyLock::new(Arc::default);
 pub struct Interrupted {
     /// Number of the signal.
     pub signal: usize,
-    /// Time that the run has reached, s.
-    pub time: f64,
+    /// Time that the run has reached, s; None between runs.
+    pub time: Option<f64>,
 }
 
 impl fmt::Display for Interrupted {
@@ -25,7 +25,10 @@ impl fmt::Display for Interrupted {
             15 => "SIGTERM",
             _ => "a signal",
         };
-        write!(f, "{name} stopped the run at t = {} s", self.time)
+        match self.time {
+            Some(time) => write!(f, "{name} stopped the run at t = {time} s"),
+            None => write!(f, "{name} stopped the program"),
+        }
     }
 }
 
@@ -41,6 +44,15 @@ impl Interrupted {
 /// The signal that asked this program to end.
 pub fn signal() -> Option<usize> {
     Some(SIGNAL.load(Ordering::Relaxed)).filter(|signal| *signal != 0)
+}
+
+/// For what comes after runs, such as a file of results, which would be incomplete.
+///
+/// # Errors
+/// A signal has asked this program to end.
+pub fn check() -> Result<(), Interrupted> {
+    let time = None;
+    signal().map_or(Ok(()), |signal| Err(Interrupted { signal, time }))
 }
 
 /// Has signals end runs; to be called at the start of a program. A file that becomes larger than

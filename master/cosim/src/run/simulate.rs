@@ -136,7 +136,7 @@ pub fn run_plan(
         observer.end(&state.master)?;
     }
     if let Some(signal) = signal {
-        let time = state.master.time();
+        let time = Some(state.master.time());
         // The run is over, whatever the FMUs say.
         let _ = state.master.terminate();
         return Err(Interrupted { signal, time }.into());

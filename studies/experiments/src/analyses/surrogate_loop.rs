@@ -10,13 +10,13 @@ use anyhow::{Context, Result};
 use cosim::{Experiment, System, Verdict};
 use emla::Surrogate;
 use machine_file::{Emla, Machine, PerAxis};
+use output_file::TemporaryFolder;
 use serde::Serialize;
 use surrogate::judgement::resampling::bootstrap;
 use surrogate::measurement::campaign::{rms, training_campaign};
 use surrogate::measurement::coupled_run::CoupledRun;
 use surrogate::prediction::identification::Identification;
 use surrogate::prediction::model::{Errors, MODELS, Model, errors};
-use output_file::TemporaryFolder;
 
 use crate::measures::tracking::Tracking;
 use crate::runs::grid::{self, Case, Grid, Plan, TRAJECTORIES};

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use cosim::cli::{bar, print};
+use cosim::run::interrupt;
 use cosim::{Experiment, Setting, System, Verdict};
 use output_file::OutputFile;
 use serde::Serialize;
@@ -29,6 +30,7 @@ pub fn write(
     content: impl FnOnce(&mut OutputFile) -> io::Result<()>,
 ) -> Result<()> {
     let Some(path) = path else { return Ok(()) };
+    interrupt::check()?;
     let mut file = OutputFile::create(path)?;
     content(&mut file).with_context(|| path.display().to_string())?;
     Ok(file.commit()?)

@@ -14,11 +14,11 @@ use std::ops::Range;
 use anyhow::{Context, Result, ensure};
 use cosim::System;
 use machine_file::{Body, InertiaTensor, Machine};
+use output_file::TemporaryFolder;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Uniform};
 use serde_json::Value;
-use output_file::TemporaryFolder;
 
 use crate::runs::grid::Case;
 use crate::setup::machine_choice::MachineFile;
