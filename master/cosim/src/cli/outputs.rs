@@ -27,8 +27,10 @@ pub fn output() -> impl TypedValueParser<Value = PathBuf> {
 /// The same for a CSV file with signals, which has a second file with their units.
 pub fn csv_output() -> impl TypedValueParser<Value = PathBuf> {
     PathBufValueParser::new().map(|path| {
-        named(path.with_extension("units.csv"));
-        named(path)
+        let units = path.with_extension("units.csv");
+        let path = named(path);
+        named(units);
+        path
     })
 }
 

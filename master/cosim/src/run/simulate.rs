@@ -118,9 +118,8 @@ pub fn run_plan(
         if let Err(error) = observed {
             if error.downcast_ref::<Ended>().is_some() {
                 state.supervision.note(format!("{error:#}"));
-                // What it has reached can be read, except from FMUs that refuse it.
-                is_readable =
-                    state.master.time() == time || observer.observe(&state.master).is_ok();
+                // What it has reached can be read, but nothing after a step that was not made.
+                is_readable = state.master.time() > time && observer.observe(&state.master).is_ok();
                 break;
             }
             return Err(state.supervision.explain(error, system, &state.master));

@@ -1,6 +1,7 @@
 //! Reads the files of a packed system (`.ssp`) or a `.ssd`'s folder, for `System` and `cosim info`.
 
 use std::borrow::Cow;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
@@ -206,7 +207,8 @@ pub fn read_text(path: &Path) -> Result<String> {
 /// The bytes of the file at `path`; an error names the path as given, and the absolute path.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     let file = path.display();
-    output_file::read(path).with_context(|| match std::path::absolute(path) {
+    output_file::note_read(path)?;
+    fs::read(path).with_context(|| match std::path::absolute(path) {
         Ok(absolute) if absolute != path => {
             let absolute = absolute.display();
             format!("`{file}` cannot be read (looked for {absolute})")
