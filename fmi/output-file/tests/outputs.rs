@@ -15,7 +15,9 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn names(folder: &Path) -> Vec<String> {
-    let names = fs::read_dir(folder).unwrap().map(|file| file.unwrap().file_name());
+    let names = fs::read_dir(folder)
+        .unwrap()
+        .map(|file| file.unwrap().file_name());
     let mut names: Vec<_> = names.map(|name| name.into_string().unwrap()).collect();
     names.sort();
     names
@@ -29,7 +31,10 @@ fn a_file_gets_its_name_when_it_is_complete() {
     let mut dropped = OutputFile::create(&path).unwrap();
     writeln!(dropped, "new").unwrap();
     drop(dropped);
-    assert_eq!((fs::read_to_string(&path).unwrap(), names(&folder).len()), ("old".into(), 1));
+    assert_eq!(
+        (fs::read_to_string(&path).unwrap(), names(&folder).len()),
+        ("old".into(), 1)
+    );
     // Two at a time do not mix; names of any length are possible.
     let [mut first, mut second] = [(); 2].map(|()| OutputFile::create(&path).unwrap());
     second.write_all(b"second").unwrap();
@@ -64,14 +69,24 @@ fn a_file_that_is_read_is_not_written() {
     assert_eq!(read(&input).unwrap(), b"in");
     let dotted = folder.join("../read/in.csv");
     for path in [&input, &hard, &dotted] {
-        assert!(write(path, "out").unwrap_err().to_string().contains("this run reads it"));
+        assert!(
+            write(path, "out")
+                .unwrap_err()
+                .to_string()
+                .contains("this run reads it")
+        );
         assert!(claim(path).is_err());
     }
     let output = folder.join("out.csv");
     claim(&output).unwrap();
     assert!(claim(&folder.join("./out.csv")).is_err(), "another output");
     write(&output, "out").unwrap();
-    assert!(note_read(&output).unwrap_err().to_string().contains("would replace it"));
+    assert!(
+        note_read(&output)
+            .unwrap_err()
+            .to_string()
+            .contains("would replace it")
+    );
     assert_eq!(fs::read_to_string(&input).unwrap(), "in");
 }
 
@@ -98,8 +113,15 @@ fn links_stay_links_and_permissions_are_kept() {
     write(&ahead, "new").unwrap();
     assert_eq!(names(&folder), ["a", "ahead", "b", "link"]);
     assert!(link.is_symlink() && ahead.is_symlink());
-    assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o604);
-    let umask = Command::new("sh").args(["-c", "umask"]).output().unwrap().stdout;
+    assert_eq!(
+        fs::metadata(&file).unwrap().permissions().mode() & 0o777,
+        0o604
+    );
+    let umask = Command::new("sh")
+        .args(["-c", "umask"])
+        .output()
+        .unwrap()
+        .stdout;
     let umask = u32::from_str_radix(String::from_utf8(umask).unwrap().trim(), 8).unwrap();
     let new = fs::metadata(folder.join("b")).unwrap().permissions().mode();
     assert_eq!(new & 0o777, 0o666 & !umask);

@@ -426,7 +426,9 @@ pub fn print(text: impl Display) -> Result<()> {
 pub fn exit(result: Result<Verdict>, check: bool) -> ExitCode {
     let is_closed = |e: &(dyn std::error::Error + 'static)| {
         let error = e.downcast_ref::<io::Error>();
-        error.is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
+        let error = error.filter(|e| e.kind() == io::ErrorKind::BrokenPipe);
+        // Not that of an output file, whose rows are lost: that error has a text of its own.
+        error.is_some_and(|e| e.raw_os_error().is_some())
     };
     output::end(match result {
         Ok(verdict) if check && verdict.is_bad() => 2,

@@ -1,5 +1,5 @@
 /* An FMU of FMI 2.0 and 3.0 that does not come to the end: y is its time, z = u at once. By `kind`, in the step over 0.45 s: 1 it makes the step
-   and asks to end the simulation (FMI 2.0: it discards the step); 2 it stops at 0.45 s and asks; 3 it fails. 4: each step takes 1 ms. */
+   and asks to end the simulation (FMI 2.0: it discards the step); 2 it stops at 0.45 s and asks; 3 it fails. 4: each step takes 1 ms; 5: for ever. */
 #include <stdbool.h>
 #include <stdlib.h>
 #include <unistd.h>
@@ -17,6 +17,7 @@ static int pass(ends *e, const unsigned *vr, size_t n, double *get, const double
 static int step(ends *e, double t, double h) {
     double end = t + h;
     if (e->kind == 4) usleep(1000);
+    while (e->kind == 5) usleep(1000);
     int kind = e->kind < 4 && t < 0.449 && end > 0.451 ? (int)e->kind : 0;
     if (kind != 3) e->y = kind == 2 ? 0.45 : end;
     return kind;
