@@ -279,20 +279,15 @@ fn parts(folder: &Path) -> usize {
         .count()
 }
 
-/// Starts a run that takes long, with temporary files in the folder `tmp`, and waits until it has
-/// rows to write.
-fn started(folder: &Path, csv: &str, stop: &str) -> Child {
+const SLOW: &str = "a3.kind=4";
+
+/// Starts a run of this kind that takes long, with temporary files in the folder `tmp`, and waits
+/// until it has rows to write.
+fn started(folder: &Path, kind: &str, stop: &str) -> Child {
+    let csv = "x.csv";
     fs::create_dir_all(folder.join("tmp")).unwrap();
     let child = Command::new(env!("CARGO_BIN_EXE_cosim"))
-        .args([
-            "run",
-            "--quiet",
-            "a3.fmu",
-            "--step",
-            "0.1",
-            "--set",
-            "a3.kind=4",
-        ])
+        .args(["run", "--quiet", "a3.fmu", "--step", "0.1", "--set", kind])
         .args(["--stop-time", stop, "--csv", csv])
         .current_dir(folder)
         .env("TMPDIR", folder.join("tmp"))
@@ -330,7 +325,7 @@ fn a_signal_ends_a_run_with_its_rows() {
     let csv = folder.join("x.csv");
     for (name, code) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
         fs::write(&csv, "old").unwrap();
-        let child = started(&folder, "x.csv", "1e6");
+        let child = started(&folder, SLOW, "1e6");
         signal(&child, name);
         let done = child.wait_with_output().unwrap();
         assert_eq!(done.status.code(), Some(code));
@@ -342,6 +337,13 @@ fn a_signal_ends_a_run_with_its_rows() {
         assert_eq!(parts(&folder), 0);
         assert_eq!(fs::read_dir(folder.join("tmp")).unwrap().count(), 0);
     }
+    // Within a step that does not end, the second one ends the program.
+    let mut child = started(&folder, "a3.kind=5", "1");
+    signal(&child, "-TERM");
+    sleep(Duration::from_millis(200));
+    assert!(child.try_wait().unwrap().is_none());
+    signal(&child, "-TERM");
+    assert_eq!(child.wait().unwrap().code(), Some(143));
 }
 
 /// A killed run leaves what was there; the next start removes its temporary files, but not those of
@@ -351,7 +353,7 @@ fn what_a_killed_run_left_is_removed_and_two_runs_do_not_mix() {
     let folder = folder("outputs-killed");
     let csv = folder.join("x.csv");
     fs::write(&csv, "old").unwrap();
-    let mut killed = started(&folder, "x.csv", "1e6");
+    let mut killed = started(&folder, SLOW, "1e6");
     killed.kill().unwrap();
     killed.wait().unwrap();
     assert_eq!(fs::read_to_string(&csv).unwrap(), "old");
@@ -362,7 +364,7 @@ fn what_a_killed_run_left_is_removed_and_two_runs_do_not_mix() {
         ),
         (2, 1)
     );
-    let mut long = started(&folder, "x.csv", "40");
+    let mut long = started(&folder, SLOW, "40");
     assert_eq!(
         (
             parts(&folder),
@@ -370,7 +372,7 @@ fn what_a_killed_run_left_is_removed_and_two_runs_do_not_mix() {
         ),
         (2, 1)
     );
-    let mut short = started(&folder, "x.csv", "1");
+    let mut short = started(&folder, SLOW, "1");
     short.wait().unwrap();
     assert_row(&csv, &[1.0, 1.0, 0.0]);
     assert!(long.wait().unwrap().success());
