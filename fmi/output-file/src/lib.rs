@@ -16,7 +16,7 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-pub use in_use::{claim, note_read, read};
+pub use in_use::{claim, note_read};
 pub use place::set_stdout;
 pub use temporary::TemporaryFolder;
 

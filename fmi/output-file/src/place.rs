@@ -50,6 +50,14 @@ impl Place {
     }
 }
 
+/// The folder that a file is in.
+pub fn folder_of(file: &Path) -> &Path {
+    match file.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
 /// The number of a descriptor of this process that the path names.
 fn descriptor(path: &Path) -> Option<String> {
     let name = |folder| Some(path.strip_prefix(folder).ok()?.to_str()?.to_string());

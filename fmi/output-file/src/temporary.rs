@@ -9,6 +9,8 @@ use std::process;
 use std::sync::Once;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use crate::place::folder_of;
+
 /// A folder that is removed when it is dropped.
 #[derive(Debug)]
 pub struct TemporaryFolder {
@@ -53,10 +55,7 @@ pub(crate) fn file(file: &Path) -> io::Result<(PathBuf, File)> {
     const SUFFIX: &str = ".part";
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let prefix = format!(".{}.", name.chars().take(50).collect::<String>());
-    let folder = match file.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
+    let folder = folder_of(file);
     // A file that must not be written is not replaced either.
     let old = match OpenOptions::new().write(true).open(file) {
         Ok(old) => Some(old.metadata()?),

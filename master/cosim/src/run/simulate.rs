@@ -2,6 +2,7 @@
 //! point, and returns the outcome. `cosim`, Python and the studies call it.
 
 use std::fmt::Write as _;
+use std::fs;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -80,8 +81,8 @@ pub fn run_plan(
         steps,
     };
     if let Some(file) = &plan.resume {
-        let resumed = output_file::read(file).map_err(Into::into);
-        let resumed = resumed.and_then(|bytes| state.resume(&bytes));
+        let bytes = output_file::note_read(file).and_then(|()| fs::read(file));
+        let resumed = (bytes.map_err(Into::into)).and_then(|bytes| state.resume(&bytes));
         resumed.with_context(|| format!("`{}`", file.display()))?;
     }
     let start = state.master.time();

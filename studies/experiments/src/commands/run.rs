@@ -83,7 +83,8 @@ pub(super) fn logged_run(
         bar.set_position(k);
     };
     let measure = |master: &Master| meter.iter_mut().try_for_each(|meter| meter.add(master));
-    let observers = &mut Observers(vec![&mut Function(measure), &mut log]);
+    let measure = &mut Function(measure);
+    let observers = &mut Observers(vec![measure, &mut log]);
     let outcome = run_once(system, experiment, &progress, observers);
     bar.finish_and_clear();
     let outcome = keep_rows(log, outcome.map_err(FailedRun::explain))?;

@@ -112,7 +112,7 @@ impl MachineFile {
 
 /// Reads a machine file, or the shipped machine of this name.
 pub fn read(name: &str) -> Result<Machine> {
-    output_file::note_read(Path::new(name))?;
+    output_file::note_read(name.as_ref())?;
     let source = Source::named(name).with_context(|| name.to_owned())?;
     Ok(source.machine)
 }

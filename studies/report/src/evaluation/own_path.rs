@@ -52,7 +52,8 @@ fn evaluate(
         };
         let mut recording = Recording::new(request.system, &ports)?;
         let measure = |master: &Master| meter.iter_mut().try_for_each(|meter| meter.add(master));
-        let observers = &mut Observers(vec![&mut recording, &mut Function(measure)]);
+        let measure = &mut Function(measure);
+        let observers = &mut Observers(vec![&mut recording, measure]);
         let outcome = run(request.system, &experiment, &|_, _| (), observers)
             .map_err(FailedRun::explain)
             .with_context(|| mode.to_owned())?;
