@@ -11,7 +11,7 @@ from fmpy_master import ROOT
 
 #: The crates of each product, by folder, and its folders that are no crates.
 PRODUCTS = {
-    "fmi": ["fmi-description", "fmi-import", "fmi-units", "fmu-check", "fmu-solver"],
+    "fmi": ["fmi-description", "fmi-import", "fmi-units", "fmu-check", "fmu-solver", "output-file"],
     "kit": ["cargo-fmu", "fmu-export", "fmu-export-derive"],
     "master": ["cosim", "cosim-page", "page-files", "system-structure"],
     "machine": ["dclink", "emla", "hdrm", "machine-file", "model-rules", "motion-check", "rig", "sensors", "spatial", "tip-path", "vdc"],

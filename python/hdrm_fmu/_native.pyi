@@ -12,7 +12,13 @@ REAL_PARAMETERS: str
 VERSION: str
 
 class RunFailed(Exception):
-    """Any error of the native code: a failed run (the master's message, with what the FMUs logged), or a file that cannot be read."""
+    """Any error of the native code: a failed run (the master's message, with what the FMUs logged), or a file that cannot be read.
+
+    Of a failed run, `result` is what `run` would have returned with the rows until then, and `time` the time of the last row, s.
+    """
+
+    result: Any
+    time: float | None
 
 class DrawnMachine:
     """A machine drawn by seed; its file exists as long as this object."""

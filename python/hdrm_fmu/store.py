@@ -110,6 +110,10 @@ class Store:
 
 def _whole(path, write):
     """Write a file so that it is never seen incomplete."""
-    new = path.with_name(f".{path.name}.new")
-    write(new)
-    os.replace(new, path)
+    path = path.resolve()
+    new = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        write(new)
+        os.replace(new, path)
+    finally:
+        new.unlink(missing_ok=True)

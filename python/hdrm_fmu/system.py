@@ -280,6 +280,11 @@ class System:
         -------
         xarray.Dataset with one variable of the shape (time,) for each signal; `time` in s. Its attributes hold the verdict (`good` or `BAD`),
         what was found, and the metrics in SI units.
+
+        Raises
+        ------
+        BadInput : before the run, where a name, a value or a file makes no sense.
+        RunFailed : the run could not be completed; its `result` is this Dataset with the rows until then, `time` that of the last, s.
         """
         completed = complete(options, self.run)
         completed |= {"signals": self._check(completed), "metrics": list(completed["metrics"])}
@@ -289,6 +294,10 @@ class System:
         try:
             with self._on_path(conditions) as on_path:
                 done = self._native.run(on_path, completed, bar)
+        except RunFailed as error:
+            if error.result is not None:
+                error.result = self._dataset(error.result, conditions)
+            raise
         finally:
             if bar:
                 bar.close()

@@ -29,7 +29,10 @@ fn kept_instances() -> usize {
 
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add("RunFailed", module.py().get_type::<errors::RunFailed>())?;
+    let failed = module.py().get_type::<errors::RunFailed>();
+    failed.setattr("result", None::<f64>)?;
+    failed.setattr("time", None::<f64>)?;
+    module.add("RunFailed", failed)?;
     module.add("MODES", experiments::setup::start_values::MODES.to_vec())?;
     module.add("REAL_SYSTEM", experiments::worlds::SYSTEM)?;
     module.add("REAL_PARAMETERS", experiments::worlds::PARAMETERS)?;

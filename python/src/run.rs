@@ -1,9 +1,13 @@
 //! A whole run for `System.run`, and its results as Python objects: columns, metrics, verdict.
 
-use anyhow::Result;
+use std::time::{Duration, Instant};
+
+use anyhow::{Error, Result};
 use cosim::io::csv::stride;
+use cosim::run::interrupt::Interrupted;
+use cosim::run::observer::Observer;
 use cosim::run::signals::note_locals;
-use cosim::run::simulate;
+use cosim::run::simulate::{self, Plan};
 use cosim::{Experiment, Master, Port, Recording, System, Verdict};
 use experiments::measures::metrics::{Metrics, add_residuals, tip_metrics};
 use experiments::measures::run::{FailedRun, run as run_machine};
@@ -13,8 +17,8 @@ use pyo3::types::{PyByteArray, PyDict};
 use crate::errors::to_exception;
 use crate::metrics::ExtraMetrics;
 
-/// Number of communication points after which the run checks for Ctrl-C.
-const INTERRUPT_EVERY: u64 = 2048;
+/// Computing time after which a run checks for Ctrl-C.
+pub const INTERRUPT_EVERY: Duration = Duration::from_millis(50);
 
 /// The results that a run is to have.
 #[derive(FromPyObject)]
@@ -30,7 +34,7 @@ pub struct Request {
     metrics: Vec<String>,
 }
 
-/// The results of a run.
+/// The results of a run, or of one that failed up to there.
 pub struct RunResult {
     recording: Recording,
     ports: Vec<Port>,
@@ -40,74 +44,141 @@ pub struct RunResult {
     elapsed: f64,
 }
 
+/// Records a run, and ends it on Ctrl-C or another signal whose handler raises an exception.
+struct Observed {
+    recording: Recording,
+    extra: Option<ExtraMetrics>,
+    /// Communication points between two recorded ones.
+    stride: u64,
+    checked: Instant,
+    /// The exception of the handler.
+    raised: Option<PyErr>,
+}
+
+impl Observer for Observed {
+    fn observe(&mut self, master: &Master) -> Result<()> {
+        if master.steps().is_multiple_of(self.stride) {
+            self.recording.add(master)?;
+        }
+        if let Some(extra) = &mut self.extra {
+            extra.recording.add(master)?;
+        }
+        if self.checked.elapsed() > INTERRUPT_EVERY {
+            self.checked = Instant::now();
+            if let Err(raised) = Python::attach(|py| py.check_signals()) {
+                self.raised = Some(raised);
+                let (signal, time) = (2, Some(master.time()));
+                return Err(Interrupted { signal, time }.into());
+            }
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, master: &Master) -> Result<()> {
+        match self.recording.times.last() == Some(&master.time()) {
+            true => Ok(()),
+            false => self.recording.add(master),
+        }
+    }
+}
+
 /// Runs `experiment`; `is_machine` says that it is the manipulator with its controller, whose
 /// limits and tip error are then monitored. `progress` is called with the numbers of finished and
-/// of all steps.
+/// of all steps. Of a run that fails the second result is the error.
 pub fn run(
     system: &System,
     experiment: &Experiment,
     request: &Request,
     is_machine: bool,
     progress: Option<&Py<PyAny>>,
-) -> Result<RunResult> {
+) -> Result<(RunResult, Option<Error>)> {
     let ports = request.signals.iter().map(|name| system.port(name));
     let ports: Vec<Port> = ports.collect::<Result<_>>()?;
-    let stride = stride(request.interval, experiment.stepping.step)?;
-    let mut recording = Recording::new(system, &ports)?;
-    let mut extra = ExtraMetrics::new(system, experiment, &request.metrics)?;
+    let observed = &mut Observed {
+        recording: Recording::new(system, &ports)?,
+        extra: ExtraMetrics::new(system, experiment, &request.metrics)?,
+        stride: stride(request.interval, experiment.stepping.step)?,
+        checked: Instant::now(),
+        raised: None,
+    };
     let progress = |done: u64, all: u64| {
         if let Some(call) = progress {
             // An exception while showing progress does not end the run.
             Python::attach(|py| drop(call.call1(py, (done, all))));
         }
     };
-    let observe = |master: &Master| {
-        let steps = master.steps();
-        if steps.is_multiple_of(stride) {
-            recording.add(master)?;
+    let clock = Instant::now();
+    let done = complete(system, experiment, request, is_machine, &progress, observed);
+    if let Some(raised) = observed.raised.take() {
+        return Err(raised.into());
+    }
+    let recording = &observed.recording;
+    let (outcome, metrics, mut verdict, error) = match done {
+        Ok((outcome, metrics, verdict)) => (Some(outcome), metrics, verdict, None),
+        Err(error) if recording.times.is_empty() => return Err(error),
+        Err(error) => {
+            let mut verdict = Verdict::default();
+            verdict.object(format!("{error:#}"));
+            (None, Metrics::new(), verdict, Some(error))
         }
-        if let Some(extra) = &mut extra {
-            extra.recording.add(master)?;
-        }
-        if steps.is_multiple_of(INTERRUPT_EVERY) {
-            Python::attach(|py| py.check_signals())?;
-        }
-        Ok(())
     };
-    let (outcome, metrics, verdict) = if is_machine {
-        let outcome = run_machine(system, experiment, &progress, observe);
-        let outcome = outcome.map_err(FailedRun::explain)?;
-        let mut verdict = outcome.limits.clone();
-        verdict.extend(outcome.tip.verdict(request.max_error));
-        let mut metrics = tip_metrics(&outcome.tip);
-        add_residuals(&mut metrics, &outcome.run.residuals);
-        if let Some(extra) = extra {
-            extra.finish(system, &outcome, &mut metrics)?;
-        }
-        (outcome.run, metrics, verdict)
-    } else {
-        let stop = experiment.stop(system)?;
-        let master = experiment.start_until(system, Some(stop))?;
-        let outcome = simulate::run(system, master, stop, &progress, observe)?;
-        let mut metrics = Metrics::new();
-        add_residuals(&mut metrics, &outcome.residuals);
-        let mut verdict = Verdict::default();
+    if !is_machine {
         note_locals(system, &ports, &mut verdict);
-        (outcome, metrics, verdict)
-    };
-    let mut all = outcome.verdict;
-    all.extend(verdict);
-    Ok(RunResult {
+    }
+    let last = recording.times.last().copied().unwrap_or_default();
+    let (simulated, elapsed) = outcome.map_or(
+        (last - experiment.stepping.start, clock.elapsed()),
+        |outcome| (outcome.simulated, outcome.elapsed),
+    );
+    let recording = std::mem::replace(&mut observed.recording, Recording::new(system, &[])?);
+    let result = RunResult {
         recording,
         ports,
         metrics,
-        verdict: all,
-        simulated: outcome.simulated,
-        elapsed: outcome.elapsed.as_secs_f64(),
-    })
+        verdict,
+        simulated,
+        elapsed: elapsed.as_secs_f64(),
+    };
+    Ok((result, error))
+}
+
+/// Runs to the end; outcome, metrics and all findings.
+fn complete(
+    system: &System,
+    experiment: &Experiment,
+    request: &Request,
+    is_machine: bool,
+    progress: &dyn Fn(u64, u64),
+    observed: &mut Observed,
+) -> Result<(simulate::Outcome, Metrics, Verdict)> {
+    if !is_machine {
+        let stop = experiment.stop(system)?;
+        let master = experiment.start_until(system, Some(stop))?;
+        let plan = Plan::to(stop);
+        let outcome = simulate::run_plan(system, master, &plan, progress, observed)?;
+        let mut metrics = Metrics::new();
+        add_residuals(&mut metrics, &outcome.residuals);
+        let verdict = outcome.verdict.clone();
+        return Ok((outcome, metrics, verdict));
+    }
+    let outcome = run_machine(system, experiment, progress, observed);
+    let outcome = outcome.map_err(FailedRun::explain)?;
+    let mut verdict = outcome.verdict();
+    verdict.extend(outcome.tip.verdict(request.max_error));
+    let mut metrics = tip_metrics(&outcome.tip);
+    add_residuals(&mut metrics, &outcome.run.residuals);
+    if let Some(extra) = observed.extra.take() {
+        extra.finish(system, &outcome, &mut metrics)?;
+    }
+    Ok((outcome.run, metrics, verdict))
 }
 
 impl RunResult {
+    /// Time of the last row, s.
+    pub fn last_time(&self) -> f64 {
+        self.recording.times.last().copied().unwrap_or(f64::NAN)
+    }
+
     /// The results as a dictionary; `verdict` holds the findings from before the run.
     pub fn into_python(
         self,

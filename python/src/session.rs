@@ -4,7 +4,8 @@
 
 use std::collections::HashMap;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 
 use anyhow::{Result, anyhow};
@@ -13,6 +14,7 @@ use fmi_description::Kind;
 use pyo3::prelude::*;
 
 use crate::errors::to_exception;
+use crate::run::INTERRUPT_EVERY;
 
 type Work = Box<dyn FnOnce(&System, &mut Running) + Send>;
 
@@ -21,6 +23,8 @@ struct Running {
     master: Master,
     signals: HashMap<Vec<String>, Signals>,
     inputs: HashMap<Vec<Port>, Inputs>,
+    /// Whether the script has been interrupted since the present call.
+    interrupted: Arc<AtomicBool>,
 }
 
 /// A run in progress.
@@ -40,6 +44,7 @@ impl Session {
                     master,
                     signals: HashMap::new(),
                     inputs: HashMap::new(),
+                    interrupted: Arc::default(),
                 };
                 let _ = started.send(Ok(()));
                 serve(&system, running, &queue);
@@ -59,17 +64,27 @@ impl Session {
         py: Python<'_>,
         work: impl FnOnce(&System, &mut Running) -> Result<T> + Send + 'static,
     ) -> PyResult<T> {
-        let (answer, answered) = channel();
+        let (answer, mut answered) = channel();
+        let interrupted = Arc::new(AtomicBool::new(false));
+        let own = interrupted.clone();
         let work: Work = Box::new(move |system, running| {
+            running.interrupted = own;
             // If the script was interrupted, nobody receives the answer.
             let _ = answer.send(work(system, running));
         });
-        let queue = self.work.clone();
-        let result = py.detach(move || {
-            queue.send(work).map_err(|_| gone())?;
-            answered.recv().map_err(|_| gone())?
-        });
-        result.map_err(to_exception)
+        self.work.send(work).map_err(|_| to_exception(gone()))?;
+        loop {
+            let given;
+            (given, answered) =
+                py.detach(move || (answered.recv_timeout(INTERRUPT_EVERY), answered));
+            match given {
+                Ok(result) => return result.map_err(to_exception),
+                Err(RecvTimeoutError::Disconnected) => return Err(to_exception(gone())),
+                Err(RecvTimeoutError::Timeout) => py
+                    .check_signals()
+                    .inspect_err(|_| interrupted.store(true, Ordering::Relaxed))?,
+            }
+        }
     }
 }
 
@@ -95,7 +110,12 @@ impl Session {
     /// Makes communication steps; returns the time then, s.
     fn step(&self, py: Python<'_>, steps: u64) -> PyResult<f64> {
         self.call(py, move |_, running| {
-            (0..steps).try_for_each(|_| running.master.step())?;
+            for _ in 0..steps {
+                if running.interrupted.load(Ordering::Relaxed) {
+                    break;
+                }
+                running.master.step()?;
+            }
             Ok(running.master.time())
         })
     }

@@ -21,7 +21,7 @@ use fmi_description::{Kind, Variable};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::errors::to_exception;
+use crate::errors::{failed_run, to_exception};
 use crate::run::{self, Request};
 use crate::session::Session;
 
@@ -337,8 +337,13 @@ impl System {
         let (experiment, findings) = self.experiment(conditions).map_err(to_exception)?;
         let (is_machine, progress) = (self.is_machine(), progress.as_ref());
         let run = || run::run(&self.system, &experiment, &request, is_machine, progress);
-        let result = py.detach(run).map_err(to_exception)?;
-        result.into_python(py, &self.system, findings)
+        let (result, error) = py.detach(run).map_err(to_exception)?;
+        let last = result.last_time();
+        let result = result.into_python(py, &self.system, findings)?;
+        match error {
+            None => Ok(result),
+            Some(error) => Err(failed_run(py, error, result, last)),
+        }
     }
 
     /// Starts a run that the caller steps.

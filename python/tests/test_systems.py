@@ -4,8 +4,11 @@ import csv
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
+import threading
+import time
 import zipfile
 from pathlib import Path
 
@@ -321,3 +324,44 @@ def test_a_plant_with_names_of_its_own(tmp_path):
     options = {"settings": {"settle_time": 0.01}, "stop_time": 0.1, "signals": ["hdrm.x"]}
     run, usual = (s.run(**options) for s in (named, System(manipulator)))
     assert not run["hdrm.x[1]"].equals(usual["hdrm.x[1]"])
+
+
+def test_a_run_that_fails_keeps_its_rows(tmp_path):
+    """The rows that `cosim` keeps too, and that a run without the failure has until then."""
+    emla = hdrm_fmu.fmus()["Emla"]
+    inputs = INPUTS.assign(**{"Emla.v_q": [0.0, 8.0, 1e300]})
+    options = {"system": emla, "step": 5e-4, "interval": 1e-3, "signals": ["Emla.v_q", "Emla.F"]}
+    with pytest.raises(RunFailed) as caught:
+        hdrm_fmu.run(inputs=inputs, stop_time=0.01, **options)
+    result, last = caught.value.result, caught.value.time
+    assert result.attrs["verdict"] == "BAD" and str(caught.value).splitlines()[0] in result.attrs["findings"]
+    assert last == float(result["time"][-1]) == result.attrs["simulated"] and 0.003 < last < 0.01
+    until = hdrm_fmu.run(inputs=inputs, stop_time=last, **options)
+    np.testing.assert_array_equal(result["Emla.F"], until["Emla.F"])
+    found = os.environ.get("COSIM", str(Path(program()).with_name("cosim")))
+    out = tmp_path / "out.csv"
+    written = ("--input", as_file(tmp_path, inputs), "--signals", "Emla.v_q,Emla.F", "--csv", out, "--interval", "1e-3")
+    arguments = (found, "run", "--quiet", emla, "--step", "5e-4", "--stop-time", "0.01", *written)
+    assert subprocess.run([str(a) for a in arguments], capture_output=True).returncode == 1
+    np.testing.assert_array_equal(pandas.read_csv(out, float_precision="round_trip")["Emla.F"], result["Emla.F"])
+    with pytest.raises(RunFailed) as caught:
+        hdrm_fmu.run(system=emla, settings={"machine_file": "nowhere.json"}, stop_time=0.01)
+    assert caught.value.result is None and caught.value.time is None
+
+
+def interrupted_after(seconds, call):
+    """Computing time that Ctrl-C takes to end a call, s."""
+    threading.Timer(seconds, os.kill, (os.getpid(), signal.SIGINT)).start()
+    start = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        call()
+    return time.monotonic() - start - seconds
+
+
+def test_ctrl_c_ends_runs_and_steps():
+    manipulator = hdrm_fmu.systems()["Manipulator"]
+    assert interrupted_after(1.0, lambda: hdrm_fmu.run(stop_time=1e4, settings={"trajectory": "external"})) < 0.5
+    with System(manipulator, settings={"trajectory": "external"}) as running:
+        assert interrupted_after(0.5, lambda: running.step(10**7)) < 0.5
+        now = running.time
+        assert now > 0.0 and running.step() == pytest.approx(now + 1e-3, abs=1e-9)

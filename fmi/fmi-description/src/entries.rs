@@ -47,13 +47,10 @@ fn zipped(entries: &Entries, options: SimpleFileOptions) -> ZipResult<Vec<u8>> {
 /// Writes an archive; returns its size in bytes. The file appears only once the archive is
 /// complete.
 pub fn write(path: &Path, entries: &Entries) -> Result<usize, ArchiveError> {
-    let at_path = |error: ArchiveError| ArchiveError::At(path.to_path_buf(), Box::new(error));
     let smallest = SimpleFileOptions::default().compression_level(Some(SMALLEST));
-    let bytes = zipped(entries, smallest).map_err(|error| at_path(error.into()))?;
-    // Written under another name and renamed, so that readers never see half a file.
-    let new = path.with_extension(format!("{}.new", std::process::id()));
-    let written = fs::write(&new, &bytes).and_then(|()| fs::rename(&new, path));
-    written.map_err(|error| at_path(error.into()))?;
+    let bytes = zipped(entries, smallest)
+        .map_err(|error| ArchiveError::At(path.to_path_buf(), Box::new(error.into())))?;
+    output_file::write(path, &bytes)?;
     Ok(bytes.len())
 }
 

@@ -81,6 +81,14 @@ pub struct Ended {
     pub time: f64,
 }
 
+impl Ended {
+    /// Whether the FMU asked for it after it had made a step to `end`, s. In FMI 2.0 it discards the
+    /// step, and nothing can be set after that.
+    pub fn is_after_step(&self, end: f64) -> bool {
+        self.call.starts_with("fmi3") && self.time >= end - 1e-9 * end.abs().max(1.0)
+    }
+}
+
 /// An instance stopped before the end of its step. The master may repeat the step of the whole
 /// system up to that time.
 #[derive(Clone, Debug, Error, PartialEq)]

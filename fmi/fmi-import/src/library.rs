@@ -6,7 +6,8 @@ use std::sync::Arc;
 use anyhow::{Result, anyhow};
 use fmi_description::{Archive, Version};
 use libloading::Error;
-use tempfile::{Builder, TempDir, TempPath};
+use output_file::TemporaryFolder;
+use tempfile::{Builder, TempPath};
 
 use crate::calls::Exports;
 use crate::output;
@@ -17,20 +18,20 @@ pub struct Library {
     own: libloading::Library,
     _others: Vec<libloading::Library>,
     _copy: Option<TempPath>,
-    _folder: Option<Arc<TempDir>>,
+    _folder: Option<Arc<TemporaryFolder>>,
 }
 
 /// An FMU that is unpacked to a temporary folder, and the path of its library there.
 #[derive(Clone)]
 pub(crate) struct Unpacked {
-    folder: Arc<TempDir>,
+    folder: Arc<TemporaryFolder>,
     library: String,
 }
 
 impl Unpacked {
     /// Unpacks an archive, in which `library` is the path of the library for this platform.
     pub fn new(archive: &mut Archive, library: String) -> Result<Self> {
-        let folder = Arc::new(TempDir::with_prefix("fmu-")?);
+        let folder = Arc::new(TemporaryFolder::new()?);
         archive.unpack(folder.path())?;
         Ok(Self { folder, library })
     }

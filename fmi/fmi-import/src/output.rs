@@ -88,7 +88,9 @@ mod own {
             return Err(io::Error::last_os_error());
         }
         // SAFETY: a new descriptor, which nobody else closes.
-        let _ = OWN.set(unsafe { File::from_raw_fd(own) });
+        let own = unsafe { File::from_raw_fd(own) };
+        output_file::set_stdout(own.try_clone()?);
+        let _ = OWN.set(own);
         copy(libc::STDERR_FILENO, libc::STDOUT_FILENO)
     }
 

@@ -26,7 +26,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use fmi_description::xml::Element;
 use fmi_description::{Description, Version, library_among};
-use tempfile::TempDir;
+use output_file::TemporaryFolder;
 
 pub use arguments::Arguments;
 use fmi_description::Entries;
@@ -197,7 +197,7 @@ fn run_probes(
     kind: (Version, bool),
     report: &mut Report,
 ) -> Result<()> {
-    let scratch = TempDir::with_prefix("cargo-fmu-")?;
+    let scratch = TemporaryFolder::new()?;
     let [plain, odd] = ["fmu", "an ü in it"].map(|name| scratch.path().join(name));
     for folder in [&plain, &odd] {
         unpack(entries, folder)?;

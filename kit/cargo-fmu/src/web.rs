@@ -35,6 +35,7 @@ impl Page<'_> {
     /// Writes the page of an FMU or a packed system; returns its size in bytes.
     pub fn write(&self, model: &Path, out: &Path) -> Result<usize> {
         let name = || model.display().to_string();
+        output_file::note_read(model)?;
         let entries = entries::read(model)?;
         let entries = match model.extension().is_some_and(|suffix| suffix == "ssp") {
             true => system(entries),
@@ -60,7 +61,7 @@ impl Page<'_> {
             parts.push(script("application/json", name, &text)?);
         }
         let page = self.inlined(&parts.concat())?;
-        fs::write(out, &page).with_context(|| out.display().to_string())?;
+        output_file::write(out, &page)?;
         Ok(page.len())
     }
 

@@ -84,6 +84,7 @@ impl Run {
         }
         let waiting = std::mem::take(&mut self.waiting);
         let given = waiting.iter().try_for_each(|setting| self.apply(setting));
+        let time = self.master.time();
         if let Err(error) = given.and_then(|()| self.master.step()) {
             let error = match error.downcast_ref::<Ended>() {
                 Some(_) => error,
@@ -92,6 +93,11 @@ impl Run {
             let text = format!("{error:#}");
             self.supervision.fail(text.clone());
             self.end = Some(text);
+            // An FMU has ended the run after a step, whose row counts if it can be read.
+            let before = history.len();
+            if self.master.time() > time && self.record(history).is_err() {
+                history.truncate(before);
+            }
             return Err(error);
         }
         self.supervision.add(&self.master);

@@ -1,12 +1,13 @@
 //! Options and output that `cosim`, the programs of the studies and the Python module share: which
 //! system is run and how, with which start values and inputs, the signals written, the exit code.
 
+mod outputs;
 mod places;
 mod step_args;
 
 use std::fmt::Display;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
@@ -21,6 +22,7 @@ use crate::io::csv::Log;
 use crate::io::input_table::{InputTable, Table};
 use crate::io::scenario;
 use crate::master::{Schedule, Stepping};
+use crate::run::interrupt::Interrupted;
 use crate::run::signals::{
     connected, matches_pattern, matching_any, matching_real, note_locals, split_lists,
 };
@@ -34,6 +36,7 @@ use fmi_import::digits::short;
 use fmi_import::output;
 use places::place_of_fmi_3;
 
+pub use outputs::{claim_outputs, csv_output, keep_rows, output};
 pub use places::{find, place};
 pub use step_args::StepArgs;
 
@@ -226,6 +229,12 @@ impl RunArgs {
             let parsed = system.parse_settings(text);
             settings.extend(parsed.with_context(|| format!("--set {text}"))?);
         }
+        // Values may name files that the FMUs read.
+        let bound = (system.structure.components.iter()).flat_map(|c| &c.parameters);
+        let values = bound.map(|p| &p.value);
+        for value in values.chain(settings.iter().map(|s| &s.value)) {
+            output_file::note_read(Path::new(value))?;
+        }
         let (step, start) = (self.step.unwrap_or(STEP), self.start_time);
         let start = start.unwrap_or(system.structure.start_time);
         ensure!(
@@ -336,7 +345,7 @@ impl InputArgs {
 #[derive(Args, Clone)]
 pub struct CsvArgs {
     /// Write signals to this CSV file, and their units beside it to NAME.units.csv
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = csv_output())]
     pub csv: Option<PathBuf>,
     /// Signals for --csv in the order of their columns, comma-separated, with * for any text:
     /// `arm.tip.*,*.F`; `*` for all outputs; an array by its name [default: a useful few]
@@ -451,12 +460,14 @@ pub fn print(text: impl Display) -> Result<()> {
     Ok(output::write(text)?)
 }
 
-/// Ends a program with its exit code: 0, 1 after an error, or with `check` 2 if the verdict is bad.
-/// Prints an error, except that the reader of the output has gone.
+/// Ends a program with its exit code: 0, 1 after an error, with `check` 2 if the verdict is bad, 128
+/// and the number of the signal that ended the run. Prints an error, except that the reader of the output has gone.
 pub fn exit(result: Result<Verdict>, check: bool) -> ExitCode {
     let is_closed = |e: &(dyn std::error::Error + 'static)| {
         let error = e.downcast_ref::<io::Error>();
-        error.is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
+        let error = error.filter(|e| e.kind() == io::ErrorKind::BrokenPipe);
+        // Not that of an output file, whose rows are lost: that error has a text of its own.
+        error.is_some_and(|e| e.raw_os_error().is_some())
     };
     output::end(match result {
         Ok(verdict) if check && verdict.is_bad() => 2,
@@ -464,7 +475,8 @@ pub fn exit(result: Result<Verdict>, check: bool) -> ExitCode {
         Err(error) if error.chain().any(is_closed) => 0,
         Err(error) => {
             eprintln!("error: {error:#}");
-            1
+            let interrupted = error.downcast_ref::<Interrupted>();
+            interrupted.map_or(1, Interrupted::exit_code)
         }
     })
 }

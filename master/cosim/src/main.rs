@@ -9,10 +9,14 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand};
-use cosim::cli::{CsvArgs, InputArgs, RunArgs, StepArgs, SystemArgs, bar, exit, place, print};
+use cosim::cli::{
+    CsvArgs, InputArgs, RunArgs, StepArgs, SystemArgs, bar, claim_outputs, exit, keep_rows, place,
+    print,
+};
 use cosim::describe::{self, DescribedFmu};
 use cosim::exchange::{Exchange, Order};
 use cosim::run::signals::connected;
+use cosim::run::interrupt;
 use cosim::run::simulate::{self, Experiment};
 use cosim::run::verdict::Verdict;
 use cosim::schedule::Stepping;
@@ -115,12 +119,13 @@ fn main() -> ExitCode {
     // Keeps what FMUs print out of this program's output; if that fails, it runs all the same.
     let _ = fmi_import::output::separate();
     let check = matches!(&command, Command::Run(args) if args.run.check);
-    let result = match command {
+    let prepared = (interrupt::install().map_err(Into::into)).and_then(|()| claim_outputs());
+    let result = prepared.and_then(|()| match command {
         Command::Run(args) => run_system(&args),
         Command::Bench(args) => bench(&args),
         Command::Wiring(args) => wiring(&args),
         Command::Info(args) => info(&args),
-    };
+    });
     exit(result, check)
 }
 
@@ -171,8 +176,7 @@ fn run_system(args: &OneRunArgs) -> Result<Verdict> {
     };
     let outcome = simulate::run_plan(&system, master, &plan, &progress, &mut log);
     bar.finish_and_clear();
-    let outcome = outcome?;
-    log.map_or(Ok(()), |log| log.finish())?;
+    let outcome = keep_rows(log, outcome)?;
     verdict.extend(outcome.verdict.clone());
     print(format_args!("{}{verdict}", outcome.summary()))?;
     if let Some(path) = &args.csv.csv {
@@ -205,9 +209,8 @@ fn bench(args: &BenchArgs) -> Result<Verdict> {
         let master = experiment.start_until(&system, Some(stop))?;
         let mut log = args.csv.log(&system, &experiment, false, useful)?;
         let (plan, progress) = (simulate::Plan::to(stop), |_, _| ());
-        let outcome = simulate::run_plan(&system, master, &plan, &progress, &mut log)?;
-        outcomes.push(outcome);
-        log.map_or(Ok(()), |log| log.finish())?;
+        let outcome = simulate::run_plan(&system, master, &plan, &progress, &mut log);
+        outcomes.push(keep_rows(log, outcome)?);
     }
     outcomes.sort_by(|a, b| a.real_time_factor().total_cmp(&b.real_time_factor()));
     let runs = outcomes.len();

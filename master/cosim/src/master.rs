@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeSet, HashSet};
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Error, Result, bail, ensure};
 use fmi_description::{Access, Variability};
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ use crate::exchange::faults::{Alteration, Faults, is_source};
 use crate::exchange::means::Means;
 use crate::exchange::unconnected::{Nonfinite, Unconnected};
 use crate::exchange::{Exchange, Order};
-use crate::instance::{At, Call, Instance, State, all};
+use crate::instance::{At, Call, Ended, Instance, State, all};
 use crate::io::input_table::InputTable;
 use crate::run::instance_cache;
 use crate::run::instances::make;
@@ -159,6 +159,7 @@ impl Master {
             derivatives,
             means,
             bonds,
+            ended: None,
         };
         if coupling.exchange.over_step.is_some() {
             // Refuses now rather than in the first step.
@@ -327,9 +328,15 @@ impl Master {
                 );
             }
             let part = split.map_or([self.time, h, end], |t| [self.time, t - self.time, t]);
-            schedule::advance(schedule, &mut self.coupling, part)?;
+            if let Err(error) = schedule::advance(schedule, &mut self.coupling, part) {
+                self.reach_end(&error, part[2]);
+                return Err(error);
+            }
             self.time = part[2];
             self.steps += u64::from(split.is_none());
+            if let Some(ended) = self.coupling.ended.take() {
+                return Err(ended);
+            }
             self.set_inputs()?;
             let is_staged = schedule != Schedule::Standard;
             self.coupling.tick(self.time, tolerance, is_staged)?;
@@ -337,6 +344,18 @@ impl Master {
                 return Ok(());
             }
             h = end - self.time;
+        }
+    }
+
+    /// After a step to `end`, s, within which an FMU asked to end the simulation: the present time is
+    /// the one that all instances have reached.
+    #[cold]
+    fn reach_end(&mut self, error: &Error, end: f64) {
+        if let Some(ended) = error.downcast_ref::<Ended>()
+            && (self.instances().len() == 1 || ended.is_after_step(end))
+            && ended.time > self.time
+        {
+            self.time = ended.time;
         }
     }
 

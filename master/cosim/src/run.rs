@@ -5,6 +5,8 @@ pub mod divergence;
 pub mod experiment;
 pub mod instance_cache;
 pub(crate) mod instances;
+#[cfg(feature = "native")]
+pub mod interrupt;
 pub mod observer;
 #[cfg(feature = "native")]
 mod plan;

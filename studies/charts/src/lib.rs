@@ -2,11 +2,10 @@
 //! panels ([`Figure`]), paths in space ([`Path3`]), and any other [`Picture`] ([`save`], `write`).
 #![forbid(unsafe_code)]
 
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, anyhow};
+use output_file::OutputFile;
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::ValueFormatter;
 use plotters::coord::types::RangedCoordf64;
@@ -277,16 +276,20 @@ pub fn write(picture: &impl Picture, file: &Path, size: (u32, u32)) -> Result<()
         let drawn = picture.draw(&area).and_then(|()| area.present());
         drop(area);
         drawn.map_err(|e| failed(&e))?;
-        let out = BufWriter::new(File::create(file).map_err(|e| failed(&e))?);
-        let mut encoder = png::Encoder::new(out, size.0, size.1);
+        let mut out = OutputFile::create(file)?;
+        let mut encoder = png::Encoder::new(&mut out, size.0, size.1);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_filter(png::Filter::NoFilter); // smaller, of drawings
         let written = (encoder.write_header()).and_then(|mut out| out.write_image_data(&pixels));
-        return written.map_err(|e| failed(&e));
+        written.map_err(|e| failed(&e))?;
+        return Ok(out.commit()?);
     }
-    let area = SVGBackend::new(file, size).into_drawing_area();
+    let mut text = String::new();
+    let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
     let drawn = picture.draw(&area).and_then(|()| area.present());
-    drawn.map_err(|e| failed(&e))
+    drop(area);
+    drawn.map_err(|e| failed(&e))?;
+    Ok(output_file::write(file, text)?)
 }
 
 /// The k-th of `count` different colours.

@@ -133,8 +133,8 @@ impl Report {
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
         }
-        std::fs::write(path, page::html(self)?)
-            .with_context(|| format!("`{}` cannot be written", path.display()))
+        interrupt::check()?;
+        Ok(output_file::write(path, page::html(self)?)?)
     }
 
     /// One line for each run and each failure.

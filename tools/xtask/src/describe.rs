@@ -54,7 +54,7 @@ fn compare(workspace: &Workspace, described: Vec<(Version, Entries)>, check: boo
         if !same && check {
             stale.push(path.display().to_string());
         } else if !same {
-            fs::write(&path, text).with_context(|| path.display().to_string())?;
+            output_file::write(&path, text)?;
             println!("wrote {}", path.display());
         }
     }

@@ -1,7 +1,7 @@
 //! Options of `cosim run` for variable or repeated communication steps, and for snapshots: when
 //! they are saved, and from which one a run is resumed.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
@@ -70,6 +70,7 @@ impl StepArgs {
                 "--snapshot {text}: the run ends before, at {} s",
                 short(stop)
             );
+            output_file::claim(Path::new(file))?;
             snapshots.push((time, PathBuf::from(file)));
         }
         Ok(Plan {

@@ -2,7 +2,7 @@
 //! master. The schedules are made of the operations here: pass values, step components, handle
 //! events, account for power bonds. These operations look nothing up and allocate nothing.
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Error, Result, bail, ensure};
 use serde::{Deserialize, Serialize};
 
 use crate::exchange::balance::Balance;
@@ -10,7 +10,7 @@ use crate::exchange::bond::{BondSlots, BondStep, Residual};
 use crate::exchange::means::Means;
 use crate::exchange::unconnected::{Nonfinite, Unconnected};
 use crate::exchange::{Exchange, ExchangeState};
-use crate::instance::{At, BegunCall, Call, Failure, Instance, State, all};
+use crate::instance::{At, BegunCall, Call, Ended, Failure, Instance, State, all};
 use crate::schedule::rates::{ComponentStep, PastValues, Rates};
 
 /// Passes of Event Mode after which discrete states that still change are an error.
@@ -38,6 +38,8 @@ pub(crate) struct Coupling {
     pub bonds: Vec<BondSlots>,
     pub residuals: Vec<Residual>,
     pub bond_steps: Vec<BondStep>,
+    /// An FMU asked to end the simulation after the present step.
+    pub ended: Option<Error>,
 }
 
 /// State of the instances and the plans at a communication point; `S` is the state of an instance,
@@ -188,12 +190,28 @@ impl Coupling {
     fn step_component(&mut self, component: usize, t: f64, h: f64) -> Result<()> {
         if self.rates.is_some() {
             self.look_ahead(component, t, h)?;
-            return self.step_at_own_rate(component, [t, h], false);
+            let done = self.step_at_own_rate(component, [t, h], false);
+            return done.or_else(|error| self.end_after(error, t + h));
         }
-        self.instances[component].step(t, h)?;
+        if let Err(error) = self.instances[component].step(t, h) {
+            return self.end_after(error, t + h);
+        }
         match &self.means.reads[component] {
             Some(read) => read.run(&self.instances, &mut self.means.values, At::Time(t)),
             None => Ok(()),
+        }
+    }
+
+    /// The error of a step to `end`, s, unless the FMU has made the step and asks to end the
+    /// simulation: the run then ends once the others have made it, too.
+    #[cold]
+    fn end_after(&mut self, error: Error, end: f64) -> Result<()> {
+        match error.downcast_ref::<Ended>() {
+            Some(ended) if ended.is_after_step(end) => {
+                self.ended.get_or_insert(error);
+                Ok(())
+            }
+            _ => Err(error),
         }
     }
 

@@ -1,12 +1,12 @@
 //! Logs the signals of a run to a CSV file (`--csv` of `cosim` and the studies): names, then a row
 //! for each communication point or interval. The units are in a second file, `NAME.units.csv`.
 
-use std::fs::{self, File};
-use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::io::Write;
+use std::path::Path;
 
 use anyhow::{Context, Result};
 use fmi_description::Kind;
+use output_file::OutputFile;
 
 use crate::io::cells::cell;
 use crate::master::{LastStep, Master, Stepping};
@@ -18,28 +18,17 @@ use crate::wiring::Port;
 use fmi_import::digits::short;
 use fmi_import::value::is_non_numeric;
 
-/// A CSV file that is written under a temporary name and gets its own when it is complete. If it is
-/// dropped before that, nothing is left.
+/// A CSV file that gets its name when it is complete. If it is dropped before that, nothing is left.
 pub struct CsvFile {
-    path: PathBuf,
-    part: PathBuf,
-    /// None once the file is complete.
-    out: Option<BufWriter<File>>,
+    out: OutputFile,
     row: Vec<u8>,
 }
 
 impl CsvFile {
     /// Create a file with the columns `time` and `names`.
     pub fn create(path: &Path, names: &[String]) -> Result<Self> {
-        let mut part = path.as_os_str().to_owned();
-        part.push(".part");
-        let part = PathBuf::from(part);
-        let file = File::create(&part);
-        let file = file.with_context(|| format!("`{}` cannot be written", path.display()))?;
         let mut csv = Self {
-            path: path.to_path_buf(),
-            part,
-            out: Some(BufWriter::with_capacity(1 << 16, file)),
+            out: OutputFile::create(path)?,
             row: b"time".to_vec(),
         };
         for name in names {
@@ -75,29 +64,14 @@ impl CsvFile {
 
     fn write_row(&mut self) -> Result<()> {
         self.row.push(b'\n');
-        let out = self.out.as_mut().context("the file is complete")?;
-        let written = out.write_all(&self.row);
+        let written = self.out.write_all(&self.row);
         self.row.clear();
-        written.with_context(|| format!("`{}` cannot be written", self.path.display()))
+        Ok(written?)
     }
 
     /// Complete the file.
-    pub fn finish(mut self) -> Result<()> {
-        let complete = |mut out: BufWriter<File>| {
-            out.flush()?;
-            fs::rename(&self.part, &self.path)
-        };
-        let done = self.out.take().map_or(Ok(()), complete);
-        done.with_context(|| format!("`{}` cannot be written", self.path.display()))
-    }
-}
-
-impl Drop for CsvFile {
-    fn drop(&mut self) {
-        if self.out.take().is_some() {
-            // A failure cannot be reported from here.
-            let _ = fs::remove_file(&self.part);
-        }
+    pub fn finish(self) -> Result<()> {
+        Ok(self.out.commit()?)
     }
 }
 
@@ -108,8 +82,10 @@ pub struct Log {
     /// Columns of values that an f64 cannot hold, and their present texts.
     non_numeric: Vec<(usize, Port)>,
     texts: Vec<(usize, String)>,
-    /// Text of the units file.
-    units: String,
+    /// The units file, unless the rows go to a pipe or a device.
+    units: Option<OutputFile>,
+    /// Time of the last row, s.
+    last: Option<f64>,
     /// Communication steps between rows.
     stride: u64,
     /// The last columns are the length and the error of the step.
@@ -146,9 +122,15 @@ impl Log {
         let columns = ports.iter().copied().enumerate();
         let (non_numeric, numbers): (Vec<_>, Vec<_>) = columns.partition(|(_, port)| is_text(port));
         let numbers: Vec<Port> = numbers.into_iter().map(|(_, port)| port).collect();
+        let file = CsvFile::create(path, &names)?;
+        let units = (!file.out.is_stream()).then(|| {
+            let mut file = OutputFile::create(&path.with_extension("units.csv"))?;
+            file.write_all(units.as_bytes()).map(|()| file)
+        });
         Ok(Self {
-            file: CsvFile::create(path, &names)?,
-            units,
+            file,
+            units: units.transpose()?,
+            last: None,
             signals: Signals::new(system, &numbers)?,
             non_numeric,
             texts: Vec::new(),
@@ -159,14 +141,19 @@ impl Log {
 
     /// Add a row for the present communication point, if one is due.
     pub fn add(&mut self, master: &Master) -> Result<()> {
-        if !master.steps().is_multiple_of(self.stride) {
-            return Ok(());
+        match master.steps().is_multiple_of(self.stride) {
+            true => self.add_row(master),
+            false => Ok(()),
         }
+    }
+
+    fn add_row(&mut self, master: &Master) -> Result<()> {
         self.texts.clear();
         for (column, port) in &self.non_numeric {
             self.texts.push((*column, master.text(*port)?));
         }
         let values = self.signals.read(master)?;
+        self.last = Some(master.time());
         if self.has_steps {
             let LastStep { length, error } = master.last_step();
             let values = [values, &[length, error]].concat();
@@ -175,18 +162,31 @@ impl Log {
         self.file.row_with(master.time(), values, &self.texts)
     }
 
-    /// Complete the files at the end of the run.
-    pub fn finish(self) -> Result<()> {
-        let units_file = self.file.path.with_extension("units.csv");
-        self.file.finish()?;
-        let written = fs::write(&units_file, self.units);
-        written.with_context(|| format!("`{}` cannot be written", units_file.display()))
+    /// Path of the rows.
+    pub fn path(&self) -> &Path {
+        self.file.out.path()
+    }
+
+    /// Completes the files, unless they hold no row; the time of the last row, s.
+    pub fn finish(self) -> Result<Option<f64>> {
+        if self.last.is_some() {
+            self.file.finish()?;
+            self.units.map_or(Ok(()), OutputFile::commit)?;
+        }
+        Ok(self.last)
     }
 }
 
 impl Observer for Log {
     fn observe(&mut self, master: &Master) -> Result<()> {
         self.add(master)
+    }
+
+    fn end(&mut self, master: &Master) -> Result<()> {
+        match self.last == Some(master.time()) {
+            true => Ok(()),
+            false => self.add_row(master),
+        }
     }
 }
 
@@ -206,6 +206,9 @@ pub fn stride(interval: Option<f64>, step: f64) -> Result<u64> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+    use std::path::PathBuf;
+
     use super::*;
 
     fn folder(name: &str) -> PathBuf {

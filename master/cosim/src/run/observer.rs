@@ -11,6 +11,12 @@ pub trait Observer {
     /// Observes a communication point; the first is the start of the run. An error ends the run.
     fn observe(&mut self, master: &Master) -> Result<()>;
 
+    /// The run is over, at the communication point that was observed last; not called after a failed
+    /// step.
+    fn end(&mut self, _master: &Master) -> Result<()> {
+        Ok(())
+    }
+
     /// True once it needs no further communication point: the run then ends.
     fn is_done(&self) -> bool {
         false
@@ -34,6 +40,10 @@ impl Observer for Observers<'_> {
         self.0.iter_mut().try_for_each(|o| o.observe(master))
     }
 
+    fn end(&mut self, master: &Master) -> Result<()> {
+        self.0.iter_mut().try_for_each(|o| o.end(master))
+    }
+
     fn is_done(&self) -> bool {
         self.0.iter().any(|o| o.is_done())
     }
@@ -43,6 +53,10 @@ impl Observer for Observers<'_> {
 impl<O: Observer> Observer for Option<O> {
     fn observe(&mut self, master: &Master) -> Result<()> {
         self.as_mut().map_or(Ok(()), |o| o.observe(master))
+    }
+
+    fn end(&mut self, master: &Master) -> Result<()> {
+        self.as_mut().map_or(Ok(()), |o| o.end(master))
     }
 
     fn is_done(&self) -> bool {

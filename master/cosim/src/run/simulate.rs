@@ -11,6 +11,7 @@ use anyhow::{Context, Result};
 use crate::exchange::bond::Residual;
 use crate::instance::Ended;
 use crate::master::Master;
+use crate::run::interrupt::{self, Interrupted};
 use crate::run::observer::{Function, Observer};
 use crate::run::snapshot::RunState;
 use crate::run::supervision::Supervision;
@@ -56,7 +57,7 @@ pub fn run(
 /// time.
 ///
 /// # Errors
-/// A failed step, with the divergence that preceded it; a plan that this system cannot follow; a
+/// A failed step, with the divergence that preceded it; [`Interrupted`]; a plan that this system cannot follow; a
 /// snapshot of another run.
 pub fn run_plan(
     system: &System,
@@ -82,8 +83,8 @@ pub fn run_plan(
         steps,
     };
     if let Some(file) = &plan.resume {
-        let resumed = fs::read(file).map_err(Into::into);
-        let resumed = resumed.and_then(|bytes| state.resume(&bytes));
+        let bytes = output_file::note_read(file).and_then(|()| fs::read(file));
+        let resumed = (bytes.map_err(Into::into)).and_then(|bytes| state.resume(&bytes));
         resumed.with_context(|| format!("`{}`", file.display()))?;
     }
     let start = state.master.time();
@@ -91,9 +92,14 @@ pub fn run_plan(
     save(&mut due, &state)?;
     let clock = Instant::now();
     observer.observe(&state.master)?;
-    let (mut timed, mut shortest) = (0, Duration::MAX);
+    let (mut timed, mut shortest, mut signal, mut is_readable) = (0, Duration::MAX, None, true);
     while !observer.is_done() && !state.steps.is_over(&state.master) {
+        signal = interrupt::signal();
+        if signal.is_some() {
+            break;
+        }
         timed += 1;
+        let time = state.master.time();
         let before = (timed <= thread_choice::STEPS).then(Instant::now);
         let made = state.steps.make(&mut state.master);
         shortest = before.map_or(shortest, |before| before.elapsed().min(shortest));
@@ -115,6 +121,8 @@ pub fn run_plan(
         if let Err(error) = observed {
             if error.downcast_ref::<Ended>().is_some() {
                 state.supervision.note(format!("{error:#}"));
+                // What it has reached can be read, but nothing after a step that was not made.
+                is_readable = state.master.time() > time && observer.observe(&state.master).is_ok();
                 break;
             }
             return Err(state.supervision.explain(error, system, &state.master));
@@ -125,6 +133,15 @@ pub fn run_plan(
         if k % 256 == 0 {
             progress(k, all);
         }
+    }
+    if is_readable {
+        observer.end(&state.master)?;
+    }
+    if let Some(signal) = signal {
+        let time = Some(state.master.time());
+        // The run is over, whatever the FMUs say.
+        let _ = state.master.terminate();
+        return Err(Interrupted { signal, time }.into());
     }
     let (_, all) = state.steps.so_far(&state.master);
     progress(all, all);
@@ -146,7 +163,7 @@ fn save(due: &mut Vec<&(f64, PathBuf)>, state: &RunState) -> Result<()> {
     let now = |(time, _): &&(f64, PathBuf)| *time <= state.master.time() + tolerance;
     for (_, file) in due.extract_if(.., |snapshot| now(snapshot)) {
         let written = state.to_bytes();
-        let written = written.and_then(|bytes| Ok(fs::write(file, bytes)?));
+        let written = written.and_then(|bytes| Ok(output_file::write(file, bytes)?));
         written.with_context(|| format!("the snapshot `{}`", file.display()))?;
     }
     Ok(())

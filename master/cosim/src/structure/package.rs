@@ -344,6 +344,7 @@ pub fn read_text(path: &Path) -> Result<String> {
 /// The bytes of the file at `path`; an error names the path as given, and the absolute path.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     let file = path.display();
+    output_file::note_read(path)?;
     fs::read(path).with_context(|| match std::path::absolute(path) {
         Ok(absolute) if absolute != path => {
             let absolute = absolute.display();

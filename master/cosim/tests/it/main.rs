@@ -15,6 +15,8 @@ mod loops;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod loops_of_arrays;
 mod oscillator;
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod outputs;
 mod printed;
 mod program;
 mod rates;

@@ -10,6 +10,7 @@ use std::f64::consts::{GOLDEN_RATIO, SQRT_2, TAU};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
+use cosim::run::interrupt;
 use cosim::{Experiment, Inputs, Master, Signals, System, Verdict, matching};
 
 use crate::measures::limits::LimitWatch;
@@ -219,6 +220,7 @@ pub fn run(
         };
         for _ in from..to {
             instruments.set_reference(&mut master, excursion, start)?;
+            interrupt::check()?;
             master.step()?;
             instruments.read(&master, &mut tenth)?;
         }

@@ -2,6 +2,7 @@
 //! under inertia errors on both trajectories, here for three controllers (those of `compare`).
 
 use anyhow::Result;
+use cosim::run::observer::Observers;
 use cosim::{Experiment, System, Verdict};
 
 use crate::measures::run::{TipError, run as run_once};
@@ -42,7 +43,12 @@ pub(crate) fn run(
     done: impl Fn() + Sync,
 ) -> Result<Vec<Cell<TipError>>> {
     let measure = |plan: &Plan| {
-        let outcome = run_once(system, &plan.experiment, &|_, _| (), |_| Ok(()))?;
+        let outcome = run_once(
+            system,
+            &plan.experiment,
+            &|_, _| (),
+            &mut Observers(Vec::new()),
+        )?;
         Ok((outcome.tip, outcome.verdict()))
     };
     measured(system, base, measure, done)

@@ -10,13 +10,13 @@ use anyhow::{Context, Result};
 use cosim::{Experiment, System, Verdict};
 use emla::Surrogate;
 use machine_file::{Emla, Machine, PerAxis};
+use output_file::TemporaryFolder;
 use serde::Serialize;
 use surrogate::judgement::resampling::bootstrap;
 use surrogate::measurement::campaign::{rms, training_campaign};
 use surrogate::measurement::coupled_run::CoupledRun;
 use surrogate::prediction::identification::Identification;
 use surrogate::prediction::model::{Errors, MODELS, Model, errors};
-use tempfile::TempDir;
 
 use crate::measures::tracking::Tracking;
 use crate::runs::grid::{self, Case, Grid, Plan, TRAJECTORIES};
@@ -65,7 +65,7 @@ pub(crate) fn machines(system: &System, count: u64) -> Result<Cases> {
 /// The network that was trained on the rig, and the machine with actuators refitted to the same
 /// data. FMUs can read their files as long as this lives.
 pub struct RigNetwork {
-    _folder: TempDir,
+    _folder: TemporaryFolder,
     /// The network's file.
     pub(crate) path: PathBuf,
     /// The machine's file.
@@ -77,7 +77,7 @@ pub struct RigNetwork {
 impl RigNetwork {
     /// Writes the files; runs the campaign to which the actuators are refitted.
     pub fn new() -> Result<Self> {
-        let folder = TempDir::new().context("no folder for the rig's network")?;
+        let folder = TemporaryFolder::new().context("no folder for the rig's network")?;
         let write = |name: &str, text: &str| {
             let path = folder.path().join(name);
             std::fs::write(&path, text).with_context(|| path.display().to_string())?;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Result, ensure};
 use clap::Args;
 use cosim::Verdict;
-use cosim::cli::print;
+use cosim::cli::{output, print};
 
 use crate::analyses::draws::{self, Counts, FORCE_BOUND};
 use crate::print::output::{conditions, finish, with_progress};
@@ -41,7 +41,7 @@ pub struct DrawsArgs {
     #[arg(long, value_name = "DIR")]
     store: Option<PathBuf>,
     /// Also write all runs to this JSON file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output())]
     json: Option<PathBuf>,
 }
 

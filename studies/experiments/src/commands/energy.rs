@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use cosim::Verdict;
-use cosim::cli::print;
+use cosim::cli::{output, print};
 
 use crate::measures::energy;
 use crate::print::energy::{balance_json, supply_text, text, write_csv};
@@ -17,10 +17,10 @@ pub struct EnergyArgs {
     #[command(flatten)]
     pub machine: MachineArgs,
     /// Also write the actuators' energies to this CSV file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output())]
     csv: Option<PathBuf>,
     /// Also write the numbers to this JSON file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output())]
     json: Option<PathBuf>,
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use clap::Args;
 use cosim::Verdict;
-use cosim::cli::print;
+use cosim::cli::{output, print};
 use serde_json::json;
 use surrogate::measurement::signal_file::SignalFile;
 
@@ -25,7 +25,7 @@ pub struct EvaluateArgs {
     #[arg(long, value_name = "METRES")]
     max_error: Option<f64>,
     /// Also write metrics and verdict to this JSON file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output())]
     json: Option<PathBuf>,
     /// Only print the names of the signals that the importer must record
     #[arg(long)]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 use clap::{Args, Subcommand};
-use cosim::cli::print;
+use cosim::cli::{output, print};
 use hdrm::HdrmError;
 use machine_file::{AXES, Machine, Source, extension_of, preset};
 use motion_check::gain_rule::{self, RuledGain};
@@ -44,7 +44,7 @@ pub enum MachineCommand {
         #[arg(value_name = "FILE|NAME")]
         machine: String,
         /// Parameter set to write, for `--parameters`
-        #[arg(long, value_name = "FILE")]
+        #[arg(long, value_name = "FILE", value_parser = output())]
         output: Option<PathBuf>,
     },
     /// Draw a machine: side view with named points and dimensions, workspace, largest payload over
@@ -64,7 +64,7 @@ pub struct ScaleArgs {
     #[arg(long, value_name = "FILE|NAME", default_value = "reference")]
     machine: String,
     /// Machine file to write
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output())]
     output: PathBuf,
 }
 
@@ -92,7 +92,7 @@ pub struct PerturbArgs {
     #[arg(long, default_value_t = Bounds::REAL.plumb.to_degrees(), value_name = "DEGREES")]
     plumb: f64,
     /// Machine file to write
-    #[arg(long, default_value = "machine.json", value_name = "FILE")]
+    #[arg(long, default_value = "machine.json", value_name = "FILE", value_parser = output())]
     out: PathBuf,
 }
 

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use anyhow::{Result, ensure};
 use clap::Args;
 use cosim::Verdict;
-use cosim::cli::print;
+use cosim::cli::{output, print};
 
 use crate::analyses::margins::{self, CHANGES, Limit, Margin, PAYLOADS, PLACES};
 use crate::print::output::{conditions, finish, with_progress, write};
@@ -42,10 +42,10 @@ pub struct MarginsArgs {
     #[arg(long, value_name = "DIR")]
     store: Option<PathBuf>,
     /// Also write all margins to this CSV file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output())]
     csv: Option<PathBuf>,
     /// Also write all margins to this JSON file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output())]
     json: Option<PathBuf>,
 }
 

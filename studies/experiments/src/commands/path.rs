@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use clap::{Args, Subcommand};
-use cosim::cli::print;
+use cosim::cli::{output, print};
 
 use crate::machines::path_margins::PathMargins;
 use crate::print::output::write_json;
@@ -38,7 +38,7 @@ pub struct CheckArgs {
     #[arg(long, value_name = "DIR")]
     pub figures: Option<PathBuf>,
     /// Also write the numbers to this JSON file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output())]
     json: Option<PathBuf>,
 }
 

@@ -4,6 +4,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use cosim::cli::output;
 
 use crate::setup::run_setup::MachineArgs;
 
@@ -49,7 +50,7 @@ pub struct DrawArgs {
     #[arg(value_name = "FILE|NAME")]
     pub machine: String,
     /// Picture to write: .svg or .png
-    #[arg(long, value_name = "FILE", default_value = "machine.svg")]
+    #[arg(long, value_name = "FILE", default_value = "machine.svg", value_parser = output())]
     pub output: PathBuf,
     /// Factor on all weights, to allow for dynamic loads
     #[arg(
@@ -60,7 +61,7 @@ pub struct DrawArgs {
     )]
     pub dynamic_factor: f64,
     /// Also write the load chart to this CSV file: place, joint angles, payload, limit
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output())]
     pub csv: Option<PathBuf>,
 }
 
@@ -70,6 +71,6 @@ pub struct SceneArgs {
     #[arg(value_name = "FILE|NAME", default_value = "reference")]
     pub machine: String,
     /// JSON file to write
-    #[arg(long, value_name = "FILE", default_value = "scene.json")]
+    #[arg(long, value_name = "FILE", default_value = "scene.json", value_parser = output())]
     pub out: PathBuf,
 }

@@ -12,7 +12,8 @@ use std::process::{self, ExitCode};
 use anyhow::{Context, Result, ensure};
 use clap::{Args, Parser, Subcommand};
 use cosim::Verdict;
-use cosim::cli::exit;
+use cosim::cli::{claim_outputs, exit};
+use cosim::run::interrupt;
 
 use super::{
     compare, draws, endurance, energy, evaluate, machine, margins, path, pictures, python,
@@ -112,7 +113,11 @@ pub fn run(needs_python: bool, command: impl FnOnce() -> Ending) -> ExitCode {
             Err(error) => return exit(Err(error), false),
         }
     }
-    let (check, verdict) = command();
+    let prepared = (interrupt::install().map_err(Into::into)).and_then(|()| claim_outputs());
+    let (check, verdict) = match prepared {
+        Ok(()) => command(),
+        Err(error) => (false, Err(error)),
+    };
     exit(verdict, check)
 }
 

@@ -4,8 +4,9 @@ use std::fmt::Display;
 
 use anyhow::Result;
 use clap::Args;
-use cosim::cli::{CsvArgs, bar, print};
-use cosim::{Experiment, System, Verdict};
+use cosim::cli::{CsvArgs, bar, keep_rows, print};
+use cosim::run::observer::{Function, Observers};
+use cosim::{Experiment, Master, System, Verdict};
 
 use crate::measures::iso9283::{Measures, Meter};
 use crate::measures::run::{FailedRun, Outcome, default_signals, run as run_once};
@@ -81,12 +82,11 @@ pub(super) fn logged_run(
         bar.set_length(steps);
         bar.set_position(k);
     };
-    let outcome = run_once(system, experiment, &progress, |master| {
-        meter.iter_mut().try_for_each(|meter| meter.add(master))?;
-        log.iter_mut().try_for_each(|log| log.add(master))
-    });
+    let measure = |master: &Master| meter.iter_mut().try_for_each(|meter| meter.add(master));
+    let measure = &mut Function(measure);
+    let observers = &mut Observers(vec![measure, &mut log]);
+    let outcome = run_once(system, experiment, &progress, observers);
     bar.finish_and_clear();
-    let outcome = outcome.map_err(FailedRun::explain)?;
-    log.map_or(Ok(()), |log| log.finish())?;
+    let outcome = keep_rows(log, outcome.map_err(FailedRun::explain))?;
     Ok((outcome, meter.and_then(|meter| meter.measures())))
 }

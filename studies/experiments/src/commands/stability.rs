@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use cosim::Verdict;
-use cosim::cli::print;
+use cosim::cli::{output, print};
 
 use crate::analyses::stability::{self, causes, compliance};
 use crate::print::output::{conditions, finish, with_progress};
@@ -25,7 +25,7 @@ pub struct StabilityArgs {
     #[arg(long, value_name = "FACTOR", default_value_t = 1.4)]
     inertia_scale: f64,
     /// Also write the numbers to this JSON file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output())]
     json: Option<PathBuf>,
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
 use cosim::Verdict;
-use cosim::cli::print;
+use cosim::cli::{output, print};
 use serde_json::Value;
 
 use crate::analyses::robustness::{self, Study};
@@ -42,10 +42,10 @@ pub struct TableArgs {
     pub laws: Vec<String>,
     /// Also write the cells of the inertia study, or the runs of a comparison of laws, to this CSV
     /// file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output())]
     pub csv: Option<PathBuf>,
     /// Also write all cells to this JSON file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output())]
     json: Option<PathBuf>,
 }
 

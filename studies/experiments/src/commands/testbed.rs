@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::Args;
 use cosim::Verdict;
-use cosim::cli::print;
+use cosim::cli::{output, print};
 use cosim::io::csv::CsvFile;
 
 use crate::analyses::testbed::{self, Axis, CHECK, Replay, UNKNOWN_LOAD};
@@ -32,7 +32,7 @@ pub struct TestbedArgs {
     #[arg(long, value_name = "DIR")]
     csv_dir: Option<PathBuf>,
     /// Also write the numbers to this JSON file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output())]
     json: Option<PathBuf>,
 }
 

@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::Result;
 use clap::Args;
 use cosim::Verdict;
-use cosim::cli::print;
+use cosim::cli::{output, print};
 
 use crate::analyses::identification::model::Condition;
 use crate::analyses::identification::run::{Commissioning, Identified};
@@ -49,7 +49,7 @@ pub struct TournamentArgs {
     #[arg(long, value_name = "DIR", default_value = "tournament")]
     store: PathBuf,
     /// Also write gains and runs to this JSON file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output())]
     json: Option<PathBuf>,
 }
 

@@ -28,6 +28,7 @@ pub fn read(name: &str) -> Result<PathFile> {
     if let Some(file) = PathFile::built_in(name) {
         return file.with_context(|| format!("path `{name}`"));
     }
+    output_file::note_read(name.as_ref())?;
     let text = std::fs::read_to_string(name).with_context(|| {
         let built_in = tip_path::BUILT_IN.join(" and ");
         format!("file `{name}`; the built-in paths are {built_in}")

@@ -5,7 +5,9 @@
 use std::fmt;
 
 use anyhow::{Error, Result, anyhow};
-use cosim::run::simulate;
+use cosim::run::interrupt::Interrupted;
+use cosim::run::observer::{Function, Observer, Observers};
+use cosim::run::simulate::{self, Plan, run_plan};
 use cosim::{Experiment, Master, Port, Recording, Signals, System, Verdict, matching, start_value};
 
 use super::limits::{LimitWatch, check_reference};
@@ -144,14 +146,14 @@ pub struct FailedRun {
     limits: Verdict,
 }
 
-/// Runs to [`end_time`]. `observe` is called at every communication point, `progress` from time to
-/// time with the numbers of finished and of all steps. The error of a run that fails is a
-/// [`FailedRun`] if a limit was exceeded before.
+/// Runs to [`end_time`]. The `observer` sees every communication point, `progress` from time to time
+/// the numbers of finished and of all steps. The error of a run that fails is a [`FailedRun`] if a
+/// limit was exceeded before.
 pub fn run(
     system: &System,
     experiment: &Experiment,
     progress: &dyn Fn(u64, u64),
-    mut observe: impl FnMut(&Master) -> Result<()>,
+    observer: &mut dyn Observer,
 ) -> Result<Outcome> {
     let file = MachineFile::from_plant(system, &experiment.settings)?;
     let started = experiment.start_until(system, experiment.stop);
@@ -164,18 +166,22 @@ pub fn run(
     let mut watch = LimitWatch::new(system, &parameter, file.as_ref())?;
     let mut limits = check_reference(system, &parameter)?;
     let mut signals = Signals::new(system, &[&[tip_error], watch.ports()].concat())?;
-    let done = simulate::run(system, master, stop, progress, |master| {
+    let own = &mut Function(|master: &Master| {
         let [distance, watched @ ..] = signals.read(master)? else {
             unreachable!("the tip error is read first");
         };
         tip.add(master.time(), *distance);
         watch.add(master.time(), watched);
-        observe(master)
+        Ok(())
     });
+    let observers = &mut Observers(vec![own, observer]);
+    let done = run_plan(system, master, &Plan::to(stop), progress, observers);
     limits.extend(watch.verdict());
     match done {
         Ok(run) => Ok(Outcome { run, tip, limits }),
-        Err(error) if limits.is_bad() => Err(FailedRun { error, limits }.into()),
+        Err(error) if limits.is_bad() && !error.is::<Interrupted>() => {
+            Err(FailedRun { error, limits }.into())
+        }
         Err(error) => Err(error),
     }
 }
@@ -202,9 +208,7 @@ impl RecordedRun {
     /// Runs and records the variables `ports`.
     pub fn record(system: &System, experiment: &Experiment, ports: &[Port]) -> Result<Self> {
         let mut recording = Recording::new(system, ports)?;
-        let outcome = run(system, experiment, &|_, _| (), |master| {
-            recording.add(master)
-        })?;
+        let outcome = run(system, experiment, &|_, _| (), &mut recording)?;
         Ok(Self { recording, outcome })
     }
 

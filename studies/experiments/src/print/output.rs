@@ -1,13 +1,14 @@
 //! The output that the commands share: progress bar, CSV and JSON files, the conditions of the runs
 //! in the JSON file, and the verdict. The report writes its files with it too.
 
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result};
 use cosim::cli::{bar, print};
+use cosim::run::interrupt;
 use cosim::{Experiment, Setting, System, Verdict};
+use output_file::OutputFile;
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -26,15 +27,13 @@ pub fn with_progress<T>(
 /// Writes a file if a path is given.
 pub fn write(
     path: Option<&Path>,
-    content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+    content: impl FnOnce(&mut OutputFile) -> io::Result<()>,
 ) -> Result<()> {
     let Some(path) = path else { return Ok(()) };
-    let file = File::create(path);
-    let file = file.with_context(|| format!("`{}` cannot be written", path.display()))?;
-    let mut file = BufWriter::new(file);
-    content(&mut file)
-        .and_then(|()| file.flush())
-        .with_context(|| path.display().to_string())
+    interrupt::check()?;
+    let mut file = OutputFile::create(path)?;
+    content(&mut file).with_context(|| path.display().to_string())?;
+    Ok(file.commit()?)
 }
 
 /// Writes a JSON file if a path is given.

@@ -4,6 +4,7 @@
 //! lost, or after the stopped machine has had time to come to rest.
 
 use anyhow::Result;
+use cosim::run::interrupt::Interrupted;
 use cosim::run::observer::{Observer, Observers};
 use cosim::run::simulate::{Plan, run_plan};
 use cosim::{Experiment, Master, Recording, Signals, System, start_value};
@@ -92,7 +93,10 @@ impl EndedRun {
             let outcome = run_plan(system, master, &Plan::to(stop), &|_, _| (), observers)?;
             Ok(outcome.simulated)
         };
-        let run = run();
+        let run = match run() {
+            Err(error) if error.is::<Interrupted>() => return Err(error),
+            run => run,
+        };
         let time = *run.as_ref().unwrap_or(&watch.time);
         let ended = run.err().map(|error| (Fate::Lost, format!("{error:#}")));
         let (fate, why) = (watch.ended.take().or(ended)).unwrap_or((Fate::Kept, String::new()));

@@ -5,6 +5,7 @@
 use anyhow::{Error, Result};
 use cosim::exchange::faults::Faults;
 use cosim::master::Jitter;
+use cosim::run::interrupt;
 use cosim::{Experiment, Setting, System, Verdict};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -184,7 +185,9 @@ impl<'a> Grid<'a> {
                 verdict,
             }
         };
-        Ok(plans.into_par_iter().map(one).collect())
+        let cells = plans.into_par_iter().map(one).collect();
+        interrupt::check()?;
+        Ok(cells)
     }
 }
 

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
+use cosim::run::interrupt;
 use cosim::{Experiment, System};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -81,11 +82,9 @@ impl RunStore {
             return Ok(kept.value);
         }
         let value = make()?;
+        interrupt::check()?;
         let kept = Kept { made_of, value };
-        let part = file.with_extension("part");
-        fs::write(&part, serde_json::to_string_pretty(&kept)?)
-            .and_then(|()| fs::rename(&part, &file))
-            .with_context(|| file.display().to_string())?;
+        output_file::write(&file, serde_json::to_string_pretty(&kept)?)?;
         Ok(kept.value)
     }
 }

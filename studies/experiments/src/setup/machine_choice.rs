@@ -96,6 +96,7 @@ impl MachineFile {
         } else if set.is_none() && !file.exists() {
             machine_file::REFERENCE_JSON.into()
         } else {
+            output_file::note_read(&file)?;
             std::fs::read_to_string(&file).with_context(|| file.display().to_string())?
         };
         let read = Source::read(&text, shipped.is_none().then_some(&*file));
@@ -111,6 +112,7 @@ impl MachineFile {
 
 /// Reads a machine file, or the shipped machine of this name.
 pub fn read(name: &str) -> Result<Machine> {
+    output_file::note_read(name.as_ref())?;
     let source = Source::named(name).with_context(|| name.to_owned())?;
     Ok(source.machine)
 }

@@ -14,11 +14,11 @@ use std::ops::Range;
 use anyhow::{Context, Result, ensure};
 use cosim::System;
 use machine_file::{Body, InertiaTensor, Machine};
+use output_file::TemporaryFolder;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Uniform};
 use serde_json::Value;
-use tempfile::TempDir;
 
 use crate::runs::grid::Case;
 use crate::setup::machine_choice::MachineFile;
@@ -159,7 +159,7 @@ fn lengthen(value: &mut Value, error: &mut impl FnMut() -> f64) {
 pub struct Cases {
     /// The cases.
     pub list: Vec<Case>,
-    _folder: Option<TempDir>,
+    _folder: Option<TemporaryFolder>,
 }
 
 impl From<Vec<Case>> for Cases {
@@ -175,7 +175,7 @@ impl Cases {
     /// knows nothing of their friction, backlash, compliance, heat and drives.
     pub fn draw_machines(system: &System, seeds: Range<u64>, bounds: &Bounds) -> Result<Self> {
         let nominal = MachineFile::from_manipulator(system, &[])?.machine;
-        let folder = TempDir::new().context("no temporary folder for the machine files")?;
+        let folder = TemporaryFolder::new().context("no temporary folder for the machine files")?;
         let mut list = Vec::new();
         for seed in seeds {
             let (machine, gravity) = draw(&nominal, seed, bounds)?;

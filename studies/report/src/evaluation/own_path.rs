@@ -3,7 +3,9 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
-use cosim::{Experiment, Recording};
+use cosim::run::observer::{Function, Observers};
+use cosim::{Experiment, Master, Recording};
+use output_file::TemporaryFolder;
 use serde_json::{Value, json};
 
 use super::request::{Request, success};
@@ -49,12 +51,12 @@ fn evaluate(
             _ => Vec::new(),
         };
         let mut recording = Recording::new(request.system, &ports)?;
-        let outcome = run(request.system, &experiment, &|_, _| (), |master| {
-            recording.add(master)?;
-            meter.iter_mut().try_for_each(|meter| meter.add(master))
-        })
-        .map_err(FailedRun::explain)
-        .with_context(|| mode.to_owned())?;
+        let measure = |master: &Master| meter.iter_mut().try_for_each(|meter| meter.add(master));
+        let measure = &mut Function(measure);
+        let observers = &mut Observers(vec![&mut recording, measure]);
+        let outcome = run(request.system, &experiment, &|_, _| (), observers)
+            .map_err(FailedRun::explain)
+            .with_context(|| mode.to_owned())?;
         writeln!(text, "{mode}: tip error {}", outcome.tip.motion)?;
         if let Some(measures) = meter.and_then(|meter| meter.measures()) {
             write!(text, "{measures}")?;
@@ -67,7 +69,7 @@ fn evaluate(
         }
     }
     write!(text, "\n{balances}")?;
-    let folder = tempfile::tempdir()?;
+    let folder = TemporaryFolder::new()?;
     let [_, svg] = margins_figure::draw(&margins, folder.path())?;
     let figure = std::fs::read_to_string(svg)?;
     Ok(json!({"name": name, "text": text, "figure": figure}))

@@ -42,5 +42,5 @@ pub(crate) fn write_network(path: &Path, network: &SurrogateFile) -> Result<()> 
 /// Writes a file; makes its folder.
 pub(crate) fn write(path: &Path, text: &str) -> Result<()> {
     make_folder(path)?;
-    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+    Ok(output_file::write(path, text)?)
 }

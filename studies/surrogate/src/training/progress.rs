@@ -194,14 +194,10 @@ impl Progress {
         Ok(progress)
     }
 
-    /// Writes the checkpoint: to another file that is then renamed, so that an interruption cannot
-    /// damage it.
+    /// Writes the checkpoint; an interruption cannot damage it.
     pub fn save(&self, path: &Path) -> Result<()> {
-        let new = path.with_extension("tmp");
         let text = serde_json::to_string(self).context("cannot write the checkpoint as JSON")?;
-        std::fs::write(&new, text)
-            .and_then(|()| std::fs::rename(&new, path))
-            .with_context(|| format!("cannot write {}", path.display()))
+        Ok(output_file::write(path, text)?)
     }
 
     /// Takes one iteration, and decides whether the training ends.

@@ -226,7 +226,7 @@ impl Commissioning {
 fn write(file: &Path, text: &str) -> std::io::Result<()> {
     match fs::read_to_string(file) {
         Ok(there) if there == text => Ok(()),
-        _ => fs::write(file, text),
+        _ => output_file::write(file, text),
     }
 }
 
