@@ -8,6 +8,7 @@ mod error_messages;
 mod events;
 mod faults;
 mod foreign;
+mod hostile;
 mod inputs;
 mod loops;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
