@@ -13,8 +13,14 @@ use crate::calls::Exports;
 use crate::output;
 use crate::under_way::{About, Slot};
 
-static LOADING: About = About::rare("loading the library");
-static UNLOADING: About = About::rare("unloading the library");
+static LOADING: About = About {
+    name: "loading the library",
+    is_rare: true,
+};
+static UNLOADING: About = About {
+    name: "unloading the library",
+    is_rare: true,
+};
 
 /// A loaded library. Fields are dropped in their order, after the libraries were closed: its files
 /// are removed last.
@@ -151,8 +157,7 @@ impl Library {
 
 impl Drop for Library {
     fn drop(&mut self) {
-        Slot::renew();
-        let _call = Slot::own().call_of(&self.name, &UNLOADING);
+        let _call = Slot::fresh().call_of(&self.name, &UNLOADING);
         self.all.clear();
     }
 }

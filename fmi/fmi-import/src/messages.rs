@@ -67,7 +67,9 @@ pub(crate) fn add_for(owner: ThreadId, instance: &str, is_warning: bool, text: &
     if thread::current().id() == owner {
         return add(instance, is_warning, text);
     }
-    let mut all = FROM_ELSEWHERE.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut all = FROM_ELSEWHERE
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner);
     let place = all.iter().position(|(thread, _)| *thread == owner);
     let place = place.unwrap_or_else(|| {
         all.push((owner, Vec::new()));
@@ -111,7 +113,9 @@ fn add_to(messages: &mut Vec<Message>, instance: &str, is_warning: bool, text: &
 
 fn own_from_elsewhere() -> Vec<Message> {
     let own = thread::current().id();
-    let mut all = FROM_ELSEWHERE.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut all = FROM_ELSEWHERE
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner);
     let place = all.iter().position(|(thread, _)| *thread == own);
     place.map_or_else(Vec::new, |place| all.swap_remove(place).1)
 }
@@ -179,7 +183,10 @@ mod tests {
         add("a", false, &"ä".repeat(MAX_TEXT));
         let all = take();
         assert_eq!(all.len(), MAX_KEPT + 2);
-        assert_eq!(all[MAX_KEPT].to_string(), format!("an FMU: {NOT_KEPT} (936 times)"));
+        assert_eq!(
+            all[MAX_KEPT].to_string(),
+            format!("an FMU: {NOT_KEPT} (936 times)")
+        );
         assert!(all[MAX_KEPT + 1].text.len() < MAX_TEXT + 50);
     }
 
@@ -187,7 +194,9 @@ mod tests {
     #[test]
     fn messages_of_other_threads_arrive() {
         let own = thread::current().id();
-        thread::spawn(move || add_for(own, "a", false, "from a thread")).join().unwrap();
+        thread::spawn(move || add_for(own, "a", false, "from a thread"))
+            .join()
+            .unwrap();
         assert_eq!(reasons("a"), ["from a thread"]);
         assert!(take().is_empty());
     }

@@ -59,7 +59,7 @@ mod own {
     /// The standard output that the program was started with.
     static OWN: OnceLock<File> = OnceLock::new();
     /// What passes on what is printed while no output is captured, and where it is printed to.
-    static PRINTED: OnceLock<(Arc<Relay>, PipeWriter)> = OnceLock::new();
+    static PRINTED: OnceLock<(Arc<Mutex<Relay>>, PipeWriter)> = OnceLock::new();
     /// Held while the output of a call is captured.
     static CAPTURING: Mutex<()> = Mutex::new(());
 
@@ -102,7 +102,7 @@ mod own {
         }
         // SAFETY: a new descriptor, which nobody else closes.
         let _ = OWN.set(unsafe { File::from_raw_fd(own) });
-        let _ = PRINTED.set(Relay::start(String::new())?);
+        let _ = PRINTED.set(start(String::new())?);
         Ok(())
     }
 
@@ -113,7 +113,7 @@ mod own {
             return call();
         };
         drain();
-        let Ok((relay, writer)) = Relay::start(format!("{who} prints: ")) else {
+        let Ok((relay, writer)) = start(format!("{who} prints: ")) else {
             return call();
         };
         drop(writer);
@@ -121,8 +121,11 @@ mod own {
         flush();
         // If this fails, the library has closed what it had no right to.
         let _ = copy(usual);
-        relay.pass_all();
-        relay.lock().end_line();
+        let mut relay = lock(&relay);
+        relay.pass();
+        if std::mem::take(&mut relay.is_in_line) {
+            eprintln!();
+        }
         result
     }
 
@@ -130,18 +133,13 @@ mod own {
     pub fn drain() {
         if let Some((relay, _)) = PRINTED.get() {
             flush();
-            relay.pass_all();
+            lock(relay).pass();
         }
     }
 
-    /// Passes on to standard error what is printed to standard output. Its thread ends once nobody
-    /// has the other end of the pipe any more: processes that an FMU has started may keep it.
+    /// Passes on to standard error what is printed. Its thread ends once nobody has the other end of
+    /// the pipe any more: processes that an FMU has started may keep it.
     struct Relay {
-        printed: Mutex<Printed>,
-        reader: i32,
-    }
-
-    struct Printed {
         reader: PipeReader,
         /// What each line begins with.
         prefix: String,
@@ -149,82 +147,66 @@ mod own {
         left: usize,
     }
 
-    impl Relay {
-        /// From now on standard output is passed on with this prefix to each line.
-        fn start(prefix: String) -> io::Result<(Arc<Self>, PipeWriter)> {
-            let (reader, writer) = io::pipe()?;
-            copy(&writer)?;
-            let relay = Arc::new(Self {
-                reader: reader.as_raw_fd(),
-                printed: Mutex::new(Printed {
-                    reader,
-                    prefix,
-                    is_in_line: false,
-                    left: MAX_PRINTED,
-                }),
-            });
-            let own = relay.clone();
-            thread::Builder::new().spawn(move || while own.pass(-1) {})?;
-            Ok((relay, writer))
-        }
-
-        fn lock(&self) -> MutexGuard<'_, Printed> {
-            self.printed.lock().unwrap_or_else(PoisonError::into_inner)
-        }
-
-        /// Passes on what comes within `wait`, ms; -1 waits until something comes. False if nothing
-        /// has come.
-        fn pass(&self, wait: i32) -> bool {
-            let mut poll = libc::pollfd {
-                fd: self.reader,
-                events: libc::POLLIN,
-                revents: 0,
-            };
-            // SAFETY: one descriptor, which stays open.
-            unsafe { libc::poll(&mut poll, 1, wait) };
-            let mut printed = self.lock();
-            poll.revents = 0;
-            // SAFETY: as above. The other thread may have read it meanwhile.
-            match unsafe { libc::poll(&mut poll, 1, 0) } {
-                1 => printed.pass(),
-                _ => wait != 0,
-            }
-        }
-
-        fn pass_all(&self) {
-            while self.pass(0) {}
-        }
+    /// From now on standard output is passed on with this prefix to each line.
+    fn start(prefix: String) -> io::Result<(Arc<Mutex<Relay>>, PipeWriter)> {
+        let (reader, writer) = io::pipe()?;
+        copy(&writer)?;
+        let descriptor = reader.as_raw_fd();
+        let relay = Arc::new(Mutex::new(Relay {
+            reader,
+            prefix,
+            is_in_line: false,
+            left: MAX_PRINTED,
+        }));
+        let own = relay.clone();
+        let run = move || {
+            while is_ready(descriptor, -1) && lock(&own).pass() {}
+        };
+        thread::Builder::new().spawn(run)?;
+        Ok((relay, writer))
     }
 
-    impl Printed {
+    fn lock(relay: &Mutex<Relay>) -> MutexGuard<'_, Relay> {
+        relay.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether a pipe can be read within `wait`, ms; -1 waits until it can.
+    fn is_ready(fd: i32, wait: i32) -> bool {
+        let (events, revents) = (libc::POLLIN, 0);
+        let mut pipe = libc::pollfd {
+            fd,
+            events,
+            revents,
+        };
+        // SAFETY: one descriptor, which stays open.
+        unsafe { libc::poll(&mut pipe, 1, wait) != 0 }
+    }
+
+    impl Relay {
         /// Passes on what there is; false at the end of the pipe.
         fn pass(&mut self) -> bool {
             let mut bytes = [0; 4096];
-            let Ok(count @ 1..) = self.reader.read(&mut bytes) else {
-                return false;
-            };
-            let mut text = String::new();
-            for line in String::from_utf8_lossy(&bytes[..count.min(self.left)]).split_inclusive('\n') {
-                if !self.is_in_line {
-                    text += &self.prefix;
+            // Another thread may have read it meanwhile.
+            while is_ready(self.reader.as_raw_fd(), 0) {
+                let Ok(count @ 1..) = self.reader.read(&mut bytes) else {
+                    return false;
+                };
+                let mut text = String::new();
+                let shown = String::from_utf8_lossy(&bytes[..count.min(self.left)]);
+                for line in shown.split_inclusive('\n') {
+                    text += if self.is_in_line { "" } else { &self.prefix };
+                    text += line;
+                    self.is_in_line = !line.ends_with('\n');
                 }
-                text += line;
-                self.is_in_line = !line.ends_with('\n');
+                if (1..=count).contains(&self.left) {
+                    text += "\n(more than 1 MiB is printed; the rest is not shown)\n";
+                    self.is_in_line = false;
+                }
+                self.left = self.left.saturating_sub(count);
+                // If this fails, there is no standard error.
+                let _ = io::stderr().write_all(text.as_bytes());
             }
-            if self.left > 0 && count >= self.left {
-                text += "\n(FMUs print more than 1 MiB; the rest is not shown)\n";
-            }
-            self.left = self.left.saturating_sub(count);
-            self.is_in_line &= self.left > 0;
-            // If this fails, there is no standard error.
-            let _ = io::stderr().write_all(text.as_bytes());
             true
-        }
-
-        fn end_line(&mut self) {
-            if std::mem::take(&mut self.is_in_line) {
-                eprintln!();
-            }
         }
     }
 }

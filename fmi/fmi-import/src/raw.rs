@@ -25,8 +25,9 @@ use crate::calls::{Callbacks, Logger};
 use crate::functions::Functions;
 use crate::functions::VersionFunctions::{self, Fmi2, Fmi3};
 use crate::log::{Log, Message, logger_3};
+use crate::output;
 use crate::standard::{Pointer, Text};
-use crate::under_way::{Call, Slot};
+use crate::under_way::{self, Call, Slot};
 
 /// An array argument: its elements, or NULL with a number of elements that the call claims.
 #[derive(Clone, Copy, Debug)]
@@ -232,13 +233,20 @@ impl RawInstance {
         let texts = [request.name, request.token, request.resources].map(c_text);
         log.name_variables(functions);
         let label = request.name.unwrap_or_default();
-        let call = Slot::fresh().call(label);
+        let slot = Slot::fresh();
+        let call = slot.call(label);
         // SAFETY: NULL or C strings; the callbacks outlive the instance.
         let c = unsafe { instantiate(functions, request, texts, &callbacks) };
         drop(call);
         match c.is_null() {
             true => Err(log.take_own()),
-            false => Ok(Self::with_pointer(functions, c, label, log, callbacks)),
+            false => Ok(Self::with_pointer(
+                functions,
+                c,
+                (slot, label),
+                log,
+                callbacks,
+            )),
         }
     }
 
@@ -246,13 +254,14 @@ impl RawInstance {
     pub fn null(functions: &Arc<Functions>) -> Self {
         let log = Log::for_thread("");
         let callbacks = Box::new(log.callbacks());
-        Self::with_pointer(functions, ptr::null_mut(), c"NULL", log, callbacks)
+        let noted = (Slot::fresh(), c"NULL");
+        Self::with_pointer(functions, ptr::null_mut(), noted, log, callbacks)
     }
 
     fn with_pointer(
         functions: &Arc<Functions>,
         c: Pointer,
-        label: &CStr,
+        (slot, label): (&'static Slot, &CStr),
         log: Log,
         callbacks: Box<Callbacks>,
     ) -> Self {
@@ -260,7 +269,7 @@ impl RawInstance {
             version: functions.version.clone(),
             functions: functions.clone(),
             c,
-            slot: Slot::own(),
+            slot,
             label: label.to_owned(),
             log,
             _callbacks: callbacks,
@@ -373,7 +382,10 @@ unsafe fn instantiate(
 impl Drop for RawInstance {
     fn drop(&mut self) {
         if !self.c.is_null() {
-            Slot::renew();
+            if !output::is_separate() {
+                // Not only FMUs have changed the process since the last call, in Python for example.
+                under_way::remember();
+            }
             let _call = self.call();
             // SAFETY: a live instance, freed once.
             unsafe { free(&self.version, self.c) }

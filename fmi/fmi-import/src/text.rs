@@ -120,7 +120,8 @@ unsafe extern "C" fn fmi_import_copy(text: Text, to: *mut u8, room: usize) -> st
     // SAFETY: as for `read`; `to` has `room` bytes.
     unsafe {
         let read = read_into(text, room - 1, |part| {
-            to.add(length).copy_from_nonoverlapping(part.as_ptr(), part.len());
+            to.add(length)
+                .copy_from_nonoverlapping(part.as_ptr(), part.len());
             length += part.len();
         });
         to.add(length).write(0);

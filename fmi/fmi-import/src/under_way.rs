@@ -1,9 +1,9 @@
 //! The call of an FMU that is under way in each thread, noted by `raw` and `library`. If an FMU ends
-//! the process by a crash or by `exit`, a line on standard error says in which call, and the exit
-//! code is [`EXIT_CODE`]. What an FMU changed of the thread and the process is put back after calls.
+//! the process by a crash or `exit`, a line on standard error says in which call, and the exit code
+//! is [`EXIT_CODE`]. What an FMU changed of the thread and the process is put back after calls.
 //!
-//! To note a call costs a few stores into a slot that the thread owns. Signal handlers read the
-//! slots of all threads, so there is no allocation and no lock.
+//! A call costs a few stores into a slot that its thread owns. Signal handlers read the slots of all
+//! threads, so there is no allocation and no lock.
 //!
 //! ```
 //! /// Keeps the rows of a run also if an FMU calls `exit`.
@@ -16,21 +16,20 @@ mod ending;
 mod floating_point;
 #[cfg(all(unix, feature = "native"))]
 mod signals;
-#[cfg(feature = "native")]
+#[cfg(all(unix, feature = "native"))]
 mod surroundings;
 
 use std::cell::Cell;
 use std::ffi::{CStr, c_char};
 use std::ops::Deref;
 use std::ptr;
-use std::sync::atomic::Ordering::{AcqRel, Relaxed};
+use std::sync::atomic::Ordering::Relaxed;
 use std::sync::atomic::{AtomicPtr, AtomicU32, AtomicU64, AtomicUsize};
 
 use crate::messages;
 
 #[cfg(feature = "native")]
 pub use ending::{allow_exit, before_exit};
-#[cfg(feature = "native")]
 pub use surroundings::remember;
 
 /// Exit code of a process that an FMU ended.
@@ -39,6 +38,14 @@ pub const EXIT_CODE: u8 = 3;
 const THREADS: usize = 256;
 /// Every so many steps of a thread the process is looked at, as after initialization.
 const STEPS: u32 = 1024;
+/// Parts of the names of functions that are called so rarely that the process is looked at then.
+const RARE: [&str; 5] = [
+    "Instantiate",
+    "InitializationMode",
+    "Terminate",
+    "Reset",
+    "FreeInstance",
+];
 
 static SLOTS: [Slot; THREADS] = [const { Slot::new() }; THREADS];
 /// Where threads write that have no slot of their own.
@@ -46,21 +53,28 @@ static SPARE: Slot = Slot::new();
 
 thread_local! {
     static OWN: Cell<*const Slot> = const { Cell::new(&raw const SPARE) };
-    static RELEASE: Release = const { Release };
+    static RELEASE: Release = Release {
+        #[cfg(all(unix, feature = "native"))]
+        _stack: signals::HandlerStack::new(),
+    };
+}
+
+/// What there is to remember elsewhere: nothing.
+#[cfg(not(all(unix, feature = "native")))]
+mod surroundings {
+    /// Does nothing here.
+    pub fn remember() {}
+
+    pub fn put_back() -> Vec<&'static str> {
+        Vec::new()
+    }
 }
 
 /// A C function of FMI, or something else that is called in a library.
-#[repr(C)]
 pub(crate) struct About {
     pub name: &'static str,
-    /// It is called so rarely that the process is looked at after it.
-    is_rare: bool,
-}
-
-impl About {
-    pub const fn rare(name: &'static str) -> Self {
-        Self { name, is_rare: true }
-    }
+    /// The process is looked at afterwards.
+    pub is_rare: bool,
 }
 
 /// Calls of a thread.
@@ -86,7 +100,7 @@ impl Slot {
             thread: AtomicUsize::new(0),
             who: AtomicPtr::new(ptr::null_mut()),
             function: AtomicPtr::new(ptr::null_mut()),
-            time: AtomicU64::new(f64::NAN.to_bits()),
+            time: AtomicU64::new(0),
             length: AtomicU64::new(0),
             steps: AtomicU32::new(1),
             control: [const { AtomicU32::new(0) }; 2],
@@ -96,45 +110,24 @@ impl Slot {
     /// The slot of this thread, for calls that begin something new: what belongs to the thread and
     /// the process now is what is put back.
     pub fn fresh() -> &'static Self {
-        let slot = Self::own();
+        if OWN.get() == &raw const SPARE && RELEASE.try_with(|_| ()).is_ok() {
+            let own = thread();
+            let claim = |slot: &&Slot| {
+                slot.thread
+                    .compare_exchange(0, own, Relaxed, Relaxed)
+                    .is_ok()
+            };
+            OWN.set(SLOTS.iter().find(claim).unwrap_or(&SPARE));
+        }
+        // SAFETY: it points to one of the statics.
+        let slot: &'static Self = unsafe { &*OWN.get() };
         for (to, control) in slot.control.iter().zip(floating_point::present()) {
             to.store(control, Relaxed);
         }
         slot.at(f64::NAN, 0.0);
         #[cfg(feature = "native")]
-        {
-            ending::watch();
-            surroundings::remember();
-        }
-        slot
-    }
-
-    /// The slot of this thread.
-    pub fn own() -> &'static Self {
-        // SAFETY: it points to one of the statics.
-        let slot: &'static Self = unsafe { &*OWN.get() };
-        match ptr::eq(slot, &SPARE) {
-            true => Self::claim(),
-            false => slot,
-        }
-    }
-
-    /// The same before an instance is freed. That may be long after its last call, so in programs
-    /// that are not ours the process is what it is now.
-    pub fn renew() {
-        #[cfg(feature = "native")]
-        if !crate::output::is_separate() {
-            surroundings::remember();
-        }
-    }
-
-    #[cold]
-    fn claim() -> &'static Self {
-        let own = thread();
-        let is_free = |slot: &&Slot| slot.thread.compare_exchange(0, own, AcqRel, Relaxed).is_ok();
-        let slot = SLOTS.iter().find(is_free).unwrap_or(&SPARE);
-        OWN.set(slot);
-        RELEASE.with(|_| ());
+        ending::watch();
+        surroundings::remember();
         slot
     }
 
@@ -148,7 +141,7 @@ impl Slot {
     }
 
     /// The same for what is no function of FMI.
-    pub fn call_of<'a>(&'static self, who: &'a CStr, about: &'a About) -> Call {
+    pub fn call_of(&'static self, who: &CStr, about: &About) -> Call {
         let call = self.call(who);
         note(about);
         call
@@ -159,7 +152,8 @@ impl Slot {
     pub fn at(&self, time: f64, length: f64) {
         self.time.store(time.to_bits(), Relaxed);
         self.length.store(length.to_bits(), Relaxed);
-        self.steps.store(self.steps.load(Relaxed).wrapping_add(1), Relaxed);
+        let steps = self.steps.load(Relaxed);
+        self.steps.store(steps.wrapping_add(1), Relaxed);
     }
 
     /// Puts back what a call has changed, and logs it in the name of who was called.
@@ -171,25 +165,21 @@ impl Slot {
         }
         // SAFETY: a C string as long as the call is under way.
         let who = unsafe { CStr::from_ptr(who) }.to_string_lossy();
+        let say = |text: String| messages::add(&who, true, &(text + "; it was put back"));
         let name = about.map_or("a call", |about| about.name);
         let own = self.control.each_ref().map(|control| control.load(Relaxed));
-        for what in floating_point::put_back(own) {
-            messages::add(&who, true, &format!("{name} changed {what}; it was put back"));
-        }
-        #[cfg(feature = "native")]
-        for what in surroundings::put_back() {
-            let text = format!("it changed {what}, found after {name}; it was put back");
-            messages::add(&who, true, &text);
-        }
+        floating_point::put_back(own).for_each(|what| say(format!("{name} changed {what}")));
+        let others = surroundings::put_back().into_iter();
+        others.for_each(|what| say(format!("it changed {what}, found after {name}")));
     }
 }
 
-/// Notes what is called, before `Noted` is called.
+/// Notes what is about to be called.
 #[inline]
-pub(crate) fn note(about: &About) {
+fn note(about: &About) {
     // SAFETY: it points to one of the statics.
-    let slot = unsafe { &*OWN.get() };
-    slot.function.store(ptr::from_ref(about).cast_mut(), Relaxed);
+    let function = unsafe { &(*OWN.get()).function };
+    function.store(ptr::from_ref(about).cast_mut(), Relaxed);
 }
 
 /// A call that is under way.
@@ -219,8 +209,7 @@ pub(crate) struct Noted<F> {
 
 impl<F> Noted<F> {
     pub fn new(function: F, name: &'static str) -> Self {
-        let rare = ["Instantiate", "InitializationMode", "Terminate", "Reset", "FreeInstance"];
-        let is_rare = rare.iter().any(|part| name.contains(part));
+        let is_rare = RARE.iter().any(|part| name.contains(part));
         let about = About { name, is_rare };
         Self { about, function }
     }
@@ -237,18 +226,17 @@ impl<F> Deref for Noted<F> {
 }
 
 /// Gives the slot back when the thread ends.
-struct Release;
+struct Release {
+    #[cfg(all(unix, feature = "native"))]
+    _stack: signals::HandlerStack,
+}
 
 impl Drop for Release {
     fn drop(&mut self) {
-        #[cfg(all(unix, feature = "native"))]
-        signals::drop_stack();
-        let slot = OWN.replace(&raw const SPARE);
         // SAFETY: it points to one of the statics.
-        let slot = unsafe { &*slot };
-        if !ptr::eq(slot, &SPARE) {
-            slot.thread.store(0, Relaxed);
-        }
+        unsafe { &*OWN.replace(&raw const SPARE) }
+            .thread
+            .store(0, Relaxed);
     }
 }
 
@@ -256,7 +244,8 @@ impl Drop for Release {
 fn thread() -> usize {
     #[cfg(all(unix, feature = "native"))]
     // SAFETY: a function without arguments.
-    return unsafe { libc::pthread_self() } as usize;
+    let number = unsafe { libc::pthread_self() } as usize;
     #[cfg(not(all(unix, feature = "native")))]
-    OWN.with(|own| ptr::from_ref(own).addr())
+    let number = OWN.with(|own| ptr::from_ref(own).addr());
+    number
 }

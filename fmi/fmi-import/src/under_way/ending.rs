@@ -1,8 +1,9 @@
 //! What is said when an FMU ends the process, and the functions that the C library calls at `exit`.
-//! For `under_way` and `signals`; there is no allocation, since a signal may come at any moment.
+//! For `under_way` and `signals`; nothing is allocated, since a signal may come at any moment.
 
 use std::ffi::CStr;
-use std::fmt::{self, Write};
+use std::fmt;
+use std::io::{Cursor, Write};
 use std::mem::transmute;
 use std::ptr;
 use std::sync::Once;
@@ -14,7 +15,7 @@ use crate::output;
 
 /// The function of [`before_exit`]; NULL if there is none.
 static HOOK: AtomicPtr<()> = AtomicPtr::new(ptr::null_mut());
-/// This process: not the ones that FMUs fork, which may end as they like.
+/// This process: those that FMUs fork may end as they like.
 static PROCESS: AtomicU32 = AtomicU32::new(0);
 /// `exit` is no fault of an FMU.
 static MAY_EXIT: AtomicBool = AtomicBool::new(false);
@@ -33,21 +34,19 @@ pub fn allow_exit() {
 
 /// Installs what notices that the process ends; once in a process.
 pub fn watch() {
-    PROCESS.store(std::process::id(), Relaxed);
     static ONCE: Once = Once::new();
+    PROCESS.store(std::process::id(), Relaxed);
     ONCE.call_once(|| {
         // SAFETY: functions without arguments, which stay. If there is no room for them, nothing is
         // said at `exit`.
         unsafe {
             libc::atexit(at_exit);
             #[cfg(target_os = "linux")]
-            at_quick_exit(at_quick_exit_said);
+            at_quick_exit(at_exit);
         }
         #[cfg(unix)]
         super::signals::install();
     });
-    #[cfg(unix)]
-    super::signals::make_stack();
 }
 
 #[cfg(target_os = "linux")]
@@ -56,20 +55,17 @@ unsafe extern "C" {
 }
 
 extern "C" fn at_exit() {
-    end("called exit, which ends this process");
-}
-
-#[cfg(target_os = "linux")]
-extern "C" fn at_quick_exit_said() {
-    end("called quick_exit, which ends this process");
-}
-
-fn end(did: &str) {
-    if MAY_EXIT.load(Relaxed) || !is_in_call(true) {
+    // The main thread is the program's; other threads without a slot are an FMU's.
+    #[cfg(target_os = "linux")]
+    // SAFETY: a function without arguments.
+    let is_main = unsafe { libc::gettid() }.cast_unsigned() == std::process::id();
+    #[cfg(not(target_os = "linux"))]
+    let is_main = true;
+    if MAY_EXIT.load(Relaxed) || !is_in_call() || (is_main && own_slot().is_none()) {
         return;
     }
     output::drain();
-    tell(did);
+    tell("called exit, which ends this process");
     let hook = HOOK.load(Relaxed);
     if !hook.is_null() {
         // SAFETY: `before_exit` stored a function of this type.
@@ -79,14 +75,12 @@ fn end(did: &str) {
     unsafe { libc::_exit(EXIT_CODE.into()) }
 }
 
-/// Whether this thread has a call under way, or is no thread of the program's: then an FMU has
-/// made it. `at_exit` the main thread is the program's in any case.
-pub fn is_in_call(at_exit: bool) -> bool {
+/// Whether this thread has a call under way. A thread without a slot has one if any has: an FMU has
+/// made it.
+pub fn is_in_call() -> bool {
+    let is_busy = |slot: &Slot| !slot.who.load(Relaxed).is_null();
     let is_here = PROCESS.load(Relaxed) == std::process::id();
-    is_here && own_slot().map_or_else(
-        || !(at_exit && is_main()) && SLOTS.iter().any(Slot::is_busy),
-        Slot::is_busy,
-    )
+    is_here && own_slot().map_or_else(|| SLOTS.iter().any(is_busy), is_busy)
 }
 
 fn own_slot() -> Option<&'static Slot> {
@@ -94,81 +88,48 @@ fn own_slot() -> Option<&'static Slot> {
     SLOTS.iter().find(|slot| slot.thread.load(Relaxed) == own)
 }
 
-#[cfg(target_os = "linux")]
-fn is_main() -> bool {
-    // SAFETY: functions without arguments.
-    unsafe { libc::gettid() == libc::getpid() }
-}
-
-#[cfg(not(target_os = "linux"))]
-fn is_main() -> bool {
-    true
-}
-
 /// Writes to standard error which call was under way when an FMU `did` something.
 pub fn tell(did: &str) {
-    let mut line = Line {
-        bytes: [0; 1024],
-        length: 0,
-    };
+    let mut bytes = [0; 1024];
+    let mut line = Cursor::new(&mut bytes[..]);
     // A line that is too long is cut.
     let _ = match own_slot() {
         Some(slot) => writeln!(line, "error: {slot} {did}"),
         None => {
-            let mut said = write!(line, "error: a thread that an FMU has made {did}; meanwhile");
-            for slot in SLOTS.iter().filter(|slot| slot.is_busy()) {
-                said = said.and_then(|()| write!(line, " {slot} was under way"));
-            }
+            let mut slots = SLOTS
+                .iter()
+                .filter(|slot| !slot.who.load(Relaxed).is_null());
+            let said = write!(
+                line,
+                "error: a thread that an FMU has made {did}; meanwhile"
+            );
+            let said = said.and_then(|()| slots.try_for_each(|slot| write!(line, " {slot}")));
             said.and_then(|()| writeln!(line))
         }
     };
-    line.bytes[line.bytes.len() - 1] = b'\n';
+    let length = line.position() as usize;
     // SAFETY: as many bytes as there are.
-    unsafe { libc::write(2, line.bytes.as_ptr().cast(), line.length as _) };
-}
-
-impl Slot {
-    fn is_busy(&self) -> bool {
-        !self.who.load(Relaxed).is_null()
-    }
+    unsafe { libc::write(2, bytes.as_ptr().cast(), length as _) };
 }
 
 /// Who is called, what, and when: `a: fmi2DoStep at t = 0.31 s`.
 impl fmt::Display for Slot {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // SAFETY: C strings and functions that live as long as the call is under way.
+        let who = self.who.load(Relaxed);
+        // SAFETY: a C string and a function that live as long as the call is under way.
         let (who, about) = unsafe {
-            let who = self.who.load(Relaxed);
             let who = (!who.is_null()).then(|| CStr::from_ptr(who).to_str());
             (who, self.function.load(Relaxed).as_ref())
         };
-        let (who, name) = (who.and_then(Result::ok), about.map(|about| about.name));
-        let (who, name) = (who.unwrap_or("an FMU"), name.unwrap_or("a call"));
+        let who = who.and_then(Result::ok).unwrap_or("an FMU");
+        let name = about.map_or("a call", |about| about.name);
         let [start, length] = [&self.time, &self.length].map(|t| f64::from_bits(t.load(Relaxed)));
-        let t = match name.ends_with("DoStep") {
-            true => start,
-            false => start + length,
-        };
+        let is_step = name.ends_with("DoStep");
+        let t = if is_step { start } else { start + length };
         match t.is_nan() {
             true => write!(f, "{who}: {name}"),
-            // Ten digits: what a step adds up to has no more that are right.
+            // Ten digits: what steps add up to has no more that are right.
             false => write!(f, "{who}: {name} at t = {} s", (t * 1e10).round() / 1e10),
         }
-    }
-}
-
-/// A text in a buffer of its own.
-struct Line {
-    bytes: [u8; 1024],
-    length: usize,
-}
-
-impl Write for Line {
-    fn write_str(&mut self, text: &str) -> fmt::Result {
-        let left = &mut self.bytes[self.length..];
-        let n = text.len().min(left.len());
-        left[..n].copy_from_slice(&text.as_bytes()[..n]);
-        self.length += n;
-        Ok(())
     }
 }

@@ -22,7 +22,12 @@ const FMI3: &str = r#"<fmiModelDescription fmiVersion="3.0" modelName="h" instan
 fn packed(test: &str) -> [String; 2] {
     let folder = scratch(test);
     fs::create_dir_all(&folder).unwrap();
-    let library = compiled(&folder, "hostile.so", &["hostile.c"], &["-w", "-lm", "-lpthread"]);
+    let library = compiled(
+        &folder,
+        "hostile.so",
+        &["hostile.c"],
+        &["-w", "-lm", "-lpthread"],
+    );
     let platforms = match cfg!(target_arch = "x86_64") {
         true => ["linux64", "x86_64-linux"],
         false => ["aarch64-linux"; 2],
@@ -38,7 +43,9 @@ fn packed(test: &str) -> [String; 2] {
 /// Exit code, standard output and standard error of a run of 1 s, 0.1 s a step.
 fn run(fmu: &str, more: &[&str], environment: &[(&str, &str)]) -> (i32, String, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_cosim"));
-    command.args(["run", fmu, "--quiet", "--step", "0.1", "--stop-time", "1"]).args(more);
+    command
+        .args(["run", fmu, "--quiet", "--step", "0.1", "--stop-time", "1"])
+        .args(more);
     let done = command.envs(environment.iter().copied()).output().unwrap();
     let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
     let code = done.status.code().unwrap_or(-1);
@@ -77,7 +84,9 @@ fn an_fmu_that_ends_the_process_is_named() {
     for (k, fmu) in fmus.iter().enumerate() {
         for (asked, line) in rows {
             let prefix = format!("fmi{}", k + 2);
-            let mut line = line.replace("fmi", &prefix).replace("FILE", &format!("h{}.fmu", k + 2));
+            let mut line = line
+                .replace("fmi", &prefix)
+                .replace("FILE", &format!("h{}.fmu", k + 2));
             line = line.replace("h:", &format!("h{}:", k + 2));
             if k == 1 {
                 line = line.replace("Real", "Float64");
@@ -148,7 +157,10 @@ fn what_an_fmu_changes_is_put_back() {
     // Closed streams are opened again: what is said afterwards is seen.
     let (code, out, error) = run(&fmu, &[], &[("HOSTILE", "close exit")]);
     assert_eq!(code, 0, "{error}");
-    assert_contains(&(out + &error), &["it changed the standard streams, which it closed"]);
+    assert_contains(
+        &(out + &error),
+        &["it changed the standard streams, which it closed"],
+    );
 }
 
 /// Numbers are those of an FMU that changes nothing.
@@ -185,7 +197,11 @@ fn messages_of_every_form_are_shown() {
     for asked in ["s exit", "n exit", "d exit", "many exit"] {
         let (code, out, error) = run(&fmu, &[], &[("HOSTILE", asked)]);
         assert_eq!(code, 0, "{asked}: {error}");
-        let part = if asked == "many exit" { "%d%d" } else { " is none" };
+        let part = if asked == "many exit" {
+            "%d%d"
+        } else {
+            " is none"
+        };
         assert_contains(&(out + &error), &[part]);
     }
 }
@@ -205,10 +221,20 @@ fn messages_and_prints_have_limits() {
         assert_contains(&flood, &["an FMU: further messages, which are not kept ("]);
         let long = all("long exit");
         assert_contains(&long, &["LLL … (the rest is not kept)"]);
-        for (asked, prefix) in [("print load", "prints: first line\n"), ("print step", "first line\n")] {
+        for (asked, prefix) in [
+            ("print load", "prints: first line\n"),
+            ("print step", "first line\n"),
+        ] {
             let printed = all(asked);
-            assert_contains(&printed, &[prefix, "print more than 1 MiB; the rest is not shown"]);
-            assert!([&flood, &long, &printed].iter().all(|text| text.len() < 2 << 20));
+            assert_contains(
+                &printed,
+                &[prefix, "more than 1 MiB is printed; the rest is not shown"],
+            );
+            assert!(
+                [&flood, &long, &printed]
+                    .iter()
+                    .all(|text| text.len() < 2 << 20)
+            );
         }
     }
 }
@@ -231,11 +257,21 @@ fn sizes_have_limits() {
     for (kind, call) in [("Binary", "fmi3GetBinary"), ("String", "fmi3GetString")] {
         let variable = format!(r#"<{kind} name="b" valueReference="2" causality="output"/>"#);
         let text = FMI3.replace("MORE", &variable);
-        let text = text.replace("</ModelStructure>", "<Output valueReference=\"2\"/></ModelStructure>");
+        let text = text.replace(
+            "</ModelStructure>",
+            "<Output valueReference=\"2\"/></ModelStructure>",
+        );
         let file = folder.join("values.fmu");
-        let platform = if cfg!(target_arch = "x86_64") { "x86_64-linux" } else { "aarch64-linux" };
+        let platform = if cfg!(target_arch = "x86_64") {
+            "x86_64-linux"
+        } else {
+            "aarch64-linux"
+        };
         pack(&file, &text, platform, &[&library]);
-        let (file, csv) = (file.display().to_string(), folder.join("out.csv").display().to_string());
+        let (file, csv) = (
+            file.display().to_string(),
+            folder.join("out.csv").display().to_string(),
+        );
         let more = ["--csv", csv.as_str()];
         assert_eq!(run(&file, &more, &[]).0, 0);
         for bytes in ["1000000", "400000000", "4611686018427387904"] {
