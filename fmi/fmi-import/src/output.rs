@@ -11,7 +11,8 @@ use std::fmt::Display;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-pub use own::{drain, is_separate, named, separate};
+use own::drain;
+pub use own::{named, separate};
 
 /// Writes to the standard output of this program.
 pub fn write(text: impl Display) -> io::Result<()> {
@@ -52,6 +53,8 @@ mod own {
     use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
     use std::thread;
 
+    use crate::under_way;
+
     /// The most bytes that are passed on of what a library prints while it is loaded or instantiated,
     /// and of what all print otherwise.
     const MAX_PRINTED: usize = 1 << 20;
@@ -65,11 +68,6 @@ mod own {
 
     pub fn stdout() -> Option<&'static File> {
         OWN.get()
-    }
-
-    /// Whether outputs are separate: the process is a program of ours.
-    pub fn is_separate() -> bool {
-        OWN.get().is_some()
     }
 
     /// Writes what the C library has buffered.
@@ -103,6 +101,8 @@ mod own {
         // SAFETY: a new descriptor, which nobody else closes.
         let _ = OWN.set(unsafe { File::from_raw_fd(own) });
         let _ = PRINTED.set(start(String::new())?);
+        under_way::own_program(drain);
+        under_way::remember(); // The streams as they are now, not as while a call is captured.
         Ok(())
     }
 
@@ -130,7 +130,7 @@ mod own {
     }
 
     /// Passes on what was printed up to now.
-    pub fn drain() {
+    pub(super) fn drain() {
         if let Some((relay, _)) = PRINTED.get() {
             flush();
             lock(relay).pass();
@@ -219,13 +219,8 @@ mod own {
         None
     }
 
-    /// They are not.
-    pub fn is_separate() -> bool {
-        false
-    }
-
     /// Does nothing.
-    pub fn drain() {}
+    pub(super) fn drain() {}
 
     /// Does nothing here, where FMUs cannot print.
     pub fn separate() -> io::Result<()> {

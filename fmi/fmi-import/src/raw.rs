@@ -25,7 +25,6 @@ use crate::calls::{Callbacks, Logger};
 use crate::functions::Functions;
 use crate::functions::VersionFunctions::{self, Fmi2, Fmi3};
 use crate::log::{Log, Message, logger_3};
-use crate::output;
 use crate::standard::{Pointer, Text};
 use crate::under_way::{self, Call, Slot};
 
@@ -382,10 +381,7 @@ unsafe fn instantiate(
 impl Drop for RawInstance {
     fn drop(&mut self) {
         if !self.c.is_null() {
-            if !output::is_separate() {
-                // Not only FMUs have changed the process since the last call, in Python for example.
-                under_way::remember();
-            }
+            under_way::remember_late();
             let _call = self.call();
             // SAFETY: a live instance, freed once.
             unsafe { free(&self.version, self.c) }

@@ -16,26 +16,25 @@ mod ending;
 mod floating_point;
 #[cfg(all(unix, feature = "native"))]
 mod signals;
+mod slots;
 #[cfg(all(unix, feature = "native"))]
 mod surroundings;
 
 use std::cell::Cell;
-use std::ffi::{CStr, c_char};
+use std::ffi::CStr;
 use std::ops::Deref;
 use std::ptr;
 use std::sync::atomic::Ordering::Relaxed;
-use std::sync::atomic::{AtomicPtr, AtomicU32, AtomicU64, AtomicUsize};
 
 use crate::messages;
 
 #[cfg(feature = "native")]
-pub use ending::{allow_exit, before_exit};
+pub use ending::{EXIT_CODE, allow_exit, before_exit, own_program};
+pub(crate) use slots::{About, Slot};
+use slots::{SLOTS, SPARE, thread};
 pub use surroundings::remember;
+pub(crate) use surroundings::remember_late;
 
-/// Exit code of a process that an FMU ended.
-pub const EXIT_CODE: u8 = 3;
-/// How many threads may call FMUs at a time; the calls of further ones have no name.
-const THREADS: usize = 256;
 /// Every so many steps of a thread the process is looked at, as after initialization.
 const STEPS: u32 = 1024;
 /// Parts of the names of functions that are called so rarely that the process is looked at then.
@@ -46,10 +45,6 @@ const RARE: [&str; 5] = [
     "Reset",
     "FreeInstance",
 ];
-
-static SLOTS: [Slot; THREADS] = [const { Slot::new() }; THREADS];
-/// Where threads write that have no slot of their own.
-static SPARE: Slot = Slot::new();
 
 thread_local! {
     static OWN: Cell<*const Slot> = const { Cell::new(&raw const SPARE) };
@@ -65,48 +60,14 @@ mod surroundings {
     /// Does nothing here.
     pub fn remember() {}
 
+    pub fn remember_late() {}
+
     pub fn put_back() -> Vec<&'static str> {
         Vec::new()
     }
 }
 
-/// A C function of FMI, or something else that is called in a library.
-pub(crate) struct About {
-    pub name: &'static str,
-    /// The process is looked at afterwards.
-    pub is_rare: bool,
-}
-
-/// Calls of a thread.
-#[repr(align(128))]
-pub(crate) struct Slot {
-    /// The thread; 0 if the slot is free.
-    thread: AtomicUsize,
-    /// Who is called, a C string; NULL between calls.
-    who: AtomicPtr<c_char>,
-    /// What is called; NULL until that is known.
-    function: AtomicPtr<About>,
-    /// Start and length of the last step, s, as bits; NaN before the run.
-    time: AtomicU64,
-    length: AtomicU64,
-    steps: AtomicU32,
-    /// Floating-point control of the thread.
-    control: [AtomicU32; 2],
-}
-
 impl Slot {
-    const fn new() -> Self {
-        Self {
-            thread: AtomicUsize::new(0),
-            who: AtomicPtr::new(ptr::null_mut()),
-            function: AtomicPtr::new(ptr::null_mut()),
-            time: AtomicU64::new(0),
-            length: AtomicU64::new(0),
-            steps: AtomicU32::new(1),
-            control: [const { AtomicU32::new(0) }; 2],
-        }
-    }
-
     /// The slot of this thread, for calls that begin something new: what belongs to the thread and
     /// the process now is what is put back.
     pub fn fresh() -> &'static Self {
@@ -127,6 +88,8 @@ impl Slot {
         slot.at(f64::NAN, 0.0);
         #[cfg(feature = "native")]
         ending::watch();
+        #[cfg(all(unix, feature = "native"))]
+        signals::watch();
         surroundings::remember();
         slot
     }
@@ -238,14 +201,4 @@ impl Drop for Release {
             .thread
             .store(0, Relaxed);
     }
-}
-
-/// A number for the present thread that is not 0.
-fn thread() -> usize {
-    #[cfg(all(unix, feature = "native"))]
-    // SAFETY: a function without arguments.
-    let number = unsafe { libc::pthread_self() } as usize;
-    #[cfg(not(all(unix, feature = "native")))]
-    let number = OWN.with(|own| ptr::from_ref(own).addr());
-    number
 }

@@ -10,11 +10,13 @@ use std::sync::Once;
 use std::sync::atomic::Ordering::Relaxed;
 use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU32};
 
-use super::{EXIT_CODE, SLOTS, Slot, thread};
-use crate::output;
+use super::slots::{SLOTS, Slot, thread};
 
-/// The function of [`before_exit`]; NULL if there is none.
-static HOOK: AtomicPtr<()> = AtomicPtr::new(ptr::null_mut());
+/// Exit code of a process that an FMU ended.
+pub const EXIT_CODE: u8 = 3;
+
+/// Functions of [`own_program`] and [`before_exit`]; NULL if there are none.
+static HOOKS: [AtomicPtr<()>; 2] = [const { AtomicPtr::new(ptr::null_mut()) }; 2];
 /// This process: those that FMUs fork may end as they like.
 static PROCESS: AtomicU32 = AtomicU32::new(0);
 /// `exit` is no fault of an FMU.
@@ -23,7 +25,19 @@ static MAY_EXIT: AtomicBool = AtomicBool::new(false);
 /// Has `hook` called if an FMU ends the process by `exit`, before it ends with [`EXIT_CODE`], in the
 /// thread that called `exit`; not after a crash.
 pub fn before_exit(hook: fn()) {
-    HOOK.store(hook as *mut (), Relaxed);
+    HOOKS[1].store(hook as *mut (), Relaxed);
+}
+
+/// The process is a program of ours, in which FMUs alone change what belongs to the process from now
+/// on. `drain` writes what was printed, before something is said at `exit`.
+pub fn own_program(drain: fn()) {
+    HOOKS[0].store(drain as *mut (), Relaxed);
+}
+
+/// Whether the process is a program of ours.
+#[cfg(unix)]
+pub fn is_own_program() -> bool {
+    !HOOKS[0].load(Relaxed).is_null()
 }
 
 /// The program itself ends the process, from any thread and during a call: `exit` then has its own
@@ -44,8 +58,6 @@ pub fn watch() {
             #[cfg(target_os = "linux")]
             at_quick_exit(at_exit);
         }
-        #[cfg(unix)]
-        super::signals::install();
     });
 }
 
@@ -64,13 +76,16 @@ extern "C" fn at_exit() {
     if MAY_EXIT.load(Relaxed) || !is_in_call() || (is_main && own_slot().is_none()) {
         return;
     }
-    output::drain();
+    let call = |hook: &AtomicPtr<()>| {
+        let hook = hook.load(Relaxed);
+        if !hook.is_null() {
+            // SAFETY: a function of this type was stored.
+            unsafe { transmute::<*mut (), fn()>(hook)() };
+        }
+    };
+    call(&HOOKS[0]);
     tell("called exit, which ends this process");
-    let hook = HOOK.load(Relaxed);
-    if !hook.is_null() {
-        // SAFETY: `before_exit` stored a function of this type.
-        unsafe { transmute::<*mut (), fn()>(hook)() };
-    }
+    call(&HOOKS[1]);
     // SAFETY: a plain number.
     unsafe { libc::_exit(EXIT_CODE.into()) }
 }

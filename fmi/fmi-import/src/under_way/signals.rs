@@ -11,8 +11,7 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use libc::{sigaction, siginfo_t, stack_t};
 
-use super::EXIT_CODE;
-use super::ending::{is_in_call, tell};
+use super::ending::{EXIT_CODE, is_in_call, tell};
 
 const OVERFLOW: &str = "overflowed its stack (SIGSEGV)";
 const SIGNALS: [(c_int, &str); 7] = [
@@ -38,6 +37,13 @@ pub fn handler(signal: c_int) -> sigaction {
         let mut present: sigaction = zeroed();
         libc::sigaction(signal, ptr::null(), &mut present);
         present
+    }
+}
+
+/// Installs the handlers, once in a process.
+pub fn watch() {
+    if BEFORE.get().is_none() {
+        install();
     }
 }
 

@@ -12,8 +12,8 @@ use std::sync::OnceLock;
 
 use libc::{sigaction, sigset_t};
 
+use super::ending::is_own_program;
 use super::signals;
-use crate::output;
 
 /// Signals by which people and programs end a run.
 const SIGNALS: [c_int; 4] = [libc::SIGINT, libc::SIGTERM, libc::SIGHUP, libc::SIGPIPE];
@@ -40,6 +40,14 @@ pub fn remember() {
     STREAMS.get_or_init(|| [0, 1, 2].map(copy));
     // It fails only when the thread ends.
     let _ = REMEMBERED.try_with(|to| to.replace(Some(Surroundings::now())));
+}
+
+/// The same before an instance is freed, unless the program is ours: that may be long after the last
+/// call, when others have changed it.
+pub fn remember_late() {
+    if !is_own_program() {
+        remember();
+    }
 }
 
 /// Puts back what was remembered; returns what was changed.
@@ -74,7 +82,7 @@ impl Surroundings {
             folder: env::current_dir().ok(),
             locale: locale(),
             mask: mask(ptr::null()),
-            handlers: output::is_separate().then(|| SIGNALS.map(signals::handler)),
+            handlers: is_own_program().then(|| SIGNALS.map(signals::handler)),
         }
     }
 

@@ -111,7 +111,7 @@ static void act(const char *where, hostile *h) {
     IF(print) {
         printf("first line\n");
         fill(large, sizeof large, 'x');
-        for (int k = 0; k < 64; k++) puts(large);
+        for (int k = 0; k < 4; k++) puts(large);
     }
     IF(fork) {
         if (!fork()) exit(0);
