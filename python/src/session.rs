@@ -9,6 +9,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 
 use anyhow::{Result, anyhow};
+use cosim::instance::under_way;
 use cosim::{Experiment, Inputs, Master, Port, Signals, System};
 use fmi_description::Kind;
 use pyo3::prelude::*;
@@ -94,8 +95,11 @@ fn gone() -> anyhow::Error {
 
 fn serve(system: &System, mut running: Running, queue: &Receiver<Work>) {
     while let Ok(work) = queue.recv() {
+        // Between two calls the script may have gone to another folder.
+        under_way::remember();
         work(system, &mut running);
     }
+    under_way::remember();
     // The script has dropped the session: nobody would see an error.
     let _ = running.master.terminate();
 }

@@ -9,6 +9,7 @@ use std::ptr;
 
 use crate::standard::{Pointer, Text, fmi2_functions, fmi3_functions};
 use crate::status::ABSENT;
+use crate::under_way::Noted;
 
 /// A loaded library or module, which exports functions for as long as it lives.
 pub trait Exports: Any + Send + Sync {
@@ -69,7 +70,7 @@ macro_rules! functions {
         /// One pointer for each function of this version.
         #[allow(dead_code)] // all are looked up, so that `exports` knows which are there
         pub struct $api {
-            $(pub $name: unsafe extern "C" fn($($type),*) $(-> $result)?,)*
+            $(pub(crate) $name: Noted<unsafe extern "C" fn($($type),*) $(-> $result)?>,)*
             absent: Vec<&'static str>,
             _library: Box<dyn Any + Send + Sync>,
         }
@@ -88,6 +89,7 @@ macro_rules! functions {
                         absent.push(stringify!($name));
                         $name as unsafe extern "C" fn($($type),*) $(-> $result)?
                     });
+                    let $name = Noted::new($name, stringify!($name));
                 )*
                 Self { $($name,)* absent, _library: Box::new(library) }
             }

@@ -2,7 +2,7 @@
 //! its functions `fmi2ExportFiles` and `fmi3ExportFiles`, for `cargo fmu`, `xtask` and `Fmu::open`.
 
 use std::error::Error;
-use std::ffi::{CStr, c_char, c_int, c_void};
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::fmt;
 use std::path::Path;
 
@@ -11,6 +11,7 @@ use fmi_description::{Entries, Version};
 
 use crate::calls::Exports as _;
 use crate::library::Library;
+use crate::under_way::{About, Slot};
 
 type Receive = unsafe extern "C" fn(*mut c_void, *const c_char, *const u8, usize);
 /// The C functions `fmi2ExportFiles` and `fmi3ExportFiles`.
@@ -52,6 +53,12 @@ pub fn exported_files(library: &Path, version: Version) -> Result<Entries> {
     let export = export.with_context(|| {
         format!("{name} exports no {function}; does the crate use fmu_export::export_fmu!?")
     })?;
+    let who = CString::new(name.to_string()).unwrap_or_default();
+    let about = About {
+        name: function,
+        is_rare: true,
+    };
+    let _call = Slot::fresh().call_of(&who, &about);
     // SAFETY: the function of a library that stays loaded until it has returned.
     unsafe { receive_files(export) }.with_context(|| name.to_string())
 }

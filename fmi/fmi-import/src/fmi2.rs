@@ -16,7 +16,7 @@ use crate::encoding::{load, number, store};
 use crate::fmi_instance::{Call, FmiInstance};
 use crate::raw::{Array, Experiment, RawInstance, StepEnd};
 use crate::saved;
-use crate::status::{DISCARD, OK, PENDING, UNFIT, WARNING};
+use crate::status::{DISCARD, NO_TEXT, OK, PENDING, UNFIT, WARNING};
 use crate::value::{Value, fits};
 
 /// An instance of FMI 2.0; freed when dropped.
@@ -87,7 +87,10 @@ impl FmiInstance for Fmi2Instance {
         for (vr, value) in batch.references.iter().zip(values) {
             let (status, texts) = self.raw.get_strings(&[*vr], 1);
             Answer::check(status, "fmi2GetString")?;
-            *value = Value::Text(texts.unwrap_or_default().pop().unwrap_or_default());
+            let Some(mut texts) = texts else {
+                return Answer::refuse(NO_TEXT, "fmi2GetString");
+            };
+            *value = Value::Text(texts.pop().unwrap_or_default());
         }
         Ok(())
     }
@@ -204,6 +207,7 @@ impl FmiInstance for Fmi2Instance {
 
     fn reset(&self) -> bool {
         self.start.set(f64::NAN);
+        self.raw.begin_anew();
         Answer::check(self.raw.reset(), "fmi2Reset").is_ok()
     }
 }

@@ -5,12 +5,13 @@ use std::collections::HashMap;
 use std::ffi::c_int;
 use std::sync::Arc;
 
-use fmi_description::{Access, Causality, Description, Version};
+use fmi_description::{Access, Causality, Description, Variable, Version};
 
 use crate::calls::{Exports, Functions2, Functions3};
 use crate::names::fmi3_name;
 use crate::standard::{Pointer, Text};
 use crate::text;
+use crate::under_way::Slot;
 
 /// The functions of a loaded library.
 pub struct Functions {
@@ -20,6 +21,8 @@ pub struct Functions {
     /// Value reference of the independent variable.
     pub(crate) time: Option<u32>,
     has_event_mode: bool,
+    /// Names of the variables of FMI 2.0, by a letter for their type and value reference.
+    names: HashMap<(char, u32), String>,
 }
 
 /// The functions of one version.
@@ -41,7 +44,14 @@ impl Functions {
         let time = variables
             .clone()
             .find(|v| v.causality == Causality::Independent);
+        let named = |v: &Variable| ((letter(v.access()), v.reference), v.name.clone());
+        let names = match description.fmi {
+            // Of aliases, the first.
+            Version::Fmi2 => variables.rev().map(named).collect(),
+            Version::Fmi3 => HashMap::new(),
+        };
         Arc::new(Self {
+            names,
             version: match description.fmi {
                 Version::Fmi2 => Fmi2(Arc::new(Functions2::load(library))),
                 Version::Fmi3 => Fmi3(Arc::new(Functions3::load(library))),
@@ -93,6 +103,14 @@ impl Functions {
         }
     }
 
+    /// Name of the variable that a message of FMI 2.0 marks so: `r123` is the Real with the
+    /// reference 123.
+    pub(crate) fn name_of_mark(&self, mark: &str) -> Option<&str> {
+        let kind = mark.chars().next()?;
+        let reference = mark.strip_prefix(kind)?.parse().ok()?;
+        self.names.get(&(kind, reference)).map(String::as_str)
+    }
+
     /// Number of values of these variables, all elements of arrays included.
     pub fn count(&self, references: &[u32]) -> usize {
         let size = |r: &u32| self.sizes.get(r).copied().unwrap_or(1);
@@ -102,6 +120,7 @@ impl Functions {
     /// The texts that functions without arguments return, fmi2GetVersion for example, with the
     /// names of the functions; None for NULL.
     pub fn versions(&self) -> Vec<(&'static str, Option<String>)> {
+        let _call = Slot::fresh().call(c"an FMU");
         // SAFETY: functions without arguments that give NULL or C strings.
         let texts = unsafe {
             match &self.version {
@@ -116,6 +135,16 @@ impl Functions {
         let read = |text: Text| (!text.is_null()).then(|| unsafe { text::read_or_explain(text) });
         let texts = texts.into_iter();
         texts.map(|(name, text)| (name, read(text))).collect()
+    }
+}
+
+/// How messages of FMI 2.0 mark references to variables of a type.
+fn letter(access: Access) -> char {
+    match access {
+        Access::Boolean => 'b',
+        Access::Integer => 'i',
+        Access::String => 's',
+        _ => 'r',
     }
 }
 

@@ -71,6 +71,7 @@ pub mod standard;
 mod states;
 pub mod status;
 mod text;
+pub mod under_way;
 pub mod value;
 #[cfg(feature = "native")]
 mod values;

@@ -1,4 +1,5 @@
 //! Loads an FMU's shared library and those in its folder that it needs, for `fmu` and `exported`.
+use std::ffi::CString;
 use std::fs;
 use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 use std::sync::Arc;
@@ -11,12 +12,24 @@ use tempfile::{Builder, TempPath};
 
 use crate::calls::Exports;
 use crate::output;
+use crate::under_way::{About, Slot};
 
-/// A loaded library. Fields are dropped in their order: the library is closed before those that
-/// were loaded for it, and its files are removed last.
+static LOADING: About = About {
+    name: "loading the library",
+    is_rare: true,
+};
+static UNLOADING: About = About {
+    name: "unloading the library",
+    is_rare: true,
+};
+
+/// A loaded library. Fields are dropped in their order, after the libraries were closed: its files
+/// are removed last.
 pub struct Library {
-    own: libloading::Library,
-    _others: Vec<libloading::Library>,
+    /// The library, and then those that were loaded for it, to be closed in this order.
+    all: Vec<libloading::Library>,
+    /// Name for messages.
+    name: CString,
     _copy: Option<TempPath>,
     _folder: Option<Arc<TemporaryFolder>>,
 }
@@ -43,7 +56,7 @@ impl Unpacked {
     /// Loads the library. What it prints meanwhile is printed with the name `who`.
     pub fn load(&self, who: &str) -> Result<Library> {
         let path = self.folder().join(&self.library);
-        let mut opened = output::named(who, || Library::open(&path)).map_err(|error| {
+        let mut opened = output::named(who, || Library::open_as(who, &path)).map_err(|error| {
             let remedy = remedy(&error.to_string());
             anyhow!("its library cannot be loaded: {error}{remedy}")
         })?;
@@ -97,10 +110,29 @@ impl Library {
     /// # Errors
     /// The error of the system at the first attempt.
     pub fn open(file: &Path) -> std::result::Result<Self, Error> {
-        let mut others = Vec::new();
+        let name = file.file_name().unwrap_or_default();
+        Self::open_as(&format!("`{}`", name.display()), file)
+    }
+
+    /// The same with a name for messages.
+    fn open_as(name: &str, file: &Path) -> std::result::Result<Self, Error> {
+        let name = CString::new(name).unwrap_or_default();
+        let call = Slot::fresh().call_of(&name, &LOADING);
+        let opened = Self::open_all(file);
+        drop(call);
+        Ok(Self {
+            all: opened?,
+            name,
+            _copy: None,
+            _folder: None,
+        })
+    }
+
+    fn open_all(file: &Path) -> std::result::Result<Vec<libloading::Library>, Error> {
+        let mut all = Vec::new();
         let first = match open(file) {
             Err(error) => error,
-            Ok(own) => return Ok(Self::with(own, others)),
+            Ok(own) => return Ok(vec![own]),
         };
         let neighbours = fs::read_dir(file.parent().unwrap_or(Path::new(".")));
         let neighbours = neighbours.into_iter().flatten().flatten();
@@ -109,31 +141,32 @@ impl Library {
         // A neighbour may need another one: repeat as long as one more could be loaded.
         loop {
             let before = waiting.len();
-            waiting.retain(|path| open(path).map(|library| others.push(library)).is_err());
+            waiting.retain(|path| open(path).map(|library| all.push(library)).is_err());
             if waiting.is_empty() || waiting.len() == before {
                 break;
             }
         }
         match open(file) {
-            Ok(own) => Ok(Self::with(own, others)),
+            Ok(own) => {
+                all.insert(0, own);
+                Ok(all)
+            }
             Err(_) => Err(first),
         }
     }
+}
 
-    fn with(own: libloading::Library, others: Vec<libloading::Library>) -> Self {
-        Self {
-            own,
-            _others: others,
-            _copy: None,
-            _folder: None,
-        }
+impl Drop for Library {
+    fn drop(&mut self) {
+        let _call = Slot::fresh().call_of(&self.name, &UNLOADING);
+        self.all.clear();
     }
 }
 
 impl Exports for Library {
     unsafe fn function<F: Copy>(&self, name: &str) -> Option<F> {
         // SAFETY: as the caller promises.
-        unsafe { self.own.get(name.as_bytes()) }.ok().map(|f| *f)
+        unsafe { self.all[0].get(name.as_bytes()) }.ok().map(|f| *f)
     }
 }
 

@@ -13,9 +13,11 @@ use std::collections::BTreeMap;
 use std::ffi::{c_int, c_void};
 use std::ptr;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, ThreadId};
 
 use crate::calls::Callbacks;
+use crate::functions::Functions;
 use crate::messages;
 use crate::standard::{Pointer, Text};
 use crate::text::read_or_explain;
@@ -48,13 +50,30 @@ impl Message {
     }
 }
 
+/// How many messages an instance keeps that keeps them as received; further ones are dropped.
+const MAX_KEPT: usize = 10_000;
+
 /// Receives the messages of a live instance, or those without a known instance.
-#[derive(Default)]
 struct Listener {
     /// Name of the instance, which FMI 3.0 does not pass to the logger.
     name: String,
     /// Its messages; None if they are added to those of the thread.
     own: Option<Vec<Message>>,
+    /// The thread that calls it.
+    thread: ThreadId,
+    /// Its functions, which know the names of variables.
+    functions: Option<Arc<Functions>>,
+}
+
+impl Listener {
+    fn new(name: &str, own: Option<Vec<Message>>) -> Self {
+        Self {
+            name: name.to_string(),
+            own,
+            thread: thread::current().id(),
+            functions: None,
+        }
+    }
 }
 
 /// A listener for each live instance, by the number that is its environment. Under [`STRAY`], once
@@ -78,10 +97,8 @@ pub struct Log {
 impl Log {
     /// For an instance that keeps its messages: as received, formats without their arguments.
     pub fn new(name: &str) -> Self {
-        listeners().entry(STRAY).or_insert_with(|| Listener {
-            own: Some(Vec::new()),
-            ..Listener::default()
-        });
+        let stray = || Listener::new("", Some(Vec::new()));
+        listeners().entry(STRAY).or_insert_with(stray);
         Self::with(name, Some(Vec::new()))
     }
 
@@ -94,11 +111,18 @@ impl Log {
     fn with(name: &str, own: Option<Vec<Message>>) -> Self {
         static NEXT: AtomicUsize = AtomicUsize::new(STRAY + 1);
         let environment = NEXT.fetch_add(1, Ordering::Relaxed);
-        let (name, is_of_thread) = (name.to_string(), own.is_none());
-        listeners().insert(environment, Listener { name, own });
+        let is_of_thread = own.is_none();
+        listeners().insert(environment, Listener::new(name, own));
         Self {
             environment,
             is_of_thread,
+        }
+    }
+
+    /// Has references to variables in its messages replaced by their names.
+    pub(crate) fn name_variables(&self, functions: &Arc<Functions>) {
+        if let Some(listener) = listeners().get_mut(&self.environment) {
+            listener.functions = Some(functions.clone());
         }
     }
 
@@ -144,11 +168,37 @@ impl Drop for Log {
     }
 }
 
-/// Adds a text of the instance with this environment to the messages of this thread.
+/// Adds a text of the instance with this environment to the messages of the thread that calls it.
 pub fn receive(environment: usize, status: c_int, text: &str) {
-    let name = listeners().get(&environment).map(|l| l.name.clone());
-    let name = name.as_deref().unwrap_or(messages::NOBODY);
-    messages::add(name, status, text.trim_end());
+    let listeners = listeners();
+    let listener = listeners.get(&environment);
+    let (name, thread) = match listener {
+        Some(listener) => (listener.name.clone(), listener.thread),
+        None => (messages::NOBODY.to_string(), thread::current().id()),
+    };
+    let functions = listener.and_then(|listener| listener.functions.clone());
+    drop(listeners);
+    let text = match functions {
+        Some(functions) if !functions.is_fmi3() => with_names(text, &functions),
+        _ => text.to_string(),
+    };
+    messages::add_for(thread, &name, status, text.trim_end());
+}
+
+/// A text of FMI 2.0 in which `#r123#` is the name of the Real with this reference, and `##` is `#`.
+fn with_names(text: &str, functions: &Functions) -> String {
+    let (mut out, mut rest) = (String::new(), text);
+    while let Some((before, after)) = rest.split_once('#') {
+        out += before;
+        let marked = after.split_once('#').and_then(|(mark, after)| match mark {
+            "" => Some(("#", after)),
+            _ => functions.name_of_mark(mark).map(|name| (name, after)),
+        });
+        let (put, after) = marked.unwrap_or(("#", after));
+        out += put;
+        rest = after;
+    }
+    out + rest
 }
 
 /// Hands a message to its listener; `name` is None in FMI 3.0, which does not pass it.
@@ -179,7 +229,8 @@ unsafe fn record(
         is_stray: !is_known,
     };
     match own {
-        Some(own) => own.push(message),
+        Some(own) if own.len() < MAX_KEPT => own.push(message),
+        Some(_) => {}
         None if message.format.is_empty() => {}
         None => {
             drop(listeners);

@@ -10,18 +10,26 @@
 
 use std::cell::RefCell;
 use std::ffi::c_int;
+use std::sync::{Mutex, PoisonError};
+use std::thread::{self, ThreadId};
 
 use crate::status::{OK, WARNING};
 
 /// Instance name of a message whose instance is not known.
 pub const NOBODY: &str = "an FMU";
 
-/// How many different messages are kept per thread; further ones are dropped.
+/// How many different warnings and failures are kept per thread; further ones are counted.
 const MAX_KEPT: usize = 64;
+/// The most bytes of a text that are kept.
+pub(crate) const MAX_TEXT: usize = 4096;
+const NOT_KEPT: &str = "further messages, which are not kept";
 
 thread_local! {
     static MESSAGES: RefCell<Vec<Message>> = const { RefCell::new(Vec::new()) };
 }
+
+/// Messages that came in threads that FMUs have made, with the thread that calls the instance.
+static FROM_ELSEWHERE: Mutex<Vec<(ThreadId, Vec<Message>)>> = Mutex::new(Vec::new());
 
 /// A message, or several that differ only in their numbers.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,28 +61,71 @@ fn are_alike(a: &str, b: &str) -> bool {
     a.chars().filter(bare).eq(b.chars().filter(bare))
 }
 
+/// Adds a text to the messages of this thread.
 pub(crate) fn add(instance: &str, status: c_int, text: &str) {
-    let (is_warning, is_info) = (status <= WARNING, status == OK);
-    MESSAGES.with_borrow_mut(|messages| {
-        let is_same_kind = |m: &Message| m.is_warning == is_warning && m.is_info == is_info;
-        let same = |m: &&mut Message| {
-            m.instance == instance && is_same_kind(m) && are_alike(&m.text, text)
-        };
-        if let Some(message) = messages.iter_mut().find(same) {
-            message.count += 1;
-            if !is_warning {
-                message.text = text.to_string();
-            }
-        } else if messages.len() < MAX_KEPT {
-            messages.push(Message {
-                instance: instance.to_string(),
-                is_warning,
-                is_info,
-                text: text.to_string(),
-                count: 1,
-            });
-        }
+    // It fails only when the thread ends.
+    let _ = MESSAGES.try_with(|all| add_to(&mut all.borrow_mut(), instance, status, text));
+}
+
+/// Adds a text to the messages of the thread `owner`, which may be another one.
+pub(crate) fn add_for(owner: ThreadId, instance: &str, status: c_int, text: &str) {
+    if thread::current().id() == owner {
+        return add(instance, status, text);
+    }
+    let mut all = FROM_ELSEWHERE
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner);
+    let place = all.iter().position(|(thread, _)| *thread == owner);
+    let place = place.unwrap_or_else(|| {
+        all.push((owner, Vec::new()));
+        all.len() - 1
     });
+    add_to(&mut all[place].1, instance, status, text);
+}
+
+fn add_to(messages: &mut Vec<Message>, instance: &str, status: c_int, text: &str) {
+    let (is_warning, is_info) = (status <= WARNING, status == OK);
+    let mut text = text.to_string();
+    if text.len() > MAX_TEXT {
+        text.truncate(text.floor_char_boundary(MAX_TEXT));
+    }
+    if text.len() > MAX_TEXT - 8 {
+        text += " … (the rest is not kept)";
+    }
+    let mut instance = instance;
+    let is_same_kind = |m: &Message| m.is_warning == is_warning && m.is_info == is_info;
+    let is_same = |m: &Message, instance: &str, text: &str| {
+        m.instance == instance && is_same_kind(m) && are_alike(&m.text, text)
+    };
+    if !messages.iter().any(|m| is_same(m, instance, &text)) {
+        let kept = messages.iter().filter(|m| m.is_warning == is_warning);
+        if kept.count() >= MAX_KEPT {
+            (instance, text) = (NOBODY, NOT_KEPT.to_string());
+        }
+    }
+    if let Some(message) = messages.iter_mut().find(|m| is_same(m, instance, &text)) {
+        message.count += 1;
+        if !is_warning {
+            message.text = text;
+        }
+        return;
+    }
+    messages.push(Message {
+        instance: instance.to_string(),
+        is_warning,
+        is_info,
+        text,
+        count: 1,
+    });
+}
+
+fn own_from_elsewhere() -> Vec<Message> {
+    let own = thread::current().id();
+    let mut all = FROM_ELSEWHERE
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner);
+    let place = all.iter().position(|(thread, _)| *thread == own);
+    place.map_or_else(Vec::new, |place| all.swap_remove(place).1)
 }
 
 /// Adds messages that were logged in another thread.
@@ -84,11 +135,13 @@ pub fn extend(others: Vec<Message>) {
 
 /// The messages of this thread since [`take`] was called last.
 pub fn present() -> Vec<Message> {
+    extend(own_from_elsewhere());
     MESSAGES.with_borrow(Clone::clone)
 }
 
 /// Removes and returns the messages of this thread.
 pub fn take() -> Vec<Message> {
+    extend(own_from_elsewhere());
     MESSAGES.take()
 }
 
@@ -128,6 +181,33 @@ mod tests {
                 "b: hot at t = 0.1 s".into()
             ]
         );
+        assert!(take().is_empty());
+    }
+
+    /// There are at most so many warnings and failures, of at most so many bytes; a flood of
+    /// warnings hides no failure.
+    #[test]
+    fn a_flood_is_counted() {
+        let word = |k: u32| String::from_utf8(vec![b'a' + (k % 26) as u8; 1 + k as usize / 26]);
+        (0..1000).for_each(|k| add("a", WARNING, &word(k).unwrap()));
+        add("a", 3, &"ä".repeat(MAX_TEXT));
+        let all = take();
+        assert_eq!(all.len(), MAX_KEPT + 2);
+        assert_eq!(
+            all[MAX_KEPT].to_string(),
+            format!("an FMU: {NOT_KEPT} (936 times)")
+        );
+        assert!(all[MAX_KEPT + 1].text.len() < MAX_TEXT + 50);
+    }
+
+    /// A thread that an FMU has made logs for the thread that calls the instance.
+    #[test]
+    fn messages_of_other_threads_arrive() {
+        let own = thread::current().id();
+        thread::spawn(move || add_for(own, "a", 3, "from a thread"))
+            .join()
+            .unwrap();
+        assert_eq!(reasons("a"), ["from a thread"]);
         assert!(take().is_empty());
     }
 }

@@ -1,6 +1,6 @@
 //! Keeps what FMUs print apart from the standard output of the master's program `cosim`. Many FMUs
 //! print banners there: once outputs are [separate], that goes to standard error, with the name of
-//! the FMU while it is loaded and instantiated.
+//! the FMU while it is loaded and instantiated, and up to a limit.
 //!
 //! ```
 //! fmi_import::output::write("0.01,1.5\n")?;
@@ -11,6 +11,7 @@ use std::fmt::Display;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
+use own::drain;
 pub use own::{named, separate};
 
 /// Writes to the standard output of this program.
@@ -31,6 +32,7 @@ pub fn write(text: impl Display) -> io::Result<()> {
 /// frees its interpreter's state twice when they are, and some processes would abort after all work
 /// is done.
 pub fn end(code: u8) -> ExitCode {
+    drain();
     #[cfg(all(unix, feature = "native"))]
     // SAFETY: the name is a C string; nothing is to be run any more.
     unsafe {
@@ -46,12 +48,21 @@ pub fn end(code: u8) -> ExitCode {
 #[cfg(all(unix, feature = "native"))]
 mod own {
     use std::fs::File;
-    use std::io::{self, Read, Seek, SeekFrom};
+    use std::io::{self, PipeReader, PipeWriter, Read, Write};
     use std::os::fd::{AsRawFd, FromRawFd};
-    use std::sync::{Mutex, OnceLock};
+    use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+    use std::thread;
+
+    use crate::under_way;
+
+    /// The most bytes that are passed on of what a library prints while it is loaded or instantiated,
+    /// and of what all print otherwise.
+    const MAX_PRINTED: usize = 1 << 20;
 
     /// The standard output that the program was started with.
     static OWN: OnceLock<File> = OnceLock::new();
+    /// What passes on what is printed while no output is captured, and where it is printed to.
+    static PRINTED: OnceLock<(Arc<Mutex<Relay>>, PipeWriter)> = OnceLock::new();
     /// Held while the output of a call is captured.
     static CAPTURING: Mutex<()> = Mutex::new(());
 
@@ -65,9 +76,9 @@ mod own {
         unsafe { libc::fflush(std::ptr::null_mut()) };
     }
 
-    fn copy(from: i32, to: i32) -> io::Result<()> {
+    fn copy(from: &impl AsRawFd) -> io::Result<()> {
         // SAFETY: plain numbers.
-        match unsafe { libc::dup2(from, to) } {
+        match unsafe { libc::dup2(from.as_raw_fd(), libc::STDOUT_FILENO) } {
             -1 => Err(io::Error::last_os_error()),
             _ => Ok(()),
         }
@@ -83,7 +94,7 @@ mod own {
             return Ok(());
         }
         // SAFETY: plain numbers.
-        let own = unsafe { libc::dup(libc::STDOUT_FILENO) };
+        let own = unsafe { libc::fcntl(libc::STDOUT_FILENO, libc::F_DUPFD_CLOEXEC, 3) };
         if own == -1 {
             return Err(io::Error::last_os_error());
         }
@@ -91,33 +102,114 @@ mod own {
         let own = unsafe { File::from_raw_fd(own) };
         output_file::set_stdout(own.try_clone()?);
         let _ = OWN.set(own);
-        copy(libc::STDERR_FILENO, libc::STDOUT_FILENO)
+        let _ = PRINTED.set(start(String::new())?);
+        under_way::own_program(drain);
+        under_way::remember(); // The streams as they are now, not as while a call is captured.
+        Ok(())
     }
 
     /// Calls a function that may print. If outputs are separate, its lines are printed with the
     /// name `who`.
     pub fn named<T>(who: &str, call: impl FnOnce() -> T) -> T {
-        if OWN.get().is_none() {
-            return call();
-        }
-        let (Ok(_guard), Ok(mut file)) = (CAPTURING.lock(), tempfile::tempfile()) else {
+        let (Some((_, usual)), Ok(_guard)) = (PRINTED.get(), CAPTURING.lock()) else {
             return call();
         };
-        flush();
-        if copy(file.as_raw_fd(), libc::STDOUT_FILENO).is_err() {
+        drain();
+        let Ok((relay, writer)) = start(format!("{who} prints: ")) else {
             return call();
-        }
+        };
+        drop(writer);
         let result = call();
         flush();
-        // If this fails, there is no standard error either.
-        let _ = copy(libc::STDERR_FILENO, libc::STDOUT_FILENO);
-        let mut bytes = Vec::new();
-        if file.seek(SeekFrom::Start(0)).is_ok() && file.read_to_end(&mut bytes).is_ok() {
-            for line in String::from_utf8_lossy(&bytes).lines() {
-                eprintln!("{who} prints: {line}");
-            }
+        // If this fails, the library has closed what it had no right to.
+        let _ = copy(usual);
+        let mut relay = lock(&relay);
+        relay.pass();
+        if std::mem::take(&mut relay.is_in_line) {
+            eprintln!();
         }
         result
+    }
+
+    /// Passes on what was printed up to now.
+    pub(super) fn drain() {
+        if let Some((relay, _)) = PRINTED.get() {
+            flush();
+            lock(relay).pass();
+        }
+    }
+
+    /// Passes on to standard error what is printed. Its thread ends once nobody has the other end of
+    /// the pipe any more: processes that an FMU has started may keep it.
+    struct Relay {
+        reader: PipeReader,
+        /// What each line begins with.
+        prefix: String,
+        is_in_line: bool,
+        left: usize,
+    }
+
+    /// From now on standard output is passed on with this prefix to each line.
+    fn start(prefix: String) -> io::Result<(Arc<Mutex<Relay>>, PipeWriter)> {
+        let (reader, writer) = io::pipe()?;
+        copy(&writer)?;
+        let descriptor = reader.as_raw_fd();
+        let relay = Arc::new(Mutex::new(Relay {
+            reader,
+            prefix,
+            is_in_line: false,
+            left: MAX_PRINTED,
+        }));
+        let own = relay.clone();
+        let run = move || {
+            while is_ready(descriptor, -1) && lock(&own).pass() {}
+        };
+        thread::Builder::new().spawn(run)?;
+        Ok((relay, writer))
+    }
+
+    fn lock(relay: &Mutex<Relay>) -> MutexGuard<'_, Relay> {
+        relay.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether a pipe can be read within `wait`, ms; -1 waits until it can.
+    fn is_ready(fd: i32, wait: i32) -> bool {
+        let (events, revents) = (libc::POLLIN, 0);
+        let mut pipe = libc::pollfd {
+            fd,
+            events,
+            revents,
+        };
+        // SAFETY: one descriptor, which stays open.
+        unsafe { libc::poll(&mut pipe, 1, wait) != 0 }
+    }
+
+    impl Relay {
+        /// Passes on what there is; false at the end of the pipe.
+        fn pass(&mut self) -> bool {
+            let mut bytes = [0; 4096];
+            // Another thread may have read it meanwhile.
+            while is_ready(self.reader.as_raw_fd(), 0) {
+                let Ok(count @ 1..) = self.reader.read(&mut bytes) else {
+                    return false;
+                };
+                let mut text = String::new();
+                let shown = String::from_utf8_lossy(&bytes[..count.min(self.left)]);
+                for line in shown.split_inclusive('\n') {
+                    text += if self.is_in_line { "" } else { &self.prefix };
+                    text += line;
+                    self.is_in_line = !line.ends_with('\n');
+                }
+                if (1..=count).contains(&self.left) {
+                    text += "\n(more than 1 MiB is printed; the rest is not shown)\n";
+                    self.is_in_line = false;
+                }
+                self.left = self.left.saturating_sub(count);
+                // If this fails, there is no standard error.
+                let _ = io::stderr().write_all(text.as_bytes());
+            }
+            true
+        }
     }
 }
 
@@ -128,6 +220,9 @@ mod own {
     pub fn stdout() -> Option<&'static File> {
         None
     }
+
+    /// Does nothing.
+    pub(super) fn drain() {}
 
     /// Does nothing here, where FMUs cannot print.
     pub fn separate() -> io::Result<()> {

@@ -17,7 +17,7 @@ mod lists;
 
 pub use lists::Inquiry;
 
-use std::ffi::{CStr, c_int};
+use std::ffi::{CStr, CString, c_int};
 use std::ptr;
 use std::sync::Arc;
 
@@ -26,6 +26,7 @@ use crate::functions::Functions;
 use crate::functions::VersionFunctions::{self, Fmi2, Fmi3};
 use crate::log::{Log, Message, logger_3};
 use crate::standard::{Pointer, Text};
+use crate::under_way::{self, Call, Slot};
 
 /// An array argument: its elements, or NULL with a number of elements that the call claims.
 #[derive(Clone, Copy, Debug)]
@@ -213,6 +214,9 @@ pub struct RawInstance {
     /// Those of `functions`, without a step through it at each call.
     version: VersionFunctions,
     c: Pointer,
+    /// Where calls are noted, and under which name.
+    slot: &'static Slot,
+    label: CString,
     log: Log,
     _callbacks: Box<Callbacks>,
 }
@@ -236,11 +240,22 @@ impl RawInstance {
             _ => {}
         }
         let texts = [request.name, request.token, request.resources].map(c_text);
+        log.name_variables(functions);
+        let label = request.name.unwrap_or_default();
+        let slot = Slot::fresh();
+        let call = slot.call(label);
         // SAFETY: NULL or C strings; the callbacks outlive the instance.
         let c = unsafe { instantiate(functions, request, texts, &callbacks) };
+        drop(call);
         match c.is_null() {
             true => Err(log.take_own()),
-            false => Ok(Self::with_pointer(functions, c, log, callbacks)),
+            false => Ok(Self::with_pointer(
+                functions,
+                c,
+                (slot, label),
+                log,
+                callbacks,
+            )),
         }
     }
 
@@ -248,12 +263,14 @@ impl RawInstance {
     pub fn null(functions: &Arc<Functions>) -> Self {
         let log = Log::for_thread("");
         let callbacks = Box::new(log.callbacks());
-        Self::with_pointer(functions, ptr::null_mut(), log, callbacks)
+        let noted = (Slot::fresh(), c"NULL");
+        Self::with_pointer(functions, ptr::null_mut(), noted, log, callbacks)
     }
 
     fn with_pointer(
         functions: &Arc<Functions>,
         c: Pointer,
+        (slot, label): (&'static Slot, &CStr),
         log: Log,
         callbacks: Box<Callbacks>,
     ) -> Self {
@@ -261,6 +278,8 @@ impl RawInstance {
             version: functions.version.clone(),
             functions: functions.clone(),
             c,
+            slot,
+            label: label.to_owned(),
             log,
             _callbacks: callbacks,
         }
@@ -276,8 +295,20 @@ impl RawInstance {
         &self.log
     }
 
+    /// Notes that it is called, until what is returned is dropped.
+    #[inline]
+    fn call(&self) -> Call {
+        self.slot.call(&self.label)
+    }
+
+    /// A run begins anew in this process: what there is now is what the FMU must leave.
+    pub(crate) fn begin_anew(&self) {
+        Slot::fresh();
+    }
+
     /// Frees NULL, which by the standard does nothing.
     pub fn free_null(functions: &Functions) {
+        let _call = Slot::fresh().call(c"NULL");
         // SAFETY: NULL may be freed.
         unsafe { free(&functions.version, ptr::null_mut()) }
     }
@@ -360,6 +391,8 @@ unsafe fn instantiate(
 impl Drop for RawInstance {
     fn drop(&mut self) {
         if !self.c.is_null() {
+            under_way::remember_late();
+            let _call = self.call();
             // SAFETY: a live instance, freed once.
             unsafe { free(&self.version, self.c) }
         }

@@ -5,12 +5,15 @@ use std::any::Any;
 use std::ffi::c_int;
 use std::rc::Rc;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::answer::Answer;
 use crate::raw::{Array, RawInstance, StateHandle};
+
+/// The most bytes that a serialized state of an instance may have.
+pub const MAX_STATE: usize = 1 << 30;
 
 struct State<T> {
     owner: Rc<RawInstance>,
@@ -67,7 +70,13 @@ where
     let mut bytes = postcard::to_stdvec(&saved.tracked)?;
     let (start, mut count) = (bytes.len(), 0);
     let status = owner.serialized_size(saved.handle, Some(&mut count));
-    check(owner, status, "fmi2SerializedFMUstateSize")?;
+    let name = owner.functions().name("fmi2SerializedFMUstateSize");
+    check(owner, status, name)?;
+    let is_too_large = count > MAX_STATE || bytes.try_reserve_exact(count).is_err();
+    ensure!(
+        !is_too_large,
+        "{name} says that its state has {count} bytes; at most {MAX_STATE} are kept"
+    );
     bytes.resize(start + count, 0);
     let status = owner.serialize(saved.handle, &mut bytes[start..]);
     check(owner, status, "fmi2SerializeFMUstate")?;

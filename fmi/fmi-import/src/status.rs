@@ -24,6 +24,8 @@ pub const UNFIT: c_int = -1;
 pub const ABSENT: c_int = 1000;
 /// In place of a status: the pointer to a text cannot be read.
 pub const NO_TEXT: c_int = 1001;
+/// In place of a status: the bytes of a value cannot be read, or are more than 256 MiB.
+pub const NO_BYTES: c_int = 1002;
 
 /// Name of a status, as in FMI 2.0.
 pub fn name(status: c_int) -> String {
@@ -33,6 +35,7 @@ pub fn name(status: c_int) -> String {
         (Some(name), _) => format!("fmi2{name}"),
         (_, ABSENT) => "no answer, since the library does not export it".to_string(),
         (_, NO_TEXT) => "a pointer that leads to no text".to_string(),
+        (_, NO_BYTES) => "a value that cannot be read, or of more than 256 MiB".to_string(),
         _ => format!("the number {status}, which is no fmi2Status"),
     }
 }

@@ -4,62 +4,128 @@ use std::ffi::{CStr, CString};
 
 use crate::standard::Text;
 
-/// Reads a text; None if the pointer leads to no memory that can be read. NULL is an empty text.
+/// The most bytes that a value of a String or Binary variable may have.
+pub const MAX_VALUE: usize = 256 << 20;
+
+/// Reads a text; None if the pointer leads to no memory that can be read, or to more than
+/// [`MAX_VALUE`] bytes. NULL is an empty text.
 ///
 /// # Safety
 /// On Linux any pointer may be given; elsewhere it must be NULL or a C string.
 pub unsafe fn read(text: Text) -> Option<CString> {
-    if text.is_null() {
-        return Some(CString::default());
-    }
-    #[cfg(all(target_os = "linux", feature = "native"))]
-    if let Some(read) = read_by_system(text) {
-        return read;
-    }
+    let mut bytes = Vec::new();
     // SAFETY: forwarded.
-    Some(unsafe { CStr::from_ptr(text) }.to_owned())
+    unsafe { read_into(text, MAX_VALUE, |part| bytes.extend(part)) }?;
+    (bytes.len() < MAX_VALUE).then(|| CString::new(bytes).unwrap_or_default())
 }
 
-/// Reads a text, or says that the pointer cannot be read.
+/// Reads the first [`MAX_TEXT`](crate::messages::MAX_TEXT) bytes of a text, or says that the pointer
+/// cannot be read.
 ///
 /// # Safety
 /// As for [`read`].
 pub unsafe fn read_or_explain(text: Text) -> String {
+    let mut bytes = Vec::new();
     // SAFETY: forwarded.
-    let read = unsafe { read(text) };
-    let read = read.map(|text| text.to_string_lossy().into_owned());
-    read.unwrap_or_else(|| format!("(no text: {text:p} cannot be read)"))
+    let read = unsafe { read_into(text, crate::messages::MAX_TEXT, |part| bytes.extend(part)) };
+    match read {
+        Some(()) => String::from_utf8_lossy(&bytes).into_owned(),
+        None => format!("(no text: {text:p} cannot be read)"),
+    }
 }
 
-/// Lets the system copy the text, which reports memory that is not there (`Some(None)`). None if
-/// the system does not let a process copy from itself.
-#[cfg(all(target_os = "linux", feature = "native"))]
-fn read_by_system(text: Text) -> Option<Option<CString>> {
-    let mut bytes = Vec::new();
-    let mut page_part = [0_u8; 256];
-    loop {
-        let from = text.addr() + bytes.len();
-        // No copy crosses the end of a page, since the next page may not be there.
-        let length = (256 - from % 256).min(page_part.len());
-        let local = libc::iovec {
-            iov_base: page_part.as_mut_ptr().cast(),
-            iov_len: length,
-        };
-        let remote = libc::iovec {
-            iov_base: text.wrapping_add(bytes.len()).cast_mut().cast(),
-            iov_len: length,
-        };
+/// Copies the first `limit` bytes of a text in parts; None as for [`read`].
+///
+/// # Safety
+/// As for [`read`].
+pub unsafe fn read_into(text: Text, limit: usize, mut take: impl FnMut(&[u8])) -> Option<()> {
+    if text.is_null() {
+        return Some(());
+    }
+    let (mut part, mut done) = ([0_u8; 4096], 0);
+    while done < limit {
+        let at = text.wrapping_add(done).cast::<u8>();
+        // No copy crosses the end of a page, since the next page may not be there. Most texts are
+        // short.
+        let page = if done == 0 { 256 } else { part.len() };
+        let part = &mut part[..(page - at.addr() % page).min(limit - done)];
+        // SAFETY: forwarded.
+        if !unsafe { copy(at, part) }? {
+            // SAFETY: forwarded; the system does not let a process copy from itself.
+            let rest = unsafe { CStr::from_ptr(at.cast()) }.to_bytes();
+            take(&rest[..rest.len().min(limit - done)]);
+            return Some(());
+        }
+        let end = part.iter().position(|byte| *byte == 0);
+        take(&part[..end.unwrap_or(part.len())]);
+        if end.is_some() {
+            return Some(());
+        }
+        done += part.len();
+    }
+    Some(())
+}
+
+/// Reads `size` bytes; None if they are not there, or more than [`MAX_VALUE`].
+///
+/// # Safety
+/// On Linux any pointer may be given; elsewhere as many bytes must be readable.
+pub unsafe fn read_bytes(at: *const u8, size: usize) -> Option<Vec<u8>> {
+    if size == 0 || size > MAX_VALUE {
+        return (size == 0).then(Vec::new);
+    }
+    let mut bytes = vec![0; size];
+    // SAFETY: forwarded.
+    if !unsafe { copy(at, &mut bytes) }? {
+        // SAFETY: forwarded.
+        bytes.copy_from_slice(unsafe { std::slice::from_raw_parts(at, size) });
+    }
+    Some(bytes)
+}
+
+/// Lets the system copy bytes, which reports memory that is not there: then None. False if the
+/// system does not let a process copy from itself.
+///
+/// # Safety
+/// None is needed on Linux: the system checks the pointer. Elsewhere nothing is read.
+unsafe fn copy(from: *const u8, to: &mut [u8]) -> Option<bool> {
+    #[cfg(all(target_os = "linux", feature = "native"))]
+    {
+        let iov_len = to.len();
+        let [local, remote] = [to.as_mut_ptr(), from.cast_mut()].map(|base| libc::iovec {
+            iov_base: base.cast(),
+            iov_len,
+        });
         // SAFETY: `local` is large enough; the system checks `remote`.
         let copied = unsafe { libc::process_vm_readv(libc::getpid(), &local, 1, &remote, 1, 0) };
-        if usize::try_from(copied) != Ok(length) {
-            let error = std::io::Error::last_os_error().raw_os_error();
-            return (error == Some(libc::EFAULT)).then_some(None);
+        if usize::try_from(copied) == Ok(iov_len) {
+            return Some(true);
         }
-        let end = page_part[..length].iter().position(|byte| *byte == 0);
-        bytes.extend(&page_part[..end.unwrap_or(length)]);
-        if end.is_some() {
-            return Some(CString::new(bytes).ok());
+        let error = std::io::Error::last_os_error().raw_os_error();
+        // A part was copied: the rest is not there.
+        if copied >= 0 || error == Some(libc::EFAULT) {
+            return None;
         }
+    }
+    let _ = (from, to);
+    Some(false)
+}
+
+/// `logger.c` lets this copy a text into `room` bytes, with a zero at the end; returns how many
+/// bytes it has, or -1 if it cannot be read.
+#[cfg(feature = "printf")]
+#[unsafe(no_mangle)]
+unsafe extern "C" fn fmi_import_copy(text: Text, to: *mut u8, room: usize) -> std::ffi::c_long {
+    let mut length = 0;
+    // SAFETY: as for `read`; `to` has `room` bytes.
+    unsafe {
+        let read = read_into(text, room - 1, |part| {
+            to.add(length)
+                .copy_from_nonoverlapping(part.as_ptr(), part.len());
+            length += part.len();
+        });
+        to.add(length).write(0);
+        read.map_or(-1, |()| length as std::ffi::c_long)
     }
 }
 
@@ -85,6 +151,10 @@ mod tests {
         unsafe {
             assert_eq!(read(nowhere), None);
             assert_eq!(read_or_explain(nowhere), "(no text: 0x8 cannot be read)");
+            assert_eq!(read_bytes(nowhere.cast(), 4), None);
+            let bytes = [1_u8, 2, 3];
+            assert_eq!(read_bytes(bytes.as_ptr(), 3), Some(bytes.to_vec()));
+            assert_eq!(read_bytes(bytes.as_ptr(), MAX_VALUE + 1), None);
         }
     }
 }

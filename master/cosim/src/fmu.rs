@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail};
 use fmi_description::{Archive, Description};
 use fmi_import::batch::{Batch, Layout};
 use fmi_import::fmi_instance::{Arguments, FmiInstance};
-use fmi_import::{ClockPlan, Functions, instantiate, is_triggered, output};
+use fmi_import::{ClockPlan, Functions, instantiate, is_triggered, messages, output};
 
 /// A loaded FMU, shared by all its instances.
 pub struct Fmu {
@@ -35,8 +35,10 @@ impl Fmu {
         let mut archive = Archive::open(bytes)?;
         let description = archive.description()?;
         let (loaded, remark) = fmi_import::Fmu::from_archive(file, &mut archive, description)?;
+        let while_loading = messages::reasons(&format!("FMU `{file}`"));
         let remarks = loaded.description.remarks.iter().cloned().chain(remark);
-        let mut remarks: Vec<String> = remarks.map(|remark| remark.to_string()).collect();
+        let remarks = remarks.map(|remark| remark.to_string());
+        let mut remarks: Vec<String> = remarks.chain(while_loading).collect();
         let description = loaded.description.clone().by_element();
         if description.capabilities.needs_execution_tool {
             remarks.push("it says that it needs its tool (needsExecutionTool)".into());

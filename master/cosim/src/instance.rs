@@ -22,6 +22,7 @@ pub(crate) use fmi_import::fmi_instance::{BegunCall, Call};
 pub use fmi_import::log::receive;
 pub use fmi_import::messages;
 use fmi_import::status;
+pub use fmi_import::under_way;
 use fmi_import::value::{Value, fits};
 
 use crate::fmu::Fmu;

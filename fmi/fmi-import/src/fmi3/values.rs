@@ -10,6 +10,7 @@ use crate::answer::Answer;
 use crate::batch::Batch;
 use crate::encoding::{load, store};
 use crate::raw::Array;
+use crate::status::NO_TEXT;
 use crate::value::Value;
 
 impl Fmi3Instance {
@@ -72,11 +73,10 @@ impl Fmi3Instance {
             Access::String => {
                 let (status, texts) = self.raw.get_strings(vr, n);
                 Answer::check(status, "fmi3GetString")?;
-                texts
-                    .unwrap_or_default()
-                    .into_iter()
-                    .map(Value::Text)
-                    .collect()
+                let Some(texts) = texts else {
+                    return Answer::refuse(NO_TEXT, "fmi3GetString");
+                };
+                texts.into_iter().map(Value::Text).collect()
             }
             Access::Binary => {
                 let (status, all) = self.raw.get_binaries(vr, n);

@@ -27,6 +27,7 @@ macro_rules! calls {
             pub fn $name(&$self $(, $argument: $type)*) -> c_int {
                 let $c = $self.c;
                 $(assert!($holds);)?
+                let _call = $self.call();
                 // SAFETY: a live instance or NULL; what is passed is NULL, or lives as long as the
                 // call, with as many elements as are said.
                 unsafe {
@@ -49,11 +50,15 @@ fn array_pointer<T>(values: Option<&mut [T]>) -> *mut T {
 calls! { self, c, f:
     /// fmi2SetupExperiment, or fmi3EnterInitializationMode with the same arguments.
     fn begin(e: Experiment) = {
+        self.slot.at(e.start, 0.0);
         let [has_tolerance, has_stop] = [e.has_tolerance, e.has_stop].map(c_int::from);
         (f.fmi2SetupExperiment)(c, has_tolerance, e.tolerance, e.start, has_stop, e.stop)
-    }, (f.fmi3EnterInitializationMode)(
-        c, e.has_tolerance, e.tolerance, e.start, e.has_stop, e.stop
-    );
+    }, {
+        self.slot.at(e.start, 0.0);
+        (f.fmi3EnterInitializationMode)(
+            c, e.has_tolerance, e.tolerance, e.start, e.has_stop, e.stop
+        )
+    };
     /// From Instantiated to Initialization Mode. FMI 2.0 ignores the experiment, which
     /// fmi2SetupExperiment has passed.
     fn enter_initialization_mode(experiment: Experiment)
@@ -67,7 +72,11 @@ calls! { self, c, f:
     fn reset() = (f.fmi2Reset)(c), (f.fmi3Reset)(c);
     /// A communication step. Only FMI 3.0 fills in how it ended.
     fn do_step(t: f64, h: f64, no_set_prior: c_int, end: &mut StepEnd)
-        = (f.fmi2DoStep)(c, t, h, no_set_prior), {
+        = {
+            self.slot.at(t, h);
+            (f.fmi2DoStep)(c, t, h, no_set_prior)
+        }, {
+            self.slot.at(t, h);
             let StepEnd { event_needed, terminates, early, time } = end;
             (f.fmi3DoStep)(c, t, h, no_set_prior != 0, event_needed, terminates, early, time)
         };
@@ -200,7 +209,13 @@ calls! { self, c, f:
     fn enter_continuous_time_mode()
         = (f.fmi2EnterContinuousTimeMode)(c), (f.fmi3EnterContinuousTimeMode)(c);
     /// Sets the time, s.
-    fn set_time(t: f64) = (f.fmi2SetTime)(c, t), (f.fmi3SetTime)(c, t);
+    fn set_time(t: f64) = {
+        self.slot.at(t, 0.0);
+        (f.fmi2SetTime)(c, t)
+    }, {
+        self.slot.at(t, 0.0);
+        (f.fmi3SetTime)(c, t)
+    };
     /// Sets the continuous states.
     fn set_continuous_states(x: Array<f64>)
         = (f.fmi2SetContinuousStates)(c, x.pointer(), x.len()),

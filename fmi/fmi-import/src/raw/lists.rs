@@ -7,7 +7,7 @@ use std::ptr;
 use super::{Array, Experiment, RawInstance, Update, c_text, result_pointer};
 use crate::functions::VersionFunctions::{Fmi2, Fmi3};
 use crate::standard::Text;
-use crate::status::{ABSENT, OK, WARNING};
+use crate::status::{ABSENT, NO_BYTES, OK, WARNING};
 use crate::text;
 
 /// `fmi2EventInfo`.
@@ -51,6 +51,7 @@ impl RawInstance {
             Array::Null(_) => ptr::null(),
         };
         let n = categories.len();
+        let _call = self.call();
         // SAFETY: NULL, or as many elements as said, each NULL or a C string.
         unsafe {
             match &self.version {
@@ -65,6 +66,7 @@ impl RawInstance {
         assert!(n >= vr.len());
         let mut texts = vec![ptr::null(); n];
         let (c, m, vr, to) = (self.c, vr.len(), vr.as_ptr(), texts.as_mut_ptr());
+        let _call = self.call();
         // SAFETY: a live instance or NULL, room for `n` texts.
         let status = unsafe {
             match &self.version {
@@ -85,6 +87,7 @@ impl RawInstance {
         assert!(values.len() >= vr.len());
         let texts: Vec<Text> = values.iter().map(|text| c_text(*text)).collect();
         let (c, m, n, vr, from) = (self.c, vr.len(), texts.len(), vr.as_ptr(), texts.as_ptr());
+        let _call = self.call();
         // SAFETY: a live instance or NULL, NULL or C strings.
         unsafe {
             match &self.version {
@@ -94,25 +97,30 @@ impl RawInstance {
         }
     }
 
-    /// Gets `n` values of Binary variables. FMI 3.0 only.
+    /// Gets `n` values of Binary variables; [`NO_BYTES`] if the FMU has no such bytes. FMI 3.0 only.
     pub fn get_binaries(&self, vr: &[u32], n: usize) -> (c_int, Vec<Vec<u8>>) {
         let Fmi3(f) = &self.version else {
             return (ABSENT, Vec::new());
         };
         let (mut sizes, mut at) = (vec![0; n], vec![ptr::null(); n]);
         let (sizes_at, values_at) = (sizes.as_mut_ptr(), at.as_mut_ptr());
+        let _call = self.call();
         // SAFETY: a live instance or NULL, room for all elements.
         let status =
             unsafe { (f.fmi3GetBinary)(self.c, vr.as_ptr(), vr.len(), sizes_at, values_at, n) };
         if status > WARNING {
             return (status, vec![Vec::new(); n]);
         }
-        let value = |(at, size): (*const u8, usize)| match at.is_null() || size == 0 {
-            true => Vec::new(),
+        let value = |(at, size): (*const u8, usize)| match at.is_null() {
+            true => Some(Vec::new()),
             // SAFETY: as many bytes as the FMU says, until the next call.
-            false => unsafe { std::slice::from_raw_parts(at, size) }.to_vec(),
+            false => unsafe { text::read_bytes(at, size) },
         };
-        (status, at.into_iter().zip(sizes).map(value).collect())
+        let values: Option<_> = at.into_iter().zip(sizes).map(value).collect();
+        match values {
+            Some(values) => (status, values),
+            None => (NO_BYTES, vec![Vec::new(); n]),
+        }
     }
 
     /// Sets Binary variables. FMI 3.0 only.
@@ -122,6 +130,7 @@ impl RawInstance {
         };
         let (at, sizes): (Vec<_>, Vec<_>) = values.iter().map(|v| (v.as_ptr(), v.len())).unzip();
         let (n, sizes, at) = (at.len(), sizes.as_ptr(), at.as_ptr());
+        let _call = self.call();
         // SAFETY: a live instance or NULL, arrays of the lengths given.
         unsafe { (f.fmi3SetBinary)(self.c, vr.as_ptr(), vr.len(), sizes, at, n) }
     }
@@ -131,6 +140,7 @@ impl RawInstance {
         let mut info = EventInfo::default();
         let ([mut again, mut end, mut nominals, mut values, mut known], mut time) =
             ([false; 5], 0.0);
+        let _call = self.call();
         // SAFETY: a live instance or NULL; places for the results.
         let status = unsafe {
             match &self.version {
@@ -200,6 +210,7 @@ impl RawInstance {
             return ("fmi2GetStatus", ABSENT);
         };
         let (mut integer, mut number, mut string) = (-1, f64::NAN, ptr::null());
+        let _call = self.call();
         macro_rules! ask {
             ($function:ident, $place:expr) => {
                 (
@@ -230,6 +241,7 @@ impl RawInstance {
             (vec![0; n], vec![0; n], vec![0; n], vec![0; n]);
         let [to, of_to] =
             [&mut of, &mut of_on].map(|elements: &mut Vec<usize>| elements.as_mut_ptr());
+        let _call = self.call();
         // SAFETY: a live instance or NULL; room for `n` of each.
         let status = unsafe {
             (f.fmi3GetVariableDependencies)(

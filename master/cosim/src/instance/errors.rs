@@ -54,6 +54,10 @@ impl Instance {
                     "{name} (FMU `{file}`): {call} {at}: a value is outside of the range of its type"
                 );
             }
+            status::NO_TEXT | status::NO_BYTES => {
+                let what = status::name(answer.status);
+                return anyhow!("{name} (FMU `{file}`): {call} {at} gave {what}");
+            }
             status::DISCARD => format!("{version}Discard"),
             3 => format!("{version}Error"),
             4 => format!("{version}Fatal"),

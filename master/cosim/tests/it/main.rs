@@ -10,6 +10,7 @@ mod faults;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod finite;
 mod foreign;
+mod hostile;
 mod inputs;
 mod loops;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
