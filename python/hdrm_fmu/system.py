@@ -64,7 +64,7 @@ class System:
     schedule : `gauss-seidel`, `jacobi` or `standard`.
     scenario : events that alter variables: a file of libcosim's scenarios, as JSON.
     faults : what is done to values on their way, such as `emla_2.x=bias:0.001@1..2`, as `cosim run --fault` takes it.
-    fault_seed : seed of what is random in faults.
+    fault_seed : seed of what is random in faults; default: 0. Refused where no fault draws random numbers.
     strict : refuse a system with connectors that its FMUs do not have, inputs that nothing drives, or values that match nothing.
 
     Nothing is loaded before it is needed. As a context manager it is a run that the script steps:
@@ -93,7 +93,7 @@ class System:
         strict: bool = False,
         scenario: str | os.PathLike[str] | None = None,
         faults: Iterable[str] = (),
-        fault_seed: int = 0,
+        fault_seed: int | None = None,
     ) -> None:
         self.files = tuple(Path(p) for p in ([path] if isinstance(path, (str, os.PathLike)) else path))
         if not self.files:
@@ -208,7 +208,8 @@ class System:
         choice("schedule", self.schedule, SCHEDULES)
         step, stop = positive("step", self._step), positive("stop_time", stop_time)
         conditions = {"settings": list(values.items()), "step": step, "stop_time": stop, "schedule": self.schedule, "strict": self.strict}
-        altered = {"inputs": None, "scenario": self.scenario, "faults": list(self.faults), "fault_seed": whole("fault_seed", self.fault_seed, 0)}
+        seed = None if self.fault_seed is None else whole("fault_seed", self.fault_seed, 0)
+        altered = {"inputs": None, "scenario": self.scenario, "faults": list(self.faults), "fault_seed": seed}
         return {**conditions, **altered}
 
     @contextmanager
@@ -235,6 +236,8 @@ class System:
             choice("metric", metric, METRICS)
         if metrics and not self._native.is_machine():
             raise BadInput(f"the metrics {', '.join(metrics)} are those of the manipulator, which `{self.path}` is not")
+        if options["max_error"] is not None and not self._native.is_machine():
+            raise BadInput(f"max_error = {options['max_error']} is about the tip of the manipulator, which `{self.path}` is not")
         if interval is not None:
             steps = positive("interval", interval) / self.step_size
             if not (steps >= 0.5 and abs(steps - round(steps)) <= 1e-6 * steps):
@@ -278,7 +281,7 @@ class System:
 
     def _check_altered(self, conditions):
         """Check inputs over time, faults and scenario before the run."""
-        if conditions["inputs"] or self.faults or self.scenario:
+        if conditions["inputs"] or self.faults or self.scenario or self.fault_seed is not None:
             try:
                 self._native.check(conditions)
             except RunFailed as error:

@@ -179,7 +179,7 @@ impl Engine {
             faults: Faults::default(),
             inputs: None,
         };
-        let gaps = system.find_gaps(&experiment.settings)?;
+        let gaps = system.find_gaps(&experiment.given(&system)?)?;
         let verdict = gaps.judge(&system, experiment.stepping.schedule, false)?;
         let mut run = Run::start(system, &experiment, verdict)?;
         let watched = self.run.iter().flat_map(|before| before.watched());

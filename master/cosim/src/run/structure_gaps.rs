@@ -11,7 +11,7 @@ use fmi_description::Kind;
 use crate::fmu::Fmu;
 use crate::run::verdict::Verdict;
 use crate::schedule::Schedule;
-use crate::structure::system::{Setting, System};
+use crate::structure::system::System;
 use crate::wiring::Port;
 
 /// Of an FMU with more components than this, unmentioned inputs of the others are only counted.
@@ -35,8 +35,8 @@ pub struct StructureGaps {
 }
 
 impl System {
-    /// The gaps of the structure with the start values `settings`.
-    pub fn find_gaps(&self, settings: &[Setting]) -> Result<StructureGaps> {
+    /// The gaps of the structure in a run that itself gives values to the variables `given`.
+    pub fn find_gaps(&self, given: &BTreeSet<Port>) -> Result<StructureGaps> {
         let wiring = self.wiring()?;
         let mut remarks = self.structure.remarks.clone();
         remarks.extend(wiring.remarks.iter().cloned());
@@ -69,7 +69,7 @@ impl System {
                 };
                 let is_given = wiring.driver(port).is_some()
                     || c.parameters.iter().any(|p| p.name == v.name)
-                    || settings.iter().any(|s| s.port == port);
+                    || given.contains(&port);
                 let group = v.name.split(['[', '.']).next().unwrap_or(&v.name);
                 let is_declared = c.connectors.iter().any(|c| c.name == v.name);
                 let is_known = !v.is_input() || v.kind == Kind::Clock || is_given;

@@ -2,13 +2,14 @@
 //! them: world, machine file, path, start values. A value that is bound twice is refused. Every
 //! command that runs a system, `report` too, begins with [`MachineArgs::setup`].
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
 use clap::Args;
 use cosim::cli::{RunArgs, SystemArgs, find};
 use cosim::master::Schedule;
-use cosim::{Experiment, System, Verdict, start_value};
+use cosim::{Experiment, Port, System, Verdict, start_value};
 use machine_file::{Machine, Source};
 use motion_check::gain_rule;
 
@@ -182,7 +183,8 @@ impl SetupBuilder<'_> {
                 );
             }
         }
-        let mut verdict = check_mentions(run, &system, &base)?;
+        let (schedule, given) = (base.stepping.schedule, base.given(&system)?);
+        let mut verdict = check_mentions(run, &system, schedule, &given)?;
         if let Some(text) = controller_warning(&system, &base)? {
             verdict.note(text);
         }
@@ -267,8 +269,15 @@ pub fn set_delays(system: &System, base: &mut Experiment) -> Result<()> {
 /// Reports what the system leaves out, such as inputs without a value; not the inputs that the
 /// shipped systems leave unconnected on purpose, as long as all components of a model agree.
 /// With `--strict`, anything reported is an error.
-pub fn check_mentions(run: &RunArgs, system: &System, experiment: &Experiment) -> Result<Verdict> {
-    let mut gaps = system.find_gaps(&experiment.settings)?;
+///
+/// The run itself gives values to the variables `given`.
+pub fn check_mentions(
+    run: &RunArgs,
+    system: &System,
+    schedule: Schedule,
+    given: &BTreeSet<Port>,
+) -> Result<Verdict> {
+    let mut gaps = system.find_gaps(given)?;
     let all = gaps.unmentioned_inputs.clone();
     let components = || system.structure.components.iter().zip(&system.fmus);
     gaps.unmentioned_inputs.retain(|name| {
@@ -284,7 +293,7 @@ pub fn check_mentions(run: &RunArgs, system: &System, experiment: &Experiment) -
         let mut names = alike.map(|(c, _)| format!("{}.{input}", c.name));
         !(is_optional && names.all(|name| all.contains(&name)))
     });
-    gaps.judge(system, experiment.stepping.schedule, run.strict)
+    gaps.judge(system, schedule, run.strict)
 }
 
 #[cfg(test)]
