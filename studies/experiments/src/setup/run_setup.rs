@@ -5,10 +5,11 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Context as _, Result, bail, ensure};
 use clap::Args;
 use cosim::cli::{RunArgs, SystemArgs, find};
 use cosim::master::Schedule;
+use cosim::schedule::Between;
 use cosim::{Experiment, Port, System, Verdict, start_value};
 use machine_file::{Machine, Source};
 use motion_check::gain_rule;
@@ -100,6 +101,24 @@ impl MachineArgs {
     pub fn parameters(&self) -> Result<&'static str> {
         let source = self.file.as_deref().map(Source::named).transpose()?;
         Ok(parameter_set_of(source.and_then(|source| source.shipped())))
+    }
+
+    /// Refuses options of how a run is made, for commands that make none.
+    pub fn refuse_stepping(&self) -> Result<()> {
+        let (run, system) = (&self.run, &self.system);
+        let given = [
+            (run.stop_time.is_some(), "--stop-time"),
+            (run.input_derivatives, "--input-derivatives"),
+            (run.between != Between::default(), "--between"),
+            (run.threads.is_some(), "--threads"),
+            (!system.rates.is_empty(), "--rate"),
+            (!system.feedthrough.is_empty(), "--feedthrough"),
+            (system.solve_loops, "--solve-loops"),
+        ];
+        match given.iter().find(|(is_given, _)| *is_given) {
+            Some((_, option)) => bail!("{option} says how a run is made, and this command makes none"),
+            None => Ok(()),
+        }
     }
 
     /// Whether a bad verdict ends the program with exit code 2 (`--check`).
@@ -200,6 +219,11 @@ impl SetupBuilder<'_> {
             setup.base = experiment;
         }
         if self.world.bends() {
+            ensure!(
+                run.step.is_none_or(|step| step <= BENDING_STEP),
+                "--step {}: a structure that bends needs steps of at most {BENDING_STEP} s",
+                setup.base.stepping.step
+            );
             let step = &mut setup.base.stepping.step;
             *step = step.min(BENDING_STEP);
         }
