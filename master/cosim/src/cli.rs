@@ -205,7 +205,8 @@ pub struct RunArgs {
     #[arg(long = "set", value_name = "COMPONENT.VARIABLE=VALUE")]
     pub settings: Vec<String>,
     /// Refuse a system with input connectors that nothing drives or sets, or with connectors that
-    /// its FMUs do not have; inputs without a connector keep their start values
+    /// its FMUs do not have; inputs without a connector keep their start values. Of FMUs without a
+    /// structure all inputs must be driven or set
     #[arg(long)]
     pub strict: bool,
     /// End with exit code 2 if the verdict on the result is bad (0: the run is done, 1: it failed)

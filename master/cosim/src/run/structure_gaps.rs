@@ -99,8 +99,8 @@ impl System {
 }
 
 impl StructureGaps {
-    /// The gaps as findings on a run with this schedule. If `is_strict`, any gap except unmentioned
-    /// inputs is an error.
+    /// The gaps as findings on a run with this schedule. If `is_strict`, any gap is an error, except
+    /// unmentioned inputs of a system that declares connectors.
     pub fn judge(&self, system: &System, schedule: Schedule, is_strict: bool) -> Result<Verdict> {
         let mut verdict = Verdict::default();
         let note = |verdict: &mut Verdict, what: &str, names: &[String]| {
@@ -116,6 +116,11 @@ impl StructureGaps {
         note(&mut verdict, what, &self.undriven_inputs);
         let what = "parameter values that match no variable are ignored";
         note(&mut verdict, what, &self.unmatched_values);
+        let mut components = system.structure.components.iter();
+        let is_bare = components.all(|c| c.connectors.is_empty());
+        if is_strict && is_bare {
+            note(&mut verdict, "inputs that nothing drives or sets", &self.unmentioned_inputs);
+        }
         if is_strict {
             let texts: Vec<_> = verdict.findings().iter().map(|f| f.text.as_str()).collect();
             ensure!(texts.is_empty(), "--strict: {}", texts.join("; "));
