@@ -224,7 +224,7 @@ class Line:
     # Mistakes, each with a part of the message that refuses it.
 
     def no_file(self):
-        option = self.pick("--parameters", "--input", "--scenario", "--resume")
+        option = self.pick("--parameters", *(o for o in ("--input", "--scenario", "--resume") if o not in self.options))
         self.add(option, self.folder / "absent.file", wrong="absent.file")
 
     def option_of_systems(self):
@@ -289,9 +289,13 @@ def disagreements(line, done, changed, left, text):
     """Where a run is not as it must be: the oracle. `text` is the CSV file."""
     code, said = done.returncode, done.stdout + done.stderr
     is_bad = "verdict: BAD" in said
-    if more := changed - line.outputs:
+    ended = code not in OTHER_CODES or line.kind == "exits"
+    more = changed - line.outputs
+    if ended and not asked("a process that ends early leaves no folders"):
+        more.discard("out.csv.part")
+    if more:
         yield f"touched {sorted(more)}"
-    if left and (code in OTHER_CODES or asked("a process that ends early leaves no folders")):
+    if left and (not ended or asked("a process that ends early leaves no folders")):
         yield f"left {left} in the folder for temporary files"
     if line.wrong:
         if code not in (1, 2) or not any(part in done.stderr for part in line.wrong):
@@ -308,7 +312,7 @@ def disagreements(line, done, changed, left, text):
     is_whole = bool(times) and line.stop - times[-1] < line.interval * line.step * (1 - 1e-9)
     is_finite = all(map(math.isfinite, values))
     # Exit code 0 only if finite and complete.
-    if code == 0 and line.csv and text is not None and not is_whole and kind != "terminates":
+    if code == 0 and line.csv and text is not None and not is_whole and kind not in ("terminates", "exits"):
         yield f"exit code 0, and the rows end at {times[-1:]}"
     if code == 0 and line.check and not is_finite and asked("a run with numbers that are not finite is not good"):
         yield "exit code 0 with --check, and numbers that are not finite"

@@ -3,6 +3,7 @@
 An entry says how it is shown: `Acts` by other results than without the option, `Refused` by a part of the message.
 """
 
+import json
 import os
 import re
 import shutil
@@ -40,25 +41,25 @@ class Told(NamedTuple):
 
 #: Commands of `cosim run` with FMUs, in a folder with what `files` makes. a and c are of FMI 2.0, b of 3.0; in d and e the input acts at once on the
 #: output; c says nothing of that.
-CHAIN = "a.fmu b.fmu --connect a.y=b.u --set a.u=1 --step 0.1 --csv out.csv --signals * --quiet"
+CHAIN = "a.fmu b.fmu --connect a.y=b.u --set a.u=1 --set b.d=0.5 --step 0.1 --csv out.csv --signals * --quiet"
 FMUS = {
     "plain": f"run {CHAIN}",
     "alone": "run a.fmu --step 0.1 --csv out.csv --signals * --quiet",
-    "mute": "run a.fmu c.fmu --connect a.y=c.u --set a.u=1 --step 0.1 --quiet",
+    "mute": "run c.fmu b.fmu --connect c.y=b.u --set c.u=1 --step 0.1 --quiet",
     "loop": "run d.fmu e.fmu --connect d.y=e.u --connect e.y=d.u --set d.d=0.5 --set d.u=1 --set e.d=-0.5 --quiet --csv out.csv",
     "jacobi": f"run {CHAIN.replace('b.', 'f.')} --schedule jacobi",
-    "varied": f"run {CHAIN} --doubling-tolerance 1e-3",
+    "varied": f"run c.fmu {CHAIN} --connect b.y=c.u --doubling-tolerance 1e-2 --step-limits 1e-4,0.5",
     "noisy": f"run {CHAIN} --noise b.u=0.1",
-    "diverging": "run c.fmu g.fmu --connect c.y=g.u --connect g.y=c.u --set c.d=-2 --set g.d=1 --set c.x=1 --quiet --step 0.1",
+    "diverging": "run c.fmu g.fmu --connect c.y=g.u --connect g.y=c.u --set c.d=-2 --set g.d=1 --fault g.u=bias:1e-3@0.1 --quiet --step 0.01",
     "fed": f"run {CHAIN.replace('--set a.u=1', '')} --input spare.csv",
 }
 OF_SYSTEM = {
     "plain": "run o.ssp --set mass.x=1 --step 0.1 --csv out.csv --signals * --quiet",
     "ssd": "run o.ssd --set mass.x=1 --step 0.1 --csv out.csv --signals * --quiet",
     "loop": "run loop.ssp --set spring.d=0.5 --set mass.d=-0.5 --step 0.1 --quiet --csv out.csv",
-    "mute": "run mute.ssp --set mass.x=1 --step 0.1 --quiet",
+    "mute": "run mute.ssp --variant half.ssd --set mass.x=1 --step 0.1 --quiet",
     "replaced": "run o.ssp --fmu spring=b.fmu --set mass.x=1 --step 0.1 --csv out.csv --signals * --quiet",
-    "energy": "run o.ssp --set mass.x=1 --energy-tolerance 1e-2 --csv out.csv --quiet",
+    "energy": "run o.ssp --set mass.x=1 --energy-tolerance 1e-2 --step-limits 1e-4,0.5 --csv out.csv --quiet",
 }
 NEEDS_SYSTEM = "is for a system, a packed .ssp or a .ssd"
 #: Of both.
@@ -75,7 +76,7 @@ COMMON = {
     "--resume": Acts("--resume {first}.snapshot"),
     "--fault": Acts("--fault {wire}=bias:1"),
     "--noise": Acts("--noise {wire}=0.1"),
-    "--scenario": Acts("--scenario scenario.json"),
+    "--scenario": Acts("--scenario {first}.json"),
     "--csv": Acts("--csv more.csv"),
     "--signals": Acts("--signals {first}.y"),
     "--interval": Acts("--interval 0.2"),
@@ -109,8 +110,8 @@ RUN_SYSTEM = COMMON | {
     "--system": Refused("--system o.ssp", "cannot be used with"),
     "--connect": Refused("--connect mass.y=spring.n", "--connect mass.y=spring.n: it is for FMUs without a structure"),
     "--fmu-dir": Refused("--fmu-dir absent", "absent/unit.fmu"),
-    "--fmi": Refused("--fmi 3", "FMI 3.0: name the one that holds `fmi3`"),
-    "--fmu": Acts("--fmu spring=d.fmu"),
+    "--fmi": Refused("--fmi 3", "fmi3"),
+    "--fmu": Refused("--fmu spring=absent.fmu", "absent.fmu"),
     "--map": Acts("--map names.ssm", "replaced"),
     "--variant": Acts("--variant other.ssd"),
     "--feedthrough": Acts("--feedthrough mass", "mute"),
@@ -151,9 +152,9 @@ BENCH = SYSTEM | {
 BENCH_BASES["none"] = "bench"
 WIRING_BASES = {
     "plain": "wiring --system o.ssp", "replaced": "wiring --system o.ssp --fmu spring=b.fmu", "loop": "wiring --system loop.ssp", "none": "wiring",
-    "mute": "wiring --system mute.ssp",
+    "mute": "wiring --system mute.ssp --variant half.ssd",
 }  # fmt: skip
-WIRING = SYSTEM | {"--system": Acts("--system o.ssp", "none"), "--try": Acts("--try"), "--fmu": Acts("--fmu spring=d.fmu")}
+WIRING = SYSTEM | {"--system": Acts("--system o.ssp", "none"), "--try": Acts("--try"), "--fmu": Acts("--fmu spring=d.fmu"), "--map": Refused("--map spring=absent.ssm", "absent.ssm")}
 INFO_BASES = {"plain": "info o.ssp", "fmu": "info a.fmu"}
 INFO = {
     "--fmu-dir": Refused("--fmu-dir .", "--fmu-dir is for systems", "fmu"),
@@ -181,18 +182,21 @@ def options(name, *command):
 def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("options")
     library = traits.compiled(folder)
-    for name, version, on in (("a", 2, ""), ("b", 3, ""), ("c", 2, None), ("d", 2, "u"), ("e", 2, "u"), ("f", 2, ""), ("g", 2, None)):
+    for name, version, on in (("a", 2, ""), ("b", 3, "u"), ("c", 2, None), ("d", 2, "u"), ("e", 2, "u"), ("f", 2, ""), ("g", 2, None)):
         traits.pack(folder / f"{name}.fmu", library, version, on)
     parts = {"spring": "resources/unit.fmu", "mass": "resources/unit.fmu"}
     half = traits.structure(parts, traits.OSCILLATOR[:1])
     traits.oscillator(folder / "o.ssp", folder / "a.fmu", {"other.ssd": half})
     traits.oscillator(folder / "loop.ssp", folder / "d.fmu")
-    traits.oscillator(folder / "mute.ssp", folder / "c.fmu")
+    traits.oscillator(folder / "mute.ssp", folder / "c.fmu", {"half.ssd": half})
     lacking = traits.structure(parts, traits.OSCILLATOR).replace('<ssd:Connector name="z" kind="output"/>', '<ssd:Connector name="zz" kind="output"/>')
     traits.oscillator(folder / "lacking.ssp", folder / "a.fmu", {"lacking.ssd": lacking})
     (folder / "o.ssd").write_text(traits.structure({name: "a.fmu" for name in parts}, traits.OSCILLATOR))
     (folder / "a.ssv").write_text(traits.parameter_set({"a.k": 3.0}))
     (folder / "mass.ssv").write_text(traits.parameter_set({"mass.k": 3.0, "mass.n": 2}))
+    for name, model in (("a", "b"), ("mass", "spring")):
+        event = {"time": 0.2, "model": model, "variable": "u", "action": "override", "value": 5}
+        (folder / f"{name}.json").write_text(json.dumps({"events": [event], "end": 0.5}))
     (folder / "in.csv").write_text("time,a.u\n0,1\n0.5,2\n")
     (folder / "mass.csv").write_text("time,mass.n\n0,1\n0.5,2\n")
     (folder / "spare.csv").write_text("time,spare,spare2\n0,1.5,3\n0.5,2,4\n")

@@ -140,8 +140,8 @@ def chosen_system(world="ideal", system=None, step=None, schedule=None, real_par
     """The system that a sweep runs: `system`, which may be a path, else that of `world`."""
     if isinstance(system, System):
         refuse("must be given to the `System`", step=step, schedule=schedule)
-        changes = (system.disconnect, system.replace, system.maps, system.feedthrough, system.scenario, system.faults, system.fault_seed)
-        if any(changes) or system.strict or system.files[1:]:
+        changes = (system.disconnect, system.replace, system.maps, system.feedthrough, system.scenario, system.faults)
+        if any(changes) or system.fault_seed is not None or system.solve_loops or system.strict or system.files[1:]:
             raise BadInput("a sweep runs systems as their files have them, without disconnected inputs, replaced FMUs, options for them, and `strict`")
     if system is not None:
         refuse("is for the manipulator, not for a `system` of one's own", world=None if world == "ideal" else world)

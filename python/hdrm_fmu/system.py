@@ -58,6 +58,7 @@ class System:
     maps : parameter mappings (`.ssm`) from the structure's names to those of the FMU of a component, by the component's name.
     feedthrough : components whose outputs may be read again after inputs were set at the same communication point, although they do not
         declare on which inputs they depend.
+    solve_loops : solve algebraic loops, as `cosim run --solve-loops`, instead of refusing them.
     settings : start values by name, applied last; the component may be left out where one alone has the variable.
     waypoints : path that the controller follows, as of `run`.
     step : communication step, s; default: what the system asks for, else its FMUs, else 1 ms. The shipped systems run at 1 ms.
@@ -86,6 +87,7 @@ class System:
         replace: Mapping[str, str | os.PathLike[str]] | None = None,
         maps: Mapping[str, str | os.PathLike[str]] | None = None,
         feedthrough: Iterable[str] = (),
+        solve_loops: bool = False,
         settings: Mapping[str, object] | None = None,
         waypoints: Waypoints | None = None,
         step: float | None = None,
@@ -110,6 +112,7 @@ class System:
         self.replace = tuple((name, str(fmu)) for name, fmu in (replace or {}).items())
         self.maps = tuple((name, str(file)) for name, file in (maps or {}).items())
         self.feedthrough = tuple(feedthrough)
+        self.solve_loops = solve_loops
         self.settings = by_name(settings)
         self.waypoints = waypoints
         self._step = step
@@ -133,6 +136,7 @@ class System:
         has_loads = self._tip_path is not None and self._tip_path.has_loads
         source = {"files": tuple(map(str, self.files)), "connect": self.connect, "variant": self.variant, "parameters": self.parameters}
         source |= {"disconnect": self.disconnect, "replaced": self.replace, "maps": self.maps, "feedthrough": self.feedthrough}
+        source["solve_loops"] = self.solve_loops
         return _loaded(self._stamp(), has_loads, **source)
 
     @property

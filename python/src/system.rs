@@ -48,6 +48,8 @@ struct Source {
     maps: Vec<(String, PathBuf)>,
     /// Components whose outputs may be read again after inputs were set.
     feedthrough: Vec<String>,
+    /// Whether algebraic loops are solved.
+    solve_loops: bool,
     /// Whether the loads of the controller's path are connected to the manipulator.
     has_loads: bool,
 }
@@ -107,6 +109,7 @@ impl System {
             }
             files => Loaded::from_fmus(files, &source.connect)?,
         };
+        system.structure.solves_loops = source.solve_loops;
         for name in source.feedthrough {
             ensure!(
                 system.structure.component(&name).is_some(),

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { U = 1, Y, Y_MEAN, X, K, D, AT, Z, KIND, N, M };
+enum { U = 1, Y, Y_MEAN, X, K, D, AT, Z, KIND = 10, N, M };
 enum { GOOD, NOT_A_NUMBER, FAILS, DISCARDS, TERMINATES, EXITS, ABORTS, CRASHES, INFINITE, Z_NOT_A_NUMBER, DESTROYS };
 enum { OK, WARNING, DISCARD, ERROR, FATAL };
 

@@ -117,7 +117,8 @@ impl StructureGaps {
         let what = "parameter values that match no variable are ignored";
         note(&mut verdict, what, &self.unmatched_values);
         let mut components = system.structure.components.iter();
-        let is_bare = components.all(|c| c.connectors.is_empty());
+        // Connectors that the structure declares have a line in its file.
+        let is_bare = components.all(|c| c.connectors.iter().all(|c| c.line == 0));
         if is_strict && is_bare {
             note(&mut verdict, "inputs that nothing drives or sets", &self.unmentioned_inputs);
         }
