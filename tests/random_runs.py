@@ -158,7 +158,9 @@ class Line:
         self.add("--rate", f"{self.random.choice(self.components)}={self.step / self.pick(1, 2, 4)}")
 
     def feedthrough(self):
-        self.add("--feedthrough", self.components[0])
+        component = self.random.choice(self.components)
+        # Only c says nothing of dependencies.
+        self.add("--feedthrough", component, wrong=None if component == "c" else f"--feedthrough {component}")
 
     def loops(self):
         self.add("--solve-loops")

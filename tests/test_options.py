@@ -100,7 +100,7 @@ RUN_FMUS = COMMON | {
     "--energy-tolerance": Refused("--energy-tolerance 1e-2", "the system has no power bond"),
     "--energy-scale": Refused("--energy-scale 2", "--energy-tolerance"),
     "--step-limits": Acts("--step-limits 1e-3,2e-3", "varied"),
-    "--step-change": Acts("--step-change 0.5,1.1", "varied"),
+    "--step-change": Acts("--step-change 0.95,1.01", "varied"),
     "--step-controller": Acts("--step-controller 0.5,0.2,0.15", "varied"),
     "--input": Acts("--input in.csv", "alone"),
     "--input-column": Acts("--input-column a.u=spare", "fed"),

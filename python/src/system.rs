@@ -111,11 +111,8 @@ impl System {
         };
         system.structure.solves_loops = source.solve_loops;
         for name in source.feedthrough {
-            ensure!(
-                system.structure.component(&name).is_some(),
-                "feedthrough `{name}`: the system has no component of this name"
-            );
-            system.structure.feedthrough.push(name);
+            let allowed = system.allow_feedthrough(&name);
+            allowed.with_context(|| format!("feedthrough `{name}`"))?;
         }
         for set in &source.parameters {
             system.apply_set(set)?;

@@ -147,11 +147,8 @@ impl SystemArgs {
         }
         system.structure.solves_loops = self.solve_loops;
         for name in &self.feedthrough {
-            ensure!(
-                system.structure.component(name).is_some(),
-                "--feedthrough {name}: the system has no component of this name"
-            );
-            system.structure.feedthrough.push(name.clone());
+            let allowed = system.allow_feedthrough(name);
+            allowed.with_context(|| format!("--feedthrough {name}"))?;
         }
         for text in &self.rates {
             let (pattern, step) = parse_rate(text).context("--rate")?;

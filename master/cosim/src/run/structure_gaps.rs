@@ -129,7 +129,10 @@ impl StructureGaps {
         if schedule != Schedule::Standard {
             let what = "outputs that do not declare on which inputs they depend are read right after the step, so that what goes through them \
                  arrives one step later (--feedthrough COMPONENT, where they may be read again)";
-            note(&mut verdict, what, &system.read_once()?);
+            note(&mut verdict, what, &system.read_once(true)?);
+            let what = "outputs of FMUs of FMI 3.0 without Event Mode are read right after the step, so that what goes through them arrives one step \
+                 later";
+            note(&mut verdict, what, &system.read_once(false)?);
         }
         (self.remarks.iter()).for_each(|remark| verdict.note(remark.clone()));
         let what = "inputs that the system does not mention keep their start values";
