@@ -115,7 +115,10 @@ impl SystemArgs {
             };
             if let Some((c, fmu)) = all.find(is_other) {
                 let version = &fmu.description.version;
-                bail!("--fmi {wanted}: the FMU of component `{}` is of FMI {version}", c.name);
+                bail!(
+                    "--fmi {wanted}: the FMU of component `{}` is of FMI {version}",
+                    c.name
+                );
             }
         }
         self.changed(system)
@@ -126,11 +129,19 @@ impl SystemArgs {
     pub fn load_fmus(&self, files: &[PathBuf], connections: &[String]) -> Result<System> {
         let are_chosen = "these FMUs are the files that are named";
         for (is_given, option, why) in [
-            (self.variant.is_some(), "--variant", "FMUs have no structures to choose from"),
+            (
+                self.variant.is_some(),
+                "--variant",
+                "FMUs have no structures to choose from",
+            ),
             (self.fmu_dir.is_some(), "--fmu-dir", are_chosen),
             (self.fmi.is_some(), "--fmi", are_chosen),
             (!self.fmus.is_empty(), "--fmu", are_chosen),
-            (!self.maps.is_empty(), "--map", "no structure has other names for their variables"),
+            (
+                !self.maps.is_empty(),
+                "--map",
+                "no structure has other names for their variables",
+            ),
         ] {
             ensure!(
                 !is_given,

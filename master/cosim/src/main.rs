@@ -234,8 +234,14 @@ fn bench(args: &BenchArgs) -> Result<Verdict> {
 fn info(args: &InfoArgs) -> Result<Verdict> {
     let (mut text, mut list) = (String::new(), Vec::new());
     if !args.files.iter().any(|file| is_system(file)) {
-        ensure!(args.fmu_dir.is_none(), "--fmu-dir is for systems; none is named");
-        ensure!(args.variant.is_none(), "--variant is for systems; none is named");
+        ensure!(
+            args.fmu_dir.is_none(),
+            "--fmu-dir is for systems; none is named"
+        );
+        ensure!(
+            args.variant.is_none(),
+            "--variant is for systems; none is named"
+        );
     }
     for path in &args.files {
         let file = path.display().to_string();

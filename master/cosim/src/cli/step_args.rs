@@ -19,7 +19,13 @@ pub struct StepArgs {
     pub energy_tolerance: Option<f64>,
     /// Energy added to that of a step before --energy-tolerance is applied, J: it keeps the
     /// tolerance from vanishing with the energy
-    #[arg(long, value_name = "JOULE", default_value_t = 1.0, requires = "energy_tolerance", conflicts_with = "doubling_tolerance")]
+    #[arg(
+        long,
+        value_name = "JOULE",
+        default_value_t = 1.0,
+        requires = "energy_tolerance",
+        conflicts_with = "doubling_tolerance"
+    )]
     pub energy_scale: f64,
     /// Choose the communication step, beginning with --step, by comparison with two steps of half
     /// the length: connected outputs may differ by this part of the sum of nominal value and output;
@@ -104,7 +110,9 @@ impl StepArgs {
             (None, Some(tolerance)) => StepControl::Doubling { tolerance, limits },
             (None, None) if given.is_some() => {
                 let option = given.map_or("", |(_, option)| option);
-                bail!("{option} needs --energy-tolerance or --doubling-tolerance, which choose steps")
+                bail!(
+                    "{option} needs --energy-tolerance or --doubling-tolerance, which choose steps"
+                )
             }
             (None, None) if self.repeat_steps => StepControl::Repeated,
             (None, None) => StepControl::Fixed,

@@ -120,7 +120,11 @@ impl StructureGaps {
         // Connectors that the structure declares have a line in its file.
         let is_bare = components.all(|c| c.connectors.iter().all(|c| c.line == 0));
         if is_strict && is_bare {
-            note(&mut verdict, "inputs that nothing drives or sets", &self.unmentioned_inputs);
+            note(
+                &mut verdict,
+                "inputs that nothing drives or sets",
+                &self.unmentioned_inputs,
+            );
         }
         if is_strict {
             let texts: Vec<_> = verdict.findings().iter().map(|f| f.text.as_str()).collect();

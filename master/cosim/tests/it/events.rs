@@ -312,7 +312,9 @@ fn clocks_that_cannot_be_served_are_refused() {
         &parts,
     );
     let triggered = clocks.replace("constant", "triggered");
-    let gaps = of("triggered", &triggered, ABLE).find_gaps(&BTreeSet::new()).unwrap();
+    let gaps = of("triggered", &triggered, ABLE)
+        .find_gaps(&BTreeSet::new())
+        .unwrap();
     let is_clock = |name: &String| name.ends_with("clock");
     assert!(!gaps.unmentioned_inputs.iter().any(is_clock));
     let remarks = gaps.remarks;

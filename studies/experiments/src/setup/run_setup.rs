@@ -116,7 +116,9 @@ impl MachineArgs {
             (system.solve_loops, "--solve-loops"),
         ];
         match given.iter().find(|(is_given, _)| *is_given) {
-            Some((_, option)) => bail!("{option} says how a run is made, and this command makes none"),
+            Some((_, option)) => {
+                bail!("{option} says how a run is made, and this command makes none")
+            }
             None => Ok(()),
         }
     }

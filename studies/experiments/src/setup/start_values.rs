@@ -57,7 +57,11 @@ pub fn add_settings(
     for Setting { port, .. } in &settings {
         if let Some(set) = base.settings.iter().find(|s| s.port == *port) {
             let is_path = system.variable(*port).name == "trajectory" && set.value == "path";
-            let origin = if is_path { "--waypoints or --set" } else { "--set" };
+            let origin = if is_path {
+                "--waypoints or --set"
+            } else {
+                "--set"
+            };
             bail!(conflict(system, *port, origin));
         }
     }
