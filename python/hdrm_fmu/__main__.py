@@ -84,8 +84,9 @@ def arguments():
     sub = command(monte_carlo, "control laws on many machines of the real world, whose bodies and sensors are drawn by seed; prints median, 95 %% quantile and worst")
     sub.add_argument("--seeds", type=int, default=20, metavar="N", help="machines, drawn by the seeds 1 to N (default: %(default)s)")
     sub.add_argument("--modes", nargs="+", default=["adaptive_integral", "modular_integral"], metavar="MODE", help=f"control laws, of {', '.join(hdrm_fmu.MODES)} (default: adaptive_integral modular_integral)")
-    sub.add_argument("--trajectories", nargs="+", default=["cubic"], metavar="NAME", help="cubic, triangular or both (default: cubic)")
-    sub.add_argument("--waypoints", metavar="FILE", help="path that all follow instead of a trajectory")
+    motion = sub.add_mutually_exclusive_group()
+    motion.add_argument("--trajectories", nargs="+", metavar="NAME", help="cubic, triangular or both (default: cubic)")
+    motion.add_argument("--waypoints", metavar="FILE", help="path that all follow instead of a trajectory")
     sub.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask scheduler; default: processes on this machine")
     sub = command(sobol, "which parameter matters: Sobol indices")
     default = ["hdrm.inertia_scale=0.8:1.2", "hdrm.payload.mass=0:100", "Lambda_position=5:25"]

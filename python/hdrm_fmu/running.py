@@ -101,7 +101,7 @@ def run(
     machine: str | os.PathLike[str] | dict[str, Any] | None = None,
     waypoints: Waypoints | None = None,
     step: float | None = None,
-    schedule: str = "gauss-seidel",
+    schedule: str | None = None,
     progress: bool = False,
     **options: Unpack[RunOptions],
 ) -> xarray.Dataset:
@@ -125,7 +125,7 @@ def run(
     settings : start values by name, such as `{"hdrm.inertia_scale": 1.2}`.
     signals, interval, stop_time, max_error, metrics, progress : as of `System.run`.
     step : communication step, s; default: as of `System`.
-    schedule : `gauss-seidel`, `jacobi` or `standard`.
+    schedule : `gauss-seidel` (default), `jacobi` or `standard`.
 
     Returns
     -------
@@ -140,10 +140,10 @@ def run(
     completed = complete(options, run)
     if system is not None:
         other_world = None if world == "ideal" else world
-        _refuse("is for the manipulator; a `system` of one's own takes `settings`", world=other_world, seed=seed, machine=machine)
+        refuse("is for the manipulator; a `system` of one's own takes `settings`", world=other_world, seed=seed, machine=machine)
     if isinstance(system, System):
-        other_schedule = None if schedule == "gauss-seidel" else schedule
-        _refuse("must be given to the `System`", waypoints=waypoints, step=step, schedule=other_schedule)
+        refuse("must be given to the `System`", waypoints=waypoints, step=step, schedule=schedule)
+    schedule = schedule or "gauss-seidel"
     text, real_parameters = read_machine(machine)
     if isinstance(system, System):
         chosen = system
@@ -160,7 +160,7 @@ def run(
         return chosen.run(inputs=inputs, settings=values, progress=progress, **completed)
 
 
-def _refuse(why, **given):
+def refuse(why, **given):
     """Refuse arguments that do not belong to this call."""
     for name, value in given.items():
         if value is not None:

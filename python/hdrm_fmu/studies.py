@@ -15,7 +15,7 @@ from hdrm_fmu import _native
 from hdrm_fmu.cases import grid
 from hdrm_fmu.errors import BadInput, RunFailed
 from hdrm_fmu.names import unknown, whole
-from hdrm_fmu.running import read_machine, run, world_system
+from hdrm_fmu.running import read_machine, refuse, run, world_system
 from hdrm_fmu.sweeping import chosen_system, sweep
 
 #: Share of a range's logarithm within which a gain counts as being at its bound.
@@ -27,7 +27,7 @@ def monte_carlo(
     *,
     out: str | os.PathLike[str],
     modes: Iterable[str] = ("adaptive_integral",),
-    trajectories: Iterable[str] = ("cubic",),
+    trajectories: Iterable[str] | None = None,
     **options: Any,
 ) -> pandas.DataFrame:
     """Runs in the world `real` over machines and sensors drawn by seed: bodies' masses, inertias and centres of mass, lengths, plumb, zeros
@@ -36,7 +36,7 @@ def monte_carlo(
     Parameters
     ----------
     seeds : number of machines, or the seeds themselves.
-    modes, trajectories : compared on the same machines; with `waypoints` all follow that path instead of a trajectory.
+    modes, trajectories : compared on the same machines; default: `cubic`. With `waypoints` all follow that path, and trajectories are refused.
     out, **options : as of `sweep`.
 
     Returns
@@ -44,10 +44,12 @@ def monte_carlo(
     DataFrame of `sweep` with the metrics `tracking`: `known_rmse` (m) is the error that a controller which reads joints can know.
     """
     seeds = list(range(1, seeds + 1) if isinstance(seeds, int) else seeds)
-    columns = {"mode": list(modes), "trajectory": list(trajectories), "seed": seeds}
-    if options.get("waypoints") is not None:
-        del columns["trajectory"]
-    cases = grid(**columns)
+    columns = {"mode": list(modes)}
+    if options.get("waypoints") is None:
+        columns["trajectory"] = ["cubic"] if trajectories is None else list(trajectories)
+    else:
+        refuse("is for runs without waypoints, which all follow that path", trajectories=trajectories)
+    cases = grid(**columns, seed=seeds)
     options.setdefault("metrics", ("tracking",))
     return sweep(cases, out=out, world="real", **options)
 

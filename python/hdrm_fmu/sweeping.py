@@ -18,7 +18,7 @@ from hdrm_fmu.errors import BadInput, RunFailed, SweepStopped
 from hdrm_fmu.files import digest, identity
 from hdrm_fmu.paths import Waypoints, check_free, tip_path
 from hdrm_fmu.run_options import RunOptions, complete
-from hdrm_fmu.running import case_settings, read_machine, world_system
+from hdrm_fmu.running import case_settings, read_machine, refuse, world_system
 from hdrm_fmu.store import Store, check_folder
 from hdrm_fmu.system import System
 from hdrm_fmu.tasks import Case, check_worker, run_case, start_case
@@ -45,8 +45,8 @@ def sweep(
     system: System | str | os.PathLike[str] | None = None,
     machine: str | os.PathLike[str] | dict[str, Any] | None = None,
     waypoints: Waypoints | None = None,
-    step: float = 1e-3,
-    schedule: str = "gauss-seidel",
+    step: float | None = None,
+    schedule: str | None = None,
     client: Client | None = None,
     progress: bool = True,
     **options: Unpack[RunOptions],
@@ -62,7 +62,8 @@ def sweep(
     settings : start values of all cases.
     signals : signals whose time series are kept, one Parquet file a case in `out/series`; default: none.
     client : `distributed.Client`; default: a cluster of processes on this machine's cores, for this sweep alone.
-    machine, waypoints, interval, stop_time, step, schedule, max_error, metrics : as of `run`.
+    machine, waypoints, interval, stop_time, max_error, metrics : as of `run`.
+    step, schedule : as of `run`; default: 1 ms and `gauss-seidel`, or those of the `System`.
 
     Returns
     -------
@@ -135,16 +136,20 @@ def sweep(
             own.cluster.close()
 
 
-def chosen_system(world="ideal", system=None, step=1e-3, schedule="gauss-seidel", real_parameters=_native.REAL_PARAMETERS):
+def chosen_system(world="ideal", system=None, step=None, schedule=None, real_parameters=_native.REAL_PARAMETERS):
     """The system that a sweep runs: `system`, which may be a path, else that of `world`."""
+    if isinstance(system, System):
+        refuse("must be given to the `System`", step=step, schedule=schedule)
+        changes = (system.disconnect, system.replace, system.maps, system.feedthrough, system.scenario, system.faults, system.allow_nonfinite)
+        told = system.names or system.start_time is not None or system.tolerance
+        if any(changes) or system.fault_seed is not None or system.solve_loops or system.strict or system.files[1:] or told:
+            raise BadInput("a sweep runs systems as their files have them, without disconnected inputs, replaced FMUs, options for them, and `strict`")
+    if system is not None:
+        refuse("is for the manipulator, not for a `system` of one's own", world=None if world == "ideal" else world)
+    step, schedule = 1e-3 if step is None else step, schedule or "gauss-seidel"
     if system is None:
         return world_system(world, real_parameters, step=step, schedule=schedule)
-    if isinstance(system, System):
-        own = (system.disconnect, system.replace, system.maps, system.feedthrough, system.scenario, system.faults, system.allow_nonfinite)
-        if any((*own, system.files[1:], system.names, system.start_time is not None, system.tolerance)):
-            raise BadInput("a sweep runs systems as their files have them, without disconnected inputs, replaced FMUs and options for them")
-        return system
-    return System(system, step=step, schedule=schedule)
+    return system if isinstance(system, System) else System(system, step=step, schedule=schedule)
 
 
 def _plan(system, spec, common, path, case):

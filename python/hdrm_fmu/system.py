@@ -58,6 +58,7 @@ class System:
     maps : parameter mappings (`.ssm`) from the structure's names to those of the FMU of a component, by the component's name.
     feedthrough : components whose outputs may be read again after inputs were set at the same communication point, although they do not
         declare on which inputs they depend.
+    solve_loops : solve algebraic loops, as `cosim run --solve-loops`, instead of refusing them.
     settings : start values by name, applied last; the component may be left out where one alone has the variable.
     waypoints : path that the controller follows, as of `run`.
     step : communication step, s; default: what the system asks for, else its FMUs, else 1 ms. The shipped systems run at 1 ms.
@@ -66,7 +67,7 @@ class System:
     schedule : `gauss-seidel`, `jacobi` or `standard`.
     scenario : events that alter variables: a file of libcosim's scenarios, as JSON.
     faults : what is done to values on their way, such as `emla_2.x=bias:0.001@1..2`, as `cosim run --fault` takes it.
-    fault_seed : seed of what is random in faults.
+    fault_seed : seed of what is random in faults; default: 0. Refused where no fault draws random numbers.
     allow_nonfinite : variables that may be NaN or infinite, by name or pattern; otherwise such a value ends the run, or in an output that no
         connection passes on makes the verdict BAD.
     strict : refuse a system with connectors that its FMUs do not have, inputs that nothing drives, or values that match nothing.
@@ -90,6 +91,7 @@ class System:
         replace: Mapping[str, str | os.PathLike[str]] | None = None,
         maps: Mapping[str, str | os.PathLike[str]] | None = None,
         feedthrough: Iterable[str] = (),
+        solve_loops: bool = False,
         settings: Mapping[str, object] | None = None,
         waypoints: Waypoints | None = None,
         step: float | None = None,
@@ -99,7 +101,7 @@ class System:
         strict: bool = False,
         scenario: str | os.PathLike[str] | None = None,
         faults: Iterable[str] = (),
-        fault_seed: int = 0,
+        fault_seed: int | None = None,
         allow_nonfinite: Iterable[str] = (),
     ) -> None:
         self.names = tuple(path) if isinstance(path, Mapping) else ()
@@ -119,6 +121,7 @@ class System:
         self.replace = tuple((name, str(fmu)) for name, fmu in (replace or {}).items())
         self.maps = tuple((name, str(file)) for name, file in (maps or {}).items())
         self.feedthrough = tuple(feedthrough)
+        self.solve_loops = solve_loops
         self.settings = by_name(settings)
         self.waypoints = waypoints
         self._step = step
@@ -144,6 +147,7 @@ class System:
         has_loads = self._tip_path is not None and self._tip_path.has_loads
         source = {"files": tuple(map(str, self.files)), "names": self.names, "connect": self.connect, "variant": self.variant, "parameters": self.parameters}
         source |= {"disconnect": self.disconnect, "replaced": self.replace, "maps": self.maps, "feedthrough": self.feedthrough}
+        source["solve_loops"] = self.solve_loops
         return _loaded(self._stamp(), has_loads, **source)
 
     @property
@@ -222,7 +226,8 @@ class System:
         choice("schedule", self.schedule, SCHEDULES)
         step, stop = positive("step", self._step), positive("stop_time", stop_time)
         conditions = {"settings": list(values.items()), "step": step, "stop_time": stop, "schedule": self.schedule, "strict": self.strict}
-        altered = {"inputs": None, "scenario": self.scenario, "faults": list(self.faults), "fault_seed": whole("fault_seed", self.fault_seed, 0)}
+        seed = None if self.fault_seed is None else whole("fault_seed", self.fault_seed, 0)
+        altered = {"inputs": None, "scenario": self.scenario, "faults": list(self.faults), "fault_seed": seed}
         told = {"start_time": _number("start_time", self.start_time), "tolerance": _number("tolerance", self.tolerance)}
         if told["tolerance"] is not None and not 0 < told["tolerance"] < 1:
             raise BadInput(f"tolerance = {self.tolerance!r}: a relative tolerance must be above 0 and below 1")
@@ -252,6 +257,8 @@ class System:
             choice("metric", metric, METRICS)
         if metrics and not self._native.is_machine():
             raise BadInput(f"the metrics {', '.join(metrics)} are those of the manipulator, which `{self.path}` is not")
+        if options["max_error"] is not None and not self._native.is_machine():
+            raise BadInput(f"max_error = {options['max_error']} is about the tip of the manipulator, which `{self.path}` is not")
         if interval is not None:
             step = self._step_until(options["stop_time"])
             steps = positive("interval", interval) / step
@@ -305,7 +312,7 @@ class System:
 
     def _check_altered(self, conditions):
         """Check inputs over time, faults, scenario and names of variables before the run."""
-        if conditions["inputs"] or self.faults or self.scenario or self.allow_nonfinite:
+        if conditions["inputs"] or self.faults or self.scenario or self.fault_seed is not None or self.allow_nonfinite:
             try:
                 self._native.check(conditions)
             except RunFailed as error:

@@ -1,6 +1,6 @@
 //! The class `System`: a loaded system, its variables, and its runs; `hdrm_fmu.System` holds one.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use cosim::master::Schedule;
 use cosim::run::signals::connected;
 use cosim::structure::package::{FmuPlace, read};
 use cosim::structure::system::{Setting, System as Loaded};
-use cosim::{Experiment, Verdict, matching};
+use cosim::{Experiment, Port, Verdict, matching};
 use experiments::measures::run::default_signals;
 use experiments::setup::run_setup::{check_mentions, set_delays};
 use experiments::setup::{loads, machine_choice};
@@ -50,6 +50,8 @@ struct Source {
     maps: Vec<(String, PathBuf)>,
     /// Components whose outputs may be read again after inputs were set.
     feedthrough: Vec<String>,
+    /// Whether algebraic loops are solved.
+    solve_loops: bool,
     /// Whether the loads of the controller's path are connected to the manipulator.
     has_loads: bool,
 }
@@ -70,7 +72,7 @@ struct Conditions {
     inputs: Option<Inputs>,
     scenario: Option<PathBuf>,
     faults: Vec<String>,
-    fault_seed: u64,
+    fault_seed: Option<u64>,
     /// Variables that may have values that are not finite.
     allow_nonfinite: Vec<String>,
 }
@@ -119,12 +121,10 @@ impl System {
                 Loaded::from_files(files, &source.connect, |file| read(Path::new(file)))?
             }
         };
+        system.structure.solves_loops = source.solve_loops;
         for name in source.feedthrough {
-            ensure!(
-                system.structure.component(&name).is_some(),
-                "feedthrough `{name}`: the system has no component of this name"
-            );
-            system.structure.feedthrough.push(name);
+            let allowed = system.allow_feedthrough(&name);
+            allowed.with_context(|| format!("feedthrough `{name}`"))?;
         }
         for set in &source.parameters {
             system.apply_set(set)?;
@@ -146,8 +146,12 @@ impl System {
     }
 
     /// The experiment, by the same rules as the programs' command lines, with findings such as
-    /// settings that match nothing.
-    fn experiment(&self, conditions: Conditions) -> Result<(Experiment, Verdict)> {
+    /// settings that match nothing. The inputs of a run that a script steps are given by the script.
+    fn experiment(
+        &self,
+        conditions: Conditions,
+        is_stepped: bool,
+    ) -> Result<(Experiment, Verdict)> {
         let Ok(schedule) = Schedule::from_str(&conditions.schedule, false) else {
             bail!(
                 "schedule `{}`: it must be standard, jacobi or gauss-seidel",
@@ -179,8 +183,6 @@ impl System {
                 .settings
                 .extend(self.system.settings(name, value)?);
         }
-        let mut findings = check_mentions(&args, &self.system, &experiment)?;
-        findings.extend(preferred);
         let column = |(name, unit, values)| Column { name, unit, values };
         let table = |(times, columns): Inputs| Table {
             times,
@@ -193,9 +195,31 @@ impl System {
             seed: conditions.fault_seed,
             ..InputArgs::default()
         };
-        findings.extend(inputs.add_to(&mut experiment, &self.system)?);
+        let altered = inputs.add_to(&mut experiment, &self.system)?;
+        let given = match is_stepped {
+            true => self.inputs(),
+            false => experiment.given(&self.system)?,
+        };
+        let schedule = experiment.stepping.schedule;
+        let mut findings = check_mentions(&args, &self.system, schedule, &given)?;
+        findings.extend(preferred);
+        findings.extend(altered);
         set_delays(&self.system, &mut experiment)?;
         Ok((experiment, findings))
+    }
+
+    /// The inputs of all components.
+    fn inputs(&self) -> BTreeSet<Port> {
+        let mut inputs = BTreeSet::new();
+        for (component, fmu) in self.system.fmus.iter().enumerate() {
+            let variables = fmu.description.variables.iter().enumerate();
+            let own = variables.filter(|(_, v)| v.is_input());
+            inputs.extend(own.map(|(variable, _)| Port {
+                component,
+                variable,
+            }));
+        }
+        inputs
     }
 
     /// The system with a machine file bound to its FMUs.
@@ -309,13 +333,14 @@ impl System {
                 ports => ports,
             },
         };
-        let name = |port: &cosim::wiring::Port| self.system.name(*port);
+        let name = |port: &Port| self.system.name(*port);
         Ok(ports.map_err(to_exception)?.iter().map(name).collect())
     }
 
     /// Checks the conditions of a run.
     fn check(&self, conditions: Conditions) -> PyResult<()> {
-        self.experiment(conditions).map(drop).map_err(to_exception)
+        let checked = self.experiment(conditions, false);
+        checked.map(drop).map_err(to_exception)
     }
 
     /// Draws a machine of the real world, around the system's own machine or that of the file
@@ -334,7 +359,8 @@ impl System {
         request: Request,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Py<PyDict>> {
-        let (experiment, findings) = self.experiment(conditions).map_err(to_exception)?;
+        let prepared = self.experiment(conditions, false);
+        let (experiment, findings) = prepared.map_err(to_exception)?;
         let (is_machine, progress) = (self.is_machine(), progress.as_ref());
         let run = || run::run(&self.system, &experiment, &request, is_machine, progress);
         let (result, error) = py.detach(run).map_err(to_exception)?;
@@ -348,7 +374,7 @@ impl System {
 
     /// Starts a run that the caller steps.
     fn start(&self, py: Python<'_>, conditions: Conditions) -> PyResult<Session> {
-        let (experiment, _) = self.experiment(conditions).map_err(to_exception)?;
+        let (experiment, _) = self.experiment(conditions, true).map_err(to_exception)?;
         Session::start(py, self.system.clone(), experiment)
     }
 }

@@ -88,7 +88,7 @@ enum Command {
         #[arg(long, value_name = "FILE.wasm")]
         engine: Option<PathBuf>,
         /// Cargo profile with which it is built
-        #[arg(long, value_name = "PROFILE", default_value = pack::FMU_PROFILE)]
+        #[arg(long, value_name = "PROFILE", default_value = pack::FMU_PROFILE, conflicts_with = "engine")]
         profile: String,
         /// Another page than that of any model
         #[arg(long, hide = true)]

@@ -198,7 +198,7 @@ impl Engine {
             inputs: None,
             nonfinite: Vec::new(),
         };
-        let gaps = system.find_gaps(&experiment.settings)?;
+        let gaps = system.find_gaps(&experiment.given(&system)?)?;
         let mut verdict = gaps.judge(&system, experiment.stepping.schedule, false)?;
         let widened = default.filter(|chosen| chosen.is_widened);
         (widened.into_iter()).for_each(|chosen| verdict.note(chosen.text));

@@ -18,6 +18,7 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::exchange::faults::Faults;
+use crate::fmu::Fmu;
 use crate::io::csv::Log;
 use crate::io::input_table::{InputTable, Table};
 use crate::io::scenario;
@@ -30,6 +31,7 @@ use crate::run::simulate::Experiment;
 use crate::run::verdict::Verdict;
 pub use crate::schedule::STEP;
 use crate::schedule::{Between, parse_rate};
+use crate::structure::Component;
 use crate::structure::system::{System, split_file};
 use crate::wiring::Port;
 use fmi_import::digits::short;
@@ -109,17 +111,60 @@ impl SystemArgs {
             }
         };
         let maps = self.maps.iter().map(mapping).collect::<Result<Vec<_>>>()?;
-        let mut system = System::load(&path, variant, &place, &replaced, &maps)?;
+        let system = System::load(&path, variant, &place, &replaced, &maps)?;
+        if let Some(wanted) = self.fmi {
+            let mut all = system.structure.components.iter().zip(&system.fmus);
+            let is_other = |(c, fmu): &(&Component, &Arc<Fmu>)| {
+                let is_replaced = replaced.iter().any(|(name, _)| *name == c.name);
+                !is_replaced && !fmu.description.version.starts_with(&wanted.to_string())
+            };
+            if let Some((c, fmu)) = all.find(is_other) {
+                let version = &fmu.description.version;
+                bail!(
+                    "--fmi {wanted}: the FMU of component `{}` is of FMI {version}",
+                    c.name
+                );
+            }
+        }
+        self.changed(system)
+    }
+
+    /// Loads FMUs without a structure; `connections` are those of `--connect`. Refuses options that
+    /// choose files or names of a structure.
+    pub fn load_fmus(&self, files: &[PathBuf], connections: &[String]) -> Result<System> {
+        let are_chosen = "these FMUs are the files that are named";
+        for (is_given, option, why) in [
+            (
+                self.variant.is_some(),
+                "--variant",
+                "FMUs have no structures to choose from",
+            ),
+            (self.fmu_dir.is_some(), "--fmu-dir", are_chosen),
+            (self.fmi.is_some(), "--fmi", are_chosen),
+            (!self.fmus.is_empty(), "--fmu", are_chosen),
+            (
+                !self.maps.is_empty(),
+                "--map",
+                "no structure has other names for their variables",
+            ),
+        ] {
+            ensure!(
+                !is_given,
+                "{option} is for a system, a packed .ssp or a .ssd: {why}"
+            );
+        }
+        self.changed(System::from_fmus(files, connections)?)
+    }
+
+    /// The system with parameter sets and ways of stepping, wherever its FMUs come from.
+    fn changed(&self, mut system: System) -> Result<System> {
         for set in &self.parameters {
             system.apply_set(set)?;
         }
         system.structure.solves_loops = self.solve_loops;
         for name in &self.feedthrough {
-            ensure!(
-                system.structure.component(name).is_some(),
-                "--feedthrough {name}: the system has no component of this name"
-            );
-            system.structure.feedthrough.push(name.clone());
+            let allowed = system.allow_feedthrough(name);
+            allowed.with_context(|| format!("--feedthrough {name}"))?;
         }
         for text in &self.rates {
             let (pattern, step) = parse_rate(text).context("--rate")?;
@@ -185,7 +230,8 @@ pub struct RunArgs {
     #[arg(long, value_name = "NAME")]
     pub allow_nonfinite: Vec<String>,
     /// Refuse a system with input connectors that nothing drives or sets, or with connectors that
-    /// its FMUs do not have; inputs without a connector keep their start values
+    /// its FMUs do not have; inputs without a connector keep their start values. Of FMUs without a
+    /// structure all inputs must be driven or set
     #[arg(long)]
     pub strict: bool,
     /// End with exit code 2 if the verdict on the result is bad (0: the run is done, 1: it failed)
@@ -269,9 +315,9 @@ impl RunArgs {
         })
     }
 
-    /// The gaps of the system structure with these arguments, as findings; with `--strict` errors.
+    /// The gaps of the system structure in this experiment, as findings; with `--strict` errors.
     pub fn judge_gaps(&self, system: &System, experiment: &Experiment) -> Result<Verdict> {
-        let gaps = system.find_gaps(&experiment.settings)?;
+        let gaps = system.find_gaps(&experiment.given(system)?)?;
         gaps.judge(system, experiment.stepping.schedule, self.strict)
     }
 }
@@ -298,9 +344,9 @@ pub struct InputArgs {
     /// Short for --fault WIRE=noise:DEVIATION
     #[arg(long, value_name = "WIRE=DEVIATION")]
     pub noise: Vec<String>,
-    /// Seed of the random numbers in faults
-    #[arg(long, default_value_t = 0)]
-    pub seed: u64,
+    /// Seed of the random numbers in faults [default: 0]
+    #[arg(long)]
+    pub seed: Option<u64>,
 }
 
 impl InputArgs {
@@ -317,7 +363,7 @@ impl InputArgs {
             experiment.inputs = Some(Arc::new(Table::load(file, system, &columns)?));
         }
         let faults = &mut experiment.faults;
-        faults.seed = self.seed;
+        faults.seed = self.seed.unwrap_or_default();
         for text in &self.faults {
             let added = faults.add(system, text);
             added.with_context(|| format!("--fault {text}"))?;
@@ -326,6 +372,12 @@ impl InputArgs {
             let (wire, sigma) = system.split_name(text).unwrap_or((text, ""));
             let added = faults.add(system, &format!("{wire}=noise:{sigma}"));
             added.with_context(|| format!("--noise {text}"))?;
+        }
+        if let Some(seed) = self.seed {
+            ensure!(
+                faults.is_random(),
+                "seed {seed}: it is for faults that draw random numbers, noise and drop; this run has none"
+            );
         }
         if let Some(file) = &self.scenario {
             let scenario = scenario::add(file, system, experiment.stepping, faults)?;

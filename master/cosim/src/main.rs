@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use clap::{Args, Parser, Subcommand};
 use cosim::cli::{
     CsvArgs, InputArgs, RunArgs, StepArgs, SystemArgs, bar, claim_outputs, exit, keep_rows, place,
@@ -107,8 +107,8 @@ struct BenchArgs {
     #[command(flatten)]
     csv: CsvArgs,
     /// Repetitions; the median is reported
-    #[arg(long, default_value_t = 5)]
-    repeat: usize,
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..))]
+    repeat: u64,
     /// Print the numbers as one line of JSON
     #[arg(long)]
     json: bool,
@@ -118,7 +118,11 @@ fn main() -> ExitCode {
     let command = Cli::parse().command;
     // Keeps what FMUs print out of this program's output; if that fails, it runs all the same.
     let _ = fmi_import::output::separate();
-    let check = matches!(&command, Command::Run(args) if args.run.check);
+    let check = match &command {
+        Command::Run(args) => args.run.check,
+        Command::Bench(args) => args.run.check,
+        Command::Wiring(_) | Command::Info(_) => false,
+    };
     let prepared = (interrupt::install().map_err(Into::into)).and_then(|()| claim_outputs());
     let result = prepared.and_then(|()| match command {
         Command::Run(args) => run_system(&args),
@@ -142,11 +146,17 @@ fn load_system_or_fmus(args: &OneRunArgs) -> Result<System> {
     match args.files.as_slice() {
         [] => load(&args.system),
         [file] if is_system(file) => {
+            if let Some(connection) = args.connect.first() {
+                bail!(
+                    "--connect {connection}: it is for FMUs without a structure; `{}` has its own connections",
+                    file.display()
+                );
+            }
             let mut system = args.system.clone();
             system.system = Some(file.clone());
             load(&system)
         }
-        files => System::from_fmus(files, &args.connect),
+        files => args.system.load_fmus(files, &args.connect),
     }
 }
 
@@ -155,10 +165,11 @@ fn run_system(args: &OneRunArgs) -> Result<Verdict> {
     let mut run = args.run.clone();
     let defaults = run.fill_defaults(&system);
     let mut experiment = run.experiment(&system)?;
+    let altered = args.inputs.add_to(&mut experiment, &system)?;
     let mut verdict = run.judge_gaps(&system, &experiment)?;
     verdict.extend(defaults.clone());
     verdict.extend(args.csv.notes(&system)?);
-    verdict.extend(args.inputs.add_to(&mut experiment, &system)?);
+    verdict.extend(altered);
     let stop = experiment.stop(&system)?;
     announce(&experiment, stop, &defaults);
     let mut plan = args.steps.plan(stop)?;
@@ -201,11 +212,12 @@ fn bench(args: &BenchArgs) -> Result<Verdict> {
     let mut run = args.run.clone();
     let defaults = run.fill_defaults(&system);
     let experiment = run.experiment(&system)?;
+    let mut verdict = run.judge_gaps(&system, &experiment)?;
     let stop = experiment.stop(&system)?;
     announce(&experiment, stop, &defaults);
     let mut outcomes = Vec::new();
     let useful = || connected(&system);
-    for _ in 0..args.repeat.max(1) {
+    for _ in 0..args.repeat {
         let master = experiment.start_until(&system, Some(stop))?;
         let mut log = args.csv.log(&system, &experiment, false, useful)?;
         let (plan, progress) = (simulate::Plan::to(stop), |_, _| ());
@@ -232,11 +244,25 @@ fn bench(args: &BenchArgs) -> Result<Verdict> {
              {instances} instances, {threads}\n"
         ))?;
     }
-    Ok(Verdict::default())
+    verdict.extend(outcomes.swap_remove(runs / 2).verdict);
+    if verdict.is_bad() {
+        eprint!("{verdict}");
+    }
+    Ok(verdict)
 }
 
 fn info(args: &InfoArgs) -> Result<Verdict> {
     let (mut text, mut list) = (String::new(), Vec::new());
+    if !args.files.iter().any(|file| is_system(file)) {
+        ensure!(
+            args.fmu_dir.is_none(),
+            "--fmu-dir is for systems; none is named"
+        );
+        ensure!(
+            args.variant.is_none(),
+            "--variant is for systems; none is named"
+        );
+    }
     for path in &args.files {
         let file = path.display().to_string();
         let context = || format!("`{file}`");
@@ -321,7 +347,10 @@ fn wiring(args: &WiringArgs) -> Result<Verdict> {
         let (from, to) = (wiring.name(link.from), wiring.name(link.to));
         writeln!(text, "\npower bond {from} -> {to}")?;
     }
-    let gaps = system.find_gaps(&[])?;
+    for (component, step) in &system.structure.rates {
+        writeln!(text, "\n{component} has steps of its own: {step} s")?;
+    }
+    let gaps = system.find_gaps(&BTreeSet::new())?;
     text += &listed(
         "connectors that the FMUs do not have",
         &gaps.missing_connectors,

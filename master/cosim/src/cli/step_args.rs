@@ -20,11 +20,18 @@ pub struct StepArgs {
     pub energy_tolerance: Option<f64>,
     /// Energy added to that of a step before --energy-tolerance is applied, J: it keeps the
     /// tolerance from vanishing with the energy
-    #[arg(long, value_name = "JOULE", default_value_t = 1.0)]
+    #[arg(
+        long,
+        value_name = "JOULE",
+        default_value_t = 1.0,
+        requires = "energy_tolerance",
+        conflicts_with = "doubling_tolerance"
+    )]
     pub energy_scale: f64,
     /// Choose the communication step, beginning with --step, by comparison with two steps of half
-    /// the length: connected outputs may differ by this part of the sum of nominal value and output
-    #[arg(long, value_name = "TOLERANCE", conflicts_with = "interval")]
+    /// the length: connected outputs may differ by this part of the sum of nominal value and output;
+    /// steps are repeated as with --repeat-steps
+    #[arg(long, value_name = "TOLERANCE", conflicts_with_all = ["interval", "repeat_steps"])]
     pub doubling_tolerance: Option<f64>,
     /// Repeat a step within which a component stops, with all components to where it stopped; with
     /// --energy-tolerance also one that creates or loses more than twice the allowed energy
@@ -90,6 +97,12 @@ impl StepArgs {
             (limits.safety, limits.proportional) = (safety, proportional);
             limits.integral = integral;
         }
+        let given = [
+            (self.step_limits.is_some(), "--step-limits"),
+            (self.step_change.is_some(), "--step-change"),
+            (self.step_controller.is_some(), "--step-controller"),
+        ];
+        let given = given.iter().find(|(is_given, _)| *is_given);
         Ok(match (self.energy_tolerance, self.doubling_tolerance) {
             (Some(tolerance), _) => StepControl::Energy {
                 tolerance,
@@ -98,8 +111,11 @@ impl StepArgs {
                 limits,
             },
             (None, Some(tolerance)) => StepControl::Doubling { tolerance, limits },
-            (None, None) if limits != StepLimits::default() => {
-                bail!("limits of steps need --energy-tolerance or --doubling-tolerance")
+            (None, None) if given.is_some() => {
+                let option = given.map_or("", |(_, option)| option);
+                bail!(
+                    "{option} needs --energy-tolerance or --doubling-tolerance, which choose steps"
+                )
             }
             (None, None) if self.repeat_steps => StepControl::Repeated,
             (None, None) => StepControl::Fixed,

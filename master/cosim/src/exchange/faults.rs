@@ -100,6 +100,12 @@ impl Faults {
         Ok(())
     }
 
+    /// Whether a fault draws random numbers.
+    pub fn is_random(&self) -> bool {
+        let draws = |fault: &Fault| matches!(fault.effect, Effect::Noise(_) | Effect::Drop(_));
+        self.list.iter().any(draws)
+    }
+
     /// One line per fault for the verdict; `fed` are the inputs of an input file. A fault of a
     /// variable that gets or passes on no value is an error.
     pub fn describe(&self, system: &System, wiring: &Wiring, fed: &[Port]) -> Result<Vec<String>> {

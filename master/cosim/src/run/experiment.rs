@@ -1,6 +1,7 @@
 //! An experiment: the conditions of a run (step, threads, start values, inputs, faults). Programs,
 //! Python and pages start the initialized system from it.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
@@ -61,6 +62,17 @@ impl Experiment {
             master.apply_faults(system, &self.faults)?;
         }
         Ok(master)
+    }
+
+    /// The variables to which the experiment gives values: by start values, by inputs over time, and
+    /// by faults and events of a scenario.
+    pub fn given(&self, system: &System) -> Result<BTreeSet<Port>> {
+        let mut given: BTreeSet<Port> = self.settings.iter().map(|s| s.port).collect();
+        given.extend(self.faults.list.iter().map(|fault| fault.port));
+        if let Some(table) = &self.inputs {
+            given.extend(InputTable::new(system, table)?.ports());
+        }
+        Ok(given)
     }
 
     /// The stop time that is given, else that of the system's default experiment, s.

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 
 use crate::exchange::bond::Residual;
 use crate::instance::Ended;
@@ -88,7 +88,13 @@ pub fn run_plan(
         resumed.with_context(|| format!("`{}`", file.display()))?;
     }
     let start = state.master.time();
-    let mut due: Vec<_> = plan.snapshots.iter().filter(|(t, _)| *t >= start).collect();
+    let tolerance = 1e-6 * state.master.stepping().step;
+    let is_past = |(time, _): &&(f64, PathBuf)| *time < start - tolerance;
+    if let Some((time, file)) = plan.snapshots.iter().find(is_past) {
+        let file = file.display();
+        bail!("the snapshot `{file}` at {time} s cannot be saved: the run begins at {start} s");
+    }
+    let mut due: Vec<_> = plan.snapshots.iter().collect();
     save(&mut due, &state)?;
     let clock = Instant::now();
     observer.observe(&state.master)?;

@@ -11,7 +11,7 @@ use fmi_description::Kind;
 use crate::fmu::Fmu;
 use crate::run::verdict::Verdict;
 use crate::schedule::Schedule;
-use crate::structure::system::{Setting, System};
+use crate::structure::system::System;
 use crate::wiring::Port;
 
 /// Of an FMU with more components than this, unmentioned inputs of the others are only counted.
@@ -35,8 +35,8 @@ pub struct StructureGaps {
 }
 
 impl System {
-    /// The gaps of the structure with the start values `settings`.
-    pub fn find_gaps(&self, settings: &[Setting]) -> Result<StructureGaps> {
+    /// The gaps of the structure in a run that itself gives values to the variables `given`.
+    pub fn find_gaps(&self, given: &BTreeSet<Port>) -> Result<StructureGaps> {
         let wiring = self.wiring()?;
         let mut remarks = self.structure.remarks.clone();
         remarks.extend(wiring.remarks.iter().cloned());
@@ -72,8 +72,9 @@ impl System {
                     component,
                     variable,
                 };
-                let is_given =
-                    wiring.driver(port).is_some() || bound.contains(&v.name) || set.contains(&port);
+                let is_given = wiring.driver(port).is_some()
+                    || bound.contains(&v.name)
+                    || given.contains(&port);
                 let group = v.name.split(['[', '.']).next().unwrap_or(&v.name);
                 let is_declared = declared.contains(&v.name);
                 let is_known = v.kind == Kind::Clock || is_given;
@@ -103,8 +104,8 @@ impl System {
 }
 
 impl StructureGaps {
-    /// The gaps as findings on a run with this schedule. If `is_strict`, any gap except unmentioned
-    /// inputs is an error.
+    /// The gaps as findings on a run with this schedule. If `is_strict`, any gap is an error, except
+    /// unmentioned inputs of a system that declares connectors.
     pub fn judge(&self, system: &System, schedule: Schedule, is_strict: bool) -> Result<Verdict> {
         let mut verdict = Verdict::default();
         let note = |verdict: &mut Verdict, what: &str, names: &[String]| {
@@ -120,6 +121,16 @@ impl StructureGaps {
         note(&mut verdict, what, &self.undriven_inputs);
         let what = "parameter values that match no variable are ignored";
         note(&mut verdict, what, &self.unmatched_values);
+        let mut components = system.structure.components.iter();
+        // Connectors that the structure declares have a line in its file.
+        let is_bare = components.all(|c| c.connectors.iter().all(|c| c.line == 0));
+        if is_strict && is_bare {
+            note(
+                &mut verdict,
+                "inputs that nothing drives or sets",
+                &self.unmentioned_inputs,
+            );
+        }
         if is_strict {
             let texts: Vec<_> = verdict.findings().iter().map(|f| f.text.as_str()).collect();
             ensure!(texts.is_empty(), "--strict: {}", texts.join("; "));
@@ -127,7 +138,10 @@ impl StructureGaps {
         if schedule != Schedule::Standard {
             let what = "outputs that do not declare on which inputs they depend are read right after the step, so that what goes through them \
                  arrives one step later (--feedthrough COMPONENT, where they may be read again)";
-            note(&mut verdict, what, &system.read_once()?);
+            note(&mut verdict, what, &system.read_once(true)?);
+            let what = "outputs of FMUs of FMI 3.0 without Event Mode are read right after the step, so that what goes through them arrives one step \
+                 later";
+            note(&mut verdict, what, &system.read_once(false)?);
         }
         (self.remarks.iter()).for_each(|remark| verdict.note(remark.clone()));
         let what = "inputs that the system does not mention keep their start values";

@@ -14,6 +14,10 @@ use fmi_import::digits::short;
 /// Repetitions of a step after which the run fails.
 const REPEATS: usize = 100;
 
+/// Part of its first length below which a step that a component stops is not shortened further: a
+/// step that is too short to move the time would be repeated for ever.
+const LEAST_PART: f64 = 1e-9;
+
 /// Error above which a step that is chosen by energy is repeated, if repetition is on: the
 /// controller holds errors near 1.
 const TOO_LARGE: f64 = 2.0;
@@ -225,6 +229,7 @@ impl VariableSteps {
             true => self.end_on_grid(master),
             false => self.controller.end(t, self.stop),
         };
+        let first = end - t;
         for _ in 0..REPEATS {
             let mut stopped = self.attempt(master, &[end])?;
             if stopped.is_none() && doubles {
@@ -235,6 +240,9 @@ impl VariableSteps {
             if let Some(stopped) = stopped {
                 master.restore(&saved)?;
                 end = shorter(t, end, &stopped);
+                if end - t < LEAST_PART * first {
+                    break;
+                }
                 continue;
             }
             let (error, most) = match self.control {
@@ -255,18 +263,8 @@ impl VariableSteps {
             end = (t + 0.9 * (end - t)).min(t + self.controller.state.next);
         }
         match on_grid {
-            true => {
-                bail!(
-                    "{} a component stopped {REPEATS} times within the step, however short",
-                    At::Time(t)
-                )
-            }
-            false => {
-                bail!(
-                    "{} {REPEATS} communication steps failed, however short",
-                    At::Time(t)
-                )
-            }
+            true => bail!("{} a component stopped within the step, however short", At::Time(t)),
+            false => bail!("{} communication steps failed, however short", At::Time(t)),
         }
     }
 

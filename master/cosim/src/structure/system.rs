@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
-use fmi_description::Description;
+use fmi_description::{Causality, Description, Variable, Version};
 use system_structure::ParameterMapping;
 
 use crate::fmu::Fmu;
@@ -219,12 +219,44 @@ impl System {
         Wiring::new(&self.structure, &descriptions)
     }
 
+    /// Lets outputs of the component `name` be read again after inputs were set, although they do not
+    /// declare on which inputs they depend.
+    ///
+    /// # Errors
+    /// There is no such component, or that would change nothing.
+    pub fn allow_feedthrough(&mut self, name: &str) -> Result<()> {
+        let k = self.structure.component(name);
+        let k = k.context("the system has no component of this name")?;
+        ensure!(
+            self.can_read_again(k),
+            "its FMU of FMI 3.0 has no Event Mode, without which no output can be read again"
+        );
+        let description = &self.fmus[k].description;
+        let mut variables = description.variables.iter().enumerate();
+        let lacks = |(i, v): (usize, &Variable)| {
+            v.causality == Causality::Output && description.declared_feedthrough(i, false).is_none()
+        };
+        ensure!(
+            variables.any(lacks),
+            "its outputs declare on which inputs they depend, and are read again anyway"
+        );
+        self.structure.feedthrough.push(name.to_string());
+        Ok(())
+    }
+
+    /// Whether an FMU allows that outputs are read again after inputs were set.
+    fn can_read_again(&self, component: usize) -> bool {
+        let description = &self.fmus[component].description;
+        description.fmi == Version::Fmi2 || description.capabilities.event_mode
+    }
+
     /// Connected outputs that staged schedules read only right after the step, before inputs are
-    /// set.
-    pub fn read_once(&self) -> Result<Vec<String>> {
+    /// set: those of FMUs that allow to read them again, else those of the others.
+    pub fn read_once(&self, by_choice: bool) -> Result<Vec<String>> {
         let wiring = self.wiring()?;
         let outputs = wiring.links.iter().map(|link| link.from);
-        let mut ports: Vec<Port> = outputs.filter(|p| wiring.is_read_once(*p)).collect();
+        let own = outputs.filter(|p| self.can_read_again(p.component) == by_choice);
+        let mut ports: Vec<Port> = own.filter(|p| wiring.is_read_once(*p)).collect();
         ports.sort();
         ports.dedup();
         Ok(ports.into_iter().map(|port| self.name(port)).collect())

@@ -230,7 +230,7 @@ fn states(system: &System, schedule: Schedule) -> Vec<u64> {
 fn outputs_without_declared_dependencies_are_read_right_after_the_step() {
     let declared = super::support::system("declared", &oscillator()).unwrap();
     let mut spring = undeclared("undeclared", &oscillator(), &["spring"]);
-    assert_eq!(spring.read_once().unwrap(), ["spring.F"]);
+    assert_eq!(spring.read_once(true).unwrap(), ["spring.F"]);
     let shown = |system: &System| {
         let wiring = system.wiring().unwrap();
         let exchange = Exchange::new(&wiring, Order::Stages, |_| true).unwrap();

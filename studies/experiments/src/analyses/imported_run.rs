@@ -47,7 +47,7 @@ impl<'a> Evaluator<'a> {
             tip_error: tip_error_port(system)?,
             tracking: Evaluation::new(system, experiment)?,
             limits: LimitWatch::new(system, &parameter, Some(&file))?,
-            reference: limits::check_reference(system, &parameter)?,
+            reference: limits::check_reference(system, experiment, &parameter)?,
         })
     }
 

@@ -17,15 +17,15 @@ use crate::setup::run_setup::{MachineArgs, RunSetup};
 pub struct EvaluateArgs {
     /// CSV file of the run: the column `time`, then signals by `component.variable`, a row for each
     /// communication point
-    #[arg(required_unless_present = "signals")]
+    #[arg(required_unless_present = "signals", conflicts_with = "signals")]
     csv: Option<PathBuf>,
     #[command(flatten)]
     pub machine: MachineArgs,
     /// Largest tip error over the motion for a good verdict, m
-    #[arg(long, value_name = "METRES")]
+    #[arg(long, value_name = "METRES", conflicts_with = "signals")]
     max_error: Option<f64>,
     /// Also write metrics and verdict to this JSON file
-    #[arg(long, value_name = "FILE", value_parser = output())]
+    #[arg(long, value_name = "FILE", conflicts_with = "signals", value_parser = output())]
     json: Option<PathBuf>,
     /// Only print the names of the signals that the importer must record
     #[arg(long)]
@@ -34,9 +34,10 @@ pub struct EvaluateArgs {
 
 /// Evaluates a run of another importer.
 pub fn evaluate(args: &EvaluateArgs) -> Result<Verdict> {
+    args.machine.refuse_stepping()?;
     let RunSetup { system, base, .. } = args.machine.setup().build()?;
     let evaluator = Evaluator::new(&system, &base)?;
-    let Some(csv) = args.csv.as_ref().filter(|_| !args.signals) else {
+    let Some(csv) = &args.csv else {
         print(evaluator.signals().join("\n") + "\n")?;
         return Ok(Verdict::default());
     };

@@ -31,9 +31,9 @@ pub struct TableArgs {
     /// What is varied, repeatable [default: inertia; in the other worlds rivals]
     #[arg(long = "study", value_enum)]
     studies: Vec<StudyArg>,
-    /// First seed: of the three of the noise study, or of the drawn machines
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    /// First seed: of the three of the noise study, or of the drawn machines [default: 1]
+    #[arg(long)]
+    seed: Option<u64>,
     /// Number of drawn machines [default: 20, or 5 that bend]
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
     seeds: Option<u64>,
@@ -128,6 +128,7 @@ struct Tables<'a> {
 pub fn table(args: &TableArgs) -> Result<Verdict> {
     let setup = args.machine.setup().world(args.world).build()?;
     let wanted = args.wanted()?;
+    args.refuse_unused(&wanted)?;
     let mut tables = Tables {
         args,
         found: conditions(&setup.system, &setup.base),
@@ -143,7 +144,7 @@ pub fn table(args: &TableArgs) -> Result<Verdict> {
         || tables.setup.verdict.is_bad();
     if !comparisons.is_empty() {
         let count = args.seeds.unwrap_or(args.world.default_seeds());
-        let seeds = args.seed..args.seed + count;
+        let seeds = args.first_seed()..args.first_seed() + count;
         let cases = cases(args.world, &tables.setup.system, seeds, 1.0)?;
         for study in comparisons {
             tables.compare(*study, &cases.list)?;
@@ -187,6 +188,48 @@ impl TableArgs {
             );
         }
         Ok(wanted)
+    }
+
+    fn first_seed(&self) -> u64 {
+        self.seed.unwrap_or(1)
+    }
+
+    /// Refuses options that none of these studies reads, and one CSV file for several tables.
+    fn refuse_unused(&self, studies: &[StudyArg]) -> Result<()> {
+        use StudyArg::{All, Inertia, Noise, Surrogate};
+        let has = |study: StudyArg| studies.contains(&study);
+        let comparisons = studies.iter().filter(|study| study.compares_laws()).count();
+        let draws = comparisons > 0 && self.world != World::Ideal;
+        let tables = comparisons + usize::from(has(Inertia) || has(All));
+        for (is_given, is_read, option, readers) in [
+            (
+                self.seed.is_some(),
+                draws || has(Noise) || has(All),
+                "--seed",
+                "the study noise, and comparisons of laws outside the ideal world",
+            ),
+            (
+                self.seeds.is_some(),
+                draws || has(Surrogate),
+                "--seeds",
+                "the study surrogate, and comparisons of laws outside the ideal world",
+            ),
+            (
+                !self.laws.is_empty(),
+                comparisons > 0,
+                "--law",
+                "comparisons of laws, such as the study rivals",
+            ),
+            (
+                self.csv.is_some(),
+                tables == 1,
+                "--csv",
+                "one table at a time, of the study inertia or of a comparison of laws",
+            ),
+        ] {
+            ensure!(!is_given || is_read, "{option} is for {readers}");
+        }
+        Ok(())
     }
 
     /// Those of `laws` that `--law` names, else all.
@@ -292,7 +335,7 @@ impl Tables<'_> {
     /// Another robustness study.
     fn robustness(&mut self, study: Study) -> Result<()> {
         let RunSetup { system, base, .. } = &self.setup;
-        let cases = study.cases(system, base, self.args.seed)?;
+        let cases = study.cases(system, base, self.args.first_seed())?;
         let cells = with_progress(robustness::count(&cases), "runs", |done| {
             robustness::run(system, base, &cases, done)
         })?;

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use anyhow::{Context, Result};
 use cosim::io::numbers::short;
-use cosim::{Port, System, Verdict};
+use cosim::{Experiment, Port, System, Verdict};
 use fmi_description::Kind;
 use machine_file::AXES;
 
@@ -271,9 +271,11 @@ impl Limit {
     }
 }
 
-/// Checks that the controller has a reference to follow; `parameter` returns values of parameters.
+/// Checks that the controller has a reference to follow in `experiment`; `parameter` returns values
+/// of parameters.
 pub fn check_reference(
     system: &System,
+    experiment: &Experiment,
     parameter: &dyn Fn(Port) -> Result<f64>,
 ) -> Result<Verdict> {
     let mut verdict = Verdict::default();
@@ -285,9 +287,10 @@ pub fn check_reference(
     let chosen = parameter(port)?;
     let wiring = system.wiring()?;
     let inputs = system.elements(port.component, "reference.position", 3)?;
+    let given = experiment.given(system)?;
     let is_driven = inputs
         .into_iter()
-        .any(|input| wiring.driver(input).is_some());
+        .any(|input| wiring.driver(input).is_some() || given.contains(&input));
     if external.is_some_and(|item| item.value as f64 == chosen) && !is_driven {
         let name = system.component_of(port);
         verdict.object(format!(

@@ -164,7 +164,7 @@ pub fn run(
     let mut tip = TipError::new(of_controller(MOTION_START).unwrap_or(0.0));
     let stop = end_time(system, experiment, &master)?;
     let mut watch = LimitWatch::new(system, &parameter, file.as_ref())?;
-    let mut limits = check_reference(system, &parameter)?;
+    let mut limits = check_reference(system, experiment, &parameter)?;
     let mut signals = Signals::new(system, &[&[tip_error], watch.ports()].concat())?;
     let own = &mut Function(|master: &Master| {
         let [distance, watched @ ..] = signals.read(master)? else {

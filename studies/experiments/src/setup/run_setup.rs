@@ -2,13 +2,15 @@
 //! them: world, machine file, path, start values. A value that is bound twice is refused. Every
 //! command that runs a system, `report` too, begins with [`MachineArgs::setup`].
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Context as _, Result, bail, ensure};
 use clap::Args;
 use cosim::cli::{RunArgs, SystemArgs, find};
 use cosim::master::Schedule;
-use cosim::{Experiment, System, Verdict, start_value};
+use cosim::schedule::Between;
+use cosim::{Experiment, Port, System, Verdict, start_value};
 use machine_file::{Machine, Source};
 use motion_check::gain_rule;
 
@@ -101,6 +103,26 @@ impl MachineArgs {
         Ok(parameter_set_of(source.and_then(|source| source.shipped())))
     }
 
+    /// Refuses options of how a run is made, for commands that make none.
+    pub fn refuse_stepping(&self) -> Result<()> {
+        let (run, system) = (&self.run, &self.system);
+        let given = [
+            (run.stop_time.is_some(), "--stop-time"),
+            (run.input_derivatives, "--input-derivatives"),
+            (run.between != Between::default(), "--between"),
+            (run.threads.is_some(), "--threads"),
+            (!system.rates.is_empty(), "--rate"),
+            (!system.feedthrough.is_empty(), "--feedthrough"),
+            (system.solve_loops, "--solve-loops"),
+        ];
+        match given.iter().find(|(is_given, _)| *is_given) {
+            Some((_, option)) => {
+                bail!("{option} says how a run is made, and this command makes none")
+            }
+            None => Ok(()),
+        }
+    }
+
     /// Whether a bad verdict ends the program with exit code 2 (`--check`).
     pub fn check(&self) -> bool {
         self.run.check
@@ -182,7 +204,8 @@ impl SetupBuilder<'_> {
                 );
             }
         }
-        let mut verdict = check_mentions(run, &system, &base)?;
+        let (schedule, given) = (base.stepping.schedule, base.given(&system)?);
+        let mut verdict = check_mentions(run, &system, schedule, &given)?;
         if let Some(text) = controller_warning(&system, &base)? {
             verdict.note(text);
         }
@@ -198,6 +221,11 @@ impl SetupBuilder<'_> {
             setup.base = experiment;
         }
         if self.world.bends() {
+            ensure!(
+                run.step.is_none_or(|step| step <= BENDING_STEP),
+                "--step {}: a structure that bends needs steps of at most {BENDING_STEP} s",
+                setup.base.stepping.step
+            );
             let step = &mut setup.base.stepping.step;
             *step = step.min(BENDING_STEP);
         }
@@ -267,8 +295,15 @@ pub fn set_delays(system: &System, base: &mut Experiment) -> Result<()> {
 /// Reports what the system leaves out, such as inputs without a value; not the inputs that the
 /// shipped systems leave unconnected on purpose, as long as all components of a model agree.
 /// With `--strict`, anything reported is an error.
-pub fn check_mentions(run: &RunArgs, system: &System, experiment: &Experiment) -> Result<Verdict> {
-    let mut gaps = system.find_gaps(&experiment.settings)?;
+///
+/// The run itself gives values to the variables `given`.
+pub fn check_mentions(
+    run: &RunArgs,
+    system: &System,
+    schedule: Schedule,
+    given: &BTreeSet<Port>,
+) -> Result<Verdict> {
+    let mut gaps = system.find_gaps(given)?;
     let all = gaps.unmentioned_inputs.clone();
     let components = || system.structure.components.iter().zip(&system.fmus);
     gaps.unmentioned_inputs.retain(|name| {
@@ -284,7 +319,7 @@ pub fn check_mentions(run: &RunArgs, system: &System, experiment: &Experiment) -
         let mut names = alike.map(|(c, _)| format!("{}.{input}", c.name));
         !(is_optional && names.all(|name| all.contains(&name)))
     });
-    gaps.judge(system, experiment.stepping.schedule, run.strict)
+    gaps.judge(system, schedule, run.strict)
 }
 
 #[cfg(test)]

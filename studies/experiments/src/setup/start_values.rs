@@ -55,8 +55,14 @@ pub fn add_settings(
     settings: Vec<Setting>,
 ) -> Result<Experiment> {
     for Setting { port, .. } in &settings {
-        if base.settings.iter().any(|s| s.port == *port) {
-            bail!(conflict(system, *port, "--set"));
+        if let Some(set) = base.settings.iter().find(|s| s.port == *port) {
+            let is_path = system.variable(*port).name == "trajectory" && set.value == "path";
+            let origin = if is_path {
+                "--waypoints or --set"
+            } else {
+                "--set"
+            };
+            bail!(conflict(system, *port, origin));
         }
     }
     let mut experiment = base.clone();

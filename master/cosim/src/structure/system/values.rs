@@ -63,9 +63,14 @@ impl System {
         let text = if package.holds(&name) {
             package.text(&name)?
         } else {
-            let system = self.path.display();
-            let hint = || format!("parameter set `{name}` is not in `{system}`, and as a file");
-            read_text(file).with_context(hint)?
+            let hint = match package.names().next() {
+                Some(_) => {
+                    let system = self.path.display();
+                    format!("parameter set `{name}` is not in `{system}`, and as a file")
+                }
+                None => format!("parameter set `{name}`"),
+            };
+            read_text(file).context(hint)?
         };
         for parameter in parse_set(&text, &name)? {
             let port = self.port(&parameter.name);
