@@ -151,7 +151,7 @@ fn run_system(args: &OneRunArgs) -> Result<Verdict> {
     let mut verdict = run.judge_gaps(&system, &experiment)?;
     verdict.extend(defaults);
     verdict.extend(args.inputs.add_to(&mut experiment, &system)?);
-    let mut plan = args.steps.plan(experiment.stop(&system)?)?;
+    let mut plan = args.steps.plan(&system, &experiment)?;
     if args.run.threads.is_none() && plan.resume.is_none() {
         plan.threads_for = Some(experiment.clone());
     }

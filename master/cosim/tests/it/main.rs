@@ -16,6 +16,7 @@ mod oscillator;
 mod printed;
 mod program;
 mod rates;
+mod run_key;
 mod saved;
 mod support;
 mod threads;
