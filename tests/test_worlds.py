@@ -149,7 +149,7 @@ def test_kept_runs_are_of_the_same_options_and_files(fmu_dir, tmp_path):
         ("--fmu", f"hdrm={tmp_path / folder / 'Hdrm.fmu'}"),
     )
     others = [("--rate", "emla_*=0.5ms"), ("--fmi", 3), ("--step", 5e-4), ("--schedule", "jacobi"), ("--between", "extrapolated")]
-    others += [("--set", "hdrm.payload.mass=50"), ("--stop-time", 0.03), ("--variant", "bare.ssd"), *options("a")[:2], *options("c")]
+    others += [("--set", "hdrm.payload.mass=50"), ("--stop-time", 0.03), *options("a")[:2], *options("c")]
     run = lambda *more: draws(fmu_dir, "--seeds", 1, "--stop-time", 0.02, "--store", store, "--fmu-dir", fmu_dir, *more)
     count = lambda: len(list(store.iterdir()))
     assert run().returncode == 0 and count() == 1

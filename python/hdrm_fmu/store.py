@@ -39,15 +39,14 @@ def check_folder(folder, manifest):
         raise BadInput(f"{file} cannot be read: {error}") from None
     if not isinstance(there, dict):
         raise BadInput(f"{file} is damaged; put a copy in its place, or give a new folder")
+    # The system last: its key also changes with the version and the schedule, which say more.
     for name in sorted({*there, *manifest}, key=lambda name: (name == "system", name)):
-        if there.get(name) != manifest.get(name) and name == "system":
-            raise BadInput(
-                f"{folder} holds the results of another sweep: the system, its parameter sets or its FMUs had other contents; give a new folder"
-            )
-        if there.get(name) != manifest.get(name):
-            raise BadInput(
-                f"{folder} holds the results of another sweep: `{name}` is {there.get(name)!r} there and {manifest.get(name)!r} now; give a new folder"
-            )
+        old, new = there.get(name), manifest.get(name)
+        if old != new:
+            what = f"`{name}` is {old!r} there and {new!r} now"
+            if name == "system":
+                what = "the system, its parameter sets or its FMUs had other contents"
+            raise BadInput(f"{folder} holds the results of another sweep: {what}; give a new folder")
 
 
 class Store:
@@ -149,5 +148,6 @@ def read_table(path):
     at, end = found + len(MARK), found + len(MARK) + len(ZEROS)
     expected = hashlib.sha256(data[:at] + ZEROS + data[end:]).hexdigest().encode()
     if found < 0 or data[at:end] != expected:
-        raise BadInput(f"`{path}` is damaged, or another program wrote it: its checksum is wrong; put a copy in its place, or remove it to run its cases again")
+        reason = "is damaged, or another program wrote it: its checksum is wrong"
+        raise BadInput(f"`{path}` {reason}; put a copy in its place, or remove it to run its cases again")
     return pandas.read_parquet(io.BytesIO(data))

@@ -18,6 +18,7 @@ use crate::exchange::faults::{Fault, Faults};
 use crate::io::digest::{sha256, sha256_of_file};
 use crate::io::input_table::{Column, Table};
 use crate::run::experiment::Experiment;
+use crate::schedule::Stepping;
 use crate::structure::system::{Setting, System};
 use crate::structure::{Component, Connection, Parameter, Structure};
 
@@ -58,9 +59,21 @@ impl RunKey {
             faults,
             inputs,
         } = experiment;
-        let stepping = format!("{stepping:?}").replacen("Stepping ", "", 1);
-        key.add("the setting of start, step and schedule", stepping);
-        key.add(STOP_TIME, format!("{:?}", stop.or(structure.stop_time)));
+        let Stepping {
+            start,
+            step,
+            schedule,
+            between,
+            jitter,
+        } = stepping;
+        key.add("the start time", format!("{start} s"));
+        key.add("the communication step", format!("{step} s"));
+        key.add("the schedule", format!("{schedule:?}"));
+        key.add("the option --between", format!("{between:?}"));
+        key.add("the jitter", format!("{jitter:?}"));
+        let stop = stop.or(structure.stop_time);
+        let stop = stop.map_or("not given".into(), |stop| format!("{stop} s"));
+        key.add(STOP_TIME, stop);
         key.add_faults(system, faults);
         if let Some(table) = inputs {
             key.add_inputs(table);
@@ -99,7 +112,7 @@ impl RunKey {
         };
         let mut lines: Vec<String> = names.iter().take(LISTED).map(line).collect();
         if let Some(more @ 1..) = names.len().checked_sub(LISTED) {
-            lines.push(format!("{more} more differences"));
+            lines.push(format!("and {more} more"));
         }
         (!lines.is_empty()).then(|| lines.join("; "))
     }

@@ -248,7 +248,7 @@ fn a_foreign_snapshot_is_refused() {
     };
     let error = resumed(0.02, file.clone(), StepControl::Fixed);
     assert!(
-        error.contains("another run: the setting of start"),
+        error.contains("another run: the communication step is 0.01 s"),
         "{error}"
     );
     let error = resumed(0.01, file.clone(), by_doubling(1e-3));

@@ -56,15 +56,17 @@ fn each_condition_changes_the_key() {
         RunKey::new(&system, &experiment)
     };
     let changes: [(&str, Change); 25] = [
-        ("start, step", |_, e| e.stepping.start = 0.25),
-        ("start, step", |_, e| e.stepping.step = 0.02),
-        ("start, step", |_, e| {
+        ("the start time is 0.5 s there and 0.25 s", |_, e| {
+            e.stepping.start = 0.25
+        }),
+        ("the communication step", |_, e| e.stepping.step = 0.02),
+        ("the schedule", |_, e| {
             e.stepping.schedule = Schedule::Standard
         }),
-        ("start, step", |_, e| {
+        ("--between", |_, e| {
             e.stepping.between = Between::Extrapolated
         }),
-        ("start, step", |_, e| {
+        ("the jitter", |_, e| {
             let (seed, part, lost) = (1, 0.1, 0.0);
             e.stepping.jitter = Some(Jitter { seed, part, lost });
         }),
@@ -258,8 +260,11 @@ fn a_snapshot_of_another_run_is_refused_by_name() {
             "`spring.d` is not given in the snapshot and 0.5 here",
         ),
         (["--fmu", &fmu], "the FMU of `spring` is sha256"),
-        (["--schedule", "standard"], "schedule: GaussSeidel"),
-        (["--between", "extrapolated"], "between: Held"),
+        (
+            ["--schedule", "standard"],
+            "the schedule is GaussSeidel in the snapshot and Standard here",
+        ),
+        (["--between", "extrapolated"], "--between is Held"),
         (
             ["--rate", "mass=5ms"],
             "the step of `mass` is not given in the snapshot and 0.005 s here",
