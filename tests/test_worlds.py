@@ -2,9 +2,12 @@
 
 import csv
 import json
+import shutil
+import zipfile
 
 import pytest
 
+from fmpy_master import ROOT
 from native import call
 
 
@@ -103,7 +106,7 @@ def draws(fmu_dir, *options):
 
 
 def test_draws_go_on_where_they_were_interrupted(fmu_dir, tmp_path):
-    """Kept runs are taken as they are, a missing one is run again and is the same; those of other bounds are refused."""
+    """Kept runs are taken as they are, a missing or damaged one is run again and is the same; those of other bounds stay and are counted."""
     first = draws(fmu_dir, "--seeds", 3, "--store", tmp_path)
     assert first.returncode == 0 and "3 kept, 0 stopped, 0 lost" in first.stdout, first.stdout + first.stderr
     files = sorted(tmp_path.iterdir())
@@ -113,8 +116,50 @@ def test_draws_go_on_where_they_were_interrupted(fmu_dir, tmp_path):
     again = draws(fmu_dir, "--seeds", 3, "--store", tmp_path)
     assert again.stdout == first.stdout and [f.read_text() for f in files] == texts
     assert [f.stat().st_mtime_ns == t for f, t in zip(files, times)] == [True, False, True]
+    files[0].write_text(texts[0].replace("kept", "lost"))
+    files[2].write_text(texts[2][:-20])
+    again = draws(fmu_dir, "--seeds", 3, "--store", tmp_path)
+    assert again.stdout == first.stdout and [f.read_text() for f in files] == texts
+    assert again.stderr.count("was damaged: its run was made again") == 2, again.stderr
     other = draws(fmu_dir, "--seeds", 3, "--bounds", 1, "--store", tmp_path)
-    assert other.returncode == 1 and "of other start values" in other.stderr
+    assert other.returncode == 0 and "3 kept results" in other.stderr and "were not used" in other.stderr, other.stderr
+    assert [f.read_text() for f in files] == texts and len(list(tmp_path.iterdir())) == 6
+
+
+SET = """<ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" version="1.0" name="s"><ssv:Parameters>
+<ssv:Parameter name="hdrm.payload.mass"><ssv:Real value="{}"/></ssv:Parameter></ssv:Parameters></ssv:ParameterSet>"""
+
+
+def test_kept_runs_are_of_the_same_options_and_files(fmu_dir, tmp_path):
+    """Each option in turn runs anew, a file by its contents; threads and the folder of a file do not. The runs end at 0.02 s."""
+    store = tmp_path / "store"
+    for folder, mass in (("a", 100), ("b", 100), ("c", 200)):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "set.ssv").write_text(SET.format(mass))
+        machine = json.loads((ROOT / "parameters/reference_machine.json").read_text())
+        machine["bodies"]["PL"]["mass"] = float(mass)
+        (tmp_path / folder / "base.json").write_text(json.dumps(machine))
+        (tmp_path / folder / "machine.json").write_text('{"extends": "base.json"}')
+        shutil.copy(fmu_dir / "Hdrm.fmu", tmp_path / folder / "Hdrm.fmu")
+    with zipfile.ZipFile(tmp_path / "c/Hdrm.fmu", "a") as archive:
+        archive.comment = b"another build"
+    options = lambda folder: (
+        ("--parameters", tmp_path / folder / "set.ssv"),
+        ("--machine", tmp_path / folder / "machine.json"),
+        ("--fmu", f"hdrm={tmp_path / folder / 'Hdrm.fmu'}"),
+    )
+    others = [("--rate", "emla_*=0.5ms"), ("--fmi", 3), ("--step", 5e-4), ("--schedule", "jacobi"), ("--between", "extrapolated")]
+    others += [("--set", "hdrm.payload.mass=50"), ("--stop-time", 0.03), *options("a")[:2], *options("c")]
+    run = lambda *more: draws(fmu_dir, "--seeds", 1, "--stop-time", 0.02, "--store", store, "--fmu-dir", fmu_dir, *more)
+    count = lambda: len(list(store.iterdir()))
+    assert run().returncode == 0 and count() == 1
+    for before, more in enumerate(others, 1):
+        done = run(*more) if more[0] != "--stop-time" else draws(fmu_dir, "--seeds", 1, "--store", store, "--fmu-dir", fmu_dir, *more)
+        assert done.returncode == 0 and count() == before + 1, (more, done.stderr)
+        assert f"{before} kept results" in done.stderr, (more, done.stderr)
+    for same in ((), ("--threads", 2), ("--strict",), *options("b")):
+        done = run(*same)
+        assert done.returncode == 0 and count() == len(others) + 1, (same, done.stderr)
 
 
 def test_a_machine_that_swings_is_lost_early_and_spoils_the_verdict(fmu_dir, tmp_path):

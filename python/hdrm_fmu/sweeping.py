@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import importlib.metadata
-import json
 import os
 import queue
 import time
+import warnings
 from typing import TYPE_CHECKING, Any
 
 import pandas
@@ -15,13 +15,13 @@ import pandas
 from hdrm_fmu import _native
 from hdrm_fmu.cases import rows
 from hdrm_fmu.errors import BadInput, RunFailed, SweepStopped
-from hdrm_fmu.files import digest, identity
+from hdrm_fmu.files import identity
 from hdrm_fmu.paths import Waypoints, check_free, tip_path
 from hdrm_fmu.run_options import RunOptions, complete
 from hdrm_fmu.running import case_settings, read_machine, refuse, world_system
 from hdrm_fmu.store import Store, check_folder
-from hdrm_fmu.system import System
-from hdrm_fmu.tasks import Case, check_worker, run_case, start_case
+from hdrm_fmu.system import System, forget_systems
+from hdrm_fmu.tasks import Case, case_key, check_worker, run_case, start_case, system_key
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -57,7 +57,8 @@ def sweep(
     ----------
     cases : DataFrame, one row a run, one column a parameter by name (`mode`, `trajectory`, `hdrm.inertia_scale`, …; `seed`: machine of the
         world `real`; `waypoints`: a path's file or name); `grid` and `random` make such tables.
-    out : folder of the results. A folder of the same sweep is completed: nothing in it is run again, and cases may be added.
+    out : folder of the results. A folder of the same sweep is completed: nothing in it is run again, and cases may be added. A case whose
+        files have changed is another case: it is run, and a warning counts the results from before, which stay in the folder.
     system : `System`, or path of one, instead of the manipulator in `world`. Workers must see the same file.
     settings : start values of all cases.
     signals : signals whose time series are kept, one Parquet file a case in `out/series`; default: none.
@@ -77,6 +78,7 @@ def sweep(
     SweepStopped : the cluster is gone. What is there is kept; the same call goes on from it.
     """
     completed, table = complete(options, sweep), rows(cases)
+    forget_systems()
     for name in cases.columns:
         if name in OWN:
             raise BadInput(f"a column of cases cannot be named `{name}`: the results have one of that name")
@@ -90,7 +92,6 @@ def sweep(
         "path": None if system is None else str(chosen.path.resolve()),
         "variant": chosen.variant,
         "parameters": list(chosen.parameters),
-        "digest": None if system is None else digest(chosen.path),
         "machine": text,
         "step": float(chosen.step_size),
         "schedule": chosen.schedule,
@@ -102,17 +103,20 @@ def sweep(
     chosen._check({**spec, "settings": None})
     planned = [_plan(chosen, spec, common, path, case) for case in table]
     _check_paths(spec, planned)
-    manifest = {"version": identity(), "columns": list(cases.columns), **{k: v for k, v in spec.items() if k != "machine"}}
+    shared = system_key(spec)
+    # Where the files lie makes no difference, what they hold does.
+    places = ("machine", "path", "variant", "parameters")
+    manifest = {"version": identity(), "columns": list(cases.columns), "system": shared, **{k: v for k, v in spec.items() if k not in places}}
     manifest["settings"] = {name: str(value) for name, value in common.items()}
     texts = {"machine": spec["machine"], "waypoints": None if path is None else path.content}
     manifest |= {name: None if text is None else hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
-    keys = [_key(manifest, case) for case in planned]
+    keys = [case_key(spec, case) for case in planned]
     check_folder(out, manifest)
     own = None
     if client is None:
         client = own = _local()
     try:
-        _check_workers(client, spec)
+        _check_workers(client, spec, shared)
         store = Store(out, manifest)
         try:
             done = store.read()
@@ -126,7 +130,10 @@ def sweep(
                         bar.flushed = time.monotonic()
             store.flush()
             frame = _frame(cases, keys, store.read())
-            store.finish(frame)
+            earlier = store.finish(frame, list(cases.columns))
+            if earlier:
+                text = f"{out} also holds {earlier} results of these cases from before their files were changed; they are kept there, but not used"
+                warnings.warn(text, stacklevel=2)
             return frame
         finally:
             store.close()
@@ -192,14 +199,6 @@ def _check_client(client):
         raise BadInput(f"client = {client!r} must be a distributed.Client")
 
 
-def _key(manifest, case):
-    """Name of a result: a hash of all that it depends on."""
-    depends = {name: manifest[name] for name in manifest if name != "columns"}
-    path = None if case.path is None else case.path.content
-    text = json.dumps([depends, sorted(case.values.items()), case.seed, path], sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()[:32]
-
-
 def _local():
     from distributed import Client, LocalCluster
 
@@ -208,7 +207,7 @@ def _local():
     return Client(cluster)
 
 
-def _check_workers(client, spec):
+def _check_workers(client, spec, key):
     """Every worker must have this version of the package, and the system. The first question needs no package there."""
     client.wait_for_workers(1, timeout=PATIENCE)
     versions = client.run(importlib.metadata.version, "hdrm_fmu", on_error="return")
@@ -218,7 +217,7 @@ def _check_workers(client, spec):
             raise BadInput(f"the worker {worker} has no package hdrm_fmu; install this wheel there")
         if version != own:
             raise BadInput(f"the worker {worker} has hdrm_fmu {version}, but {own} is here")
-    for worker, found in client.run(check_worker, identity(), spec, on_error="return").items():
+    for worker, found in client.run(check_worker, identity(), spec, key, on_error="return").items():
         if isinstance(found, BaseException):
             raise BadInput(f"the worker {worker} cannot take part: {found}")
 
@@ -238,7 +237,7 @@ def _results(client, spec, missing):
                     width = max(1, sum(client.nthreads().values())) * IN_FLIGHT
                 while waiting and len(flying) < width and client.status == "running":
                     key, case = waiting[-1]
-                    future = client.submit(run_case, identity(), spec, case, key=f"hdrm_fmu-{key}", retries=3)
+                    future = client.submit(run_case, identity(), spec, case, key, key=f"hdrm_fmu-{key}", retries=3)
                     waiting.pop()
                     flying[key] = future
                     future.add_done_callback(finished.put)

@@ -44,6 +44,11 @@ def _loaded(_stamp, has_loads, **source):
     return system, Names(rows, dict(system.components()), *system.connectors())
 
 
+def forget_systems():
+    """Have every system read from its files again, whatever their times say."""
+    _loaded.cache_clear()
+
+
 class System:
     """Any system of FMUs: a packed `.ssp`, an `.ssd`, whose FMUs lie where it says or come with this package, or FMUs without a structure.
 
@@ -163,11 +168,14 @@ class System:
         return tip_path(self.waypoints)
 
     def _stamp(self):
-        """Names, times and sizes of the files, which change if a file does; FMUs in the folder of an `.ssd` are among them."""
+        """Times and sizes of the files, which change if a file does; what lies in the folder of an `.ssd` and its `resources` is among them."""
         try:
-            beside = sorted(self.path.parent.glob("*.fmu")) if self.path.suffix == ".ssd" else []
-            files = (*self.files, *beside, *(Path(file) for _, file in (*self.replace, *self.maps)))
-            return tuple((p.name, p.stat().st_mtime_ns, p.stat().st_size) for p in files)
+            beside = [p for pattern in ("*", "resources/**/*") for p in sorted(self.path.parent.glob(pattern))] if self.path.suffix == ".ssd" else []
+            # A parameter set may also lie in the packed system.
+            sets = [p for p in map(Path, self.parameters) if p.is_file()]
+            files = (*self.files, *beside, *sets, *(Path(file) for _, file in (*self.replace, *self.maps)))
+            found = [(p.name, p.stat()) for p in files]
+            return tuple((name, s.st_mtime_ns, s.st_ctime_ns, s.st_ino, s.st_size) for name, s in found)
         except OSError as error:
             raise BadInput(f"`{error.filename}` cannot be read: {error.strerror}") from None
 
@@ -242,6 +250,11 @@ class System:
         with self._tip_path.at_hand() as file:
             follow = self._names.settings({TRAJECTORY: "path", FILE: file})
             yield {**conditions, "settings": [*conditions["settings"], *follow.items()]}
+
+    def _key(self, settings, stop_time):
+        """A hash of all that the numbers of a run depend on: contents of FMUs, files and structure, start values, schedule, times."""
+        with self._on_path(self._conditions(settings, stop_time)) as conditions:
+            return self._native.key(conditions)
 
     def check(self, **options: Unpack[RunOptions]) -> list[str]:
         """Check the keywords of `run` without running; return the names of the signals."""

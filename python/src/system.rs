@@ -9,6 +9,7 @@ use clap::ValueEnum as _;
 use cosim::cli::{InputArgs, RunArgs, STEP};
 use cosim::io::input_table::{Column, Table};
 use cosim::master::Schedule;
+use cosim::run::run_key::RunKey;
 use cosim::run::signals::connected;
 use cosim::structure::package::{FmuPlace, read};
 use cosim::structure::system::{Setting, System as Loaded};
@@ -341,6 +342,12 @@ impl System {
     fn check(&self, conditions: Conditions) -> PyResult<()> {
         let checked = self.experiment(conditions, false);
         checked.map(drop).map_err(to_exception)
+    }
+
+    /// Key of a run under these conditions: a hash of all that its numbers depend on.
+    fn key(&self, conditions: Conditions) -> PyResult<String> {
+        let (experiment, _) = self.experiment(conditions).map_err(to_exception)?;
+        Ok(RunKey::new(&self.system, &experiment).digest())
     }
 
     /// Draws a machine of the real world, around the system's own machine or that of the file

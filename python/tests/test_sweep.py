@@ -2,15 +2,19 @@
 
 import json
 import os
+import random
+import shutil
 import threading
 import time
+import zipfile
 
 import pandas
 import pytest
 
 import hdrm_fmu
 from hdrm_fmu import BadInput, grid, sweep, sweeping
-from hdrm_fmu.tasks import run_case
+from hdrm_fmu.store import read_table, write_table
+from hdrm_fmu.tasks import Case, case_key, run_case
 
 QUICK = {"stop_time": 0.05, "settings": {"settle_time": 0.01}, "progress": False}
 CASES = grid(mode=["adaptive", "pd"], **{"hdrm.inertia_scale": [0.8, 0.9, 1.1]})
@@ -40,8 +44,7 @@ def test_a_sweep_is_the_serial_run_and_repeats_nothing(two_workers, tmp_path):
     assert (tmp_path / "a/results.parquet").stat().st_mtime_ns > before
     # Cases that are there are not run again: what was altered by hand is still there.
     file = tmp_path / "a/results.parquet"
-    altered = pandas.read_parquet(file).assign(tip_rmse=-1.0)
-    altered.to_parquet(file, index=False)
+    write_table(file, read_table(file).assign(tip_rmse=-1.0))
     assert (sweep(CASES, out=tmp_path / "a", **quick)["tip_rmse"] == -1.0).all()
     # Another order gives the same rows.
     shuffled = sweep(CASES.iloc[::-1], out=tmp_path / "b", **quick).iloc[::-1].reset_index(drop=True)
@@ -121,6 +124,137 @@ def test_an_interrupted_sweep_goes_on(two_workers, tmp_path, monkeypatch):
     assert not list((tmp_path / "i").glob("part-*.parquet"))
 
 
+SET = """<ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" version="1.0" name="s"><ssv:Parameters>
+<ssv:Parameter name="hdrm.inertia_scale"><ssv:Real value="{}"/></ssv:Parameter></ssv:Parameters></ssv:ParameterSet>"""
+
+
+def repacked(system, name):
+    """Change a byte of a file in a packed system that no number depends on: its archive's comment."""
+    with zipfile.ZipFile(system) as archive:
+        entries = [(entry, archive.read(entry)) for entry in archive.infolist()]
+    with zipfile.ZipFile(system, "w") as archive:
+        for entry, content in entries:
+            if entry.filename.endswith(name):
+                end = content.rfind(b"PK\5\6")
+                content = content[: end + 20] + b"\1\0!"
+            archive.writestr(entry, content)
+
+
+@pytest.fixture
+def own_files(tmp_path):
+    """A system, a parameter set, a machine file that extends another one, and a path, in a folder of their own."""
+    shutil.copy(hdrm_fmu.systems()["Manipulator"], tmp_path / "system.ssp")
+    (tmp_path / "set.ssv").write_text(SET.format(1.0))
+    shutil.copy(hdrm_fmu.parameters()["reference_machine"], tmp_path / "base.json")
+    (tmp_path / "machine.json").write_text(json.dumps({"extends": "base.json"}))
+    points = [[4.0, 1.5, 0.0], [4.1, 1.5, 0.0]]
+    pandas.DataFrame(points, columns=["x", "y", "z"]).to_csv(tmp_path / "path.csv", index=False)
+    return tmp_path
+
+
+def set_inertia(folder):
+    (folder / "set.ssv").write_text(SET.format(1.3))
+
+
+def extend_machine(folder):
+    text = json.loads((folder / "base.json").read_text())
+    text["bodies"]["PL"]["mass"] *= 1.5
+    (folder / "base.json").write_text(json.dumps(text))
+
+
+def move_path(folder):
+    (folder / "path.csv").write_text((folder / "path.csv").read_text().replace("4.1", "4.2"))
+
+
+def change_fmu(folder):
+    repacked(folder / "system.ssp", "Hdrm.fmu")
+
+
+def own_sweep(folder, out, **options):
+    system = hdrm_fmu.System(folder / "system.ssp", parameters=[folder / "set.ssv"], step=1e-3)
+    cases = pandas.DataFrame({"hdrm.machine_file": [str(folder / "machine.json")], "waypoints": [str(folder / "path.csv")]})
+    settings = {**QUICK["settings"], "path_check": False}
+    return sweep(cases, out=out, system=system, **{**QUICK, "settings": settings, **options})
+
+
+@pytest.mark.parametrize("edit", [set_inertia, extend_machine, move_path, change_fmu])
+def test_an_edited_file_is_another_case(two_workers, own_files, edit):
+    """The cluster remembers neither the result nor the system; the file keeps its size and its time."""
+    first = own_sweep(own_files, own_files / "out", client=two_workers)
+    times = {file: file.stat() for file in own_files.iterdir() if file.is_file()}
+    edit(own_files)
+    for file, before in times.items():
+        os.utime(file, ns=(before.st_atime_ns, before.st_mtime_ns))
+    fresh = own_sweep(own_files, own_files / "fresh", client=two_workers)
+    assert first["key"][0] != fresh["key"][0]
+    alone = own_sweep(own_files, own_files / "alone")
+    pandas.testing.assert_frame_equal(fresh, alone, check_exact=True)
+    # The path begins later than the run ends, and the FMU differs in a comment only.
+    assert (fresh["tip_rmse"] != first["tip_rmse"]).all() == (edit in (set_inertia, extend_machine))
+    there = files(own_files / "out")
+    if edit in (set_inertia, change_fmu):
+        with pytest.raises(BadInput, match="parameter sets or its FMUs had other contents"):
+            own_sweep(own_files, own_files / "out", client=two_workers)
+        assert files(own_files / "out") == there
+    else:
+        with pytest.warns(UserWarning, match="also holds 1 results of these cases"):
+            again = own_sweep(own_files, own_files / "out", client=two_workers)
+        pandas.testing.assert_frame_equal(again, fresh, check_exact=True)
+        assert set(read_table(own_files / "out/results.parquet")["key"]) == {first["key"][0], fresh["key"][0]}
+
+
+def test_a_system_is_read_again_after_an_edit(own_files):
+    """Of the same size, with the time of before."""
+    start = lambda: hdrm_fmu.System(own_files / "system.ssp", parameters=[own_files / "set.ssv"]).variables["hdrm.inertia_scale"].start
+    before = (own_files / "set.ssv").stat()
+    assert start() == "1.0"
+    set_inertia(own_files)
+    os.utime(own_files / "set.ssv", ns=(before.st_atime_ns, before.st_mtime_ns))
+    assert start() == "1.3"
+
+
+def test_a_key_is_of_contents_and_options(own_files, monkeypatch):
+    """Each option in turn changes it; folders and the order of values do not."""
+    spec = {"world": None, "path": str(own_files / "system.ssp"), "variant": None, "parameters": [str(own_files / "set.ssv")], "machine": None}
+    spec |= {"step": 1e-3, "schedule": "gauss-seidel", "signals": None, "interval": None, "stop_time": 0.05, "max_error": None, "metrics": []}
+    values = {"controller.mode": "pd", "hdrm.payload.mass": "110"}
+    key = lambda values=values, seed=None, follow=None, **other: case_key({**spec, **other}, Case(values, seed, follow))
+    machine = (own_files / "base.json").read_text()
+    cube = hdrm_fmu.paths.tip_path("iso9283-cube")
+    others = [key({**values, "hdrm.payload.mass": "120"}), key({"controller.mode": "pd"}), key(seed=1), key(follow=cube), key(machine=machine)]
+    others += [key(step=2e-3), key(schedule="jacobi"), key(signals=["hdrm.zeta[2]"]), key(interval=0.01), key(stop_time=0.06)]
+    others += [key(max_error=1e-3), key(metrics=["tracking"]), key(parameters=[]), key(variant="triangular_pd.ssd")]
+    monkeypatch.setattr("hdrm_fmu.tasks.identity", lambda: "0.0.1-0")
+    others.append(key())
+    monkeypatch.undo()
+    assert key() not in others and len(set(others)) == len(others)
+    shutil.copytree(own_files, own_files / "elsewhere")
+    moved = {"path": str(own_files / "elsewhere/system.ssp"), "parameters": [str(own_files / "elsewhere/set.ssv")]}
+    assert key() == key(dict(reversed(values.items()))) == key({**values, "hdrm.payload.mass": "110.0"}) == key(**moved)
+
+
+def test_a_damaged_file_is_named(two_workers, tmp_path):
+    """600 bits are flipped, each alone: none is read. What is there is left as it is."""
+    table = sweep(CASES.iloc[:2], out=tmp_path / "d", client=two_workers, **QUICK)
+    file = tmp_path / "d/results.parquet"
+    whole, draw = file.read_bytes(), random.Random(46)
+    assert read_table(file)["key"].tolist() == table["key"].tolist()
+    assert pandas.read_parquet(file)["key"].tolist() == table["key"].tolist()
+    for bit in draw.sample(range(8 * len(whole)), 600):
+        damaged = bytearray(whole)
+        damaged[bit // 8] ^= 1 << bit % 8
+        file.write_bytes(damaged)
+        with pytest.raises(BadInput, match="results.parquet` is damaged"):
+            read_table(file)
+    for length in (0, 7, len(whole) // 2, len(whole) - 1):
+        file.write_bytes(whole[:length])
+        with pytest.raises(BadInput, match="remove it to run its cases again"):
+            sweep(CASES.iloc[:2], out=tmp_path / "d", client=two_workers, **QUICK)
+        assert file.read_bytes() == whole[:length]
+    file.unlink()
+    pandas.testing.assert_frame_equal(sweep(CASES.iloc[:2], out=tmp_path / "d", client=two_workers, **QUICK), table, check_exact=True)
+
+
 @pytest.mark.parametrize(
     ("cases", "options", "reason"),
     [
@@ -184,4 +318,4 @@ def test_a_worker_without_the_package_is_refused(cluster, tmp_path):
 
 def test_what_is_not_of_the_case_is_raised():
     with pytest.raises(RuntimeError, match="a worker has hdrm_fmu"):
-        run_case("0.0.1-0", {}, None)
+        run_case("0.0.1-0", {}, None, "")

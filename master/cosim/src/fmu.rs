@@ -9,6 +9,8 @@ use fmi_import::batch::{Batch, Layout};
 use fmi_import::fmi_instance::{Arguments, FmiInstance};
 use fmi_import::{ClockPlan, Functions, instantiate, is_triggered, messages, output};
 
+use crate::io::digest::sha256;
+
 /// A loaded FMU, shared by all its instances.
 pub struct Fmu {
     /// Name for messages: the file it came from.
@@ -21,6 +23,8 @@ pub struct Fmu {
     layout: Layout,
     pub(crate) plan: Arc<ClockPlan>,
     instances: AtomicUsize,
+    /// SHA-256 of the archive.
+    pub(crate) sha256: String,
     /// Harmless oddities of the archive or its description.
     pub remarks: Vec<String>,
 }
@@ -32,6 +36,7 @@ impl Fmu {
     }
 
     fn open(file: &str, bytes: Vec<u8>) -> Result<Arc<Self>> {
+        let sha256 = sha256(&bytes);
         let mut archive = Archive::open(bytes)?;
         let description = archive.description()?;
         let (loaded, remark) = fmi_import::Fmu::from_archive(file, &mut archive, description)?;
@@ -58,6 +63,7 @@ impl Fmu {
             layout,
             description,
             instances: AtomicUsize::new(0),
+            sha256,
             remarks,
         }))
     }

@@ -172,7 +172,7 @@ fn run_system(args: &OneRunArgs) -> Result<Verdict> {
     verdict.extend(altered);
     let stop = experiment.stop(&system)?;
     announce(&experiment, stop, &defaults);
-    let mut plan = args.steps.plan(stop)?;
+    let mut plan = args.steps.plan(&system, &experiment)?;
     if args.run.threads.is_none() && plan.resume.is_none() {
         plan.threads_for = Some(experiment.clone());
     }

@@ -11,6 +11,7 @@ pub mod observer;
 #[cfg(feature = "native")]
 mod plan;
 pub mod recording;
+pub mod run_key;
 pub mod signals;
 #[cfg(feature = "native")]
 pub mod simulate;

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 
-use crate::run::simulate::Plan;
+use crate::run::simulate::{Experiment, Plan};
 use crate::stepping::{StepControl, StepLimits};
+use crate::structure::system::System;
 use fmi_import::digits::short;
 
 /// How long communication steps are, and where a run is saved or resumed.
@@ -58,14 +59,16 @@ pub struct StepArgs {
     /// Save the run to this file at the first communication point at or after a time, s; repeatable
     #[arg(long = "snapshot", value_name = "TIME=FILE")]
     pub snapshots: Vec<String>,
-    /// Resume from a file of --snapshot, of the same system with the same options
+    /// Resume from a file of --snapshot, of the same system with the same options; only the stop
+    /// time may be another
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
 }
 
 impl StepArgs {
-    /// The plan of a run to `stop`, s, with these arguments.
-    pub fn plan(&self, stop: f64) -> Result<Plan> {
+    /// The plan of a run of `experiment` on `system` with these arguments.
+    pub fn plan(&self, system: &System, experiment: &Experiment) -> Result<Plan> {
+        let stop = experiment.stop(system)?;
         let mut snapshots = Vec::new();
         for text in &self.snapshots {
             let parts = text.split_once('=');
@@ -80,13 +83,17 @@ impl StepArgs {
             output_file::claim(Path::new(file))?;
             snapshots.push((time, PathBuf::from(file)));
         }
-        Ok(Plan {
+        let mut plan = Plan {
             stop,
             control: self.control()?,
             snapshots,
             resume: self.resume.clone(),
-            threads_for: None,
-        })
+            ..Plan::default()
+        };
+        if plan.resume.is_some() || !plan.snapshots.is_empty() {
+            plan.key = Some(plan.key(system, experiment));
+        }
+        Ok(plan)
     }
 
     fn control(&self) -> Result<StepControl> {

@@ -7,6 +7,7 @@ use anyhow::Result;
 
 use crate::master::Master;
 use crate::run::experiment::Experiment;
+use crate::run::run_key::RunKey;
 use crate::stepping::{StepControl, Steps};
 use crate::structure::system::System;
 
@@ -22,6 +23,8 @@ pub struct Plan {
     pub snapshots: Vec<(f64, PathBuf)>,
     /// File of the snapshot from which the run is resumed.
     pub resume: Option<PathBuf>,
+    /// Key of the run, which snapshots and a resumed run need: see [`Plan::key`].
+    pub key: Option<RunKey>,
     /// The experiment that made the master on one thread, if the number of threads may be chosen:
     /// where the first steps take long, they are repeated on as many threads as there are cores,
     /// and the faster continue. The observer sees the same values.
@@ -35,6 +38,22 @@ impl Plan {
             stop,
             ..Self::default()
         }
+    }
+
+    /// The key of a run of `experiment` on `system` by this plan. Its snapshots may be taken at any
+    /// time.
+    pub fn key(&self, system: &System, experiment: &Experiment) -> RunKey {
+        let Self {
+            stop: _, // in the experiment
+            control,
+            snapshots: _,
+            resume: _,
+            key: _,
+            threads_for: _,
+        } = self;
+        let mut key = RunKey::new(system, experiment);
+        key.add("the choice of steps", format!("{control:?}"));
+        key
     }
 
     /// The steps of a run of `master`. True if a last, shortened step is left out, because a

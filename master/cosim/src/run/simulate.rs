@@ -77,8 +77,7 @@ pub fn run_plan(
     }
     let mut state = RunState {
         supervision: Supervision::new(system, &master, verdict),
-        system,
-        control: plan.control,
+        key: plan.key.as_ref(),
         master,
         steps,
     };

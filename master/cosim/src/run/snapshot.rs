@@ -1,14 +1,14 @@
 //! Snapshots: a run at a communication point as bytes, from which another process resumes it with
 //! bit-identical results. `simulate` writes and reads them (`--snapshot`, `--resume`).
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use serde::{Deserialize, Serialize};
 
-use crate::master::{Master, Saved, Stepping};
+use crate::master::{Master, Saved};
 use crate::run::divergence::Watch;
+use crate::run::run_key::{RunKey, STOP_TIME};
 use crate::run::supervision::Supervision;
-use crate::stepping::{Progress, StepControl, Steps};
-use crate::structure::system::System;
+use crate::stepping::{Progress, Steps};
 
 /// First bytes of a snapshot, with the version of the format; a checksum follows.
 const MAGIC: &[u8] = b"cosim snapshot 3\n";
@@ -16,21 +16,16 @@ const HEADER: usize = MAGIC.len() + 4;
 
 #[derive(Deserialize, Serialize)]
 struct Snapshot {
-    /// Name of each component, and the token of its FMU.
-    components: Vec<[String; 2]>,
-    stepping: Stepping,
-    control: StepControl,
+    key: RunKey,
     progress: Progress,
     watch: Watch,
     master: Saved<Vec<u8>>,
 }
 
-/// A run in progress: its system and all that changes from one communication point to the next.
+/// A run in progress: its key and all that changes from one communication point to the next.
 pub struct RunState<'a> {
-    /// The system.
-    pub system: &'a System,
-    /// How the lengths of its steps are chosen.
-    pub control: StepControl,
+    /// What the run depends on; snapshots need it.
+    pub key: Option<&'a RunKey>,
     /// The running system.
     pub master: Master,
     /// The steps, made and to come.
@@ -40,19 +35,14 @@ pub struct RunState<'a> {
 }
 
 impl RunState<'_> {
-    fn components(&self) -> Vec<[String; 2]> {
-        let all = self.system.structure.components.iter();
-        let all = all.zip(&self.system.fmus);
-        all.map(|(c, fmu)| [c.name.clone(), fmu.description.guid.clone()])
-            .collect()
+    fn key(&self) -> Result<&RunKey> {
+        self.key.context("snapshots need the key of the run")
     }
 
     /// The run as bytes; every FMU must be able to serialize its state.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
         let snapshot = postcard::to_stdvec(&Snapshot {
-            components: self.components(),
-            stepping: self.master.stepping(),
-            control: self.control,
+            key: self.key()?.clone(),
             progress: self.steps.progress(),
             watch: self.supervision.watch.clone(),
             master: self.master.save_bytes()?,
@@ -61,8 +51,8 @@ impl RunState<'_> {
         Ok([MAGIC, &sum, &snapshot].concat())
     }
 
-    /// Resumes from the bytes of a snapshot, which must be of a run of the same components and
-    /// steps.
+    /// Resumes from the bytes of a snapshot, which must be of the same run; only its stop time may
+    /// be another.
     pub fn resume(&mut self, bytes: &[u8]) -> Result<()> {
         ensure!(
             bytes.len() >= HEADER && bytes.starts_with(MAGIC),
@@ -74,26 +64,12 @@ impl RunState<'_> {
             "the snapshot is damaged: its checksum is wrong"
         );
         let snapshot: Snapshot = postcard::from_bytes(bytes).context("the snapshot is damaged")?;
-        for (own, [name, token]) in self.components().iter().zip(&snapshot.components) {
-            ensure!(
-                own[0] == *name && own[1] == *token,
-                "the snapshot has the component `{name}` of the FMU {token} where this system has `{}` of {}",
-                own[0],
-                own[1]
+        let difference = (self.key()?).difference(&snapshot.key, "in the snapshot", STOP_TIME);
+        if let Some(difference) = difference {
+            bail!(
+                "the snapshot is of another run: {difference}. Resume with what the run was saved with, or start anew without --resume"
             );
         }
-        let [own, saved] = [self.components().len(), snapshot.components.len()];
-        ensure!(
-            own == saved,
-            "the snapshot is of {saved} components, this system has {own}"
-        );
-        let (own, saved) = (self.master.stepping(), snapshot.stepping);
-        ensure!(
-            own == saved && self.control == snapshot.control,
-            "the snapshot is of a run with other steps: {saved:?}, {:?}, where this one has {own:?}, {:?}",
-            snapshot.control,
-            self.control
-        );
         self.master.restore_bytes(snapshot.master)?;
         self.steps.resume(&self.master, snapshot.progress)?;
         self.supervision.watch = snapshot.watch;

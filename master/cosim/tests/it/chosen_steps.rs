@@ -197,12 +197,15 @@ fn a_resumed_run_has_the_same_bits() {
         (Schedule::Jacobi, by_doubling(1e-3)),
     ] {
         let start = || experiment(schedule).start(&system).unwrap();
+        let key = plan(control).key(&system, &experiment(schedule));
         let saving = Plan {
             snapshots: vec![(1.2345, file.clone())],
+            key: Some(key.clone()),
             ..plan(control)
         };
         let resuming = Plan {
             resume: Some(file.clone()),
+            key: Some(key),
             ..plan(control)
         };
         let (whole, all) = rows(&system, start(), &saving).unwrap();
@@ -218,23 +221,42 @@ fn a_resumed_run_has_the_same_bits() {
 fn a_foreign_snapshot_is_refused() {
     let system = system("foreign_snapshot", &oscillator()).unwrap();
     let file = scratch("foreign.snapshot");
-    let start = |step| Master::new(&system, &[], stepping(step, Schedule::Jacobi)).unwrap();
+    let experiment = |step| Experiment {
+        threads: 1,
+        stepping: stepping(step, Schedule::Jacobi),
+        stop: None,
+        settings: Vec::new(),
+        faults: Faults::default(),
+        inputs: None,
+    };
+    let run = |step, plan: Plan| {
+        let experiment = experiment(step);
+        let key = Some(plan.key(&system, &experiment));
+        rows(
+            &system,
+            experiment.start(&system).unwrap(),
+            &Plan { key, ..plan },
+        )
+    };
     let saving = Plan {
         snapshots: vec![(1.0, file.clone())],
         ..Plan::to(1.5)
     };
-    rows(&system, start(0.01), &saving).unwrap();
-    let resumed = |system: &System, master, file: PathBuf, control| {
+    run(0.01, saving).unwrap();
+    let resumed = |step, file: PathBuf, control| {
         let plan = Plan {
             resume: Some(file),
             ..plan(control)
         };
-        format!("{:#}", rows(system, master, &plan).unwrap_err())
+        format!("{:#}", run(step, plan).unwrap_err())
     };
-    let error = resumed(&system, start(0.02), file.clone(), StepControl::Fixed);
-    assert!(error.contains("other steps"), "{error}");
-    let error = resumed(&system, start(0.01), file.clone(), by_doubling(1e-3));
-    assert!(error.contains("other steps"), "{error}");
+    let error = resumed(0.02, file.clone(), StepControl::Fixed);
+    assert!(
+        error.contains("another run: the communication step is 0.01 s"),
+        "{error}"
+    );
+    let error = resumed(0.01, file.clone(), by_doubling(1e-3));
+    assert!(error.contains("the choice of steps is Fixed"), "{error}");
     let bytes = fs::read(&file).unwrap();
     for (name, bytes, word) in [
         ("empty", Vec::new(), "not a snapshot"),
@@ -247,7 +269,7 @@ fn a_foreign_snapshot_is_refused() {
     ] {
         let file = scratch(name);
         fs::write(&file, bytes).unwrap();
-        let error = resumed(&system, start(0.01), file, StepControl::Fixed);
+        let error = resumed(0.01, file, StepControl::Fixed);
         assert!(error.contains(word), "{name}: {error}");
     }
 }

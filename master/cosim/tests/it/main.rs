@@ -21,6 +21,7 @@ mod outputs;
 mod printed;
 mod program;
 mod rates;
+mod run_key;
 mod saved;
 mod support;
 mod threads;

@@ -58,7 +58,7 @@ pub fn draws(args: &DrawsArgs) -> Result<Verdict> {
     let seeds = args.seed..args.seed + args.seeds;
     let cases = cases(args.world, &system, seeds, args.bounds)?;
     let law = &Law::new(&*args.mode, &args.mode);
-    let store = RunStore::new(args.store.as_deref(), &system)?;
+    let store = RunStore::new(args.store.as_deref())?;
     let runs = with_progress(args.seeds, "machines", |done| {
         draws::run(
             (&system, &base),
@@ -87,6 +87,7 @@ pub fn draws(args: &DrawsArgs) -> Result<Verdict> {
         1e3 * error.worst,
     ))?;
     draws::judge(&runs, &mut verdict);
+    store.report_unused();
     found["bounds"] = args.bounds.into();
     found["counts"] = serde_json::to_value(counts)?;
     found["machines"] = serde_json::to_value(&runs)?;

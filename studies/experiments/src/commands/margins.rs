@@ -69,7 +69,7 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
         [] => &PAYLOADS,
         payloads => payloads,
     };
-    let store = RunStore::new(args.store.as_deref(), &system)?;
+    let store = RunStore::new(args.store.as_deref())?;
     let adaptive = laws.iter().filter(|law| law.name.starts_with("adaptive"));
     let count = (CHANGES.len() - 1) * laws.len() + adaptive.count();
     let count = (count * places.len() * payloads.len()) as u64;
@@ -78,6 +78,7 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
     })?;
     print(text(&modes, &margins))?;
     margins::judge(&margins, &mut verdict);
+    store.report_unused();
     write(args.csv.as_deref(), |file| {
         writeln!(file, "law,place,payload [kg],change,stable,beyond,limit")?;
         for m in &margins {

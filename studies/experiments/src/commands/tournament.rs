@@ -61,7 +61,7 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     let mut found = conditions(&system, &base);
     let tuning = cases(world, &system, 101..101 + args.tuning_seeds, 1.0)?;
     let reporting = cases(world, &system, 1..1 + args.seeds, 1.0)?;
-    let store = &RunStore::new(Some(&args.store), &system)?;
+    let store = &RunStore::new(Some(&args.store))?;
     let mut contest = Tournament {
         system: &system,
         base: &base,
@@ -110,6 +110,7 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     found["tuned"] = serde_json::to_value(tuned)?;
     found["runs"] = serde_json::to_value(ended)?;
     write_json(args.json.as_deref(), &found)?;
+    store.report_unused();
     Ok(verdict)
 }
 
