@@ -66,6 +66,8 @@ pub struct System {
     pub connections: Vec<Connection>,
     /// Signal dictionaries by name.
     pub dictionaries: Vec<(String, Sourced<SignalDictionary>)>,
+    /// Annotations of tools.
+    pub annotations: Vec<Annotation>,
 }
 
 /// An element of a system.
@@ -237,6 +239,7 @@ fn read_system(node: &xml::Element, units: &[Unit]) -> Result<System, XmlError> 
     Ok(System {
         connectors: read_connectors(node, units)?,
         bindings: Binding::read_all(node)?,
+        annotations: Annotation::read_all(node)?,
         connections: connections.collect::<Result<_, _>>()?,
         dictionaries: dictionaries.collect::<Result<_, _>>()?,
         elements,

@@ -5,13 +5,14 @@ use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
 
 use crate::master::{Master, Saved, Stepping};
+use crate::run::alarms::Raised;
 use crate::run::divergence::Watch;
 use crate::run::supervision::Supervision;
 use crate::stepping::{Progress, StepControl, Steps};
 use crate::structure::system::System;
 
 /// First bytes of a snapshot, with the version of the format; a checksum follows.
-const MAGIC: &[u8] = b"cosim snapshot 2\n";
+const MAGIC: &[u8] = b"cosim snapshot 3\n";
 const HEADER: usize = MAGIC.len() + 4;
 
 #[derive(Deserialize, Serialize)]
@@ -22,6 +23,7 @@ struct Snapshot {
     control: StepControl,
     progress: Progress,
     watch: Watch,
+    raised: Vec<Raised>,
     master: Saved<Vec<u8>>,
 }
 
@@ -55,6 +57,7 @@ impl RunState<'_> {
             control: self.control,
             progress: self.steps.progress(),
             watch: self.supervision.watch.clone(),
+            raised: self.supervision.alarms.raised.clone(),
             master: self.master.save_bytes()?,
         })?;
         let sum = crc32fast::hash(&snapshot).to_le_bytes();
@@ -96,7 +99,12 @@ impl RunState<'_> {
         );
         self.master.restore_bytes(snapshot.master)?;
         self.steps.resume(&self.master, snapshot.progress)?;
+        ensure!(
+            self.supervision.alarms.raised.len() == snapshot.raised.len(),
+            "the snapshot is of a run with other alarms"
+        );
         self.supervision.watch = snapshot.watch;
+        self.supervision.alarms.raised = snapshot.raised;
         Ok(())
     }
 }

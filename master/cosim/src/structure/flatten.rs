@@ -9,6 +9,7 @@ use system_structure::{
     Sourced, System, SystemStructure, Transformation,
 };
 
+use super::alarm::Alarm;
 use super::bond::PowerBond;
 use super::flat::{Component, Connection, Hop, Parameter, Structure};
 use super::package::DEFAULT;
@@ -61,6 +62,10 @@ pub fn read(text: &str, file: &str, files: &mut Files<'_>) -> Result<Structure> 
         ..
     } = flattening;
     resolve(&mut structure, &parts, values, &read.system)?;
+    let mut alarms = std::mem::take(&mut structure.alarms);
+    let mut all = alarms.iter_mut();
+    all.try_for_each(|alarm| alarm.find_component(&structure))?;
+    structure.alarms = alarms;
     Ok(structure)
 }
 
@@ -137,6 +142,8 @@ impl Flattening<'_> {
             let part = part.with_context(|| place.clone())?;
             self.parts.push(part);
         }
+        let alarms = Alarm::read_all(&system.annotations, path, place.file)?;
+        self.structure.alarms.extend(alarms);
         let owner = format!("system `{}`", system.name);
         self.bind(&system.bindings, &owner, path, place)
     }
@@ -187,6 +194,8 @@ impl Flattening<'_> {
             };
             self.system(&read.system, path, &inner, &[])?;
         }
+        let alarms = Alarm::read_all(&component.annotations, path, place.file)?;
+        self.structure.alarms.extend(alarms);
         let owner = format!("component `{path}`");
         self.bind(&component.bindings, &owner, path, place)
     }

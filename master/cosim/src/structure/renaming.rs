@@ -63,6 +63,13 @@ pub(crate) fn rename(
         }
         lacking.is_none()
     });
+    for alarm in structure.alarms.iter_mut() {
+        if alarm.component == name
+            && let Some(entry) = entry(&alarm.variable)
+        {
+            alarm.variable.clone_from(&entry.target);
+        }
+    }
     let component = &mut structure.components[component];
     for connector in &mut component.connectors {
         if let Some(entry) = entry(&connector.name) {

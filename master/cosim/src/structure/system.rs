@@ -94,6 +94,8 @@ impl System {
             system.map(name, file)?;
         }
         arrays::resolve(&mut system.structure, &system.fmus)?;
+        system.drop_alarms(replaced.iter().map(|(name, _)| name));
+        system.alarms()?;
         system.fit_values()?;
         system.check_units()?;
         Ok(system)

@@ -1,6 +1,6 @@
 //! Watches a machine's limits and ratings during a run and gives a verdict: which signals saturated
-//! and for what share of the time, which ratings were exceeded, what the controller's supervisor
-//! did, whether there was a reference. Used by `measures::run`, `endurance`, `imported_run`.
+//! and for what share of the time, which ratings were exceeded, whether rods swing, what the
+//! controller's supervisor did, whether there was a reference. Used by `measures::run`, `endurance`, `imported_run`.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -11,6 +11,7 @@ use fmi_description::Kind;
 use machine_file::AXES;
 
 use self::Meaning::{RatedMean, Rating, Saturation, Supervision};
+use crate::measures::swinging::{SwingWatch, reference_ports};
 use crate::setup::machine_choice::MachineFile;
 
 /// Share of the time above which saturation makes the verdict bad.
@@ -64,6 +65,10 @@ struct Limit {
 pub struct LimitWatch {
     ports: Vec<Port>,
     limits: Vec<Limit>,
+    swings: SwingWatch,
+    /// Actuators, with the indices of their rods' forces.
+    rods: Vec<(String, usize)>,
+    reference: Range<usize>,
     samples: u64,
 }
 
@@ -80,7 +85,7 @@ impl LimitWatch {
         let Some(MachineFile { machine, .. }) = file else {
             return Ok(watch);
         };
-        let mut drives = 0;
+        let (mut drives, mut rated) = (0, Vec::new());
         for k in 0..system.fmus.len() {
             let name = &system.structure.components[k].name;
             if system.port_of(k, STAGE).is_ok() {
@@ -112,8 +117,13 @@ impl LimitWatch {
                 ("motor torque", "N.m", &["tau_e"], RatedMean, torque),
             ];
             for (what, unit, variables, meaning, limit) in rows {
-                let limit = Limit::new(format!("{what} of {name}"), unit, meaning, limit);
-                watch.add_limit(system, k, variables, limit)?;
+                let title = format!("{what} of {name}");
+                let row = Limit::new(title, unit, meaning, limit);
+                watch.add_limit(system, k, variables, row)?;
+                if what == "force" {
+                    watch.rods.push((name.clone(), watch.ports.len() - 1));
+                    rated.push(limit);
+                }
             }
         }
         let arm = system.port("f_hold[1]")?.component;
@@ -130,10 +140,14 @@ impl LimitWatch {
             let speed = Limit::new(name, "m/s", Rating, ratings.rod_speed_max);
             watch.add_limit(system, arm, &[&format!("x_dot[{i}]")], speed)?;
         }
+        watch.swings = SwingWatch::new(rated);
         for (i, max) in (1..).zip(limits.tau_wrist_max) {
             let torque = Limit::new(format!("wrist torque {i}"), "N.m", Saturation, max);
             watch.add_limit(system, arm, &[&format!("tau_wrist[{i}]")], torque)?;
         }
+        let first = watch.ports.len();
+        watch.ports.extend(reference_ports(system));
+        watch.reference = first..watch.ports.len();
         Ok(watch)
     }
 
@@ -165,6 +179,8 @@ impl LimitWatch {
         for limit in &mut self.limits {
             limit.add(t, values);
         }
+        let forces = self.rods.iter().map(|(_, signal)| values[*signal]);
+        self.swings.add(t, forces, &values[self.reference.clone()]);
     }
 
     /// The findings so far.
@@ -178,6 +194,8 @@ impl LimitWatch {
         for limit in &self.limits {
             limit.judge(self.samples, &mut verdict);
         }
+        let name = |rod: usize| self.rods[rod].0.clone();
+        self.swings.judge(name, &mut verdict);
         verdict
     }
 }
@@ -222,7 +240,7 @@ impl Limit {
         let Self {
             name, unit, worst, ..
         } = self;
-        let limit = (1e4 * self.limit).round() / 1e4;
+        let (worst, limit) = (short(*worst), short(self.limit));
         let samples = samples.max(1) as f64;
         let (rms, share) = (
             (self.squares / samples).sqrt(),
@@ -234,20 +252,21 @@ impl Limit {
             RatedMean if rms > self.limit => (
                 true,
                 format!(
-                    "{name}: root mean square {rms:.4} {unit}, more than the rated {limit} {unit}"
+                    "{name}: root mean square {} {unit}, more than the rated {limit} {unit}",
+                    short(rms)
                 ),
             ),
             RatedMean => return,
             _ if self.beyond == 0 => return,
             Supervision => {
-                let done = ((worst - ACTS) as usize).min(SUPERVISED.len() - 1);
+                let done = ((self.worst - ACTS) as usize).min(SUPERVISED.len() - 1);
                 let text = format!("{name}: it {}, {first}", SUPERVISED[done]);
-                (*worst >= STOPS, text)
+                (self.worst >= STOPS, text)
             }
             Rating => (
                 true,
                 format!(
-                    "{name}: up to {worst:.4} {unit}, more than the rated {limit} {unit} {when}"
+                    "{name}: up to {worst} {unit}, more than the rated {limit} {unit} {when}"
                 ),
             ),
             Saturation => (
@@ -260,6 +279,12 @@ impl Limit {
             false => verdict.note(text),
         }
     }
+}
+
+/// The number with five significant digits.
+pub fn short(number: f64) -> f64 {
+    let rounded = format!("{number:.4e}").parse();
+    rounded.unwrap_or(number)
 }
 
 /// Checks that the controller has a reference to follow; `parameter` returns values of parameters.

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::motor::Motor;
 use super::recorded::{Columns, Size, start_values};
+use crate::measures::limits::short;
 use crate::measures::heat::{Cycle, HeatNetwork, Temperatures};
 
 /// Time over which the cycle is repeated, s.
@@ -176,8 +177,10 @@ impl Axis {
                 && value > rating
             {
                 verdict.object(format!(
-                    "{}: {name} = {value:.4} {unit}, more than {rating:.4} {unit}",
-                    self.actuator
+                    "{}: {name} = {} {unit}, more than {} {unit}",
+                    self.actuator,
+                    short(value),
+                    short(rating)
                 ));
             }
         }
