@@ -1,7 +1,7 @@
 //! Reads a system structure of SSP into the flat system that the master runs ([`Structure`]), and
 //! loads its FMUs ([`system`]), for programs, Python and pages.
 
-pub(crate) mod alarm;
+mod alarm;
 pub(crate) mod arrays;
 mod bond;
 mod flat;

@@ -1,47 +1,34 @@
-//! Watches the alarms that a system structure declares, for `supervision`: at every communication
-//! point the variables are read in batches, and the first time at which an alarm holds is kept.
-
-use std::collections::BTreeMap;
-use std::sync::Arc;
+//! Watches the alarms that a system structure declares, for `supervision`, and keeps the first time
+//! at which each holds.
 
 use anyhow::Result;
+use fmi_description::Kind;
 
-use crate::exchange::{Read, reads};
-use crate::instance::At;
 use crate::master::Master;
+use crate::run::signals::Signals;
 use crate::run::verdict::Verdict;
-use crate::structure::alarm::PortAlarm;
+use crate::structure::Alarm;
 use crate::structure::system::System;
-
-/// Time, s, at which an alarm first held, and the value then.
-pub(crate) type Raised = Option<(f64, f64)>;
+use crate::wiring::Port;
 
 /// The alarms of a run.
 #[derive(Clone, Debug)]
 pub(crate) struct AlarmWatch {
-    reads: Arc<Vec<Read>>,
-    values: Vec<f64>,
-    /// The alarms with the slots of their values.
-    alarms: Arc<Vec<(PortAlarm, usize)>>,
-    /// What is known of each alarm.
-    pub raised: Vec<Raised>,
+    signals: Signals,
+    alarms: Vec<(Port, f64, Alarm)>,
+    /// For each alarm the time, s, at which it first held, and the value then.
+    pub raised: Vec<Option<[f64; 2]>>,
 }
 
 impl AlarmWatch {
     /// Starts at the present time of `master`.
     pub fn new(system: &System, master: &Master) -> Result<Self> {
-        let (alarms, mut slots) = (system.alarms()?, BTreeMap::new());
-        let ports = alarms.iter().map(|alarm| alarm.port);
-        let reads = reads(&system.wiring()?, ports, &mut slots);
-        let with_slot = |alarm: PortAlarm| {
-            let slot = slots[&alarm.port];
-            (alarm, slot)
-        };
+        let alarms = system.alarms.clone();
+        let ports: Vec<Port> = alarms.iter().map(|(port, ..)| *port).collect();
         let mut watch = Self {
-            reads: Arc::new(reads),
-            values: vec![0.0; slots.len()],
+            signals: Signals::new(system, &ports)?,
             raised: vec![None; alarms.len()],
-            alarms: Arc::new(alarms.into_iter().map(with_slot).collect()),
+            alarms,
         };
         watch.add(master)?;
         Ok(watch)
@@ -49,13 +36,12 @@ impl AlarmWatch {
 
     /// Adds the present communication point.
     pub fn add(&mut self, master: &Master) -> Result<()> {
-        for read in self.reads.iter() {
-            read.run(master.instances(), &mut self.values, At::Time(master.time()))?;
-        }
-        for ((alarm, slot), raised) in self.alarms.iter().zip(&mut self.raised) {
-            let value = self.values[*slot];
-            if raised.is_none() && alarm.holds(value) {
-                *raised = Some((master.time(), value));
+        let values = self.signals.read(master)?;
+        for (((_, bound, alarm), value), raised) in
+            self.alarms.iter().zip(values).zip(&mut self.raised)
+        {
+            if raised.is_none() && alarm.holds(*value, *bound) {
+                *raised = Some([master.time(), *value]);
             }
         }
         Ok(())
@@ -63,10 +49,19 @@ impl AlarmWatch {
 
     /// Adds a bad finding for each alarm that held.
     pub fn judge(&self, system: &System, verdict: &mut Verdict) {
-        for ((alarm, _), raised) in self.alarms.iter().zip(&self.raised) {
-            if let Some((t, value)) = raised {
-                verdict.object(alarm.describe(system, *value, *t));
-            }
+        for ((port, _, alarm), raised) in self.alarms.iter().zip(&self.raised) {
+            let Some([t, value]) = raised else { continue };
+            let shown = match &system.variable(*port).kind {
+                Kind::Boolean => (*value != 0.0).to_string(),
+                Kind::Enumeration(items) => {
+                    let mut items = items.iter();
+                    let item = items.find(|item| item.value as f64 == *value);
+                    item.map_or(value.to_string(), |item| item.name.clone())
+                }
+                _ => value.to_string(),
+            };
+            let (text, name) = (&alarm.text, system.name(*port));
+            verdict.object(format!("{text}: `{name}` is {shown}, first at t = {t} s"));
         }
     }
 }

@@ -13,6 +13,7 @@ use anyhow::{Result, bail};
 use fmi_description::{Access, Causality};
 
 /// Variables that are read together.
+#[derive(Clone, Debug)]
 pub struct Signals {
     ports: Vec<Port>,
     values: Vec<f64>,

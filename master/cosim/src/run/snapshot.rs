@@ -5,7 +5,6 @@ use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
 
 use crate::master::{Master, Saved, Stepping};
-use crate::run::alarms::Raised;
 use crate::run::divergence::Watch;
 use crate::run::supervision::Supervision;
 use crate::stepping::{Progress, StepControl, Steps};
@@ -23,7 +22,7 @@ struct Snapshot {
     control: StepControl,
     progress: Progress,
     watch: Watch,
-    raised: Vec<Raised>,
+    raised: Vec<Option<[f64; 2]>>,
     master: Saved<Vec<u8>>,
 }
 

@@ -5,8 +5,8 @@ use std::collections::HashMap;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use system_structure::{
-    Connection as Wire, Connector, DataType, Direction, Element, End, Kind, SignalDictionary,
-    Sourced, System, SystemStructure, Transformation,
+    Annotation, Connection as Wire, Connector, DataType, Direction, Element, End, Kind,
+    SignalDictionary, Sourced, System, SystemStructure, Transformation,
 };
 
 use super::alarm::Alarm;
@@ -62,10 +62,6 @@ pub fn read(text: &str, file: &str, files: &mut Files<'_>) -> Result<Structure> 
         ..
     } = flattening;
     resolve(&mut structure, &parts, values, &read.system)?;
-    let mut alarms = std::mem::take(&mut structure.alarms);
-    let mut all = alarms.iter_mut();
-    all.try_for_each(|alarm| alarm.find_component(&structure))?;
-    structure.alarms = alarms;
     Ok(structure)
 }
 
@@ -142,8 +138,7 @@ impl Flattening<'_> {
             let part = part.with_context(|| place.clone())?;
             self.parts.push(part);
         }
-        let alarms = Alarm::read_all(&system.annotations, path, place.file)?;
-        self.structure.alarms.extend(alarms);
+        self.alarms(&system.annotations, path, place.file)?;
         let owner = format!("system `{}`", system.name);
         self.bind(&system.bindings, &owner, path, place)
     }
@@ -194,10 +189,18 @@ impl Flattening<'_> {
             };
             self.system(&read.system, path, &inner, &[])?;
         }
-        let alarms = Alarm::read_all(&component.annotations, path, place.file)?;
-        self.structure.alarms.extend(alarms);
+        self.alarms(&component.annotations, path, place.file)?;
         let owner = format!("component `{path}`");
         self.bind(&component.bindings, &owner, path, place)
+    }
+
+    /// Add the alarms among annotations, with their full names.
+    fn alarms(&mut self, annotations: &[Annotation], path: &str, file: &str) -> Result<()> {
+        for mut alarm in Alarm::read_all(annotations, file)? {
+            alarm.name = join(path, &alarm.name);
+            self.structure.alarms.push(alarm);
+        }
+        Ok(())
     }
 
     /// Add the values of bindings, with their full names.

@@ -63,11 +63,10 @@ pub(crate) fn rename(
         }
         lacking.is_none()
     });
-    for alarm in structure.alarms.iter_mut() {
-        if alarm.component == name
-            && let Some(entry) = entry(&alarm.variable)
-        {
-            alarm.variable.clone_from(&entry.target);
+    for alarm in &mut structure.alarms {
+        let own = alarm.name.strip_prefix(&format!("{name}."));
+        if let Some(entry) = own.and_then(entry) {
+            alarm.name = format!("{name}.{}", entry.target);
         }
     }
     let component = &mut structure.components[component];

@@ -1,6 +1,7 @@
 //! A loaded system: the structure and its FMUs. Programs, Python and pages load it once and run it
 //! as often, and in as many threads, as they like.
 
+mod alarms;
 mod names;
 mod values;
 
@@ -15,7 +16,7 @@ use system_structure::ParameterMapping;
 use crate::fmu::Fmu;
 use crate::structure::package::{FmuPlace, Package, read, read_text};
 use crate::structure::renaming::rename;
-use crate::structure::{self, Component, Structure, arrays};
+use crate::structure::{self, Alarm, Component, Structure, arrays};
 use crate::wiring::{Port, Wiring};
 
 pub use values::Setting;
@@ -29,6 +30,8 @@ pub struct System {
     pub structure: Structure,
     /// FMU of each component.
     pub fmus: Vec<Arc<Fmu>>,
+    /// Alarms with their variables, and the bounds as numbers.
+    pub(crate) alarms: Vec<(Port, f64, Alarm)>,
 }
 
 impl System {
@@ -89,13 +92,13 @@ impl System {
             path,
             structure,
             fmus,
+            alarms: Vec::new(),
         };
         for (name, file) in mappings {
             system.map(name, file)?;
         }
         arrays::resolve(&mut system.structure, &system.fmus)?;
-        system.drop_alarms(replaced.iter().map(|(name, _)| name));
-        system.alarms()?;
+        system.find_alarms(|name| replaced.iter().any(|(component, _)| component == name))?;
         system.fit_values()?;
         system.check_units()?;
         Ok(system)
@@ -150,6 +153,7 @@ impl System {
             path: path.unwrap_or_default(),
             structure,
             fmus,
+            alarms: Vec::new(),
         };
         system.structure.stop_time = Some(system.preferred_stop());
         for text in connections {

@@ -3,8 +3,8 @@
 
 use cosim::Recording;
 use cosim::master::{Master, Schedule};
-use cosim::run::simulate::{Outcome, Plan, run, run_plan};
 use cosim::run::observer::Function;
+use cosim::run::simulate::{Outcome, Plan, run, run_plan};
 use cosim::structure::system::System;
 use fmi_description::Version;
 
@@ -15,7 +15,10 @@ use super::support::{
 
 /// The oscillator with alarms of the system.
 fn with_alarms(alarms: &str) -> String {
-    let list = annotation("io.github.hdrm-fmu.alarms", &format!("<Alarms>{alarms}</Alarms>"));
+    let list = annotation(
+        "io.github.hdrm-fmu.alarms",
+        &format!("<Alarms>{alarms}</Alarms>"),
+    );
     let end = "</ssd:Connections>";
     oscillator().replace(end, &format!("{end}{list}"))
 }
@@ -27,7 +30,10 @@ fn annotation(kind: &str, content: &str) -> String {
 }
 
 fn alarm(variable: &str, condition: &str) -> String {
-    format!("<Alarm variable=\"{variable}\" {condition} text=\"{condition_text}\"/>", condition_text = "it is so")
+    format!(
+        "<Alarm variable=\"{variable}\" {condition} text=\"{condition_text}\"/>",
+        condition_text = "it is so"
+    )
 }
 
 fn outcome(system: &System, schedule: Schedule) -> Outcome {
@@ -41,7 +47,10 @@ fn first(system: &System, schedule: Schedule, name: &str, holds: impl Fn(f64) ->
     let port = system.port(name).unwrap();
     let master = Master::new(system, &[], stepping(0.01, schedule)).unwrap();
     let mut recording = Recording::new(system, &[port]).unwrap();
-    run(system, master, 2.5, &|_, _| (), |master| recording.add(master)).unwrap();
+    run(system, master, 2.5, &|_, _| (), |master| {
+        recording.add(master)
+    })
+    .unwrap();
     let column = recording.column(port).unwrap();
     let k = column.iter().position(|v| holds(*v)).unwrap();
     format!("first at t = {} s", recording.times[k])
@@ -72,7 +81,8 @@ fn an_alarm_says_when_it_first_held() {
             let outcome = outcome(&system, schedule);
             let bad = outcome.verdict.findings().iter().filter(|f| f.is_bad);
             let texts: Vec<_> = bad.map(|f| f.text.as_str()).collect();
-            let first = |name: &str, holds: &dyn Fn(f64) -> bool| first(&system, schedule, name, holds);
+            let first =
+                |name: &str, holds: &dyn Fn(f64) -> bool| first(&system, schedule, name, holds);
             assert_eq!(texts.len(), 4, "{texts:?}");
             let left = first("mass.x", &|x| x < 0.0);
             assert_contains(texts[0], &["it is so: `mass.is_left` is true", &left]);
@@ -108,10 +118,19 @@ fn a_component_declares_its_alarms_by_items_too() {
         let start = "<ModelVariables>";
         before.replace(start, &format!("{types}{start}")) + &own
     };
-    let structure = structure.replace("name=\"steps\" kind=\"output\"><ssc:Integer/>", "name=\"steps\" kind=\"output\"><ssc:Enumeration name=\"Gait\"/>");
+    let structure = structure.replace(
+        "name=\"steps\" kind=\"output\"><ssc:Integer/>",
+        "name=\"steps\" kind=\"output\"><ssc:Enumeration name=\"Gait\"/>",
+    );
     let system = edited("alarms_items", &structure, items).unwrap();
     let text = outcome(&system, Schedule::GaussSeidel).verdict.to_string();
-    assert_contains(&text, &["verdict: BAD", "too far: `mass.steps` is runs, first at t = 0.58 s"]);
+    assert_contains(
+        &text,
+        &[
+            "verdict: BAD",
+            "too far: `mass.steps` is runs, first at t = 0.58 s",
+        ],
+    );
 }
 
 #[test]
@@ -122,9 +141,15 @@ fn a_resumed_run_knows_what_held_before() {
     let file = scratch("alarms_resumed/snapshot");
     let mut nothing = Function(|_: &Master| Ok(()));
     let mut made = |plan: Plan| run_plan(&system, started(), &plan, &|_, _| (), &mut nothing);
-    let saving = Plan { snapshots: vec![(0.7, file.clone())], ..Plan::to(0.7) };
+    let saving = Plan {
+        snapshots: vec![(0.7, file.clone())],
+        ..Plan::to(0.7)
+    };
     let first = made(saving).unwrap();
-    let resuming = Plan { resume: Some(file), ..Plan::to(0.9) };
+    let resuming = Plan {
+        resume: Some(file),
+        ..Plan::to(0.9)
+    };
     let resumed = made(resuming).unwrap();
     assert_contains(&first.verdict.to_string(), &["first at t = 0.53 s"]);
     assert_eq!(first.verdict, resumed.verdict);
@@ -134,29 +159,65 @@ fn a_resumed_run_knows_what_held_before() {
 fn wrong_alarms_are_refused_by_name() {
     let of = |content: &str| {
         let loaded = system("alarms_refused", &with_alarms(content));
-        format!("{:#}", loaded.err().map_or("accepted".into(), |error| error))
+        format!(
+            "{:#}",
+            loaded.err().map_or("accepted".into(), |error| error)
+        )
     };
     let equals = "equals=\"true\"";
     for (content, parts) in [
         (alarm("mass.is_lost", equals), ["line", "`mass.is_lost`"]),
-        (alarm("moon.is_left", equals), ["`moon.is_left`", "spring, mass"]),
-        (alarm("mass.is_left", "equals=\"perhaps\""), ["`mass.is_left`", "`perhaps` is not true"]),
-        (alarm("mass.is_left", "above=\"0.5\""), ["`mass.is_left`", "`0.5`"]),
-        (alarm("mass.x", "below=\"NaN\""), ["`mass.x`", "`NaN` is not a finite number"]),
-        (alarm("mass.steps", "above=\"many\""), ["`mass.steps`", "`many`"]),
-        (alarm("mass.x", ""), ["line", "one condition: equals, above or below"]),
-        (alarm("mass.x", "below=\"0\" above=\"1\""), ["line", "one condition"]),
+        (
+            alarm("moon.is_left", equals),
+            ["`moon.is_left`", "spring, mass"],
+        ),
+        (
+            alarm("mass.is_left", "equals=\"perhaps\""),
+            ["`mass.is_left`", "`perhaps` is not true"],
+        ),
+        (
+            alarm("mass.is_left", "above=\"0.5\""),
+            ["`mass.is_left`", "`0.5`"],
+        ),
+        (
+            alarm("mass.x", "below=\"NaN\""),
+            ["`mass.x`", "`NaN` is not a finite number"],
+        ),
+        (
+            alarm("mass.steps", "above=\"many\""),
+            ["`mass.steps`", "`many`"],
+        ),
+        (
+            alarm("mass.x", ""),
+            ["line", "one condition: equals, above or below"],
+        ),
+        (
+            alarm("mass.x", "below=\"0\" above=\"1\""),
+            ["line", "one condition"],
+        ),
         (alarm("mass.x", "equal=\"0\""), ["line", "one condition"]),
-        ("<Alarm variable=\"mass.x\" below=\"0\"/>".into(), ["line", "`text`"]),
-        ("<Alarm below=\"0\" text=\"low\"/>".into(), ["line", "`variable`"]),
-        ("<Alarn variable=\"mass.x\" below=\"0\" text=\"low\"/>".into(), ["line", "elements `Alarm`"]),
+        (
+            "<Alarm variable=\"mass.x\" below=\"0\"/>".into(),
+            ["line", "`text`"],
+        ),
+        (
+            "<Alarm below=\"0\" text=\"low\"/>".into(),
+            ["line", "`variable`"],
+        ),
+        (
+            "<Alarn variable=\"mass.x\" below=\"0\" text=\"low\"/>".into(),
+            ["line", "elements `Alarm`"],
+        ),
     ] {
         assert_contains(&of(&content), &parts);
     }
     let list = "<Alarms/>";
     let structure = with_alarms("").replace("hdrm-fmu.alarms", "hdrm-fmu.alarm");
     let error = system("alarms_refused", &structure).err().unwrap();
-    assert_contains(&format!("{error:#}"), &["`io.github.hdrm-fmu.alarm`", "`io.github.hdrm-fmu.alarms`"]);
+    assert_contains(
+        &format!("{error:#}"),
+        &["`io.github.hdrm-fmu.alarm`", "`io.github.hdrm-fmu.alarms`"],
+    );
     let empty = with_alarms("").replace("<Alarms></Alarms>", "");
     assert!(system("alarms_refused", &empty).is_err(), "{list}");
 }
@@ -171,7 +232,9 @@ fn an_alarm_on_an_fmu_that_was_replaced_is_left_out() {
     for (name, bytes) in &mut other {
         if name == "modelDescription.xml" {
             let text = String::from_utf8(bytes.clone()).unwrap();
-            *bytes = text.replace("name=\"is_left\"", "name=\"is_west\"").into_bytes();
+            *bytes = text
+                .replace("name=\"is_left\"", "name=\"is_west\"")
+                .into_bytes();
         }
     }
     let file = folder.join("other.fmu");
@@ -191,16 +254,25 @@ fn an_alarm_on_an_fmu_that_was_replaced_is_left_out() {
 fn alarms_of_nested_systems_and_packages_count() {
     let inner = with_alarms(&alarm("mass.steps", "equals=\"2\""));
     let files = |structure: &str| {
-        let mut entries = vec![("SystemStructure.ssd".to_string(), structure.as_bytes().to_vec())];
+        let mut entries = vec![(
+            "SystemStructure.ssd".to_string(),
+            structure.as_bytes().to_vec(),
+        )];
         for (name, example) in [("Spring", "spring"), ("Mass", "mass")] {
-            entries.push((format!("resources/{name}.fmu"), super::support::fmu(example)));
+            entries.push((
+                format!("resources/{name}.fmu"),
+                super::support::fmu(example),
+            ));
         }
         entries
     };
     let component = "<ssd:Component name=\"part\" source=\"resources/part.ssp\" type=\"application/x-ssp-package\"><ssd:Connectors/></ssd:Component>";
     let list = annotation(
         "io.github.hdrm-fmu.alarms",
-        &format!("<Alarms>{}</Alarms>", alarm("part.mass.steps", "equals=\"3\"")),
+        &format!(
+            "<Alarms>{}</Alarms>",
+            alarm("part.mass.steps", "equals=\"3\"")
+        ),
     );
     let head = inner.split("<ssd:Elements>").next().unwrap().to_string();
     let tail = inner.split("</ssd:System>").nth(1).unwrap();
@@ -214,5 +286,11 @@ fn alarms_of_nested_systems_and_packages_count() {
     write_zip(std::fs::File::create(&path).unwrap(), &entries);
     let system = load(&path).unwrap();
     let text = outcome(&system, Schedule::GaussSeidel).verdict.to_string();
-    assert_contains(&text, &["`part.mass.steps` is 2, first at t = 0.52 s", "`part.mass.steps` is 3, first at t = 0.53 s"]);
+    assert_contains(
+        &text,
+        &[
+            "`part.mass.steps` is 2, first at t = 0.52 s",
+            "`part.mass.steps` is 3, first at t = 0.53 s",
+        ],
+    );
 }

@@ -265,9 +265,7 @@ impl Limit {
             }
             Rating => (
                 true,
-                format!(
-                    "{name}: up to {worst} {unit}, more than the rated {limit} {unit} {when}"
-                ),
+                format!("{name}: up to {worst} {unit}, more than the rated {limit} {unit} {when}"),
             ),
             Saturation => (
                 share > SATURATED,

@@ -64,7 +64,9 @@ pub struct SwingWatch {
 /// The variables whose values are the reference of the tip, as far as the system has them.
 pub fn reference_ports(system: &System) -> Vec<Port> {
     let controller = system.port("desired.position[1]").map(|p| p.component);
-    let arrays = controller.into_iter().flat_map(|k| REFERENCE.map(|array| (k, array)));
+    let arrays = controller
+        .into_iter()
+        .flat_map(|k| REFERENCE.map(|array| (k, array)));
     let arrays = arrays.map(|(k, (name, count))| system.elements(k, name, count));
     arrays.flatten().flatten().collect()
 }
@@ -72,7 +74,10 @@ pub fn reference_ports(system: &System) -> Vec<Port> {
 impl SwingWatch {
     /// For rods with these rated forces, N.
     pub fn new(rated: impl IntoIterator<Item = f64>) -> Self {
-        let rod = |rated| Rod { rated, ..Rod::default() };
+        let rod = |rated| Rod {
+            rated,
+            ..Rod::default()
+        };
         Self {
             rods: rated.into_iter().map(rod).collect(),
             ..Self::default()
@@ -187,8 +192,14 @@ mod tests {
         let swing = |size: f64| move |t: f64| 40e3 + size * (w * t).sin();
         let (watch, text) = judged(0.0, swing(1.05e3));
         let expected = 1.05e3 / 70e3 / SQRT_2;
-        assert!((watch.rods[0].rms / expected - 1.0).abs() < 0.02, "{watch:?}");
-        assert!(text.contains("rod 1 swings: ±1.0 kN at 5.5 Hz while the reference rests"), "{text}");
+        assert!(
+            (watch.rods[0].rms / expected - 1.0).abs() < 0.02,
+            "{watch:?}"
+        );
+        assert!(
+            text.contains("rod 1 swings: ±1.0 kN at 5.5 Hz while the reference rests"),
+            "{text}"
+        );
         assert!(text.contains("first at t = 2.0") && watch.swings_now() == Some(1));
         assert_eq!(judged(0.0, swing(0.95e3)).1, "");
         assert_eq!(judged(0.0, |t| 40e3 + 16e3 * (0.1 * t).sin()).1, "");

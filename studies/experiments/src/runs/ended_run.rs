@@ -177,7 +177,11 @@ impl Observer for Watch {
         let is_braked = values[self.brakes.clone()].iter().any(|b| *b != 0.0);
         let reference = &values[self.brakes.end..];
         (self.swings).add(self.time, forces.iter().copied(), reference);
-        for ((force, rated), (k, rod)) in forces.iter().zip(self.rated).zip((1..).zip(&self.swings.rods)) {
+        for ((force, rated), (k, rod)) in forces
+            .iter()
+            .zip(self.rated)
+            .zip((1..).zip(&self.swings.rods))
+        {
             self.force = self.force.max(force.abs() / rated / self.limit);
             if self.braked.is_none() {
                 self.load = self.load.max(rod.mean.abs());

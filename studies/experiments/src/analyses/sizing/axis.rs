@@ -10,8 +10,8 @@ use serde::Serialize;
 
 use super::motor::Motor;
 use super::recorded::{Columns, Size, start_values};
-use crate::measures::limits::short;
 use crate::measures::heat::{Cycle, HeatNetwork, Temperatures};
+use crate::measures::limits::short;
 
 /// Time over which the cycle is repeated, s.
 const HOUR: f64 = 3600.0;
