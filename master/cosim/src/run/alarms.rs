@@ -58,10 +58,16 @@ impl AlarmWatch {
                     let item = items.find(|item| item.value as f64 == *value);
                     item.map_or(value.to_string(), |item| item.name.clone())
                 }
-                _ => value.to_string(),
+                _ => short(*value).to_string(),
             };
             let (text, name) = (&alarm.text, system.name(*port));
+            let t = short(*t);
             verdict.object(format!("{text}: `{name}` is {shown}, first at t = {t} s"));
         }
     }
+}
+
+/// The number with ten significant digits, without what rounding has left behind.
+fn short(x: f64) -> f64 {
+    format!("{x:.9e}").parse().unwrap_or(x)
 }

@@ -194,8 +194,8 @@ impl LimitWatch {
         for limit in &self.limits {
             limit.judge(self.samples, &mut verdict);
         }
-        let name = |rod: usize| self.rods[rod].0.clone();
-        self.swings.judge(name, &mut verdict);
+        let names = self.rods.iter().map(|(name, _)| name);
+        self.swings.judge(names, &mut verdict);
         verdict
     }
 }

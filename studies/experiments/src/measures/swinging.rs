@@ -1,50 +1,44 @@
-//! Whether a rod swings: the one criterion of runs, margins, sizing and ended runs. The live page
+//! Whether a rod swings: the one criterion of runs, `sizing`, `margins` and ended runs. The live page
 //! has it in `monitor.js`.
 //!
 //! What counts is a rod's force less its moving mean, as a root mean square over each second. A rod
-//! swings where this is above 1 % of the rated force for two seconds in a row while the reference
-//! rests: a path's own accelerations count in it, too, and end two seconds after the path.
+//! swings if this is above 1 % of the rated force for two seconds in a row while the reference
+//! rests, and has rested for two seconds: a path's own accelerations would count, too.
 
 use std::f64::consts::SQRT_2;
 
 use anyhow::Result;
 use cosim::{Port, System, Verdict};
 
-/// Share of the rated force above which a rod at rest swings: 1 kN of amplitude on the reference
-/// machine. The shipped machines have 0.2 % at rest.
+/// Share of the rated force above which a rod at rest swings; the shipped machines have 0.2 %.
 pub const SWINGS: f64 = 0.01;
 /// Time constant of the moving mean, s: oscillations above 0.6 Hz remain.
 const MEAN: f64 = 0.25;
-/// Length of the windows of the mean square, s, and how many in a row must exceed the limit.
+/// Length of a window, s.
 const WINDOW: f64 = 1.0;
-const WINDOWS: u32 = 2;
 /// Time for which the reference must have rested before a window counts, s.
 const SETTLES: f64 = 2.0;
 /// A reference that moves by less rests, in m and in components of a quaternion.
 const RESTS: f64 = 1e-4;
-/// Arrays of the controller that are the reference of the tip.
-const REFERENCE: [(&str, usize); 2] = [("desired.position", 3), ("desired.orientation", 4)];
 
 /// The force of a rod divided by its rated force.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Rod {
     /// Rated force, N.
     rated: f64,
-    /// Moving mean.
+    /// Present force.
+    pub part: f64,
+    /// Its moving mean.
     pub mean: f64,
-    /// The rest of the last sample, and how often its sign changed in this window.
-    rest: f64,
-    turns: u32,
-    /// Sum of squares times time in this window, s.
+    /// Sum of squares of the rest times time in this window, s, and changes of its sign.
     squares: f64,
+    turns: u32,
     /// Root mean square of the rest in the last whole window.
     pub rms: f64,
-    /// Windows in a row in which the rod at rest swung.
+    /// Windows in a row in which it swung.
     windows: u32,
-    /// When it began to swing, s.
-    since: Option<f64>,
-    /// Where it swung most: the root mean square, and the frequency, Hz.
-    worst: (f64, f64),
+    /// Since when it swings, s; its largest root mean square, and the frequency then, Hz.
+    found: Option<[f64; 3]>,
 }
 
 /// Watches the rods while the machine runs.
@@ -53,22 +47,24 @@ pub struct SwingWatch {
     /// The rods.
     pub rods: Vec<Rod>,
     reference: Vec<f64>,
-    /// Time of the last sample, start of the window, and since when the reference rests, s.
-    t: f64,
-    start: f64,
-    rests: f64,
+    /// Times of the last sample, of the start of the window, and since when the reference rests, s.
+    times: Option<[f64; 3]>,
     /// The last whole window was at rest.
     is_settled: bool,
 }
 
-/// The variables whose values are the reference of the tip, as far as the system has them.
+/// The variables that are the tip's reference; none if the system does not have them.
 pub fn reference_ports(system: &System) -> Vec<Port> {
-    let controller = system.port("desired.position[1]").map(|p| p.component);
-    let arrays = controller
-        .into_iter()
-        .flat_map(|k| REFERENCE.map(|array| (k, array)));
-    let arrays = arrays.map(|(k, (name, count))| system.elements(k, name, count));
-    arrays.flatten().flatten().collect()
+    let all = || -> Result<Vec<Port>> {
+        let controller = system.port("desired.position[1]")?.component;
+        let orientation = system.elements(controller, "desired.orientation", 4)?;
+        Ok([
+            system.elements(controller, "desired.position", 3)?,
+            orientation,
+        ]
+        .concat())
+    };
+    all().unwrap_or_default()
 }
 
 impl SwingWatch {
@@ -86,50 +82,42 @@ impl SwingWatch {
 
     /// Adds the rods' forces, N, and the reference at the time `t`, s.
     pub fn add(&mut self, t: f64, forces: impl Iterator<Item = f64>, reference: &[f64]) {
-        let is_first = self.reference.len() != reference.len() || self.t > t;
-        let dt = if is_first { 0.0 } else { t - self.t };
-        if is_first {
-            (self.start, self.rests) = (t, t);
-            self.reference = reference.to_vec();
-        }
-        self.t = t;
+        let [last, start, rests] = self.times.get_or_insert([t; 3]);
+        let dt = t - std::mem::replace(last, t);
         let moves = |(a, b): (&f64, &f64)| (a - b).abs() > RESTS;
-        if reference.iter().zip(&self.reference).any(moves) {
-            self.reference.copy_from_slice(reference);
-            self.rests = t;
+        if self.reference.is_empty() || reference.iter().zip(&self.reference).any(moves) {
+            self.reference.clear();
+            self.reference.extend_from_slice(reference);
+            *rests = t;
         }
         for (rod, force) in self.rods.iter_mut().zip(forces) {
             rod.add(force / rod.rated, dt);
         }
         // Half a sample less: times are sums of steps.
-        let window = t - self.start;
-        if window > WINDOW - 0.5 * dt && dt > 0.0 {
-            self.is_settled = self.start - self.rests > SETTLES - 0.5 * dt;
-            for rod in &mut self.rods {
-                rod.close(self.start, window, self.is_settled);
-            }
-            self.start = t;
+        if dt > 0.0 && t - *start > WINDOW - 0.5 * dt {
+            self.is_settled = *start - *rests > SETTLES - 0.5 * dt;
+            let rods = self.rods.iter_mut();
+            rods.for_each(|rod| rod.close([*start, t], self.is_settled));
+            *start = t;
         }
     }
 
-    /// The first rod that swung at rest in the last whole second, counted from 1.
+    /// The first rod that swung in the last whole second, counted from 1.
     pub fn swings_now(&self) -> Option<usize> {
         let swings = |rod: &Rod| self.is_settled && rod.rms > SWINGS;
         self.rods.iter().position(swings).map(|k| k + 1)
     }
 
-    /// A bad finding for each rod that swung; `name` says which one it is.
-    pub fn judge(&self, name: impl Fn(usize) -> String, verdict: &mut Verdict) {
-        for (k, rod) in self.rods.iter().enumerate() {
-            let (Some(since), (share, hertz)) = (rod.since, rod.worst) else {
+    /// A bad finding for each rod that swung; the rods have these names.
+    pub fn judge<'a>(&self, names: impl Iterator<Item = &'a String>, verdict: &mut Verdict) {
+        for (rod, name) in self.rods.iter().zip(names) {
+            let Some([since, share, hertz]) = rod.found else {
                 continue;
             };
+            let (size, share) = (1e-3 * SQRT_2 * share * rod.rated, 100.0 * share);
             verdict.object(format!(
-                "{} swings: ±{:.1} kN at {hertz:.1} Hz while the reference rests, root mean square {:.1} % of the rated force, more than {} %, \
-                 first at t = {since:.3} s",
-                name(k),
-                1e-3 * SQRT_2 * share * rod.rated,
-                100.0 * share,
+                "{name} swings: ±{size:.1} kN at {hertz:.1} Hz while the reference rests, root mean square {share:.1} % of the rated force, \
+                 more than {} %, first at t = {since:.3} s",
                 100.0 * SWINGS
             ));
         }
@@ -140,29 +128,26 @@ impl Rod {
     /// Adds the force over the rated force, `dt` s after the last one.
     fn add(&mut self, part: f64, dt: f64) {
         if dt == 0.0 {
-            self.mean = part;
+            (self.part, self.mean) = (part, part);
         }
+        let before = self.part - self.mean;
+        self.part = part;
         self.mean += (dt / MEAN).min(1.0) * (part - self.mean);
         let rest = part - self.mean;
-        self.turns += u32::from(rest * self.rest < 0.0);
-        self.rest = rest;
+        self.turns += u32::from(rest * before < 0.0);
         self.squares += rest * rest * dt;
     }
 
-    /// Closes a window that began at `start` and lasted `window`, both s.
-    fn close(&mut self, start: f64, window: f64, is_settled: bool) {
-        self.rms = (self.squares / window).sqrt();
-        let hertz = 0.5 * f64::from(self.turns) / window;
+    /// Closes a window from `start` to `end`, s.
+    fn close(&mut self, [start, end]: [f64; 2], is_settled: bool) {
+        self.rms = (self.squares / (end - start)).sqrt();
+        let hertz = 0.5 * f64::from(self.turns) / (end - start);
         (self.squares, self.turns) = (0.0, 0);
-        self.windows = match is_settled && self.rms > SWINGS {
-            true => self.windows + 1,
-            false => 0,
-        };
-        if self.windows >= WINDOWS {
-            self.since = self.since.or(Some(start - WINDOW * f64::from(WINDOWS - 1)));
-            if self.rms > self.worst.0 {
-                self.worst = (self.rms, hertz);
-            }
+        let swings = is_settled && self.rms > SWINGS;
+        self.windows = if swings { self.windows + 1 } else { 0 };
+        let [since, worst, _] = self.found.unwrap_or([start - WINDOW, 0.0, 0.0]);
+        if self.windows > 1 && self.rms > worst {
+            self.found = Some([since, self.rms, hertz]);
         }
     }
 }
@@ -179,7 +164,7 @@ mod tests {
             watch.add(t, [force(t)].into_iter(), &[0.1 * t.min(moves)]);
         }
         let mut verdict = Verdict::default();
-        watch.judge(|k| format!("rod {}", k + 1), &mut verdict);
+        watch.judge(["rod 1".into()].iter(), &mut verdict);
         (watch, verdict.to_string())
     }
 

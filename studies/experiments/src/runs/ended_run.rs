@@ -84,7 +84,7 @@ impl EndedRun {
             let master = experiment.start(system)?;
             watch.end = end_time(system, experiment, &master)?;
             // Time for a machine that brakes at the end to come to rest.
-            let stop = watch.end + if watch.has_brakes { STANDS } else { 0.0 };
+            let stop = watch.end + if watch.brakes.is_empty() { 0.0 } else { STANDS };
             let observers = &mut Observers(vec![&mut recording, &mut watch]);
             let outcome = run_plan(system, master, &Plan::to(stop), &|_, _| (), observers)?;
             Ok(outcome.simulated)
@@ -119,7 +119,6 @@ impl EndedRun {
 struct Watch {
     signals: Signals,
     swings: SwingWatch,
-    rated: [f64; 3],
     /// The controller's limit divided by the rated force, at least 1.
     limit: f64,
     time: f64,
@@ -127,7 +126,6 @@ struct Watch {
     load: f64,
     /// When the controller braked, s.
     braked: Option<f64>,
-    has_brakes: bool,
     /// Places of the brakes among the signals; the reference follows.
     brakes: Range<usize>,
     /// When the run ends unless the controller brakes, s.
@@ -148,20 +146,17 @@ impl Watch {
         };
         let brake = |k| system.port_of(tip.component, &format!("brake[{k}]"));
         ports.extend((1..=3).flat_map(brake));
-        let has_brakes = ports.len() > 4;
         let brakes = 4..ports.len();
         ports.extend(reference_ports(system));
         Ok(Self {
             signals: Signals::new(system, &ports)?,
             brakes,
             swings: SwingWatch::new(rated),
-            rated,
             limit,
             time: experiment.stepping.start,
             force: 0.0,
             load: 0.0,
             braked: None,
-            has_brakes,
             end: f64::INFINITY,
             ended: None,
         })
@@ -173,16 +168,12 @@ impl Observer for Watch {
         let dt = master.time() - self.time;
         self.time = master.time();
         let values = self.signals.read(master)?;
-        let (error, forces) = (values[0], &values[1..4]);
+        let (error, forces) = (values[0], values[1..4].iter().copied());
         let is_braked = values[self.brakes.clone()].iter().any(|b| *b != 0.0);
         let reference = &values[self.brakes.end..];
-        (self.swings).add(self.time, forces.iter().copied(), reference);
-        for ((force, rated), (k, rod)) in forces
-            .iter()
-            .zip(self.rated)
-            .zip((1..).zip(&self.swings.rods))
-        {
-            self.force = self.force.max(force.abs() / rated / self.limit);
+        self.swings.add(self.time, forces, reference);
+        for (k, rod) in (1..).zip(&self.swings.rods) {
+            self.force = self.force.max(rod.part.abs() / self.limit);
             if self.braked.is_none() {
                 self.load = self.load.max(rod.mean.abs());
                 if rod.rms > WILD {
